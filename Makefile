@@ -1,0 +1,85 @@
+# The words a developer types; continuous integration types the same.
+#
+#   make test DISTRO=kilted     another ROS 2 distribution
+#   make test PYTHON=python3.12 another interpreter (run `make clean` in between)
+
+DISTRO ?= jazzy
+PYTHON ?= python3
+ARGS   ?=
+
+ifeq ($(filter $(DISTRO),jazzy kilted),)
+$(error DISTRO is $(DISTRO); there are locks for jazzy and kilted)
+endif
+
+SUFFIX := $(if $(filter kilted,$(DISTRO)),-kilted)
+VENV   := .venv$(SUFFIX)
+BIN    := $(VENV)/bin
+COLCON := .venv-colcon$(SUFFIX)
+LOCK   := requirements/$(DISTRO).txt
+
+UV_VERSION := 0.13.8
+PIP := -m pip --disable-pip-version-check --quiet
+
+# An installed or sourced ROS 2, or another environment of wheels, must not leak into ours.
+unexport AMENT_PREFIX_PATH COLCON_PREFIX_PATH CMAKE_PREFIX_PATH PYTHONPATH PYTHONHOME
+unexport LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE ROS_DISTRO VIRTUAL_ENV
+
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint colcon lock clean
+
+help: ## show this list
+	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+setup: $(VENV)/project.stamp ## make the environment from the lock (the other targets do it too)
+
+demo: $(VENV)/project.stamp ## run the instrument once: runs/demo.mcap and runs/demo.png
+	$(BIN)/stickslip demo $(ARGS)
+
+test: $(VENV)/project.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
+	$(BIN)/python -m pytest $(ARGS)
+
+lint: $(VENV)/project.stamp ## style, types, import contracts and package.xml
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/python scripts/check_manifest.py
+
+colcon: $(COLCON)/lock.stamp ## build as in a ROS workspace and start the installed node once
+	$(COLCON)/bin/python scripts/colcon_check.py
+
+lock: ## pin the requirements anew; ARGS=--upgrade takes newer versions
+	$(PYTHON) -m venv .venv-lock
+	.venv-lock/bin/python $(PIP) install uv==$(UV_VERSION)
+	scripts/lock.sh .venv-lock/bin/uv $(ARGS)
+
+clean: ## remove environments, builds, caches and recorded runs
+	rm -rf .venv .venv-kilted .venv-colcon .venv-colcon-kilted .venv-lock
+	rm -rf .colcon build install log dist *.egg-info runs
+	rm -rf .mypy_cache .ruff_cache .import_linter_cache .pytest_cache .hypothesis .coverage htmlcov
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# --- environments ------------------------------------------------------------------------------
+
+define make-venv
+	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 13) or sys.exit(f"Python {v[0]}.{v[1]} has no ROS 2 wheels; use PYTHON=python3.10 to 3.13")'
+	@echo "making $(@D) for $(DISTRO): about a minute, once"
+	@$(PYTHON) -m venv --clear $(@D)
+	@$(@D)/bin/python $(PIP) install $(shell grep -E '^(pip|setuptools|wheel)==' $(LOCK))
+	@$(@D)/bin/python $(PIP) install --no-build-isolation $(^:%=-r %)
+	@touch $@
+endef
+
+# The build tools come first, from the lock too: empy has no wheel, and neither it nor the project
+# shall be built with anything unpinned.
+$(VENV)/lock.stamp: $(LOCK)
+	$(make-venv)
+
+$(COLCON)/lock.stamp: $(LOCK) requirements/colcon.txt
+	$(make-venv)
+
+$(VENV)/project.stamp: $(VENV)/lock.stamp setup.py setup.cfg package.xml
+	@$(BIN)/python $(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@

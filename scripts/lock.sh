@@ -1,0 +1,21 @@
+#!/bin/sh
+# Pin setup.py's requirements for every supported Python: `make lock`, or scripts/lock.sh UV [OPTION]...
+set -eu
+uv=$1
+shift
+
+# One version for all Pythons where there is one, so that numbers do not depend on the interpreter.
+pin() {
+    output=$1
+    shift
+    "$uv" pip compile --no-config --quiet --universal --python-version 3.10 \
+        --fork-strategy fewest \
+        --custom-compile-command 'make lock' --output-file "$output" "$@"
+}
+
+for distribution in jazzy kilted; do
+    pin "requirements/$distribution.txt" setup.py requirements/build.in \
+        --extra "$distribution" --extra test --extra lint "$@"
+done
+pin requirements/colcon.txt requirements/colcon.in \
+    --constraint requirements/jazzy.txt --constraint requirements/kilted.txt "$@"

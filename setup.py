@@ -1,0 +1,69 @@
+"""What is installed, and where; the one place of the project's metadata beside package.xml."""
+
+import sys
+from pathlib import Path
+
+from setuptools import find_packages, setup
+
+NAME = 'stickslip_ros'
+SHARE = f'share/{NAME}'
+ROS_PACKAGES = ('std-msgs', 'geometry-msgs', 'std-srvs', 'diagnostic-msgs', 'lifecycle-msgs')
+
+
+def ros_wheels(distribution):
+    """Name the wheels of one ROS 2 distribution, for machines that have no ROS 2."""
+    rclpy = f'ros-{distribution}-rclpy[fastrtps]'
+    return [rclpy, *(f'ros-{distribution}-{package}' for package in ROS_PACKAGES)]
+
+
+def files(folder, pattern):
+    """List the files of a folder as setuptools wants them."""
+    return sorted(str(path) for path in Path(folder).glob(pattern))
+
+
+data_files = [
+    ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
+    (SHARE, ['package.xml']),
+    (f'{SHARE}/config', files('config', '*.yaml')),
+]
+# `ros2 run` looks in lib/stickslip_ros. colcon puts the console scripts there by setup.cfg; pip
+# puts them in bin, so that a wheel brings launchers which lead from the one to the other.
+if 'bdist_wheel' in sys.argv:
+    data_files.append((f'lib/{NAME}', files('scripts/ros2run', '*')))
+
+setup(
+    name=NAME,
+    version='0.1.0',
+    description='A virtual stick-slip microdrive for ROS 2, from the mechanics of rough contact',
+    license='Apache-2.0',
+    maintainer='The stickslip_ros maintainers',
+    maintainer_email='maintainers@stickslip-ros.example',
+    keywords=['ROS', 'simulation', 'stick-slip', 'contact mechanics', 'friction'],
+    package_dir={'': '.'},  # said aloud, an editable install is one line in a .pth file
+    packages=find_packages(include=[NAME, f'{NAME}.*']),
+    data_files=data_files,
+    python_requires='>=3.10',
+    # ROS itself is not here: it comes with the distribution, or with one of the extras.
+    install_requires=['numpy', 'numba', 'matplotlib', 'PyYAML', 'mcap', 'rich'],
+    extras_require={
+        'jazzy': ros_wheels('jazzy'),
+        'kilted': ros_wheels('kilted'),
+        'test': [
+            'pytest',
+            'pytest-cov',
+            'pytest-timeout',
+            'hypothesis',
+            'rosbags',
+            'mcap-ros2-support',
+            'scipy',
+        ],
+        'lint': ['ruff', 'mypy', 'import-linter', 'types-PyYAML', 'catkin_pkg'],
+    },
+    entry_points={
+        'console_scripts': [
+            'stickslip = stickslip_ros.cli:main',
+            'drive = stickslip_ros.ros.main:main',
+        ],
+    },
+    zip_safe=False,  # numba keeps its compiled kernels beside the source
+)

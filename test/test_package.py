@@ -1,0 +1,117 @@
+"""What the package says of itself agrees: package.xml, setup.py, the code and the files."""
+
+import importlib
+import os
+import runpy
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pytest
+import setuptools
+from catkin_pkg.package import parse_package
+
+import stickslip_ros
+
+ROOT = Path(__file__).resolve().parents[1]
+NAME = 'stickslip_ros'
+
+
+@pytest.fixture(params=['install', 'bdist_wheel'])
+def keywords(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Give what setup.py hands to setuptools, under colcon and under pip."""
+    handed: dict[str, Any] = {}
+    monkeypatch.setattr(setuptools, 'setup', lambda **given: handed.update(given))
+    monkeypatch.setattr('sys.argv', ['setup.py', request.param])
+    monkeypatch.chdir(ROOT)
+    runpy.run_path('setup.py')
+    return handed
+
+
+@pytest.fixture
+def manifest() -> ET.Element:
+    return ET.parse(ROOT / 'package.xml').getroot()
+
+
+def test_package_xml_is_accepted_without_a_warning():
+    warnings: list[str] = []
+    parsed = parse_package(ROOT / 'package.xml', warnings=warnings)
+    assert parsed.get_build_type() == 'ament_python'
+    assert warnings == []
+
+
+def test_name_version_and_licence_are_the_same_everywhere(keywords, manifest):
+    assert keywords['name'] == manifest.findtext('name') == NAME
+    assert keywords['version'] == manifest.findtext('version') == stickslip_ros.__version__
+    assert keywords['license'] == manifest.findtext('license') == 'Apache-2.0'
+
+
+def test_maintainer_is_the_same_everywhere(keywords, manifest):
+    maintainer = manifest.find('maintainer')
+    assert maintainer is not None
+    assert keywords['maintainer'] == maintainer.text
+    assert keywords['maintainer_email'] == maintainer.get('email')
+
+
+def test_every_data_file_exists(keywords):
+    missing = [
+        file
+        for _, files in keywords['data_files']
+        for file in files
+        if not (ROOT / file).is_file()
+    ]
+    assert missing == []
+
+
+def test_ament_finds_the_marker_the_manifest_and_the_parameters(keywords):
+    installed = {folder: list(files) for folder, files in keywords['data_files']}
+    assert installed['share/ament_index/resource_index/packages'] == [f'resource/{NAME}']
+    assert installed[f'share/{NAME}'] == ['package.xml']
+    assert 'config/test_stand.yaml' in installed[f'share/{NAME}/config']
+
+
+def test_only_the_package_is_installed(keywords):
+    packages = keywords['packages']
+    assert NAME in packages
+    assert all(package == NAME or package.startswith(f'{NAME}.') for package in packages)
+
+
+def test_every_folder_with_modules_is_a_package(keywords):
+    folders = {module.parent for module in (ROOT / NAME).rglob('*.py')}
+    names = {'.'.join(folder.relative_to(ROOT).parts) for folder in folders}
+    assert names == set(keywords['packages'])
+
+
+def test_console_scripts_lead_to_callables(keywords):
+    scripts = dict(line.split(' = ') for line in keywords['entry_points']['console_scripts'])
+    assert scripts.keys() == {'stickslip', 'drive'}
+    for target in scripts.values():
+        module, _, function = target.partition(':')
+        assert callable(getattr(importlib.import_module(module), function))
+
+
+def test_a_wheel_brings_a_launcher_for_every_console_script():
+    launchers = sorted((ROOT / 'scripts/ros2run').iterdir())
+    assert [launcher.name for launcher in launchers] == ['drive', 'stickslip']
+    assert all(os.access(launcher, os.X_OK) for launcher in launchers)
+
+
+def test_the_distribution_is_never_mixed(keywords):
+    extras = keywords['extras_require']
+    for distribution in ('jazzy', 'kilted'):
+        assert all(name.startswith(f'ros-{distribution}-') for name in extras[distribution])
+        lock = (ROOT / 'requirements' / f'{distribution}.txt').read_text(encoding='utf-8')
+        other = 'kilted' if distribution == 'jazzy' else 'jazzy'
+        assert f'ros-{distribution}-rclpy' in lock
+        assert f'ros-{other}-' not in lock
+
+
+def test_what_is_installed_is_declared_for_ros_too(keywords, manifest):
+    keys = {element.text for element in manifest.findall('exec_depend')}
+    brought_by = {
+        'PyYAML': 'python3-yaml',
+        'mcap': 'mcap-ros2-support',
+        'zstandard': 'mcap-ros2-support',
+    }
+    for requirement in keywords['install_requires']:
+        assert brought_by.get(requirement, f'python3-{requirement}') in keys
