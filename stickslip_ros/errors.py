@@ -1,0 +1,105 @@
+"""Refusals of the package: each builds its own message from value, unit, limit and mend."""
+
+
+class StickSlipError(Exception):
+    """Base of every error that this package raises on purpose."""
+
+
+def _shown(value: object, unit: str) -> str:
+    """Give a value as a reader wants it, with its unit behind it."""
+    text = f'{value:.6g}' if isinstance(value, float) else repr(value)
+    return f'{text} {unit}' if unit else text
+
+
+class OutOfRange(StickSlipError, ValueError):
+    """
+    A value is outside the limit that it must keep.
+
+    Parameters
+    ----------
+    name : str
+        What the value is, as the user wrote it (``stand.preload``, ``amplitude``).
+    value : object
+        The refused value.
+    unit : str
+        SI unit, or an empty string for a pure number.
+    limit : str
+        The broken limit in words, with its own number and unit: ``above the maximum 1 N``.
+    mend : str
+        What the user can do about it.
+
+    """
+
+    def __init__(self, name: str, value: object, unit: str, limit: str, mend: str) -> None:
+        super().__init__(f'{name} {_shown(value, unit)} is {limit}; {mend}')
+        self.name = name
+        self.value = value
+        self.unit = unit
+        self.mend = mend
+
+
+class UnknownName(StickSlipError, KeyError):
+    """
+    A name is not one that the package knows.
+
+    Parameters
+    ----------
+    kind : str
+        What was looked up: ``parameter``, ``command``, ``topic``.
+    name : str
+        The name that was not found.
+    mend : str
+        The nearest known names, or where the names are listed.
+
+    """
+
+    def __init__(self, kind: str, name: str, mend: str) -> None:
+        super().__init__(f'{kind} {name!r} is not known; {mend}')
+        self.name = name
+
+    def __str__(self) -> str:
+        """Give the message itself: a KeyError would show it in quotes."""
+        return str(self.args[0])
+
+
+class WrongKind(StickSlipError, TypeError):
+    """
+    A value is not of the kind that its name asks for.
+
+    Parameters
+    ----------
+    name : str
+        What the value is.
+    value : object
+        The refused value.
+    expected : str
+        The kind in words: ``a finite number``, ``true or false``.
+    mend : str
+        What the user can do about it.
+
+    """
+
+    def __init__(self, name: str, value: object, expected: str, mend: str) -> None:
+        super().__init__(f'{name} {value!r} is not {expected}; {mend}')
+        self.name = name
+        self.value = value
+
+
+class RecordingError(StickSlipError):
+    """
+    A recording cannot be written or read.
+
+    Parameters
+    ----------
+    path : object
+        The file.
+    problem : str
+        What is wrong with it.
+    mend : str
+        What the user can do about it.
+
+    """
+
+    def __init__(self, path: object, problem: str, mend: str) -> None:
+        super().__init__(f'{path}: {problem}; {mend}')
+        self.path = path

@@ -1,0 +1,183 @@
+"""What a parameter is: kind, unit, bounds, source; and the check that every value passes."""
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from stickslip_ros.errors import OutOfRange, WrongKind
+
+Scalar = bool | int | float | str
+
+ASSUMED = 'assumed'
+TABLE_1 = 'Table 1'
+
+
+@dataclass(frozen=True)
+class Spec:
+    """
+    Declaration of one parameter.
+
+    Attributes
+    ----------
+    kind : type
+        ``float``, ``int``, ``bool`` or ``str``.
+    default : bool or int or float or str
+        Value when nobody gives one, in ``unit``.
+    unit : str
+        SI unit; empty for pure numbers, switches and names.
+    minimum, maximum : float or int or None
+        Inclusive bounds, in ``unit``; None for switches and names.
+    choices : tuple of str
+        The accepted words of a choice; empty for anything else.
+    source : str
+        Where the default comes from: a place in the paper, or ``assumed``.
+    text : str
+        One sentence for people.
+    fixed : bool
+        True if the value is read once at start and can never change.
+
+    """
+
+    kind: type
+    default: Scalar
+    unit: str
+    source: str
+    text: str
+    minimum: float | None = None
+    maximum: float | None = None
+    choices: tuple[str, ...] = ()
+    fixed: bool = False
+
+    def check(self, name: str, value: object) -> Scalar:
+        """
+        Return ``value`` in the declared kind, or refuse it.
+
+        Parameters
+        ----------
+        name : str
+            Full name for the message, ``group.name``.
+        value : object
+            A value of the kind, or its text as typed on a command line.
+
+        Raises
+        ------
+        WrongKind
+            If the value is not of the declared kind, or not finite.
+        OutOfRange
+            If it is outside the bounds, or not one of the choices.
+
+        """
+        converted: Scalar = _CONVERTERS[self.kind](name, value)
+        if self.choices and converted not in self.choices:
+            allowed = ', '.join(self.choices)
+            raise OutOfRange(name, converted, '', 'not one of the choices', f'use {allowed}')
+        self._check_bounds(name, converted)
+        return converted
+
+    def _check_bounds(self, name: str, value: Scalar) -> None:
+        if isinstance(value, bool | str):
+            return
+        for bound, broken, side, verb in (
+            (self.minimum, self.minimum is not None and value < self.minimum, 'below', 'raise'),
+            (self.maximum, self.maximum is not None and value > self.maximum, 'above', 'lower'),
+        ):
+            if broken:
+                word = 'minimum' if side == 'below' else 'maximum'
+                limit = f'{side} the {word} {bound:g} {self.unit}'.rstrip()
+                raise OutOfRange(name, value, self.unit, limit, f'{verb} it')
+
+
+def _to_float(name: str, value: object) -> float:
+    try:
+        number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        number = math.nan
+    if not math.isfinite(number):
+        raise WrongKind(name, value, 'a finite number', 'give a number such as 0.5 or 60e-9')
+    return number
+
+
+def _to_int(name: str, value: object) -> int:
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value
+    try:
+        return int(str(value))
+    except ValueError:
+        raise WrongKind(name, value, 'a whole number', 'give one such as 42') from None
+
+
+def _to_bool(name: str, value: object) -> bool:
+    words = {'true': True, 'false': False}
+    if str(value).lower() not in words:
+        raise WrongKind(name, value, 'true or false', 'write true or false')
+    return words[str(value).lower()]
+
+
+def _to_str(name: str, value: object) -> str:
+    if not isinstance(value, str):
+        raise WrongKind(name, value, 'a text', 'put it in quotes')
+    return value
+
+
+_CONVERTERS: Mapping[type, Any] = {
+    float: _to_float,
+    int: _to_int,
+    bool: _to_bool,
+    str: _to_str,
+}
+
+
+def _declare(spec: Spec) -> Any:
+    return dataclasses.field(default=spec.default, metadata={'spec': spec})
+
+
+def quantity(
+    default: float, unit: str, minimum: float, maximum: float, source: str, text: str
+) -> Any:
+    """Declare a physical quantity: a float with a unit and inclusive bounds."""
+    return _declare(Spec(float, default, unit, source, text, minimum, maximum))
+
+
+def count(default: int, unit: str, minimum: int, maximum: int, source: str, text: str) -> Any:
+    """Declare a whole number with inclusive bounds."""
+    return _declare(Spec(int, default, unit, source, text, minimum, maximum))
+
+
+def choice(default: str, choices: tuple[str, ...], source: str, text: str) -> Any:
+    """Declare a word out of a few."""
+    return _declare(Spec(str, default, '', source, text, choices=choices))
+
+
+def words(default: str, source: str, text: str) -> Any:
+    """Declare a free text, such as a path."""
+    return _declare(Spec(str, default, '', source, text))
+
+
+def switch(default: bool, source: str, text: str, *, fixed: bool = False) -> Any:
+    """Declare a switch."""
+    return _declare(Spec(bool, default, '', source, text, fixed=fixed))
+
+
+class Checked:
+    """Base of parameter groups: no instance with a value outside its declaration can exist."""
+
+    def __post_init__(self) -> None:
+        """Check every declared field, then what the fields must keep together."""
+        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+            spec = field.metadata.get('spec')
+            if spec is not None:
+                name = f'{self.group()}.{field.name}' if self.group() else field.name
+                value = spec.check(name, getattr(self, field.name))
+                object.__setattr__(self, field.name, value)
+        self.check_together()
+
+    @classmethod
+    def group(cls) -> str:
+        """Name of the group: LoadCellParameters declares ``load_cell.*``."""
+        stem = cls.__name__.removesuffix('Parameters')
+        return ''.join(f'_{c.lower()}' if c.isupper() else c for c in stem).lstrip('_')
+
+    def check_together(self) -> None:
+        """Check what single bounds cannot say; groups override it."""

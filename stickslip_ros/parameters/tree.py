@@ -1,0 +1,186 @@
+"""All parameters as one immutable tree, and its flat form ``{'group.name': value}``."""
+
+import dataclasses
+import difflib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
+from stickslip_ros.parameters.fields import ASSUMED, Checked, Scalar, Spec, switch
+from stickslip_ros.parameters.groups import (
+    ActuatorParameters,
+    AmplifierParameters,
+    ContactParameters,
+    InterferometerParameters,
+    LoadCellParameters,
+    RecordParameters,
+    RunnerParameters,
+    SimParameters,
+    StandParameters,
+    TraceParameters,
+)
+
+NANOSECONDS_PER_SECOND = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Parameters(Checked):
+    """
+    Everything that can be set, in groups; ``Parameters()`` is the test stand of the paper.
+
+    Raises
+    ------
+    WrongKind, OutOfRange
+        If a value, or a combination of values, is not allowed.
+
+    """
+
+    autostart: bool = switch(
+        True, ASSUMED, 'configure and activate the node without a manager', fixed=True
+    )
+    sim: SimParameters = field(default_factory=SimParameters)
+    contact: ContactParameters = field(default_factory=ContactParameters)
+    stand: StandParameters = field(default_factory=StandParameters)
+    runner: RunnerParameters = field(default_factory=RunnerParameters)
+    amplifier: AmplifierParameters = field(default_factory=AmplifierParameters)
+    actuator: ActuatorParameters = field(default_factory=ActuatorParameters)
+    load_cell: LoadCellParameters = field(default_factory=LoadCellParameters)
+    interferometer: InterferometerParameters = field(default_factory=InterferometerParameters)
+    trace: TraceParameters = field(default_factory=TraceParameters)
+    record: RecordParameters = field(default_factory=RecordParameters)
+
+    @classmethod
+    def group(cls) -> str:
+        """Name no group: these are the parameters of the root."""
+        return ''
+
+    def check_together(self) -> None:
+        """Refuse periods that do not fit into each other: samples into blocks into messages."""
+        _check_multiple('sim.block', self.block_ns, 'sample of trace.sample_rate', self.sample_ns)
+        _check_multiple('trace.period', self.trace_period_ns, 'sim.block', self.block_ns)
+
+    @property
+    def block_ns(self) -> int:
+        """Time of one update, ns."""
+        return to_nanoseconds(self.sim.block)
+
+    @property
+    def sample_ns(self) -> int:
+        """Time between two samples of the trace, ns; refused where it is not whole."""
+        period_ns = NANOSECONDS_PER_SECOND / self.trace.sample_rate
+        if abs(period_ns - round(period_ns)) > 1e-6:
+            limit = f'a period of {period_ns:.9g} ns, not a whole number of nanoseconds'
+            mend = 'take a rate such as 10e3, 20e3, 50e3 or 100e3 Hz'
+            raise OutOfRange('trace.sample_rate', self.trace.sample_rate, 'Hz', limit, mend)
+        return round(period_ns)
+
+    @property
+    def trace_period_ns(self) -> int:
+        """Time of one message of the trace, ns."""
+        return to_nanoseconds(self.trace.period)
+
+    def flat(self) -> dict[str, Scalar]:
+        """Return ``{'group.name': value}`` in the order of declaration."""
+        return {name: _get(self, name) for name in specs()}
+
+    def updated(self, values: Mapping[str, object]) -> 'Parameters':
+        """
+        Return a copy with some values replaced.
+
+        Parameters
+        ----------
+        values : mapping of str to object
+            ``{'stand.preload': 0.25}``; texts as typed on a command line are converted.
+
+        Raises
+        ------
+        UnknownName
+            If a name is not declared.
+        WrongKind, OutOfRange
+            If a value is not allowed.
+
+        """
+        per_group: dict[str, dict[str, Scalar]] = {}
+        for name, value in values.items():
+            group, _, leaf = name.rpartition('.')
+            per_group.setdefault(group, {})[leaf] = spec_of(name).check(name, value)
+        changes: dict[str, object] = dict(per_group.pop('', {}))
+        for group, leaves in per_group.items():
+            changes[group] = dataclasses.replace(getattr(self, group), **leaves)
+        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
+
+    def changed(self) -> dict[str, Scalar]:
+        """Return the values that differ from the default."""
+        return {name: v for name, v in self.flat().items() if v != spec_of(name).default}
+
+
+def to_nanoseconds(time_s: float) -> int:
+    """Convert seconds to whole nanoseconds, rounding to the nearest."""
+    return round(time_s * NANOSECONDS_PER_SECOND)
+
+
+def specs() -> dict[str, Spec]:
+    """Return the declaration of every parameter, ``{'group.name': Spec}``."""
+    return dict(_SPECS)
+
+
+def spec_of(name: str) -> Spec:
+    """
+    Return the declaration of one parameter.
+
+    Raises
+    ------
+    UnknownName
+        If the name is not declared; the message names the nearest ones.
+
+    """
+    if name not in _SPECS:
+        near = difflib.get_close_matches(name, _SPECS, n=3, cutoff=0.5)
+        mend = f'did you mean {" or ".join(near)}?' if near else 'see docs/interface.md'
+        raise UnknownName('parameter', name, mend)
+    return _SPECS[name]
+
+
+def parse_assignments(assignments: Iterable[str]) -> dict[str, str]:
+    """
+    Split ``group.name=value`` texts, as given to ``--set``.
+
+    Raises
+    ------
+    WrongKind
+        If a text has no ``=``.
+
+    """
+    pairs: dict[str, str] = {}
+    for text in assignments:
+        name, equals, value = text.partition('=')
+        if not equals:
+            raise WrongKind('--set', text, 'an assignment', 'write --set group.name=value')
+        pairs[name.strip()] = value.strip()
+    return pairs
+
+
+def _get(parameters: Parameters, name: str) -> Scalar:
+    value: object = parameters
+    for part in name.split('.'):
+        value = getattr(value, part)
+    return value  # type: ignore[return-value]
+
+
+def _check_multiple(name: str, period_ns: int, of_name: str, of_ns: int) -> None:
+    if period_ns % of_ns:
+        limit = f'not a multiple of one {of_name}, {of_ns} ns'
+        raise OutOfRange(name, period_ns, 'ns', limit, 'change one of the two')
+
+
+def _collect(group: type, prefix: str) -> dict[str, Spec]:
+    found: dict[str, Spec] = {}
+    for item in dataclasses.fields(group):
+        if 'spec' in item.metadata:
+            found[prefix + item.name] = item.metadata['spec']
+        else:
+            found.update(_collect(item.type, f'{item.name}.'))  # type: ignore[arg-type]
+    return found
+
+
+_SPECS = _collect(Parameters, '')

@@ -1,0 +1,127 @@
+"""Parameters as a ROS parameter file: written with units and sources, read with refusals."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import yaml
+
+from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
+from stickslip_ros.parameters.fields import Scalar, Spec
+from stickslip_ros.parameters.tree import Parameters, specs
+
+ROS_KEY = 'ros__parameters'
+ANY_NODE = '/**'
+
+
+def format_value(value: Scalar) -> str:
+    """Return a value as YAML 1.1 and ROS both read it: a float keeps its point and its digits."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        mantissa, e, exponent = repr(value).partition('e')
+        return (mantissa if '.' in mantissa else f'{mantissa}.0') + e + exponent
+    return f"'{value}'" if isinstance(value, str) else str(value)
+
+
+def describe(spec: Spec) -> str:
+    """Return one line that says what a parameter is: text, unit, bounds or choices, source."""
+    parts = [spec.text]
+    if spec.unit:
+        parts.append(f'[{spec.unit}]')
+    if spec.minimum is not None and spec.maximum is not None:
+        parts.append(f'{spec.minimum:g} to {spec.maximum:g}')
+    if spec.choices:
+        parts.append(' | '.join(spec.choices))
+    return f'{" ".join(parts)} ({spec.source})'
+
+
+def dump_yaml(parameters: Parameters, heading: str) -> str:
+    """
+    Return a ROS parameter file with every parameter, its unit and its source.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The values.
+    heading : str
+        Comment lines for the top, without ``#``.
+
+    """
+    return '\n'.join(_lines(parameters, heading)) + '\n'
+
+
+def _lines(parameters: Parameters, heading: str) -> Iterator[str]:
+    yield from (f'# {line}'.rstrip() for line in heading.splitlines())
+    yield f'{ANY_NODE}:'
+    yield f'  {ROS_KEY}:'
+    flat = parameters.flat()
+    current = ''
+    for name, spec in specs().items():
+        group, _, leaf = name.rpartition('.')
+        if group != current:
+            yield f'    {group}:'
+            current = group
+        indent = '      ' if group else '    '
+        yield f'{indent}# {describe(spec)}'
+        yield f'{indent}{leaf}: {format_value(flat[name])}'
+
+
+def load_yaml(path: Path) -> Parameters:
+    """
+    Read a ROS parameter file; names that it leaves out keep their defaults.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read or is not YAML.
+    UnknownName, WrongKind, OutOfRange
+        If the file holds what the package does not know or allow.
+
+    """
+    try:
+        return parse_yaml(path.read_text(encoding='utf-8'), str(path))
+    except OSError as error:
+        raise RecordingError(
+            path, f'cannot be read ({error.strerror})', 'check the path'
+        ) from None
+
+
+def parse_yaml(text: str, origin: str) -> Parameters:
+    """
+    Read the text of a ROS parameter file.
+
+    Parameters
+    ----------
+    text : str
+        YAML with ``/**:`` or a node name, then ``ros__parameters:``, then groups.
+    origin : str
+        Name of the source for messages.
+
+    """
+    try:
+        document = yaml.safe_load(text) or {}
+    except yaml.YAMLError as error:
+        problem = f'is not YAML ({" ".join(str(error).split())})'
+        raise RecordingError(origin, problem, 'compare it with config/test_stand.yaml') from None
+    values: dict[str, object] = {}
+    for node, body in _items(document, origin):
+        if not isinstance(body, dict) or set(body) != {ROS_KEY}:
+            raise UnknownName(
+                'section', node, f'{origin} needs {ROS_KEY}: right below a node name'
+            )
+        values.update(_flatten(body[ROS_KEY], '', origin))
+    return Parameters().updated(values)
+
+
+def _items(node: object, origin: str) -> Iterator[tuple[str, object]]:
+    if not isinstance(node, dict):
+        raise WrongKind(origin, node, 'a table of names', 'compare it with config/test_stand.yaml')
+    yield from ((str(key), value) for key, value in node.items())
+
+
+def _flatten(node: object, prefix: str, origin: str) -> Iterator[tuple[str, object]]:
+    for key, value in _items(node, origin):
+        if isinstance(value, dict):
+            yield from _flatten(value, f'{prefix}{key}.', origin)
+        else:
+            yield f'{prefix}{key}', value
