@@ -1,0 +1,1 @@
+"""One hemisphere against the runner: normal force, roughness, presliding and its memory."""

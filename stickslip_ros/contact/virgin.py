@@ -1,0 +1,139 @@
+"""
+The virgin curve of the whole drive as a table that kernels read.
+
+All contacts that share one displacement add up to one Prandtl-Ishlinskii operator, and one
+curve T_v(u) says everything about it: T_v'' is (minus) the density of the elements that slip
+at u. Between the nodes of the table the stiffness T_v' is linear, so T_v is quadratic and its
+integral cubic; as the node stiffnesses fall monotonically, the density is positive, and the
+table is itself a physically admissible friction law: it can never create energy.
+
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.presliding import Presliding
+from stickslip_ros.contact.profile import Array
+
+CELLS = 4096
+"""Cells of a table; the force is then exact to TABLE_ERROR of its maximum."""
+TABLE_ERROR = 1e-6
+"""Largest error of the table, relative to the maximal force; worst for smooth spheres, whose
+stiffness falls to zero like a square root."""
+
+
+class VirginCurve(NamedTuple):
+    """
+    Virgin curve of one Prandtl-Ishlinskii operator, tabulated.
+
+    Attributes
+    ----------
+    cells : array of float, shape (CELLS, 4)
+        Per cell: force at its start (N), stiffness at its start (N/m), half the slope of the
+        stiffness (N/m^2), integral of the force up to its start (J).
+    cells_per_m : float
+        Inverse width of a cell, 1/m.
+    core_m : float
+        Width of the first cell, m: up to it the curve is linear, hence free of loss.
+    limit_m : float
+        Displacement from which the force is constant, m.
+    force_max_n : float
+        Force of full slip, N.
+    energy_max_j : float
+        Integral of the force from 0 to limit_m, J.
+
+    """
+
+    cells: Array
+    cells_per_m: float
+    core_m: float
+    limit_m: float
+    force_max_n: float
+    energy_max_j: float
+
+
+def tabulate(contacts: Sequence[Presliding]) -> VirginCurve:
+    """
+    Return the virgin curve of contacts that share one displacement.
+
+    Parameters
+    ----------
+    contacts : sequence of Presliding
+        The contacts, at constant normal forces; equal ones may be repeated.
+
+    Notes
+    -----
+    The node stiffnesses are the exact 2 G* c of the contacts. The first cell is made linear,
+    with its exact mean stiffness, and the whole is scaled (by less than TABLE_ERROR) so that
+    full slip has exactly the force sum(mu F_n).
+
+    """
+    limit_m = max(contact.max_displacement_m for contact in contacts)
+    nodes_m = np.linspace(0.0, limit_m, CELLS + 1, dtype=np.float64)
+    stiffness = np.zeros(CELLS + 1)
+    for contact in contacts:
+        stiffness += contact.tangential_stiffness(nodes_m)
+    stiffness[-1] = 0.0
+    width_m = limit_m / CELLS
+    start, end = stiffness[:-1].copy(), stiffness[1:].copy()
+    start[0] = end[0] = 0.5 * (start[0] + end[0])
+    forces_n = np.cumsum(0.5 * (start + end)) * width_m
+    scale = sum(contact.max_force_n for contact in contacts) / forces_n[-1]
+    return _assemble(start * scale, end * scale, width_m)
+
+
+def _assemble(start: Array, end: Array, width_m: float) -> VirginCurve:
+    force_n = np.concatenate(([0.0], np.cumsum(0.5 * (start + end)) * width_m))
+    half_slope = 0.5 * (end - start) / width_m
+    gains_j = width_m * (force_n[:-1] + width_m * (start / 2.0 + width_m * half_slope / 3.0))
+    energy_j = np.concatenate(([0.0], np.cumsum(gains_j)))
+    cells = np.column_stack((force_n[:-1], start, half_slope, energy_j[:-1]))
+    return VirginCurve(
+        cells=np.ascontiguousarray(cells),
+        cells_per_m=1.0 / width_m,
+        core_m=width_m,
+        limit_m=width_m * len(start),
+        force_max_n=float(force_n[-1]),
+        energy_max_j=float(energy_j[-1]),
+    )
+
+
+@kernel
+def virgin_force(curve: VirginCurve, displacement_m: float) -> float:
+    """Return T_v, N, at a displacement >= 0, m."""
+    place = displacement_m * curve.cells_per_m
+    if place >= len(curve.cells):
+        return curve.force_max_n
+    index = int(place)
+    rest_m = displacement_m - index * curve.core_m
+    return curve.cells[index, 0] + rest_m * (
+        curve.cells[index, 1] + rest_m * curve.cells[index, 2]
+    )
+
+
+@kernel
+def virgin_stiffness(curve: VirginCurve, displacement_m: float) -> float:
+    """Return T_v', N/m, at a displacement >= 0, m."""
+    place = displacement_m * curve.cells_per_m
+    if place >= len(curve.cells):
+        return 0.0
+    index = int(place)
+    rest_m = displacement_m - index * curve.core_m
+    return curve.cells[index, 1] + 2.0 * rest_m * curve.cells[index, 2]
+
+
+@kernel
+def virgin_energy(curve: VirginCurve, displacement_m: float) -> float:
+    """Return the integral of T_v from 0 to a displacement >= 0, J."""
+    place = displacement_m * curve.cells_per_m
+    if place >= len(curve.cells):
+        return curve.energy_max_j + curve.force_max_n * (displacement_m - curve.limit_m)
+    index = int(place)
+    rest_m = displacement_m - index * curve.core_m
+    return curve.cells[index, 3] + rest_m * (
+        curve.cells[index, 0]
+        + rest_m * (curve.cells[index, 1] / 2.0 + rest_m * curve.cells[index, 2] / 3.0)
+    )
