@@ -1,0 +1,1 @@
+"""The drive: a voltage in, a runner motion out."""

@@ -1,0 +1,76 @@
+"""Where the energy went: every term computed on its own, so that the sum is a test."""
+
+from dataclasses import dataclass
+
+from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.memory import lost_energy, stored_energy
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.drive.records import Plant, State, Sums
+
+
+@dataclass(frozen=True)
+class EnergyLedger:
+    """
+    Energy of the drive since its start, J.
+
+    Attributes
+    ----------
+    feet_work_j, load_work_j : float
+        Work of the feet and of the external load: put in.
+    kinetic_j, cell_j, contact_stored_j : float
+        Energy in the runner's motion, the load-cell spring, the springs of the contacts.
+    contact_lost_j, damping_lost_j : float
+        Energy lost by slip in the contacts and by viscous damping.
+
+    """
+
+    feet_work_j: float
+    load_work_j: float
+    kinetic_j: float
+    cell_j: float
+    contact_stored_j: float
+    contact_lost_j: float
+    damping_lost_j: float
+
+    @property
+    def residual_j(self) -> float:
+        """Energy put in minus energy found, J: the error of the integration."""
+        found_j = self.kinetic_j + self.cell_j + self.contact_stored_j
+        lost_j = self.contact_lost_j + self.damping_lost_j
+        return self.feet_work_j + self.load_work_j - found_j - lost_j
+
+
+def take_ledger(plant: Plant, stack: Array, state: State) -> EnergyLedger:
+    """Compute every term of the balance from the state."""
+    return EnergyLedger(
+        feet_work_j=state.sums.feet_work_j,
+        load_work_j=state.sums.load_work_j,
+        kinetic_j=0.5 * plant.mass_kg * state.velocity_m_per_s**2,
+        cell_j=0.5 * plant.cell_n_per_m * state.position_m**2,
+        contact_stored_j=stored_energy(plant.curve, stack, state.memory),
+        contact_lost_j=lost_energy(plant.curve, stack, state.memory),
+        damping_lost_j=state.sums.damping_lost_j,
+    )
+
+
+@kernel
+def book(
+    plant: Plant,
+    before: State,
+    foot_m: float,
+    position_m: float,
+    velocity_m_per_s: float,
+    contact_n: float,
+    load_n: float,
+    dt_s: float,
+) -> Sums:
+    """Add one step to the integrals, each by the trapezoidal rule."""
+    sums = before.sums
+    mean_contact_n = 0.5 * (before.memory.force_n + contact_n)
+    mean_square = 0.5 * (before.velocity_m_per_s**2 + velocity_m_per_s**2)
+    return Sums(
+        sums.feet_work_j - mean_contact_n * (foot_m - before.foot_m),
+        sums.load_work_j + load_n * (position_m - before.position_m),
+        sums.damping_lost_j + plant.damping_n_s_per_m * mean_square * dt_s,
+        sums.position_m_s + 0.5 * (before.position_m + position_m) * dt_s,
+    )

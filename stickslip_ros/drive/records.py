@@ -1,0 +1,149 @@
+"""Records of the drive's kernels: Plant never changes, Wave with a command, State always."""
+
+from typing import NamedTuple
+
+from stickslip_ros.contact.memory import Memory
+from stickslip_ros.contact.virgin import VirginCurve
+
+ENDLESS = 1 << 62
+"""Cycles of a wave that runs until it is replaced."""
+
+
+class Plant(NamedTuple):
+    """
+    Everything about the drive that does not change while it runs.
+
+    Attributes
+    ----------
+    curve : VirginCurve
+        Tangential behaviour of all six contacts together.
+    mass_kg : float
+        m of Eq. 20.
+    damping_n_s_per_m : float
+        c, viscous damping of the runner.
+    cell_n_per_m : float
+        k of Eq. 20; 0 for a free runner.
+    gain_m_per_v : float
+        Foot displacement per volt.
+    rest_v : float
+        Voltage at which the contacts are relaxed at the start.
+    voltage_min_v, voltage_max_v : float
+        Range of the amplifier.
+    slew_v_per_s : float
+        Fastest change of its output.
+    dt_s : float
+        Longest step while the voltage follows the command.
+    slew_dt_s : float
+        Longest step while the voltage slews.
+
+    """
+
+    curve: VirginCurve
+    mass_kg: float
+    damping_n_s_per_m: float
+    cell_n_per_m: float
+    gain_m_per_v: float
+    rest_v: float
+    voltage_min_v: float
+    voltage_max_v: float
+    slew_v_per_s: float
+    dt_s: float
+    slew_dt_s: float
+
+
+class Wave(NamedTuple):
+    """
+    Commanded voltage: a ramp from ``start_v`` by ``rise_v``, repeated, then held at ``start_v``.
+
+    Attributes
+    ----------
+    start_v : float
+        Voltage at which each ramp starts, and which is held in the end.
+    rise_v : float
+        Change along a ramp; negative for steps backwards.
+    period_s : float
+        Length of a ramp.
+    cycles : int
+        Ramps before the hold; 0 is a level, ENDLESS never ends.
+
+    """
+
+    start_v: float
+    rise_v: float
+    period_s: float
+    cycles: int
+
+
+class Clock(NamedTuple):
+    """
+    Where the drive is in its wave.
+
+    Attributes
+    ----------
+    ramp_s : float
+        Time since the present ramp of the wave began. Times are counted per ramp, so that
+        they never lose digits, however long a run lasts.
+    cycle : int
+        Ramps of the wave that are over.
+    start_m : float
+        Runner position at the start of the present ramp, when the fall before it was over.
+    start_m_s : float
+        Integral of the runner position (``Sums.position_m_s``) when the present ramp began.
+
+    """
+
+    ramp_s: float
+    cycle: int
+    start_m: float
+    start_m_s: float
+
+
+class Sums(NamedTuple):
+    """
+    Integrals over the whole run.
+
+    Attributes
+    ----------
+    feet_work_j, load_work_j : float
+        Work that the feet and the external load have done on runner and contacts.
+    damping_lost_j : float
+        Energy lost in the viscous damping.
+    position_m_s : float
+        Integral of the runner position over time.
+
+    """
+
+    feet_work_j: float
+    load_work_j: float
+    damping_lost_j: float
+    position_m_s: float
+
+
+class State(NamedTuple):
+    """
+    Everything that changes while the drive runs, but for the stack of turning points.
+
+    Attributes
+    ----------
+    clock : Clock
+        Place in the wave.
+    voltage_v : float
+        Output of the amplifier.
+    foot_m : float
+        Displacement of the contact points, x_s.
+    position_m, velocity_m_per_s : float
+        The runner.
+    memory : Memory
+        The contacts.
+    sums : Sums
+        Energy and position integrals.
+
+    """
+
+    clock: Clock
+    voltage_v: float
+    foot_m: float
+    position_m: float
+    velocity_m_per_s: float
+    memory: Memory
+    sums: Sums

@@ -1,0 +1,24 @@
+"""The runner: one step of m x'' = -k x - c x' + F_r + F_ext (Eq. 20), by velocity Verlet."""
+
+from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.drive.records import Plant
+
+
+@kernel
+def force_on_runner(plant: Plant, position_m: float, contact_n: float, load_n: float) -> float:
+    """Return load-cell spring, contacts and external load together, N; damping is apart."""
+    return load_n - contact_n - plant.cell_n_per_m * position_m
+
+
+@kernel
+def kick_before(plant: Plant, velocity_m_per_s: float, force_n: float, dt_s: float) -> float:
+    """Return the velocity in the middle of the step, with the damping of its beginning."""
+    drag_n = plant.damping_n_s_per_m * velocity_m_per_s
+    return velocity_m_per_s + 0.5 * dt_s * (force_n - drag_n) / plant.mass_kg
+
+
+@kernel
+def kick_after(plant: Plant, velocity_m_per_s: float, force_n: float, dt_s: float) -> float:
+    """Return the velocity at the end of the step, with the damping of its end (implicit)."""
+    free_m_per_s = velocity_m_per_s + 0.5 * dt_s * force_n / plant.mass_kg
+    return free_m_per_s / (1.0 + 0.5 * dt_s * plant.damping_n_s_per_m / plant.mass_kg)
