@@ -1,0 +1,1 @@
+"""The virtual instrument: a pure function of time and requests."""
