@@ -1,0 +1,172 @@
+"""Opens a recording and gives what is in it: messages, descriptions, quantities over time."""
+
+from collections.abc import Iterable, Iterator
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from stickslip_ros.errors import RecordingError, UnknownName
+from stickslip_ros.recording.cdr import unpack
+from stickslip_ros.recording.cdr_fields import NS_PER_S
+from stickslip_ros.recording.integrity import open_whole
+from stickslip_ros.recording.messages import FLOAT64_ARRAY, ArrayMessage, Message
+from stickslip_ros.recording.quantities import find_quantity, time_ns
+from stickslip_ros.recording.schemas import SCHEMAS
+from stickslip_ros.recording.series import Series
+from stickslip_ros.recording.tally import ChannelSummary, Tally
+from stickslip_ros.recording.trace import split_columns
+
+
+class Recording:
+    """
+    A finished MCAP recording.
+
+    The file is opened for each question and closed behind it. Wherever a topic is asked for, the
+    end of its name is enough: ``position`` is ``/stand/position``, the shortest that ends so.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+
+    Raises
+    ------
+    RecordingError
+        If the file is not there, is no MCAP, is cut off, has no summary or is damaged; the last
+        can also show itself later, where the damaged part is read.
+
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = Path(path)
+        with open_whole(self.path) as reader:
+            summary = reader.get_summary()
+            assert summary is not None, 'a file without summary does not open'
+            schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
+            self._types = {
+                each.topic: schemas[each.schema_id] for each in summary.channels.values()
+            }
+            self.metadata = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
+            self.attachments = {
+                each.name: (each.media_type, each.data) for each in reader.iter_attachments()
+            }
+
+    @property
+    def types(self) -> dict[str, str]:
+        """Message type of each topic."""
+        return dict(self._types)
+
+    @cached_property
+    def channels(self) -> list[ChannelSummary]:
+        """What each topic holds, in the order of the file; costs one pass over the messages."""
+        tallies = {topic: Tally() for topic in self._types}
+        with open_whole(self.path) as reader:
+            for _, channel, message in reader.iter_messages(log_time_order=False):
+                tallies[channel.topic].add(message.log_time, message.sequence)
+        return [tally.summary(topic, self._types[topic]) for topic, tally in tallies.items()]
+
+    def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:
+        """
+        Give messages in the order of their times.
+
+        Parameters
+        ----------
+        topics : iterable of str, optional
+            Topics to read; by default all whose type this package knows.
+
+        Returns
+        -------
+        iterator of (topic, time in ns, message)
+            One entry per message.
+
+        Raises
+        ------
+        UnknownName
+            If a topic is not in the recording, or its type is not known.
+
+        """
+        if topics is None:
+            return self._read([name for name, kind in self._types.items() if kind in SCHEMAS])
+        return self._read([self._find(topic) for topic in topics])
+
+    def series(self, topic: str, field: str = '') -> Series:
+        """
+        Give one quantity over time.
+
+        Parameters
+        ----------
+        topic : str
+            A topic of numbers, points, wrenches, or traces.
+        field : str
+            ``x``, ``force.x``, ``data`` or a column of a trace; by default the first.
+
+        Returns
+        -------
+        Series
+            Over the messages' own stamps where they have one, else over their log times.
+
+        Raises
+        ------
+        UnknownName
+            If the topic or the field is not known.
+
+        """
+        name = self._find(topic)
+        if self._types[name] == FLOAT64_ARRAY:
+            return self._column(name, field)
+        quantity = find_quantity(name, self._types[name], field)
+        pairs = [(time_ns(each, at), quantity.take(each)) for _, at, each in self._read([name])]
+        times_ns = np.array([time for time, _ in pairs], dtype=np.int64)
+        values = np.array([value for _, value in pairs], dtype=np.float64)
+        return Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
+
+    def trace(self, topic: str = 'trace') -> dict[str, Series]:
+        """
+        Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``.
+
+        Raises
+        ------
+        UnknownName
+            If the topic is not in the recording.
+        WrongKind
+            If it carries no table with a column ``t[s]``.
+
+        """
+        name = self._find(topic)
+        blocks = [each for _, _, each in self._read([name]) if isinstance(each, ArrayMessage)]
+        return split_columns(blocks, self._origin(name))
+
+    def _column(self, name: str, field: str) -> Series:
+        columns = self.trace(name)
+        if not field and columns:
+            return next(iter(columns.values()))
+        if field not in columns:
+            known = ', '.join(columns) or 'no samples'
+            raise UnknownName(f'column of {name}', field, f'this recording has {known}')
+        return columns[field]
+
+    def _read(self, topics: list[str]) -> Iterator[tuple[str, int, Message]]:
+        with open_whole(self.path) as reader:
+            for schema, channel, message in reader.iter_messages(topics):
+                type_name = schema.name if schema else ''
+                yield channel.topic, message.log_time, unpack(type_name, message.data)
+
+    def _find(self, name: str) -> str:
+        """Give the full name of a topic."""
+        if name in self._types:
+            return name
+        ending = '/' + name.lstrip('/')
+        found = sorted((t for t in self._types if t.endswith(ending)), key=_depth)
+        if not found:
+            raise UnknownName('topic', name, f'{self.path.name} has {", ".join(self._types)}')
+        if len(found) > 1 and _depth(found[0]) == _depth(found[1]):
+            raise RecordingError(self.path, f'{name} may be {" or ".join(found)}', 'say which')
+        return found[0]
+
+    def _origin(self, topic: str) -> str:
+        return f'{self.path.name} {topic}'
+
+
+def _depth(topic: str) -> int:
+    return topic.count('/')

@@ -1,0 +1,92 @@
+"""The file of a run: its name, and what it says of itself."""
+
+import json
+import platform
+from datetime import datetime, timezone
+from importlib import metadata
+from pathlib import Path
+
+import stickslip_ros
+from stickslip_ros.instrument.reports import STATUS_TEXTS, TRACE_COLUMNS
+from stickslip_ros.parameters import Parameters, dump_yaml, specs
+from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
+
+RUN_RECORD = 'stickslip_run'
+"""Name of the metadata record of a run; it alone holds wall-clock time."""
+PARAMETERS_FILE = 'parameters.yaml'
+"""Name of the attachment with every parameter."""
+WALL_TIME = '%Y-%m-%dT%H:%M:%S.%fZ'
+
+
+def info_json(parameters: Parameters) -> str:
+    """Return the text of ``~/info``: everything that a recording needs to explain itself."""
+    return json.dumps(
+        {
+            'versions': versions(),
+            'parameters': parameters.flat(),
+            'units': {name: spec.unit for name, spec in specs().items() if spec.unit},
+            'trace_columns': TRACE_COLUMNS,
+            'status_bits': {f'0x{bit:08x}': text for bit, text in STATUS_TEXTS.items()},
+        }
+    )
+
+
+def versions() -> dict[str, str]:
+    """Return the versions on which the numbers of a run depend."""
+    found = {name: metadata.version(name) for name in ('numpy', 'numba', 'mcap')}
+    return {
+        'stickslip_ros': stickslip_ros.__version__,
+        'python': platform.python_version(),
+        'machine': platform.machine(),
+        **found,
+    }
+
+
+def run_path(parameters: Parameters) -> Path:
+    """Return the path of a new recording: the given name, or one after date and time."""
+    name = parameters.record.name
+    if not name:
+        name = f'run_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}.mcap'
+    return Path(parameters.record.directory) / name
+
+
+def open_recorder(
+    path: Path, parameters: Parameters, namespace: str = '/', node_name: str = NODE_NAME
+) -> Recorder:
+    """
+    Start the recording of a run.
+
+    Parameters
+    ----------
+    path : Path
+        The file; it must not exist.
+    parameters : Parameters
+        Go into the file as an attachment, with units and sources.
+    namespace, node_name : str
+        Of the node, for the names of the topics.
+
+    Raises
+    ------
+    RecordingError
+        If the file exists or cannot be written.
+
+    """
+    heading = 'Parameters of the recorded run; SI units.'
+    run = {
+        **versions(),
+        'seed': str(parameters.sim.seed),
+        'dt_s': repr(parameters.sim.dt),
+        'wall_start': datetime.now(timezone.utc).strftime(WALL_TIME),
+    }
+    return Recorder(
+        path,
+        list(recorded_channels(namespace, node_name).values()),
+        metadata={RUN_RECORD: run},
+        attachments={
+            PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode())
+        },
+        compression=parameters.record.compression,
+        chunk_size_bytes=parameters.record.chunk_size,
+        queue_length=parameters.record.queue_length,
+    )

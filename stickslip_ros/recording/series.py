@@ -1,0 +1,84 @@
+"""A quantity over time: the one type of measured and of simulated runs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.errors import OutOfRange, WrongKind
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """
+    A quantity sampled at rising times.
+
+    Parameters
+    ----------
+    time_s : ndarray of float, shape (n,)
+        Times in s; finite, never falling. Two samples of one instant are a jump.
+    value : ndarray of float, shape (n,)
+        The quantity in `unit`.
+    unit : str
+        SI unit; empty for a pure number.
+    origin : str
+        Where the samples come from, for a legend or an error message.
+
+    Raises
+    ------
+    WrongKind
+        If the two arrays are not one-dimensional and equally long.
+    OutOfRange
+        If a time is not finite or comes before its predecessor.
+
+    """
+
+    time_s: NDArray[np.float64]
+    value: NDArray[np.float64]
+    unit: str
+    origin: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, 'time_s', np.asarray(self.time_s, dtype=np.float64))
+        object.__setattr__(self, 'value', np.asarray(self.value, dtype=np.float64))
+        self._check_shapes()
+        self._check_times()
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def window(self, start_s: float, end_s: float) -> 'Series':
+        """Give the samples from `start_s` to `end_s`, both included."""
+        if not start_s <= end_s:
+            raise OutOfRange(
+                'end of the window', end_s, 's', f'before its start {start_s:.6g} s', 'swap them'
+            )
+        first = int(np.searchsorted(self.time_s, start_s, 'left'))
+        last = int(np.searchsorted(self.time_s, end_s, 'right'))
+        return Series(self.time_s[first:last], self.value[first:last], self.unit, self.origin)
+
+    def _check_shapes(self) -> None:
+        shapes = self.time_s.shape, self.value.shape
+        if self.time_s.ndim != 1 or shapes[0] != shapes[1]:
+            raise WrongKind(
+                f'shapes of time and value of {self.origin}',
+                shapes,
+                'a pair of equal one-dimensional shapes',
+                'give one value per time',
+            )
+
+    def _check_times(self) -> None:
+        self._refuse_time(~np.isfinite(self.time_s), 'not finite')
+        fallen = np.diff(self.time_s, prepend=self.time_s[:1]) < 0.0
+        self._refuse_time(fallen, 'before the sample in front of it')
+
+    def _refuse_time(self, wrong: NDArray[np.bool_], limit: str) -> None:
+        if wrong.any():
+            index = int(np.argmax(wrong))
+            raise OutOfRange(
+                f'time of sample {index} of {self.origin}',
+                float(self.time_s[index]),
+                's',
+                limit,
+                'sort the samples or split the run where time starts anew',
+            )

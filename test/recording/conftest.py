@@ -1,0 +1,140 @@
+"""What the tests of recordings share: one run with a topic of every type."""
+
+import resource
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip_ros.recording import Channel, Qos, Recorder, cdr
+from stickslip_ros.recording import messages as m
+
+COLUMNS = ('sample', 't[s],voltage[V],foot[m],position[m],force[N]')
+MS_NS = 1_000_000
+
+CHANNELS = (
+    Channel('/stand/position', m.POINT_STAMPED, Qos(100)),
+    Channel('/stand/force', m.WRENCH_STAMPED, Qos(100, reliable=False)),
+    Channel('/stand/voltage', m.FLOAT64, Qos(10)),
+    Channel('/stand/trace', m.FLOAT64_ARRAY, Qos(10)),
+    Channel('/stand/command/steps', m.INT32, Qos(10)),
+    Channel('/stand/drive/status', m.UINT32, Qos(1, latched=True)),
+    Channel('/stand/drive/event', m.STRING, Qos(10)),
+    Channel('/stand/truth/position', m.POINT_STAMPED, Qos(100)),
+)
+
+
+def _plain_array(message: Any) -> m.ArrayMessage:
+    dims = message.layout.dim
+    sizes = tuple(int(dim.size) for dim in dims)
+    data = np.array(message.data, dtype=float)
+    return m.ArrayMessage(tuple(dim.label for dim in dims), sizes, data.reshape(sizes))
+
+
+def _stamp_ns(header: Any) -> int:
+    return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)
+
+
+def _plain_point(message: Any) -> m.PointMessage:
+    header, point = message.header, message.point
+    return m.PointMessage(_stamp_ns(header), header.frame_id, point.x, point.y, point.z)
+
+
+def _plain_wrench(message: Any) -> m.WrenchMessage:
+    header, force, torque = message.header, message.wrench.force, message.wrench.torque
+    return m.WrenchMessage(
+        _stamp_ns(header),
+        header.frame_id,
+        (force.x, force.y, force.z),
+        (torque.x, torque.y, torque.z),
+    )
+
+
+def _plain(type_name: str, message: Any) -> str:
+    """Write out what a message of any ROS library says, as `repr` does for our records."""
+    kinds = {
+        m.FLOAT64_ARRAY: _plain_array,
+        m.POINT_STAMPED: _plain_point,
+        m.WRENCH_STAMPED: _plain_wrench,
+    }
+    return _written(kinds.get(type_name, lambda each: each.data)(message))
+
+
+def _written(record: m.Message) -> str:
+    if isinstance(record, m.ArrayMessage):
+        return repr((record.labels, record.sizes, record.data.shape, record.data.tolist()))
+    return repr(record)
+
+
+@pytest.fixture(scope='session')
+def plain() -> Callable[[str, Any], str]:
+    return _plain
+
+
+@pytest.fixture(scope='session')
+def written() -> Callable[[m.Message], str]:
+    """Write out a record so that NaN equals NaN and -0.0 differs from 0.0."""
+    return _written
+
+
+def _run() -> Iterator[tuple[str, int, bytes]]:
+    """Give 20 ms of a run: every topic, at its own rate."""
+    yield '/stand/drive/status', 0, cdr.pack_uint32(5)
+    for tick in range(20):
+        at_ns = tick * MS_NS
+        position_m = tick * 1e-9
+        yield '/stand/position', at_ns, cdr.pack_point_stamped(at_ns, 'runner', (position_m, 0, 0))
+        yield '/stand/truth/position', at_ns, cdr.pack_point_stamped(at_ns, 'runner', (-1, 0, 0))
+        wrench = cdr.pack_wrench_stamped(at_ns, 'load_cell', (-tick, 0, 0), (0, 0, 0.5))
+        yield '/stand/force', at_ns, wrench
+        if tick % 10 == 0:
+            yield '/stand/voltage', at_ns, cdr.pack_float64(10.0 * tick)
+            yield '/stand/trace', at_ns, cdr.pack_float64_array(_block(tick), COLUMNS)
+    yield '/stand/command/steps', at_ns, cdr.pack_int32(-3)
+    yield '/stand/drive/event', at_ns, cdr.pack_string('{"result": "SUCCEEDED"}')
+
+
+def _block(tick: int) -> np.ndarray:
+    """Give 10 ms of a trace at 1 kS/s; a column k is the time in s, k times over."""
+    time_s = np.arange(tick, tick + 10) * 1e-3
+    return time_s[:, None] * np.array([1.0, 2.0, 3.0, 4.0, 5.0])
+
+
+@pytest.fixture(scope='session')
+def run() -> list[tuple[str, int, bytes]]:
+    return list(_run())
+
+
+@pytest.fixture(scope='session')
+def channels() -> tuple[Channel, ...]:
+    return CHANNELS
+
+
+@pytest.fixture(scope='session')
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give a finished recording of the run."""
+    path = tmp_path_factory.mktemp('recorded') / 'run.mcap'
+    metadata = {'stickslip_run': {'seed': '7', 'specimen': 'steel µ'}}
+    attachments = {'parameters.yaml': ('application/yaml', b'seed: 7\n')}
+    recorder = Recorder(
+        path, CHANNELS, metadata=metadata, attachments=attachments, chunk_size_bytes=2000
+    )
+    with recorder:
+        for topic, time_ns, data in _run():
+            recorder.put(topic, time_ns, data)
+    assert recorder.error is None
+    return path
+
+
+@pytest.fixture
+def small_disk() -> Iterator[Callable[[int], None]]:
+    """Give a switch that makes every file of this process end at a size, as a full disk does."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+    def limit(size_bytes: int) -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size_bytes, hard))
+
+    yield limit
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

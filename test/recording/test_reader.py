@@ -1,0 +1,294 @@
+"""A recording tells what is in it, and a broken one tells what is wrong."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.writer import IndexType, Writer
+
+from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName
+from stickslip_ros.recording import Channel, ChannelSummary, Qos, Recorder, Recording, cdr
+from stickslip_ros.recording import messages as m
+
+Run = list[tuple[str, int, bytes]]
+MS_NS = 1_000_000
+
+
+@pytest.fixture
+def recording(recorded: Path) -> Recording:
+    return Recording(recorded)
+
+
+@pytest.fixture(scope='module')
+def damaged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp('damaged') / 'run.mcap'
+
+
+def read_all(path: Path) -> None:
+    recording = Recording(path)
+    assert recording.channels
+    for _ in recording.messages():
+        pass
+    recording.trace()
+
+
+def foreign(path: Path, **options) -> Writer:
+    """Begin a file as other programs write it; whoever calls finishes it."""
+    writer = Writer(str(path), **options)
+    writer.start('ros2')
+    return writer
+
+
+def test_messages_come_back_in_the_order_of_their_times(
+    recording: Recording, run: Run, channels: list[Channel], written: Callable
+):
+    types = {each.topic: each.type_name for each in channels}
+    expected = [(topic, at, written(cdr.unpack(types[topic], data))) for topic, at, data in run]
+    assert [(topic, at, written(each)) for topic, at, each in recording.messages()] == expected
+
+
+def test_messages_of_chosen_topics_come_alone(recording: Recording):
+    messages = list(recording.messages(['event', '/stand/command/steps']))
+    assert messages == [
+        ('/stand/command/steps', 19 * MS_NS, -3),
+        ('/stand/drive/event', 19 * MS_NS, '{"result": "SUCCEEDED"}'),
+    ]
+
+
+def test_descriptions_and_attached_files_come_back(recording: Recording):
+    assert recording.metadata['stickslip_run'] == {'seed': '7', 'specimen': 'steel µ'}
+    assert recording.attachments == {'parameters.yaml': ('application/yaml', b'seed: 7\n')}
+
+
+def test_channels_tell_counts_times_and_rates(recording: Recording):
+    channels = {each.topic: each for each in recording.channels}
+    force = ChannelSummary('/stand/force', m.WRENCH_STAMPED, 20, 0, 19 * MS_NS, 0)
+    assert channels['/stand/force'] == force
+    assert force.rate_hz == pytest.approx(1000.0, rel=1e-12)
+    assert channels['/stand/voltage'].rate_hz == pytest.approx(100.0, rel=1e-12)
+
+
+def test_a_topic_with_one_message_or_none_has_no_rate(tmp_path: Path):
+    channels = [Channel('/one', m.INT32, Qos(1)), Channel('/none', m.INT32, Qos(1))]
+    with Recorder(tmp_path / 'run.mcap', channels) as recorder:
+        recorder.put('/one', 5, cdr.pack_int32(1))
+    one, none = Recording(tmp_path / 'run.mcap').channels
+    assert (one.first_ns, one.last_ns, one.rate_hz) == (5, 5, 0.0)
+    assert (none.first_ns, none.last_ns, none.rate_hz) == (None, None, 0.0)
+
+
+def test_a_recording_without_messages_opens(tmp_path: Path):
+    Recorder(tmp_path / 'run.mcap', [Channel('/trace', m.FLOAT64_ARRAY, Qos(1))]).close()
+    recording = Recording(tmp_path / 'run.mcap')
+    assert list(recording.messages()) == []
+    assert recording.trace() == {}
+    with pytest.raises(UnknownName, match='this recording has no samples'):
+        recording.series('trace')
+
+
+@pytest.mark.parametrize(
+    ('topic', 'field', 'unit', 'last'),
+    [
+        ('position', '', 'm', 19e-9),
+        ('/stand/position', 'y', 'm', 0.0),
+        ('truth/position', 'x', 'm', -1.0),
+        ('force', '', 'N', -19.0),
+        ('force', 'torque.z', 'N m', 0.5),
+        ('voltage', '', 'V', 100.0),
+        ('status', 'data', '', 5.0),
+        ('steps', '', '', -3.0),
+        ('trace', '', 'V', 2 * 19e-3),
+        ('trace', 'force', 'N', 5 * 19e-3),
+    ],
+)
+def test_a_quantity_is_asked_for_by_topic_and_field(
+    recording: Recording, topic: str, field: str, unit: str, last: float
+):
+    series = recording.series(topic, field)
+    assert series.unit == unit
+    assert series.value[-1] == pytest.approx(last, rel=1e-12, abs=0)
+
+
+def test_a_point_is_placed_at_its_own_stamp_and_a_number_at_its_log_time(tmp_path: Path):
+    channels = [Channel('/p', m.POINT_STAMPED, Qos(1)), Channel('/u', m.FLOAT64, Qos(1))]
+    with Recorder(tmp_path / 'run.mcap', channels) as recorder:
+        recorder.put('/p', 2_500_000_000, cdr.pack_point_stamped(1_500_000_000, '', (0, 0, 0)))
+        recorder.put('/u', 2_500_000_000, cdr.pack_float64(0.0))
+    recording = Recording(tmp_path / 'run.mcap')
+    assert recording.series('p').time_s.tolist() == [1.5]
+    assert recording.series('u').time_s.tolist() == [2.5]
+
+
+def test_the_blocks_of_a_trace_are_joined(recording: Recording):
+    columns = recording.trace()
+    assert list(columns) == ['voltage', 'foot', 'position', 'force']
+    assert [each.unit for each in columns.values()] == ['V', 'm', 'm', 'N']
+    np.testing.assert_allclose(columns['foot'].time_s, np.arange(20) * 1e-3, rtol=1e-12)
+    np.testing.assert_array_equal(columns['foot'].value, 3.0 * columns['foot'].time_s)
+
+
+def test_a_quantity_tells_its_origin(recording: Recording):
+    assert recording.series('position').origin == 'run.mcap /stand/position'
+    assert recording.series('trace', 'foot').origin == 'run.mcap /stand/trace foot'
+
+
+def test_a_wrong_name_is_answered_with_the_right_ones(recording: Recording):
+    with pytest.raises(UnknownName, match='/stand/voltage'):
+        recording.series('volts')
+    with pytest.raises(UnknownName, match='has x, y, z'):
+        recording.series('position', 'w')
+    with pytest.raises(UnknownName, match='has no numbers'):
+        recording.series('event')
+    with pytest.raises(UnknownName, match='has voltage, foot, position, force'):
+        recording.series('trace', 'foots')
+
+
+def test_an_ending_means_the_topic_in_the_fewest_namespaces(tmp_path: Path):
+    channels = [Channel('/a/b/u', m.FLOAT64, Qos(1)), Channel('/laboratory/u', m.FLOAT64, Qos(1))]
+    Recorder(tmp_path / 'run.mcap', channels).close()
+    assert Recording(tmp_path / 'run.mcap').series('u').origin == 'run.mcap /laboratory/u'
+
+
+def test_an_ending_that_two_topics_share_is_refused(tmp_path: Path):
+    channels = [Channel(f'/{stand}/u', m.FLOAT64, Qos(1)) for stand in 'ab']
+    Recorder(tmp_path / 'run.mcap', channels).close()
+    with pytest.raises(RecordingError, match='u may be /a/u or /b/u'):
+        Recording(tmp_path / 'run.mcap').series('u')
+
+
+def test_topics_of_unknown_types_are_passed_over_unless_asked_for(tmp_path: Path):
+    writer = foreign(tmp_path / 'run.mcap')
+    schema = writer.register_schema('std_msgs/msg/Float64', 'ros2msg', b'float64 data')
+    number = writer.register_channel('/u', 'cdr', schema)
+    note = writer.register_channel('/note', 'json', 0)
+    writer.add_message(number, 2, cdr.pack_float64(1.5), 2)
+    writer.add_message(note, 3, b'{}', 3)
+    writer.finish()
+    recording = Recording(tmp_path / 'run.mcap')
+    assert list(recording.messages()) == [('/u', 2, 1.5)]
+    with pytest.raises(UnknownName, match='message type'):
+        list(recording.messages(['note']))
+
+
+def test_a_file_without_chunks_is_read_in_the_order_of_time(tmp_path: Path):
+    writer = foreign(tmp_path / 'run.mcap', use_chunking=False)
+    schema = writer.register_schema('std_msgs/msg/Float64', 'ros2msg', b'float64 data')
+    number = writer.register_channel('/u', 'cdr', schema)
+    for sequence, time_ns in enumerate([7, 5]):
+        writer.add_message(number, time_ns, cdr.pack_float64(time_ns), time_ns, sequence)
+    writer.finish()
+    recording = Recording(tmp_path / 'run.mcap')
+    assert [at for _, at, _ in recording.messages()] == [5, 7]
+    assert (recording.channels[0].first_ns, recording.channels[0].last_ns) == (5, 7)
+
+
+@pytest.mark.parametrize(
+    ('sequences', 'gaps'),
+    [
+        ([4, 5, 6], 0),
+        ([1, 4, 6], 3),
+        ([0, 0, 0], 0),
+        ([2**32 - 1, 0, 2], 1),
+        ([5, 3, 4], 0),
+    ],
+    ids=['late start', 'losses', 'not numbered', 'wrapped', 'started anew'],
+)
+def test_gaps_are_the_numbers_that_are_missing(tmp_path: Path, sequences: list[int], gaps: int):
+    writer = foreign(tmp_path / 'run.mcap')
+    schema = writer.register_schema('std_msgs/msg/Float64', 'ros2msg', b'float64 data')
+    number = writer.register_channel('/u', 'cdr', schema)
+    for sequence in sequences:
+        writer.add_message(number, 0, cdr.pack_float64(0.0), 0, sequence)
+    writer.finish()
+    assert Recording(tmp_path / 'run.mcap').channels[0].gaps == gaps
+
+
+def test_a_missing_file_is_refused(tmp_path: Path):
+    with pytest.raises(RecordingError, match='No such file or directory'):
+        Recording(tmp_path / 'run.mcap')
+
+
+@pytest.mark.parametrize('content', [b'', b'time,position\n0,1\n' * 20], ids=['empty', 'text'])
+def test_a_file_of_another_kind_is_refused(damaged: Path, content: bytes):
+    damaged.write_bytes(content)
+    with pytest.raises(RecordingError, match='not an MCAP file'):
+        Recording(damaged)
+
+
+def test_a_file_without_summary_is_refused(tmp_path: Path):
+    writer = foreign(
+        tmp_path / 'run.mcap',
+        index_types=IndexType.NONE,
+        repeat_channels=False,
+        repeat_schemas=False,
+        use_statistics=False,
+        use_summary_offsets=False,
+    )
+    writer.finish()
+    with pytest.raises(RecordingError, match='it has no summary'):
+        Recording(tmp_path / 'run.mcap')
+
+
+@settings(derandomize=True, deadline=None, max_examples=100)
+@given(st.data())
+def test_a_file_that_was_cut_off_is_refused_wherever_it_was_cut(
+    recorded: Path, damaged: Path, data: st.DataObject
+):
+    whole = recorded.read_bytes()
+    damaged.write_bytes(whole[: data.draw(st.integers(8, len(whole) - 1))])
+    with pytest.raises(RecordingError, match='its end is missing'):
+        Recording(damaged)
+
+
+@settings(derandomize=True, deadline=None, max_examples=300)
+@given(st.data())
+def test_damaged_bytes_are_refused_or_harmless_but_never_crash(
+    recorded: Path, damaged: Path, data: st.DataObject
+):
+    content = bytearray(recorded.read_bytes())
+    content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
+    damaged.write_bytes(content)
+    with suppress(StickSlipError):
+        read_all(damaged)
+
+
+def test_a_damaged_chunk_is_refused(recorded: Path, damaged: Path):
+    content = bytearray(recorded.read_bytes())
+    content[content.index(b'\x28\xb5\x2f\xfd') + 40] ^= 0xFF
+    damaged.write_bytes(content)
+    with pytest.raises(RecordingError, match='it is damaged'):
+        list(Recording(damaged).messages())
+
+
+def test_a_damaged_head_of_a_chunk_never_crashes(recorded: Path, damaged: Path):
+    whole = recorded.read_bytes()
+    with recorded.open('rb') as stream:
+        chunk = make_reader(stream).get_summary().chunk_indexes[0]
+    head_bytes = chunk.chunk_length - chunk.compressed_size
+    for index in range(chunk.chunk_start_offset, chunk.chunk_start_offset + head_bytes):
+        damaged.write_bytes(whole[:index] + bytes([whole[index] ^ 0x80]) + whole[index + 1 :])
+        with suppress(StickSlipError):
+            read_all(damaged)
+
+
+def test_a_wrong_number_in_a_chunk_without_compression_is_refused(tmp_path: Path):
+    path = tmp_path / 'run.mcap'
+    message = cdr.pack_float64(1.5)
+    with Recorder(path, [Channel('/u', m.FLOAT64, Qos(1))], compression='none') as recorder:
+        recorder.put('/u', 0, message)
+    path.write_bytes(path.read_bytes().replace(message, cdr.pack_float64(2.5)))
+    with pytest.raises(RecordingError, match='crc validation failed'):
+        list(Recording(path).messages())
+
+
+def test_a_damaged_summary_is_refused(recorded: Path, damaged: Path):
+    content = bytearray(recorded.read_bytes())
+    content[content.rindex(b'/stand/voltage')] ^= 0xFF
+    damaged.write_bytes(content)
+    with pytest.raises(RecordingError, match='checksum of its summary'):
+        Recording(damaged)
