@@ -1,0 +1,259 @@
+"""A saw-tooth run of the virtual stand without ROS, and what a scientist reads off it."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.drive.ledger import EnergyLedger
+from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Move, Request, check_request
+from stickslip_ros.instrument.reports import Output, Status
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.feed import Feed
+from stickslip_ros.recording.run_writer import RunWriter
+
+STEADY_STEPS_MIN = 200
+"""Steps before a run may be called steady."""
+STEADY_WINDOW = 20
+"""Steps over which a steady value may change by STEADY_CHANGE of itself."""
+STEADY_CHANGE = 1e-3
+STEADY_STEPS_MAX = 5000
+"""Steps after which a run that looks for the steady state gives up."""
+STEP_LENGTH_CYCLES = 10
+"""Last cycles over which the step length is averaged."""
+
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class SawtoothRun:
+    """
+    Result of a saw-tooth run.
+
+    Attributes
+    ----------
+    preload_n, voltage_v, amplitude_m, frequency_hz : float
+        What was asked for.
+    force_mean_n : float
+        Generated force k x, mean over the last cycle.
+    force_ramp_start_n : float
+        Generated force at the start of the last cycle's ramp, when the fall before it is over.
+    step_length_m : float
+        Net motion per cycle, mean of the last 10 cycles.
+    steady : bool
+        Whether at least 200 steps were made, and force (of a free runner: step length) changed
+        by less than 0.1 % over the last 20.
+    steps : int
+        Cycles made.
+    simulated_s, wall_s, real_time_factor : float
+        Time simulated, time it took, and their ratio.
+    energy_residual : float
+        What the energy balance misses, relative to the work of the feet.
+    recording : str
+        File of the run; empty if none was asked for.
+
+    """
+
+    preload_n: float
+    voltage_v: float
+    amplitude_m: float
+    frequency_hz: float
+    force_mean_n: float
+    force_ramp_start_n: float
+    step_length_m: float
+    steady: bool
+    steps: int
+    simulated_s: float
+    wall_s: float
+    real_time_factor: float
+    energy_residual: float
+    recording: str = ''
+
+
+def run_sawtooth(
+    parameters: Parameters,
+    voltage_v: float,
+    frequency_hz: float,
+    steps: int = 0,
+    *,
+    path: Path | None = None,
+    progress: Progress | None = None,
+) -> SawtoothRun:
+    """
+    Drive the stand with a saw-tooth and report force and step length.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    voltage_v : float
+        Amplitude of the saw-tooth, V peak to peak.
+    frequency_hz : float
+        Steps per second; negative ones go backwards.
+    steps : int
+        Number of steps; 0 goes on until the steady state, at most 5000.
+    path : Path, optional
+        Recording to write.
+    progress : callable, optional
+        Called with steps done and steps wanted (0: not known).
+
+    Raises
+    ------
+    StickSlipError
+        If amplitude, frequency or steps are refused, or the recording cannot be written.
+
+    """
+    request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
+    parameters = start_on_wave(parameters, request)
+    Bench(parameters).update(parameters.block_ns)  # compiles, so that wall_s does not
+    bench = Bench(parameters)
+    start_s = time.perf_counter()
+    if path is None:
+        ramps = _drive(bench, request, None, progress)
+    else:
+        with RunWriter(path, parameters, wait=True) as writer:
+            ramps = _drive(bench, request, writer, progress)
+        if writer.recorder.error is not None:
+            raise writer.recorder.error
+    return _summarise(bench, request, ramps, time.perf_counter() - start_s, path)
+
+
+def start_on_wave(parameters: Parameters, request: Request) -> Parameters:
+    """
+    Return parameters whose drive rests at the first voltage of a wave, unless one was chosen.
+
+    A saw-tooth backwards starts at its upper end; resting there, a run backwards is the mirror
+    image of the run forwards.
+
+    """
+    command = check_request(request, parameters)
+    if 'amplifier.voltage_initial' in parameters.changed() or not isinstance(command, Move):
+        return parameters
+    return parameters.updated({'amplifier.voltage_initial': command.wave.start_v})
+
+
+def _drive(
+    bench: Bench, request: Request, writer: RunWriter | None, progress: Progress | None
+) -> Array:
+    """Update block by block until the saw-tooth has ended; return the log of its ramps."""
+    feed = Feed(bench.parameters)
+    if writer is not None:
+        writer.begin(bench.time_ns, Status(0))
+    wanted = int(request.values[2])
+    requests = [request]
+    logs: list[Array] = []
+    done = 0
+    while True:
+        if writer is not None:
+            writer.write_requests(requests, bench.time_ns)
+        output = bench.update(bench.time_ns + bench.parameters.block_ns, requests)
+        requests = []
+        if writer is not None:
+            _write(writer, feed, output)
+        if len(output.ramps):
+            logs.append(output.ramps)
+            done += len(output.ramps)
+            if progress is not None:
+                progress(done, wanted)
+        if not output.status & Status.MOVING and feed.is_flushed:
+            return np.concatenate(logs)
+        if not wanted and done >= STEADY_STEPS_MIN and len(output.ramps):
+            ramps = np.concatenate(logs)
+            if done >= STEADY_STEPS_MAX or is_steady(ramps, bench.plant.cell_n_per_m > 0.0):
+                requests = [Request('stop')]
+
+
+def _write(writer: RunWriter, feed: Feed, output: Output) -> None:
+    for packed in feed.pack(output):
+        writer.write(packed)
+
+
+def is_steady(ramps: Array, attached: bool) -> bool:
+    """
+    Tell whether a run has become steady.
+
+    Parameters
+    ----------
+    ramps : array, shape (steps, 3)
+        Log of the ramps: position after the fall, mean and final position, m.
+    attached : bool
+        Whether a load cell holds the runner: then its mean position counts, else its steps.
+
+    """
+    if len(ramps) < STEADY_STEPS_MIN:
+        return False
+    if attached:
+        now, before = ramps[-1, RAMP_MEAN], ramps[-1 - STEADY_WINDOW, RAMP_MEAN]
+    else:
+        ends = ramps[:, RAMP_END]
+        now = ends[-1] - ends[-1 - STEP_LENGTH_CYCLES]
+        before = ends[-1 - STEADY_WINDOW] - ends[-1 - STEADY_WINDOW - STEP_LENGTH_CYCLES]
+    return bool(abs(now - before) <= STEADY_CHANGE * abs(now))
+
+
+def step_length_m(ramps: Array) -> float:
+    """Return the net motion per cycle over the last cycles, m; a first cycle starts at 0."""
+    ends = np.concatenate(([0.0], ramps[:, RAMP_END]))
+    cycles = min(STEP_LENGTH_CYCLES, len(ramps))
+    return float(ends[-1] - ends[-1 - cycles]) / cycles
+
+
+def _summarise(
+    bench: Bench, request: Request, ramps: Array, wall_s: float, path: Path | None
+) -> SawtoothRun:
+    voltage_v, frequency_hz, _ = request.values
+    cell_n_per_m = bench.plant.cell_n_per_m
+    simulated_s = bench.time_ns * 1e-9
+    return SawtoothRun(
+        preload_n=bench.parameters.stand.preload,
+        voltage_v=voltage_v,
+        amplitude_m=voltage_v * bench.parameters.actuator.gain,
+        frequency_hz=frequency_hz,
+        force_mean_n=cell_n_per_m * float(ramps[-1, RAMP_MEAN]),
+        force_ramp_start_n=cell_n_per_m * float(ramps[-1, RAMP_START]),
+        step_length_m=step_length_m(ramps),
+        steady=is_steady(ramps, cell_n_per_m > 0.0),
+        steps=len(ramps),
+        simulated_s=simulated_s,
+        wall_s=wall_s,
+        real_time_factor=simulated_s / wall_s,
+        energy_residual=relative_residual(bench.ledger),
+        recording=str(path) if path else '',
+    )
+
+
+def relative_residual(ledger: EnergyLedger) -> float:
+    """Return what the energy balance misses, relative to the work of the feet."""
+    return ledger.residual_j / ledger.feet_work_j if ledger.feet_work_j else 0.0
+
+
+def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
+    """
+    Return the saw-tooth voltage for a stroke of the feet, V.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Gives the gain of the piezo.
+    amplitude_m : float
+        Stroke peak to peak, m.
+
+    Raises
+    ------
+    OutOfRange
+        If the amplifier cannot reach it.
+
+    """
+    amplifier = parameters.amplifier
+    largest_m = (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain
+    # A stroke typed in nanometres may exceed the largest by rounding only.
+    if amplitude_m > largest_m * (1.0 + 1e-9):
+        limit = f'above the {largest_m:.6g} m that the amplifier reaches'
+        raise OutOfRange('amplitude', amplitude_m, 'm', limit, 'lower it, or give it in metres')
+    return min(amplitude_m, largest_m) / parameters.actuator.gain
