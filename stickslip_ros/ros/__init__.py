@@ -1,0 +1,1 @@
+"""The node: the only package that speaks ROS."""

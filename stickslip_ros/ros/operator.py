@@ -1,0 +1,211 @@
+"""An operator at the virtual stand: commands it and listens to it, over topics only."""
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from time import monotonic
+from typing import Any
+
+from geometry_msgs.msg import WrenchStamped
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from std_msgs.msg import Float64, Float64MultiArray
+from std_srvs.srv import SetBool, Trigger
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS
+from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
+
+TIMEOUT_S = 30.0
+LISTEN_DEPTH = 10_000
+NANOSECONDS_PER_SECOND = 1_000_000_000
+
+
+class Operator:
+    """
+    A node that commands a drive and collects everything that it says.
+
+    Parameters
+    ----------
+    context : Context
+        An initialised rclpy context.
+    drive_name : str
+        Name of the drive's node.
+    keep : bool
+        Whether readings are kept in ``positions``; counts and events always are.
+
+    Attributes
+    ----------
+    received : Counter
+        Messages by the key of their topic; of commands, those that were sent.
+    positions : dict of int to float
+        Interferometer readings in m by their stamp in ns.
+    events : list of dict
+        Decoded ``~/event`` messages.
+    status : int or None
+        Last ``~/status``.
+    info : dict
+        Last ``~/info``.
+    diagnostics : list of dict
+        Decoded ``/diagnostics`` messages: values by the name of the part.
+
+    """
+
+    def __init__(
+        self, context: Context, drive_name: str = NODE_NAME, *, keep: bool = True
+    ) -> None:
+        self.node = Node('operator', context=context)
+        self.received: Counter[str] = Counter()
+        self.positions: dict[int, float] = {}
+        self.events: list[dict[str, Any]] = []
+        self.status: int | None = None
+        self.info: dict[str, Any] = {}
+        self.diagnostics: list[dict[str, dict[str, str]]] = []
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self.node)
+        self._drive = drive_name
+        self._publishers = {
+            topic.key: self.node.create_publisher(
+                MESSAGE_TYPES[topic.type_name], topic.name, to_profile(topic.qos)
+            )
+            for topic in COMMANDS
+        }
+        takers: dict[str, Callable[[Any], None]] = {
+            'event': self._on_event,
+            'status': self._on_status,
+            'info': self._on_info,
+            'diagnostics': self._on_diagnostics,
+        }
+        if keep:
+            takers['position'] = self._on_position
+        self._subscriptions = {}
+        for topic in READINGS:
+            profile = to_profile(topic.qos)
+            if profile.durability == DurabilityPolicy.VOLATILE:
+                profile.depth = LISTEN_DEPTH
+            self._subscriptions[topic.key] = self._listen(topic, profile, takers.get(topic.key))
+
+    def _listen(self, topic: Any, profile: QoSProfile, taker: Callable[[Any], None] | None) -> Any:
+        name = topic.name.replace('~', f'{self._drive}')
+        message_type = MESSAGE_TYPES[topic.type_name]
+        callback = partial(self._take, topic.key, taker)
+        return self.node.create_subscription(message_type, name, callback, profile)
+
+    def spin_until(
+        self, condition: Callable[[], bool], what: str, timeout_s: float = TIMEOUT_S
+    ) -> None:
+        """
+        Handle messages until a condition holds.
+
+        Parameters
+        ----------
+        condition : callable
+            Tested after every message.
+        what : str
+            What is waited for, for the message.
+        timeout_s : float
+            Longest wait, s.
+
+        Raises
+        ------
+        StickSlipError
+            If the condition does not come true in time.
+
+        """
+        end_s = monotonic() + timeout_s
+        while not condition():
+            if monotonic() > end_s:
+                raise StickSlipError(f'{what} did not come within {timeout_s:g} s')
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def spin_for(self, simulated_s: float) -> None:
+        """Handle messages until so much simulated time has passed, by the stamps of position."""
+        start_ns = max(self.positions, default=0)
+        end_ns = start_ns + round(simulated_s * NANOSECONDS_PER_SECOND)
+        self.spin_until(lambda: max(reversed(self.positions), default=0) >= end_ns, 'position')
+
+    def wait_for_drive(self, timeout_s: float = TIMEOUT_S) -> None:
+        """Wait until every topic is connected and the drive reports."""
+        self.spin_until(self._is_connected, 'the drive', timeout_s)
+
+    def _is_connected(self) -> bool:
+        heard = all(
+            self.node.count_publishers(subscription.topic_name) > 0
+            for subscription in self._subscriptions.values()
+        )
+        obeyed = all(p.get_subscription_count() > 0 for p in self._publishers.values())
+        return heard and obeyed and self.status is not None and self.received['position'] > 0
+
+    def command_voltage(self, voltage_v: float) -> None:
+        """Ask for a direct piezo voltage."""
+        self._send('voltage', Float64(data=voltage_v))
+
+    def command_sawtooth(self, *values: float) -> None:
+        """Ask for a saw-tooth: amplitude (V), frequency (Hz), steps."""
+        self._send('sawtooth', Float64MultiArray(data=list(values)))
+
+    def command_load(self, force_n: float) -> None:
+        """Ask for an external force on the runner, N."""
+        message = WrenchStamped()
+        message.wrench.force.x = force_n
+        self._send('load', message)
+
+    def _send(self, key: str, message: Any) -> None:
+        self._publishers[key].publish(message)
+        self.received[key] += 1
+
+    def wait_for_event(self, command: str, after: int, timeout_s: float = TIMEOUT_S) -> Any:
+        """Wait for the end of a command, ignoring the first ``after`` events; return the event."""
+
+        def found() -> list[dict[str, Any]]:
+            return [e for e in self.events[after:] if e['command'] == command]
+
+        self.spin_until(lambda: bool(found()), f'the end of {command}', timeout_s)
+        return found()[0]
+
+    def trigger(self, name: str) -> Any:
+        """Call a Trigger service of the drive (``stop``, ``reset``); return its answer."""
+        return self._call(Trigger, name, Trigger.Request())
+
+    def set_recording(self, wanted: bool) -> Any:
+        """Start or end the recording; return the service's answer."""
+        return self._call(SetBool, 'set_recording', SetBool.Request(data=wanted))
+
+    def _call(self, service_type: Any, name: str, request: Any) -> Any:
+        client = self.node.create_client(service_type, f'{self._drive}/{name}')
+        self.spin_until(client.service_is_ready, f'service {name}')
+        future = client.call_async(request)
+        self.spin_until(future.done, f'answer of {name}')
+        self.node.destroy_client(client)
+        return future.result()
+
+    def close(self) -> None:
+        """Leave the stand."""
+        self._executor.shutdown()
+        self.node.destroy_node()
+
+    def _take(self, key: str, taker: Callable[[Any], None] | None, message: Any) -> None:
+        self.received[key] += 1
+        if taker is not None:
+            taker(message)
+
+    def _on_position(self, message: Any) -> None:
+        stamp = message.header.stamp
+        time_ns = stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec
+        self.positions[time_ns] = message.point.x
+
+    def _on_event(self, message: Any) -> None:
+        self.events.append(json.loads(message.data))
+
+    def _on_status(self, message: Any) -> None:
+        self.status = message.data
+
+    def _on_info(self, message: Any) -> None:
+        self.info = json.loads(message.data)
+
+    def _on_diagnostics(self, message: Any) -> None:
+        parts = {part.name: {v.key: v.value for v in part.values} for part in message.status}
+        self.diagnostics.append(parts)

@@ -1,0 +1,102 @@
+"""Absolute deadlines: the drive neither drifts nor hides that it is late."""
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+LAG_MAX_S = 0.1
+"""Lag that is caught up; beyond it the deadlines are moved and simulated time stays behind."""
+
+
+@dataclass(frozen=True)
+class PaceReport:
+    """
+    How well the deadlines were met since the last report.
+
+    Attributes
+    ----------
+    real_time_factor : float
+        Simulated time per wall-clock time.
+    lateness_mean_s, lateness_p99_s, lateness_max_s : float
+        How long after its deadline a tick began.
+    overruns : int
+        Ticks that began more than a period late.
+    ticks : int
+        Ticks in the report.
+    overruns_total : int
+        Overruns since the start.
+    behind_s : float
+        Wall-clock time by which deadlines were moved since the start, because the lag was too
+        large to catch up.
+
+    """
+
+    real_time_factor: float
+    lateness_mean_s: float
+    lateness_p99_s: float
+    lateness_max_s: float
+    overruns: int
+    ticks: int
+    overruns_total: int
+    behind_s: float
+
+
+class Pacer:
+    """
+    Hold a loop to absolute deadlines.
+
+    Parameters
+    ----------
+    block_s : float
+        Simulated time per tick, s.
+    real_time_factor : float
+        Simulated seconds per wall-clock second; 0 is as fast as possible.
+
+    """
+
+    def __init__(self, block_s: float, real_time_factor: float) -> None:
+        self._block_s = block_s
+        self._period_s = block_s / real_time_factor if real_time_factor > 0.0 else 0.0
+        self._overruns_total = 0
+        self._behind_s = 0.0
+        self.start()
+
+    def start(self) -> None:
+        """Begin to count deadlines now."""
+        self._deadline_s = self._report_s = time.monotonic()
+        self._lateness_s: list[float] = []
+
+    def wait(self) -> None:
+        """Sleep until the next deadline, and note how late the loop wakes."""
+        if self._period_s == 0.0:
+            self._lateness_s.append(0.0)
+            return
+        self._deadline_s += self._period_s
+        pause_s = self._deadline_s - time.monotonic()
+        if pause_s > 0.0:
+            time.sleep(pause_s)
+        late_s = max(0.0, time.monotonic() - self._deadline_s)
+        self._lateness_s.append(late_s)
+        self._overruns_total += late_s > self._period_s
+        if late_s > max(LAG_MAX_S, 2.0 * self._period_s):
+            self._deadline_s += late_s
+            self._behind_s += late_s
+
+    def report(self) -> PaceReport:
+        """Summarise the ticks since the last report, and begin a new one."""
+        now_s = time.monotonic()
+        lateness, self._lateness_s = np.array(self._lateness_s), []
+        elapsed_s, self._report_s = now_s - self._report_s, now_s
+        late = lateness if len(lateness) else np.array([math.nan])
+        return PaceReport(
+            real_time_factor=len(lateness) * self._block_s / elapsed_s if elapsed_s else 0.0,
+            lateness_mean_s=float(late.mean()),
+            lateness_p99_s=float(np.quantile(late, 0.99)),
+            lateness_max_s=float(late.max()),
+            overruns=int(np.count_nonzero(lateness > self._period_s)) if self._period_s else 0,
+            ticks=len(lateness),
+            overruns_total=self._overruns_total,
+            behind_s=self._behind_s,
+        )
