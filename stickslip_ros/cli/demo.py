@@ -1,0 +1,76 @@
+"""``stickslip demo``: node and operator as two processes, topics between them, a recording."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.cli.common import (
+    add_json,
+    add_parameters,
+    chosen_parameters,
+    print_json,
+    print_table,
+)
+from stickslip_ros.study.run_figure import draw_run
+
+CHECK_FAILED = 1
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb to the parser."""
+    parser = verbs.add_parser(
+        'demo',
+        help='run the node, command it over topics, record, summarise, draw (needs rclpy)',
+        description='Start the node as a process of its own; from here, over topics: a saw-tooth '
+        'burst, a direct-voltage ramp, an external load. Writes DIR/demo.mcap and DIR/demo.png.',
+    )
+    parser.add_argument(
+        '--out', type=Path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
+    )
+    add_parameters(parser)
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the demo, print its table, draw its picture."""
+    from stickslip_ros.ros.demo import run_demo  # noqa: PLC0415 - other verbs do without ROS
+
+    summary = run_demo(chosen_parameters(arguments), arguments.out)
+    picture = arguments.out / 'demo.png'
+    title = 'Saw-tooth burst, direct-voltage ramp and external load on the virtual stand'
+    draw_run(Path(summary.recording), picture, title)
+    if arguments.json:
+        print_json(summary)
+    else:
+        _print(summary, picture)
+    return 0 if summary.passed else CHECK_FAILED
+
+
+def _print(summary: Any, picture: Path) -> None:
+    rows = [
+        ('steps made', str(summary.steps), ''),
+        ('mean step of the burst', f'{summary.mean_step_m * 1e9:.2f}', 'nm'),
+        ('first step', f'{summary.first_step_m * 1e9:.2f}', 'nm'),
+        ('generated force at the end of the burst', f'{summary.force_n * 1e3:.2f}', 'mN'),
+        ('motion by the external load', f'{summary.load_motion_m * 1e9:.2f}', 'nm'),
+        ('real-time factor', f'{summary.real_time_factor:.4f}', ''),
+        ('lateness mean', f'{summary.lateness_mean_us:.0f}', 'us'),
+        ('lateness 99 %', f'{summary.lateness_p99_us:.0f}', 'us'),
+        ('lateness max', f'{summary.lateness_max_us:.0f}', 'us'),
+        ('overruns', str(summary.overruns), ''),
+        ('messages dropped by the recorder', str(summary.dropped), ''),
+        (
+            'positions equal on topic and in file',
+            f'{summary.positions_equal} of {summary.positions_recorded}',
+            '',
+        ),
+        ('node ended with status', str(summary.exit_status), ''),
+    ]
+    print_table('The drive, commanded over topics', rows)
+    counts = [
+        (key, str(count), str(summary.received.get(key, 0)))
+        for key, count in summary.published.items()
+    ]
+    print_table('messages', counts, ('topic', 'in the recording', 'at the operator'))
+    print(f'recording {summary.recording}\npicture   {picture}')

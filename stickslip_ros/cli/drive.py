@@ -1,0 +1,40 @@
+"""``stickslip drive``: the node."""
+
+import argparse
+from typing import Any
+
+from stickslip_ros.cli.common import add_json, add_parameters, chosen_parameters, print_json
+from stickslip_ros.parameters import parse_assignments
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb to the parser."""
+    parser = verbs.add_parser(
+        'drive',
+        help='run the ROS 2 node (needs rclpy)',
+        description='Run the node until Ctrl-C. Further arguments go to ROS, '
+        'as in: stickslip drive --ros-args -r __ns:=/left',
+    )
+    add_parameters(parser)
+    add_json(parser)
+    parser.set_defaults(run=run, takes_ros_arguments=True)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the node; with ``--json`` its parameters are printed first."""
+    from stickslip_ros.ros.main import main  # noqa: PLC0415 - other verbs do without ROS
+
+    parameters = chosen_parameters(arguments)
+    if arguments.json:
+        print_json(parameters.flat())
+    return main(ros_arguments(arguments))
+
+
+def ros_arguments(arguments: argparse.Namespace) -> list[str]:
+    """Return the command line as ROS wants it: parameter file, then single parameters."""
+    words = ['stickslip', *arguments.ros_arguments, '--ros-args']
+    if arguments.params:
+        words += ['--params-file', str(arguments.params)]
+    for name, value in parse_assignments(arguments.assignments).items():
+        words += ['-p', f'{name}:={value}']
+    return words

@@ -1,0 +1,76 @@
+"""Parser and entry point of ``stickslip``."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+import stickslip_ros
+from stickslip_ros.cli import contact, demo, drive, info, interface, parameters, simulate
+from stickslip_ros.errors import StickSlipError
+
+VERBS = (contact, simulate, drive, demo, info, parameters, interface)
+REFUSED = 2
+
+DESCRIPTION = """\
+A virtual stick-slip microdrive: rough-contact mechanics, drive, sensors, ROS 2 node.
+
+All numbers are in SI units (metres, newtons, volts, seconds): 60 nm is 60e-9.
+"""
+EPILOGUE = """\
+examples:
+  stickslip contact --normal-force 0.2 --curve 0.1,0.5,0.9
+  stickslip simulate --preload 0.25 --amplitude 60e-9 --frequency 500 --steps 400
+  stickslip simulate --voltage 300 --frequency 1000 --free -o runs/free.mcap
+  stickslip drive --set stand.preload=0.25
+  stickslip demo
+  stickslip info runs/demo.mcap
+
+'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed, 2 refused.
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser with all verbs."""
+    parser = argparse.ArgumentParser(
+        prog='stickslip',
+        description=DESCRIPTION,
+        epilog=EPILOGUE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument('--version', action='version', version=stickslip_ros.__version__)
+    verbs = parser.add_subparsers(title='verbs', metavar='VERB', required=True)
+    for verb in VERBS:
+        verb.add_verb(verbs)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """
+    Run a verb; the entry point of ``stickslip``.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Words behind ``stickslip``; the command line if None.
+
+    Returns
+    -------
+    int
+        Exit status: 0 done, 1 a check failed, 2 refused.
+
+    """
+    parsed, rest = build_parser().parse_known_args(arguments)
+    if rest and not getattr(parsed, 'takes_ros_arguments', False):
+        build_parser().error(f'unrecognized arguments: {" ".join(rest)}')
+    parsed.ros_arguments = rest
+    try:
+        status = int(parsed.run(parsed))
+        sys.stdout.flush()
+    except StickSlipError as error:
+        sys.stderr.write(f'stickslip: {error}\n')
+        return REFUSED
+    except BrokenPipeError:  # the reader, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    return status
