@@ -1,7 +1,7 @@
 """From parameters to the contact of one hemisphere."""
 
 from stickslip_ros.contact.elasticity import Elasticity, effective_elasticity
-from stickslip_ros.contact.profile import PowerProfile, rough_profile, smooth_profile
+from stickslip_ros.contact.profile import Profile, rough_profile, smooth_profile
 from stickslip_ros.contact.roughness import rough_prefactor_1d
 from stickslip_ros.parameters import ContactParameters
 
@@ -13,7 +13,7 @@ def elasticity_of(contact: ContactParameters) -> Elasticity:
     )
 
 
-def profile_of(contact: ContactParameters) -> PowerProfile:
+def profile_of(contact: ContactParameters) -> Profile:
     """Return the profile that ``contact.profile`` names."""
     if contact.profile == 'smooth':
         return smooth_profile(contact.radius)

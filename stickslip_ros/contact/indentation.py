@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from stickslip_ros.contact.elasticity import Elasticity
-from stickslip_ros.contact.profile import Array, PowerProfile
+from stickslip_ros.contact.profile import Array, Profile
 from stickslip_ros.errors import OutOfRange
 
 
@@ -19,7 +19,7 @@ class Indentation:
     depth_m : float
         Indentation d = g(a), m (Eq. 25).
     radius_m : float
-        Contact radius a, m.
+        Contact radius a, m; half the length in contact where there are many patches.
 
     """
 
@@ -28,13 +28,13 @@ class Indentation:
     radius_m: float
 
 
-def normal_force(profile: PowerProfile, elasticity: Elasticity, depth_m: Array | float) -> Array:
+def normal_force(profile: Profile, elasticity: Elasticity, depth_m: Array | float) -> Array:
     """
     Return the normal force at an indentation depth, N (Eq. 24); any shape.
 
     Parameters
     ----------
-    profile : PowerProfile
+    profile : Profile
         The indenter.
     elasticity : Elasticity
         Effective moduli.
@@ -42,16 +42,16 @@ def normal_force(profile: PowerProfile, elasticity: Elasticity, depth_m: Array |
         Indentation d >= 0, m.
 
     """
-    return 2.0 * elasticity.normal_pa * profile.pressed_area(profile.radius_at_height(depth_m))
+    return 2.0 * elasticity.normal_pa * profile.pressed_area_at(depth_m)
 
 
-def indent(profile: PowerProfile, elasticity: Elasticity, normal_force_n: float) -> Indentation:
+def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> Indentation:
     """
     Solve the normal problem for a given force.
 
     Parameters
     ----------
-    profile : PowerProfile
+    profile : Profile
         The indenter.
     elasticity : Elasticity
         Effective moduli.
@@ -61,7 +61,7 @@ def indent(profile: PowerProfile, elasticity: Elasticity, normal_force_n: float)
     Raises
     ------
     OutOfRange
-        If the force does not press.
+        If the force does not press, or the profile is too short for it.
 
     """
     if not normal_force_n > 0.0:
@@ -69,5 +69,5 @@ def indent(profile: PowerProfile, elasticity: Elasticity, normal_force_n: float)
             'normal force', normal_force_n, 'N', 'not above 0 N', 'press the bodies together'
         )
     area_m2 = normal_force_n / (2.0 * elasticity.normal_pa)
-    radius_m = float(profile.radius_at_area(area_m2))
-    return Indentation(normal_force_n, float(profile.height(radius_m)), radius_m)
+    depth_m = profile.depth_for(area_m2)
+    return Indentation(normal_force_n, depth_m, float(profile.half_width(depth_m)))

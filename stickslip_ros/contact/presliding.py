@@ -6,7 +6,7 @@ import numpy as np
 
 from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.indentation import Indentation, indent, normal_force
-from stickslip_ros.contact.profile import Array, PowerProfile
+from stickslip_ros.contact.profile import Array, Profile
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,7 @@ class Presliding:
 
     Attributes
     ----------
-    profile : PowerProfile
+    profile : Profile
         The indenter.
     elasticity : Elasticity
         Effective moduli.
@@ -27,7 +27,7 @@ class Presliding:
 
     """
 
-    profile: PowerProfile
+    profile: Profile
     elasticity: Elasticity
     friction: float
     indentation: Indentation
@@ -49,7 +49,7 @@ class Presliding:
 
     def stick_radius(self, displacement_m: Array | float) -> Array:
         """
-        Return the radius c of the sticking core on the virgin curve, m; any shape.
+        Return the radius c of the sticking core (half its length) on the virgin curve, m.
 
         Parameters
         ----------
@@ -58,10 +58,10 @@ class Presliding:
 
         Notes
         -----
-        g(c) = d - u / (mu C_M).
+        g(c) = d - u / (mu C_M): what sticks is what a lesser indentation would touch.
 
         """
-        return self.profile.radius_at_height(self._depth_of_core(displacement_m))
+        return self.profile.half_width(self._depth_of_core(displacement_m))
 
     def tangential_stiffness(self, displacement_m: Array | float) -> Array:
         """Return dT/du = 2 G* c on the virgin curve, N/m; any shape, u >= 0."""
@@ -91,14 +91,14 @@ class Presliding:
 
 
 def presliding(
-    profile: PowerProfile, elasticity: Elasticity, friction: float, normal_force_n: float
+    profile: Profile, elasticity: Elasticity, friction: float, normal_force_n: float
 ) -> Presliding:
     """
     Prepare the tangential problem under a constant normal force.
 
     Parameters
     ----------
-    profile : PowerProfile
+    profile : Profile
         The indenter.
     elasticity : Elasticity
         Effective moduli.

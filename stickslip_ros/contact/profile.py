@@ -1,6 +1,7 @@
-"""Profiles of the one-dimensional foundation: sums of powers g(x) = sum Q_i |x|^n_i."""
+"""Profiles of the one-dimensional foundation: what every profile can tell, and power laws."""
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +11,33 @@ Array = NDArray[np.float64]
 NEWTON_ITERATIONS = 60
 """Enough for any start: the function is convex in log-log, so Newton's steps cannot cycle."""
 NEWTON_TOLERANCE = 1e-15
+
+
+class Profile(Protocol):
+    """
+    A rigid indenter on the elastic foundation, as far as the contact needs to know it.
+
+    Depths count from the first touch. Whatever its shape, a profile is described by how much of
+    it touches at a depth: at constant load the order of the springs does not matter.
+
+    """
+
+    def half_width(self, depth_m: Array | float) -> Array:
+        """Return half the length in contact, m, at a depth >= 0 (any shape); a for one patch."""
+
+    def pressed_area_at(self, depth_m: Array | float) -> Array:
+        """Return half the integral of (d - g)+ dx, m^2, at a depth d >= 0 (any shape)."""
+
+    def depth_for(self, area_m2: float) -> float:
+        """
+        Return the depth at which the pressed area has a value > 0, m.
+
+        Raises
+        ------
+        OutOfRange
+            If the profile is too short for it.
+
+        """
 
 
 @dataclass(frozen=True)
@@ -36,6 +64,18 @@ class PowerProfile:
     def radius_at_height(self, height_m: Array | float) -> Array:
         """Return x >= 0 with g(x) = height, m (any shape): the contact radius of Eq. 25."""
         return _solve_power_sum(height_m, self.prefactors, self.exponents)
+
+    def half_width(self, depth_m: Array | float) -> Array:
+        """Return the contact radius at a depth, m."""
+        return self.radius_at_height(depth_m)
+
+    def pressed_area_at(self, depth_m: Array | float) -> Array:
+        """Return half the integral of (d - g)+ dx at a depth, m^2."""
+        return self.pressed_area(self.radius_at_height(depth_m))
+
+    def depth_for(self, area_m2: float) -> float:
+        """Return the depth at which the pressed area has a value, m."""
+        return float(self.height(self.radius_at_area(area_m2)))
 
     def pressed_area(self, radius_m: Array | float) -> Array:
         """
