@@ -1,0 +1,121 @@
+"""
+Kernel: the friction laws that the contact model is set against.
+
+Coulomb; Dahl (1968); LuGre (Canudas de Wit, Olsson, Astrom, Lischinsky 1995); elasto-plastic,
+EPM (Dupont, Hayward, Armstrong, Altpeter 2002). CEIM (Edeler 2011) is not here: its equations
+are not published where they can be read.
+
+z is the deflection of the bristles, v the sliding velocity, g(v) = [Fc + (Fs - Fc)
+exp(-(v/vs)^2)]/sigma0. Over a step in which v and the coefficient of z are constant,
+z' = v (1 - alpha z sgn(v)/g) has the solution z -> z_ss + (z - z_ss) exp(-alpha |v| dt/g): it is
+taken exactly, so the stiffest bristles cannot make a step unstable.
+
+"""
+
+import math
+from typing import NamedTuple
+
+from stickslip_ros.contact.kernel import kernel
+
+MDR, COULOMB, DAHL, LUGRE, EPM = range(5)
+LAW_NUMBERS = {'mdr': MDR, 'coulomb': COULOMB, 'dahl': DAHL, 'lugre': LUGRE, 'epm': EPM}
+
+
+class FrictionLaw(NamedTuple):
+    """
+    Constants of a friction law.
+
+    Attributes
+    ----------
+    number : int
+        MDR, COULOMB, DAHL, LUGRE or EPM.
+    bristle_n_per_m : float
+        sigma0, stiffness of the bristles.
+    bristle_n_s_per_m : float
+        sigma1, damping of the bristles.
+    viscous_n_s_per_m : float
+        sigma2, viscous friction.
+    static_ratio : float
+        Fs/Fc, static over Coulomb friction, >= 1.
+    stribeck_m_per_s : float
+        vs, Stribeck velocity.
+    breakaway_ratio : float
+        z_ba/z_ss of EPM, in [0, 1): bristles deflected less are elastic.
+
+    """
+
+    number: int
+    bristle_n_per_m: float
+    bristle_n_s_per_m: float
+    viscous_n_s_per_m: float
+    static_ratio: float
+    stribeck_m_per_s: float
+    breakaway_ratio: float
+
+
+@kernel
+def steady_deflection(law: FrictionLaw, coulomb_n: float, v_m_per_s: float) -> float:
+    """Return g(v) = |z_ss|, the deflection of steady sliding, m."""
+    if law.number == DAHL:
+        return coulomb_n / law.bristle_n_per_m
+    decay = math.exp(-((v_m_per_s / law.stribeck_m_per_s) ** 2))
+    return coulomb_n * (1.0 + (law.static_ratio - 1.0) * decay) / law.bristle_n_per_m
+
+
+@kernel
+def plastic_share(law: FrictionLaw, z_m: float, v_m_per_s: float, steady_m: float) -> float:
+    """Return alpha: 0 where bristles are elastic, 1 where they slide; 1 but for EPM."""
+    if law.number != EPM:
+        return 1.0
+    if z_m * v_m_per_s <= 0.0:
+        return 0.0
+    breakaway_m = law.breakaway_ratio * steady_m
+    size_m = abs(z_m)
+    if size_m <= breakaway_m:
+        return 0.0
+    if size_m >= steady_m:
+        return 1.0
+    middle_m = 0.5 * (steady_m + breakaway_m)
+    return 0.5 + 0.5 * math.sin(math.pi * (size_m - middle_m) / (steady_m - breakaway_m))
+
+
+@kernel
+def deflect(
+    law: FrictionLaw, coulomb_n: float, z_m: float, du_m: float, dt_s: float
+) -> tuple[float, float, float]:
+    """
+    Drag the bristles for one step.
+
+    Parameters
+    ----------
+    law : FrictionLaw
+        Dahl, LuGre or EPM.
+    coulomb_n : float
+        Fc, N.
+    z_m : float
+        Deflection before, m.
+    du_m, dt_s : float
+        Relative displacement in the step, and its time.
+
+    Returns
+    -------
+    tuple of float
+        Deflection after (m), friction force that opposes du (N), friction loss (J).
+
+    """
+    if du_m == 0.0:
+        return z_m, law.bristle_n_per_m * z_m, 0.0
+    v_m_per_s = du_m / dt_s
+    steady_m = steady_deflection(law, coulomb_n, v_m_per_s)
+    # The plastic share at the middle of the elastic motion makes EPM second order.
+    share = plastic_share(law, z_m + 0.5 * du_m, v_m_per_s, steady_m)
+    after_m = z_m + du_m
+    if share > 0.0:
+        end_m = math.copysign(steady_m, du_m) / share
+        after_m = end_m + (z_m - end_m) * math.exp(-share * abs(du_m) / steady_m)
+    rate_m_per_s = (after_m - z_m) / dt_s
+    damping_n = law.bristle_n_s_per_m * rate_m_per_s if law.number != DAHL else 0.0
+    damping_n += law.viscous_n_s_per_m * v_m_per_s
+    middle_n = 0.5 * law.bristle_n_per_m * (z_m + after_m)
+    lost_j = middle_n * (du_m - (after_m - z_m)) + damping_n * du_m
+    return after_m, law.bristle_n_per_m * after_m + damping_n, lost_j
