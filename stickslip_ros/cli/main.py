@@ -6,10 +6,20 @@ import sys
 from collections.abc import Sequence
 
 import stickslip_ros
-from stickslip_ros.cli import contact, demo, drive, info, interface, parameters, simulate
+from stickslip_ros.cli import (
+    contact,
+    demo,
+    drive,
+    info,
+    interface,
+    parameters,
+    roughness,
+    simulate,
+    validate,
+)
 from stickslip_ros.errors import StickSlipError
 
-VERBS = (contact, simulate, drive, demo, info, parameters, interface)
+VERBS = (contact, roughness, simulate, drive, demo, info, parameters, interface, validate)
 REFUSED = 2
 
 DESCRIPTION = """\
@@ -20,11 +30,13 @@ All numbers are in SI units (metres, newtons, volts, seconds): 60 nm is 60e-9.
 EPILOGUE = """\
 examples:
   stickslip contact --normal-force 0.2 --curve 0.1,0.5,0.9
+  stickslip roughness --out runs --realisations 100 --set contact.hurst=0.8
   stickslip simulate --preload 0.25 --amplitude 60e-9 --frequency 500 --steps 400
   stickslip simulate --voltage 300 --frequency 1000 --free -o runs/free.mcap
   stickslip drive --set stand.preload=0.25
   stickslip demo
   stickslip info runs/demo.mcap
+  stickslip validate --out runs/validation
 
 'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed, 2 refused.
 """

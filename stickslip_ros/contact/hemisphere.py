@@ -1,8 +1,10 @@
 """From parameters to the contact of one hemisphere."""
 
 from stickslip_ros.contact.elasticity import Elasticity, effective_elasticity
+from stickslip_ros.contact.line_profile import rough_line_profile
 from stickslip_ros.contact.profile import Profile, rough_profile, smooth_profile
 from stickslip_ros.contact.roughness import rough_prefactor_1d
+from stickslip_ros.contact.self_affine import Spectrum
 from stickslip_ros.parameters import ContactParameters
 
 
@@ -13,11 +15,36 @@ def elasticity_of(contact: ContactParameters) -> Elasticity:
     )
 
 
-def profile_of(contact: ContactParameters) -> Profile:
-    """Return the profile that ``contact.profile`` names."""
+def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
+    """
+    Return the profile that ``contact.profile`` names.
+
+    Parameters
+    ----------
+    contact : ContactParameters
+        The hemisphere.
+    index : int
+        Which hemisphere it is: each has a rough line of its own, of the seed line_seed + index.
+
+    Raises
+    ------
+    OutOfRange
+        If a rough line is asked for whose grid does not resolve its cut-offs.
+
+    """
     if contact.profile == 'smooth':
         return smooth_profile(contact.radius)
+    if contact.profile == 'rough_line':
+        seed = contact.line_seed + index
+        return rough_line_profile(
+            spectrum_of(contact), contact.radius, contact.line_length, contact.line_points, seed
+        )
     return rough_profile(contact.radius, prefactor_of(contact), contact.hurst)
+
+
+def spectrum_of(contact: ContactParameters) -> Spectrum:
+    """Return the power spectrum of the roughness; OutOfRange if its numbers do not fit."""
+    return Spectrum(contact.hurst, contact.rms_height, contact.cutoff_lower, contact.cutoff_upper)
 
 
 def prefactor_of(contact: ContactParameters) -> float:

@@ -24,13 +24,16 @@ two microseconds, and their work is an integral over that range."""
 def contacts_of(parameters: Parameters) -> list[Presliding]:
     """Return the six contacts, the two upper ones first, under the normal forces of Eq. 19."""
     shares = [UPPER_SHARE] * UPPER_CONTACTS + [LOWER_SHARE] * LOWER_CONTACTS
-    profile = profile_of(parameters.contact)
-    elasticity = elasticity_of(parameters.contact)
+    contact = parameters.contact
+    elasticity = elasticity_of(contact)
     return [
         presliding(
-            profile, elasticity, parameters.contact.friction, share * parameters.stand.preload
+            profile_of(contact, index),
+            elasticity,
+            contact.friction,
+            share * parameters.stand.preload,
         )
-        for share in shares
+        for index, share in enumerate(shares)
     ]
 
 

@@ -6,6 +6,7 @@ Every number is SI. ``source`` says where a default comes from: a place in the p
 
 """
 
+import math
 from dataclasses import dataclass
 
 from stickslip_ros.errors import OutOfRange
@@ -22,6 +23,7 @@ from stickslip_ros.parameters.fields import (
 
 GIGA = 1e9
 PAPER_RMS_HEIGHT = 1.1221e-6
+PAPER_PREFACTOR = 4.4478e-4
 
 
 @dataclass(frozen=True)
@@ -60,15 +62,53 @@ class ContactParameters(Checked):
     """One ruby hemisphere on the runner."""
 
     profile: str = choice(
-        'rough', ('rough', 'smooth'), 'Eq. 18', 'equivalent rough profile, or the bare sphere'
+        'rough',
+        ('rough', 'smooth', 'rough_line'),
+        'Eq. 18',
+        'equivalent rough profile, the bare sphere, or a random rough line (Eq. 14)',
     )
     radius: float = quantity(0.5e-3, 'm', 1e-6, 1.0, TABLE_1, 'radius R of a hemisphere')
     hurst: float = quantity(0.7, '', 0.01, 1.0, 'Section 4', 'Hurst exponent H of the roughness')
     rms_height: float = quantity(
-        PAPER_RMS_HEIGHT, 'm', 0.0, 1e-3, 'Section 4', 'rms roughness h; used where prefactor is 0'
+        PAPER_RMS_HEIGHT,
+        'm',
+        0.0,
+        1e-3,
+        'Section 4',
+        'rms roughness h; used by a rough line, and where prefactor is 0',
     )
     prefactor: float = quantity(
-        4.4478e-4, 'm^(1-H)', 0.0, 1.0, 'Section 4', 'Q_1D of Eq. 17; 0 takes it from rms_height'
+        PAPER_PREFACTOR,
+        'm^(1-H)',
+        0.0,
+        1.0,
+        'Section 4',
+        'Q_1D of Eq. 17; 0 takes it from rms_height',
+    )
+    line_length: float = quantity(
+        1e-3, 'm', 1e-6, 1.0, ASSUMED, 'rough line: length; 2 R, the system length of Eq. 16'
+    )
+    line_points: int = count(
+        1 << 17, '', 16, 1 << 21, ASSUMED, 'rough line: number of springs along it'
+    )
+    cutoff_lower: float = quantity(
+        2.0 * math.pi / 1e-3,
+        'rad/m',
+        1e-2,
+        1e10,
+        ASSUMED,
+        'rough line: least wave number; one wave in line_length',
+    )
+    cutoff_upper: float = quantity(
+        1e8,
+        'rad/m',
+        1e-2,
+        1e10,
+        ASSUMED,
+        'rough line: largest wave number; waves of 63 nm, eight springs long',
+    )
+    line_seed: int = count(
+        1, '', 0, 2**31 - 1, ASSUMED, 'rough line: seed of the first of the six; the next add 1'
     )
     friction: float = quantity(0.3, '', 1e-3, 10.0, TABLE_1, 'friction coefficient mu')
     young_runner: float = quantity(
@@ -82,7 +122,12 @@ class ContactParameters(Checked):
 
     def check_together(self) -> None:
         """Refuse a roughness that would have no effect."""
-        if self.prefactor and self.rms_height != PAPER_RMS_HEIGHT:
+        if self.profile == 'rough_line':
+            if self.prefactor not in {0.0, PAPER_PREFACTOR}:
+                limit = 'without effect on a rough line, which is made from contact.rms_height'
+                mend = 'leave it out, and set contact.rms_height'
+                raise OutOfRange('contact.prefactor', self.prefactor, 'm^(1-H)', limit, mend)
+        elif self.prefactor and self.rms_height != PAPER_RMS_HEIGHT:
             limit = f'without effect while contact.prefactor is {self.prefactor:g} m^(1-H)'
             raise OutOfRange(
                 'contact.rms_height', self.rms_height, 'm', limit, 'set contact.prefactor to 0 too'

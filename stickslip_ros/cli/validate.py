@@ -1,0 +1,102 @@
+"""``stickslip validate``: every check of the contact mechanics, in one table and one page."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from stickslip_ros.cli.common import add_json, print_json
+from stickslip_ros.study.validation.checks import Check
+from stickslip_ros.study.validation.families import validate
+from stickslip_ros.study.validation.findings import Findings, failed_checks
+from stickslip_ros.study.validation.report import (
+    HEADER,
+    as_objects,
+    row_texts,
+    summary_text,
+    write_report,
+)
+
+DEFAULT_FOLDER = Path('runs/validation')
+FAILED = 1
+STAR = '* error relative to a scale that the files name, not to the reference'
+WIDTH = 120
+"""Columns of the table where no terminal says how many it has."""
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb to the parser."""
+    parser = verbs.add_parser(
+        'validate',
+        help='check the contact mechanics against closed forms, springs and 3-D solutions',
+        description='Compare the contact mechanics with closed forms, springs stepped one by one, '
+        'a 3-D half-space solution and published numbers. Writes validation.md, validation.csv '
+        'and validation.png. Exit status 1 if a check fails.',
+    )
+    parser.add_argument(
+        '--out',
+        type=Path,
+        default=DEFAULT_FOLDER,
+        metavar='DIR',
+        help='folder for table and plots (default: %(default)s)',
+    )
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Check, write and print."""
+    findings = validate()
+    files = write_report(findings, arguments.out)
+    failed = failed_checks(findings)
+    if arguments.json:
+        print_json(
+            {
+                'passed': not failed,
+                'checks': as_objects(findings),
+                'files': [str(path) for path in files],
+            }
+        )
+    else:
+        _print(findings, files)
+    return FAILED if failed else 0
+
+
+def _print(findings: Sequence[Findings], files: Sequence[Path]) -> None:
+    console = Console(width=None if sys.stdout.isatty() else WIDTH)
+    console.print(_table(findings))
+    for check in failed_checks(findings):
+        console.print(failure_text(check), markup=False, highlight=False)
+    summary = f'{summary_text(findings)}; {STAR}'
+    console.print(summary, markup=False, highlight=False)
+    for path in files:
+        console.print(str(path), markup=False, highlight=False, soft_wrap=True)
+
+
+def failure_text(check: Check) -> str:
+    """Return what is wrong with a check that fails, and what error was to be expected."""
+    return (
+        f'FAIL {check.name}: error {check.error:.2g} of {check.error_of or "the reference"} '
+        f'({check.reference_text}), above {check.tolerance:.2g}: {check.reason}'
+    )
+
+
+def _table(findings: Sequence[Findings]) -> Table:
+    table = Table(title='contact mechanics against references', title_justify='left')
+    for column, name in enumerate(HEADER):
+        table.add_column(name, justify='right' if column else 'left', overflow='fold')
+    for found in findings:
+        table.add_row(Text(found.family, style='bold'))
+        for check in found.checks:
+            name, reference, ours, error, *rest = row_texts(check)
+            star = '*' if check.error_of else ' '
+            cells = (f'  {name}', reference, ours, error + star, *rest)
+            style = '' if check.passed else 'bold red'
+            table.add_row(*(Text(cell) for cell in cells), style=style)
+        table.add_section()
+    return table

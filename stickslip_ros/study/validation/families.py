@@ -1,0 +1,42 @@
+"""The families of checks, in the order of the table."""
+
+from collections.abc import Callable, Sequence
+
+from stickslip_ros.study.validation.contact_case import contact_case
+from stickslip_ros.study.validation.energy import energy
+from stickslip_ros.study.validation.findings import Findings
+from stickslip_ros.study.validation.hysteresis import hysteresis
+from stickslip_ros.study.validation.jaeger import jaeger
+from stickslip_ros.study.validation.normal_load import normal_load
+from stickslip_ros.study.validation.roughness import roughness
+from stickslip_ros.study.validation.tables import tables
+from stickslip_ros.study.validation.tangential import tangential
+from stickslip_ros.study.validation.three_dimensions import three_dimensions
+
+Family = Callable[[], Findings]
+
+FAMILIES: tuple[Family, ...] = (
+    normal_load,
+    roughness,
+    tables,
+    tangential,
+    hysteresis,
+    energy,
+    jaeger,
+    three_dimensions,
+    contact_case,
+)
+"""A new family is a function without arguments that returns Findings, and one line here."""
+
+
+def validate(families: Sequence[Family] | None = None) -> tuple[Findings, ...]:
+    """
+    Run families of checks.
+
+    Parameters
+    ----------
+    families : sequence of callable, optional
+        FAMILIES if None.
+
+    """
+    return tuple(family() for family in (FAMILIES if families is None else families))
