@@ -1,0 +1,98 @@
+"""The memory against an independent bank of springs, over any history."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from spring_bank import BANK_ERROR, Guide, SpringBank
+
+ROUNDING = 1e-12
+"""Relative to the full-slip force, or to that force times the displacement of full slip."""
+EXAMPLES = 150
+
+SHARES = st.floats(-2.5, 2.5) | st.floats(-0.05, 0.05) | st.integers(-8, 8).map(lambda n: n / 4.0)
+"""Displacements in units of that of full slip: any, small ones, and such as meet again."""
+HISTORIES = st.lists(SHARES, min_size=1, max_size=40).map(np.array)
+SHRINKING = st.tuples(HISTORIES, st.floats(0.5, 0.99)).map(
+    lambda drawn: drawn[0] * drawn[1] ** np.arange(len(drawn[0]))
+)
+
+
+def _in_steps(turns, steps):
+    """Cut the way between turning points, which starts at 0, into equal steps."""
+    corners = np.concatenate(([0.0], turns))
+    return np.interp(np.arange(1, len(turns) * steps + 1) / steps, range(len(corners)), corners)
+
+
+def _compare(contacts, curve, turns_m):
+    bank = SpringBank(contacts)
+    expected = np.array([bank.move(float(u_m)) for u_m in turns_m])
+    found = Guide(curve).walk(turns_m)
+    travel_m = np.cumsum(np.abs(np.diff(turns_m, prepend=0.0)))
+    force_error = np.abs(found - expected) / curve.force_max_n
+    assert np.max(force_error[:, 0]) < BANK_ERROR
+    assert np.max(force_error[:, 1]) < BANK_ERROR * curve.limit_m
+    assert np.max(force_error[:, 2] / (curve.limit_m + travel_m)) < BANK_ERROR
+
+
+@settings(max_examples=EXAMPLES)
+@given(turns=HISTORIES | SHRINKING)
+def test_force_and_energies_are_those_of_the_springs(turns, contacts, curve):
+    _compare(contacts, curve, turns * curve.limit_m)
+
+
+def test_force_and_energies_are_those_of_the_springs_along_a_long_history(contacts, curve):
+    random = np.random.default_rng(3)
+    envelope = np.concatenate((np.geomspace(1.2, 0.01, 150), np.geomspace(0.01, 1.2, 150)))
+    _compare(contacts, curve, random.uniform(-1.0, 1.0, 300) * envelope * curve.limit_m)
+
+
+@given(turns=HISTORIES)
+def test_the_force_never_exceeds_coulombs(turns, curve):
+    samples = Guide(curve).walk(turns * curve.limit_m)
+    assert np.max(np.abs(samples[:, 0])) <= curve.force_max_n * (1.0 + ROUNDING)
+
+
+@given(turns=HISTORIES)
+def test_friction_never_gives_energy_back(turns, curve):
+    samples = Guide(curve).walk(_in_steps(turns, 20) * curve.limit_m)
+    scale_j = curve.force_max_n * curve.limit_m
+    assert np.min(np.diff(samples[:, 2], prepend=0.0)) >= -ROUNDING * scale_j
+    assert np.min(samples[:, 1]) >= -ROUNDING * scale_j
+
+
+@settings(max_examples=30)
+@given(turns=HISTORIES)
+def test_work_is_what_is_stored_and_what_is_lost(turns, curve):
+    steps = 2000
+    way_m = np.concatenate(([0.0], _in_steps(turns, steps) * curve.limit_m))
+    samples = Guide(curve).walk(way_m)
+    force_n = samples[:, 0]
+    work_j = np.cumsum(0.5 * (force_n[1:] + force_n[:-1]) * np.diff(way_m))
+    # A trapezoid misses at most force times step where the curve bends: full slip begins.
+    trapezoid = 20.0 / steps**2
+    scale_j = curve.force_max_n * curve.limit_m * (1.0 + len(turns))
+    missing_j = np.abs(work_j - samples[1:, 1] - samples[1:, 2])
+    assert np.max(missing_j) < trapezoid * scale_j
+
+
+@given(turns=HISTORIES)
+def test_a_mirrored_history_has_the_mirrored_force(turns, curve):
+    one, other = (Guide(curve).walk(sign * turns * curve.limit_m) for sign in (1.0, -1.0))
+    np.testing.assert_array_equal(other[:, 0], -one[:, 0])
+    np.testing.assert_array_equal(other[:, 1:], one[:, 1:])
+
+
+@given(turns=HISTORIES, size=st.floats(1.5, 3.0))
+def test_full_slip_erases_every_history(turns, size, curve):
+    end_m = 10.0 * curve.limit_m
+    for sense in (1.0, -1.0):
+        guide = Guide(curve)
+        guide.walk(turns * curve.limit_m)
+        guide.go(sense * end_m)
+        back = guide.go(sense * (end_m - size * curve.limit_m))
+        fresh = Guide(curve)
+        fresh.go(sense * end_m)
+        expected = fresh.go(sense * (end_m - size * curve.limit_m))
+        assert back.force_n == pytest.approx(expected.force_n, rel=1e-9, abs=0.0)
+        assert back.stored_j == pytest.approx(expected.stored_j, rel=1e-9, abs=0.0)

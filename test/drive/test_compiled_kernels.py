@@ -1,0 +1,20 @@
+"""Compiled or not, the kernels compute the same bits."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+from short_run import short_run
+
+
+def test_compiled_and_interpreted_kernels_give_the_same_bits():
+    finished = subprocess.run(
+        [sys.executable, Path(__file__).with_name('short_run.py')],
+        env=os.environ | {'NUMBA_DISABLE_JIT': '1'},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(finished.stdout) == {'interpreted': True, 'run': short_run()}

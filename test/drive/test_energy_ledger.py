@@ -1,0 +1,99 @@
+"""Energy put in is energy found: the balance closes, and ever better with shorter steps."""
+
+import numpy as np
+import pytest
+
+from stickslip_ros.drive.waveform import level, sawtooth
+
+WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
+RUN_S = 0.2
+
+RESIDUAL = 1e-3
+"""Largest residual at the default step, relative to the work of the feet."""
+ORDER_2 = (3.5, 4.5)
+"""Half the step leaves a quarter of the residual; no step meets the kinks of friction exactly."""
+NEGLIGIBLE = 1e-12
+"""Rounding of sums over the run, relative to the work of the feet."""
+
+
+def _residual(machine):
+    return machine.ledger.residual_j / machine.ledger.feet_work_j
+
+
+@pytest.mark.parametrize('damping', [0.0, 80.0])
+@pytest.mark.parametrize('profile', ['rough', 'smooth'])
+@pytest.mark.parametrize('preload_n', [0.1, 1.0])
+def test_the_balance_closes_at_the_default_step(damping, profile, preload_n, drive):
+    machine = drive(
+        runner__damping=damping, contact__profile=profile, stand__preload=preload_n
+    ).start(WAVE, [RUN_S])
+    assert machine.ledger.feet_work_j > 0.0
+    assert abs(_residual(machine)) < RESIDUAL
+
+
+@pytest.mark.parametrize(
+    ('damping', 'preload_n'), [(0.0, 0.1), (0.0, 1.0), (80.0, 0.1), (80.0, 0.5), (80.0, 1.0)]
+)
+def test_the_balance_closes_with_the_second_power_of_the_step(damping, preload_n, drive):
+    residuals = []
+    for dt_s in (1e-6, 5e-7, 2.5e-7):
+        machine = drive(runner__damping=damping, stand__preload=preload_n, sim__dt=dt_s)
+        residuals.append(abs(_residual(machine.start(WAVE, [RUN_S]))))
+    ratios = np.array(residuals[:-1]) / np.array(residuals[1:])
+    assert np.all((ratios > ORDER_2[0]) & (ratios < ORDER_2[1]))
+
+
+def test_the_balance_closes_at_every_instant(drive):
+    machine = drive(runner__damping=80.0).start(WAVE, ())
+    residuals_j = []
+    for _ in range(1000):
+        machine.run(WAVE, [1.7e-5])
+        residuals_j.append(machine.ledger.residual_j)
+    assert np.max(np.abs(residuals_j)) < RESIDUAL * machine.ledger.feet_work_j
+
+
+def test_the_balance_holds_under_a_load_that_comes_and_goes(drive):
+    machine = drive(runner__damping=20.0).start(WAVE, [0.02])
+    for load_n in (0.2, -0.3, 0.0):
+        before = machine.ledger
+        start_m = machine.state.position_m
+        machine.run(WAVE, [0.02], load_n)
+        after = machine.ledger
+        gained_j = after.load_work_j - before.load_work_j
+        expected_j = load_n * (machine.state.position_m - start_m)
+        scale_j = abs(load_n * machine.state.position_m)
+        assert gained_j == pytest.approx(expected_j, rel=0.0, abs=1e-9 * scale_j)
+        assert abs(after.residual_j) < RESIDUAL * after.feet_work_j
+
+
+def test_a_load_alone_pays_for_everything(drive):
+    machine = drive(runner__damping=20.0).start(level(0.0), [0.05], 0.3)
+    ledger = machine.ledger
+    assert ledger.feet_work_j == 0.0
+    spring_j = 0.5 * machine.plant.cell_n_per_m * machine.state.position_m**2
+    assert ledger.cell_j == pytest.approx(spring_j, rel=1e-12, abs=0.0)
+    assert ledger.load_work_j > ledger.cell_j > 0.0
+    assert abs(ledger.residual_j) < RESIDUAL * ledger.load_work_j
+
+
+def test_no_energy_is_negative_and_no_loss_is_undone(drive):
+    machine = drive(runner__damping=20.0).start(WAVE, ())
+    ledgers = []
+    for _ in range(400):
+        machine.run(WAVE, [1.3e-5])
+        ledgers.append(machine.ledger)
+    within_j = NEGLIGIBLE * ledgers[-1].feet_work_j
+    for term in ('kinetic_j', 'cell_j', 'contact_stored_j', 'contact_lost_j', 'damping_lost_j'):
+        values_j = np.array([getattr(ledger, term) for ledger in ledgers])
+        assert np.min(values_j) >= -within_j
+        assert np.max(values_j) > 0.0
+        if term.endswith('lost_j'):
+            assert np.min(np.diff(values_j)) >= -within_j
+
+
+def test_without_damping_nothing_is_lost_to_it(drive):
+    assert drive().start(WAVE, [5e-3]).ledger.damping_lost_j == 0.0
+
+
+def test_a_free_runner_has_no_energy_in_a_load_cell(drive):
+    assert drive(load_cell__contact='absent').start(WAVE, [5e-3]).ledger.cell_j == 0.0

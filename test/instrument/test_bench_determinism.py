@@ -1,0 +1,104 @@
+"""The same parameters and the same requests at the same times give the same bits."""
+
+import numpy as np
+import pytest
+from bench_runs import MS, drive_bench, load, sawtooth
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.reports import FORCE, POSITION, Result
+from stickslip_ros.parameters import Parameters
+
+RUN_NS = 20 * MS
+REQUESTS = {
+    0: [sawtooth(300.0, 333.0, 4)],
+    10 * MS: [load(-0.05), Request('voltage', (123.0,))],
+    15 * MS: [sawtooth(80.0, -1700.0), load(0.0)],
+}
+REFUSED = [
+    Request('voltage', (301.0,)),
+    Request('voltage', (float('nan'),)),
+    Request('sawtooth', (300.0, 1e9, 1.0)),
+    Request('sawtooth', ()),
+    Request('load', (1e9, 0.0, 0.0, 0.0, 0.0, 0.0)),
+    Request('stop', (1.0,)),
+    Request('fly'),
+]
+
+
+def _run(parameters, step_ns=MS, requests=None):
+    bench = Bench(parameters)
+    return bench, drive_bench(bench, RUN_NS, requests or REQUESTS, step_ns)
+
+
+@pytest.fixture(scope='module')
+def reference():
+    return _run(Parameters())
+
+
+def test_two_benches_tell_the_same(reference):
+    bench, told = _run(Parameters())
+    np.testing.assert_array_equal(told.trace, reference[1].trace)
+    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
+    assert told.events == reference[1].events
+    assert told.status == reference[1].status
+    assert bench.state == reference[0].state
+    assert bench.ledger == reference[0].ledger
+
+
+def test_another_seed_changes_the_noise_and_nothing_else(reference):
+    bench, told = _run(Parameters().updated({'sim.seed': 2}))
+    for column in (POSITION, FORCE):
+        changed = told.trace[:, column] != reference[1].trace[:, column]
+        assert np.mean(changed) > 0.5
+    np.testing.assert_array_equal(told.trace[:, :POSITION], reference[1].trace[:, :POSITION])
+    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
+    assert bench.state == reference[0].state
+
+
+@pytest.mark.parametrize('step_ns', [20_000, 100_000, 200_000, 500_000])
+def test_updates_of_another_length_tell_the_same_to_the_bit(step_ns, reference):
+    bench, told = _run(Parameters(), step_ns)
+    np.testing.assert_array_equal(told.trace, reference[1].trace)
+    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
+    assert bench.state == reference[0].state
+
+
+@pytest.mark.parametrize('block_s', [1e-4, 5e-3])
+def test_another_block_tells_the_same_to_the_bit(block_s, reference):
+    bench, told = _run(Parameters().updated({'sim.block': block_s}), round(block_s * 1e9))
+    np.testing.assert_array_equal(told.trace, reference[1].trace)
+    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
+    assert bench.state == reference[0].state
+
+
+def test_refused_requests_change_neither_motion_nor_noise(reference):
+    requests = {time_ns: [*REFUSED, *due] for time_ns, due in REQUESTS.items()}
+    requests[5 * MS] = REFUSED
+    bench, told = _run(Parameters(), requests=requests)
+    np.testing.assert_array_equal(told.trace, reference[1].trace)
+    np.testing.assert_array_equal(told.ramps, reference[1].ramps)
+    assert bench.state == reference[0].state
+    refusals = [event for event in told.events if event.result is Result.INVALID_PARAMETER]
+    assert len(refusals) == bench.refused == 4 * len(REFUSED)
+    assert all(event.message for event in refusals)
+
+
+@settings(max_examples=50)
+@given(
+    st.lists(
+        st.builds(
+            Request,
+            st.sampled_from(['voltage', 'sawtooth', 'load', 'stop', 'reset', 'fly']),
+            st.lists(st.floats() | st.floats(-400.0, 400.0), max_size=6).map(tuple),
+        ),
+        max_size=8,
+    )
+)
+def test_whatever_is_asked_every_request_ends_and_every_reading_is_finite(requests):
+    bench = Bench(Parameters())
+    told = drive_bench(bench, 2 * MS, {0: requests, MS: [Request('stop')]})
+    assert np.all(np.isfinite(told.trace))
+    assert sorted(event.number for event in told.events) == list(range(1, len(requests) + 2))

@@ -1,0 +1,59 @@
+"""Strategy of the parameter tests: any set of values that the declarations allow."""
+
+from hypothesis import strategies as st
+
+from stickslip_ros.parameters import Spec, specs
+
+# These hang together, so they are drawn together below.
+COUPLED = {
+    'contact.prefactor',
+    'contact.rms_height',
+    'amplifier.voltage_min',
+    'amplifier.voltage_max',
+    'amplifier.voltage_initial',
+    'sim.block',
+    'trace.sample_rate',
+    'trace.period',
+}
+NUMBERS = {
+    name: spec for name, spec in specs().items() if spec.minimum is not None and spec.kind is float
+}
+PERIODS = (
+    (1e-3, 50e3, 0.01),
+    (1e-4, 10e3, 1e-4),
+    (0.1, 1e6, 1.0),
+    (2.5e-4, 20e3, 1e-3),
+)
+"""Block, sample rate and trace period that fit into each other."""
+
+
+def value_of(spec: Spec) -> st.SearchStrategy:
+    if spec.choices:
+        return st.sampled_from(spec.choices)
+    if spec.kind is float:
+        return st.floats(spec.minimum, spec.maximum)
+    if spec.kind is int:
+        return st.integers(int(spec.minimum), int(spec.maximum))
+    if spec.kind is bool:
+        return st.booleans()
+    return st.from_regex(r'[A-Za-z0-9_./~ #:{}\-]{0,30}', fullmatch=True)
+
+
+@st.composite
+def allowed_values(draw: st.DrawFn) -> dict[str, object]:
+    """Draw ``{'group.name': value}`` for some parameters, all of it allowed."""
+    free = {name: value_of(spec) for name, spec in specs().items() if name not in COUPLED}
+    values = draw(st.fixed_dictionaries({}, optional=free))
+    if draw(st.booleans()):
+        values['contact.prefactor'] = 0.0
+        values['contact.rms_height'] = draw(st.floats(0.0, 1e-3))
+    if draw(st.booleans()):
+        volts = sorted(draw(st.sets(st.floats(-999.0, 999.0), min_size=3, max_size=3)))
+        names = ('voltage_min', 'voltage_initial', 'voltage_max')
+        values |= {f'amplifier.{name}': volt for name, volt in zip(names, volts, strict=True)}
+    block_s, rate_hz, period_s = draw(st.sampled_from(PERIODS))
+    return values | {
+        'sim.block': block_s,
+        'trace.sample_rate': rate_hz,
+        'trace.period': period_s,
+    }

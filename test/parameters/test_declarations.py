@@ -1,0 +1,140 @@
+"""Every parameter is declared in full, and every value passes its declaration."""
+
+import dataclasses
+import math
+
+import pytest
+from allowed_values import allowed_values
+from hypothesis import given
+
+from stickslip_ros.errors import StickSlipError, UnknownName
+from stickslip_ros.parameters import (
+    ContactParameters,
+    LoadCellParameters,
+    Parameters,
+    spec_of,
+    specs,
+    to_nanoseconds,
+)
+
+SI_UNITS = {
+    '', 's', 'm', 'm^(1-H)', 'rad/m', 'Pa', 'N', 'kg', 'N s/m', 'V', 'V/s', 'Hz', 'm/V', 'N/m',
+    'B', 'N/sqrt(Hz)', 'm/sqrt(Hz)',
+}  # fmt: skip
+PURE_NUMBERS = {
+    'sim.real_time_factor',
+    'contact.hurst',
+    'contact.friction',
+    'contact.poisson_runner',
+    'contact.poisson_sphere',
+}
+"""Quantities without a unit; counts and seeds have none either."""
+TABLE_1 = {
+    'contact.young_runner': 210e9,
+    'contact.young_sphere': 370e9,
+    'contact.poisson_runner': 0.3,
+    'contact.poisson_sphere': 0.3,
+    'contact.friction': 0.3,
+    'contact.radius': 0.5e-3,
+    'runner.mass': 3e-3,
+}
+
+
+@pytest.mark.parametrize('name', specs())
+def test_every_parameter_has_unit_bounds_source_and_text(name):
+    spec = spec_of(name)
+    assert spec.kind in {float, int, bool, str}
+    assert spec.text
+    assert spec.source == 'assumed' or spec.source.startswith(('Table ', 'Section ', 'Eq. '))
+    assert spec.unit in SI_UNITS
+    if spec.kind in {float, int}:
+        assert spec.minimum < spec.maximum
+        assert math.isfinite(spec.minimum)
+        assert math.isfinite(spec.maximum)
+    if spec.kind is float:
+        assert bool(spec.unit) != (name in PURE_NUMBERS)
+
+
+@pytest.mark.parametrize('name', specs())
+def test_every_default_is_of_its_kind_and_inside_its_bounds(name):
+    spec = spec_of(name)
+    assert type(spec.default) is spec.kind
+    assert spec.check(name, spec.default) == spec.default
+
+
+def test_the_defaults_of_table_1_say_so():
+    defaults = Parameters().flat()
+    assert {name: defaults[name] for name in TABLE_1} == TABLE_1
+    assert {name for name, spec in specs().items() if spec.source == 'Table 1'} == set(TABLE_1)
+
+
+def test_what_the_paper_does_not_give_is_marked_as_assumed():
+    for name in ('load_cell.stiffness', 'runner.damping', 'sim.dt'):
+        assert spec_of(name).source == 'assumed'
+
+
+def test_a_group_is_named_after_its_class():
+    assert LoadCellParameters.group() == 'load_cell'
+    assert Parameters.group() == ''
+
+
+def test_no_group_can_exist_with_a_value_outside_its_declaration():
+    with pytest.raises(StickSlipError, match=r'contact\.friction -1 is below'):
+        ContactParameters(friction=-1.0)
+
+
+def test_parameters_are_immutable(stand):
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        stand.stand.preload = 1.0
+
+
+@given(allowed_values())
+def test_an_update_changes_what_it_names_and_nothing_else(values):
+    before = Parameters()
+    after = before.updated(values)
+    assert after.flat() == before.flat() | values
+    assert after.changed() == {
+        name: value for name, value in values.items() if value != spec_of(name).default
+    }
+    assert before == Parameters()
+
+
+def test_an_update_takes_texts_as_they_are_typed(stand):
+    typed = {
+        'stand.preload': '25e-2',
+        'sim.seed': '7',
+        'autostart': 'False',
+        'contact.profile': 'smooth',
+    }
+    after = stand.updated(typed)
+    assert after.stand.preload == 0.25
+    assert after.sim.seed == 7
+    assert after.autostart is False
+    assert after.contact.profile == 'smooth'
+
+
+def test_a_whole_number_becomes_a_float_where_one_is_declared(stand):
+    preload = stand.updated({'stand.preload': 1}).stand.preload
+    assert type(preload) is float
+
+
+def test_values_that_hang_together_can_be_changed_together(stand):
+    shifted = {'amplifier.voltage_min': 400.0, 'amplifier.voltage_max': 500.0}
+    after = stand.updated(shifted | {'amplifier.voltage_initial': 450.0})
+    assert after.amplifier.voltage_initial == 450.0
+
+
+def test_periods_are_whole_nanoseconds(stand):
+    assert (stand.sample_ns, stand.block_ns, stand.trace_period_ns) == (20_000, 10**6, 10**7)
+    assert to_nanoseconds(1.5e-9) == 2
+    assert to_nanoseconds(0.1 + 0.2) == 300_000_000
+
+
+def test_the_table_of_declarations_cannot_be_changed_from_outside():
+    specs().clear()
+    assert 'stand.preload' in specs()
+
+
+def test_an_unknown_name_is_refused_wherever_it_is_asked_for():
+    with pytest.raises(UnknownName, match=r'did you mean stand\.preload'):
+        spec_of('stand.preloads')

@@ -1,0 +1,163 @@
+"""What an update of parameters refuses, and what the refusal says."""
+
+import math
+
+import pytest
+from allowed_values import NUMBERS
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
+from stickslip_ros.parameters import Parameters, parse_assignments, specs
+
+BEYOND = 1e-6
+"""How far outside its bound a value is put, relative to it: more than the digits of :g hide."""
+
+
+def _refusal(values, kind=OutOfRange):
+    with pytest.raises(kind) as caught:
+        Parameters().updated(values)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ('name', 'suggestion'),
+    [
+        ('stand.preloads', 'did you mean stand.preload'),
+        ('preload', 'did you mean stand.preload'),
+        ('sim.time_step', 'did you mean'),
+        ('sim', 'did you mean'),
+        ('qqqq', 'see docs/interface.md'),
+        ('', 'see docs/interface.md'),
+    ],
+)
+def test_an_unknown_name_is_refused_with_a_suggestion(name, suggestion):
+    message = _refusal({name: 1.0}, UnknownName)
+    assert message.startswith(f'parameter {name!r} is not known')
+    assert suggestion in message
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'expected'),
+    [
+        ('stand.preload', 'much', 'a finite number'),
+        ('stand.preload', None, 'a finite number'),
+        ('stand.preload', [1.0], 'a finite number'),
+        ('stand.preload', True, 'a finite number'),
+        ('stand.preload', math.nan, 'a finite number'),
+        ('stand.preload', math.inf, 'a finite number'),
+        ('stand.preload', '-inf', 'a finite number'),
+        ('sim.seed', 1.5, 'a whole number'),
+        ('sim.seed', True, 'a whole number'),
+        ('sim.seed', '1e3', 'a whole number'),
+        ('sim.seed', math.nan, 'a whole number'),
+        ('autostart', 1, 'true or false'),
+        ('autostart', 'yes', 'true or false'),
+        ('contact.profile', 3, 'a text'),
+        ('record.name', None, 'a text'),
+    ],
+)
+def test_a_value_of_the_wrong_kind_is_refused(name, value, expected):
+    message = _refusal({name: value}, WrongKind)
+    assert message.startswith(f'{name} {value!r} is not {expected}; ')
+
+
+@pytest.mark.parametrize('name', NUMBERS)
+@pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
+def test_no_quantity_takes_what_is_not_finite(name, value):
+    assert 'is not a finite number' in _refusal({name: value}, WrongKind)
+
+
+def test_a_whole_number_too_large_for_a_float_is_refused():
+    _refusal({'stand.preload': 10**400}, StickSlipError)
+
+
+@pytest.mark.parametrize('name', NUMBERS)
+@pytest.mark.parametrize(
+    ('side', 'word', 'mend'), [('below', 'minimum', 'raise it'), ('above', 'maximum', 'lower it')]
+)
+def test_beyond_a_bound_the_message_gives_value_limit_unit_and_mend(name, side, word, mend):
+    spec = NUMBERS[name]
+    bound = spec.minimum if side == 'below' else spec.maximum
+    excess = max(BEYOND * abs(bound), 1e-12)
+    value = bound - excess if side == 'below' else bound + excess
+    message = _refusal({name: value})
+    unit = f' {spec.unit}' if spec.unit else ''
+    assert message == f'{name} {value:.6g}{unit} is {side} the {word} {bound:g}{unit}; {mend}'
+
+
+@pytest.mark.parametrize('name', NUMBERS)
+def test_the_bounds_themselves_are_inside(name):
+    spec = NUMBERS[name]
+    assert spec.check(name, spec.minimum) == spec.minimum
+    assert spec.check(name, spec.maximum) == spec.maximum
+
+
+@given(st.sampled_from(sorted(specs())), st.floats() | st.text() | st.booleans() | st.none())
+def test_whatever_the_value_only_a_refusal_of_the_package_is_raised(name, value):
+    try:
+        after = Parameters().updated({name: value})
+    except StickSlipError:
+        return
+    spec = specs()[name]
+    kept = after.flat()[name]
+    assert type(kept) is spec.kind
+    assert spec.check(name, kept) == kept
+
+
+def test_a_word_that_is_no_choice_is_refused_with_the_choices():
+    message = _refusal({'record.compression': 'zip'})
+    assert message == "record.compression 'zip' is not one of the choices; use zstd, lz4, none"
+
+
+def test_a_whole_number_beyond_its_bound_is_refused():
+    assert 'above the maximum 2.14748e+09; lower it' in _refusal({'sim.seed': 2**31})
+    assert 'below the minimum 1024 B; raise it' in _refusal({'record.chunk_size': 1})
+
+
+def test_a_roughness_without_effect_is_refused():
+    message = _refusal({'contact.rms_height': 2e-6})
+    assert 'contact.rms_height 2e-06 m is without effect' in message
+    assert 'contact.prefactor is 0.00044478 m^(1-H); set contact.prefactor to 0 too' in message
+    both = Parameters().updated({'contact.rms_height': 2e-6, 'contact.prefactor': 0.0})
+    assert both.contact.rms_height == 2e-6
+
+
+@pytest.mark.parametrize('maximum_v', [100.0, 99.0])
+def test_an_empty_voltage_range_is_refused(maximum_v):
+    volts = {'amplifier.voltage_min': 100.0, 'amplifier.voltage_max': maximum_v}
+    message = _refusal(volts)
+    assert f'amplifier.voltage_min 100 V is not below amplifier.voltage_max, {maximum_v:g} V' in (
+        message
+    )
+    assert message.endswith('; lower it or raise the other')
+
+
+@pytest.mark.parametrize('initial_v', [-1.0, 301.0])
+def test_a_start_outside_the_voltage_range_is_refused(initial_v):
+    message = _refusal({'amplifier.voltage_initial': initial_v})
+    assert f'amplifier.voltage_initial {initial_v:g} V is outside 0 to 300 V; move it' in message
+
+
+@pytest.mark.parametrize(
+    ('values', 'limit'),
+    [
+        ({'sim.block': 1.01e-3}, 'sim.block 1010000 ns is not a multiple of one sample'),
+        ({'sim.block': 1.5e-3}, 'trace.period 10000000 ns is not a multiple of one sim.block'),
+        ({'trace.period': 5e-4}, 'trace.period 500000 ns is not a multiple of one sim.block'),
+        ({'trace.sample_rate': 30e3}, 'Hz is a period of 33333.3333 ns, not a whole number'),
+    ],
+)
+def test_periods_that_do_not_fit_into_each_other_are_refused(values, limit):
+    assert limit in _refusal(values)
+
+
+def test_assignments_are_split_at_the_first_equals_sign():
+    typed = ['stand.preload=0.25', ' record.name = a=b ', 'sim.seed=']
+    expected = {'stand.preload': '0.25', 'record.name': 'a=b', 'sim.seed': ''}
+    assert parse_assignments(typed) == expected
+
+
+def test_an_assignment_without_an_equals_sign_is_refused():
+    with pytest.raises(WrongKind, match=r"--set 'stand.preload' is not an assignment; write"):
+        parse_assignments(['stand.preload'])

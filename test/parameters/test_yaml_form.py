@@ -1,0 +1,152 @@
+"""Parameters as a ROS parameter file: what is written is read back, the rest is refused."""
+
+import dataclasses
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+import yaml
+from allowed_values import allowed_values
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip_ros.cli.parameters import HEADING
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
+from stickslip_ros.parameters import (
+    Parameters,
+    describe,
+    dump_yaml,
+    format_value,
+    load_yaml,
+    parse_yaml,
+    spec_of,
+    specs,
+)
+
+STAND_FILE = Path(__file__).resolve().parents[2] / 'config/test_stand.yaml'
+
+
+def _under_node(body: str, node: str = '/**') -> str:
+    return f'{node}:\n  ros__parameters:\n{body}'
+
+
+@given(allowed_values())
+def test_any_parameters_survive_being_written_and_read(values):
+    parameters = Parameters().updated(values)
+    assert parse_yaml(dump_yaml(parameters, 'A heading'), 'text') == parameters
+
+
+@pytest.mark.parametrize('name', ["it's a run", 'back\\slash', 'grün', ' run ', '#1', 'null', '5'])
+def test_a_file_name_survives_being_written_and_read(name):
+    parameters = Parameters().updated({'record.name': name})
+    assert parse_yaml(dump_yaml(parameters, ''), 'text') == parameters
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_a_float_is_written_so_that_yaml_1_1_reads_a_float_of_the_same_bits(number):
+    read = yaml.safe_load(format_value(number))
+    assert type(read) is float
+    assert read.hex() == number.hex()
+
+
+def test_switches_and_whole_numbers_are_written_as_ros_reads_them():
+    assert [format_value(value) for value in (True, False, 7, 'text')] == [
+        'true',
+        'false',
+        '7',
+        "'text'",
+    ]
+
+
+def test_the_file_of_the_test_stand_holds_the_defaults():
+    text = STAND_FILE.read_text(encoding='utf-8')
+    assert text == dump_yaml(Parameters(), HEADING)
+    assert load_yaml(STAND_FILE) == Parameters()
+
+
+def test_every_parameter_is_written_with_its_description_above_it():
+    lines = dump_yaml(Parameters(), '').splitlines()
+    for name in specs():
+        comment = f'# {describe(spec_of(name))}'
+        leaf = name.rpartition('.')[2]
+        assert any(
+            above.strip() == comment and below.strip().startswith(f'{leaf}: ')
+            for above, below in pairwise(lines)
+        )
+
+
+def test_a_description_gives_unit_bounds_and_source():
+    preload = describe(spec_of('stand.preload'))
+    assert preload.endswith('[N] 0.001 to 100 (Section 2)')
+    compression = describe(spec_of('record.compression'))
+    assert compression.endswith('zstd | lz4 | none (assumed)')
+
+
+def test_names_that_a_file_leaves_out_keep_their_defaults():
+    read = parse_yaml(_under_node('    stand:\n      preload: 0.25\n'), 'text')
+    assert read.changed() == {'stand.preload': 0.25}
+    assert parse_yaml('', 'text') == Parameters()
+
+
+def test_a_node_name_and_dotted_names_are_read_too():
+    read = parse_yaml(_under_node('    stand.preload: 0.25\n', '/stand/drive'), 'text')
+    assert read.stand.preload == 0.25
+
+
+def test_a_number_that_yaml_1_1_takes_for_a_text_is_read_as_a_number():
+    read = parse_yaml(_under_node('    sim:\n      dt: 1e-7\n'), 'text')
+    assert read.sim.dt == 1e-7
+
+
+@pytest.mark.parametrize(
+    ('text', 'kind', 'message'),
+    [
+        ('a: [', RecordingError, 'run.yaml: is not YAML'),
+        ('a: \x07', RecordingError, 'run.yaml: is not YAML'),
+        ('just a text', WrongKind, "run.yaml 'just a text' is not a table of names"),
+        ('- 1\n- 2\n', WrongKind, 'is not a table of names'),
+        ('stand:\n  preload: 1.0\n', UnknownName, 'needs ros__parameters: right below'),
+        ('/**:\n  ros__parameters: 5\n', WrongKind, 'is not a table of names'),
+        ('/**:\n  ros__parameters: {}\n  more: {}\n', UnknownName, "section '/**' is not known"),
+        (_under_node('    stand: 5\n'), UnknownName, "parameter 'stand' is not known"),
+        (_under_node('    stand:\n      weight: 5\n'), UnknownName, 'stand.weight'),
+        (_under_node('    stand:\n      preload: [1]\n'), WrongKind, 'stand.preload [1] is not'),
+        (_under_node('    stand:\n      preload: 1000.0\n'), OutOfRange, 'above the maximum 100'),
+    ],
+)
+def test_a_foreign_text_is_refused(text, kind, message):
+    with pytest.raises(kind) as caught:
+        parse_yaml(text, 'run.yaml')
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        _under_node('    record:\n      name: 2020-99-99\n'),
+        _under_node(f'    stand:\n      preload: {"1" * 400}\n'),
+        '/**:\n  ros__parameters: &all {stand: *all}\n',
+    ],
+    ids=['impossible date', 'endless number', 'table inside itself'],
+)
+def test_a_text_on_which_the_reader_stumbles_is_refused_too(text):
+    with pytest.raises(StickSlipError):
+        parse_yaml(text, 'run.yaml')
+
+
+def test_a_file_that_cannot_be_read_is_refused_with_the_reason(tmp_path):
+    with pytest.raises(RecordingError, match=r'cannot be read \(No such file .*check the path'):
+        load_yaml(tmp_path / 'missing.yaml')
+    with pytest.raises(RecordingError, match='cannot be read'):
+        load_yaml(tmp_path)
+
+
+def test_a_file_that_is_no_text_is_refused(tmp_path):
+    path = tmp_path / 'picture.yaml'
+    path.write_bytes(b'\x89PNG\xff\xfe')
+    with pytest.raises(StickSlipError):
+        load_yaml(path)
+
+
+def test_equal_parameters_are_written_alike(stand):
+    assert dump_yaml(dataclasses.replace(stand), '') == dump_yaml(Parameters(), '')
