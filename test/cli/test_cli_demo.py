@@ -1,0 +1,80 @@
+"""`stickslip demo`: two processes, topics between them, a recording and a picture."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stickslip_ros.recording.reader import Recording
+
+DOMAINS = 98
+TIMEOUT_S = 60.0
+PNG = b'\x89PNG\r\n\x1a\n'
+STICKSLIP = Path(sys.executable).with_name('stickslip')
+
+
+@pytest.fixture(scope='module')
+def demo(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, Path]]:
+    """Run the demo once; give the ended process and its folder."""
+    folder = tmp_path_factory.mktemp('demo')
+    environment = {
+        **os.environ,
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_DOMAIN_ID': str(1 + (os.getpid() + DOMAINS // 2) % DOMAINS),
+        'ROS_LOG_DIR': str(folder / 'log'),
+    }
+    environment.pop('ROS_NAMESPACE', None)
+    return (
+        subprocess.run(
+            [STICKSLIP, 'demo', '--out', folder, '--json', '--set', 'stand.preload=0.25'],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT_S,
+            check=False,
+        ),
+        folder,
+    )
+
+
+def test_it_passes_and_leaves_nothing_on_stderr(demo: tuple[Any, Path]):
+    process, _ = demo
+    assert process.stderr == ''
+    assert process.returncode == 0
+
+
+def test_its_summary_says_that_nothing_was_lost_or_altered(demo: tuple[Any, Path]):
+    told = json.loads(demo[0].stdout)
+    assert told['steps'] == 200
+    assert told['dropped'] == 0
+    assert told['positions_equal'] == told['positions_recorded'] > 1000
+    assert told['exit_status'] == 0
+    assert told['published']['voltage'] == told['received']['voltage'] == 20
+    assert told['published']['sawtooth'] == 1
+    assert told['published']['load'] == 2
+    assert 0.0 < told['mean_step_m'] < 160e-9
+    assert told['force_n'] > 0.0
+    assert told['load_motion_m'] > 0.0
+
+
+def test_it_writes_a_recording_with_its_parameters(demo: tuple[Any, Path]):
+    process, folder = demo
+    told = json.loads(process.stdout)
+    assert Path(told['recording']) == folder / 'demo.mcap'
+    recording = Recording(folder / 'demo.mcap')
+    counts = {channel.topic: channel.messages for channel in recording.channels}
+    assert counts['/position'] == told['published']['position']
+    assert 'preload: 0.25\n' in recording.attachments['parameters.yaml'][1].decode()
+    assert 'preload: 0.25\n' in (folder / 'demo_parameters.yaml').read_text(encoding='utf-8')
+
+
+def test_it_draws_a_picture(demo: tuple[Any, Path]):
+    picture = demo[1] / 'demo.png'
+    data = picture.read_bytes()
+    assert data.startswith(PNG)
+    assert len(data) > 10_000

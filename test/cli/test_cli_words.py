@@ -1,0 +1,250 @@
+"""Every verb explains itself, speaks JSON, and refuses with a message and status 2."""
+
+import argparse
+import contextlib
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+import stickslip_ros
+from stickslip_ros.cli import main
+from stickslip_ros.cli.drive import ros_arguments
+from stickslip_ros.cli.main import VERBS, build_parser
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.parameters import Parameters, load_yaml, specs
+
+NEEDED = {'contact': ('--normal-force', '0.1'), 'simulate': ('--voltage', '100')}
+WITH_PARAMETERS = ('contact', 'simulate', 'drive', 'demo', 'parameters')
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def parsers() -> dict[str, argparse.ArgumentParser]:
+    """Give the parser of each verb."""
+    [verbs] = [
+        action
+        for action in build_parser()._actions
+        if isinstance(action, argparse._SubParsersAction)
+    ]
+    return dict(verbs.choices)
+
+
+NAMES = list(parsers())
+
+
+def test_every_verb_has_the_name_of_its_module():
+    modules = [verb.__name__.rpartition('.')[2] for verb in VERBS]
+    assert [name.replace('-', '_') for name in NAMES] == modules
+
+
+def test_help_names_every_verb(capsys: Any):
+    with pytest.raises(SystemExit) as ended:
+        main(['--help'])
+    shown = capsys.readouterr().out
+    assert ended.value.code == 0
+    assert all(re.search(rf'^    {name}\s', shown, re.MULTILINE) for name in NAMES)
+    assert 'Exit status: 0 done, 1 a check failed, 2 refused' in shown
+
+
+@pytest.mark.parametrize('verb', NAMES)
+def test_help_of_a_verb_explains_every_option(capsys: Any, verb: str):
+    with pytest.raises(SystemExit) as ended:
+        main([verb, '--help'])
+    shown = capsys.readouterr().out
+    assert ended.value.code == 0
+    for action in parsers()[verb]._actions:
+        assert action.help
+        for option in action.option_strings:
+            assert option in shown
+
+
+@pytest.mark.parametrize('verb', NAMES)
+def test_every_verb_speaks_json(verb: str):
+    options = {option for action in parsers()[verb]._actions for option in action.option_strings}
+    assert '--json' in options
+
+
+def test_version(capsys: Any):
+    with pytest.raises(SystemExit) as ended:
+        main(['--version'])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f'{stickslip_ros.__version__}\n'
+
+
+@pytest.mark.parametrize(
+    'words', [[], ['dance'], ['info'], ['parameters', '--bogus'], ['contact']]
+)
+def test_an_unknown_command_line_ends_with_usage(capsys: Any, words: list[str]):
+    with pytest.raises(SystemExit) as ended:
+        main(words)
+    assert ended.value.code == 2
+    assert 'usage: stickslip' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize('verb', WITH_PARAMETERS)
+@pytest.mark.parametrize(
+    ('assignment', 'message'),
+    [
+        (
+            'stand.prelaod=0.3',
+            "parameter 'stand.prelaod' is not known; did you mean stand.preload",
+        ),
+        ('stand.preload=much', "stand.preload 'much' is not a finite number"),
+        ('stand.preload=1000', 'stand.preload 1000 N is above the maximum 100 N; lower it'),
+        ('stand.preload', "--set 'stand.preload' is not an assignment"),
+        ('sim.seed=1.5', "sim.seed '1.5' is not a whole number"),
+        ('autostart=perhaps', "autostart 'perhaps' is not true or false"),
+        ('contact.profile=polished', "contact.profile 'polished' is not one of the choices"),
+    ],
+)
+def test_a_bad_assignment_is_refused_by_every_verb(
+    capsys: Any, verb: str, assignment: str, message: str
+):
+    assert main([verb, *NEEDED.get(verb, ()), '--set', assignment]) == 2
+    out, err = capsys.readouterr()
+    assert out == ''
+    [line] = err.splitlines()
+    assert line.startswith(f'stickslip: {message}')
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        (None, 'cannot be read (No such file or directory); check the path'),
+        ('{', 'is not YAML'),
+        ('- 1\n', 'is not a table of names'),
+        ('/**:\n  stand:\n    preload: 1.0\n', 'needs ros__parameters: right below'),
+        ('/**:\n  ros__parameters:\n    stand:\n      prelaod: 1.0\n', 'did you mean'),
+    ],
+)
+def test_a_bad_parameter_file_is_refused(
+    capsys: Any, tmp_path: Path, text: str | None, message: str
+):
+    file = tmp_path / 'odd.yaml'
+    if text is not None:
+        file.write_text(text, encoding='utf-8')
+    assert main(['parameters', '--params', str(file)]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_the_parameters_are_those_of_the_file_in_config(capsys: Any):
+    assert main(['parameters']) == 0
+    expected = (ROOT / 'config/test_stand.yaml').read_text(encoding='utf-8')
+    assert capsys.readouterr().out == expected
+
+
+def test_the_interface_is_the_page_in_docs(capsys: Any):
+    assert main(['interface']) == 0
+    expected = (ROOT / 'docs/interface.md').read_text(encoding='utf-8')
+    assert capsys.readouterr().out == expected
+
+
+def test_the_interface_as_json_names_every_topic(capsys: Any):
+    assert main(['interface', '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['position'] == 'geometry_msgs/msg/PointStamped'
+    assert told['command/sawtooth'] == 'std_msgs/msg/Float64MultiArray'
+    page = (ROOT / 'docs/interface.md').read_text(encoding='utf-8')
+    assert all(f'| `{name}` | {kind} |' in page for name, kind in told.items())
+
+
+def test_code_config_docs_and_json_name_the_same_parameters(capsys: Any):
+    names = list(specs())
+    document = yaml.safe_load((ROOT / 'config/test_stand.yaml').read_text(encoding='utf-8'))
+    groups = document['/**']['ros__parameters']
+    in_config = [
+        name
+        for group, leaves in groups.items()
+        for name in (
+            [f'{group}.{leaf}' for leaf in leaves] if isinstance(leaves, dict) else [group]
+        )
+    ]
+    page = (ROOT / 'docs/interface.md').read_text(encoding='utf-8').partition('## Parameters')[2]
+    in_docs = [line.split('`')[1] for line in page.splitlines() if line.startswith('| `')]
+    main(['parameters', '--json'])
+    in_json = list(json.loads(capsys.readouterr().out))
+    assert in_config == in_docs == in_json == names
+
+
+def test_the_file_in_config_is_the_default():
+    assert load_yaml(ROOT / 'config/test_stand.yaml') == Parameters()
+
+
+def other_values(name: str) -> dict[str, Any]:
+    """Give values that fit together, of which that of one parameter is not the default."""
+    spec, default = specs()[name], specs()[name].default
+    candidates: list[Any] = [*spec.choices, 'abc']
+    if spec.kind is bool:
+        candidates = [not default]
+    elif spec.kind is not str:
+        candidates = [default * 2, default + 1, default * 0.5, spec.minimum, spec.maximum]
+    for value in candidates:
+        for others in ({}, {'contact.prefactor': 0.0}):
+            values = {name: value, **others}
+            with contextlib.suppress(StickSlipError):
+                if Parameters().updated(values).flat()[name] != default:
+                    return values
+    raise AssertionError(f'no other value of {name} fits')
+
+
+@pytest.mark.parametrize('name', list(specs()))
+def test_every_parameter_can_be_set_and_read_back_as_yaml(capsys: Any, tmp_path: Path, name: str):
+    values = other_values(name)
+    words = [word for each, value in values.items() for word in ('--set', f'{each}={value}')]
+    assert main(['parameters', *words]) == 0
+    file = tmp_path / 'written.yaml'
+    file.write_text(capsys.readouterr().out, encoding='utf-8')
+    assert load_yaml(file) == Parameters().updated(values)
+    assert name in load_yaml(file).changed()
+
+
+@pytest.mark.parametrize('text', ["it's here", 'a: b', '"quoted"', '#1', ' ', 'yes', '1e3', 'µ'])
+def test_a_text_survives_the_parameter_file(capsys: Any, tmp_path: Path, text: str):
+    assert main(['parameters', '--set', f'record.directory=/{text}']) == 0
+    file = tmp_path / 'written.yaml'
+    file.write_text(capsys.readouterr().out, encoding='utf-8')
+    assert load_yaml(file).record.directory == f'/{text}'.strip()
+
+
+def drive_arguments(*words: str) -> list[str]:
+    parsed, rest = build_parser().parse_known_args(['drive', *words])
+    parsed.ros_arguments = rest
+    return ros_arguments(parsed)
+
+
+def test_the_node_gets_the_parameter_file_then_the_assignments():
+    words = drive_arguments('--params', 'a.yaml', '--set', 'stand.preload=0.3')
+    assert words == [
+        'stickslip',
+        '--ros-args',
+        '--params-file',
+        'a.yaml',
+        '-p',
+        'stand.preload:=0.3',
+    ]
+
+
+def test_the_node_gets_further_ros_arguments_first():
+    words = drive_arguments('--set', 'sim.seed=2', '--ros-args', '-r', '__ns:=/left')
+    assert words[:4] == ['stickslip', '--ros-args', '-r', '__ns:=/left']
+    assert words[4:] == ['--ros-args', '-p', 'sim.seed:=2']
+
+
+@pytest.mark.parametrize('text', ['12', '', 'true', '1e3', 'a: b.mcap', "it's.mcap", '~'])
+def test_the_node_gets_a_text_as_a_text_whatever_it_looks_like(text: str):
+    [*_, word] = drive_arguments('--set', f'record.name={text}')
+    name, _, value = word.partition(':=')
+    assert name == 'record.name'
+    assert yaml.safe_load(value) == text
+
+
+@pytest.mark.parametrize(
+    ('assignment', 'value'),
+    [('sim.seed=7', 7), ('record.on_start=TRUE', True), ('runner.mass=1', 1)],
+)
+def test_the_node_gets_numbers_and_switches_as_such(assignment: str, value: Any):
+    [*_, word] = drive_arguments('--set', assignment)
+    assert yaml.safe_load(word.partition(':=')[2]) == value

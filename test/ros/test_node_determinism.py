@@ -1,0 +1,162 @@
+"""The same parameters, seed and commands give the same bytes, with ROS and without."""
+
+import re
+import struct
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from mcap.reader import make_reader
+from mcap.records import Metadata
+from mcap.stream_reader import StreamReader
+
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.feed import Feed
+from stickslip_ros.recording.run_file import RUN_RECORD
+from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.ros.session import Session
+
+MS_NS = 1_000_000
+#: What is asked for, and the time at which it takes effect, ns: ticks of 1 ms and of 5 ms.
+PLAN = (
+    (10 * MS_NS, Request('sawtooth', (300.0, 1000.0, 30.0))),
+    (25 * MS_NS, Request('load', (0.1, 0.0, 0.0, 0.0, 0.0, 0.0))),
+    (25 * MS_NS, Request('voltage', (500.0,))),
+    (60 * MS_NS, Request('voltage', (120.0,))),
+    (65 * MS_NS, Request('sawtooth', (200.0, -400.0, 0.0))),
+    (90 * MS_NS, Request('stop')),
+    (95 * MS_NS, Request('load', (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))),
+    (110 * MS_NS, Request('reset')),
+    (110 * MS_NS, Request('voltage', (300.0,))),
+)
+RECORDING_NS = (5 * MS_NS, 130 * MS_NS)
+FAST = {'sim.real_time_factor': 0.0, 'record.chunk_size': 20_000}
+WALL_START = re.compile(rb'\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{6}Z')
+
+
+def plan_into(session: Session, path: Path, namespace: str = '/') -> Any:
+    """Order everything in advance; give what tells when the recording has ended."""
+    start_ns, end_ns = RECORDING_NS
+    writer = RunWriter(path, session.parameters, wait=True, namespace=namespace)
+    session.exchange_recording(writer, start_ns)
+    for due_ns, request in PLAN:
+        session.submit(request, due_ns)
+    return session.exchange_recording(None, end_ns)
+
+
+def run_on_the_node(launch: Callable[..., Any], path: Path, values: dict[str, Any]) -> bytes:
+    """Record the plan with a node; give the file."""
+    stand = launch({'autostart': False, **FAST, **values}, wait=False)
+    assert stand.change_state('configure')
+    ended = plan_into(stand.drive._session, path)
+    assert stand.change_state('activate')
+    stand.operator.spin_until(ended.done, 'the end of the plan')
+    ended.result().close()
+    stand.close()
+    return path.read_bytes()
+
+
+def run_on_the_bench(path: Path, values: dict[str, Any]) -> bytes:
+    """Record the plan without ROS and without threads of the node; give the file."""
+    parameters = Parameters().updated({**FAST, **values})
+    bench, feed = Bench(parameters), Feed(parameters)
+    start_ns, end_ns = RECORDING_NS
+    status = Status(0)
+    with RunWriter(path, parameters, wait=True) as writer:
+        while bench.time_ns < end_ns:
+            now_ns = bench.time_ns
+            requests = [request for due_ns, request in PLAN if due_ns == now_ns]
+            if now_ns == start_ns:
+                writer.begin(now_ns, status)
+            if now_ns >= start_ns:
+                writer.write_requests(requests, now_ns)
+            output = bench.update(now_ns + parameters.block_ns, requests)
+            status = output.status
+            for packed in feed.pack(output):
+                if now_ns >= start_ns:
+                    writer.write(packed)
+    return path.read_bytes()
+
+
+def without_wall_time(data: bytes) -> bytes:
+    """Blank the wall-clock time, and the checksum of all data behind it in the DataEnd record."""
+    assert len(WALL_START.findall(data)) == 1
+    data = WALL_START.sub(b'-' * 27, data)
+    data_end = data.rindex(b'\x0f' + struct.pack('<Q', 4))
+    return data[: data_end + 9] + bytes(4) + data[data_end + 13 :]
+
+
+def messages_of(path: Path) -> list[tuple[str, int, int, bytes]]:
+    with path.open('rb') as stream:
+        return [
+            (channel.topic, message.log_time, message.sequence, message.data)
+            for _, channel, message in make_reader(stream).iter_messages(log_time_order=False)
+        ]
+
+
+def metadata_of(path: Path) -> list[Metadata]:
+    with path.open('rb') as stream:
+        return [each for each in StreamReader(stream).records if isinstance(each, Metadata)]
+
+
+def test_two_runs_of_the_node_give_the_same_bytes_but_for_the_wall_clock(
+    launch: Callable[..., Any], tmp_path: Path
+):
+    files = [run_on_the_node(launch, tmp_path / f'{n}.mcap', {}) for n in range(2)]
+    assert files[0] != files[1]
+    assert without_wall_time(files[0]) == without_wall_time(files[1])
+    different = [
+        {key for key in first.metadata if first.metadata[key] != second.metadata[key]}
+        for first, second in zip(
+            *(metadata_of(tmp_path / f'{n}.mcap') for n in range(2)), strict=True
+        )
+        if first != second
+    ]
+    assert different == [{'wall_start'}]
+
+
+@pytest.mark.parametrize('block_s', [1e-3, 5e-3])
+def test_the_node_and_the_bench_alone_record_the_same_messages(
+    launch: Callable[..., Any], tmp_path: Path, block_s: float
+):
+    values = {'sim.block': block_s, 'trace.period': 0.02, 'record.directory': str(tmp_path)}
+    node, bench = tmp_path / 'node.mcap', tmp_path / 'bench.mcap'
+    run_on_the_node(launch, node, values)
+    run_on_the_bench(bench, {**values, 'autostart': False})
+    seen = messages_of(node)
+    assert len(seen) > 2 * 125e-3 / block_s
+    assert seen == messages_of(bench)
+
+
+def test_the_pace_does_not_change_what_happens(launch: Callable[..., Any], tmp_path: Path):
+    fast, real = tmp_path / 'fast.mcap', tmp_path / 'real.mcap'
+    run_on_the_node(launch, fast, {})
+    run_on_the_node(launch, real, {'sim.real_time_factor': 2.0})
+    info = '/stickslip_drive/info'  # it tells the pace
+    assert [m for m in messages_of(fast) if m[0] != info] == [
+        m for m in messages_of(real) if m[0] != info
+    ]
+
+
+def test_another_seed_gives_other_readings(launch: Callable[..., Any], tmp_path: Path):
+    one, other = tmp_path / 'one.mcap', tmp_path / 'other.mcap'
+    run_on_the_node(launch, one, {})
+    run_on_the_node(launch, other, {'sim.seed': 2})
+    assert [m for m in messages_of(one) if m[0] == '/position'] != [
+        m for m in messages_of(other) if m[0] == '/position'
+    ]
+    assert RUN_RECORD in {each.name for each in metadata_of(one)}
+
+
+def test_orders_of_one_tick_are_carried_out_in_the_order_in_which_they_came():
+    session = Session(Parameters(), lambda _: None)
+    requests = [Request('voltage', (float(n),)) for n in range(20)]
+    for number, request in enumerate(requests):
+        session.submit(request, (number % 2) * 5 * MS_NS)
+    taken = [order.request for order in session._take_due(0)]
+    taken += [order.request for order in session._take_due(5 * MS_NS)]
+    assert taken == requests[::2] + requests[1::2]

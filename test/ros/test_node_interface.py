@@ -1,0 +1,163 @@
+"""Topics and services are those of docs/interface.md, in any namespace."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from rclpy.duration import Infinite
+from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
+
+from stickslip_ros.parameters import specs
+from stickslip_ros.recording.topics import COMMANDS, READINGS, SERVICES, TOPICS, Topic
+
+TOPIC_KEYS = [topic.key for topic in TOPICS]
+
+
+def topic_of(key: str) -> Topic:
+    [topic] = [each for each in TOPICS if each.key == key]
+    return topic
+
+
+def endpoint_of(stand: Any, topic: Topic, namespace: str = '') -> Any:
+    """Give what the operator's side of the network knows of the drive's end of a topic."""
+    name = topic.name.replace('~', 'stickslip_drive')
+    name = name if name.startswith('/') else f'{namespace}/{name}'
+    node = stand.operator.node
+    get = (
+        node.get_publishers_info_by_topic
+        if topic in READINGS
+        else node.get_subscriptions_info_by_topic
+    )
+    found: list[Any] = []
+
+    def look() -> bool:
+        found[:] = [each for each in get(name) if each.node_name == 'stickslip_drive']
+        return bool(found)
+
+    stand.operator.spin_until(look, f'{name} of the drive')
+    [endpoint] = found
+    return endpoint
+
+
+@pytest.mark.parametrize('key', TOPIC_KEYS)
+def test_a_topic_has_the_declared_type_and_quality_of_service(stand: Any, key: str):
+    topic = topic_of(key)
+    endpoint = endpoint_of(stand, topic)
+    qos = endpoint.qos_profile
+    assert endpoint.topic_type == topic.type_name
+    assert qos.reliability == (
+        ReliabilityPolicy.RELIABLE if topic.qos.reliable else ReliabilityPolicy.BEST_EFFORT
+    )
+    assert qos.durability == (
+        DurabilityPolicy.TRANSIENT_LOCAL if topic.qos.latched else DurabilityPolicy.VOLATILE
+    )
+    assert qos.deadline == qos.lifespan == Infinite
+    assert qos.liveliness == LivelinessPolicy.AUTOMATIC
+
+
+def test_the_node_has_no_topics_but_the_declared_ones(stand: Any):
+    drive = stand.drive
+    published = {n for n, _ in drive.get_publisher_names_and_types_by_node(drive.get_name(), '/')}
+    heard = {n for n, _ in drive.get_subscriber_names_and_types_by_node(drive.get_name(), '/')}
+    every_node_has = {'/rosout', '/parameter_events'}
+    assert published - every_node_has - {'/stickslip_drive/transition_event'} == {
+        '/diagnostics',
+        '/force',
+        '/position',
+        '/stickslip_drive/event',
+        '/stickslip_drive/info',
+        '/stickslip_drive/status',
+        '/trace',
+        '/voltage',
+    }
+    assert heard - every_node_has == {f'/{topic.name}' for topic in COMMANDS}
+
+
+def test_every_service_has_the_declared_type(stand: Any):
+    drive = stand.drive
+    offered = dict(drive.get_service_names_and_types_by_node(drive.get_name(), '/'))
+    for service in SERVICES:
+        assert offered[service.name.replace('~', '/stickslip_drive')] == [service.type_name]
+
+
+@pytest.mark.parametrize(
+    ('key', 'name'),
+    [
+        ('position', '/left/position'),
+        ('voltage', '/left/command/voltage'),
+        ('status', '/left/stickslip_drive/status'),
+        ('diagnostics', '/diagnostics'),
+    ],
+)
+def test_full_names_in_a_namespace(key: str, name: str):
+    assert topic_of(key).full_name('/left') == name
+
+
+def test_a_namespace_moves_every_relative_name(launch: Callable[..., Any]):
+    stand = launch(namespace='/left')
+    drive = stand.drive
+    assert drive.get_fully_qualified_name() == '/left/stickslip_drive'
+    names = {
+        name
+        for get in (
+            drive.get_publisher_names_and_types_by_node,
+            drive.get_subscriber_names_and_types_by_node,
+        )
+        for name, _ in get('stickslip_drive', '/left')
+    }
+    expected = {t.name.replace('~', 'stickslip_drive') for t in TOPICS if t.key != 'diagnostics'}
+    assert {f'/left/{name}' for name in expected} <= names
+    assert {n for n in names if not n.startswith('/left/')} == {
+        '/diagnostics',
+        '/rosout',
+        '/parameter_events',
+    }
+
+
+def test_two_drives_side_by_side_do_not_disturb_each_other(launch: Callable[..., Any]):
+    left, right = launch(namespace='/left'), launch(namespace='/right')
+    left.operator.command_sawtooth(300.0, 1000.0, 20.0)
+    event = left.operator.wait_for_event('sawtooth', 0)
+    right.operator.command_voltage(30.0)
+    right.operator.wait_for_event('voltage', 0)
+    assert (event['result'], event['steps']) == ('DONE', 20)
+    assert [each['command'] for each in left.operator.events] == ['sawtooth']
+    assert [each['command'] for each in right.operator.events] == ['voltage']
+    assert left.drive.session.bench.state.voltage_v == 0.0
+    assert right.drive.session.bench.state.voltage_v == 30.0
+
+
+def test_diagnostics_of_two_drives_can_be_told_apart(launch: Callable[..., Any]):
+    stands = [launch(namespace=namespace) for namespace in ('/left', '/right')]
+    heard = stands[0].listen('diagnostics')
+    stands[0].operator.spin_until(lambda: len(heard) >= 4, 'diagnostics')  # two of each drive
+    parts = {(part.name, part.hardware_id) for array in heard for part in array.status}
+    assert len(parts) == len(stands) * len(heard[0].status)
+
+
+def test_who_comes_late_gets_status_and_info(launch: Callable[..., Any]):
+    stand = launch({'stand.preload': 0.25})
+    stand.operator.command_load(0.5)
+    stand.operator.wait_for_event('load', 0)
+    stand.operator.spin_until(lambda: stand.operator.status == 1 << 24, 'the status')
+    status, info = stand.listen('status'), stand.listen('info')
+    stand.operator.spin_until(lambda: bool(status and info), 'status and info')
+    assert [each.data for each in status] == [1 << 24]
+    told = json.loads(info[0].data)
+    assert told['parameters']['stand.preload'] == 0.25
+    assert told['parameters'].keys() == specs().keys()
+    assert told['units']['stand.preload'] == 'N'
+    assert told['parameters']['sim.seed'] == 1
+    assert {'stickslip_ros', 'numpy', 'numba', 'python'} <= told['versions'].keys()
+
+
+def test_who_comes_late_does_not_get_old_readings_or_events(stand: Any):
+    stand.operator.command_voltage(100.0)
+    stand.operator.wait_for_event('voltage', 0)
+    before_ns = max(stand.operator.positions)
+    events, positions = stand.listen('event'), stand.listen('position')
+    stand.operator.spin_until(lambda: bool(positions), 'a position')
+    assert events == []
+    stamp = positions[0].header.stamp
+    assert stamp.sec * 1_000_000_000 + stamp.nanosec > before_ns

@@ -1,0 +1,193 @@
+"""The node goes through the states of a lifecycle, by itself or as a manager says."""
+
+import itertools
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from std_srvs.srv import Trigger
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.topics import COMMANDS, READINGS, SERVICES
+
+
+def topics_of(stand: Any) -> set[str]:
+    """Give the topics of the interface at which the drive is."""
+    node = stand.drive
+    name = stand.drive.get_name()
+    published = dict(node.get_publisher_names_and_types_by_node(name, '/'))
+    subscribed = dict(node.get_subscriber_names_and_types_by_node(name, '/'))
+    return {
+        topic.key
+        for topics, there in ((READINGS, published), (COMMANDS, subscribed))
+        for topic in topics
+        if resolved(topic.name) in there
+    }
+
+
+def resolved(name: str) -> str:
+    """Give the full name of a topic of a drive without a namespace."""
+    return name if name.startswith('/') else f'/{name.replace("~", "stickslip_drive")}'
+
+
+def services_of(stand: Any) -> set[str]:
+    """Give the services of the interface that the drive offers."""
+    full = {service.name.replace('~', '/stickslip_drive') for service in SERVICES}
+    offered = stand.drive.get_service_names_and_types_by_node('stickslip_drive', '/')
+    return full & {name for name, _ in offered}
+
+
+def last_ns(stand: Any) -> int:
+    return max(stand.operator.positions, default=0)
+
+
+def test_autostart_reaches_active(stand: Any):
+    assert stand.state() == 'active'
+
+
+def test_without_autostart_the_drive_stays_unconfigured_and_offers_nothing(manual: Any):
+    assert manual.state() == 'unconfigured'
+    assert topics_of(manual) == set()
+    assert services_of(manual) == set()
+
+
+def test_configure_offers_every_topic_and_service_but_nothing_runs(manual: Any):
+    assert manual.change_state('configure')
+    assert manual.state() == 'inactive'
+    assert topics_of(manual) == {topic.key for topic in (*COMMANDS, *READINGS)}
+    assert len(services_of(manual)) == len(SERVICES)
+    with pytest.raises(StickSlipError, match='the drive is not active; activate the node first'):
+        manual.drive.session  # noqa: B018 - it is the property that refuses
+    assert manual.operator.received.total() == 0
+
+
+def test_activate_runs_the_drive_and_deactivate_stops_it(manual: Any):
+    manual.change_state('configure')
+    assert manual.change_state('activate')
+    assert manual.state() == 'active'
+    manual.operator.wait_for_drive()
+    session = manual.drive.session
+    assert manual.change_state('deactivate')
+    assert manual.state() == 'inactive'
+    stopped_ns = session.bench.time_ns
+    manual.operator.spin_until(lambda: last_ns(manual) == stopped_ns, 'the last position')
+    assert session._thread is None
+
+
+def test_a_drive_that_is_activated_again_goes_on_where_it_stopped(manual: Any):
+    manual.change_state('configure')
+    manual.change_state('activate')
+    manual.operator.wait_for_drive()
+    manual.operator.command_voltage(150.0)
+    manual.operator.wait_for_event('voltage', 0)
+    session = manual.drive.session
+    manual.change_state('deactivate')
+    stopped_ns, stopped = session.bench.time_ns, session.bench.state
+    assert manual.change_state('activate')
+    assert manual.state() == 'active'
+    manual.operator.spin_until(lambda: last_ns(manual) > stopped_ns, 'a position')
+    block_ns = session.parameters.block_ns
+    times = sorted(manual.operator.positions)
+    assert {b - a for a, b in itertools.pairwise(times)} == {block_ns}
+    assert manual.drive.session.bench.state.voltage_v == stopped.voltage_v == 150.0
+
+
+def test_cleanup_takes_topics_and_services_away_and_configure_begins_anew(
+    launch: Callable[..., Any], tmp_path: Path
+):
+    stand = launch({'autostart': False, 'record.on_start': True}, wait=False)
+    stand.change_state('configure')
+    stand.change_state('activate')
+    stand.operator.wait_for_drive()
+    first = stand.drive.session
+    stand.change_state('deactivate')
+    assert stand.change_state('cleanup')
+    assert stand.state() == 'unconfigured'
+    assert topics_of(stand) == set()
+    assert services_of(stand) == set()
+    assert stand.change_state('configure')
+    assert stand.change_state('activate')
+    assert stand.drive.session is not first
+    stand.operator.set_recording(wanted=False)
+    for file in tmp_path.glob('*.mcap'):
+        assert Recording(file).series('position').time_s[0] == pytest.approx(1e-3)
+    assert len(list(tmp_path.glob('*.mcap'))) == 2
+
+
+@pytest.mark.parametrize(
+    ('way', 'last'),
+    [
+        ((), 'shutdown unconfigured'),
+        (('configure',), 'shutdown inactive'),
+        (('configure', 'activate'), 'shutdown active'),
+    ],
+)
+def test_shutdown_ends_the_drive_from_any_state(manual: Any, way: tuple[str, ...], last: str):
+    for transition in way:
+        assert manual.change_state(transition)
+    session = manual.drive._session
+    assert manual.change_state(last)
+    assert manual.state() == 'finalized'
+    assert topics_of(manual) == set()
+    assert session is None or session._thread is None
+
+
+@pytest.mark.parametrize('transition', ['activate', 'deactivate', 'cleanup', 'shutdown active'])
+def test_a_transition_that_does_not_fit_the_state_is_refused(manual: Any, transition: str):
+    assert not manual.change_state(transition)
+    assert manual.state() == 'unconfigured'
+    assert manual.change_state('configure')
+
+
+@pytest.mark.parametrize('name', ['stop', 'reset'])
+def test_a_service_of_an_inactive_drive_is_refused_with_the_reason(manual: Any, name: str):
+    manual.change_state('configure')
+    answer = manual.operator.trigger(name)
+    assert not answer.success
+    assert answer.message == f'{name} refused: the drive is not active; activate the node first'
+
+
+@pytest.mark.parametrize('wanted', [True, False])
+def test_an_inactive_drive_does_not_record(manual: Any, wanted: bool, tmp_path: Any):
+    manual.change_state('configure')
+    answer = manual.operator.set_recording(wanted)
+    assert not answer.success
+    assert answer.message == 'the drive is not active; activate the node first'
+    assert list(tmp_path.glob('*.mcap')) == []
+
+
+def test_commands_to_an_inactive_drive_move_nothing_then_or_later(
+    launch: Callable[..., Any], perfect_sensors: dict[str, float]
+):
+    stand = launch({'autostart': False, **perfect_sensors}, wait=False)
+    stand.change_state('configure')
+    operator = stand.operator
+    publishers = operator._publishers.values()
+    operator.spin_until(
+        lambda: all(each.get_subscription_count() == 1 for each in publishers), 'the drive'
+    )
+    operator.command_voltage(300.0)
+    operator.command_sawtooth(300.0, 1000.0, 50.0)
+    operator.command_load(1.0)
+    assert not stand.call(Trigger, 'stop', Trigger.Request()).success  # they came before it
+    stand.change_state('activate')
+    operator.wait_for_drive()
+    operator.command_voltage(0.0)
+    event = operator.wait_for_event('voltage', 0)
+    assert event['number'] == 1
+    assert set(operator.positions.values()) == {0.0}
+    assert [each['command'] for each in operator.events] == ['voltage']
+
+
+def test_an_end_in_the_middle_of_a_move_leaves_no_thread_behind(launch: Callable[..., Any]):
+    stand = launch()
+    stand.operator.command_sawtooth(300.0, 1000.0, 0.0)
+    stand.operator.spin_until(lambda: bool(stand.operator.status), 'the move')
+    session = stand.drive.session
+    thread = session._thread
+    assert thread.is_alive()
+    stand.drive.trigger_deactivate()
+    assert not thread.is_alive()
+    assert session.failure is None

@@ -1,0 +1,212 @@
+"""Commands over topics move the drive, and events say how they ended."""
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from stickslip_ros.parameters import Parameters
+
+AMPLITUDE_V = 300.0
+FREQUENCY_HZ = 1000.0
+STEPS = 30
+STIFFNESS_N_PER_M = Parameters().load_cell.stiffness
+#: Six standard deviations of the load cell's noise behind its low-pass, plus half a digit of the
+#: load cell and of the interferometer: 1 uN/sqrt(Hz) over 2 kHz pi/2 is 56 uN.
+FORCE_TOLERANCE_N = (
+    6.0 * 1e-6 * math.sqrt(2e3 * math.pi / 2.0) + 0.5e-5 + 0.5e-10 * STIFFNESS_N_PER_M
+)
+#: Blocks in which filters and, with DAMPED, the runner come to rest: over 100 time constants.
+SETTLED_BLOCKS = 50
+#: Without it the runner rings at 8 kHz, which the load cell cannot follow.
+DAMPED = {'runner.damping': 80.0}
+MOVING, LOADED, REFUSED = 1 << 0, 1 << 24, 1 << 25
+
+
+def settle(stand: Any) -> int:
+    """Let the runner and the filters come to rest after the last event; give the time, ns."""
+    operator = stand.operator
+    start_ns = max([max(operator.positions), *(each['time_ns'] for each in operator.events)])
+    end_ns = start_ns + SETTLED_BLOCKS * stand.drive.session.parameters.block_ns
+    operator.spin_until(lambda: max(operator.positions) >= end_ns, 'rest')
+    return max(operator.positions)
+
+
+def spin_until_status(stand: Any, status: int) -> None:
+    stand.operator.spin_until(lambda: stand.operator.status == status, f'status {status}')
+
+
+def test_a_sawtooth_is_done_after_its_steps_and_has_moved_the_runner(stand: Any):
+    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
+    event = stand.operator.wait_for_event('sawtooth', 0)
+    assert (event['result'], event['steps'], event['number']) == ('DONE', STEPS, 1)
+    assert event['message'] == ''
+    assert stand.operator.positions[settle(stand)] > 100e-9
+
+
+def test_a_sawtooth_takes_steps_over_frequency(stand: Any):
+    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
+    done_ns = stand.operator.wait_for_event('sawtooth', 0)['time_ns']
+    trace = [row for block in stand.listen('trace') for row in block.data]
+    assert trace == []  # what was before is not heard again
+    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
+    stand.operator.command_load(0.0)  # its event tells when the saw-tooth began, or one tick later
+    again_ns = stand.operator.wait_for_event('sawtooth', 1)['time_ns']
+    begun_ns = stand.operator.wait_for_event('load', 1)['time_ns']
+    block_ns = stand.drive.session.parameters.block_ns
+    last_fall_ns = block_ns  # the move ends in the update in which the last fall has settled
+    assert done_ns > 0
+    spent_ns = again_ns - begun_ns
+    whole_ns = round(STEPS / FREQUENCY_HZ * 1e9)
+    assert whole_ns - block_ns <= spent_ns <= whole_ns + last_fall_ns
+
+
+def test_a_negative_frequency_moves_the_runner_backwards(launch: Callable[..., Any]):
+    stand = launch({'amplifier.voltage_initial': AMPLITUDE_V})
+    stand.operator.command_sawtooth(AMPLITUDE_V, -FREQUENCY_HZ, float(STEPS))
+    assert stand.operator.wait_for_event('sawtooth', 0)['steps'] == STEPS
+    assert stand.operator.positions[settle(stand)] < -100e-9
+
+
+def test_force_is_stiffness_times_position_within_the_noise(
+    launch: Callable[..., Any], stamp_ns: Callable
+):
+    stand = launch(DAMPED)
+    heard = stand.listen('force')
+    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
+    stand.operator.wait_for_event('sawtooth', 0)
+    first_ns = settle(stand)
+    last_ns = settle(stand)
+    forces = {stamp_ns(each): each.wrench.force.x for each in heard}
+    both = [t for t in forces if first_ns <= t <= last_ns and t in stand.operator.positions]
+    assert len(both) > SETTLED_BLOCKS // 2
+    for time_ns in both:
+        expected_n = STIFFNESS_N_PER_M * stand.operator.positions[time_ns]
+        assert forces[time_ns] == pytest.approx(expected_n, abs=FORCE_TOLERANCE_N)
+
+
+def test_a_voltage_is_reached_and_held(stand: Any):
+    heard = stand.listen('piezo')
+    stand.operator.command_voltage(123.0)
+    event = stand.operator.wait_for_event('voltage', 0)
+    assert (event['result'], event['steps']) == ('DONE', 0)
+    heard.clear()
+    stand.operator.spin_until(lambda: len(heard) >= 3, 'three voltages')
+    assert {each.data for each in heard} == {123.0}
+
+
+def test_a_slow_amplifier_is_still_moving_when_a_voltage_is_on_its_way(
+    launch: Callable[..., Any],
+):
+    stand = launch({'amplifier.slew_rate': 5000.0})
+    heard = stand.listen('piezo')
+    stand.operator.command_voltage(AMPLITUDE_V)
+    event = stand.operator.wait_for_event('voltage', 0)
+    assert event['result'] == 'DONE'
+    stand.operator.spin_until(lambda: heard[-1].data == AMPLITUDE_V, 'the voltage')
+    seen = [each.data for each in heard]
+    ramp = [value for value in seen if 0.0 < value < AMPLITUDE_V]
+    period_s = stand.drive.session.parameters.trace.period
+    assert len(ramp) >= 4
+    assert ramp == sorted(ramp)
+    steps = [b - a for a, b in itertools.pairwise(ramp)]
+    assert steps == pytest.approx([5000.0 * period_s] * len(steps))
+
+
+def test_a_load_moves_the_runner_by_less_than_the_load_cell_alone_would_give(
+    launch: Callable[..., Any],
+):
+    stand = launch(DAMPED)
+    start_m = stand.operator.positions[settle(stand)]
+    stand.operator.command_load(0.1)
+    assert stand.operator.wait_for_event('load', 0)['result'] == 'DONE'
+    moved_m = stand.operator.positions[settle(stand)] - start_m
+    assert 1e-9 < moved_m < 0.1 / STIFFNESS_N_PER_M
+
+
+def test_a_load_does_not_end_a_running_move(stand: Any):
+    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, 0.0)
+    spin_until_status(stand, MOVING)
+    stand.operator.command_load(0.1)
+    stand.operator.wait_for_event('load', 0)
+    spin_until_status(stand, MOVING | LOADED)
+    assert [each['command'] for each in stand.operator.events] == ['load']
+
+
+def test_stop_aborts_with_the_steps_made_and_holds_the_voltage(stand: Any):
+    trace = stand.listen('trace')
+    stand.operator.command_sawtooth(AMPLITUDE_V, 40.0, 0.0)
+    stand.operator.spin_until(
+        lambda: bool(trace) and stand.drive.session.bench.state.clock.cycle >= 3, 'three steps'
+    )
+    answer = stand.operator.trigger('stop')
+    event = stand.operator.wait_for_event('sawtooth', 0)
+    assert answer.success
+    assert event['result'] == 'ABORTED'
+    assert event['message'] == 'stopped by command 2'
+    assert event['steps'] == stand.drive.session.bench.state.clock.cycle >= 3
+    assert stand.operator.wait_for_event('stop', 0)['result'] == 'DONE'
+    held_v = stand.drive.session.bench.state.voltage_v
+    settle(stand)
+    stand.operator.spin_until(lambda: trace[-1].data[-4] == held_v, 'the held voltage')
+    assert 0.0 < held_v < AMPLITUDE_V
+
+
+def test_stop_without_a_move_is_done_and_aborts_nothing(stand: Any):
+    assert stand.operator.trigger('stop').success
+    stand.operator.wait_for_event('stop', 0)
+    assert [(e['command'], e['result']) for e in stand.operator.events] == [('stop', 'DONE')]
+
+
+def test_a_move_that_is_replaced_says_aborted_and_by_which(stand: Any):
+    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, 0.0)
+    spin_until_status(stand, MOVING)
+    stand.operator.command_voltage(50.0)
+    aborted = stand.operator.wait_for_event('sawtooth', 0)
+    done = stand.operator.wait_for_event('voltage', 0)
+    assert (aborted['result'], aborted['message']) == ('ABORTED', 'replaced by command 2')
+    assert (done['result'], done['number']) == ('DONE', 2)
+    assert aborted['steps'] > 0
+    assert aborted['number'] == 1
+
+
+def test_reset_puts_everything_back_but_time(stand: Any):
+    stand.operator.command_load(0.5)
+    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, 0.0)
+    spin_until_status(stand, MOVING | LOADED)
+    before_ns = max(stand.operator.positions)
+    assert stand.operator.trigger('reset').success
+    aborted = stand.operator.wait_for_event('sawtooth', 0)
+    reset = stand.operator.wait_for_event('reset', 0)
+    assert (aborted['result'], aborted['message']) == ('ABORTED', 'reset by command 3')
+    assert reset['time_ns'] >= before_ns
+    spin_until_status(stand, 0)
+    state = stand.drive.session.bench.state
+    assert (state.position_m, state.voltage_v) == (0.0, 0.0)
+    assert abs(stand.operator.positions[settle(stand)]) < 1e-9
+
+
+def test_status_bits_follow_what_happens(stand: Any):
+    heard = stand.listen('status')
+    spin_until_status(stand, 0)
+    stand.operator.command_load(0.1)
+    spin_until_status(stand, LOADED)
+    stand.operator.command_voltage(1e6)
+    spin_until_status(stand, LOADED | REFUSED)
+    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, 0.0)
+    spin_until_status(stand, LOADED | MOVING)
+    stand.operator.trigger('stop')
+    spin_until_status(stand, LOADED)
+    stand.operator.command_load(0.0)
+    spin_until_status(stand, 0)
+    stand.operator.spin_until(lambda: heard[-1].data == 0, 'the last status')
+    assert [each.data for each in heard] == [
+        0,
+        LOADED,
+        LOADED | REFUSED,
+        LOADED | MOVING,
+        LOADED,
+        0,
+    ]

@@ -1,0 +1,271 @@
+"""The node records what it says and hears, and other people's tools read it."""
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rclpy.serialization import deserialize_message
+from rosbags.highlevel import AnyReader
+
+from stickslip_ros.parameters import parse_yaml
+from stickslip_ros.recording.messages import ArrayMessage, WrenchMessage
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.topics import COMMANDS, READINGS, TOPICS
+from stickslip_ros.ros.interface import MESSAGE_TYPES
+
+RECORDED = {topic.key: topic.full_name() for topic in TOPICS if topic.recorded}
+#: A tick long enough that no reading is lost on its way to a busy operator: 100 are kept for it.
+UNHURRIED = {'sim.block': 0.01}
+LOAD_N = 0.1
+AMPLITUDE_V, FREQUENCY_HZ, STEPS = 300.0, 500.0, 20.0
+
+
+def record_a_session(stand: Any) -> Path:
+    """Record a bit of everything; give the file."""
+    operator = stand.operator
+    answer = operator.set_recording(wanted=True)
+    assert answer.success
+    operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, STEPS)
+    operator.wait_for_event('sawtooth', 0)
+    operator.command_load(LOAD_N)
+    operator.wait_for_event('load', 0)
+    operator.command_voltage(40.0)
+    operator.wait_for_event('voltage', 0)
+    operator.command_voltage(400.0)
+    operator.wait_for_event('voltage', len(operator.events))
+    operator.trigger('reset')
+    operator.wait_for_event('reset', 0)
+    ended = operator.set_recording(wanted=False)
+    assert ended.success
+    assert ended.message == answer.message
+    return Path(answer.message)
+
+
+def test_a_recording_ends_with_its_name_and_opens(stand: Any, tmp_path: Path):
+    path = record_a_session(stand)
+    assert path.parent == tmp_path
+    assert path.match('run_*.mcap')
+    recording = Recording(path)
+    assert set(recording.types) == set(RECORDED.values())
+    assert {channel.gaps for channel in recording.channels} == {0}
+    counts = {channel.topic: channel.messages for channel in recording.channels}
+    assert counts['/command/voltage'] == 2
+    assert counts['/command/sawtooth'] == counts['/command/load'] == 1
+    assert counts['/stickslip_drive/info'] == 1
+    assert counts['/position'] == counts['/force'] > 40
+    assert recording.metadata['stickslip_recorder']['written'] == str(sum(counts.values()))
+
+
+def test_the_answer_says_why_recording_does_not_start_or_end(stand: Any):
+    operator = stand.operator
+    answer = operator.set_recording(wanted=False)
+    assert (answer.success, answer.message) == (False, 'not recording')
+    assert operator.set_recording(wanted=True).success
+    answer = operator.set_recording(wanted=True)
+    assert (answer.success, answer.message) == (False, 'already recording')
+    assert operator.set_recording(wanted=False).success
+
+
+def test_two_recordings_without_a_name_are_two_files(stand: Any, tmp_path: Path):
+    paths = []
+    for _ in range(2):
+        paths.append(stand.operator.set_recording(wanted=True).message)
+        stand.operator.set_recording(wanted=False)
+    assert sorted(map(str, tmp_path.glob('*.mcap'))) == sorted(paths)
+    starts = [
+        {channel.topic: channel.first_ns for channel in Recording(path).channels} for path in paths
+    ]
+    info = '/stickslip_drive/info'
+    assert starts[0][info] < starts[1][info]
+
+
+def test_an_existing_file_is_not_overwritten(launch: Callable[..., Any], tmp_path: Path):
+    file = tmp_path / 'kept.mcap'
+    file.write_bytes(b'mine')
+    stand = launch({'record.name': 'kept.mcap'})
+    answer = stand.operator.set_recording(wanted=True)
+    assert not answer.success
+    assert answer.message == f'{file}: it exists and is not overwritten; choose another name'
+    assert file.read_bytes() == b'mine'
+    assert stand.drive.session.writer is None
+    stand.operator.command_voltage(10.0)
+    assert stand.operator.wait_for_event('voltage', 0)['result'] == 'DONE'
+
+
+def test_record_on_start_records_from_time_zero(launch: Callable[..., Any], tmp_path: Path):
+    stand = launch({'record.on_start': True, 'record.name': 'all.mcap'})
+    stand.operator.set_recording(wanted=False)
+    position = Recording(tmp_path / 'all.mcap').series('position')
+    assert position.time_s[0] == pytest.approx(1e-3)
+    assert len(position) == round(position.time_s[-1] / 1e-3)
+
+
+def test_record_on_start_over_an_existing_file_leaves_the_node_inactive(
+    launch: Callable[..., Any], tmp_path: Path
+):
+    (tmp_path / 'kept.mcap').write_bytes(b'mine')
+    stand = launch({'record.on_start': True, 'record.name': 'kept.mcap'}, wait=False)
+    assert stand.state() == 'inactive'
+    (tmp_path / 'kept.mcap').unlink()
+    assert stand.change_state('activate')
+    assert stand.state() == 'active'
+
+
+@pytest.mark.parametrize('transition', ['deactivate', 'shutdown active'])
+def test_leaving_the_active_state_finishes_the_recording(
+    launch: Callable[..., Any], tmp_path: Path, transition: str
+):
+    stand = launch({'record.on_start': True, 'record.name': 'run.mcap'})
+    session = stand.drive.session
+    assert stand.change_state(transition)
+    recording = Recording(tmp_path / 'run.mcap')
+    counts = {channel.topic: channel.messages for channel in recording.channels}
+    assert counts['/position'] == session.bench.time_ns // session.parameters.block_ns
+    assert {channel.gaps for channel in recording.channels} == {0}
+
+
+def test_topics_of_a_recording_carry_the_namespace(launch: Callable[..., Any]):
+    stand = launch(namespace='/left')
+    path = stand.operator.set_recording(wanted=True).message
+    stand.operator.set_recording(wanted=False)
+    assert set(Recording(path).types) == {f'/left{name}' for name in RECORDED.values()}
+
+
+def test_rosbags_and_mcap_ros2_and_rclpy_decode_every_message(stand: Any):
+    path = record_a_session(stand)
+    ours = Counter(topic for topic, _, _ in Recording(path).messages())
+    with AnyReader([path]) as reader:
+        theirs = Counter(
+            each.topic
+            for each, _, data in reader.messages()
+            if reader.deserialize(data, each.msgtype).__msgtype__ == each.msgtype
+        )
+    with path.open('rb') as stream:
+        decoded = list(
+            make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages()
+        )
+    positions = {}
+    for schema, channel, message, seen in decoded:
+        rcl = deserialize_message(message.data, MESSAGE_TYPES[schema.name])
+        if channel.topic == '/position':
+            positions[message.log_time] = (rcl.point.x, seen.point.x)
+    assert theirs == ours == Counter(channel.topic for _, channel, _, _ in decoded)
+    assert all(rcl == seen for rcl, seen in positions.values())
+    assert set(ours) == set(RECORDED.values())
+
+
+def test_types_hashes_and_quality_of_service_are_those_of_the_live_topics(stand: Any):
+    path = record_a_session(stand)
+    node = stand.operator.node
+    with path.open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    stored = {channel.topic: channel for channel in summary.channels.values()}
+    for topic in (*COMMANDS, *READINGS):
+        if not topic.recorded:
+            continue
+        get = (
+            node.get_subscriptions_info_by_topic
+            if topic in COMMANDS
+            else node.get_publishers_info_by_topic
+        )
+        [live] = [each for each in get(topic.full_name()) if each.node_name == 'stickslip_drive']
+        channel = stored[topic.full_name()]
+        assert summary.schemas[channel.schema_id].name == live.topic_type
+        assert channel.metadata['topic_type_hash'] == str(live.topic_type_hash)
+        [profile] = yaml.safe_load(channel.metadata['offered_qos_profiles'])
+        assert profile['reliability'] == live.qos_profile.reliability.value
+        assert profile['durability'] == live.qos_profile.durability.value
+        assert profile['liveliness'] == live.qos_profile.liveliness.value
+        assert profile['depth'] == topic.qos.depth
+        for name in ('deadline', 'lifespan', 'liveliness_lease_duration'):
+            duration_ns = profile[name]['sec'] * 10**9 + profile[name]['nsec']
+            assert duration_ns == getattr(live.qos_profile, name).nanoseconds
+
+
+def test_positions_on_the_topic_are_those_in_the_file_to_the_bit(launch: Callable[..., Any]):
+    stand = launch(UNHURRIED)
+    path = record_a_session(stand)
+    recorded = {
+        message.stamp_ns: message.x for _, _, message in Recording(path).messages(['/position'])
+    }
+    operator = stand.operator
+    operator.spin_until(lambda: max(operator.positions) >= max(recorded), 'the last position')
+    heard = {time: operator.positions.get(time) for time in recorded}
+    assert len(recorded) >= 6
+    assert heard == recorded
+
+
+def test_commands_are_in_the_file_at_the_tick_of_their_effect(stand: Any):
+    path = record_a_session(stand)
+    messages = list(Recording(path).messages())
+    events = [json.loads(m) for topic, _, m in messages if topic == RECORDED['event']]
+    at_ns = {e['command']: e['time_ns'] for e in events if e['result'] == 'DONE'}
+    refused = [e for e in events if e['result'] == 'INVALID_PARAMETER']
+    commands = [(topic, t, m) for topic, t, m in messages if topic.startswith('/command/')]
+    block_ns = stand.drive.session.parameters.block_ns
+    assert {t % block_ns for _, t, _ in commands} == {0}
+    [sawtooth] = [(t, m) for topic, t, m in commands if topic == '/command/sawtooth']
+    assert isinstance(sawtooth[1], ArrayMessage)
+    assert sawtooth[1].data.tolist() == [AMPLITUDE_V, FREQUENCY_HZ, STEPS]
+    lasts_ns = round(STEPS / FREQUENCY_HZ * 1e9)
+    assert lasts_ns <= at_ns['sawtooth'] - sawtooth[0] <= lasts_ns + block_ns
+    [load] = [(t, m) for topic, t, m in commands if topic == '/command/load']
+    assert isinstance(load[1], WrenchMessage)
+    assert load[1].force == (LOAD_N, 0.0, 0.0)
+    assert load[0] == load[1].stamp_ns == at_ns['load']  # a load is done when it is taken
+    voltages = [(t, m) for topic, t, m in commands if topic == '/command/voltage']
+    assert [m for _, m in voltages] == [40.0, 400.0]
+    assert at_ns['voltage'] == voltages[0][0] + block_ns  # reached within one update
+    assert [each['time_ns'] for each in refused] == [voltages[1][0]]
+
+
+def test_times_in_the_file_never_fall_and_begin_with_info_and_status(stand: Any):
+    path = record_a_session(stand)
+    with path.open('rb') as stream:
+        in_file_order = [
+            (channel.topic, message.log_time, message.publish_time)
+            for _, channel, message in make_reader(stream).iter_messages(log_time_order=False)
+        ]
+    times = [log_time for _, log_time, _ in in_file_order]
+    assert times == sorted(times)
+    assert times == [publish_time for *_, publish_time in in_file_order]
+    assert [topic for topic, *_ in in_file_order[:2]] == [RECORDED['info'], RECORDED['status']]
+
+
+def test_the_file_keeps_parameters_seed_and_versions(launch: Callable[..., Any]):
+    stand = launch({'stand.preload': 0.25, 'sim.seed': 7})
+    path = stand.operator.set_recording(wanted=True).message
+    stand.operator.set_recording(wanted=False)
+    recording = Recording(path)
+    media_type, text = recording.attachments['parameters.yaml']
+    assert media_type == 'application/yaml'
+    assert parse_yaml(text.decode(), 'file') == stand.drive.session.parameters
+    run = recording.metadata['stickslip_run']
+    assert (run['seed'], run['dt_s']) == ('7', '5e-07')
+    assert {'numpy', 'numba', 'stickslip_ros', 'wall_start'} <= run.keys()
+
+
+def test_as_fast_as_possible_waits_for_the_disk_and_loses_nothing(
+    launch: Callable[..., Any], tmp_path: Path
+):
+    stand = launch(
+        {
+            'sim.real_time_factor': 0.0,
+            'record.queue_length': 10,
+            'record.on_start': True,
+            'record.name': 'fast.mcap',
+        }
+    )
+    session = stand.drive.session
+    stand.operator.spin_until(lambda: session.bench.time_ns > 10**9, 'a second')
+    stand.operator.set_recording(wanted=False)
+    recording = Recording(tmp_path / 'fast.mcap')
+    assert {channel.gaps for channel in recording.channels} == {0}
+    position = recording.series('position')
+    assert len(position) == round(position.time_s[-1] * 1e3) >= 1000

@@ -1,0 +1,156 @@
+"""Nothing that comes over a topic stops the drive, or moves it where it must not go."""
+
+import math
+from collections.abc import Callable, Iterator
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import WrenchStamped
+from std_msgs.msg import Float64, Float64MultiArray
+
+NAN, INF = math.nan, math.inf
+NOT_FINITE = (NAN, INF, -INF)
+BATCH = 40
+"""Bad messages on the way at once: fewer than the depth of a command topic."""
+HUGE = 300_000
+"""Numbers in an array that nobody could mean."""
+UNDISTURBED_BLOCKS = 20
+
+
+def bad_voltages() -> Iterator[Float64]:
+    """Give voltages that are no numbers or lie outside 0 to 300 V."""
+    beyond = (np.nextafter(300.0, INF), 301.0, 1e300, -1e-300, -5e-324, -1.0, -1e300)
+    yield from (Float64(data=float(value)) for value in (*NOT_FINITE, *beyond) * 10)
+
+
+def bad_sawteeth() -> Iterator[Float64MultiArray]:
+    """Give saw-teeth of a wrong length, with no numbers, or outside the limits."""
+    rows: list[Any] = [[300.0] * length for length in (0, 1, 2, 4, 5, 100)]
+    good = (100.0, 1000.0, 10.0)
+    for place, value in product(range(3), (*NOT_FINITE, 1e300, -1e300)):
+        rows.append([value if index == place else each for index, each in enumerate(good)])
+    rows += [[0.0, 1000.0, 10.0], [-1.0, 1000.0, 10.0], [300.1, 1000.0, 10.0]]
+    rows += [[100.0, 0.0, 10.0], [100.0, 20001.0, 10.0], [100.0, -20001.0, 10.0]]
+    rows += [[100.0, 1000.0, -1.0], [100.0, 1000.0, 0.5], [100.0, 1000.0, 2.0**31]]
+    rows += [np.zeros(HUGE), np.full(HUGE, NAN)]
+    for row in rows * 4:
+        yield Float64MultiArray(data=np.asarray(row, dtype=float))
+
+
+def bad_loads() -> Iterator[WrenchStamped]:
+    """Give loads that are no numbers, too large, or not along x."""
+    vectors = [('force', 'x', value) for value in (*NOT_FINITE, 10.001, -10.001, 1e300)]
+    for vector, axis in (('force', 'y'), ('force', 'z'), *product(['torque'], 'xyz')):
+        vectors += [(vector, axis, value) for value in (*NOT_FINITE, 1.0, -5e-324)]
+    for vector, axis, value in vectors * 4:
+        message = WrenchStamped()
+        setattr(getattr(message.wrench, vector), axis, value)
+        yield message
+
+
+BAD = {'voltage': bad_voltages, 'sawtooth': bad_sawteeth, 'load': bad_loads}
+
+
+def send_in_batches(stand: Any, key: str, messages: list[Any]) -> None:
+    """Send messages, never more at once than a topic holds, and wait for an event of each."""
+    operator = stand.operator
+    for start in range(0, len(messages), BATCH):
+        batch = messages[start : start + BATCH]
+        expected = len(operator.events) + len(batch)
+        for message in batch:
+            operator._send(key, message)
+        operator.spin_until(lambda: len(operator.events) >= expected, f'{expected} events')  # noqa: B023
+
+
+def refused_by_diagnostics(stand: Any) -> int:
+    """Wait for diagnostics that are written from now on; give what they count."""
+    operator = stand.operator
+    seen = len(operator.diagnostics)
+    operator.spin_until(lambda: len(operator.diagnostics) > seen, 'diagnostics')
+    return int(operator.diagnostics[-1]['stickslip_drive: drive']['commands_refused'])
+
+
+@pytest.mark.parametrize('recording', [False, True], ids=['', 'while recording'])
+def test_hundreds_of_bad_messages_neither_stop_nor_move_the_drive(
+    launch: Callable[..., Any], perfect_sensors: dict[str, float], recording: bool
+):
+    stand = launch(perfect_sensors)
+    operator = stand.operator
+    if recording:
+        assert operator.set_recording(wanted=True).success
+    sent = 0
+    for key, make in BAD.items():
+        messages = list(make())
+        send_in_batches(stand, key, messages)
+        sent += len(messages)
+    assert sent > 300
+    assert {event['result'] for event in operator.events} == {'INVALID_PARAMETER'}
+    assert [event['number'] for event in operator.events] == list(range(1, sent + 1))
+    assert stand.drive.session.failure is None
+    assert refused_by_diagnostics(stand) == sent
+    assert operator.status == 1 << 25
+    assert set(operator.positions.values()) == {0.0}
+    operator.command_voltage(150.0)
+    assert operator.wait_for_event('voltage', sent)['result'] == 'DONE'
+    operator.spin_until(lambda: operator.positions[max(operator.positions)] != 0.0, 'motion')
+
+
+@pytest.mark.parametrize(
+    ('key', 'values', 'message'),
+    [
+        (
+            'voltage',
+            (320.0,),
+            (
+                "voltage 320 V is above the amplifier's 300 V; "
+                'lower it or raise amplifier.voltage_max'
+            ),
+        ),
+        ('voltage', (NAN,), 'voltage voltage V nan is not a finite number; send a number'),
+        (
+            'sawtooth',
+            (300.0, 1000.0),
+            (
+                'sawtooth [300.0, 1000.0] is not a list of 3 numbers; '
+                'send [amplitude V, frequency Hz, steps]'
+            ),
+        ),
+        (
+            'load',
+            (11.0,),
+            (
+                'load force.x 11 N is beyond the 10 N that the stand allows; '
+                'lower it or raise stand.load_limit'
+            ),
+        ),
+    ],
+)
+def test_a_refusal_says_value_limit_unit_and_mend(
+    stand: Any, key: str, values: tuple[float, ...], message: str
+):
+    getattr(stand.operator, f'command_{key}')(*values)
+    event = stand.operator.wait_for_event(key, 0)
+    assert (event['result'], event['message']) == ('INVALID_PARAMETER', message)
+
+
+def test_a_refused_command_leaves_the_running_move_alone(stand: Any):
+    stand.operator.command_sawtooth(300.0, 1000.0, 0.0)
+    stand.operator.spin_until(lambda: stand.operator.status == 1, 'the move')
+    stand.operator.command_voltage(1e6)
+    stand.operator.command_sawtooth(NAN, 1.0, 1.0)
+    stand.operator.wait_for_event('sawtooth', 0)
+    assert stand.operator.status in {1, 1 | 1 << 25}
+    assert {event['result'] for event in stand.operator.events} == {'INVALID_PARAMETER'}
+    cycle = stand.drive.session.bench.state.clock.cycle
+    stand.operator.spin_until(
+        lambda: stand.drive.session.bench.state.clock.cycle > cycle, 'one more step'
+    )
+
+
+def test_a_huge_array_is_refused_with_a_short_message(stand: Any):
+    stand.operator._send('sawtooth', Float64MultiArray(data=np.zeros(HUGE)))
+    event = stand.operator.wait_for_event('sawtooth', 0)
+    assert event['result'] == 'INVALID_PARAMETER'
+    assert len(event['message']) < 200

@@ -1,0 +1,110 @@
+"""Readings come block by block, without a hole, with the stamps that they should have."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+#: A stamp in s as a double: half the last digit at 100 s.
+STAMP_TOLERANCE_S = 1e-14 * 100.0
+COLUMNS = 't[s],voltage[V],foot[m],position[m],force[N]'
+
+
+def table(message: Any) -> np.ndarray:
+    rows, columns = (dim.size for dim in message.layout.dim)
+    return np.array(message.data).reshape(rows, columns)
+
+
+@pytest.mark.parametrize('block_s', [1e-3, 5e-3])
+def test_stamps_rise_by_the_block_without_a_hole(
+    launch: Callable[..., Any], stamp_ns: Callable, block_s: float
+):
+    stand = launch({'sim.block': block_s})
+    position, force = stand.listen('position'), stand.listen('force')
+    stand.operator.spin_until(lambda: min(len(position), len(force)) >= 50, 'readings')
+    for heard in (position, force):
+        times = [stamp_ns(each) for each in heard]
+        assert np.diff(times).tolist() == [round(block_s * 1e9)] * (len(times) - 1)
+        assert times[0] % round(block_s * 1e9) == 0
+
+
+def test_position_and_force_of_one_moment_have_equal_stamps(stand: Any, stamp_ns: Callable):
+    position, force = stand.listen('position'), stand.listen('force')
+    stand.operator.spin_until(lambda: min(len(position), len(force)) >= 50, 'readings')
+    times = [{stamp_ns(each) for each in heard} for heard in (position, force)]
+    last_ns = min(map(max, times))
+    first_ns = max(map(min, times))
+    both = [{t for t in each if first_ns <= t <= last_ns} for each in times]
+    assert both[0] == both[1]
+    assert len(both[0]) >= 40
+
+
+def test_frames_and_unused_components_are_as_declared(stand: Any):
+    position, force = stand.listen('position'), stand.listen('force')
+    stand.operator.spin_until(lambda: bool(position and force), 'readings')
+    assert position[0].header.frame_id == 'stage_base'
+    assert force[0].header.frame_id == 'load_cell'
+    assert (position[0].point.y, position[0].point.z) == (0.0, 0.0)
+    torque = force[0].wrench.torque
+    assert (torque.x, torque.y, torque.z) == (0.0, 0.0, 0.0)
+
+
+def test_the_layout_of_a_trace_names_its_columns(stand: Any):
+    heard = stand.listen('trace')
+    stand.operator.spin_until(lambda: bool(heard), 'a trace')
+    rows, columns = heard[0].layout.dim
+    assert (rows.label, rows.size, rows.stride) == ('sample', 500, 2500)
+    assert (columns.label, columns.size, columns.stride) == (COLUMNS, 5, 5)
+    assert heard[0].layout.data_offset == 0
+    assert len(heard[0].data) == 2500
+
+
+def test_no_sample_is_missing_within_and_between_blocks(stand: Any):
+    heard = stand.listen('trace')
+    stand.operator.spin_until(lambda: len(heard) >= 20, 'traces')
+    time_s = np.concatenate([table(each)[:, 0] for each in heard])
+    sample = np.round(time_s * 50e3).astype(int)
+    assert np.diff(sample).tolist() == [1] * (len(sample) - 1)
+    assert time_s == pytest.approx(sample / 50e3, rel=0.0, abs=STAMP_TOLERANCE_S)
+    assert sample[0] % 500 == 1
+
+
+@pytest.mark.parametrize('rate_hz', [10e3, 100e3])
+def test_the_rate_of_the_trace_is_the_parameter(launch: Callable[..., Any], rate_hz: float):
+    stand = launch({'trace.sample_rate': rate_hz, 'trace.period': 0.02})
+    heard = stand.listen('trace')
+    stand.operator.spin_until(lambda: len(heard) >= 3, 'traces')
+    time_s = np.concatenate([table(each)[:, 0] for each in heard])
+    assert len(heard[0].data) == 5 * round(0.02 * rate_hz)
+    assert np.diff(time_s) == pytest.approx(np.full(len(time_s) - 1, 1.0 / rate_hz), rel=1e-6)
+
+
+def test_scalar_readings_are_the_samples_of_the_trace_at_their_stamps(
+    stand: Any, stamp_ns: Callable
+):
+    trace, position = stand.listen('trace'), stand.listen('position')
+    force = stand.listen('force')
+    stand.operator.command_sawtooth(300.0, 1000.0, 20.0)
+    stand.operator.spin_until(lambda: len(trace) >= 6, 'traces')
+    rows = np.concatenate([table(each) for each in trace])
+    by_time = {round(row[0] * 1e9): row for row in rows}
+    compared = 0
+    for column, values in (
+        (3, {stamp_ns(each): each.point.x for each in position}),
+        (4, {stamp_ns(each): each.wrench.force.x for each in force}),
+    ):
+        for time_ns in values.keys() & by_time.keys():
+            assert by_time[time_ns][column] == values[time_ns]
+            compared += 1
+    assert compared >= 80
+
+
+def test_the_foot_follows_the_voltage_with_the_gain_of_the_piezo(stand: Any):
+    trace = stand.listen('trace')
+    stand.operator.command_sawtooth(300.0, 1000.0, 20.0)
+    stand.operator.spin_until(lambda: len(trace) >= 4, 'traces')
+    rows = np.concatenate([table(each) for each in trace])
+    gain = stand.drive.session.parameters.actuator.gain
+    assert np.ptp(rows[:, 1]) > 290.0
+    assert rows[:, 2] == pytest.approx(gain * rows[:, 1], rel=1e-12, abs=1e-18)
