@@ -20,12 +20,7 @@ import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.virgin import (
-    VirginCurve,
-    virgin_energy,
-    virgin_force,
-    virgin_stiffness,
-)
+from stickslip_ros.contact.virgin import VirginCurve, virgin_energy, virgin_force
 
 CAPACITY = 1024
 """Turning points that a stack holds."""
@@ -134,7 +129,7 @@ def _loop_length(stack: Array, depth: int) -> float:
 
 
 @kernel
-def _branch_loss(curve: VirginCurve, depth: int, travel_m: float) -> float:
+def branch_loss(curve: VirginCurve, depth: int, travel_m: float) -> float:
     """Return the friction loss on a branch, from its turning point on, J."""
     if depth == 0:
         force_n = virgin_force(curve, travel_m)
@@ -155,7 +150,7 @@ def _reverse(curve: VirginCurve, stack: Array, memory: Memory, u_m: float) -> Me
     if memory.depth == 0 or not crosses:
         return memory
     older = memory.depth - 1
-    resumed_j = _branch_loss(curve, older, abs(stack[older + 1, U] - stack[older, U]))
+    resumed_j = branch_loss(curve, older, abs(stack[older + 1, U] - stack[older, U]))
     lost_j = memory.lost_j - memory.base_j
     return Memory(
         memory.u_m, memory.force_n, older, -memory.sense, lost_j, resumed_j, memory.error_n
@@ -169,7 +164,7 @@ def _push(curve: VirginCurve, stack: Array, memory: Memory) -> Memory:
         memory = _forget(curve, stack, memory)
     depth = memory.depth
     travel_m = abs(memory.u_m - stack[depth, U])
-    lost_j = memory.lost_j + _branch_loss(curve, depth, travel_m) - memory.base_j
+    lost_j = memory.lost_j + branch_loss(curve, depth, travel_m) - memory.base_j
     stack[depth + 1, U] = memory.u_m
     stack[depth + 1, FORCE] = memory.force_n
     stack[depth + 1, ERROR] = stack[depth, ERROR]
@@ -183,9 +178,9 @@ def _close_loop(curve: VirginCurve, stack: Array, memory: Memory) -> Memory:
     """Wipe out the innermost loop and resume the branch that it interrupted."""
     depth = memory.depth
     length_m = _loop_length(stack, depth)
-    lost_j = memory.lost_j + _branch_loss(curve, depth, length_m) - memory.base_j
+    lost_j = memory.lost_j + branch_loss(curve, depth, length_m) - memory.base_j
     older = max(depth - 2, 0)
-    resumed_j = _branch_loss(curve, older, abs(stack[older + 1, U] - stack[older, U]))
+    resumed_j = branch_loss(curve, older, abs(stack[older + 1, U] - stack[older, U]))
     return Memory(
         memory.u_m, memory.force_n, older, memory.sense, lost_j, resumed_j, memory.error_n
     )
@@ -200,67 +195,6 @@ def _follow_virgin(curve: VirginCurve, stack: Array, memory: Memory, u_m: float)
     stack[0, U] += sense * slip_m
     lost_j = memory.lost_j + slip_m * curve.force_max_n
     return Memory(memory.u_m, memory.force_n, 0, sense, lost_j, memory.base_j, memory.error_n)
-
-
-@kernel
-def lost_energy(curve: VirginCurve, stack: Array, memory: Memory) -> float:
-    """Return the friction loss since the start, J."""
-    travel_m = abs(memory.u_m - stack[memory.depth, U])
-    return memory.lost_j + _branch_loss(curve, memory.depth, travel_m) - memory.base_j
-
-
-@kernel
-def stored_energy(curve: VirginCurve, stack: Array, memory: Memory) -> float:
-    """
-    Return the elastic energy in the springs, J; O(depth).
-
-    Notes
-    -----
-    An element that slips at w has the density p(w) = -T_v''(w) and the elongation e(w):
-    the stack says that between two half loop widths e = +-w + (u - u_k), beyond the largest
-    e = u - u_0. The energy is the integral of p e^2 / 2.
-
-    """
-    half_m = 0.5 * memory.sense * (memory.u_m - stack[memory.depth, U])
-    if memory.depth == 0:
-        half_m *= 2.0
-    energy_j = _energy_between(curve, 0.0, half_m, 1.0, 0.0)
-    sense = memory.sense
-    for k in range(memory.depth, 0, -1):
-        outer_m = 0.5 * abs(stack[k, U] - stack[k - 1, U])
-        if k == 1:
-            outer_m *= 2.0
-        energy_j += _energy_between(curve, half_m, outer_m, -sense, memory.u_m - stack[k, U])
-        sense = -sense
-        half_m = outer_m
-    return energy_j + _energy_between(curve, half_m, curve.limit_m, 0.0, memory.u_m - stack[0, U])
-
-
-@kernel
-def _energy_between(
-    curve: VirginCurve, inner_m: float, outer_m: float, slope: float, shift_m: float
-) -> float:
-    """Return the energy of the elements inner < w < outer with elongation slope w + shift, J."""
-    moments = _moments(curve, outer_m)
-    inner = _moments(curve, inner_m)
-    return 0.5 * (
-        slope * slope * (moments[2] - inner[2])
-        + 2.0 * slope * shift_m * (moments[1] - inner[1])
-        + shift_m * shift_m * (moments[0] - inner[0])
-    )
-
-
-@kernel
-def _moments(curve: VirginCurve, w_m: float) -> tuple[float, float, float]:
-    """Return the integrals of p, p w and p w^2 from 0 to w, with p = -T_v''."""
-    force_n = virgin_force(curve, w_m)
-    stiffness = virgin_stiffness(curve, w_m)
-    energy_j = virgin_energy(curve, w_m)
-    return (
-        curve.cells[0, 1] - stiffness,
-        force_n - w_m * stiffness,
-        2.0 * (w_m * force_n - energy_j) - w_m * w_m * stiffness,
-    )
 
 
 @kernel

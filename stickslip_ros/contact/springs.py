@@ -6,52 +6,17 @@ f_z = E* dx (d - g). Springs that lose contact forget, springs that come into co
 unloaded. This is the reference for the memory of turning points, and the way that the contact
 goes while its normal force changes.
 
-A bank has few springs, chosen well: the order of the springs does not matter, so neighbours in
-height, not in place, are joined. Each joined spring has the stiffness of its class and the mean
-height of it, and with these the bank has the exact normal force at every class boundary. At a
-given preload its depth is solved for the bank itself, so that full slip is exactly mu F_n.
-
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
-from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.memory import Memory, U
-from stickslip_ros.contact.profile import Array, Profile
+from stickslip_ros.contact.profile import Array
 
-SPRINGS = 64
-"""Springs per group of equal contacts. Against the continuum the force is then exact to
-BANK_ERROR of its maximum, from a twentieth of the largest preload on."""
-BANK_ERROR = 2.5e-3
-GRADING = 2.0
-"""Class boundaries grow like this power of their number: fine where small preloads press."""
 SLIP_SLACK = 1e-12
 """Share of the limit by which a sum of slipping springs may miss it, for rounding."""
 SHIFT_ITERATIONS = 100
-
-
-class Group(NamedTuple):
-    """
-    Equal contacts: a profile, how many there are, and their share of the preload.
-
-    Attributes
-    ----------
-    profile : Profile
-        The indenter.
-    contacts : int
-        How many.
-    share : float
-        Normal force of one per preload.
-
-    """
-
-    profile: Profile
-    contacts: int
-    share: float
 
 
 class SpringBank(NamedTuple):
@@ -81,68 +46,6 @@ class SpringBank(NamedTuple):
     slope_n_per_m: Array
     shares: Array
     friction: float
-
-
-def spring_bank(
-    groups: Sequence[Group],
-    elasticity: Elasticity,
-    friction: float,
-    preload_max_n: float,
-    springs: int = SPRINGS,
-) -> SpringBank:
-    """
-    Choose the springs of a drive.
-
-    Parameters
-    ----------
-    groups : sequence of Group
-        The contacts.
-    elasticity : Elasticity
-        Effective moduli.
-    friction : float
-        Friction coefficient mu.
-    preload_max_n : float
-        Largest preload that the bank can carry, N.
-    springs : int
-        Springs per group.
-
-    Raises
-    ------
-    OutOfRange
-        If a profile is too short for the largest preload.
-
-    """
-    rows = [_classes(group, elasticity, preload_max_n, springs) for group in groups]
-    heights_m, widths_m = (np.array(column) for column in zip(*rows, strict=True))
-    normal = 2.0 * elasticity.normal_pa * widths_m
-    slope = np.cumsum(normal, axis=1)
-    steps_n = slope[:, :-1] * np.diff(heights_m, axis=1)
-    area_n = np.concatenate((np.zeros((len(groups), 1)), np.cumsum(steps_n, axis=1)), axis=1)
-    return SpringBank(
-        heights_m=heights_m,
-        normal_n_per_m=normal,
-        shear_n_per_m=2.0 * elasticity.shear_pa * widths_m,
-        area_n=area_n,
-        slope_n_per_m=slope,
-        shares=np.array([group.contacts * group.share for group in groups]),
-        friction=friction,
-    )
-
-
-def _classes(
-    group: Group, elasticity: Elasticity, preload_max_n: float, springs: int
-) -> tuple[Array, Array]:
-    """Return mean height and half width of each class of springs, all contacts together."""
-    profile = group.profile
-    area_m2 = group.share * preload_max_n / (2.0 * elasticity.normal_pa)
-    deepest_m = profile.depth_for(area_m2)
-    bounds_m = deepest_m * (np.arange(springs + 1) / springs) ** GRADING
-    half_width_m = profile.half_width(bounds_m)
-    areas_m2 = profile.pressed_area_at(bounds_m)
-    widths_m = np.diff(half_width_m)
-    gained_m2 = np.diff(areas_m2) - half_width_m[:-1] * np.diff(bounds_m)
-    heights_m = bounds_m[1:] - gained_m2 / np.where(widths_m > 0.0, widths_m, 1.0)
-    return heights_m, group.contacts * widths_m
 
 
 @kernel
@@ -270,7 +173,7 @@ def take_over(
 
     Notes
     -----
-    A bank of few springs misses the continuum force by up to BANK_ERROR. A common displacement
+    A bank of few springs misses the continuum force by up to ``bank.BANK_ERROR``. A common displacement
     of all springs, found by bisection, takes that up: the force of the drive does not jump.
 
     """

@@ -74,8 +74,8 @@ def tabulate(contacts: Sequence[Presliding]) -> VirginCurve:
     limit_m = max(contact.max_displacement_m for contact in contacts)
     nodes_m = np.linspace(0.0, limit_m, CELLS + 1, dtype=np.float64)
     stiffness = np.zeros(CELLS + 1)
-    for contact in contacts:
-        stiffness += contact.tangential_stiffness(nodes_m)
+    for contact, count in _counted(contacts):
+        stiffness += count * contact.tangential_stiffness(nodes_m)
     stiffness[-1] = 0.0
     width_m = limit_m / CELLS
     start, end = stiffness[:-1].copy(), stiffness[1:].copy()
@@ -83,6 +83,12 @@ def tabulate(contacts: Sequence[Presliding]) -> VirginCurve:
     forces_n = np.cumsum(0.5 * (start + end)) * width_m
     scale = sum(contact.max_force_n for contact in contacts) / forces_n[-1]
     return _assemble(start * scale, end * scale, width_m)
+
+
+def _counted(contacts: Sequence[Presliding]) -> list[tuple[Presliding, int]]:
+    """Return each contact once, with the number of times that the same object is there."""
+    found = {id(contact): contact for contact in contacts}
+    return [(c, sum(other is c for other in contacts)) for c in found.values()]
 
 
 def _assemble(start: Array, end: Array, width_m: float) -> VirginCurve:

@@ -1,11 +1,14 @@
 """From parameters to the records of the kernels."""
 
 import math
+from collections.abc import Sequence
 
+from stickslip_ros.contact.bank import Group, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.memory import relax
+from stickslip_ros.contact.laws import LAW_NUMBERS, FrictionLaw
 from stickslip_ros.contact.presliding import Presliding, presliding
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.reaction import ContactModel, History, relaxed
+from stickslip_ros.contact.springs import SpringBank
 from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.drive.records import Clock, Plant, State, Sums
 from stickslip_ros.parameters import Parameters
@@ -16,32 +19,39 @@ UPPER_SHARE = math.sqrt(2.0) / 2.0
 """Normal force of an upper contact per preload, F_n1 / F_p (Eq. 19)."""
 LOWER_SHARE = math.sqrt(2.0) / 4.0
 """Normal force of a lower contact per preload, F_n2 / F_p (Eq. 19)."""
+SPRINGS_IN_ALL = 128
+"""Springs of all groups together: so many keep real time while the preload changes."""
 SLEW_REFINEMENT = 32
 """Steps during a fall are so many times shorter: the feet cross the whole presliding range in
 two microseconds, and their work is an integral over that range."""
 
 
+def groups_of(parameters: Parameters) -> list[Group]:
+    """Return the groups of equal contacts (Eq. 19); rough lines are all different."""
+    counts = ((UPPER_CONTACTS, UPPER_SHARE), (LOWER_CONTACTS, LOWER_SHARE))
+    if parameters.contact.profile != 'rough_line':
+        return [Group(profile_of(parameters.contact), count, share) for count, share in counts]
+    shares = [share for count, share in counts for _ in range(count)]
+    return [Group(profile_of(parameters.contact, i), 1, share) for i, share in enumerate(shares)]
+
+
 def contacts_of(parameters: Parameters) -> list[Presliding]:
     """Return the six contacts, the two upper ones first, under the normal forces of Eq. 19."""
-    shares = [UPPER_SHARE] * UPPER_CONTACTS + [LOWER_SHARE] * LOWER_CONTACTS
-    contact = parameters.contact
-    elasticity = elasticity_of(contact)
-    return [
-        presliding(
-            profile_of(contact, index),
-            elasticity,
-            contact.friction,
-            share * parameters.stand.preload,
-        )
-        for index, share in enumerate(shares)
-    ]
+    elasticity = elasticity_of(parameters.contact)
+    friction = parameters.contact.friction
+    contacts: list[Presliding] = []
+    for group in groups_of(parameters):
+        force_n = group.share * parameters.stand.preload
+        contact = presliding(group.profile, elasticity, friction, force_n)
+        contacts += [contact] * group.contacts
+    return contacts
 
 
 def plant_of(parameters: Parameters) -> Plant:
     """Return the constant part of the drive."""
     attached = parameters.load_cell.contact == 'attached'
     return Plant(
-        curve=tabulate(contacts_of(parameters)),
+        contact=contact_model(parameters),
         mass_kg=parameters.runner.mass,
         damping_n_s_per_m=parameters.runner.damping,
         cell_n_per_m=parameters.load_cell.stiffness if attached else 0.0,
@@ -55,15 +65,65 @@ def plant_of(parameters: Parameters) -> Plant:
     )
 
 
-def state_at_rest(plant: Plant, stack: Array) -> State:
-    """Return the drive at rest, with relaxed contacts; the stack is emptied."""
+def contact_model(parameters: Parameters) -> ContactModel:
+    """Return the constants of the six contacts."""
+    contacts = contacts_of(parameters)
+    elasticity = elasticity_of(parameters.contact)
+    stand = parameters.stand
+    return ContactModel(
+        curve=tabulate(contacts),
+        bank=bank_of(parameters),
+        law=law_of(parameters, contacts),
+        compliance=parameters.contact.friction * elasticity.cattaneo_mindlin,
+        preload_n=stand.preload,
+        preload_n_per_s=stand.preload_rate,
+    )
+
+
+def bank_of(parameters: Parameters) -> SpringBank:
+    """Return springs that carry any preload that the drive may come to."""
+    stand = parameters.stand
+    groups = groups_of(parameters)
+    return spring_bank(
+        groups,
+        elasticity_of(parameters.contact),
+        parameters.contact.friction,
+        max(stand.preload_limit, stand.preload, stand.preload_end),
+        springs=SPRINGS_IN_ALL // len(groups),
+    )
+
+
+def law_of(parameters: Parameters, contacts: Sequence[Presliding]) -> FrictionLaw:
+    """Return the friction law; a bristle stiffness of 0 is that of the sticking contacts."""
+    setting = parameters.friction_law
+    stick_n_per_m = sum(contact.stick_stiffness_n_per_m for contact in contacts)
+    return FrictionLaw(
+        number=LAW_NUMBERS[parameters.contact.law],
+        bristle_n_per_m=setting.bristle_stiffness or stick_n_per_m,
+        bristle_n_s_per_m=setting.bristle_damping,
+        viscous_n_s_per_m=setting.viscous,
+        static_ratio=setting.static_ratio,
+        stribeck_m_per_s=setting.stribeck_velocity,
+        breakaway_ratio=setting.breakaway_ratio,
+    )
+
+
+def with_preload(plant: Plant, parameters: Parameters, preload_n: float) -> Plant:
+    """Return a plant that goes to another preload; its virgin curve is the one of the new load."""
+    there = parameters.updated({'stand.preload': preload_n})
+    model = plant.contact._replace(curve=tabulate(contacts_of(there)), preload_n=preload_n)
+    return plant._replace(contact=model)
+
+
+def state_at_rest(plant: Plant, history: History, preload_n: float) -> State:
+    """Return the drive at rest, with relaxed contacts; the history is emptied."""
     return State(
         clock=Clock(0.0, 0, 0.0, 0.0),
         voltage_v=plant.rest_v,
         foot_m=0.0,
         position_m=0.0,
         velocity_m_per_s=0.0,
-        memory=relax(stack, 0.0),
+        contact=relaxed(history, preload_n),
         sums=Sums(0.0, 0.0, 0.0, 0.0),
     )
 

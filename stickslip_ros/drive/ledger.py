@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.memory import lost_energy, stored_energy
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.reaction import History, contact_lost, contact_stored
 from stickslip_ros.drive.records import Plant, State, Sums
 
 
@@ -40,15 +39,15 @@ class EnergyLedger:
         return self.feet_work_j + self.load_work_j - found_j - lost_j
 
 
-def take_ledger(plant: Plant, stack: Array, state: State) -> EnergyLedger:
+def take_ledger(plant: Plant, history: History, state: State) -> EnergyLedger:
     """Compute every term of the balance from the state."""
     return EnergyLedger(
         feet_work_j=state.sums.feet_work_j,
         load_work_j=state.sums.load_work_j,
         kinetic_j=0.5 * plant.mass_kg * state.velocity_m_per_s**2,
         cell_j=0.5 * plant.cell_n_per_m * state.position_m**2,
-        contact_stored_j=stored_energy(plant.curve, stack, state.memory),
-        contact_lost_j=lost_energy(plant.curve, stack, state.memory),
+        contact_stored_j=contact_stored(plant.contact, history, state.contact),
+        contact_lost_j=contact_lost(plant.contact, history, state.contact),
         damping_lost_j=state.sums.damping_lost_j,
     )
 
@@ -66,7 +65,7 @@ def book(
 ) -> Sums:
     """Add one step to the integrals, each by the trapezoidal rule."""
     sums = before.sums
-    mean_contact_n = 0.5 * (before.memory.force_n + contact_n)
+    mean_contact_n = 0.5 * (before.contact.memory.force_n + contact_n)
     mean_square = 0.5 * (before.velocity_m_per_s**2 + velocity_m_per_s**2)
     return Sums(
         sums.feet_work_j - mean_contact_n * (foot_m - before.foot_m),

@@ -10,13 +10,13 @@ between two of them ``ride`` takes equal steps, so no step ever straddles a corn
 import math
 
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.memory import move
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.reaction import History, react
 from stickslip_ros.drive.actuator import foot_displacement
 from stickslip_ros.drive.amplifier import clamp, follow
 from stickslip_ros.drive.ledger import book
 from stickslip_ros.drive.records import Clock, Plant, State, Wave
-from stickslip_ros.drive.runner import force_on_runner, kick_after, kick_before
+from stickslip_ros.drive.runner import force_on_runner, holding_force, kick_after, kick_before
 from stickslip_ros.drive.waveform import ramp_is_over, target
 
 RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
@@ -27,28 +27,31 @@ STEP_SLACK = 1e-9
 
 @kernel
 def step(
-    plant: Plant, stack: Array, state: State, voltage_v: float, load_n: float, dt_s: float
+    plant: Plant, history: History, state: State, voltage_v: float, load_n: float, dt_s: float
 ) -> State:
     """Advance the drive by one step, at the end of which the piezo is at ``voltage_v``."""
     foot_m = foot_displacement(plant, voltage_v)
 
-    before_n = force_on_runner(plant, state.position_m, state.memory.force_n, load_n)
+    before_n = force_on_runner(plant, state.position_m, state.contact.memory.force_n, load_n)
     middle_m_per_s = kick_before(plant, state.velocity_m_per_s, before_n, dt_s)
     position_m = state.position_m + dt_s * middle_m_per_s
 
-    memory = move(plant.curve, stack, state.memory, position_m - foot_m)
+    foot_m_per_s = (foot_m - state.foot_m) / dt_s
+    holding_n = holding_force(plant, position_m, middle_m_per_s, foot_m_per_s, load_n, dt_s)
+    contact = react(plant.contact, history, state.contact, position_m - foot_m, dt_s, holding_n)
+    contact_n = contact.memory.force_n
 
-    after_n = force_on_runner(plant, position_m, memory.force_n, load_n)
+    after_n = force_on_runner(plant, position_m, contact_n, load_n)
     velocity_m_per_s = kick_after(plant, middle_m_per_s, after_n, dt_s)
 
-    sums = book(plant, state, foot_m, position_m, velocity_m_per_s, memory.force_n, load_n, dt_s)
-    return State(state.clock, voltage_v, foot_m, position_m, velocity_m_per_s, memory, sums)
+    sums = book(plant, state, foot_m, position_m, velocity_m_per_s, contact_n, load_n, dt_s)
+    return State(state.clock, voltage_v, foot_m, position_m, velocity_m_per_s, contact, sums)
 
 
 @kernel
 def ride(
     plant: Plant,
-    stack: Array,
+    history: History,
     state: State,
     start_v: float,
     rate_v_per_s: float,
@@ -61,14 +64,14 @@ def ride(
     dt_s = stretch_s / steps
     for i in range(1, steps + 1):
         voltage_v = clamp(plant, start_v + rate_v_per_s * (i * dt_s))
-        state = step(plant, stack, state, voltage_v, load_n, dt_s)
+        state = step(plant, history, state, voltage_v, load_n, dt_s)
     return state
 
 
 @kernel
 def advance(
     plant: Plant,
-    stack: Array,
+    history: History,
     state: State,
     wave: Wave,
     load_n: float,
@@ -82,8 +85,8 @@ def advance(
     ----------
     plant : Plant
         The drive.
-    stack : array, shape (CAPACITY, 3)
-        Turning points of the contacts; changed in place.
+    history : History
+        What the contacts remember; changed in place.
     state : State
         State before.
     wave : Wave
@@ -102,7 +105,7 @@ def advance(
         target_v, slope_v_per_s, corner_s = target(wave, state.clock)
         start_v, rate_v_per_s, caught_s = follow(plant, state.voltage_v, target_v, slope_v_per_s)
         stretch_s = min(remaining_s, corner_s, caught_s)
-        state = ride(plant, stack, state, start_v, rate_v_per_s, load_n, stretch_s)
+        state = ride(plant, history, state, start_v, rate_v_per_s, load_n, stretch_s)
         state = tell_time(wave, state, stretch_s, stretch_s == caught_s, ramps)
         remaining_s -= stretch_s
     return state
@@ -131,6 +134,6 @@ def tell_time(
         state.foot_m,
         state.position_m,
         state.velocity_m_per_s,
-        state.memory,
+        state.contact,
         state.sums,
     )

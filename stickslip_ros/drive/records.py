@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from stickslip_ros.contact.memory import Memory
-from stickslip_ros.contact.virgin import VirginCurve
+from stickslip_ros.contact.reaction import ContactModel, ContactState
 
 ENDLESS = 1 << 62
 """Cycles of a wave that runs until it is replaced."""
@@ -15,8 +14,8 @@ class Plant(NamedTuple):
 
     Attributes
     ----------
-    curve : VirginCurve
-        Tangential behaviour of all six contacts together.
+    contact : ContactModel
+        All six contacts together.
     mass_kg : float
         m of Eq. 20.
     damping_n_s_per_m : float
@@ -38,7 +37,7 @@ class Plant(NamedTuple):
 
     """
 
-    curve: VirginCurve
+    contact: ContactModel
     mass_kg: float
     damping_n_s_per_m: float
     cell_n_per_m: float
@@ -121,7 +120,7 @@ class Sums(NamedTuple):
 
 class State(NamedTuple):
     """
-    Everything that changes while the drive runs, but for the stack of turning points.
+    Everything that changes while the drive runs, but for the history of the contacts.
 
     Attributes
     ----------
@@ -133,7 +132,7 @@ class State(NamedTuple):
         Displacement of the contact points, x_s.
     position_m, velocity_m_per_s : float
         The runner.
-    memory : Memory
+    contact : ContactState
         The contacts.
     sums : Sums
         Energy and position integrals.
@@ -145,5 +144,5 @@ class State(NamedTuple):
     foot_m: float
     position_m: float
     velocity_m_per_s: float
-    memory: Memory
+    contact: ContactState
     sums: Sums

@@ -11,6 +11,21 @@ def force_on_runner(plant: Plant, position_m: float, contact_n: float, load_n: f
 
 
 @kernel
+def holding_force(
+    plant: Plant,
+    position_m: float,
+    middle_m_per_s: float,
+    foot_m_per_s: float,
+    load_n: float,
+    dt_s: float,
+) -> float:
+    """Return the contact force with which the runner's next middle velocity is the feet's, N."""
+    others_n = force_on_runner(plant, position_m, 0.0, load_n)
+    drag_n = plant.damping_n_s_per_m * foot_m_per_s
+    return others_n - drag_n + plant.mass_kg * (middle_m_per_s - foot_m_per_s) / dt_s
+
+
+@kernel
 def kick_before(plant: Plant, velocity_m_per_s: float, force_n: float, dt_s: float) -> float:
     """Return the velocity in the middle of the step, with the damping of its beginning."""
     drag_n = plant.damping_n_s_per_m * velocity_m_per_s

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip_ros.contact.memory import fresh_stack
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.reaction import fresh_history, onto_springs
 from stickslip_ros.drive.amplifier import SETTLED_V
-from stickslip_ros.drive.build import clock_at_start, plant_of, state_at_rest
+from stickslip_ros.drive.build import clock_at_start, plant_of, state_at_rest, with_preload
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import State, Wave
 from stickslip_ros.drive.waveform import level
@@ -18,6 +18,7 @@ from stickslip_ros.instrument.commands import (
     Command,
     Load,
     Move,
+    Preload,
     Request,
     Reset,
     Stop,
@@ -69,10 +70,10 @@ class Bench:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        self.plant = plant_of(parameters)
+        self.plant = self._first_plant = plant_of(parameters)
         self.time_ns = 0
         self.refused = 0
-        self._stack = fresh_stack()
+        self._history = fresh_history(self.plant.contact)
         self._sensors = (interferometer(parameters), load_cell(parameters))
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
@@ -89,7 +90,7 @@ class Bench:
     @property
     def ledger(self) -> EnergyLedger:
         """Where the energy went since the start or the last reset."""
-        return take_ledger(self.plant, self._stack, self._state)
+        return take_ledger(self.plant, self._history, self._state)
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """
@@ -121,7 +122,7 @@ class Bench:
         sample_ns = self.parameters.sample_ns
         self._state = observe(
             self.plant,
-            self._stack,
+            self._history,
             self._state,
             self._wave,
             self._load_n,
@@ -132,6 +133,8 @@ class Bench:
         trace[:, TIME] = (self.time_ns + sample_ns * np.arange(1, samples + 1)) * NANO
         self.time_ns = until_ns
         self._end_move_if_done()
+        if self._is_preloaded():
+            self._end_preloading(Result.DONE)
         for sensor, column in zip(self._sensors, (POSITION, FORCE), strict=True):
             trace[:, column] = sensor.read(trace[:, column])
         return self._report(trace, first_cycle)
@@ -162,6 +165,8 @@ class Bench:
         status = Status(0)
         if self._running is not None:
             status |= Status.MOVING
+        if not self._is_preloaded():
+            status |= Status.PRELOADING
         if self._load_n != 0.0:
             status |= Status.LOADED
         if self._last_refused:
@@ -191,22 +196,47 @@ class Bench:
             case Load():
                 self._load_n = command.force_n
                 self._tell(number, 'load', Result.DONE)
+            case Preload():
+                self._end_preloading(Result.ABORTED, f'replaced by command {number}')
+                self._preloading = number
+                self._change_preload(command.force_n)
             case Stop():
                 self._abort_move(f'stopped by command {number}')
                 self._wave = level(self._state.voltage_v)
                 self._tell(number, 'stop', Result.DONE)
             case Reset():
                 self._abort_move(f'reset by command {number}')
+                self._end_preloading(Result.ABORTED, f'reset by command {number}')
                 self._to_rest()
                 self._tell(number, 'reset', Result.DONE)
 
     def _to_rest(self) -> None:
-        self._state = state_at_rest(self.plant, self._stack)
+        self.plant = self._first_plant
+        preload_n = self.parameters.stand.preload
+        self._state = state_at_rest(self.plant, self._history, preload_n)
         self._wave = level(self._state.voltage_v)
         self._load_n = 0.0
         self._running = None
+        self._preloading = 0
+        if self.parameters.stand.preload_end:
+            self._change_preload(self.parameters.stand.preload_end)
         for sensor in self._sensors:
             sensor.reset()
+
+    def _change_preload(self, preload_n: float) -> None:
+        """Let the springs take over, and go to another preload."""
+        contact = onto_springs(self.plant.contact, self._history, self._state.contact)
+        self._state = self._state._replace(contact=contact)
+        self.plant = with_preload(self.plant, self.parameters, preload_n)
+
+    def _is_preloaded(self) -> bool:
+        return self._state.contact.preload_n == self.plant.contact.preload_n
+
+    def _end_preloading(self, result: Result, why: str = '') -> None:
+        """Tell the end of a preload command, if one is on its way."""
+        number, self._preloading = self._preloading, 0
+        if number:
+            self._tell(number, 'preload', result, why)
 
     def _abort_move(self, why: str) -> None:
         if self._running is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, spec_of
 
 STEPS_MAX = 2**31 - 1
 FALL_SHARE_MAX = 0.5
@@ -22,7 +22,7 @@ class Request:
     Attributes
     ----------
     name : str
-        ``voltage``, ``sawtooth``, ``load``, ``stop`` or ``reset``.
+        ``voltage``, ``sawtooth``, ``load``, ``preload``, ``stop`` or ``reset``.
     values : tuple of float
         Its numbers, in the order of the topic.
 
@@ -48,6 +48,13 @@ class Load:
 
 
 @dataclass(frozen=True)
+class Preload:
+    """A checked request for another preload, N; the drive goes there at its preload rate."""
+
+    force_n: float
+
+
+@dataclass(frozen=True)
 class Stop:
     """Hold the present voltage."""
 
@@ -57,7 +64,7 @@ class Reset:
     """Go back to the state at the start: relaxed contacts, runner at 0, no load."""
 
 
-Command = Move | Load | Stop | Reset
+Command = Move | Load | Preload | Stop | Reset
 
 
 def check_request(request: Request, parameters: Parameters) -> Command:
@@ -160,11 +167,24 @@ def _check_load(parameters: Parameters, force_n: float, *others: float) -> Load:
     return Load(force_n)
 
 
+def _check_preload(parameters: Parameters, force_n: float) -> Preload:
+    lowest_n = spec_of('stand.preload').minimum or 0.0
+    limit_n = parameters.stand.preload_limit
+    if force_n < lowest_n:
+        limit = f'below the {lowest_n:g} N that hold the runner'
+        raise OutOfRange('preload', force_n, 'N', limit, 'raise it')
+    if force_n > limit_n:
+        limit = f'above the {limit_n:g} N that the stand allows'
+        raise OutOfRange('preload', force_n, 'N', limit, 'lower it or raise stand.preload_limit')
+    return Preload(force_n)
+
+
 _WRENCH = ('force.x N', 'force.y N', 'force.z N', 'torque.x N m', 'torque.y N m', 'torque.z N m')
 _CHECKS: Mapping[str, tuple[tuple[str, ...], Callable[..., Command]]] = {
     'voltage': (('voltage V',), _check_voltage),
     'sawtooth': (('amplitude V', 'frequency Hz', 'steps'), _check_sawtooth),
     'load': (_WRENCH, _check_load),
+    'preload': (('preload N',), _check_preload),
     'stop': ((), lambda _: Stop()),
     'reset': ((), lambda _: Reset()),
 }

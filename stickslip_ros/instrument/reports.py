@@ -32,12 +32,14 @@ class Status(IntFlag):
     MOVING = 1 << 0
     LOADED = 1 << 24
     REFUSED = 1 << 25
+    PRELOADING = 1 << 26
 
 
 STATUS_TEXTS = {
     Status.MOVING: 'a voltage or saw-tooth command is being carried out',
     Status.LOADED: 'an external load acts on the runner',
     Status.REFUSED: 'the last command was refused',
+    Status.PRELOADING: 'the preload is on its way to another value',
 }
 
 

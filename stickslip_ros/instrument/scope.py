@@ -2,6 +2,7 @@
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.reaction import History
 from stickslip_ros.drive.plant import advance
 from stickslip_ros.drive.records import Plant, State, Wave
 from stickslip_ros.instrument.reports import FOOT, FORCE, POSITION, VOLTAGE
@@ -10,7 +11,7 @@ from stickslip_ros.instrument.reports import FOOT, FORCE, POSITION, VOLTAGE
 @kernel
 def observe(
     plant: Plant,
-    stack: Array,
+    history: History,
     state: State,
     wave: Wave,
     load_n: float,
@@ -23,7 +24,7 @@ def observe(
 
     Parameters
     ----------
-    plant, stack, state, wave, load_n, ramps
+    plant, history, state, wave, load_n, ramps
         As for ``drive.plant.advance``.
     sample_s : float
         Time between two samples, s.
@@ -32,7 +33,7 @@ def observe(
 
     """
     for i in range(len(truth)):
-        state = advance(plant, stack, state, wave, load_n, sample_s, ramps)
+        state = advance(plant, history, state, wave, load_n, sample_s, ramps)
         truth[i, VOLTAGE] = state.voltage_v
         truth[i, FOOT] = state.foot_m
         truth[i, POSITION] = state.position_m

@@ -67,6 +67,12 @@ class ContactParameters(Checked):
         'Eq. 18',
         'equivalent rough profile, the bare sphere, or a random rough line (Eq. 14)',
     )
+    law: str = choice(
+        'mdr',
+        ('mdr', 'coulomb', 'dahl', 'lugre', 'epm'),
+        'Section 3',
+        'contact model of the paper, or a rival friction law',
+    )
     radius: float = quantity(0.5e-3, 'm', 1e-6, 1.0, TABLE_1, 'radius R of a hemisphere')
     hurst: float = quantity(0.7, '', 0.01, 1.0, 'Section 4', 'Hurst exponent H of the roughness')
     rms_height: float = quantity(
@@ -135,6 +141,24 @@ class ContactParameters(Checked):
 
 
 @dataclass(frozen=True)
+class FrictionLawParameters(Checked):
+    """Constants of the rival friction laws; zeros are derived from the contact model."""
+
+    bristle_stiffness: float = quantity(
+        0.0, 'N/m', 0.0, 1e12, ASSUMED, 'sigma0; 0 takes the full-stick stiffness of all contacts'
+    )
+    bristle_damping: float = quantity(0.0, 'N s/m', 0.0, 1e6, ASSUMED, 'sigma1 of LuGre and EPM')
+    viscous: float = quantity(0.0, 'N s/m', 0.0, 1e6, ASSUMED, 'sigma2, viscous friction')
+    static_ratio: float = quantity(
+        1.0, '', 1.0, 10.0, ASSUMED, 'static over Coulomb friction, Fs/Fc; Fc is mu F_n'
+    )
+    stribeck_velocity: float = quantity(1e-3, 'm/s', 1e-9, 10.0, ASSUMED, 'Stribeck velocity vs')
+    breakaway_ratio: float = quantity(
+        0.7, '', 0.0, 0.99, ASSUMED, 'z_ba/z_ss of EPM: bristles deflected less are elastic'
+    )
+
+
+@dataclass(frozen=True)
 class StandParameters(Checked):
     """The frame that holds the six hemispheres."""
 
@@ -145,6 +169,15 @@ class StandParameters(Checked):
         100.0,
         'Section 2',
         'preload F_p of the external spring; 0.1 to 1 N in the paper',
+    )
+    preload_end: float = quantity(
+        0.0, 'N', 0.0, 100.0, ASSUMED, 'preload to ramp to from the start on; 0 keeps the preload'
+    )
+    preload_rate: float = quantity(
+        1.0, 'N/s', 1e-6, 1e6, ASSUMED, 'rate at which the preload changes when asked to'
+    )
+    preload_limit: float = quantity(
+        2.0, 'N', 1e-3, 100.0, ASSUMED, 'largest preload that a command may ask for'
     )
     load_limit: float = quantity(
         10.0, 'N', 0.0, 1000.0, ASSUMED, 'largest external force that a command may ask for'

@@ -11,6 +11,7 @@ from stickslip_ros.parameters.groups import (
     ActuatorParameters,
     AmplifierParameters,
     ContactParameters,
+    FrictionLawParameters,
     InterferometerParameters,
     LoadCellParameters,
     RecordParameters,
@@ -40,6 +41,7 @@ class Parameters(Checked):
     )
     sim: SimParameters = field(default_factory=SimParameters)
     contact: ContactParameters = field(default_factory=ContactParameters)
+    friction_law: FrictionLawParameters = field(default_factory=FrictionLawParameters)
     stand: StandParameters = field(default_factory=StandParameters)
     runner: RunnerParameters = field(default_factory=RunnerParameters)
     amplifier: AmplifierParameters = field(default_factory=AmplifierParameters)

@@ -83,12 +83,12 @@ def pack_request(request: Request, time_ns: int) -> bytes:
     Parameters
     ----------
     request : Request
-        ``voltage``, ``sawtooth`` or ``load``.
+        ``voltage``, ``preload``, ``sawtooth`` or ``load``.
     time_ns : int
         Stamp, where the message has one.
 
     """
-    if request.name == 'voltage':
+    if request.name in ('voltage', 'preload'):
         return pack_float64(*request.values)
     if request.name == 'sawtooth':
         return pack_float64_array(np.array(request.values), (SAWTOOTH_LABEL,))

@@ -77,6 +77,14 @@ TOPICS = (
         'external force on the runner, N: force.x, positive along +x; the rest must be 0',
     ),
     Topic(
+        'preload',
+        'command/preload',
+        'std_msgs/msg/Float64',
+        SUBSCRIBED,
+        COMMAND,
+        'preload F_p, N; the drive goes there at stand.preload_rate',
+    ),
+    Topic(
         'position',
         'position',
         'geometry_msgs/msg/PointStamped',

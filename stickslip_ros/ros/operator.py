@@ -143,6 +143,10 @@ class Operator:
         """Ask for a direct piezo voltage."""
         self._send('voltage', Float64(data=voltage_v))
 
+    def command_preload(self, preload_n: float) -> None:
+        """Ask for another preload, N."""
+        self._send('preload', Float64(data=preload_n))
+
     def command_sawtooth(self, *values: float) -> None:
         """Ask for a saw-tooth: amplitude (V), frequency (Hz), steps."""
         self._send('sawtooth', Float64MultiArray(data=list(values)))

@@ -12,7 +12,7 @@ def to_request(key: str, message: Any) -> Request:
     Parameters
     ----------
     key : str
-        Key of the topic: ``voltage``, ``sawtooth`` or ``load``.
+        Key of the topic: ``voltage``, ``preload``, ``sawtooth`` or ``load``.
     message : ROS message
         As received.
 
