@@ -12,6 +12,7 @@ from stickslip_ros.cli import (
     drive,
     info,
     interface,
+    laws,
     parameters,
     roughness,
     simulate,
@@ -19,7 +20,18 @@ from stickslip_ros.cli import (
 )
 from stickslip_ros.errors import StickSlipError
 
-VERBS = (contact, roughness, simulate, drive, demo, info, parameters, interface, validate)
+VERBS = (
+    contact,
+    simulate,
+    drive,
+    demo,
+    info,
+    roughness,
+    laws,
+    validate,
+    parameters,
+    interface,
+)
 REFUSED = 2
 
 DESCRIPTION = """\

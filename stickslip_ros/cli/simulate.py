@@ -1,12 +1,8 @@
 """``stickslip simulate``: a saw-tooth run of the whole stand, without ROS."""
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
-
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from stickslip_ros.cli.common import (
     add_json,
@@ -14,6 +10,7 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    progress_bar,
 )
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.sawtooth_run import SawtoothRun, run_sawtooth, voltage_for
@@ -62,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     voltage_v = arguments.voltage
     if voltage_v is None:
         voltage_v = voltage_for(parameters, arguments.amplitude)
-    with _progress(quiet=arguments.json) as bar:
+    with progress_bar(quiet=arguments.json) as bar:
         task = bar.add_task('steps', total=arguments.steps or None)
         result = run_sawtooth(
             parameters,
@@ -86,18 +83,6 @@ def _with_shortcuts(parameters: Parameters, arguments: argparse.Namespace) -> Pa
     if arguments.free:
         values['load_cell.contact'] = 'absent'
     return parameters.updated(values)
-
-
-def _progress(*, quiet: bool) -> Progress:
-    return Progress(
-        TextColumn('{task.description}'),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=Console(file=sys.stderr),
-        transient=True,
-        disable=quiet or not sys.stderr.isatty(),
-    )
 
 
 def _print(result: SawtoothRun) -> None:

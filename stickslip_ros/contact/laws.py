@@ -21,6 +21,10 @@ MDR, COULOMB, DAHL, LUGRE, EPM = range(5)
 LAW_NUMBERS = {'mdr': MDR, 'coulomb': COULOMB, 'dahl': DAHL, 'lugre': LUGRE, 'epm': EPM}
 
 
+SHARE_MIN = 1e-6
+"""Plastic share of a step that is elastic up to its middle but ends beyond steady sliding."""
+
+
 class FrictionLaw(NamedTuple):
     """
     Constants of a friction law.
@@ -110,9 +114,12 @@ def deflect(
     # The plastic share at the middle of the elastic motion makes EPM second order.
     share = plastic_share(law, z_m + 0.5 * du_m, v_m_per_s, steady_m)
     after_m = z_m + du_m
-    if share > 0.0:
+    if share > 0.0 or abs(after_m) > steady_m:
+        share = max(share, SHARE_MIN)
         end_m = math.copysign(steady_m, du_m) / share
         after_m = end_m + (z_m - end_m) * math.exp(-share * abs(du_m) / steady_m)
+        largest_m = max(steady_m, abs(z_m))  # a long step of EPM would shoot past its end
+        after_m = min(max(after_m, -largest_m), largest_m)
     rate_m_per_s = (after_m - z_m) / dt_s
     damping_n = law.bristle_n_s_per_m * rate_m_per_s if law.number != DAHL else 0.0
     damping_n += law.viscous_n_s_per_m * v_m_per_s

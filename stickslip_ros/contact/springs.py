@@ -173,8 +173,8 @@ def take_over(
 
     Notes
     -----
-    A bank of few springs misses the continuum force by up to ``bank.BANK_ERROR``. A common displacement
-    of all springs, found by bisection, takes that up: the force of the drive does not jump.
+    A bank of few springs misses the continuum force by up to ``bank.BANK_ERROR``. A common
+    displacement of all springs, found by bisection, takes that up: the force does not jump.
 
     """
     for group in range(forces_n.shape[0]):

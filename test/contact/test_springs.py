@@ -1,0 +1,182 @@
+"""The spring bank: the law of Section 3.4, the same as the memory at constant load."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip_ros.contact.bank import BANK_ERROR, Group, spring_bank
+from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
+from stickslip_ros.contact.indentation import indent
+from stickslip_ros.contact.memory import fresh_stack, move, relax
+from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
+from stickslip_ros.contact.presliding import presliding
+from stickslip_ros.contact.springs import (
+    depth_at,
+    drag,
+    friction_limit,
+    stored_in_springs,
+    take_over,
+)
+from stickslip_ros.contact.virgin import tabulate
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import ContactParameters
+
+CONTACT = ContactParameters()
+ELASTICITY = elasticity_of(CONTACT)
+PROFILE = profile_of(CONTACT)
+FRICTION = CONTACT.friction
+COMPLIANCE = FRICTION * ELASTICITY.cattaneo_mindlin
+UPPER, LOWER = math.sqrt(2.0) / 2.0, math.sqrt(2.0) / 4.0
+PRELOAD_MAX_N = 2.0
+# Sums of a few hundred terms, each exact to rounding.
+ROUNDING = 1e-11
+# The normal law is exact at class boundaries and chord-like between them.
+DEPTH_ERROR = 2e-3
+# Energies are one order smoother than forces, but a spring more or less in slip counts whole.
+ENERGY_ERROR = 5e-3
+
+preloads = st.floats(0.1, PRELOAD_MAX_N)
+strokes = st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=40)
+
+
+def bank(springs=64):
+    groups = [Group(PROFILE, 2, UPPER), Group(PROFILE, 4, LOWER)]
+    return spring_bank(groups, ELASTICITY, FRICTION, PRELOAD_MAX_N, springs)
+
+
+def virgin_curve(preload_n):
+    upper = presliding(PROFILE, ELASTICITY, FRICTION, UPPER * preload_n)
+    lower = presliding(PROFILE, ELASTICITY, FRICTION, LOWER * preload_n)
+    return tabulate([upper] * 2 + [lower] * 4)
+
+
+BANK = bank()
+
+
+def empty():
+    return np.zeros_like(BANK.heights_m)
+
+
+@given(preloads)
+def test_full_slip_has_exactly_the_friction_of_all_contacts(preload_n):
+    forces_n = empty()
+    force_n, _ = drag(BANK, forces_n, 1e-5, preload_n, preload_n)
+    assert force_n == pytest.approx(FRICTION * 2 * math.sqrt(2) * preload_n, rel=ROUNDING)
+    assert friction_limit(BANK, preload_n) == pytest.approx(force_n, rel=ROUNDING)
+
+
+@given(preloads)
+def test_depth_is_that_of_the_continuum(preload_n):
+    for group, contacts_share in enumerate((UPPER, LOWER)):
+        expected = indent(PROFILE, ELASTICITY, contacts_share * preload_n).depth_m
+        assert depth_at(BANK, group, preload_n) == pytest.approx(expected, rel=DEPTH_ERROR)
+
+
+@given(preloads, strokes)
+@settings(max_examples=60)
+def test_random_histories_at_constant_load_agree_with_the_turning_points(preload_n, strokes):
+    curve = virgin_curve(preload_n)
+    stack, forces_n = fresh_stack(), empty()
+    memory, lost_j, before_m = relax(stack, 0.0), 0.0, 0.0
+    for u_m in np.array(strokes) * curve.limit_m:
+        memory = move(curve, stack, memory, u_m)
+        force_n, loss_j = drag(BANK, forces_n, u_m - before_m, preload_n, preload_n)
+        lost_j, before_m = lost_j + loss_j, u_m
+        assert abs(force_n - memory.force_n) <= BANK_ERROR * curve.force_max_n
+    scale_j = curve.force_max_n * curve.limit_m
+    assert abs(lost_j - lost_energy(curve, stack, memory)) <= ENERGY_ERROR * len(strokes) * scale_j
+    stored_j = stored_energy(curve, stack, memory)
+    assert abs(stored_in_springs(BANK, forces_n) - stored_j) <= ENERGY_ERROR * scale_j
+
+
+@given(preloads, strokes)
+@settings(max_examples=60)
+def test_taking_over_from_the_turning_points_keeps_the_force(preload_n, strokes):
+    curve = virgin_curve(preload_n)
+    stack, forces_n = fresh_stack(), empty()
+    memory = relax(stack, 0.0)
+    for u_m in np.array(strokes) * curve.limit_m:
+        memory = move(curve, stack, memory, u_m)
+    take_over(BANK, COMPLIANCE, stack, memory, preload_n, forces_n)
+    force_n, loss_j = drag(BANK, forces_n, 0.0, preload_n, preload_n)
+    assert abs(force_n - memory.force_n) <= ROUNDING * curve.force_max_n
+    assert loss_j == 0.0
+
+
+@given(strokes, st.lists(preloads, min_size=41, max_size=41))
+@settings(max_examples=60)
+def test_no_spring_exceeds_its_limit_and_friction_never_gives_energy(strokes, loads):
+    forces_n = empty()
+    for stroke, before_n, after_n in zip(strokes, loads, loads[1:], strict=False):
+        _, loss_j = drag(BANK, forces_n, 2e-7 * stroke, before_n, after_n)
+        assert loss_j >= 0.0
+        for group in range(2):
+            pressed_m = depth_at(BANK, group, after_n) - BANK.heights_m[group]
+            limit_n = FRICTION * BANK.normal_n_per_m[group] * np.maximum(pressed_m, 0.0)
+            assert np.all(np.abs(forces_n[group]) <= limit_n * (1 + ROUNDING))
+
+
+def test_springs_that_lose_contact_forget_and_come_back_unloaded():
+    forces_n = empty()
+    drag(BANK, forces_n, 3e-8, 1.0, 1.0)
+    loaded_n = forces_n.copy()
+    drag(BANK, forces_n, 0.0, 1.0, 0.1)
+    high = BANK.heights_m[0] > depth_at(BANK, 0, 0.1)
+    assert np.any(loaded_n[0][high] > 0.0)
+    assert np.all(forces_n[0][high] == 0.0)
+    drag(BANK, forces_n, 0.0, 0.1, 1.0)
+    assert np.all(forces_n[0][high] == 0.0)
+
+
+def test_a_lighter_load_lets_springs_slip_back_to_the_new_limit_and_loses_what_they_held():
+    forces_n = empty()
+    drag(BANK, forces_n, 1e-5, 1.0, 1.0)
+    before_j = stored_in_springs(BANK, forces_n)
+    force_n, loss_j = drag(BANK, forces_n, 0.0, 1.0, 0.5)
+    assert force_n == pytest.approx(friction_limit(BANK, 0.5), rel=ROUNDING)
+    assert loss_j == pytest.approx(before_j - stored_in_springs(BANK, forces_n), rel=1e-9)
+
+
+def test_more_springs_come_closer_with_the_square_of_their_number():
+    preload_n = 1.0
+    curve = virgin_curve(preload_n)
+    errors = []
+    for springs in (32, 64, 128):
+        few = bank(springs)
+        displacements_m = np.linspace(0.0, curve.limit_m, 501)
+        worst = 0.0
+        for u_m in displacements_m:
+            stack = fresh_stack()
+            exact_n = move(curve, stack, relax(stack, 0.0), u_m).force_n
+            force_n, _ = drag(few, np.zeros_like(few.heights_m), u_m, preload_n, preload_n)
+            worst = max(worst, abs(force_n - exact_n))
+        errors.append(worst)
+    ratios = np.array(errors[:-1]) / np.array(errors[1:])
+    # Second order is 4; the position of the worst point among the springs scatters it.
+    assert np.all(ratios > 2.5), ratios
+
+
+def test_energy_balances_while_displacement_and_load_change_together():
+    # Trapezoids over 4000 steps of a smooth path.
+    tolerance = 1e-4
+    forces_n = empty()
+    steps = 4000
+    angle = np.linspace(0.0, 4.0 * np.pi, steps + 1)
+    u_m = 1.2e-7 * np.sin(angle)
+    preload_n = 0.6 + 0.4 * np.cos(0.7 * angle)
+    work_j = lost_j = force_n = 0.0
+    for i in range(steps):
+        du_m = u_m[i + 1] - u_m[i]
+        new_n, loss_j = drag(BANK, forces_n, du_m, preload_n[i], preload_n[i + 1])
+        work_j += 0.5 * (force_n + new_n) * du_m
+        lost_j += loss_j
+        force_n = new_n
+    assert work_j == pytest.approx(lost_j + stored_in_springs(BANK, forces_n), rel=tolerance)
+
+
+def test_a_preload_beyond_the_profile_is_refused_before_a_bank_is_made():
+    with pytest.raises(OutOfRange, match='not above 0 N'):
+        indent(PROFILE, ELASTICITY, 0.0)
