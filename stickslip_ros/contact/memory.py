@@ -94,7 +94,7 @@ def move(curve: VirginCurve, stack: Array, memory: Memory, u_m: float) -> Memory
     """
     if (u_m - memory.u_m) * memory.sense < 0.0:
         memory = _reverse(curve, stack, memory, u_m)
-    while memory.depth > 0 and memory.sense * (u_m - stack[memory.depth, U]) >= _loop_length(
+    while memory.depth > 0 and memory.sense * (u_m - stack[memory.depth, U]) >= loop_length(
         stack, memory.depth
     ):
         memory = _close_loop(curve, stack, memory)
@@ -122,7 +122,7 @@ def _branch_force(curve: VirginCurve, stack: Array, memory: Memory, u_m: float) 
 
 
 @kernel
-def _loop_length(stack: Array, depth: int) -> float:
+def loop_length(stack: Array, depth: int) -> float:
     """Return the travel after which the loop of a turning point is closed, m."""
     length_m = abs(stack[depth, U] - stack[depth - 1, U])
     return 2.0 * length_m if depth == 1 else length_m
@@ -177,7 +177,7 @@ def _push(curve: VirginCurve, stack: Array, memory: Memory) -> Memory:
 def _close_loop(curve: VirginCurve, stack: Array, memory: Memory) -> Memory:
     """Wipe out the innermost loop and resume the branch that it interrupted."""
     depth = memory.depth
-    length_m = _loop_length(stack, depth)
+    length_m = loop_length(stack, depth)
     lost_j = memory.lost_j + branch_loss(curve, depth, length_m) - memory.base_j
     older = max(depth - 2, 0)
     resumed_j = branch_loss(curve, older, abs(stack[older + 1, U] - stack[older, U]))

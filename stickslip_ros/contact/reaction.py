@@ -152,13 +152,27 @@ def react(
         Force with which the runner would keep the velocity of the feet, N; for Coulomb's law.
 
     """
-    if model.law.number == MDR and not state.on_springs:
-        memory = move(model.curve, history.stack, state.memory, u_m)
-        return ContactState(memory, False, state.preload_n, state.bristle_m)
+    if remembers_turns(model, state):
+        return move_on_stack(model, history, state, u_m)
     preload_n = next_preload(model, state.preload_n, dt_s)
     if model.law.number == MDR:
         return _react_by_springs(model, history, state, u_m, preload_n)
     return _react_by_law(model, state, u_m, dt_s, holding_n, preload_n)
+
+
+@kernel
+def remembers_turns(model: ContactModel, state: ContactState) -> bool:
+    """Tell whether the stack of turning points holds the history."""
+    return model.law.number == MDR and not state.on_springs
+
+
+@kernel
+def move_on_stack(
+    model: ContactModel, history: History, state: ContactState, u_m: float
+) -> ContactState:
+    """Return contacts that remember turning points after a monotonic motion to u_m."""
+    memory = move(model.curve, history.stack, state.memory, u_m)
+    return ContactState(memory, False, state.preload_n, state.bristle_m)
 
 
 @kernel

@@ -21,9 +21,6 @@ LOWER_SHARE = math.sqrt(2.0) / 4.0
 """Normal force of a lower contact per preload, F_n2 / F_p (Eq. 19)."""
 SPRINGS_IN_ALL = 128
 """Springs of all groups together: so many keep real time while the preload changes."""
-SLEW_REFINEMENT = 32
-"""Steps during a fall are so many times shorter: the feet cross the whole presliding range in
-two microseconds, and their work is an integral over that range."""
 
 
 def groups_of(parameters: Parameters) -> list[Group]:
@@ -61,7 +58,6 @@ def plant_of(parameters: Parameters) -> Plant:
         voltage_max_v=parameters.amplifier.voltage_max,
         slew_v_per_s=parameters.amplifier.slew_rate,
         dt_s=parameters.sim.dt,
-        slew_dt_s=parameters.sim.dt / SLEW_REFINEMENT,
     )
 
 

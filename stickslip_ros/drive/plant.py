@@ -11,16 +11,23 @@ import math
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import History, react
+from stickslip_ros.contact.reaction import History, react, remembers_turns
 from stickslip_ros.drive.actuator import foot_displacement
 from stickslip_ros.drive.amplifier import clamp, follow
+from stickslip_ros.drive.glide import glide
 from stickslip_ros.drive.ledger import book
-from stickslip_ros.drive.records import Clock, Plant, State, Wave
+from stickslip_ros.drive.records import Clock, Plant, State, Wave, at_voltage
 from stickslip_ros.drive.runner import force_on_runner, holding_force, kick_after, kick_before
 from stickslip_ros.drive.waveform import ramp_is_over, target
 
 RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
 """Columns of the log of ramps: position after the fall, mean and final position, m."""
+SLEW_REFINEMENT = 64
+"""Steps during a fall are so many times shorter: the feet cross the whole presliding range in
+two microseconds, and their work is an integral over that range."""
+VERLET_REFINEMENT = 16
+"""Steps are so many times shorter on springs and for the rival laws, which are stepped by
+velocity Verlet: second order, no look ahead."""
 STEP_SLACK = 1e-9
 """Share of a step by which a stretch may exceed a whole number of steps, for rounding."""
 
@@ -59,13 +66,42 @@ def ride(
     stretch_s: float,
 ) -> State:
     """Advance along a straight stretch of the voltage, in equal steps."""
-    longest_s = plant.slew_dt_s if abs(rate_v_per_s) >= plant.slew_v_per_s else plant.dt_s
-    steps = max(1, math.ceil(stretch_s / longest_s - STEP_SLACK))
+    longest_s = plant.dt_s
+    if abs(rate_v_per_s) >= plant.slew_v_per_s:
+        longest_s = plant.dt_s / SLEW_REFINEMENT
+    if remembers_turns(plant.contact, state.contact):
+        return _glide_along(
+            plant, history, state, start_v, rate_v_per_s, load_n, stretch_s, longest_s
+        )
+    steps = max(1, math.ceil(VERLET_REFINEMENT * stretch_s / longest_s - STEP_SLACK))
     dt_s = stretch_s / steps
     for i in range(1, steps + 1):
         voltage_v = clamp(plant, start_v + rate_v_per_s * (i * dt_s))
         state = step(plant, history, state, voltage_v, load_n, dt_s)
     return state
+
+
+@kernel
+def _glide_along(
+    plant: Plant,
+    history: History,
+    state: State,
+    start_v: float,
+    rate_v_per_s: float,
+    load_n: float,
+    stretch_s: float,
+    longest_s: float,
+) -> State:
+    """Advance along a straight stretch in long steps, which also end where the sliding turns."""
+    state = at_voltage(state, start_v)
+    left_s = stretch_s
+    while left_s > 0.0:
+        h_s = left_s
+        if left_s > longest_s:
+            h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
+        state, done_s = glide(plant, history, state, rate_v_per_s, load_n, h_s)
+        left_s = left_s - done_s if done_s < left_s else 0.0
+    return at_voltage(state, clamp(plant, start_v + rate_v_per_s * stretch_s))
 
 
 @kernel

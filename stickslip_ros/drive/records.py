@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.reaction import ContactModel, ContactState
 
 ENDLESS = 1 << 62
@@ -31,9 +32,7 @@ class Plant(NamedTuple):
     slew_v_per_s : float
         Fastest change of its output.
     dt_s : float
-        Longest step while the voltage follows the command.
-    slew_dt_s : float
-        Longest step while the voltage slews.
+        Longest step.
 
     """
 
@@ -47,7 +46,6 @@ class Plant(NamedTuple):
     voltage_max_v: float
     slew_v_per_s: float
     dt_s: float
-    slew_dt_s: float
 
 
 class Wave(NamedTuple):
@@ -146,3 +144,17 @@ class State(NamedTuple):
     velocity_m_per_s: float
     contact: ContactState
     sums: Sums
+
+
+@kernel
+def at_voltage(state: State, voltage_v: float) -> State:
+    """Return a state with the amplifier's output at a voltage; the foot follows with a step."""
+    return State(
+        state.clock,
+        voltage_v,
+        state.foot_m,
+        state.position_m,
+        state.velocity_m_per_s,
+        state.contact,
+        state.sums,
+    )

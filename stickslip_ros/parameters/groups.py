@@ -31,12 +31,12 @@ class SimParameters(Checked):
     """How time runs: the step inside, the block outside, the pace."""
 
     dt: float = quantity(
-        5e-7,
-        's',
-        1e-9,
         1e-5,
+        's',
+        1e-8,
+        2e-5,
         ASSUMED,
-        'longest integration step; a fall of the saw-tooth gets finer ones',
+        'longest step; falls of the saw-tooth, springs and rival laws get finer ones',
     )
     block: float = quantity(
         1e-3,

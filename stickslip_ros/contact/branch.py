@@ -1,0 +1,85 @@
+"""Kernel: look along the branch on which a contact moves on, without moving it."""
+
+import math
+from typing import NamedTuple
+
+from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.memory import FORCE, Memory, U, loop_length
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.virgin import VirginCurve, virgin_force, virgin_stiffness
+
+
+class Branch(NamedTuple):
+    """
+    A stretch of the force-displacement curve: T = force + sense fold T_v(travel / fold).
+
+    Attributes
+    ----------
+    origin_m, force_n : float
+        Turning point from which it starts; force 0 on the virgin curve.
+    sense : float
+        +1 or -1: its direction.
+    fold : float
+        2 on a Masing branch, 1 on the virgin curve.
+    reach_m : float
+        Travel at which it ends, because a loop closes.
+
+    """
+
+    origin_m: float
+    force_n: float
+    sense: float
+    fold: float
+    reach_m: float
+
+
+@kernel
+def branch_at(stack: Array, depth: int, sense: float) -> Branch:
+    """Return the branch that belongs to a turning point."""
+    if depth == 0:
+        return Branch(stack[0, U], 0.0, sense, 1.0, math.inf)
+    return Branch(stack[depth, U], stack[depth, FORCE], sense, 2.0, loop_length(stack, depth))
+
+
+@kernel
+def branch_towards(curve: VirginCurve, stack: Array, memory: Memory, direction: float) -> Branch:
+    """Return the branch along which the contact goes if it moves in a direction now."""
+    present = branch_at(stack, memory.depth, memory.sense)
+    travel_m = abs(memory.u_m - present.origin_m)
+    if direction * memory.sense >= 0.0 or travel_m <= present.fold * curve.core_m:
+        return present
+    reach_m = 2.0 * travel_m if memory.depth == 0 else travel_m
+    return Branch(memory.u_m, memory.force_n, -memory.sense, 2.0, reach_m)
+
+
+@kernel
+def stiffness_on(curve: VirginCurve, branch: Branch, u_m: float) -> float:
+    """Return the tangent stiffness of a branch at a displacement, N/m."""
+    return virgin_stiffness(curve, abs(u_m - branch.origin_m) / branch.fold)
+
+
+@kernel
+def force_ahead(
+    curve: VirginCurve, stack: Array, memory: Memory, branch: Branch, u_m: float
+) -> float:
+    """Return the force at a displacement near the branch, N, as if the contact had gone there."""
+    travel_m = branch.sense * (u_m - branch.origin_m)
+    if 0.0 <= travel_m < branch.reach_m:
+        folded_n = branch.fold * virgin_force(curve, travel_m / branch.fold)
+        return branch.force_n + branch.sense * folded_n
+    return _force_after_closing(curve, stack, memory, u_m)
+
+
+@kernel
+def _force_after_closing(curve: VirginCurve, stack: Array, memory: Memory, u_m: float) -> float:
+    """Return the force at a displacement that lies beyond the closing of at least one loop, N."""
+    direction = 1.0 if u_m > memory.u_m else -1.0
+    depth = memory.depth
+    if direction != memory.sense:
+        depth = max(depth - 1, 0)
+    while depth > 0 and direction * (u_m - stack[depth, U]) >= loop_length(stack, depth):
+        depth = max(depth - 2, 0)
+    offset_m = u_m - stack[depth, U]
+    if depth == 0:
+        return math.copysign(virgin_force(curve, abs(offset_m)), offset_m)
+    return stack[depth, FORCE] + direction * 2.0 * virgin_force(curve, 0.5 * abs(offset_m))

@@ -1,0 +1,154 @@
+"""
+Kernel: one long step of the drive on the memory of turning points.
+
+The stiffness with which the contacts answer is known at the start of a step: it is the tangent of
+the branch that lies ahead. With it the runner is a damped oscillator whose motion is known
+exactly. What the tangent misses, the curvature of the branch, is small; it is looked up in the
+middle and at the end of the step and enters by Simpson's rule. No step runs past a reversal of the
+sliding: its time is found beforehand from the Taylor series of the velocity.
+
+Fourth order, one motion of the contact per step, always forwards in time.
+
+"""
+
+from stickslip_ros.contact.branch import branch_towards, force_ahead, stiffness_on
+from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.reaction import History, move_on_stack
+from stickslip_ros.drive.actuator import foot_displacement
+from stickslip_ros.drive.oscillator import propagator
+from stickslip_ros.drive.records import Plant, State, Sums
+from stickslip_ros.drive.runner import force_on_runner
+
+RESTING = 1e-3
+"""A sliding velocity below this share of what the step will add to it is no motion yet."""
+NEWTON_STEPS = 3
+
+
+@kernel
+def glide(
+    plant: Plant,
+    history: History,
+    state: State,
+    rate_v_per_s: float,
+    load_n: float,
+    longest_s: float,
+) -> tuple[State, float]:
+    """
+    Advance until a reversal of the sliding, at most by a given time; return state and time, s.
+
+    Parameters
+    ----------
+    plant : Plant
+        The drive.
+    history : History
+        What the contacts remember; changed in place.
+    state : State
+        State before; ``contact.on_springs`` is False.
+    rate_v_per_s : float
+        Slope of the voltage.
+    load_n : float
+        External force on the runner, N.
+    longest_s : float
+        Time to advance if the sliding does not turn, s.
+
+    """
+    curve, stack, memory = plant.contact.curve, history.stack, state.contact.memory
+    foot_m_per_s = plant.gain_m_per_v * rate_v_per_s
+    gamma = plant.damping_n_s_per_m / plant.mass_kg
+
+    # Everything but the change of the contact force: m y'' = m (pull + pull_rate t) - ...
+    drag_n = plant.damping_n_s_per_m * foot_m_per_s
+    others_n = force_on_runner(plant, state.position_m, memory.force_n, load_n)
+    pull = (others_n - drag_n) / plant.mass_kg
+    pull_rate = -plant.cell_n_per_m * foot_m_per_s / plant.mass_kg
+    slide = state.velocity_m_per_s - foot_m_per_s
+    speeding = pull - gamma * slide
+
+    rests = abs(slide) < RESTING * abs(speeding) * longest_s
+    branch = branch_towards(curve, stack, memory, speeding if rests else slide)
+    tangent = stiffness_on(curve, branch, memory.u_m)
+    omega_squared = (plant.cell_n_per_m + tangent) / plant.mass_kg
+    h_s = longest_s
+    if not rests and slide * speeding < 0.0:
+        h_s = _time_to_turn(slide, speeding, pull_rate, omega_squared, gamma, longest_s)
+
+    # Two half steps of the oscillator: y is the sliding since the start, w its velocity.
+    half = propagator(omega_squared, gamma, 0.5 * h_s)
+    y_middle = slide * half.impulse + pull * half.step + pull_rate * half.ramp
+    w_middle = slide * half.velocity + pull * half.impulse + pull_rate * half.step
+    pull_middle = pull + pull_rate * 0.5 * h_s - omega_squared * y_middle
+    y_end = y_middle + w_middle * half.impulse + pull_middle * half.step + pull_rate * half.ramp
+    w_end = w_middle * half.velocity + pull_middle * half.impulse + pull_rate * half.step
+
+    # What the tangent misses.
+    middle_n = force_ahead(curve, stack, memory, branch, memory.u_m + y_middle)
+    end_n = force_ahead(curve, stack, memory, branch, memory.u_m + y_end)
+    missed_middle = (middle_n - memory.force_n - tangent * y_middle) / plant.mass_kg
+    missed_end = (end_n - memory.force_n - tangent * y_end) / plant.mass_kg
+    y_end -= (2.0 / 3.0) * h_s * half.impulse * missed_middle
+    w_end -= (h_s / 6.0) * (4.0 * half.velocity * missed_middle + missed_end)
+    w_middle -= (h_s / 6.0) * missed_middle
+
+    voltage_v = state.voltage_v + rate_v_per_s * h_s
+    foot_m = foot_displacement(plant, voltage_v)
+    position_m = foot_m + memory.u_m + y_end
+    velocity_m_per_s = foot_m_per_s + w_end
+    contact = move_on_stack(plant.contact, history, state.contact, position_m - foot_m)
+
+    sums = _book(
+        plant, state, h_s, load_n, foot_m - state.foot_m, position_m, velocity_m_per_s,
+        state.position_m + 0.5 * h_s * foot_m_per_s + y_middle, foot_m_per_s + w_middle,
+        middle_n, contact.memory.force_n,
+    )  # fmt: skip
+    return State(state.clock, voltage_v, foot_m, position_m, velocity_m_per_s, contact, sums), h_s
+
+
+@kernel
+def _time_to_turn(
+    slide: float,
+    speeding: float,
+    pull_rate: float,
+    omega_squared: float,
+    gamma: float,
+    longest_s: float,
+) -> float:
+    """Return when the sliding velocity comes to zero, s; the longest time if it does not."""
+    jerk = pull_rate - omega_squared * slide - gamma * speeding
+    snap = -omega_squared * speeding - gamma * jerk
+    crackle = -omega_squared * jerk - gamma * snap
+    time_s = -slide / speeding
+    if time_s > 2.0 * longest_s:
+        return longest_s
+    for _ in range(NEWTON_STEPS):
+        t = time_s
+        value = slide + t * (speeding + t * (jerk / 2 + t * (snap / 6 + t * crackle / 24)))
+        slope = speeding + t * (jerk + t * (snap / 2 + t * crackle / 6))
+        time_s -= value / slope
+    return time_s if 0.0 < time_s < longest_s else longest_s
+
+
+@kernel
+def _book(
+    plant: Plant,
+    before: State,
+    h_s: float,
+    load_n: float,
+    foot_step_m: float,
+    position_m: float,
+    velocity_m_per_s: float,
+    middle_m: float,
+    middle_m_per_s: float,
+    middle_n: float,
+    contact_n: float,
+) -> Sums:
+    """Add one step to the integrals, each by Simpson's rule."""
+    sums = before.sums
+    mean_contact_n = (before.contact.memory.force_n + 4.0 * middle_n + contact_n) / 6.0
+    mean_square = (before.velocity_m_per_s**2 + 4.0 * middle_m_per_s**2 + velocity_m_per_s**2) / 6
+    mean_m = (before.position_m + 4.0 * middle_m + position_m) / 6.0
+    return Sums(
+        sums.feet_work_j - mean_contact_n * foot_step_m,
+        sums.load_work_j + load_n * (position_m - before.position_m),
+        sums.damping_lost_j + plant.damping_n_s_per_m * mean_square * h_s,
+        sums.position_m_s + mean_m * h_s,
+    )
