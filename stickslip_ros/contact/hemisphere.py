@@ -1,11 +1,16 @@
 """From parameters to the contact of one hemisphere."""
 
+from functools import lru_cache
+
 from stickslip_ros.contact.elasticity import Elasticity, effective_elasticity
 from stickslip_ros.contact.line_profile import rough_line_profile
 from stickslip_ros.contact.profile import Profile, rough_profile, smooth_profile
 from stickslip_ros.contact.roughness import rough_prefactor_1d
 from stickslip_ros.contact.self_affine import Spectrum
 from stickslip_ros.parameters import ContactParameters
+
+PROFILES_KEPT = 64
+"""Profiles kept for the next call: a rough line takes milliseconds to build."""
 
 
 def elasticity_of(contact: ContactParameters) -> Elasticity:
@@ -15,6 +20,7 @@ def elasticity_of(contact: ContactParameters) -> Elasticity:
     )
 
 
+@lru_cache(maxsize=PROFILES_KEPT)
 def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
     """
     Return the profile that ``contact.profile`` names.

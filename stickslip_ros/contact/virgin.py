@@ -20,7 +20,7 @@ from stickslip_ros.contact.profile import Array
 
 CELLS = 4096
 """Cells of a table; the force is then exact to TABLE_ERROR of its maximum."""
-TABLE_ERROR = 1e-6
+TABLE_ERROR = 1.2e-6
 """Largest error of the table, relative to the maximal force; worst for smooth spheres, whose
 stiffness falls to zero like a square root."""
 

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip_ros.contact.memory import fresh_stack, lost_energy, move, relax, stored_energy
+from stickslip_ros.contact.memory import fresh_stack, move, relax
+from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.virgin import CELLS, tabulate
