@@ -19,8 +19,8 @@ class Branch(NamedTuple):
         Turning point from which it starts; force 0 on the virgin curve.
     sense : float
         +1 or -1: its direction.
-    fold : float
-        2 on a Masing branch, 1 on the virgin curve.
+    fold, unfold : float
+        2 on a Masing branch, 1 on the virgin curve; and its inverse.
     reach_m : float
         Travel at which it ends, because a loop closes.
 
@@ -30,6 +30,7 @@ class Branch(NamedTuple):
     force_n: float
     sense: float
     fold: float
+    unfold: float
     reach_m: float
 
 
@@ -37,8 +38,8 @@ class Branch(NamedTuple):
 def branch_at(stack: Array, depth: int, sense: float) -> Branch:
     """Return the branch that belongs to a turning point."""
     if depth == 0:
-        return Branch(stack[0, U], 0.0, sense, 1.0, math.inf)
-    return Branch(stack[depth, U], stack[depth, FORCE], sense, 2.0, loop_length(stack, depth))
+        return Branch(stack[0, U], 0.0, sense, 1.0, 1.0, math.inf)
+    return Branch(stack[depth, U], stack[depth, FORCE], sense, 2.0, 0.5, loop_length(stack, depth))
 
 
 @kernel
@@ -49,13 +50,13 @@ def branch_towards(curve: VirginCurve, stack: Array, memory: Memory, direction: 
     if direction * memory.sense >= 0.0 or travel_m <= present.fold * curve.core_m:
         return present
     reach_m = 2.0 * travel_m if memory.depth == 0 else travel_m
-    return Branch(memory.u_m, memory.force_n, -memory.sense, 2.0, reach_m)
+    return Branch(memory.u_m, memory.force_n, -memory.sense, 2.0, 0.5, reach_m)
 
 
 @kernel
 def stiffness_on(curve: VirginCurve, branch: Branch, u_m: float) -> float:
     """Return the tangent stiffness of a branch at a displacement, N/m."""
-    return virgin_stiffness(curve, abs(u_m - branch.origin_m) / branch.fold)
+    return virgin_stiffness(curve, abs(u_m - branch.origin_m) * branch.unfold)
 
 
 @kernel
@@ -65,7 +66,7 @@ def force_ahead(
     """Return the force at a displacement near the branch, N, as if the contact had gone there."""
     travel_m = branch.sense * (u_m - branch.origin_m)
     if 0.0 <= travel_m < branch.reach_m:
-        folded_n = branch.fold * virgin_force(curve, travel_m / branch.fold)
+        folded_n = branch.fold * virgin_force(curve, travel_m * branch.unfold)
         return branch.force_n + branch.sense * folded_n
     return _force_after_closing(curve, stack, memory, u_m)
 

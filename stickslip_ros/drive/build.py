@@ -50,6 +50,7 @@ def plant_of(parameters: Parameters) -> Plant:
     return Plant(
         contact=contact_model(parameters),
         mass_kg=parameters.runner.mass,
+        per_kg=1.0 / parameters.runner.mass,
         damping_n_s_per_m=parameters.runner.damping,
         cell_n_per_m=parameters.load_cell.stiffness if attached else 0.0,
         gain_m_per_v=parameters.actuator.gain,

@@ -21,6 +21,7 @@ from stickslip_ros.drive.runner import force_on_runner
 
 RESTING = 1e-3
 """A sliding velocity below this share of what the step will add to it is no motion yet."""
+SIXTH = 1.0 / 6.0
 NEWTON_STEPS = 3
 
 
@@ -54,20 +55,20 @@ def glide(
     """
     curve, stack, memory = plant.contact.curve, history.stack, state.contact.memory
     foot_m_per_s = plant.gain_m_per_v * rate_v_per_s
-    gamma = plant.damping_n_s_per_m / plant.mass_kg
+    gamma = plant.damping_n_s_per_m * plant.per_kg
 
     # Everything but the change of the contact force: m y'' = m (pull + pull_rate t) - ...
     drag_n = plant.damping_n_s_per_m * foot_m_per_s
     others_n = force_on_runner(plant, state.position_m, memory.force_n, load_n)
-    pull = (others_n - drag_n) / plant.mass_kg
-    pull_rate = -plant.cell_n_per_m * foot_m_per_s / plant.mass_kg
+    pull = (others_n - drag_n) * plant.per_kg
+    pull_rate = -plant.cell_n_per_m * foot_m_per_s * plant.per_kg
     slide = state.velocity_m_per_s - foot_m_per_s
     speeding = pull - gamma * slide
 
     rests = abs(slide) < RESTING * abs(speeding) * longest_s
     branch = branch_towards(curve, stack, memory, speeding if rests else slide)
     tangent = stiffness_on(curve, branch, memory.u_m)
-    omega_squared = (plant.cell_n_per_m + tangent) / plant.mass_kg
+    omega_squared = (plant.cell_n_per_m + tangent) * plant.per_kg
     h_s = longest_s
     if not rests and slide * speeding < 0.0:
         h_s = _time_to_turn(slide, speeding, pull_rate, omega_squared, gamma, longest_s)
@@ -82,18 +83,18 @@ def glide(
 
     # What the tangent misses.
     middle_n = force_ahead(curve, stack, memory, branch, memory.u_m + y_middle)
-    end_n = force_ahead(curve, stack, memory, branch, memory.u_m + y_end)
-    missed_middle = (middle_n - memory.force_n - tangent * y_middle) / plant.mass_kg
-    missed_end = (end_n - memory.force_n - tangent * y_end) / plant.mass_kg
-    y_end -= (2.0 / 3.0) * h_s * half.impulse * missed_middle
-    w_end -= (h_s / 6.0) * (4.0 * half.velocity * missed_middle + missed_end)
-    w_middle -= (h_s / 6.0) * missed_middle
+    missed_middle = (middle_n - memory.force_n - tangent * y_middle) * plant.per_kg
+    y_end -= 4.0 * SIXTH * h_s * half.impulse * missed_middle
 
     voltage_v = state.voltage_v + rate_v_per_s * h_s
     foot_m = foot_displacement(plant, voltage_v)
     position_m = foot_m + memory.u_m + y_end
-    velocity_m_per_s = foot_m_per_s + w_end
     contact = move_on_stack(plant.contact, history, state.contact, position_m - foot_m)
+
+    missed_end = (contact.memory.force_n - memory.force_n - tangent * y_end) * plant.per_kg
+    w_end -= (SIXTH * h_s) * (4.0 * half.velocity * missed_middle + missed_end)
+    w_middle -= (SIXTH * h_s) * missed_middle
+    velocity_m_per_s = foot_m_per_s + w_end
 
     sums = _book(
         plant, state, h_s, load_n, foot_m - state.foot_m, position_m, velocity_m_per_s,
@@ -121,8 +122,10 @@ def _time_to_turn(
         return longest_s
     for _ in range(NEWTON_STEPS):
         t = time_s
-        value = slide + t * (speeding + t * (jerk / 2 + t * (snap / 6 + t * crackle / 24)))
-        slope = speeding + t * (jerk + t * (snap / 2 + t * crackle / 6))
+        value = slide + t * (
+            speeding + t * (0.5 * jerk + t * (SIXTH * snap + t * 0.25 * SIXTH * crackle))
+        )
+        slope = speeding + t * (jerk + t * (0.5 * snap + t * SIXTH * crackle))
         time_s -= value / slope
     return time_s if 0.0 < time_s < longest_s else longest_s
 
@@ -143,9 +146,11 @@ def _book(
 ) -> Sums:
     """Add one step to the integrals, each by Simpson's rule."""
     sums = before.sums
-    mean_contact_n = (before.contact.memory.force_n + 4.0 * middle_n + contact_n) / 6.0
-    mean_square = (before.velocity_m_per_s**2 + 4.0 * middle_m_per_s**2 + velocity_m_per_s**2) / 6
-    mean_m = (before.position_m + 4.0 * middle_m + position_m) / 6.0
+    mean_contact_n = (before.contact.memory.force_n + 4.0 * middle_n + contact_n) * SIXTH
+    mean_square = (
+        before.velocity_m_per_s**2 + 4.0 * middle_m_per_s**2 + velocity_m_per_s**2
+    ) * SIXTH
+    mean_m = (before.position_m + 4.0 * middle_m + position_m) * SIXTH
     return Sums(
         sums.feet_work_j - mean_contact_n * foot_step_m,
         sums.load_work_j + load_n * (position_m - before.position_m),

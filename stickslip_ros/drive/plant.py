@@ -25,7 +25,7 @@ RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
 SLEW_REFINEMENT = 64
 """Steps during a fall are so many times shorter: the feet cross the whole presliding range in
 two microseconds, and their work is an integral over that range."""
-VERLET_REFINEMENT = 16
+VERLET_REFINEMENT = 8
 """Steps are so many times shorter on springs and for the rival laws, which are stepped by
 velocity Verlet: second order, no look ahead."""
 STEP_SLACK = 1e-9

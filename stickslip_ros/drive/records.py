@@ -17,8 +17,8 @@ class Plant(NamedTuple):
     ----------
     contact : ContactModel
         All six contacts together.
-    mass_kg : float
-        m of Eq. 20.
+    mass_kg, per_kg : float
+        m of Eq. 20, and its inverse.
     damping_n_s_per_m : float
         c, viscous damping of the runner.
     cell_n_per_m : float
@@ -38,6 +38,7 @@ class Plant(NamedTuple):
 
     contact: ContactModel
     mass_kg: float
+    per_kg: float
     damping_n_s_per_m: float
     cell_n_per_m: float
     gain_m_per_v: float

@@ -31,7 +31,7 @@ class SimParameters(Checked):
     """How time runs: the step inside, the block outside, the pace."""
 
     dt: float = quantity(
-        1e-5,
+        5e-6,
         's',
         1e-8,
         2e-5,
