@@ -27,6 +27,9 @@ from stickslip_ros.contact.springs import (
 )
 from stickslip_ros.contact.virgin import VirginCurve, virgin_energy
 
+ARRIVAL_SLACK = 1e-6
+"""Share of a step by which a preload may miss its end, for the rounding of many steps."""
+
 
 class ContactModel(NamedTuple):
     """
@@ -180,7 +183,7 @@ def next_preload(model: ContactModel, preload_n: float, dt_s: float) -> float:
     """Return the preload after a step towards the wanted one, N."""
     largest_n = model.preload_n_per_s * dt_s
     gap_n = model.preload_n - preload_n
-    if abs(gap_n) <= largest_n:
+    if abs(gap_n) <= largest_n * (1.0 + ARRIVAL_SLACK):
         return model.preload_n
     return preload_n + (largest_n if gap_n > 0.0 else -largest_n)
 

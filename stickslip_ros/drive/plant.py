@@ -13,7 +13,7 @@ from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import History, react, remembers_turns
 from stickslip_ros.drive.actuator import foot_displacement
-from stickslip_ros.drive.amplifier import clamp, follow
+from stickslip_ros.drive.amplifier import SETTLED_V, clamp, follow
 from stickslip_ros.drive.glide import glide
 from stickslip_ros.drive.ledger import book
 from stickslip_ros.drive.records import Clock, Plant, State, Wave, at_voltage
@@ -142,7 +142,9 @@ def advance(
         start_v, rate_v_per_s, caught_s = follow(plant, state.voltage_v, target_v, slope_v_per_s)
         stretch_s = min(remaining_s, corner_s, caught_s)
         state = ride(plant, history, state, start_v, rate_v_per_s, load_n, stretch_s)
-        state = tell_time(wave, state, stretch_s, stretch_s == caught_s, ramps)
+        gap_v = clamp(plant, target_v + slope_v_per_s * stretch_s) - state.voltage_v
+        fall_is_over = caught_s < math.inf and abs(gap_v) <= SETTLED_V
+        state = tell_time(wave, state, stretch_s, fall_is_over, ramps)
         remaining_s -= stretch_s
     return state
 

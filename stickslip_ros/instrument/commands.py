@@ -97,7 +97,8 @@ def check_request(request: Request, parameters: Parameters) -> Command:
         raise WrongKind(request.name, list(request.values[:8]), expected, mend)
     for label, value in zip(labels, request.values, strict=True):
         if not math.isfinite(value):
-            raise WrongKind(f'{request.name} {label}', value, 'a finite number', 'send a number')
+            name = f'{request.name} {label.partition(" ")[0]}'
+            raise WrongKind(name, value, 'a finite number', 'send a number')
     return check(parameters, *request.values)
 
 
@@ -156,9 +157,9 @@ def _check_frequency(parameters: Parameters, amplitude_v: float, frequency_hz: f
 def _check_load(parameters: Parameters, force_n: float, *others: float) -> Load:
     for label, value in zip(_WRENCH[1:], others, strict=True):
         if value != 0.0:
-            unit = label.rpartition(' ')[2]
+            name, _, unit = label.partition(' ')
             mend = 'set it to 0: the runner moves along x only'
-            raise OutOfRange(f'load {label}', value, unit, 'not 0', mend)
+            raise OutOfRange(f'load {name}', value, unit, 'not 0', mend)
     limit_n = parameters.stand.load_limit
     if abs(force_n) > limit_n:
         limit = f'beyond the {limit_n:g} N that the stand allows'

@@ -115,7 +115,7 @@ def read_samples(setup: SensorSetup, level: float, truth: Array, readings: Array
     for i in range(len(truth)):
         level += setup.gain * (truth[i] + setup.noise * readings[i] - level)
         if setup.resolution > 0.0:
-            readings[i] = round(level / setup.resolution) * setup.resolution
+            readings[i] = np.rint(level / setup.resolution) * setup.resolution
         else:
             readings[i] = level
     return level

@@ -92,7 +92,7 @@ class Spec:
 def _to_float(name: str, value: object) -> float:
     try:
         number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
         raise WrongKind(name, value, 'a finite number', 'give a number such as 0.5 or 60e-9')

@@ -1,11 +1,12 @@
 """Parameters as a ROS parameter file: written with units and sources, read with refusals."""
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
 import yaml
 
-from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
+from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.parameters.fields import Scalar, Spec
 from stickslip_ros.parameters.tree import Parameters, specs
 
@@ -20,7 +21,14 @@ def format_value(value: Scalar) -> str:
     if isinstance(value, float):
         mantissa, e, exponent = repr(value).partition('e')
         return (mantissa if '.' in mantissa else f'{mantissa}.0') + e + exponent
-    return f"'{value}'" if isinstance(value, str) else str(value)
+    return _quoted(value) if isinstance(value, str) else str(value)
+
+
+def _quoted(text: str) -> str:
+    """Return a text in quotes: single ones, double ones where it needs escapes."""
+    if text.isprintable():
+        return "'" + text.replace("'", "''") + "'"
+    return json.dumps(text)
 
 
 def describe(spec: Spec) -> str:
@@ -79,11 +87,13 @@ def load_yaml(path: Path) -> Parameters:
 
     """
     try:
-        return parse_yaml(path.read_text(encoding='utf-8'), str(path))
+        text = path.read_text(encoding='utf-8')
     except OSError as error:
-        raise RecordingError(
-            path, f'cannot be read ({error.strerror})', 'check the path'
-        ) from None
+        problem = f'cannot be read ({error.strerror})'
+        raise RecordingError(path, problem, 'check the path') from None
+    except UnicodeDecodeError:
+        raise RecordingError(path, 'is not text in UTF-8', 'give a ROS parameter file') from None
+    return parse_yaml(text, str(path))
 
 
 def parse_yaml(text: str, origin: str) -> Parameters:
@@ -99,18 +109,22 @@ def parse_yaml(text: str, origin: str) -> Parameters:
 
     """
     try:
-        document = yaml.safe_load(text) or {}
-    except yaml.YAMLError as error:
+        return Parameters().updated(_values(yaml.safe_load(text) or {}, origin))
+    except StickSlipError:
+        raise
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
         problem = f'is not YAML ({" ".join(str(error).split())})'
         raise RecordingError(origin, problem, 'compare it with config/test_stand.yaml') from None
+
+
+def _values(document: object, origin: str) -> dict[str, object]:
     values: dict[str, object] = {}
     for node, body in _items(document, origin):
         if not isinstance(body, dict) or set(body) != {ROS_KEY}:
-            raise UnknownName(
-                'section', node, f'{origin} needs {ROS_KEY}: right below a node name'
-            )
+            mend = f'{origin} needs {ROS_KEY}: right below a node name'
+            raise UnknownName('section', node, mend)
         values.update(_flatten(body[ROS_KEY], '', origin))
-    return Parameters().updated(values)
+    return values
 
 
 def _items(node: object, origin: str) -> Iterator[tuple[str, object]]:

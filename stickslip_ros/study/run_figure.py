@@ -8,7 +8,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.errors import RecordingError
+from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 
@@ -21,6 +21,7 @@ FALL_V = 0.5
 """A fall is a drop between two samples by more than this share of the voltage range."""
 ZOOM_FALL = 2
 ZOOM_PERIODS = 1.6
+SUFFIXES = ('.png', '.svg', '.pdf')
 FIGURE_INCHES = (12.0, 7.5)
 DOTS_PER_INCH = 120
 
@@ -34,7 +35,7 @@ def draw_run(path: Path, picture: Path, title: str = '') -> None:
     path : Path
         Recording with a trace.
     picture : Path
-        PNG or SVG file to write; folders are made.
+        PNG, SVG or PDF file to write; folders are made.
     title : str
         Heading; the file's name if empty.
 
@@ -42,8 +43,12 @@ def draw_run(path: Path, picture: Path, title: str = '') -> None:
     ------
     RecordingError
         If the recording cannot be read or has no trace.
+    UnknownName
+        If the picture is to be of a kind that cannot be drawn.
 
     """
+    if picture.suffix.lower() not in SUFFIXES:
+        raise UnknownName('kind of picture', picture.suffix, f'use {", ".join(SUFFIXES)}')
     trace = Recording(path).trace()
     if not trace:
         raise RecordingError(path, 'has no trace to draw', 'record a run that lasts a while')

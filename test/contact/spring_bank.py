@@ -12,14 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.memory import (
-    CAPACITY,
-    Memory,
-    lost_energy,
-    move,
-    relax,
-    stored_energy,
-)
+from stickslip_ros.contact.memory import CAPACITY, Memory, move, relax
+from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.virgin import VirginCurve
 

@@ -9,7 +9,8 @@ from scipy.integrate import quad
 from spring_bank import Guide
 
 from stickslip_ros.contact.elasticity import effective_elasticity
-from stickslip_ros.contact.memory import U, fresh_stack, lost_energy, move, relax
+from stickslip_ros.contact.memory import U, fresh_stack, move, relax
+from stickslip_ros.contact.memory_energy import lost_energy
 from stickslip_ros.contact.presliding import presliding
 from stickslip_ros.contact.profile import smooth_profile
 from stickslip_ros.contact.virgin import TABLE_ERROR, tabulate, virgin_force

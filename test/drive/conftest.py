@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.memory import fresh_stack
+from stickslip_ros.contact.reaction import fresh_history
 from stickslip_ros.drive.build import clock_at_start, plant_of, state_at_rest
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.plant import advance
@@ -14,22 +14,23 @@ from stickslip_ros.parameters import Parameters
 
 
 class Drive:
-    """A drive with its stack, its log of ramps and its state, which starts at rest."""
+    """A drive with its history, its log of ramps and its state, which starts at rest."""
 
     def __init__(self, ramps: int = 256, **changes: object) -> None:
         """Change parameters by their names with two underscores for the point."""
         values = {name.replace('__', '.'): value for name, value in changes.items()}
         self.parameters = Parameters().updated(values)
         self.plant = plant_of(self.parameters)
-        self.stack = fresh_stack()
-        self.state: State = state_at_rest(self.plant, self.stack)
+        self.history = fresh_history(self.plant.contact)
+        preload_n = self.parameters.stand.preload
+        self.state: State = state_at_rest(self.plant, self.history, preload_n)
         self.ramps = np.zeros((ramps, 3))
 
     def run(self, wave: Wave, times_s: Iterable[float], load_n: float = 0.0) -> 'Drive':
         """Advance under a wave that goes on, piece of time by piece of time."""
         for time_s in times_s:
             self.state = advance(
-                self.plant, self.stack, self.state, wave, load_n, time_s, self.ramps
+                self.plant, self.history, self.state, wave, load_n, time_s, self.ramps
             )
         return self
 
@@ -40,7 +41,7 @@ class Drive:
 
     @property
     def ledger(self) -> EnergyLedger:
-        return take_ledger(self.plant, self.stack, self.state)
+        return take_ledger(self.plant, self.history, self.state)
 
 
 @pytest.fixture(scope='session')

@@ -6,7 +6,7 @@ import sys
 import numba
 import numpy as np
 
-from stickslip_ros.contact.memory import fresh_stack
+from stickslip_ros.contact.reaction import fresh_history
 from stickslip_ros.drive.build import plant_of, state_at_rest
 from stickslip_ros.drive.plant import advance
 from stickslip_ros.drive.waveform import sawtooth
@@ -18,13 +18,14 @@ def short_run() -> list[list[str]]:
     parameters = Parameters().updated(
         {'runner.damping': 80.0, 'sim.dt': 1e-6, 'stand.preload': 0.1}
     )
-    plant, stack, ramps = plant_of(parameters), fresh_stack(), np.zeros((8, 3))
-    state = state_at_rest(plant, stack)
+    plant, ramps = plant_of(parameters), np.zeros((8, 3))
+    history = fresh_history(plant.contact)
+    state = state_at_rest(plant, history, parameters.stand.preload)
     wave = sawtooth(0.0, 300.0, -1700.0, 4)
     lines = []
     for load_n in [0.0] * 5 + [-0.05] * 10:
-        state = advance(plant, stack, state, wave, load_n, 2e-4, ramps)
-        lines.append([*state.clock, *state[1:5], *state.memory, *state.sums])
+        state = advance(plant, history, state, wave, load_n, 2e-4, ramps)
+        lines.append([*state.clock, *state[1:5], *state.contact.memory, *state.sums])
     return [[float(number).hex() for number in line] for line in [*lines, *ramps]]
 
 

@@ -126,7 +126,7 @@ def test_twice_the_mass_moves_alike_in_a_time_stretched_by_the_root_of_two(drive
     heavy = drive(
         load_cell__contact='absent',
         runner__mass=6e-3,
-        sim__dt=5e-7 * stretch,
+        sim__dt=light.plant.dt_s * stretch,
         amplifier__slew_rate=150e6 / stretch,
     )
     light.start(sawtooth(0.0, FULL_V, 1000.0, 10), [0.0105])

@@ -78,18 +78,18 @@ def test_an_undamped_runner_swings_a_million_steps_without_gain_or_loss(oscillat
 
 def test_a_load_below_friction_shifts_a_creeping_runner_along_the_virgin_curve(drive):
     machine = drive(load_cell__contact='absent', runner__damping=5000.0)
-    curve = machine.plant.curve
+    curve = machine.plant.contact.curve
     load_n = 0.5 * curve.force_max_n
     machine.start(level(0.0), [0.1], load_n)
     settled_n = virgin_force(curve, machine.state.position_m)
     # A hundred times the slowest time constant, damping over stiffness, has passed.
     assert settled_n == pytest.approx(load_n, rel=1e-9, abs=0.0)
-    assert machine.state.memory.depth == 0
+    assert machine.state.contact.memory.depth == 0
 
 
 def test_a_load_beyond_friction_accelerates_a_free_runner_by_the_rest(drive):
     machine = drive(load_cell__contact='absent')
-    friction_n = machine.plant.curve.force_max_n
+    friction_n = machine.plant.contact.curve.force_max_n
     assert friction_n == pytest.approx(0.3 * 2.0 * math.sqrt(2.0) * 0.5, rel=1e-12, abs=0.0)
     load_n = 2.0 * friction_n
     machine.start(level(0.0), [1e-3], load_n)

@@ -146,5 +146,5 @@ def test_a_level_is_reached_at_the_slew_rate(drive):
 
 def test_no_step_leaves_the_range_of_the_amplifier(plant, drive):
     machine = drive()
-    machine.state = ride(plant, machine.stack, machine.state, 299.0, SLEW, 0.0, 1e-6)
+    machine.state = ride(plant, machine.history, machine.state, 299.0, SLEW, 0.0, 1e-6)
     assert machine.state.voltage_v == 300.0

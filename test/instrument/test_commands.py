@@ -19,7 +19,7 @@ from stickslip_ros.instrument.commands import (
 )
 from stickslip_ros.parameters import Parameters
 
-NAMES = ('voltage', 'sawtooth', 'load', 'stop', 'reset')
+NAMES = ('voltage', 'sawtooth', 'load', 'preload', 'stop', 'reset')
 ABOVE_300_V = "above the amplifier's 300 V; lower it or raise amplifier.voltage_max"
 BELOW_0_V = "below the amplifier's 0 V; raise it or lower amplifier.voltage_min"
 ABOVE_20_KHZ = "above the amplifier's 20000 Hz; lower it or raise amplifier.frequency_max"

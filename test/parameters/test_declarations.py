@@ -19,7 +19,7 @@ from stickslip_ros.parameters import (
 
 SI_UNITS = {
     '', 's', 'm', 'm^(1-H)', 'rad/m', 'Pa', 'N', 'kg', 'N s/m', 'V', 'V/s', 'Hz', 'm/V', 'N/m',
-    'B', 'N/sqrt(Hz)', 'm/sqrt(Hz)',
+    'B', 'N/sqrt(Hz)', 'm/sqrt(Hz)', 'm/s', 'N/s',
 }  # fmt: skip
 PURE_NUMBERS = {
     'sim.real_time_factor',
@@ -27,6 +27,8 @@ PURE_NUMBERS = {
     'contact.friction',
     'contact.poisson_runner',
     'contact.poisson_sphere',
+    'friction_law.static_ratio',
+    'friction_law.breakaway_ratio',
 }
 """Quantities without a unit; counts and seeds have none either."""
 TABLE_1 = {

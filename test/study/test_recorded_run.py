@@ -97,7 +97,7 @@ def test_the_recording_explains_itself(recorded_run):
     _, text = recording.attachments['parameters.yaml']
     assert parse_yaml(text.decode(), 'attachment') == Parameters()
     run = recording.metadata['stickslip_run']
-    assert (run['seed'], run['dt_s']) == ('1', '5e-07')
+    assert (run['seed'], run['dt_s']) == ('1', '5e-06')
     (command,) = recording.messages(['command/sawtooth'])
     assert command[1] == 0
     assert command[2].data.tolist() == [300.0, 1000.0, 20.0]
