@@ -1,0 +1,158 @@
+"""A saw-tooth run of the drive alone, without sensors: as fast as the kernels go."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.reaction import contact_lost, fresh_history
+from stickslip_ros.drive.build import clock_at_start, plant_of, state_at_rest, with_preload
+from stickslip_ros.drive.ledger import take_ledger
+from stickslip_ros.drive.plant import RAMP_MEAN, RAMP_START, advance
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.instrument.commands import Move, Request, check_request
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.sawtooth_run import (
+    STEADY_STEPS_MAX,
+    STEADY_STEPS_MIN,
+    STEADY_WINDOW,
+    is_steady,
+    relative_residual,
+    start_on_wave,
+    step_length_m,
+    voltage_for,
+)
+
+ROUNDING_S = 1e-12
+"""Time by which many periods may miss the last corner through rounding."""
+
+
+@dataclass(frozen=True)
+class DriveRun:
+    """
+    What a saw-tooth run of the drive comes to.
+
+    Attributes
+    ----------
+    preload_n, amplitude_m, frequency_hz : float
+        What was asked for.
+    force_mean_n : float
+        Generated force k x, mean over the last cycle.
+    force_ramp_start_n : float
+        Generated force at the start of the last cycle's ramp, when the fall before it is over.
+    step_length_m : float
+        Net motion per cycle, mean of the last 10 cycles.
+    energy_loss_j : float
+        Friction loss per cycle, mean of the last 20 cycles.
+    steady : bool
+        Whether force (of a free runner: step length) changed by less than 0.1 % over the last
+        20 cycles, after at least 200.
+    steps : int
+        Cycles made.
+    energy_residual : float
+        What the energy balance misses, relative to the work of the feet.
+
+    """
+
+    preload_n: float
+    amplitude_m: float
+    frequency_hz: float
+    force_mean_n: float
+    force_ramp_start_n: float
+    step_length_m: float
+    energy_loss_j: float
+    steady: bool
+    steps: int
+    energy_residual: float
+
+
+def run_drive(
+    parameters: Parameters, amplitude_m: float, frequency_hz: float, steps: int = 0
+) -> DriveRun:
+    """
+    Drive the runner with a saw-tooth, from rest.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    amplitude_m : float
+        Stroke of the feet, m; 0 is a drive at rest.
+    frequency_hz : float
+        Steps per second; negative ones go backwards.
+    steps : int
+        Number of steps; 0 goes on until the steady state, at most 5000.
+
+    Raises
+    ------
+    StickSlipError
+        If amplitude, frequency or steps are refused.
+
+    """
+    if amplitude_m == 0.0:
+        preload_n = parameters.stand.preload
+        return DriveRun(preload_n, 0.0, frequency_hz, 0.0, 0.0, 0.0, 0.0, True, 0, 0.0)
+    voltage_v = voltage_for(parameters, amplitude_m)
+    request = Request('sawtooth', (voltage_v, frequency_hz, 0.0))
+    parameters = start_on_wave(parameters, request)
+    move = check_request(request, parameters)
+    if not isinstance(move, Move) or steps < 0:
+        raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for the steady state')
+    return _Run(parameters, move).go(amplitude_m, frequency_hz, steps)
+
+
+class _Run:
+    """A drive under one wave, advanced by whole windows of cycles."""
+
+    def __init__(self, parameters: Parameters, move: Move) -> None:
+        self._parameters = parameters
+        self._wave = move.wave
+        self._plant = plant_of(parameters)
+        self._history = fresh_history(self._plant.contact)
+        preload_n = parameters.stand.preload
+        self._state = state_at_rest(self._plant, self._history, preload_n)
+        if parameters.stand.preload_end:
+            self._plant = with_preload(self._plant, parameters, parameters.stand.preload_end)
+        self._state = self._state._replace(clock=clock_at_start(self._state))
+        self._logs: list[Array] = []
+
+    def go(self, amplitude_m: float, frequency_hz: float, steps: int) -> DriveRun:
+        cell_n_per_m = self._plant.cell_n_per_m
+        most = steps or STEADY_STEPS_MAX
+        loss_j = 0.0
+        while (done := self._state.clock.cycle) < most:
+            enough = not steps and done >= STEADY_STEPS_MIN
+            if enough and is_steady(np.concatenate(self._logs), cell_n_per_m > 0.0):
+                break
+            cycles = min(STEADY_WINDOW, most - done)
+            loss_j = self._advance(cycles) / cycles
+        ramps = np.concatenate(self._logs)
+        return DriveRun(
+            preload_n=self._state.contact.preload_n,
+            amplitude_m=amplitude_m,
+            frequency_hz=frequency_hz,
+            force_mean_n=cell_n_per_m * float(ramps[-1, RAMP_MEAN]),
+            force_ramp_start_n=cell_n_per_m * float(ramps[-1, RAMP_START]),
+            step_length_m=step_length_m(ramps),
+            energy_loss_j=loss_j,
+            steady=is_steady(ramps, cell_n_per_m > 0.0),
+            steps=len(ramps),
+            energy_residual=relative_residual(
+                take_ledger(self._plant, self._history, self._state)
+            ),
+        )
+
+    def _advance(self, cycles: int) -> float:
+        """Advance by some cycles; return the friction loss in them, J."""
+        log = np.empty((cycles, 3))
+        first = self._state.clock.cycle
+        before_j = contact_lost(self._plant.contact, self._history, self._state.contact)
+        time_s = cycles * self._wave.period_s - self._state.clock.ramp_s
+        while self._state.clock.cycle < first + cycles:
+            self._state = advance(
+                self._plant, self._history, self._state, self._wave, 0.0, time_s, log
+            )
+            time_s = ROUNDING_S
+        self._logs.append(np.roll(log, -(first % cycles), axis=0))
+        after_j = contact_lost(self._plant.contact, self._history, self._state.contact)
+        return float(after_j - before_j)
