@@ -4,7 +4,7 @@ import argparse
 from typing import Any
 
 from stickslip_ros.cli.common import add_json, add_parameters, chosen_parameters, print_json
-from stickslip_ros.parameters import parse_assignments
+from stickslip_ros.parameters import format_value, parse_assignments, spec_of
 
 
 def add_verb(verbs: Any) -> None:
@@ -36,5 +36,5 @@ def ros_arguments(arguments: argparse.Namespace) -> list[str]:
     if arguments.params:
         words += ['--params-file', str(arguments.params)]
     for name, value in parse_assignments(arguments.assignments).items():
-        words += ['-p', f'{name}:={value}']
+        words += ['-p', f'{name}:={format_value(spec_of(name).check(name, value))}']
     return words

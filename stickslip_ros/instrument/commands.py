@@ -97,9 +97,15 @@ def check_request(request: Request, parameters: Parameters) -> Command:
         raise WrongKind(request.name, list(request.values[:8]), expected, mend)
     for label, value in zip(labels, request.values, strict=True):
         if not math.isfinite(value):
-            name = f'{request.name} {label.partition(" ")[0]}'
+            name = _full_label(request.name, label)
             raise WrongKind(name, value, 'a finite number', 'send a number')
     return check(parameters, *request.values)
+
+
+def _full_label(command: str, label: str) -> str:
+    """Return the name of a number in a message: ``sawtooth amplitude``, but ``voltage``."""
+    name = label.partition(' ')[0]
+    return name if name == command else f'{command} {name}'
 
 
 def _check_voltage(parameters: Parameters, voltage_v: float) -> Move:

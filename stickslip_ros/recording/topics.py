@@ -48,6 +48,8 @@ class Topic:
     def full_name(self, namespace: str = '/', node_name: str = NODE_NAME) -> str:
         """Return the absolute name in a namespace."""
         relative = self.name.replace('~', node_name)
+        if relative.startswith('/'):
+            return relative
         return f'{namespace.rstrip("/")}/{relative}'
 
 

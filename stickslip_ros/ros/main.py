@@ -39,13 +39,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ended = _end_on_signals()
     sys.setswitchinterval(SWITCH_S)
     stay_on_this_host()
-    rclpy.init(
-        args=None if arguments is None else list(arguments),
-        signal_handler_options=SignalHandlerOptions.NO,
-    )
     try:
+        rclpy.init(
+            args=None if arguments is None else list(arguments),
+            signal_handler_options=SignalHandlerOptions.NO,
+        )
         node = StickSlipDrive()
-    except StickSlipError as error:
+    except (StickSlipError, RuntimeError) as error:  # a RuntimeError is the base of RCLError
         sys.stderr.write(f'drive: {error}\n')
         return REFUSED
     else:

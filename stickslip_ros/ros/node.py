@@ -1,5 +1,6 @@
 """The lifecycle node: commands in, readings out; the drive itself runs in a session."""
 
+from concurrent.futures import TimeoutError as NoReply
 from functools import partial
 from typing import Any
 
@@ -54,11 +55,26 @@ class StickSlipDrive(LifecycleNode):
         self._session: Session | None = None
         self._publishers_by_key: dict[str, Any] = {}
         self._entities: list[tuple[Any, Any]] = []
+        self._answer_misfits()
         parameters = declare_parameters(self)
         self.add_on_set_parameters_callback(self._on_parameters)
         if parameters.autostart:
             self.trigger_configure()
             self.trigger_activate()
+
+    def _answer_misfits(self) -> None:
+        """Refuse a transition that does not fit the state: rclpy would let it end the process."""
+        change_state = self._service_change_state.callback
+
+        def guarded(request: Any, response: Any) -> Any:
+            try:
+                return change_state(request, response)
+            except RuntimeError as error:  # the base of rclpy's RCLError
+                self.get_logger().warning(f'transition refused: {error}')
+                response.success = False
+                return response
+
+        self._service_change_state.callback = guarded
 
     @property
     def session(self) -> Session:
@@ -81,8 +97,11 @@ class StickSlipDrive(LifecycleNode):
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the drive, and the recording if ``record.on_start`` says so."""
         result = super().on_activate(state)
-        session = self._session
-        if session is None:
+        try:
+            session = self._up_to_date()
+        except StickSlipError as error:
+            self.get_logger().error(f'not activated: {error}')
+            super().on_deactivate(state)
             return FAILURE
         self._publish(Packed('info', 0, pack_string(info_json(session.parameters))))
         self._publish(Packed('status', 0, pack_uint32(int(session.status))))
@@ -96,6 +115,13 @@ class StickSlipDrive(LifecycleNode):
         session.start()
         self._active = session
         return result
+
+    def _up_to_date(self) -> Session:
+        """Return the drive, built anew if its parameters were changed while it was inactive."""
+        parameters = read_parameters(self)
+        if self._session is None or self._session.parameters != parameters:
+            self._session = Session(parameters, self._publish)
+        return self._session
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the drive and finish its recording; its state stays."""
@@ -184,7 +210,7 @@ class StickSlipDrive(LifecycleNode):
         try:
             self.session.submit(Request(name)).result(REPLY_TIMEOUT_S)
             response.success = True
-        except (StickSlipError, TimeoutError) as error:
+        except (StickSlipError, NoReply) as error:
             response.message = f'{name} refused: {error}'
         return response
 
@@ -194,7 +220,7 @@ class StickSlipDrive(LifecycleNode):
         try:
             response.message = self._set_recording(request.data)
             response.success = True
-        except (StickSlipError, TimeoutError) as error:
+        except (StickSlipError, NoReply) as error:
             response.message = str(error)
         return response
 
@@ -234,7 +260,7 @@ class StickSlipDrive(LifecycleNode):
         session = self._active
         if session is None:
             return
-        name = self.get_name()
+        name = self.get_fully_qualified_name().lstrip('/')
         array = DiagnosticArray(
             status=[
                 pace_status(name, session.pacer.report()),

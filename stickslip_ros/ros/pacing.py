@@ -87,7 +87,8 @@ class Pacer:
     def report(self) -> PaceReport:
         """Summarise the ticks since the last report, and begin a new one."""
         now_s = time.monotonic()
-        lateness, self._lateness_s = np.array(self._lateness_s), []
+        ticks, self._lateness_s = self._lateness_s, []
+        lateness = np.array(ticks)
         elapsed_s, self._report_s = now_s - self._report_s, now_s
         late = lateness if len(lateness) else np.array([math.nan])
         return PaceReport(

@@ -143,7 +143,8 @@ class Session:
     def _take_due(self, now_ns: int) -> list[Order]:
         """Take the orders that are due, in the order in which they came."""
         waiting = [self._orders.popleft() for _ in range(len(self._orders))]
-        self._orders.extend(order for order in waiting if order.due_ns > now_ns)
+        later = [order for order in waiting if order.due_ns > now_ns]
+        self._orders.extendleft(reversed(later))
         return [order for order in waiting if order.due_ns <= now_ns]
 
 

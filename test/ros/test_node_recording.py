@@ -23,6 +23,7 @@ RECORDED = {topic.key: topic.full_name() for topic in TOPICS if topic.recorded}
 #: A tick long enough that no reading is lost on its way to a busy operator: 100 are kept for it.
 UNHURRIED = {'sim.block': 0.01}
 LOAD_N = 0.1
+PRELOAD_N = 0.51
 AMPLITUDE_V, FREQUENCY_HZ, STEPS = 300.0, 500.0, 20.0
 
 
@@ -35,6 +36,8 @@ def record_a_session(stand: Any) -> Path:
     operator.wait_for_event('sawtooth', 0)
     operator.command_load(LOAD_N)
     operator.wait_for_event('load', 0)
+    operator.command_preload(PRELOAD_N)
+    operator.wait_for_event('preload', 0)
     operator.command_voltage(40.0)
     operator.wait_for_event('voltage', 0)
     operator.command_voltage(400.0)
@@ -57,6 +60,7 @@ def test_a_recording_ends_with_its_name_and_opens(stand: Any, tmp_path: Path):
     counts = {channel.topic: channel.messages for channel in recording.channels}
     assert counts['/command/voltage'] == 2
     assert counts['/command/sawtooth'] == counts['/command/load'] == 1
+    assert counts['/command/preload'] == 1
     assert counts['/stickslip_drive/info'] == 1
     assert counts['/position'] == counts['/force'] > 40
     assert recording.metadata['stickslip_recorder']['written'] == str(sum(counts.values()))
@@ -247,7 +251,7 @@ def test_the_file_keeps_parameters_seed_and_versions(launch: Callable[..., Any])
     assert media_type == 'application/yaml'
     assert parse_yaml(text.decode(), 'file') == stand.drive.session.parameters
     run = recording.metadata['stickslip_run']
-    assert (run['seed'], run['dt_s']) == ('7', '5e-07')
+    assert (run['seed'], run['dt_s']) == ('7', '5e-06')
     assert {'numpy', 'numba', 'stickslip_ros', 'wall_start'} <= run.keys()
 
 

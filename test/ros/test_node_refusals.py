@@ -50,7 +50,18 @@ def bad_loads() -> Iterator[WrenchStamped]:
         yield message
 
 
-BAD = {'voltage': bad_voltages, 'sawtooth': bad_sawteeth, 'load': bad_loads}
+def bad_preloads() -> Iterator[Float64]:
+    """Give preloads that are no numbers, do not press, or lie above the limit of 2 N."""
+    beyond = (0.0, -0.0, 9e-4, -1.0, -1e300, np.nextafter(2.0, INF), 2.1, 1e300)
+    yield from (Float64(data=float(value)) for value in (*NOT_FINITE, *beyond) * 5)
+
+
+BAD = {
+    'voltage': bad_voltages,
+    'sawtooth': bad_sawteeth,
+    'load': bad_loads,
+    'preload': bad_preloads,
+}
 
 
 def send_in_batches(stand: Any, key: str, messages: list[Any]) -> None:
@@ -108,7 +119,7 @@ def test_hundreds_of_bad_messages_neither_stop_nor_move_the_drive(
                 'lower it or raise amplifier.voltage_max'
             ),
         ),
-        ('voltage', (NAN,), 'voltage voltage V nan is not a finite number; send a number'),
+        ('voltage', (NAN,), 'voltage nan is not a finite number; send a number'),
         (
             'sawtooth',
             (300.0, 1000.0),

@@ -1,0 +1,45 @@
+"""The preload is changed over topics; laws and profiles are chosen by parameters of the node."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from stickslip_ros.parameters import specs
+
+PRELOAD_N = 0.8
+BURST = (300.0, 1000.0, 50.0)
+
+
+def test_a_preload_command_is_carried_out_at_its_rate_and_told_by_status_and_event(
+    launch: Callable[..., Any],
+):
+    stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 3.0})
+    stand.operator.command_preload(PRELOAD_N)
+    stand.operator.spin_until(lambda: stand.operator.status == 1 << 26, 'the preloading bit')
+    event = stand.operator.wait_for_event('preload', 0)
+    assert event['result'] == 'DONE'
+    stand.operator.spin_until(lambda: stand.operator.status == 0, 'the end of the preloading')
+    assert stand.drive.session.bench.state.contact.preload_n == PRELOAD_N
+
+
+def test_a_second_preload_command_replaces_the_first(launch: Callable[..., Any]):
+    stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 0.01})
+    stand.operator.command_preload(PRELOAD_N)
+    stand.operator.spin_until(lambda: stand.operator.status == 1 << 26, 'the preloading bit')
+    stand.operator.command_preload(0.1)
+    event = stand.operator.wait_for_event('preload', 0)
+    assert (event['result'], event['message']) == ('ABORTED', 'replaced by command 2')
+
+
+@pytest.mark.parametrize('law', specs()['contact.law'].choices)
+@pytest.mark.parametrize('profile', specs()['contact.profile'].choices)
+def test_the_node_steps_with_every_law_and_every_profile(
+    launch: Callable[..., Any], law: str, profile: str
+):
+    stand = launch({'contact.law': law, 'contact.profile': profile, 'stand.preload': 0.1})
+    stand.operator.command_sawtooth(*BURST)
+    event = stand.operator.wait_for_event('sawtooth', 0)
+    assert (event['result'], event['steps']) == ('DONE', BURST[2])
+    # Ten times the stroke: every law steps at this preload.
+    assert stand.drive.session.bench.state.position_m > 3e-7
