@@ -1,11 +1,10 @@
 """Every number that can be set: declared once, with unit, bounds and source."""
 
+from stickslip_ros.parameters.contact_groups import ContactParameters, FrictionLawParameters
 from stickslip_ros.parameters.fields import Scalar, Spec
 from stickslip_ros.parameters.groups import (
     ActuatorParameters,
     AmplifierParameters,
-    ContactParameters,
-    FrictionLawParameters,
     InterferometerParameters,
     LoadCellParameters,
     RecordParameters,

@@ -6,12 +6,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
+from stickslip_ros.parameters.contact_groups import ContactParameters, FrictionLawParameters
 from stickslip_ros.parameters.fields import ASSUMED, Checked, Scalar, Spec, switch
 from stickslip_ros.parameters.groups import (
     ActuatorParameters,
     AmplifierParameters,
-    ContactParameters,
-    FrictionLawParameters,
     InterferometerParameters,
     LoadCellParameters,
     RecordParameters,
