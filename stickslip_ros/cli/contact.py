@@ -15,6 +15,7 @@ from stickslip_ros.cli.common import (
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.presliding import Presliding, presliding
 from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.parameters import spec_of
 
 
 def add_verb(verbs: Any) -> None:
@@ -27,7 +28,7 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument(
         '--normal-force', type=float, required=True, metavar='N', help='normal force F_n, N'
     )
-    parser.add_argument('--profile', choices=('rough', 'smooth'), help='sets contact.profile')
+    parser.add_argument('--profile', choices=spec_of('contact.profile').choices, help='sets contact.profile')
     parser.add_argument(
         '--curve',
         metavar='FRACTIONS',
