@@ -28,7 +28,9 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument(
         '--normal-force', type=float, required=True, metavar='N', help='normal force F_n, N'
     )
-    parser.add_argument('--profile', choices=spec_of('contact.profile').choices, help='sets contact.profile')
+    parser.add_argument(
+        '--profile', choices=spec_of('contact.profile').choices, help='sets contact.profile'
+    )
     parser.add_argument(
         '--curve',
         metavar='FRACTIONS',
