@@ -22,7 +22,8 @@ from stickslip_ros.drive.runner import force_on_runner
 RESTING = 1e-3
 """A sliding velocity below this share of what the step will add to it is no motion yet."""
 SIXTH = 1.0 / 6.0
-NEWTON_STEPS = 3
+NEWTON_STEPS = 1
+"""One is enough: with three the worst error of 120 cases changes in its eleventh digit."""
 
 
 @kernel
