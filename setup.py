@@ -48,6 +48,8 @@ setup(
     extras_require={
         'jazzy': ros_wheels('jazzy'),
         'kilted': ros_wheels('kilted'),
+        'dask': ['distributed'],
+        'parquet': ['pyarrow'],
         'test': [
             'pytest',
             'pytest-cov',
@@ -56,6 +58,8 @@ setup(
             'rosbags',
             'mcap-ros2-support',
             'scipy',
+            'distributed',
+            'pyarrow',
         ],
         'lint': ['ruff', 'mypy', 'import-linter', 'types-PyYAML', 'catkin_pkg'],
     },

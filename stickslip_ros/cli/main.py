@@ -16,13 +16,17 @@ from stickslip_ros.cli import (
     parameters,
     roughness,
     simulate,
+    sweep,
     validate,
+    zero_amplitude,
 )
 from stickslip_ros.errors import StickSlipError
 
 VERBS = (
     contact,
     simulate,
+    sweep,
+    zero_amplitude,
     drive,
     demo,
     info,
@@ -45,6 +49,8 @@ examples:
   stickslip roughness --out runs --realisations 100 --set contact.hurst=0.8
   stickslip simulate --preload 0.25 --amplitude 60e-9 --frequency 500 --steps 400
   stickslip simulate --voltage 300 --frequency 1000 --free -o runs/free.mcap
+  stickslip sweep --preload 0.1,0.5,1.0 --amplitude 0:160e-9:33 -o runs/force.csv
+  stickslip zero-amplitude --preload 0.5 --frequency 200
   stickslip drive --set stand.preload=0.25
   stickslip demo
   stickslip info runs/demo.mcap

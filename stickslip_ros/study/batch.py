@@ -1,0 +1,142 @@
+"""
+Many independent runs at once: in threads, as the kernels release the GIL, or on a Dask cluster.
+
+The results come in the order of the cases and do not depend on who computed them.
+
+"""
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed, wait
+from contextlib import contextmanager
+from typing import TypeVar
+
+from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.study.cluster import cluster_executor
+from stickslip_ros.study.journal import Journal, Row
+
+Case = TypeVar('Case')
+Progress = Callable[[int, int], None]
+Keep = Callable[[int, Row], None]
+
+WORKERS_MAX = 1024
+
+
+class Interrupted(StickSlipError):
+    """
+    Somebody stopped a batch with Ctrl-C.
+
+    Parameters
+    ----------
+    rows : dict of int to dict
+        The finished cases by their number.
+    total : int
+        Number of all cases.
+    journal : Journal or None
+        Where they are kept.
+
+    """
+
+    def __init__(self, rows: dict[int, Row], total: int, journal: Journal | None) -> None:
+        kept = f'; they are in {journal.path}, the same command goes on' if journal else ''
+        super().__init__(f'stopped after {len(rows)} of {total} cases{kept}')
+        self.rows = rows
+        self.total = total
+
+
+def run_batch(
+    task: Callable[[Case], Row],
+    cases: Sequence[Case],
+    *,
+    journal: Journal | None = None,
+    workers: int = 0,
+    scheduler: str = '',
+    progress: Progress | None = None,
+) -> list[Row]:
+    """
+    Run a task for every case and return the rows in the order of the cases.
+
+    Parameters
+    ----------
+    task : callable
+        Makes the row of a case; a function of a module, if it shall run on a cluster.
+    cases : sequence
+        What the task is called with.
+    journal : Journal, optional
+        Cases that it holds are not run again; new ones are appended as they come.
+    workers : int
+        Number of threads; 0 is one per core.
+    scheduler : str
+        Address of a Dask scheduler, whose workers then run the cases.
+    progress : callable, optional
+        Called with cases done and cases in all, first with those of the journal.
+
+    Raises
+    ------
+    Interrupted
+        If Ctrl-C was pressed: begun cases are finished, in threads, and kept.
+    StickSlipError
+        If a case is refused, the journal cannot be written or the cluster fails; what was
+        finished before is kept.
+
+    """
+    rows = dict(journal.rows) if journal else {}
+
+    def tell() -> None:
+        if progress is not None:
+            progress(len(rows), len(cases))
+
+    def keep(index: int, row: Row) -> None:
+        if index in rows:
+            return
+        if journal is not None:
+            journal.append(index, row)
+        rows[index] = row
+        tell()
+
+    todo = {index: case for index, case in enumerate(cases) if index not in rows}
+    try:
+        tell()
+        if todo:
+            with _executor(workers, scheduler) as executor:
+                _run(executor, task, todo, keep)
+    except KeyboardInterrupt:
+        raise Interrupted(rows, len(cases), journal) from None
+    return [rows[index] for index in range(len(cases))]
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+@contextmanager
+def _executor(workers: int, scheduler: str) -> Iterator[Executor]:
+    if not 0 <= workers <= WORKERS_MAX:
+        limit = f'not from 0 to {WORKERS_MAX}'
+        raise OutOfRange('number of workers', workers, '', limit, '0 takes one per core')
+    if scheduler:
+        with cluster_executor(scheduler) as executor:
+            yield executor
+    else:
+        with ThreadPoolExecutor(workers or cores()) as executor:
+            yield executor
+
+
+def _run(
+    executor: Executor, task: Callable[[Case], Row], todo: dict[int, Case], keep: Keep
+) -> None:
+    """Run all cases; whatever ends it before, keep what has been finished."""
+    futures: dict[Future[Row], int] = {}
+    try:
+        for index, case in todo.items():
+            futures[executor.submit(task, case)] = index
+        for future in as_completed(futures):
+            keep(futures[future], future.result())
+    except BaseException:
+        begun = [future for future in futures if not future.cancel()]
+        wait(begun)
+        for future in begun:
+            if not future.cancelled() and future.exception() is None:
+                keep(futures[future], future.result())
+        raise

@@ -1,0 +1,41 @@
+"""Packages that only some studies need: imported when asked for, missed with a command."""
+
+import importlib
+from typing import Any
+
+from stickslip_ros.errors import StickSlipError
+
+
+class MissingExtra(StickSlipError):
+    """
+    A package that the user's wish needs is not installed.
+
+    Parameters
+    ----------
+    purpose : str
+        What needs it, as the beginning of a sentence.
+    module : str
+        The package, as Python and pip call it.
+
+    """
+
+    def __init__(self, purpose: str, module: str) -> None:
+        mend = f'install it with: pip install {module}'
+        super().__init__(f'{purpose} needs the package {module!r}, which is missing; {mend}')
+        self.module = module
+
+
+def load_extra(purpose: str, module: str) -> Any:
+    """
+    Import a package that is an optional dependency.
+
+    Raises
+    ------
+    MissingExtra
+        If it is not installed.
+
+    """
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        raise MissingExtra(purpose, error.name or module) from None

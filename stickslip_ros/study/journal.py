@@ -1,0 +1,208 @@
+"""
+The journal of a long study: results are appended as they come, so that a killed run goes on.
+
+One JSON object per line; the first line identifies the study. Python writes a float with the
+digits that give the same float again, so rows survive to the bit. What the end of the process
+leaves behind is at most a torn last line, which is dropped.
+
+"""
+
+import fcntl
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import TracebackType
+
+import stickslip_ros
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.parameters import Parameters, Scalar
+
+Row = dict[str, Scalar]
+"""Result of one case: names with units, and values that JSON knows."""
+
+MEND = 'start anew with --fresh, or choose another output'
+
+
+@dataclass(frozen=True)
+class Identity:
+    """
+    What two runs must share to be the same study.
+
+    Attributes
+    ----------
+    study : str
+        What kind of study it is.
+    version : str
+        Version of the package.
+    cases : int
+        Number of cases.
+    digest : str
+        Digest of all parameters, settings and cases, and of the above.
+
+    """
+
+    study: str
+    version: str
+    cases: int
+    digest: str
+
+
+def identify(
+    study: str, parameters: Parameters, cases: int, settings: Mapping[str, object]
+) -> Identity:
+    """
+    Return the identity of a study.
+
+    Parameters
+    ----------
+    study : str
+        What kind of study it is.
+    parameters : Parameters
+        The stand that all cases start from.
+    cases : int
+        Number of cases.
+    settings : mapping of str to object
+        What the cases are made from; anything that JSON knows.
+
+    """
+    version = stickslip_ros.__version__
+    content = [study, version, cases, parameters.flat(), dict(settings)]
+    text = json.dumps(content, sort_keys=True)
+    return Identity(study, version, cases, hashlib.sha256(text.encode()).hexdigest())
+
+
+class Journal:
+    """
+    File of the finished cases of a study; as a context it is closed at the end.
+
+    Parameters
+    ----------
+    path : Path
+        The file; made, with its folder, if it is not there.
+    identity : Identity
+        The study. A journal of another one is refused.
+    fresh : bool
+        Whether to forget what the file holds.
+
+    Attributes
+    ----------
+    rows : dict of int to dict
+        Finished cases by their number.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be written, another process writes it, or it is of another study.
+
+    """
+
+    def __init__(self, path: Path, identity: Identity, *, fresh: bool = False) -> None:
+        self.path = path
+        self.rows: dict[int, Row] = {}
+        self._identity = identity
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            # Without a buffer: a line is with the kernel as soon as it is written.
+            self._file = path.open('ab+', buffering=0)
+        except OSError as error:
+            problem = f'cannot be written ({error.strerror})'
+            raise RecordingError(path, problem, 'choose another folder') from None
+        try:
+            self._lock()
+            if fresh:
+                self._file.truncate(0)
+            self._take_up()
+        except BaseException:
+            self._file.close()
+            raise
+
+    def __enter__(self) -> 'Journal':
+        """Return the journal."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Close the file, which stays if it holds a case."""
+        if not self.rows:
+            self.remove()
+        self._file.close()
+
+    def append(self, case: int, row: Row) -> None:
+        """Add a finished case; RecordingError if the disk is full."""
+        self._write({'case': case, 'row': row})
+        self.rows[case] = row
+
+    def remove(self) -> None:
+        """Remove the file: the study is complete and written elsewhere."""
+        self.path.unlink(missing_ok=True)
+
+    def _lock(self) -> None:
+        """Keep other processes out; the lock ends with the process, however it ends."""
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            mend = 'wait for it, or choose another output'
+            raise RecordingError(self.path, 'is in use by another run', mend) from None
+
+    def _take_up(self) -> None:
+        """Read what is there, drop a torn end, and write the header of a new journal."""
+        self._file.seek(0)
+        content = self._file.readall()
+        header = {'journal': stickslip_ros.__name__, **asdict(self._identity)}
+        whole, newline, _ = content.rpartition(b'\n')
+        if not newline and _line(header).startswith(content):
+            self._file.truncate(0)
+            self._write(header)
+            return
+        first, *lines = whole.split(b'\n')
+        if first + b'\n' != _line(header):
+            raise RecordingError(self.path, _difference(first, header), MEND)
+        for number, line in enumerate(lines, start=2):
+            case, row = self._parse(number, line)
+            self.rows[case] = row
+        self._file.truncate(len(whole) + 1)
+
+    def _parse(self, number: int, line: bytes) -> tuple[int, Row]:
+        try:
+            content = json.loads(line)
+            case, row = int(content['case']), dict(content['row'])
+        except (ValueError, KeyError, TypeError):
+            case, row = -1, {}
+        if not 0 <= case < self._identity.cases:
+            raise RecordingError(self.path, f'line {number} is damaged', MEND)
+        return case, row
+
+    def _write(self, content: Mapping[str, object]) -> None:
+        line = _line(content)
+        try:
+            written = os.write(self._file.fileno(), line)
+        except OSError as error:
+            problem = f'cannot be written ({error.strerror})'
+            raise RecordingError(self.path, problem, 'make room; what is done is kept') from None
+        if written != len(line):
+            raise RecordingError(self.path, 'the disk is full', 'make room; what is done is kept')
+
+
+def _line(content: Mapping[str, object]) -> bytes:
+    return json.dumps(content).encode() + b'\n'
+
+
+def _difference(first: bytes, header: Mapping[str, object]) -> str:
+    """Say in what the first line of a file differs from the header that it should be."""
+    try:
+        theirs = json.loads(first)
+    except ValueError:
+        theirs = None
+    if not isinstance(theirs, dict) or theirs.get('journal') != header['journal']:
+        return 'is not a journal of a study'
+    for name in ('study', 'version', 'cases'):
+        if theirs.get(name) != header[name]:
+            return f'is of another study: {name} {theirs.get(name)!r}, not {header[name]!r}'
+    return 'is of another study: its parameters or the values of its cases are different'

@@ -1,0 +1,207 @@
+"""
+The 0-amplitude: the stroke of the feet below which a free runner does not get ahead.
+
+Two ways to it. Edeler's: a straight line through step length against amplitude, extrapolated to
+a step of zero. And directly: the smallest amplitude with a net step.
+
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.batch import Progress, run_batch
+from stickslip_ros.study.drive_run import run_drive
+from stickslip_ros.study.journal import Row
+
+STEPS = 120
+"""Steps of each run; its step length is the mean of the last ten."""
+STEP_MIN_M = 1e-10
+"""Net step from which the runner is said to step: the resolution of the interferometer."""
+SCAN_POINTS = 32
+"""Amplitudes up to the full stroke, among which the first with a net step is looked for."""
+BISECTIONS = 10
+"""Halvings between that one and the one below: 5 nm become 5 pm."""
+FIT_POINTS = 17
+"""Amplitudes of the straight line, even over the upper half of the range in which it steps."""
+
+
+@dataclass(frozen=True)
+class ZeroAmplitude:
+    """
+    The 0-amplitude of a drive.
+
+    Attributes
+    ----------
+    zero_amplitude_m : float
+        By Edeler's extrapolation.
+    slope : float
+        Step length per amplitude along the line.
+    method : str
+        How both were found, with the amplitudes used.
+    zero_amplitude_direct_m : float
+        Smallest amplitude with a net step above ``step_min_m``.
+    max_presliding_lower_m : float
+        u_max of a lower contact (Eq. 22); the largest, if they differ.
+    preload_n, frequency_hz : float
+        What was asked for.
+    fit_from_m, fit_to_m : float
+        Amplitudes between which the line was fitted.
+    fit_rms_m : float
+        Root mean square of what the line misses.
+    fit_points, steps : int
+        Runs on the line, steps of each run.
+    step_min_m : float
+        Threshold of a net step.
+
+    """
+
+    zero_amplitude_m: float
+    slope: float
+    method: str
+    zero_amplitude_direct_m: float
+    max_presliding_lower_m: float
+    preload_n: float
+    frequency_hz: float
+    fit_from_m: float
+    fit_to_m: float
+    fit_rms_m: float
+    fit_points: int
+    steps: int
+    step_min_m: float
+
+
+def zero_amplitude(
+    parameters: Parameters,
+    frequency_hz: float,
+    *,
+    steps: int = STEPS,
+    workers: int = 0,
+    progress: Progress | None = None,
+) -> ZeroAmplitude:
+    """
+    Find the 0-amplitude of a drive whose runner is free.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand; its load cell is taken away.
+    frequency_hz : float
+        Steps per second; negative ones go backwards.
+    steps : int
+        Steps of each run.
+    workers : int
+        Runs at once; 0 is one per core.
+    progress : callable, optional
+        Called with runs done and runs in all.
+
+    Raises
+    ------
+    StickSlipError
+        If the frequency is refused, or the runner steps at no amplitude.
+
+    """
+    if steps < 1:
+        raise OutOfRange('steps', steps, '', 'below the minimum 1', 'raise it')
+    free = parameters.updated({'load_cell.contact': 'absent'})
+    runner = _FreeRunner(free, frequency_hz, steps, workers, progress)
+    full_m = _full_stroke_m(free)
+    direct_m = _first_step_m(runner, full_m)
+    amplitudes_m: Array = np.linspace(
+        0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
+    )
+    slope, zero_m, rms_m = _line(amplitudes_m, runner.step_lengths_m(amplitudes_m))
+    method = (
+        f"Edeler's extrapolation: straight line through the step lengths of a free runner at "
+        f'{FIT_POINTS} amplitudes, {amplitudes_m[0]:.4g} to {full_m:.4g} m, the upper half of '
+        f'those that step; direct: smallest amplitude with a net step above {STEP_MIN_M:g} m'
+    )
+    return ZeroAmplitude(
+        zero_amplitude_m=zero_m,
+        slope=slope,
+        method=method,
+        zero_amplitude_direct_m=direct_m,
+        max_presliding_lower_m=max(
+            contact.max_displacement_m for contact in contacts_of(free)[UPPER_CONTACTS:]
+        ),
+        preload_n=free.stand.preload,
+        frequency_hz=frequency_hz,
+        fit_from_m=float(amplitudes_m[0]),
+        fit_to_m=full_m,
+        fit_rms_m=rms_m,
+        fit_points=FIT_POINTS,
+        steps=steps,
+        step_min_m=STEP_MIN_M,
+    )
+
+
+class _FreeRunner:
+    """Step lengths of a free runner, and how many runs they took."""
+
+    def __init__(
+        self,
+        parameters: Parameters,
+        frequency_hz: float,
+        steps: int,
+        workers: int,
+        progress: Progress | None,
+    ) -> None:
+        self._task = partial(_step, parameters, frequency_hz, steps)
+        self._workers = workers
+        self._progress = progress
+        self._done = 0
+
+    def step_lengths_m(self, amplitudes_m: Array) -> Array:
+        """Return the net motion per step in the direction of the drive, m."""
+        amplitudes = [float(amplitude_m) for amplitude_m in amplitudes_m]
+        rows = run_batch(self._task, amplitudes, workers=self._workers, progress=self._tell)
+        self._done += len(rows)
+        return np.array([row['step_length_m'] for row in rows], dtype=float)
+
+    def _tell(self, done: int, _: int) -> None:
+        if self._progress is not None:
+            self._progress(self._done + done, SCAN_POINTS + BISECTIONS + FIT_POINTS)
+
+
+def _step(parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float) -> Row:
+    run = run_drive(parameters, amplitude_m, frequency_hz, steps)
+    return {'step_length_m': run.step_length_m if frequency_hz > 0.0 else -run.step_length_m}
+
+
+def _full_stroke_m(parameters: Parameters) -> float:
+    amplifier = parameters.amplifier
+    return (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain
+
+
+def _first_step_m(runner: _FreeRunner, full_m: float) -> float:
+    """Return the smallest amplitude with a net step, m."""
+    grid_m: Array = np.linspace(0.0, full_m, SCAN_POINTS + 1, dtype=np.float64)
+    stepping = np.flatnonzero(runner.step_lengths_m(grid_m[1:]) > STEP_MIN_M)
+    if not len(stepping):
+        limit = f'too small for a step: none above {STEP_MIN_M:g} m'
+        raise OutOfRange('stroke', full_m, 'm', limit, 'lower stand.preload')
+    below_m, above_m = grid_m[stepping[0]], grid_m[stepping[0] + 1]
+    for _ in range(BISECTIONS):
+        middle_m = 0.5 * (below_m + above_m)
+        if runner.step_lengths_m(np.array([middle_m]))[0] > STEP_MIN_M:
+            above_m = middle_m
+        else:
+            below_m = middle_m
+    return float(above_m)
+
+
+def _line(amplitudes_m: Array, steps_m: Array) -> tuple[float, float, float]:
+    """Return slope, zero and rms error of a straight line, by least squares."""
+    centre_m, mean_m = amplitudes_m.mean(), steps_m.mean()
+    offsets_m = amplitudes_m - centre_m
+    slope = np.sum(offsets_m * steps_m) / np.sum(offsets_m**2)
+    if not slope > 0.0:
+        mend = 'look at step lengths with: stickslip sweep --free'
+        raise OutOfRange('slope of step length', float(slope), '', 'not above 0', mend)
+    missed_m = steps_m - mean_m - slope * offsets_m
+    return float(slope), float(centre_m - mean_m / slope), float(np.sqrt(np.mean(missed_m**2)))
