@@ -10,6 +10,7 @@ from stickslip_ros.cli import (
     contact,
     demo,
     drive,
+    figures,
     info,
     interface,
     laws,
@@ -32,6 +33,7 @@ VERBS = (
     info,
     roughness,
     laws,
+    figures,
     validate,
     parameters,
     interface,
@@ -55,6 +57,7 @@ examples:
   stickslip demo
   stickslip info runs/demo.mcap
   stickslip validate --out runs/validation
+  stickslip figures --out runs/figures --only fig2,fig7
 
 'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed, 2 refused.
 """

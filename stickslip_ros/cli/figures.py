@@ -1,0 +1,97 @@
+"""``stickslip figures``: the paper's figures, and what the paper leaves open."""
+
+import argparse
+import math
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.cli.common import (
+    add_json,
+    add_parameters,
+    chosen_parameters,
+    print_json,
+    print_table,
+    progress_bar,
+)
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.figures.make import make_tables, write_figure
+from stickslip_ros.study.figures.registry import FIGURES, chosen_figures
+from stickslip_ros.study.figures.study_figure import StudyFigure
+from stickslip_ros.study.figures.table import Table
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb to the parser."""
+    parser = verbs.add_parser(
+        'figures',
+        help="simulate the paper's figures, and what it leaves open",
+        description="Run the drive for the paper's Figs 2, 6 and 7, for damping, frequency, "
+        'load-cell stiffness and slew rate, and for a rounded saw-tooth. Writes for each figure '
+        'DIR/NAME.csv (all digits, SI), DIR/NAME.png, DIR/NAME.svg, and DIR/NAME.md with the '
+        f'caption. Names: {", ".join(FIGURES)}.',
+    )
+    parser.add_argument(
+        '--out',
+        type=Path,
+        default=Path('runs/figures'),
+        metavar='DIR',
+        help='default: %(default)s',
+    )
+    parser.add_argument('--only', default='', metavar='NAME,…', help='default: all figures')
+    parser.add_argument(
+        '--points',
+        type=int,
+        default=0,
+        metavar='N',
+        help='points along an axis (default: what each figure needs)',
+    )
+    parser.add_argument(
+        '--workers', type=int, default=0, metavar='N', help='threads (default: one per core)'
+    )
+    add_parameters(parser)
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the drive, write the files, name them."""
+    parameters = chosen_parameters(arguments)
+    figures = chosen_figures([name for name in arguments.only.split(',') if name])
+    with progress_bar(quiet=arguments.json) as bar:
+        task = bar.add_task('runs', total=None)
+        tables = make_tables(
+            figures,
+            parameters,
+            points=arguments.points,
+            workers=arguments.workers,
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+        )
+    files = _write(figures, tables, parameters, arguments.out)
+    if arguments.json:
+        print_json({name: _described(tables[name], files[name]) for name in tables})
+    else:
+        rows = [
+            (figure.name, figure.title, str(len(tables[figure.name].rows))) for figure in figures
+        ]
+        print_table('figures', rows, ('name', 'shows', 'rows'))
+        print(f'folder {arguments.out}')
+    return 0
+
+
+def _write(
+    figures: list[StudyFigure], tables: dict[str, Table], parameters: Parameters, folder: Path
+) -> dict[str, list[Path]]:
+    return {
+        figure.name: write_figure(figure, tables[figure.name], parameters, folder)
+        for figure in figures
+    }
+
+
+def _described(table: Table, files: list[Path]) -> dict[str, Any]:
+    """Return files and rows; JSON knows neither infinity nor what is not a number."""
+    rows = [{name: _known(row[name]) for name in table.columns} for row in table.rows]
+    return {'files': [str(path) for path in files], 'rows': rows}
+
+
+def _known(value: object) -> object:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

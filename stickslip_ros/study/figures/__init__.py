@@ -1,0 +1,1 @@
+"""The paper's figures, and what it leaves open: run, tabulated, drawn and captioned."""

@@ -1,0 +1,153 @@
+"""What a figure reads off the drive: generated force, 0-amplitudes, presliding."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.drive_run import run_drive
+from stickslip_ros.study.journal import Row
+
+AMPLITUDE_MAX_M = 160e-9
+FORCE_FREQUENCY_HZ = 1000.0
+"""Frequency of every run that reads a force; the paper names none."""
+STEP_FREQUENCY_HZ = 200.0
+STEP_RUN_STEPS = 120
+STEP_AMPLITUDES_M: Array = np.array([100e-9, 120e-9, 140e-9, 160e-9])
+"""Amplitudes of Edeler's extrapolation, all above the 0-amplitude of 1 N."""
+SLOPE_MIN = 0.5
+"""Below this slope of step length over amplitude there is no line to extrapolate."""
+ONSET_SHARE = 0.01
+"""Force begins where it exceeds the elastic following by this share of the friction limit."""
+ONSET_HALVINGS = 9
+"""Halvings of the range of amplitudes: 160 nm become 0.3 nm."""
+PRESLIDING_HALVINGS = 50
+ZERO_STEP_S = 1e-5
+"""Time step of runs that only look for a 0-amplitude; a tenth of it moves none by 0.1 nm."""
+
+
+def stand_at(parameters: Parameters, preload_n: float, **values: object) -> Parameters:
+    """Return parameters at a constant preload; ``group__name`` sets another parameter."""
+    changes = {name.replace('__', '.'): value for name, value in values.items()}
+    return parameters.updated({'stand.preload': preload_n, 'stand.preload_end': 0.0, **changes})
+
+
+def force_row(parameters: Parameters, amplitude_m: float) -> Row:
+    """Return a row with the generated force of one run."""
+    run = run_drive(parameters, amplitude_m, FORCE_FREQUENCY_HZ)
+    return {
+        'profile': parameters.contact.profile,
+        'preload_n': run.preload_n,
+        'amplitude_m': amplitude_m,
+        'force_mean_n': run.force_mean_n,
+        'force_ramp_start_n': run.force_ramp_start_n,
+        'steady': run.steady,
+        'steps': run.steps,
+    }
+
+
+FORCE_COLUMNS = (
+    'profile',
+    'preload_n',
+    'amplitude_m',
+    'force_mean_n',
+    'force_ramp_start_n',
+    'steady',
+    'steps',
+)
+
+
+def friction_limit_n(parameters: Parameters) -> float:
+    """Return mu times the sum of all normal forces, N: no generated force can exceed it."""
+    return sum(contact.max_force_n for contact in contacts_of(parameters))
+
+
+def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
+    """Return u_max of a lower and of an upper contact, m (Eq. 22)."""
+    contacts = contacts_of(parameters)
+    return contacts[UPPER_CONTACTS].max_displacement_m, contacts[0].max_displacement_m
+
+
+def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> tuple[float, float]:
+    """
+    Return Edeler's 0-amplitude, m, and the slope of the line through the step lengths.
+
+    Step length of the free runner over amplitude is extrapolated to a step of zero. Where the
+    slope is so small that there is no line, the 0-amplitude is not a number.
+
+    """
+    free = parameters.updated({'load_cell.contact': 'absent', 'sim.dt': ZERO_STEP_S})
+    steps_m = [
+        run_drive(free, float(amplitude_m), frequency_hz, STEP_RUN_STEPS).step_length_m
+        for amplitude_m in STEP_AMPLITUDES_M
+    ]
+    offsets_m = STEP_AMPLITUDES_M - STEP_AMPLITUDES_M.mean()
+    slope = float(np.sum(offsets_m * steps_m) / np.sum(offsets_m**2))
+    if slope < SLOPE_MIN:
+        return math.nan, slope
+    return float(STEP_AMPLITUDES_M.mean() - np.mean(steps_m) / slope), slope
+
+
+def zero_by_onset_m(parameters: Parameters, force_n: Callable[[float], float]) -> float:
+    """
+    Return the amplitude at which force begins to be generated, m.
+
+    Below it the runner follows the feet elastically, and the mean force is about k A/2; for a
+    stiff load cell less, as the sticking contacts give way. The amplitude is found by bisection;
+    not a number if no force is generated at the largest one.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Stand with a load cell.
+    force_n : callable
+        Gives the mean generated force at an amplitude, N.
+
+    """
+    threshold_n = ONSET_SHARE * friction_limit_n(parameters)
+    stick_n_per_m = sum(c.stick_stiffness_n_per_m for c in contacts_of(parameters))
+    cell_n_per_m = parameters.load_cell.stiffness
+    following_n_per_m = 0.5 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m)
+
+    def begun(amplitude_m: float) -> bool:
+        return force_n(amplitude_m) - following_n_per_m * amplitude_m > threshold_n
+
+    below_m, above_m = 0.0, AMPLITUDE_MAX_M
+    if not begun(above_m):
+        return math.nan
+    for _ in range(ONSET_HALVINGS):
+        middle_m = 0.5 * (below_m + above_m)
+        below_m, above_m = (below_m, middle_m) if begun(middle_m) else (middle_m, above_m)
+    return above_m
+
+
+def zero_of_force_m(parameters: Parameters, frequency_hz: float) -> float:
+    """Return the amplitude at which an ideal saw-tooth begins to generate force, m."""
+    quick = parameters.updated({'sim.dt': ZERO_STEP_S})
+    return zero_by_onset_m(
+        parameters,
+        lambda amplitude_m: run_drive(quick, amplitude_m, frequency_hz).force_mean_n,
+    )
+
+
+def quasi_static_zero_m(parameters: Parameters) -> float:
+    """
+    Return the 0-amplitude of a runner that comes back to rest without overshoot, m.
+
+    The fall drags the feet along under a runner at rest, until all contacts slip at their
+    limit T_max. The runner then gives way until no force is left: by Masing's rule over
+    2 T_v^-1(T_max/2), T_v the virgin curve of all contacts together. What the amplitude exceeds
+    that, is the step. No inertia, no rebound.
+
+    """
+    contacts = contacts_of(parameters)
+    half_n = 0.5 * friction_limit_n(parameters)
+    below_m, above_m = 0.0, max_presliding_m(parameters)[1]
+    for _ in range(PRESLIDING_HALVINGS):
+        middle_m = 0.5 * (below_m + above_m)
+        force_n = sum(float(contact.tangential_force(middle_m)) for contact in contacts)
+        below_m, above_m = (middle_m, above_m) if force_n < half_n else (below_m, middle_m)
+    return below_m + above_m

@@ -1,0 +1,31 @@
+"""All figures of the study; a new one needs a line here."""
+
+from collections.abc import Sequence
+
+from stickslip_ros.errors import UnknownName
+from stickslip_ros.study.figures.force_curves import FIG2, FIG6A, FIG6B
+from stickslip_ros.study.figures.presliding_curves import FIG7
+from stickslip_ros.study.figures.rounded import ROUNDED
+from stickslip_ros.study.figures.sensitivity import SENSITIVITY
+from stickslip_ros.study.figures.slew import SLEW
+from stickslip_ros.study.figures.study_figure import StudyFigure
+
+FIGURES = {
+    figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7, SENSITIVITY, SLEW, ROUNDED)
+}
+
+
+def chosen_figures(names: Sequence[str] = ()) -> list[StudyFigure]:
+    """
+    Return the figures of these names; all without any.
+
+    Raises
+    ------
+    UnknownName
+        If there is no such figure.
+
+    """
+    for name in names:
+        if name not in FIGURES:
+            raise UnknownName('figure', name, f'use {", ".join(FIGURES)}')
+    return [FIGURES[name] for name in dict.fromkeys(names)] if names else list(FIGURES.values())

@@ -1,0 +1,71 @@
+"""A run of the drive under a rounded saw-tooth, until the force is steady."""
+
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.reaction import fresh_history
+from stickslip_ros.drive.build import plant_of, state_at_rest
+from stickslip_ros.drive.plant import RAMP_MEAN
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.figures.rounded_wave import (
+    PIECES,
+    RoundedWave,
+    ride_pieces,
+    time_constant_s,
+)
+from stickslip_ros.study.sawtooth_run import (
+    STEADY_STEPS_MAX,
+    STEADY_WINDOW,
+    is_steady,
+    step_length_m,
+    voltage_for,
+)
+
+
+def run_rounded(
+    parameters: Parameters,
+    amplitude_m: float,
+    frequency_hz: float,
+    bandwidth_hz: float,
+    pieces: int = PIECES,
+) -> tuple[float, float, bool]:
+    """
+    Drive the runner with a rounded saw-tooth, from rest, until the steady state.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand; amplifier.slew_rate is the slope of the fall before the low-pass.
+    amplitude_m : float
+        Stroke of the saw-tooth before the low-pass, m.
+    frequency_hz : float
+        Steps per second.
+    bandwidth_hz : float
+        Corner of the first-order low-pass behind the amplifier; infinity is none.
+    pieces : int
+        Straight pieces of the fall.
+
+    Returns
+    -------
+    tuple of float, float, bool
+        Generated force k x, mean of the last period, N; net motion per step, mean of the last
+        10 periods, m; whether the run became steady.
+
+    """
+    slew = parameters.amplifier.slew_rate
+    voltage_v = voltage_for(parameters, amplitude_m)
+    wave = RoundedWave(voltage_v, 1.0 / frequency_hz, slew, time_constant_s(bandwidth_hz))
+    voltages_v, spans_s = wave.table(pieces)
+    voltages_v += parameters.amplifier.voltage_min
+    parameters = parameters.updated({'amplifier.voltage_initial': float(voltages_v[0])})
+    plant = plant_of(parameters)
+    history = fresh_history(plant.contact)
+    state = state_at_rest(plant, history, parameters.stand.preload)
+    attached = plant.cell_n_per_m > 0.0
+    log: Array = np.empty((0, 3))
+    while len(log) < STEADY_STEPS_MAX and not is_steady(log, attached):
+        window = np.empty((STEADY_WINDOW, 3))
+        state = ride_pieces(plant, history, state, voltages_v, spans_s, window)
+        log = np.concatenate((log, window))
+    force_n = plant.cell_n_per_m * float(log[-1, RAMP_MEAN])
+    return force_n, step_length_m(log), is_steady(log, attached)

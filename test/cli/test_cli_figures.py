@@ -1,0 +1,52 @@
+"""``stickslip figures`` as it is typed."""
+
+import json
+
+import pytest
+
+from stickslip_ros.cli.main import main
+
+QUICK = ['figures', '--points', '2']
+
+
+def test_the_json_has_rows_and_files_of_the_chosen_figures(capsys, tmp_path):
+    words = ['--out', str(tmp_path), '--only', 'fig2,slew', '--workers', '2', '--json']
+    assert main([*QUICK, *words]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert list(result) == ['fig2', 'slew']
+    assert result['fig2']['files'] == [
+        str(tmp_path / f'fig2.{kind}') for kind in ('csv', 'md', 'png', 'svg')
+    ]
+    full = result['fig2']['rows'][1]
+    assert (full['preload_n'], full['amplitude_m']) == (0.1, 160e-9)
+    assert full['force_mean_n'] == pytest.approx(0.061, rel=0.01)
+    assert None in [row['zero_steps_m'] for row in result['slew']['rows']]
+
+
+def test_the_table_names_the_figures_and_the_folder(capsys, tmp_path):
+    assert main([*QUICK, '--out', str(tmp_path / 'new'), '--only', 'fig6b']) == 0
+    text = capsys.readouterr().out
+    assert 'fig6b' in text
+    assert 'folder' in text
+    assert (tmp_path / 'new' / 'fig6b.png').stat().st_size > 0
+
+
+def test_parameters_are_taken_and_named_in_the_caption(tmp_path):
+    words = ['--out', str(tmp_path), '--only', 'fig2', '--set', 'runner.damping=80']
+    assert main([*QUICK, *words]) == 0
+    assert 'damping c = 80 N s/m' in (tmp_path / 'fig2.md').read_text(encoding='utf-8')
+
+
+@pytest.mark.parametrize(
+    ('words', 'message'),
+    [
+        (['--only', 'fig9'], "figure 'fig9' is not known; use fig2, fig6a, fig6b, fig7"),
+        (['--points', '1'], 'points 1 is below 2'),
+        (['--workers', '-1'], 'number of workers -1 is not from 0'),
+        (['--set', 'runner.damping=-1'], 'runner.damping -1 N s/m is below the minimum 0'),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_status_2(capsys, tmp_path, words, message):
+    assert main([*QUICK, '--out', str(tmp_path), '--only', 'fig2', *words]) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
