@@ -26,7 +26,7 @@ unexport LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE ROS_DISTRO VIRTUAL_ENV
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint colcon lock clean
+.PHONY: help setup demo test lint bench colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -46,6 +46,9 @@ lint: $(VENV)/project.stamp ## style, types, import contracts and package.xml
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/python scripts/check_manifest.py
+
+bench: $(VENV)/project.stamp ## compare with other programs: benchmarks/results.json; ARGS=NAME for one
+	$(BIN)/python -m benchmarks $(ARGS)
 
 colcon: $(COLCON)/lock.stamp ## build as in a ROS workspace and start the installed node once
 	$(COLCON)/bin/python scripts/colcon_check.py

@@ -1,0 +1,1 @@
+"""What the drive is compared with, and how fast it is: ``python -m benchmarks``."""

@@ -1,0 +1,201 @@
+"""What the cost depends on: cycles, past reversals, springs, threads."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+
+import numba
+import numpy as np
+
+from benchmarks.case import AMPLITUDE_M, FREQUENCY_HZ, PERIOD_S, PRELOAD_N, Ours, standard_case
+from benchmarks.clock import Array, Program, in_turn
+from benchmarks.outcome import Outcome, Row, Verdict
+from benchmarks.sizes import Sizes
+from stickslip_ros.contact.bank import spring_bank
+from stickslip_ros.contact.hemisphere import elasticity_of
+from stickslip_ros.contact.memory import Memory, fresh_stack, move, relax
+from stickslip_ros.contact.springs import SpringBank, drag
+from stickslip_ros.contact.virgin import VirginCurve
+from stickslip_ros.drive.build import groups_of, plant_of
+from stickslip_ros.study.drive_run import run_drive
+
+LARGEST, SMALLEST, PROBE = 0.9, 0.1, 0.05
+"""Amplitudes of past reversals and of the probing motion, relative to full slip."""
+PROBE_MOVES = 20_000
+MOVES_PER_TURN = 8
+DRAGS = 2000
+EFFICIENCY = 0.85
+LINEAR = 1.2
+"""A cost that is constant but for noise changes by less than this factor."""
+
+
+def run_cycles(sizes: Sizes) -> Outcome:
+    """Time per cycle against the number of cycles: it does not depend on it."""
+    programs = [
+        Program(Ours(standard_case(), cycles), cycles * PERIOD_S) for cycles in sizes.scaling
+    ]
+    times = in_turn(programs, sizes)
+    rows: list[Row] = [
+        {'cycles': cycles, 'us_per_cycle': times.median(i) * PERIOD_S * 1e6, **times.ratio(i)}
+        for i, cycles in enumerate(sizes.scaling)
+    ]
+    return Outcome(
+        'Time per cycle against the number of cycles',
+        rows,
+        [_constant('time per cycle, largest over smallest', times.seconds)],
+        [f'plant.advance, default step; ratio to {sizes.scaling[0]} cycles'],
+    )
+
+
+@numba.njit
+def remember(curve: VirginCurve, stack: Array, memory: Memory, reversals: int) -> Memory:
+    """Turn round many times, with ever smaller amplitudes."""
+    sense = 1.0
+    for i in range(reversals):
+        share = LARGEST + (SMALLEST - LARGEST) * i / reversals
+        memory = move(curve, stack, memory, sense * share * curve.limit_m)
+        sense = -sense
+    return move(curve, stack, memory, 0.0)
+
+
+@numba.njit
+def probe(curve: VirginCurve, stack: Array, memory: Memory, moves: int) -> Memory:
+    """Go to and fro inside all that is remembered."""
+    reach_m = PROBE * curve.limit_m
+    for i in range(moves):
+        phase = (i + MOVES_PER_TURN) % (4 * MOVES_PER_TURN)
+        steps = abs(phase - 2 * MOVES_PER_TURN) - MOVES_PER_TURN
+        memory = move(curve, stack, memory, reach_m * steps / MOVES_PER_TURN)
+    return memory
+
+
+def run_reversals(sizes: Sizes) -> Outcome:
+    """Time of one motion of the contact against the number of reversals that it has seen."""
+    curve = plant_of(standard_case()).contact.curve
+    counts = (0, *sizes.scaling)
+    programs, depths = [], []
+    for reversals in counts:
+        stack = fresh_stack()
+        memory = remember(curve, stack, relax(stack, 0.0), reversals)
+        depths.append(memory.depth)
+        programs.append(
+            Program(lambda s=stack, m=memory: probe(curve, s, m, PROBE_MOVES), PROBE_MOVES)
+        )
+    times = in_turn(programs, sizes)
+    rows: list[Row] = [
+        {
+            'past_reversals': count,
+            'remembered': depth,
+            'ns_per_move': times.median(i) * 1e9,
+            **times.ratio(i),
+        }
+        for i, (count, depth) in enumerate(zip(counts, depths, strict=True))
+    ]
+    return Outcome(
+        'Time of one motion of the contact against its past',
+        rows,
+        [_constant('time per motion, largest over smallest', times.seconds)],
+        ['contact.memory.move alone, to and fro; ratio to a contact without a past'],
+    )
+
+
+@numba.njit
+def shake(bank: SpringBank, forces_n: Array, reach_m: float, drags: int) -> float:
+    """Drag a bank of springs to and fro at constant preload."""
+    total_n = 0.0
+    for i in range(drags):
+        force_n, _ = drag(bank, forces_n, reach_m if i % 2 else -reach_m, PRELOAD_N, PRELOAD_N)
+        total_n += force_n
+    return total_n
+
+
+def run_springs(sizes: Sizes) -> Outcome:
+    """Time against springs: linear in the bank, which serves changing loads; constant else."""
+    parameters = standard_case()
+    reach_m = 0.5 * plant_of(parameters).contact.curve.limit_m
+    names: list[str] = []
+    programs = []
+    for springs in (n for n in sizes.scaling if n <= 1000):
+        bank = spring_bank(
+            groups_of(parameters),
+            elasticity_of(parameters.contact),
+            parameters.contact.friction,
+            PRELOAD_N,
+            springs,
+        )
+        forces_n = np.zeros_like(bank.heights_m)
+        names.append(f'bank of {forces_n.size} springs, a step')
+        programs.append(Program(lambda b=bank, q=forces_n: shake(b, q, reach_m, DRAGS), DRAGS))
+    shapes = ('smooth', 'rough', 'rough_line')
+    for shape in shapes:
+        ours = Ours(standard_case({'contact.profile': shape}), sizes.cycles)
+        names.append(f'plant.advance, {shape}, a cycle')
+        programs.append(Program(ours, sizes.cycles))
+    times = in_turn(programs, sizes)
+    first = len(names) - len(shapes)
+    rows: list[Row] = [
+        {'what': name, 'us': times.median(i) * 1e6, **times.ratio(i, 0 if i < first else first)}
+        for i, name in enumerate(names)
+    ]
+    return Outcome(
+        'Time against the number of springs',
+        rows,
+        [],
+        [
+            (
+                'ratio to the smallest bank, or to the smooth profile; rough_line has six '
+                'different contacts of thousands of springs, the others two kinds of a continuum'
+            )
+        ],
+    )
+
+
+def run_threads(sizes: Sizes) -> Outcome:
+    """Two independent drives, one after the other and on two threads."""
+    load = os.getloadavg()[0]
+    drives = [Ours(standard_case(), sizes.thread_cycles) for _ in range(2)]
+    parameters = standard_case()
+
+    def with_set_up(_: int) -> object:
+        return run_drive(parameters, AMPLITUDE_M, FREQUENCY_HZ, sizes.thread_cycles)
+
+    def advance(i: int) -> object:
+        return drives[i]()
+
+    rows: list[Row] = []
+    efficiencies = []
+    for name, job in (('plant.advance', advance), ('run_drive', with_set_up)):
+        with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(2) as two:
+            programs = [
+                Program(lambda p=pool, j=job: list(p.map(j, range(2))), 2.0) for pool in (one, two)
+            ]
+            times = in_turn(programs, sizes)
+        efficiency = 0.5 * times.ratios(0, 1)
+        efficiencies.append(float(np.median(efficiency)))
+        rows.append(
+            {
+                'program': name,
+                'one_worker_s': times.median(0),
+                'two_workers_s': times.median(1),
+                'cores': times.cores(1),
+                'efficiency': efficiencies[-1],
+                'lowest': float(efficiency.min()),
+                'highest': float(efficiency.max()),
+            }
+        )
+    return Outcome(
+        'Two threads',
+        rows,
+        [Verdict('efficiency of two threads (aim)', EFFICIENCY, min(efficiencies))],
+        [
+            (
+                f'{sizes.thread_cycles} cycles a job, two jobs; seconds per job; cores: what '
+                'the two workers were given'
+            ),
+            f'load of the machine before: {load:.2g}; others on it lower the efficiency',
+        ],
+    )
+
+
+def _constant(words: str, seconds: Array) -> Verdict:
+    medians = np.median(seconds, axis=1)
+    return Verdict(words, LINEAR, float(medians.max() / medians.min()), at_most=True)

@@ -1,0 +1,102 @@
+"""How fast the drive is, and how exact, at several time steps."""
+
+from benchmarks.case import (
+    ACCURACY,
+    AMPLITUDE_M,
+    FREQUENCY_HZ,
+    PERIOD_S,
+    Ours,
+    last_error,
+    standard_case,
+    worst_error,
+)
+from benchmarks.clock import Array, Program, in_turn
+from benchmarks.outcome import Outcome, Row, Verdict
+from benchmarks.sizes import Sizes
+from stickslip_ros.study.drive_run import run_drive
+from stickslip_ros.study.sawtooth_run import run_sawtooth, voltage_for
+
+FASTER_THAN_REAL_TIME = 100.0
+AIM = 200.0
+
+
+def run(sizes: Sizes) -> Outcome:
+    """Measure the drive alone, with its set-up, and with its sensors."""
+    reference_n = Ours(standard_case({'sim.dt': sizes.converged_s}), sizes.cycles)()
+    names, programs, accuracies = _drives(sizes, reference_n)
+    parameters = standard_case()
+    voltage_v = voltage_for(parameters, AMPLITUDE_M)
+    work_s = sizes.cycles * PERIOD_S
+    default = f'{parameters.sim.dt * 1e6:g} us'
+    names += [('run_drive', default), ('run_sawtooth', default)]
+    programs += [
+        Program(lambda: run_drive(parameters, AMPLITUDE_M, FREQUENCY_HZ, sizes.cycles), work_s),
+        Program(lambda: run_sawtooth(parameters, voltage_v, FREQUENCY_HZ, sizes.cycles), work_s),
+    ]
+    results = [
+        run_drive(parameters, AMPLITUDE_M, FREQUENCY_HZ, sizes.cycles),
+        run_sawtooth(parameters, voltage_v, FREQUENCY_HZ, sizes.cycles),
+    ]
+    accuracies += [
+        {
+            'error': abs(result.force_mean_n / float(reference_n[-1]) - 1.0),
+            'worst_error': float('nan'),
+            'energy_residual': abs(result.energy_residual),
+        }
+        for result in results
+    ]
+    times = in_turn(programs, sizes)
+    rows: list[Row] = []
+    for i, ((name, step), accuracy) in enumerate(zip(names, accuracies, strict=True)):
+        speeds = 1.0 / times.seconds[i]
+        rows.append(
+            {
+                'program': name,
+                'longest_step': step,
+                'times_real_time': 1.0 / times.median(i),
+                'lowest': float(speeds.min()),
+                'highest': float(speeds.max()),
+                **accuracy,
+            }
+        )
+    fast = max(
+        float(row['times_real_time']) for row in rows if float(row['worst_error']) <= ACCURACY
+    )
+    words = 'plant.advance, times real time, within 1e-3'
+    return Outcome(
+        'Speed and accuracy of the standard case (equivalent rough profile)',
+        rows,
+        [Verdict(words, FASTER_THAN_REAL_TIME, fast), Verdict(f'{words} (aim)', AIM, fast)],
+        [
+            (
+                f'errors against longest_step = {sizes.converged_s * 1e6:g} us: `error` of the '
+                'last cycle, `worst_error` of all cycles'
+            ),
+            (
+                'run_drive and run_sawtooth are timed as whole calls, with set-up; '
+                'run_sawtooth runs the sensors, and one block of a first bench, which compiles'
+            ),
+        ],
+    )
+
+
+def _drives(
+    sizes: Sizes, reference_n: Array
+) -> tuple[list[tuple[str, str]], list[Program], list[dict[str, float]]]:
+    """Return names, programs and accuracies of the drive alone at every step."""
+    names: list[tuple[str, str]] = []
+    programs: list[Program] = []
+    accuracies: list[dict[str, float]] = []
+    for step_s in sizes.steps_s:
+        ours = Ours(standard_case({'sim.dt': step_s}), sizes.cycles)
+        forces_n = ours()
+        names.append(('plant.advance', f'{step_s * 1e6:g} us'))
+        programs.append(Program(ours, ours.work_s))
+        accuracies.append(
+            {
+                'error': last_error(forces_n, reference_n),
+                'worst_error': worst_error(forces_n, reference_n),
+                'energy_residual': ours.energy_residual(),
+            }
+        )
+    return names, programs, accuracies

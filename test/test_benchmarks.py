@@ -1,0 +1,163 @@
+"""The benchmarks run, rivals agree with ours, and the results have their shape; no timings."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks import report, rival
+from benchmarks.__main__ import BENCHMARKS, main
+from benchmarks.case import ACCURACY, Ours, cheapest, standard_case, worst_error
+from benchmarks.clock import Program, in_turn
+from benchmarks.lugre import LUGRE, scipy_runner
+from benchmarks.rival import GROUPS, HALVES, SIX, Grid, Rival
+from benchmarks.sizes import Sizes
+from stickslip_ros.drive.build import contacts_of
+
+CYCLES = 10
+FEW_CYCLES = 3
+GRID = Grid(springs=120, step_s=1e-6, fall_steps=16)
+FINE_S = 1e-6
+ROUNDING = 1e-8
+"""Sums in another order differ by rounding, which the sliding amplifies a little."""
+HEAD = {'date', 'machine', 'versions', 'benchmarks'}
+BENCHMARK = {'title', 'seconds', 'rows', 'verdicts', 'notes'}
+VERDICT = {'target', 'wanted', 'found', 'at_most', 'met'}
+
+
+@pytest.fixture(scope='module')
+def results(tmp_path_factory):
+    path = tmp_path_factory.mktemp('benchmarks') / 'results.json'
+    main(['--tiny', '--out', str(path)])
+    return json.loads(path.read_text(encoding='utf-8'))
+
+
+@pytest.fixture(scope='module')
+def ours_n():
+    return Ours(standard_case({'sim.dt': FINE_S}), CYCLES)()
+
+
+def forces_of(loop, which, cycles=CYCLES):
+    parameters = standard_case()
+    springs = rival.equal_springs(parameters, GRID.springs, which)
+    return Rival(loop, parameters, springs, GRID, cycles)()
+
+
+def assert_has_the_documented_shape(results):
+    assert set(results) == HEAD
+    for benchmark in results['benchmarks'].values():
+        assert set(benchmark) == BENCHMARK
+        assert len({tuple(row) for row in benchmark['rows']}) <= 1
+        for verdict in benchmark['verdicts']:
+            assert set(verdict) == VERDICT
+
+
+@pytest.mark.parametrize('name', sorted(BENCHMARKS))
+def test_every_benchmark_runs_and_has_rows(results, name):
+    benchmark = results['benchmarks'][name]
+    left_out = any(note.startswith('left out') for note in benchmark['notes'])
+    assert benchmark['rows'] or left_out
+    for row in benchmark['rows']:
+        assert all(row[key] > 0.0 for key in row if key.startswith(('ratio', 'times')))
+
+
+@pytest.mark.parametrize('name', ['speed', 'lugre', 'octave'])
+def test_what_a_table_calls_accurate_is(results, name):
+    for row in results['benchmarks'][name]['rows']:
+        assert row.get('worst_error') is None or row['worst_error'] <= ACCURACY
+
+
+def test_the_results_of_a_run_have_the_documented_shape(results):
+    assert_has_the_documented_shape(results)
+
+
+def test_the_kept_results_have_that_shape_and_name_every_benchmark():
+    kept = json.loads(report.RESULTS.read_text(encoding='utf-8'))
+    assert_has_the_documented_shape(kept)
+    assert list(kept['benchmarks']) == list(BENCHMARKS)
+
+
+def test_the_readme_shows_the_kept_results():
+    kept = json.loads(report.RESULTS.read_text(encoding='utf-8'))
+    assert report.markdown_of(kept) in report.README.read_text(encoding='utf-8')
+
+
+def test_writing_the_readme_twice_changes_nothing(results, tmp_path):
+    path = tmp_path / 'README.md'
+    path.write_text(f'before\n{report.BEGIN}\nold\n{report.END}\nafter\n', encoding='utf-8')
+    report.write_readme(results, path)
+    once = path.read_text(encoding='utf-8')
+    report.write_readme(results, path)
+    assert path.read_text(encoding='utf-8') == once
+    assert once.startswith('before\n')
+    assert once.endswith('after\n')
+    assert 'old' not in once
+
+
+def test_the_algorithm_of_the_paper_agrees_with_ours(ours_n):
+    assert worst_error(forces_of(rival.compiled, SIX), ours_n) <= ACCURACY
+
+
+@pytest.mark.parametrize('which', [GROUPS, HALVES])
+def test_equal_springs_may_be_stepped_once(which):
+    all_n = forces_of(rival.vectorised, SIX)
+    assert worst_error(forces_of(rival.vectorised, which), all_n) <= ROUNDING
+
+
+@pytest.mark.parametrize(
+    'loop', [rival.vectorised, rival.all_springs_at_once, rival.all_springs_in_place]
+)
+def test_every_way_of_writing_it_gives_the_same_forces(loop):
+    plain_n = forces_of(rival.compiled, SIX, FEW_CYCLES)
+    assert worst_error(forces_of(loop, SIX, FEW_CYCLES), plain_n) <= ROUNDING
+
+
+def test_the_springs_of_the_rival_carry_the_friction_of_all_contacts():
+    parameters = standard_case()
+    wanted_n = sum(contact.max_force_n for contact in contacts_of(parameters))
+    for which in (SIX, GROUPS, HALVES):
+        limits_n = rival.equal_springs(parameters, GRID.springs, which).limit_n
+        assert np.sum(limits_n) == pytest.approx(wanted_n, rel=ROUNDING)
+    lines = standard_case({'contact.profile': 'rough_line'})
+    assert np.sum(rival.line_springs(lines).limit_n) == pytest.approx(wanted_n, rel=ROUNDING)
+
+
+def test_thousands_of_springs_of_rough_lines_agree_with_ours():
+    parameters = standard_case({'contact.profile': 'rough_line', 'sim.dt': FINE_S})
+    springs = rival.line_springs(parameters)
+    assert len(springs.limit_n) > 6 * 1000
+    forces_n = Rival(rival.vectorised, parameters, springs, GRID, FEW_CYCLES)()
+    assert worst_error(forces_n, Ours(parameters, FEW_CYCLES)()) <= ACCURACY
+
+
+def test_lugre_in_scipy_agrees_with_ours():
+    parameters = standard_case({**LUGRE, 'sim.dt': FINE_S})
+    ours_n = Ours(parameters, FEW_CYCLES)()
+    assert worst_error(ours_n, scipy_runner(parameters, FEW_CYCLES)('LSODA', 1e-6)) <= ACCURACY
+
+
+def test_programs_run_in_turn_and_are_warmed_up():
+    calls = []
+    programs = [Program(lambda n=name: calls.append(n), 1.0) for name in 'ab']
+    times = in_turn(programs, Sizes(rounds=2, least_s=0.0))
+    assert ''.join(calls) == 'ab' + 'abab'
+    assert times.seconds.shape == (2, 2)
+
+
+def test_the_first_accurate_setting_is_taken_and_else_the_last():
+    reference_n = np.array([1.0, 2.0])
+    tried = {3: reference_n * 1.5, 2: reference_n * (1.0 + 0.5 * ACCURACY), 1: reference_n}
+    assert cheapest([3, 2, 1], tried.get, reference_n) == 2
+    assert cheapest([3], tried.get, reference_n) == 3
+
+
+def test_an_unknown_benchmark_is_refused(capsys):
+    with pytest.raises(SystemExit):
+        main(['no-such'])
+    assert 'no benchmark no-such' in capsys.readouterr().err
+
+
+def test_the_octave_script_is_named_after_its_function():
+    script = Path(report.FOLDER, 'paper_algorithm.m')
+    assert script.read_text(encoding='utf-8').startswith('function paper_algorithm(')
