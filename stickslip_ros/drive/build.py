@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 from stickslip_ros.contact.bank import Group, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
@@ -19,6 +20,8 @@ UPPER_SHARE = math.sqrt(2.0) / 2.0
 """Normal force of an upper contact per preload, F_n1 / F_p (Eq. 19)."""
 LOWER_SHARE = math.sqrt(2.0) / 4.0
 """Normal force of a lower contact per preload, F_n2 / F_p (Eq. 19)."""
+MODELS_KEPT = 64
+"""Contact models kept for the next drive: a sweep over amplitudes has one for each preload."""
 SPRINGS_IN_ALL = 128
 """Springs of all groups together: so many keep real time while the preload changes."""
 
@@ -63,7 +66,13 @@ def plant_of(parameters: Parameters) -> Plant:
 
 
 def contact_model(parameters: Parameters) -> ContactModel:
-    """Return the constants of the six contacts."""
+    """Return the constants of the six contacts; those of the last few stands are kept."""
+    contact, law = parameters.contact, parameters.friction_law
+    return _contact_model(Parameters(contact=contact, friction_law=law, stand=parameters.stand))
+
+
+@lru_cache(maxsize=MODELS_KEPT)
+def _contact_model(parameters: Parameters) -> ContactModel:
     contacts = contacts_of(parameters)
     elasticity = elasticity_of(parameters.contact)
     stand = parameters.stand

@@ -9,20 +9,26 @@ import pytest
 
 from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.hemisphere import elasticity_of
+from stickslip_ros.contact.laws import deflect
+from stickslip_ros.contact.self_affine import Spectrum
+from stickslip_ros.contact.springs import drag
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.study.validation.checks import (
     Check,
     Scale,
     Tolerance,
     compare,
+    compare_bound,
     compare_printed,
     compare_worst,
 )
 from stickslip_ros.study.validation.energy import energy
 from stickslip_ros.study.validation.families import FAMILIES, validate
 from stickslip_ros.study.validation.findings import Findings, failed_checks
+from stickslip_ros.study.validation.friction_laws import friction_laws
 from stickslip_ros.study.validation.histories import lost_energy
 from stickslip_ros.study.validation.jaeger import jaeger
+from stickslip_ros.study.validation.preload_ramp import both_on_the_ramp, preload_ramp
 from stickslip_ros.study.validation.report import (
     as_objects,
     csv_text,
@@ -32,6 +38,7 @@ from stickslip_ros.study.validation.report import (
     write_report,
 )
 from stickslip_ros.study.validation.roughness import roughness
+from stickslip_ros.study.validation.spectra import spectra
 from stickslip_ros.study.validation.springs import Springs, pull
 from stickslip_ros.study.validation.tables import tables
 from stickslip_ros.study.validation.tangential import tangential
@@ -111,6 +118,13 @@ def test_the_worst_of_many_is_shown():
     assert scaled.passed
 
 
+def test_a_bound_is_kept_up_to_its_value_and_no_number_does_not_keep_it():
+    assert compare_bound('x', 'a test', 2.0, 2.0, '').passed
+    above = compare_bound('x', 'a test', 2.0, 2.5, '')
+    assert (above.error, above.passed) == (0.25, False)
+    assert not compare_bound('x', 'a test', 2.0, nan, '').passed
+
+
 def test_a_wrong_number_of_pohrt_and_popov_is_found(monkeypatch):
     monkeypatch.setattr('stickslip_ros.contact.roughness.POHRT_POPOV', 1.9413)
     assert names_of_failed(roughness()) == [
@@ -144,6 +158,39 @@ def test_a_loss_that_is_a_thousandth_too_large_is_found(monkeypatch):
     monkeypatch.setattr(f'{PACKAGE}.histories.lost_energy', too_large)
     assert 'sphere: loss per cycle at u_max' in names_of_failed(energy())
     assert 'cone: friction loss, kernel' in names_of_failed(jaeger())
+
+
+def test_springs_that_do_not_feel_a_lighter_load_are_found(monkeypatch):
+    def heavy(bank, forces_n, du_m, before_n, after_n):
+        return drag(bank, forces_n, du_m, before_n, max(before_n, after_n))
+
+    monkeypatch.setattr(f'{PACKAGE}.bank_history.drag', heavy)
+    both_on_the_ramp.cache_clear()
+    failed = [check.name for check in preload_ramp() if not check.passed]
+    both_on_the_ramp.cache_clear()
+    assert 'rough, preload ramps: T/(mu F_n)' in failed
+    assert 'smooth, preload ramps: friction loss' in failed
+
+
+def test_the_factor_q_that_equation_9_has_too_many_is_found(monkeypatch):
+    def printed(self, wave_number_per_m):
+        wave = np.asarray(wave_number_per_m)
+        return np.pi * wave**2 * self.density_2d(wave)
+
+    monkeypatch.setattr(Spectrum, 'density_1d', printed)
+    failed = names_of_failed(spectra())
+    assert 'no roll-off: 2 int C_1D dq (Eq. 9, corrected)' in failed
+    assert 'no roll-off: 2 pi int q C_2D dq (Eq. 8)' not in failed
+
+
+def test_a_friction_that_is_a_thousandth_too_large_is_found(monkeypatch):
+    def too_large(*arguments):
+        z_m, force_n, loss_j = deflect(*arguments)
+        return z_m, 1.001 * force_n, loss_j
+
+    monkeypatch.setattr(f'{PACKAGE}.law_drivers.deflect', too_large)
+    failed = names_of_failed(friction_laws())
+    assert {'Dahl: virgin curve', 'Dahl: ends of the loop'} <= set(failed)
 
 
 def test_a_spring_sticks_slips_and_turns():

@@ -52,6 +52,9 @@ class Scale:
 ROUNDING = Tolerance(1e-12, 'rounding of a few thousand operations in double precision')
 
 
+BOUND = Tolerance(1e-9, 'a bound: nothing may exceed it')
+
+
 @dataclass(frozen=True)
 class Check:
     """
@@ -174,4 +177,30 @@ def compare_worst(
         tolerance.value,
         tolerance.reason,
         scale.name if scale else '',
+    )
+
+
+def compare_bound(name: str, reference_text: str, bound: float, ours: float, unit: str) -> Check:
+    """
+    Return the check that a size does not exceed a bound; its error is the share of excess.
+
+    Parameters
+    ----------
+    name, reference_text, unit : str
+        As in Check.
+    bound, ours : float
+        Bound, which is shown as the reference, and size, SI.
+
+    """
+    excess = (ours - bound) / bound if ours > bound else 0.0 * ours  # NaN stays NaN, and fails
+    return Check(
+        name,
+        reference_text,
+        float(bound),
+        float(ours),
+        unit,
+        float(excess),
+        BOUND.value,
+        BOUND.reason,
+        'excess over the bound',
     )

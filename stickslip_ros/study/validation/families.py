@@ -5,10 +5,14 @@ from collections.abc import Callable, Sequence
 from stickslip_ros.study.validation.contact_case import contact_case
 from stickslip_ros.study.validation.energy import energy
 from stickslip_ros.study.validation.findings import Findings
+from stickslip_ros.study.validation.friction_laws import friction_laws
 from stickslip_ros.study.validation.hysteresis import hysteresis
 from stickslip_ros.study.validation.jaeger import jaeger
 from stickslip_ros.study.validation.normal_load import normal_load
+from stickslip_ros.study.validation.ring_down import ring_down
 from stickslip_ros.study.validation.roughness import roughness
+from stickslip_ros.study.validation.spectra import spectra
+from stickslip_ros.study.validation.spring_bank import spring_bank
 from stickslip_ros.study.validation.tables import tables
 from stickslip_ros.study.validation.tangential import tangential
 from stickslip_ros.study.validation.three_dimensions import three_dimensions
@@ -25,6 +29,10 @@ FAMILIES: tuple[Family, ...] = (
     jaeger,
     three_dimensions,
     contact_case,
+    spectra,
+    ring_down,
+    spring_bank,
+    friction_laws,
 )
 """A new family is a function without arguments that returns Findings, and one line here."""
 

@@ -8,7 +8,7 @@ from stickslip_ros.contact.memory import fresh_stack, move, relax
 from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.virgin import CELLS, tabulate
+from stickslip_ros.contact.virgin import CELLS, VirginCurve, tabulate
 from stickslip_ros.study.validation.checks import Tolerance
 
 SPHERE_TABLE = 1.5 * 0.2079 * CELLS**-1.5
@@ -45,7 +45,12 @@ class History:
 
 def remember(contact: Presliding, displacements_m: Array) -> History:
     """Return the answer of the memory kernel, from a relaxed contact at 0."""
-    curve, stack = tabulate([contact]), fresh_stack()
+    return remember_all(tabulate([contact]), displacements_m)
+
+
+def remember_all(curve: VirginCurve, displacements_m: Array) -> History:
+    """Return the answer of the memory kernel for contacts that are tabulated together."""
+    stack = fresh_stack()
     memory = relax(stack, 0.0)
     rows = []
     for place_m in displacements_m:
