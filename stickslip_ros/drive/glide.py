@@ -11,11 +11,13 @@ Fourth order, one motion of the contact per step, always forwards in time.
 
 """
 
+from typing import NamedTuple
+
 from stickslip_ros.contact.branch import branch_towards, force_ahead, stiffness_on
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.reaction import History, move_on_stack
 from stickslip_ros.drive.actuator import foot_displacement
-from stickslip_ros.drive.oscillator import propagator
+from stickslip_ros.drive.oscillator import Propagator, propagator
 from stickslip_ros.drive.records import Plant, State, Sums
 from stickslip_ros.drive.runner import force_on_runner
 
@@ -25,6 +27,29 @@ loop that closes within this share of the step closes at once."""
 SIXTH = 1.0 / 6.0
 NEWTON_STEPS = 1
 """One is enough: with three the worst error of 120 cases changes in its eleventh digit."""
+
+
+class Slide(NamedTuple):
+    """
+    The sliding of the runner against the feet at the start of a step.
+
+    Attributes
+    ----------
+    speed, speeding : float
+        Velocity, m/s, and acceleration, m/s^2.
+    pull, pull_rate : float
+        Acceleration by all but damping of the sliding and change of the contact force, m/s^2,
+        and its growth, m/s^3.
+    gamma : float
+        Damping over mass, 1/s.
+
+    """
+
+    speed: float
+    speeding: float
+    pull: float
+    pull_rate: float
+    gamma: float
 
 
 @kernel
@@ -57,34 +82,20 @@ def glide(
     """
     curve, stack, memory = plant.contact.curve, history.stack, state.contact.memory
     foot_m_per_s = plant.gain_m_per_v * rate_v_per_s
-    gamma = plant.damping_n_s_per_m * plant.per_kg
+    slide = _slide_now(plant, state, foot_m_per_s, load_n)
 
-    # Everything but the change of the contact force: m y'' = m (pull + pull_rate t) - ...
-    drag_n = plant.damping_n_s_per_m * foot_m_per_s
-    others_n = force_on_runner(plant, state.position_m, memory.force_n, load_n)
-    pull = (others_n - drag_n) * plant.per_kg
-    pull_rate = -plant.cell_n_per_m * foot_m_per_s * plant.per_kg
-    slide = state.velocity_m_per_s - foot_m_per_s
-    speeding = pull - gamma * slide
-
-    rests = abs(slide) < RESTING * abs(speeding) * longest_s
-    branch = branch_towards(curve, stack, memory, speeding if rests else slide)
+    rests = abs(slide.speed) < RESTING * abs(slide.speeding) * longest_s
+    branch = branch_towards(curve, stack, memory, slide.speeding if rests else slide.speed)
     tangent = stiffness_on(curve, branch, memory.u_m)
     omega_squared = (plant.cell_n_per_m + tangent) * plant.per_kg
     h_s = longest_s
-    if not rests and slide * speeding < 0.0:
-        h_s = _time_to_turn(slide, speeding, pull_rate, omega_squared, gamma, longest_s)
-
+    if not rests and slide.speed * slide.speeding < 0.0:
+        h_s = _time_to_turn(slide, omega_squared, longest_s)
     gap_m = branch.reach_m - branch.sense * (memory.u_m - branch.origin_m)
-    h_s = _time_to_close(gap_m, branch.sense * slide, branch.sense * speeding, h_s)
+    h_s = _time_to_close(gap_m, branch.sense * slide.speed, branch.sense * slide.speeding, h_s)
 
-    # Two half steps of the oscillator: y is the sliding since the start, w its velocity.
-    half = propagator(omega_squared, gamma, 0.5 * h_s)
-    y_middle = slide * half.impulse + pull * half.step + pull_rate * half.ramp
-    w_middle = slide * half.velocity + pull * half.impulse + pull_rate * half.step
-    pull_middle = pull + pull_rate * 0.5 * h_s - omega_squared * y_middle
-    y_end = y_middle + w_middle * half.impulse + pull_middle * half.step + pull_rate * half.ramp
-    w_end = w_middle * half.velocity + pull_middle * half.impulse + pull_rate * half.step
+    half = propagator(omega_squared, slide.gamma, 0.5 * h_s)
+    y_middle, w_middle, y_end, w_end = _oscillate(slide, omega_squared, half, h_s)
 
     # What the tangent misses.
     middle_n = force_ahead(curve, stack, memory, branch, memory.u_m + y_middle)
@@ -99,35 +110,56 @@ def glide(
     missed_end = (contact.memory.force_n - memory.force_n - tangent * y_end) * plant.per_kg
     w_end -= (SIXTH * h_s) * (4.0 * half.velocity * missed_middle + missed_end)
     w_middle -= (SIXTH * h_s) * missed_middle
-    velocity_m_per_s = foot_m_per_s + w_end
 
     sums = _book(
-        plant, state, h_s, load_n, foot_m - state.foot_m, position_m, velocity_m_per_s,
+        plant, state, h_s, load_n, foot_m - state.foot_m, position_m, foot_m_per_s + w_end,
         state.position_m + 0.5 * h_s * foot_m_per_s + y_middle, foot_m_per_s + w_middle,
         middle_n, contact.memory.force_n,
     )  # fmt: skip
-    return State(state.clock, voltage_v, foot_m, position_m, velocity_m_per_s, contact, sums), h_s
+    return State(
+        state.clock, voltage_v, foot_m, position_m, foot_m_per_s + w_end, contact, sums
+    ), h_s
 
 
 @kernel
-def _time_to_turn(
-    slide: float,
-    speeding: float,
-    pull_rate: float,
-    omega_squared: float,
-    gamma: float,
-    longest_s: float,
-) -> float:
+def _slide_now(plant: Plant, state: State, foot_m_per_s: float, load_n: float) -> Slide:
+    """Return how the runner slides against the feet, and what pulls it."""
+    gamma = plant.damping_n_s_per_m * plant.per_kg
+    drag_n = plant.damping_n_s_per_m * foot_m_per_s
+    others_n = force_on_runner(plant, state.position_m, state.contact.memory.force_n, load_n)
+    pull = (others_n - drag_n) * plant.per_kg
+    pull_rate = -plant.cell_n_per_m * foot_m_per_s * plant.per_kg
+    speed = state.velocity_m_per_s - foot_m_per_s
+    return Slide(speed, pull - gamma * speed, pull, pull_rate, gamma)
+
+
+@kernel
+def _oscillate(
+    slide: Slide, omega_squared: float, half: Propagator, h_s: float
+) -> tuple[float, float, float, float]:
+    """Return sliding and its velocity in the middle and at the end: two half steps."""
+    pull, pull_rate = slide.pull, slide.pull_rate
+    y_middle = slide.speed * half.impulse + pull * half.step + pull_rate * half.ramp
+    w_middle = slide.speed * half.velocity + pull * half.impulse + pull_rate * half.step
+    pull_middle = pull + pull_rate * 0.5 * h_s - omega_squared * y_middle
+    y_end = y_middle + w_middle * half.impulse + pull_middle * half.step + pull_rate * half.ramp
+    w_end = w_middle * half.velocity + pull_middle * half.impulse + pull_rate * half.step
+    return y_middle, w_middle, y_end, w_end
+
+
+@kernel
+def _time_to_turn(slide: Slide, omega_squared: float, longest_s: float) -> float:
     """Return when the sliding velocity comes to zero, s; the longest time if it does not."""
-    jerk = pull_rate - omega_squared * slide - gamma * speeding
-    snap = -omega_squared * speeding - gamma * jerk
-    crackle = -omega_squared * jerk - gamma * snap
-    time_s = -slide / speeding
+    speed, speeding = slide.speed, slide.speeding
+    jerk = slide.pull_rate - omega_squared * speed - slide.gamma * speeding
+    snap = -omega_squared * speeding - slide.gamma * jerk
+    crackle = -omega_squared * jerk - slide.gamma * snap
+    time_s = -speed / speeding
     if time_s > 2.0 * longest_s:
         return longest_s
     for _ in range(NEWTON_STEPS):
         t = time_s
-        value = slide + t * (
+        value = speed + t * (
             speeding + t * (0.5 * jerk + t * (SIXTH * snap + t * 0.25 * SIXTH * crackle))
         )
         slope = speeding + t * (jerk + t * (0.5 * snap + t * SIXTH * crackle))
