@@ -20,6 +20,9 @@ UPPER_SHARE = math.sqrt(2.0) / 2.0
 """Normal force of an upper contact per preload, F_n1 / F_p (Eq. 19)."""
 LOWER_SHARE = math.sqrt(2.0) / 4.0
 """Normal force of a lower contact per preload, F_n2 / F_p (Eq. 19)."""
+PHASE_MAX = 1.1
+"""Longest step times the largest angular frequency, or rate of damping. The steps are series in
+both; up to here the energy balances to a few 1e-3."""
 MODELS_KEPT = 64
 """Contact models kept for the next drive: a sweep over amplitudes has one for each preload."""
 SPRINGS_IN_ALL = 128
@@ -50,19 +53,43 @@ def contacts_of(parameters: Parameters) -> list[Presliding]:
 def plant_of(parameters: Parameters) -> Plant:
     """Return the constant part of the drive."""
     attached = parameters.load_cell.contact == 'attached'
+    model = contact_model(parameters)
+    cell_n_per_m = parameters.load_cell.stiffness if attached else 0.0
     return Plant(
-        contact=contact_model(parameters),
+        contact=model,
         mass_kg=parameters.runner.mass,
         per_kg=1.0 / parameters.runner.mass,
         damping_n_s_per_m=parameters.runner.damping,
-        cell_n_per_m=parameters.load_cell.stiffness if attached else 0.0,
+        cell_n_per_m=cell_n_per_m,
         gain_m_per_v=parameters.actuator.gain,
         rest_v=parameters.amplifier.voltage_initial,
         voltage_min_v=parameters.amplifier.voltage_min,
         voltage_max_v=parameters.amplifier.voltage_max,
         slew_v_per_s=parameters.amplifier.slew_rate,
-        dt_s=parameters.sim.dt,
+        dt_s=min(parameters.sim.dt, longest_step_s(parameters, model, cell_n_per_m)),
     )
+
+
+def longest_step_s(parameters: Parameters, model: ContactModel, cell_n_per_m: float) -> float:
+    """
+    Return the longest step that resolves the fastest motion of the runner, s.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Mass and damping of the runner.
+    model : ContactModel
+        The contacts; they are stiffest while everything sticks.
+    cell_n_per_m : float
+        Stiffness of the load cell, N/m.
+
+    """
+    law, mass_kg = model.law, parameters.runner.mass
+    contact_n_per_m = max(float(model.curve.cells[0, 1]), law.bristle_n_per_m)
+    omega_per_s = math.sqrt((cell_n_per_m + contact_n_per_m) / mass_kg)
+    law_n_s_per_m = law.bristle_n_s_per_m + law.viscous_n_s_per_m
+    gamma_per_s = (parameters.runner.damping + law_n_s_per_m) / mass_kg
+    return PHASE_MAX / max(omega_per_s, gamma_per_s)
 
 
 def contact_model(parameters: Parameters) -> ContactModel:
@@ -118,7 +145,8 @@ def with_preload(plant: Plant, parameters: Parameters, preload_n: float) -> Plan
     """Return a plant that goes to another preload; its virgin curve is the one of the new load."""
     there = parameters.updated({'stand.preload': preload_n})
     model = plant.contact._replace(curve=tabulate(contacts_of(there)), preload_n=preload_n)
-    return plant._replace(contact=model)
+    longest_s = longest_step_s(parameters, model, plant.cell_n_per_m)
+    return plant._replace(contact=model, dt_s=min(parameters.sim.dt, longest_s))
 
 
 def state_at_rest(plant: Plant, history: History, preload_n: float) -> State:

@@ -25,6 +25,8 @@ RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
 SLEW_REFINEMENT = 64
 """Steps during a fall are so many times shorter: the feet cross the whole presliding range in
 two microseconds, and their work is an integral over that range."""
+SLEW_STEPS_MIN = 6.0
+"""Steps in which the feet of a slewing amplifier cross the presliding range, at least."""
 VERLET_REFINEMENT = 8
 """Steps are so many times shorter on springs and for the rival laws, which are stepped by
 velocity Verlet: second order, no look ahead."""
@@ -68,7 +70,9 @@ def ride(
     """Advance along a straight stretch of the voltage, in equal steps."""
     longest_s = plant.dt_s
     if abs(rate_v_per_s) >= plant.slew_v_per_s:
-        longest_s = plant.dt_s / SLEW_REFINEMENT
+        foot_m_per_s = plant.gain_m_per_v * abs(rate_v_per_s)
+        travel_m = plant.contact.curve.limit_m / SLEW_STEPS_MIN
+        longest_s = min(plant.dt_s / SLEW_REFINEMENT, travel_m / foot_m_per_s)
     if remembers_turns(plant.contact, state.contact):
         return _glide_along(
             plant, history, state, start_v, rate_v_per_s, load_n, stretch_s, longest_s

@@ -11,6 +11,8 @@ RUN_S = 0.2
 
 RESIDUAL = 1e-3
 """Largest residual at the default step, relative to the work of the feet."""
+EXTREME_RESIDUAL = 3e-3
+"""The same where the step is as long as the fastest swing of the runner allows."""
 ORDER_2 = (3.5, 4.5)
 """Half the step leaves a quarter of the error."""
 ORDER_4 = (100.0, 600.0)
@@ -125,3 +127,24 @@ def test_without_damping_nothing_is_lost_to_it(drive):
 
 def test_a_free_runner_has_no_energy_in_a_load_cell(drive):
     assert drive(load_cell__contact='absent').start(WAVE, [5e-3]).ledger.cell_j == 0.0
+
+
+@pytest.mark.parametrize(
+    'extreme',
+    [
+        {'runner__mass': 1e-6},
+        {'runner__mass': 10.0},
+        {'runner__damping': 1e4},
+        {'load_cell__stiffness': 1e9},
+        {'amplifier__slew_rate': 1e12},
+        {'amplifier__slew_rate': 1e6},
+        {'sim__dt': 2e-5, 'runner__mass': 1e-4, 'stand__preload': 2.0},
+        {'contact__law': 'lugre', 'friction_law__bristle_damping': 100.0},
+        {'contact__law': 'dahl', 'friction_law__bristle_stiffness': 1e10},
+    ],
+    ids=str,
+)
+def test_steps_are_short_enough_at_the_ends_of_the_bounds(extreme, drive):
+    machine = drive(**extreme).start(WAVE, [0.02])
+    assert np.isfinite(machine.state.position_m)
+    assert abs(_residual(machine)) < EXTREME_RESIDUAL
