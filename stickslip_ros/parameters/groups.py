@@ -31,7 +31,7 @@ class SimParameters(Checked):
         1e-8,
         2e-5,
         ASSUMED,
-        'longest step; shorter for a runner that swings fast, in falls, on springs, for rival laws',
+        'longest step; shorter if the runner swings fast, in falls, on springs, for rival laws',
     )
     block: float = quantity(
         1e-3,
