@@ -44,8 +44,8 @@ def take_ledger(plant: Plant, history: History, state: State) -> EnergyLedger:
     return EnergyLedger(
         feet_work_j=state.sums.feet_work_j,
         load_work_j=state.sums.load_work_j,
-        kinetic_j=0.5 * plant.mass_kg * state.velocity_m_per_s**2,
-        cell_j=0.5 * plant.cell_n_per_m * state.position_m**2,
+        kinetic_j=0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s,
+        cell_j=0.5 * plant.cell_n_per_m * state.position_m * state.position_m,
         contact_stored_j=contact_stored(plant.contact, history, state.contact),
         contact_lost_j=contact_lost(plant.contact, history, state.contact),
         damping_lost_j=state.sums.damping_lost_j,

@@ -112,6 +112,8 @@ class Bench:
         ------
         OutOfRange
             If ``until_ns`` does not lie a whole number of samples ahead, within one block.
+        StickSlipError
+            If the integration has failed.
 
         """
         samples = self._samples_until(until_ns)
@@ -130,6 +132,7 @@ class Bench:
             trace,
             self._ramps,
         )
+        self._check_motion()
         trace[:, TIME] = (self.time_ns + sample_ns * np.arange(1, samples + 1)) * NANO
         self.time_ns = until_ns
         self._end_move_if_done()
@@ -138,6 +141,13 @@ class Bench:
         for sensor, column in zip(self._sensors, (POSITION, FORCE), strict=True):
             trace[:, column] = sensor.read(trace[:, column])
         return self._report(trace, first_cycle)
+
+    def _check_motion(self) -> None:
+        if not math.isfinite(self._state.position_m + self._state.velocity_m_per_s):
+            raise StickSlipError(
+                f'the motion is no longer finite after {self.time_ns} ns; lower sim.dt, or bring '
+                'mass, damping and stiffnesses nearer to each other'
+            )
 
     def _samples_until(self, until_ns: int) -> int:
         samples, rest_ns = divmod(until_ns - self.time_ns, self.parameters.sample_ns)

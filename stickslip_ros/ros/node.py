@@ -1,5 +1,6 @@
 """The lifecycle node: commands in, readings out; the drive itself runs in a session."""
 
+from concurrent.futures import Future
 from concurrent.futures import TimeoutError as NoReply
 from functools import partial
 from typing import Any
@@ -119,9 +120,10 @@ class StickSlipDrive(LifecycleNode):
     def _up_to_date(self) -> Session:
         """Return the drive, built anew if its parameters were changed while it was inactive."""
         parameters = read_parameters(self)
-        if self._session is None or self._session.parameters != parameters:
-            self._session = Session(parameters, self._publish)
-        return self._session
+        old = self._session
+        if old is None or old.failure is not None or old.parameters != parameters:
+            old = self._session = Session(parameters, self._publish)
+        return old
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the drive and finish its recording; its state stays."""
@@ -208,9 +210,9 @@ class StickSlipDrive(LifecycleNode):
         self, name: str, _: Trigger.Request, response: Trigger.Response
     ) -> Trigger.Response:
         try:
-            self.session.submit(Request(name)).result(REPLY_TIMEOUT_S)
+            _await_reply(self.session.submit(Request(name)))
             response.success = True
-        except (StickSlipError, NoReply) as error:
+        except StickSlipError as error:
             response.message = f'{name} refused: {error}'
         return response
 
@@ -220,7 +222,7 @@ class StickSlipDrive(LifecycleNode):
         try:
             response.message = self._set_recording(request.data)
             response.success = True
-        except (StickSlipError, NoReply) as error:
+        except StickSlipError as error:
             response.message = str(error)
         return response
 
@@ -230,9 +232,13 @@ class StickSlipDrive(LifecycleNode):
             raise StickSlipError('already recording' if wanted else 'not recording')
         if wanted:
             writer = self._open_recording(session)
-            session.exchange_recording(writer).result(REPLY_TIMEOUT_S)
+            try:
+                _await_reply(session.exchange_recording(writer))
+            except StickSlipError:
+                writer.close()
+                raise
             return str(writer.recorder.path)
-        ended = session.exchange_recording(None).result(REPLY_TIMEOUT_S)
+        ended = _await_reply(session.exchange_recording(None))
         return '' if ended is None else self._close_recording(ended)
 
     def _open_recording(self, session: Session) -> RunWriter:
@@ -270,3 +276,14 @@ class StickSlipDrive(LifecycleNode):
         )
         array.header.stamp = self.get_clock().now().to_msg()
         self._publishers_by_key['diagnostics'].publish(array)
+
+
+def _await_reply(reply: 'Future[RunWriter | None]') -> RunWriter | None:
+    """Wait for a tick to carry out an order; one that does not come is withdrawn and refused."""
+    try:
+        return reply.result(REPLY_TIMEOUT_S)
+    except NoReply:
+        reply.cancel()
+        raise StickSlipError(
+            f'the drive made no tick in {REPLY_TIMEOUT_S:g} s; look at /diagnostics'
+        ) from None

@@ -1,11 +1,17 @@
 """Absolute deadlines: the drive neither drifts nor hides that it is late."""
 
 import math
+import threading
 import time
+from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
 
+LONG_PAUSE_S = 0.2
+"""A longer pause ends at once when the loop is told to stop; sleeping is more exact."""
+TICKS_KEPT = 100_000
+"""Ticks that a report looks back on, at most."""
 LAG_MAX_S = 0.1
 """Lag that is caught up; beyond it the deadlines are moved and simulated time stays behind."""
 
@@ -66,16 +72,18 @@ class Pacer:
     def start(self) -> None:
         """Begin to count deadlines now."""
         self._deadline_s = self._report_s = time.monotonic()
-        self._lateness_s: list[float] = []
+        self._lateness_s: deque[float] = deque(maxlen=TICKS_KEPT)
 
-    def wait(self) -> None:
-        """Sleep until the next deadline, and note how late the loop wakes."""
+    def wait(self, stopping: threading.Event | None = None) -> None:
+        """Sleep until the next deadline, or until told to stop; note how late the loop wakes."""
         if self._period_s == 0.0:
             self._lateness_s.append(0.0)
             return
         self._deadline_s += self._period_s
         pause_s = self._deadline_s - time.monotonic()
-        if pause_s > 0.0:
+        if pause_s > LONG_PAUSE_S and stopping is not None:
+            stopping.wait(pause_s)
+        elif pause_s > 0.0:
             time.sleep(pause_s)
         late_s = max(0.0, time.monotonic() - self._deadline_s)
         self._lateness_s.append(late_s)
@@ -87,7 +95,7 @@ class Pacer:
     def report(self) -> PaceReport:
         """Summarise the ticks since the last report, and begin a new one."""
         now_s = time.monotonic()
-        ticks, self._lateness_s = self._lateness_s, []
+        ticks, self._lateness_s = self._lateness_s, deque(maxlen=TICKS_KEPT)
         lateness = np.array(ticks)
         elapsed_s, self._report_s = now_s - self._report_s, now_s
         late = lateness if len(lateness) else np.array([math.nan])

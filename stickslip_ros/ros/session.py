@@ -69,6 +69,7 @@ class Session:
         self._feed = Feed(parameters)
         self._writer: RunWriter | None = None
         self._orders: deque[Order] = deque()
+        self._due: list[Order] = []
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -91,7 +92,10 @@ class Session:
             self._thread.join()
             self._thread = None
         while self._orders:
-            self._orders.popleft().reply.cancel()
+            order = self._orders.popleft()
+            order.reply.cancel()
+            if order.writer is not None:
+                order.writer.close()
         writer, self._writer = self._writer, None
         return writer
 
@@ -113,14 +117,21 @@ class Session:
         try:
             while not self._stopping.is_set():
                 self._tick()
-                self.pacer.wait()
+                self.pacer.wait(self._stopping)
         except BaseException as error:
             self.failure = error
+            self._refuse_all(error)
             raise
+
+    def _refuse_all(self, error: BaseException) -> None:
+        """Answer every order that will never be carried out."""
+        for order in (*self._due, *self._orders):
+            if not order.reply.done():
+                order.reply.set_exception(StickSlipError(f'the drive has stopped: {error}'))
 
     def _tick(self) -> None:
         now_ns = self.bench.time_ns
-        due = self._take_due(now_ns)
+        due = self._due = self._take_due(now_ns)
         requests = [order.request for order in due if order.request is not None]
         replies = [self._exchange(order) if order.request is None else None for order in due]
         if self._writer is not None:
@@ -145,7 +156,8 @@ class Session:
         waiting = [self._orders.popleft() for _ in range(len(self._orders))]
         later = [order for order in waiting if order.due_ns > now_ns]
         self._orders.extendleft(reversed(later))
-        return [order for order in waiting if order.due_ns <= now_ns]
+        due = [order for order in waiting if order.due_ns <= now_ns]
+        return [order for order in due if order.reply.set_running_or_notify_cancel()]
 
 
 def require(session: Session | None) -> Session:
