@@ -52,6 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
         parameters.contact.friction,
         arguments.normal_force,
     )
+    _check_size(contact, parameters.contact.radius)
     result = describe_contact(contact)
     if arguments.curve is not None:
         fractions = parse_fractions(arguments.curve)
@@ -62,6 +63,13 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         _print(result, parameters.contact.profile, arguments)
     return 0
+
+
+def _check_size(contact: Presliding, sphere_m: float) -> None:
+    radius_m = contact.indentation.radius_m
+    if radius_m > sphere_m:
+        limit = f'beyond the radius of the sphere, {sphere_m:g} m'
+        raise OutOfRange('contact radius', radius_m, 'm', limit, 'lower --normal-force')
 
 
 def describe_contact(contact: Presliding) -> dict[str, Any]:

@@ -17,7 +17,7 @@ Written by `stickslip interface > docs/interface.md`; a test keeps it in step wi
 Node `stickslip_drive`, executable `drive` of the package `stickslip_ros`, a lifecycle node that
 starts itself unless `autostart` is false. Names are relative, so a namespace moves them. All
 numbers are SI. +x is the direction in which a slow ramp of positive frequency pulls the runner.
-Stamps and recorded times are simulated time, from 0 at the activation.
+Stamps and recorded times are simulated time, from 0 at the configuration.
 """
 
 

@@ -13,6 +13,7 @@ from stickslip_ros.cli.common import (
     print_table,
     progress_bar,
 )
+from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.law_comparison import (
     AMPLITUDE_MAX_M,
@@ -47,6 +48,9 @@ def add_verb(verbs: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run all, write the table, draw the figure."""
     parameters = chosen_parameters(arguments)
+    if arguments.amplitudes < 1:
+        mend = 'give the number of amplitudes up to 160 nm'
+        raise OutOfRange('--amplitudes', arguments.amplitudes, '', 'below 1', mend)
     with progress_bar(quiet=arguments.json) as bar:
         task = bar.add_task('runs', total=None)
         points = compare_laws(
@@ -57,7 +61,7 @@ def run(arguments: argparse.Namespace) -> int:
     write_points(points, arguments.out / 'laws.csv')
     draw_points(points, arguments.out / 'laws.png', _note(parameters))
     if arguments.json:
-        print_json([dataclasses.asdict(point) for point in points])
+        print_json({'points': [dataclasses.asdict(point) for point in points]})
     else:
         _print(points, arguments.out)
     return 0

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+import re
 import sys
 from collections.abc import Sequence
 
@@ -39,6 +40,7 @@ VERBS = (
     interface,
 )
 REFUSED = 2
+NEGATIVE_NUMBER = re.compile(r'-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf|-nan', re.IGNORECASE)
 
 DESCRIPTION = """\
 A virtual stick-slip microdrive: rough-contact mechanics, drive, sensors, ROS 2 node.
@@ -93,8 +95,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit status: 0 done, 1 a check failed, 2 refused.
 
     """
-    parsed, rest = build_parser().parse_known_args(arguments)
-    if rest and not getattr(parsed, 'takes_ros_arguments', False):
+    words = _join_negative_numbers(sys.argv[1:] if arguments is None else arguments)
+    parsed, rest = build_parser().parse_known_args(words)
+    if rest and not (getattr(parsed, 'takes_ros_arguments', False) and rest[0] == '--ros-args'):
         build_parser().error(f'unrecognized arguments: {" ".join(rest)}')
     parsed.ros_arguments = rest
     try:
@@ -106,4 +109,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader, such as head, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        name = f'{error.filename}: ' if error.filename else ''
+        sys.stderr.write(f'stickslip: {name}{error.strerror}; choose another path\n')
+        return REFUSED
     return status
+
+
+def _join_negative_numbers(words: Sequence[str]) -> list[str]:
+    """Return ``--frequency -1e3`` as ``--frequency=-1e3``, which argparse understands."""
+    joined: list[str] = []
+    for word in words:
+        follows_option = bool(joined) and joined[-1].startswith('--') and '=' not in joined[-1]
+        if follows_option and NEGATIVE_NUMBER.fullmatch(word):
+            joined[-1] += f'={word}'
+        else:
+            joined.append(word)
+    return joined

@@ -1,5 +1,6 @@
 """The normal problem: force, indentation and contact radius (Eqs 24 and 25)."""
 
+import math
 from dataclasses import dataclass
 
 from stickslip_ros.contact.elasticity import Elasticity
@@ -68,6 +69,8 @@ def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> I
         raise OutOfRange(
             'normal force', normal_force_n, 'N', 'not above 0 N', 'press the bodies together'
         )
+    if not math.isfinite(normal_force_n):
+        raise OutOfRange('normal force', normal_force_n, 'N', 'not finite', 'give a number')
     area_m2 = normal_force_n / (2.0 * elasticity.normal_pa)
     depth_m = profile.depth_for(area_m2)
     return Indentation(normal_force_n, depth_m, float(profile.half_width(depth_m)))

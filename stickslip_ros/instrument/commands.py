@@ -10,6 +10,7 @@ from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.parameters import Parameters, spec_of
 
 STEPS_MAX = 2**31 - 1
+FREQUENCY_MIN_HZ = 1e-3
 FALL_SHARE_MAX = 0.5
 """A fall may take at most this share of the period, or the saw-tooth has no ramp left."""
 
@@ -150,6 +151,10 @@ def _check_frequency(parameters: Parameters, amplitude_v: float, frequency_hz: f
     if frequency_hz == 0.0:
         mend = 'give steps per second; the sign is the direction'
         raise OutOfRange('frequency', frequency_hz, 'Hz', 'not a frequency', mend)
+    if abs(frequency_hz) < FREQUENCY_MIN_HZ:
+        limit = f'below {FREQUENCY_MIN_HZ:g} Hz'
+        mend = 'raise it, or ramp the voltage directly'
+        raise OutOfRange('frequency', frequency_hz, 'Hz', limit, mend)
     if abs(frequency_hz) > amplifier.frequency_max:
         limit = f"above the amplifier's {amplifier.frequency_max:g} Hz"
         mend = 'lower it or raise amplifier.frequency_max'

@@ -1,5 +1,6 @@
 """A saw-tooth run of the virtual stand without ROS, and what a scientist reads off it."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START
-from stickslip_ros.errors import OutOfRange
+from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Move, Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
@@ -247,9 +248,16 @@ def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
     Raises
     ------
     OutOfRange
-        If the amplifier cannot reach it.
+        If it is negative, or the amplifier cannot reach it.
+    WrongKind
+        If it is not finite.
 
     """
+    mend = 'give the stroke of the feet in metres, as 60e-9'
+    if not math.isfinite(amplitude_m):
+        raise WrongKind('amplitude', amplitude_m, 'a finite number', mend)
+    if amplitude_m < 0.0:
+        raise OutOfRange('amplitude', amplitude_m, 'm', 'below 0 m', mend)
     amplifier = parameters.amplifier
     largest_m = (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain
     # A stroke typed in nanometres may exceed the largest by rounding only.

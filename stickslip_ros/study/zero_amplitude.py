@@ -19,6 +19,7 @@ from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Row
 
+STEPS_MIN = 10
 STEPS = 120
 """Steps of each run; its step length is the mean of the last ten."""
 STEP_MIN_M = 1e-10
@@ -106,8 +107,9 @@ def zero_amplitude(
         If the frequency is refused, or the runner steps at no amplitude.
 
     """
-    if steps < 1:
-        raise OutOfRange('steps', steps, '', 'below the minimum 1', 'raise it')
+    if steps < STEPS_MIN:
+        limit = f'below the minimum {STEPS_MIN} (the first steps are irregular)'
+        raise OutOfRange('steps', steps, '', limit, 'raise it')
     free = parameters.updated({'load_cell.contact': 'absent'})
     runner = _FreeRunner(free, frequency_hz, steps, workers, progress)
     full_m = _full_stroke_m(free)

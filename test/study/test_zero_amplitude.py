@@ -74,7 +74,12 @@ def test_the_number_of_workers_changes_nothing_and_progress_is_told(stand):
     [
         ({'stand.preload': 5.0}, 200.0, 120, 'stroke 1.6e-07 m is too small for a step: none'),
         ({}, 0.0, 120, 'frequency 0 Hz is not a frequency'),
-        ({}, 200.0, 0, 'steps 0 is below the minimum 1; raise it'),
+        (
+            {},
+            200.0,
+            0,
+            'steps 0 is below the minimum 10 (the first steps are irregular); raise it',
+        ),
     ],
 )
 def test_what_has_no_zero_amplitude_is_refused(values, frequency_hz, steps, message, stand):
