@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.contact.springs import friction_limit
+from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import FORCE, POSITION, Result, Status
@@ -165,3 +166,10 @@ def test_a_preload_out_of_range_is_refused_and_changes_nothing(value, said):
     assert said in event.message
     assert bench.state.contact.preload_n == 0.5
     assert not bench.state.contact.on_springs
+
+
+def test_a_motion_that_is_no_longer_finite_is_told_instead_of_published():
+    bench = Bench(quiet())
+    bench._state = bench._state._replace(velocity_m_per_s=float('nan'))
+    with pytest.raises(StickSlipError, match=r'no longer finite .* lower sim\.dt'):
+        advance(bench, 1)

@@ -1,0 +1,63 @@
+"""A session answers every order, whatever happens to it."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.feed import Packed
+from stickslip_ros.ros.session import Session, require
+
+TIMEOUT_S = 20.0
+FAR_NS = 10**15
+
+
+@pytest.fixture
+def session() -> Iterator[Session]:
+    running = Session(Parameters(), lambda packed: None)
+    running.start()
+    yield running
+    running.stop()
+
+
+def test_an_order_is_carried_out_at_the_first_tick_from_its_time_on(session: Session):
+    session.submit(Request('voltage', (30.0,)), due_ns=5_000_000).result(TIMEOUT_S)
+    assert session.bench.time_ns >= 6_000_000
+    assert session.failure is None
+
+
+def test_a_withdrawn_order_is_never_carried_out_and_does_no_harm(session: Session):
+    withdrawn = session.submit(Request('voltage', (30.0,)), due_ns=session.bench.time_ns + 10**8)
+    assert withdrawn.cancel()
+    session.submit(Request('stop'), due_ns=session.bench.time_ns + 2 * 10**8).result(TIMEOUT_S)
+    assert session.failure is None
+    assert session.bench.state.voltage_v == 0.0
+
+
+@pytest.mark.filterwarnings('ignore::pytest.PytestUnhandledThreadExceptionWarning')
+def test_when_the_drive_fails_every_waiting_order_is_refused_with_the_reason():
+    def publish(packed: Packed) -> None:
+        if packed.time_ns >= 3_000_000:
+            raise OSError('the network is gone')
+
+    session = Session(Parameters(), publish)
+    waiting = session.submit(Request('stop'), due_ns=FAR_NS)
+    session.start()
+    with pytest.raises(StickSlipError, match='the drive has stopped: the network is gone'):
+        waiting.result(TIMEOUT_S)
+    with pytest.raises(StickSlipError, match='restart the node'):
+        require(session)
+    session.stop()
+
+
+def test_stopping_does_not_wait_for_a_slow_pace():
+    session = Session(Parameters().updated({'sim.real_time_factor': 1e-6}), lambda packed: None)
+    first_tick = session.submit(Request('stop'))
+    session.start()
+    first_tick.result(TIMEOUT_S)
+    thread = session._thread
+    session.stop()
+    assert thread is not None
+    assert not thread.is_alive()
