@@ -8,7 +8,7 @@ from stickslip_ros.contact.bank import Group, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.laws import LAW_NUMBERS, FrictionLaw
 from stickslip_ros.contact.presliding import Presliding, presliding
-from stickslip_ros.contact.reaction import ContactModel, History, relaxed
+from stickslip_ros.contact.reaction import ContactModel, History, onto_springs, relaxed
 from stickslip_ros.contact.springs import SpringBank
 from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.drive.records import Clock, Plant, State, Sums
@@ -147,6 +147,14 @@ def with_preload(plant: Plant, parameters: Parameters, preload_n: float) -> Plan
     model = plant.contact._replace(curve=tabulate(contacts_of(there)), preload_n=preload_n)
     longest_s = longest_step_s(parameters, model, plant.cell_n_per_m)
     return plant._replace(contact=model, dt_s=min(parameters.sim.dt, longest_s))
+
+
+def change_preload(
+    plant: Plant, history: History, state: State, parameters: Parameters, preload_n: float
+) -> tuple[Plant, State]:
+    """Return plant and state that go to another preload: the springs take over on the way."""
+    contact = onto_springs(plant.contact, history, state.contact)
+    return with_preload(plant, parameters, preload_n), state._replace(contact=contact)
 
 
 def state_at_rest(plant: Plant, history: History, preload_n: float) -> State:

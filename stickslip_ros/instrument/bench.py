@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import fresh_history, onto_springs
+from stickslip_ros.contact.reaction import fresh_history
 from stickslip_ros.drive.amplifier import SETTLED_V
-from stickslip_ros.drive.build import clock_at_start, plant_of, state_at_rest, with_preload
+from stickslip_ros.drive.build import change_preload, clock_at_start, plant_of, state_at_rest
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import State, Wave
 from stickslip_ros.drive.waveform import level
@@ -235,9 +235,9 @@ class Bench:
 
     def _change_preload(self, preload_n: float) -> None:
         """Let the springs take over, and go to another preload."""
-        contact = onto_springs(self.plant.contact, self._history, self._state.contact)
-        self._state = self._state._replace(contact=contact)
-        self.plant = with_preload(self.plant, self.parameters, preload_n)
+        self.plant, self._state = change_preload(
+            self.plant, self._history, self._state, self.parameters, preload_n
+        )
 
     def _is_preloaded(self) -> bool:
         return self._state.contact.preload_n == self.plant.contact.preload_n

@@ -6,7 +6,7 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import contact_lost, fresh_history
-from stickslip_ros.drive.build import clock_at_start, plant_of, state_at_rest, with_preload
+from stickslip_ros.drive.build import change_preload, clock_at_start, plant_of, state_at_rest
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.plant import RAMP_MEAN, RAMP_START, advance
 from stickslip_ros.errors import OutOfRange
@@ -105,14 +105,16 @@ class _Run:
     """A drive under one wave, advanced by whole windows of cycles."""
 
     def __init__(self, parameters: Parameters, move: Move) -> None:
-        self._parameters = parameters
         self._wave = move.wave
         self._plant = plant_of(parameters)
         self._history = fresh_history(self._plant.contact)
         preload_n = parameters.stand.preload
         self._state = state_at_rest(self._plant, self._history, preload_n)
         if parameters.stand.preload_end:
-            self._plant = with_preload(self._plant, parameters, parameters.stand.preload_end)
+            end_n = parameters.stand.preload_end
+            self._plant, self._state = change_preload(
+                self._plant, self._history, self._state, parameters, end_n
+            )
         self._state = self._state._replace(clock=clock_at_start(self._state))
         self._logs: list[Array] = []
 
