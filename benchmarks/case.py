@@ -6,8 +6,7 @@ from typing import TypeVar
 import numpy as np
 
 from benchmarks.clock import Array
-from stickslip_ros.contact.reaction import fresh_history
-from stickslip_ros.drive.build import clock_at_start, plant_of, state_at_rest
+from stickslip_ros.drive.build import clock_at_start, history_of, plant_of, state_at_rest
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.plant import RAMP_MEAN, advance
 from stickslip_ros.drive.records import State
@@ -46,7 +45,7 @@ class Ours:
 
     def __init__(self, parameters: Parameters, cycles: int) -> None:
         self.plant = plant_of(parameters)
-        self.history = fresh_history(self.plant.contact)
+        self.history = history_of(self.plant)
         self.work_s = cycles * PERIOD_S
         self._preload_n = parameters.stand.preload
         self._wave = sawtooth(0.0, voltage_for(parameters, AMPLITUDE_M), FREQUENCY_HZ, cycles)

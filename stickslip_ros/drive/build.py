@@ -8,7 +8,13 @@ from stickslip_ros.contact.bank import Group, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.laws import LAW_NUMBERS, FrictionLaw
 from stickslip_ros.contact.presliding import Presliding, presliding
-from stickslip_ros.contact.reaction import ContactModel, History, onto_springs, relaxed
+from stickslip_ros.contact.reaction import (
+    ContactModel,
+    History,
+    fresh_history,
+    onto_springs,
+    relaxed,
+)
 from stickslip_ros.contact.springs import SpringBank
 from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.drive.records import Clock, Plant, State, Sums
@@ -155,6 +161,11 @@ def change_preload(
     """Return plant and state that go to another preload: the springs take over on the way."""
     contact = onto_springs(plant.contact, history, state.contact)
     return with_preload(plant, parameters, preload_n), state._replace(contact=contact)
+
+
+def history_of(plant: Plant) -> History:
+    """Return the arrays in which a drive remembers, empty."""
+    return fresh_history(plant.contact)
 
 
 def state_at_rest(plant: Plant, history: History, preload_n: float) -> State:

@@ -7,9 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import fresh_history
 from stickslip_ros.drive.amplifier import SETTLED_V
-from stickslip_ros.drive.build import change_preload, clock_at_start, plant_of, state_at_rest
+from stickslip_ros.drive.build import (
+    change_preload,
+    clock_at_start,
+    history_of,
+    plant_of,
+    state_at_rest,
+)
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import State, Wave
 from stickslip_ros.drive.waveform import level
@@ -73,7 +78,7 @@ class Bench:
         self.plant = self._first_plant = plant_of(parameters)
         self.time_ns = 0
         self.refused = 0
-        self._history = fresh_history(self.plant.contact)
+        self._history = history_of(self.plant)
         self._sensors = (interferometer(parameters), load_cell(parameters))
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
@@ -138,9 +143,10 @@ class Bench:
         self._end_move_if_done()
         if self._is_preloaded():
             self._end_preloading(Result.DONE)
+        truth_position_m, truth_force_n = trace[-1, POSITION], trace[-1, FORCE]
         for sensor, column in zip(self._sensors, (POSITION, FORCE), strict=True):
             trace[:, column] = sensor.read(trace[:, column])
-        return self._report(trace, first_cycle)
+        return self._report(trace, first_cycle, (float(truth_position_m), float(truth_force_n)))
 
     def _check_motion(self) -> None:
         if not math.isfinite(self._state.position_m + self._state.velocity_m_per_s):
@@ -159,7 +165,7 @@ class Bench:
             raise OutOfRange('until_ns', until_ns, 'ns', limit, 'go block by block')
         return samples
 
-    def _report(self, trace: Array, first_cycle: int) -> Output:
+    def _report(self, trace: Array, first_cycle: int, truth: tuple[float, float]) -> Output:
         cycles = np.arange(first_cycle, self._state.clock.cycle)
         events, self._events = tuple(self._events), []
         readings = Readings(
@@ -168,6 +174,8 @@ class Bench:
             force_n=float(trace[-1, FORCE]),
             voltage_v=self._state.voltage_v,
             trace=trace,
+            truth_position_m=truth[0],
+            truth_force_n=truth[1],
         )
         return Output(readings, events, self._status(), self._ramps[cycles % len(self._ramps)])
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
-from stickslip_ros.parameters import Parameters, spec_of
+from stickslip_ros.parameters import Parameters, Scalar, spec_of
 
 STEPS_MAX = 2**31 - 1
 FREQUENCY_MIN_HZ = 1e-3
@@ -23,14 +23,17 @@ class Request:
     Attributes
     ----------
     name : str
-        ``voltage``, ``sawtooth``, ``load``, ``preload``, ``stop`` or ``reset``.
+        One of ``REQUESTS``.
     values : tuple of float
-        Its numbers, in the order of the topic.
+        Its numbers, in the order of the topic; rows of a waveform one after another.
+    settings : tuple of (str, value)
+        Of ``fault``: full names of parameters ``fault.*`` and their new values.
 
     """
 
     name: str
     values: tuple[float, ...] = ()
+    settings: tuple[tuple[str, Scalar], ...] = ()
 
 
 @dataclass(frozen=True)

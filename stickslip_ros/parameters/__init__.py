@@ -1,18 +1,18 @@
 """Every number that can be set: declared once, with unit, bounds and source."""
 
+from stickslip_ros.parameters.actuation_groups import ActuatorParameters, AmplifierParameters
 from stickslip_ros.parameters.contact_groups import ContactParameters, FrictionLawParameters
+from stickslip_ros.parameters.fault_group import FaultParameters
 from stickslip_ros.parameters.fields import Scalar, Spec
-from stickslip_ros.parameters.groups import (
-    ActuatorParameters,
-    AmplifierParameters,
-    InterferometerParameters,
-    LoadCellParameters,
-    RecordParameters,
-    RunnerParameters,
-    SimParameters,
-    StandParameters,
-    TraceParameters,
+from stickslip_ros.parameters.motion_groups import (
+    ClosedLoopParameters,
+    JogParameters,
+    LimitsParameters,
+    StepParameters,
 )
+from stickslip_ros.parameters.record_groups import RecordParameters, TraceParameters
+from stickslip_ros.parameters.sensor_groups import InterferometerParameters, LoadCellParameters
+from stickslip_ros.parameters.stand_groups import RunnerParameters, SimParameters, StandParameters
 from stickslip_ros.parameters.tree import (
     Parameters,
     parse_assignments,
@@ -31,9 +31,13 @@ from stickslip_ros.parameters.yaml_form import (
 __all__ = [
     'ActuatorParameters',
     'AmplifierParameters',
+    'ClosedLoopParameters',
     'ContactParameters',
+    'FaultParameters',
     'FrictionLawParameters',
     'InterferometerParameters',
+    'JogParameters',
+    'LimitsParameters',
     'LoadCellParameters',
     'Parameters',
     'RecordParameters',
@@ -42,6 +46,7 @@ __all__ = [
     'SimParameters',
     'Spec',
     'StandParameters',
+    'StepParameters',
     'TraceParameters',
     'describe',
     'dump_yaml',

@@ -37,6 +37,8 @@ class Spec:
         One sentence for people.
     fixed : bool
         True if the value is read once at start and can never change.
+    live : bool
+        True if the value may change while the drive runs.
 
     """
 
@@ -49,6 +51,7 @@ class Spec:
     maximum: float | None = None
     choices: tuple[str, ...] = ()
     fixed: bool = False
+    live: bool = False
 
     def check(self, name: str, value: object) -> Scalar:
         """
@@ -134,20 +137,38 @@ def _declare(spec: Spec) -> Any:
 
 
 def quantity(
-    default: float, unit: str, minimum: float, maximum: float, source: str, text: str
+    default: float,
+    unit: str,
+    minimum: float,
+    maximum: float,
+    source: str,
+    text: str,
+    *,
+    live: bool = False,
 ) -> Any:
     """Declare a physical quantity: a float with a unit and inclusive bounds."""
-    return _declare(Spec(float, default, unit, source, text, minimum, maximum))
+    return _declare(Spec(float, default, unit, source, text, minimum, maximum, live=live))
 
 
-def count(default: int, unit: str, minimum: int, maximum: int, source: str, text: str) -> Any:
+def count(
+    default: int,
+    unit: str,
+    minimum: int,
+    maximum: int,
+    source: str,
+    text: str,
+    *,
+    live: bool = False,
+) -> Any:
     """Declare a whole number with inclusive bounds."""
-    return _declare(Spec(int, default, unit, source, text, minimum, maximum))
+    return _declare(Spec(int, default, unit, source, text, minimum, maximum, live=live))
 
 
-def choice(default: str, choices: tuple[str, ...], source: str, text: str) -> Any:
+def choice(
+    default: str, choices: tuple[str, ...], source: str, text: str, *, live: bool = False
+) -> Any:
     """Declare a word out of a few."""
-    return _declare(Spec(str, default, '', source, text, choices=choices))
+    return _declare(Spec(str, default, '', source, text, choices=choices, live=live))
 
 
 def words(default: str, source: str, text: str) -> Any:
@@ -155,9 +176,11 @@ def words(default: str, source: str, text: str) -> Any:
     return _declare(Spec(str, default, '', source, text))
 
 
-def switch(default: bool, source: str, text: str, *, fixed: bool = False) -> Any:
+def switch(
+    default: bool, source: str, text: str, *, fixed: bool = False, live: bool = False
+) -> Any:
     """Declare a switch."""
-    return _declare(Spec(bool, default, '', source, text, fixed=fixed))
+    return _declare(Spec(bool, default, '', source, text, fixed=fixed, live=live))
 
 
 class Checked:

@@ -6,19 +6,19 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
+from stickslip_ros.parameters.actuation_groups import ActuatorParameters, AmplifierParameters
 from stickslip_ros.parameters.contact_groups import ContactParameters, FrictionLawParameters
+from stickslip_ros.parameters.fault_group import FaultParameters
 from stickslip_ros.parameters.fields import ASSUMED, Checked, Scalar, Spec, switch
-from stickslip_ros.parameters.groups import (
-    ActuatorParameters,
-    AmplifierParameters,
-    InterferometerParameters,
-    LoadCellParameters,
-    RecordParameters,
-    RunnerParameters,
-    SimParameters,
-    StandParameters,
-    TraceParameters,
+from stickslip_ros.parameters.motion_groups import (
+    ClosedLoopParameters,
+    JogParameters,
+    LimitsParameters,
+    StepParameters,
 )
+from stickslip_ros.parameters.record_groups import RecordParameters, TraceParameters
+from stickslip_ros.parameters.sensor_groups import InterferometerParameters, LoadCellParameters
+from stickslip_ros.parameters.stand_groups import RunnerParameters, SimParameters, StandParameters
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
 
@@ -45,10 +45,15 @@ class Parameters(Checked):
     runner: RunnerParameters = field(default_factory=RunnerParameters)
     amplifier: AmplifierParameters = field(default_factory=AmplifierParameters)
     actuator: ActuatorParameters = field(default_factory=ActuatorParameters)
+    step: StepParameters = field(default_factory=StepParameters)
+    jog: JogParameters = field(default_factory=JogParameters)
+    closed_loop: ClosedLoopParameters = field(default_factory=ClosedLoopParameters)
+    limits: LimitsParameters = field(default_factory=LimitsParameters)
     load_cell: LoadCellParameters = field(default_factory=LoadCellParameters)
     interferometer: InterferometerParameters = field(default_factory=InterferometerParameters)
     trace: TraceParameters = field(default_factory=TraceParameters)
     record: RecordParameters = field(default_factory=RecordParameters)
+    fault: FaultParameters = field(default_factory=FaultParameters)
 
     @classmethod
     def group(cls) -> str:

@@ -1,5 +1,6 @@
 """From the bench's output to packed messages: the same bytes go to a topic and to a file."""
 
+import json
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -12,6 +13,7 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import (
     pack_float64,
     pack_float64_array,
+    pack_int32,
     pack_point_stamped,
     pack_string,
     pack_uint32,
@@ -43,6 +45,7 @@ class Feed:
 
     def __init__(self, parameters: Parameters) -> None:
         self._period_ns = parameters.trace_period_ns
+        self._tells_truth = parameters.sim.publish_truth
         self._blocks: list[Array] = []
         self._status: Status | None = None
 
@@ -56,12 +59,10 @@ class Feed:
         readings = output.readings
         for event in output.events:
             yield Packed('event', event.time_ns, pack_string(event.to_json()))
-        point = pack_point_stamped(readings.time_ns, STAGE_FRAME, (readings.position_m, 0.0, 0.0))
-        yield Packed('position', readings.time_ns, point)
-        wrench = pack_wrench_stamped(
-            readings.time_ns, CELL_FRAME, (readings.force_n, 0.0, 0.0), (0.0, 0.0, 0.0)
-        )
-        yield Packed('force', readings.time_ns, wrench)
+        yield from _pack_pair('', readings.time_ns, readings.position_m, readings.force_n)
+        if self._tells_truth:
+            truth = (readings.truth_position_m, readings.truth_force_n)
+            yield from _pack_pair('truth_', readings.time_ns, *truth)
         self._blocks.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('piezo', readings.time_ns, pack_float64(readings.voltage_v))
@@ -76,6 +77,28 @@ class Feed:
         return pack_float64_array(block, ('sample', ','.join(TRACE_COLUMNS)))
 
 
+def _pack_pair(prefix: str, time_ns: int, position_m: float, force_n: float) -> Iterator[Packed]:
+    """Yield position and force, as read or as they are."""
+    point = pack_point_stamped(time_ns, STAGE_FRAME, (position_m, 0.0, 0.0))
+    yield Packed(f'{prefix}position', time_ns, point)
+    wrench = pack_wrench_stamped(time_ns, CELL_FRAME, (force_n, 0.0, 0.0), (0.0, 0.0, 0.0))
+    yield Packed(f'{prefix}force', time_ns, wrench)
+
+
+def pack_note(request: Request) -> bytes:
+    """Return a request that has no topic of its own as the text of ``~/request``."""
+    content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
+    return pack_string(json.dumps(content))
+
+
+def _pack_waveform(values: tuple[float, ...]) -> bytes:
+    """Return rows of time and voltage; what is not made of rows goes as one row."""
+    array = np.array(values)
+    if len(values) % 2 == 0:
+        return pack_float64_array(array.reshape(-1, 2), ('row', 'time[s],voltage[V]'))
+    return pack_float64_array(array, ('time[s],voltage[V]',))
+
+
 def pack_request(request: Request, time_ns: int) -> bytes:
     """
     Return a request as the message of its command topic.
@@ -83,14 +106,20 @@ def pack_request(request: Request, time_ns: int) -> bytes:
     Parameters
     ----------
     request : Request
-        ``voltage``, ``preload``, ``sawtooth`` or ``load``.
+        One that has a command topic.
     time_ns : int
         Stamp, where the message has one.
 
     """
-    if request.name in ('voltage', 'preload'):
+    if request.name in ('voltage', 'preload', 'jog'):
         return pack_float64(*request.values)
+    if request.name == 'steps':
+        return pack_int32(int(request.values[0]))
     if request.name == 'sawtooth':
         return pack_float64_array(np.array(request.values), (SAWTOOTH_LABEL,))
+    if request.name == 'waveform':
+        return _pack_waveform(request.values)
+    if request.name == 'position':
+        return pack_point_stamped(time_ns, STAGE_FRAME, request.values)
     force, torque = request.values[:3], request.values[3:]
     return pack_wrench_stamped(time_ns, RUNNER_FRAME, force, torque)

@@ -81,7 +81,7 @@ def open_recorder(
     }
     return Recorder(
         path,
-        list(recorded_channels(namespace, node_name).values()),
+        list(recorded_channels(parameters, namespace, node_name).values()),
         metadata={RUN_RECORD: run},
         attachments={
             PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode())

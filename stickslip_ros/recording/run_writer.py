@@ -12,7 +12,8 @@ from stickslip_ros.recording.feed import Packed, pack_request
 from stickslip_ros.recording.run_file import info_json, open_recorder
 from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, recorded_channels
 
-COMMAND_KEYS = frozenset(topic.key for topic in COMMANDS)
+COMMAND_KEYS = {topic.request: topic.key for topic in COMMANDS if topic.recorded}
+"""Topic of each request that comes over one."""
 
 
 class RunWriter:
@@ -46,7 +47,7 @@ class RunWriter:
         namespace: str = '/',
         node_name: str = NODE_NAME,
     ) -> None:
-        channels = recorded_channels(namespace, node_name)
+        channels = recorded_channels(parameters, namespace, node_name)
         self._topics = {key: channel.topic for key, channel in channels.items()}
         self._wait = wait
         self._info = pack_string(info_json(parameters))
@@ -65,8 +66,9 @@ class RunWriter:
     def write_requests(self, requests: Iterable[Request], time_ns: int) -> None:
         """Hand over the requests of topics, at the time at which they take effect."""
         for request in requests:
-            if request.name in COMMAND_KEYS:
-                self.write(Packed(request.name, time_ns, pack_request(request, time_ns)))
+            key = COMMAND_KEYS.get(request.name)
+            if key is not None:
+                self.write(Packed(key, time_ns, pack_request(request, time_ns)))
 
     def close(self) -> None:
         """Write what is queued and finish the file."""

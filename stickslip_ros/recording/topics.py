@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.channels import Channel, Qos
 
 NODE_NAME = 'stickslip_drive'
@@ -21,7 +22,7 @@ class Topic:
     Attributes
     ----------
     key : str
-        Short name inside the program; for a command, the name of its request.
+        Short name inside the program.
     name : str
         Relative name, so that a namespace moves it; ``~/`` stands for the node.
     type_name : str
@@ -34,6 +35,8 @@ class Topic:
         Meaning, unit and rate.
     recorded : bool
         Whether recordings hold it.
+    switch : str
+        Parameter that must be true for the topic to exist; empty for one that always does.
 
     """
 
@@ -44,6 +47,16 @@ class Topic:
     qos: Qos
     text: str
     recorded: bool = True
+    switch: str = ''
+
+    @property
+    def request(self) -> str:
+        """Name of the request that a command topic carries."""
+        return self.name.removeprefix('command/')
+
+    def exists(self, parameters: Parameters) -> bool:
+        """Tell whether the topic is offered under these parameters."""
+        return not self.switch or bool(parameters.flat()[self.switch])
 
     def full_name(self, namespace: str = '/', node_name: str = NODE_NAME) -> str:
         """Return the absolute name in a namespace."""
@@ -71,6 +84,38 @@ TOPICS = (
         '[amplitude V, frequency Hz (its sign is the direction), steps (0: until stopped)]',
     ),
     Topic(
+        'steps',
+        'command/steps',
+        'std_msgs/msg/Int32',
+        SUBSCRIBED,
+        COMMAND,
+        'signed number of steps at step.amplitude and step.frequency; 0 does nothing',
+    ),
+    Topic(
+        'jog',
+        'command/jog',
+        'std_msgs/msg/Float64',
+        SUBSCRIBED,
+        COMMAND,
+        'signed steps per second; stops when jog.timeout passes without a new one; 0 stops',
+    ),
+    Topic(
+        'waveform',
+        'command/waveform',
+        'std_msgs/msg/Float64MultiArray',
+        SUBSCRIBED,
+        COMMAND,
+        'rows of time s, voltage V, played once; times rise from 0, straight lines in between',
+    ),
+    Topic(
+        'target',
+        'command/position',
+        'geometry_msgs/msg/PointStamped',
+        SUBSCRIBED,
+        COMMAND,
+        'closed loop: point.x, m; coarse steps, then fine scan, then hold; the rest must be 0',
+    ),
+    Topic(
         'load',
         'command/load',
         'geometry_msgs/msg/WrenchStamped',
@@ -85,6 +130,16 @@ TOPICS = (
         SUBSCRIBED,
         COMMAND,
         'preload F_p, N; the drive goes there at stand.preload_rate',
+    ),
+    Topic(
+        'grant',
+        'command/grant',
+        'std_msgs/msg/Float64MultiArray',
+        SUBSCRIBED,
+        COMMAND,
+        '[until s, commands]: lockstep; run to this simulated time once so many commands came',
+        recorded=False,
+        switch='sim.lockstep',
     ),
     Topic(
         'position',
@@ -120,6 +175,24 @@ TOPICS = (
         'trace.sample_rate; one block per trace.period',
     ),
     Topic(
+        'truth_position',
+        'truth/position',
+        'geometry_msgs/msg/PointStamped',
+        PUBLISHED,
+        STREAM,
+        'true position of the runner: point.x, m; with position, of the same stamp',
+        switch='sim.publish_truth',
+    ),
+    Topic(
+        'truth_force',
+        'truth/force',
+        'geometry_msgs/msg/WrenchStamped',
+        PUBLISHED,
+        STREAM,
+        'true force on the load cell: wrench.force.x, N; with force, of the same stamp',
+        switch='sim.publish_truth',
+    ),
+    Topic(
         'status',
         '~/status',
         'std_msgs/msg/UInt32',
@@ -136,6 +209,14 @@ TOPICS = (
         "JSON: a command's end and its result",
     ),
     Topic(
+        'request',
+        '~/request',
+        'std_msgs/msg/String',
+        PUBLISHED,
+        EVENTS,
+        'JSON: what came by service, parameter or schedule, when it took effect',
+    ),
+    Topic(
         'info',
         '~/info',
         'std_msgs/msg/String',
@@ -149,8 +230,19 @@ TOPICS = (
         'diagnostic_msgs/msg/DiagnosticArray',
         PUBLISHED,
         Qos(depth=10),
-        'real-time factor, lateness, overruns, refusals, recorder; 1 Hz of wall-clock time',
+        'real-time factor, lateness, overruns, refusals, recorder, faults; 1 Hz of wall-clock '
+        'time, and at once when a fault comes or goes',
         recorded=False,
+    ),
+    Topic(
+        'clock',
+        '/clock',
+        'rosgraph_msgs/msg/Clock',
+        PUBLISHED,
+        Qos(depth=10),
+        'simulated time, once per sim.block',
+        recorded=False,
+        switch='sim.publish_clock',
     ),
 )
 
@@ -174,6 +266,16 @@ SERVICES = (
         'std_srvs/srv/Trigger',
         'relaxed contacts, runner at 0, no load, voltage as at the start; time runs on',
     ),
+    Service('~/zero_position', 'std_srvs/srv/Trigger', 'make the present position reading 0'),
+    Service('~/tare_force', 'std_srvs/srv/Trigger', 'make the present force reading 0'),
+    Service(
+        '~/enable_amplifier',
+        'std_srvs/srv/SetBool',
+        'amplifier on or off; off, the piezo goes to the lowest voltage and moves are refused',
+    ),
+    Service('~/set_paused', 'std_srvs/srv/SetBool', 'hold simulated time, or let it run on'),
+    Service('~/step_simulation', 'std_srvs/srv/Trigger', 'while paused: advance by one sim.block'),
+    Service('~/clear_faults', 'std_srvs/srv/Trigger', 'end every fault, by parameter or schedule'),
     Service(
         '~/set_recording',
         'std_srvs/srv/SetBool',
@@ -182,10 +284,12 @@ SERVICES = (
 )
 
 
-def recorded_channels(namespace: str = '/', node_name: str = NODE_NAME) -> dict[str, Channel]:
-    """Return the channel of each recorded topic, by its key."""
+def recorded_channels(
+    parameters: Parameters, namespace: str = '/', node_name: str = NODE_NAME
+) -> dict[str, Channel]:
+    """Return the channel of each topic that is recorded under these parameters, by its key."""
     return {
         topic.key: Channel(topic.full_name(namespace, node_name), topic.type_name, topic.qos)
         for topic in TOPICS
-        if topic.recorded
+        if topic.recorded and topic.exists(parameters)
     }

@@ -5,8 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import contact_lost, fresh_history
-from stickslip_ros.drive.build import change_preload, clock_at_start, plant_of, state_at_rest
+from stickslip_ros.contact.reaction import contact_lost
+from stickslip_ros.drive.build import (
+    change_preload,
+    clock_at_start,
+    history_of,
+    plant_of,
+    state_at_rest,
+)
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.plant import RAMP_MEAN, RAMP_START, advance
 from stickslip_ros.errors import OutOfRange
@@ -107,7 +113,7 @@ class _Run:
     def __init__(self, parameters: Parameters, move: Move) -> None:
         self._wave = move.wave
         self._plant = plant_of(parameters)
-        self._history = fresh_history(self._plant.contact)
+        self._history = history_of(self._plant)
         preload_n = parameters.stand.preload
         self._state = state_at_rest(self._plant, self._history, preload_n)
         if parameters.stand.preload_end:

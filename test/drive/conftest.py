@@ -5,8 +5,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.reaction import fresh_history
-from stickslip_ros.drive.build import clock_at_start, plant_of, state_at_rest
+from stickslip_ros.drive.build import clock_at_start, history_of, plant_of, state_at_rest
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.plant import advance
 from stickslip_ros.drive.records import State, Wave
@@ -21,7 +20,7 @@ class Drive:
         values = {name.replace('__', '.'): value for name, value in changes.items()}
         self.parameters = Parameters().updated(values)
         self.plant = plant_of(self.parameters)
-        self.history = fresh_history(self.plant.contact)
+        self.history = history_of(self.plant)
         preload_n = self.parameters.stand.preload
         self.state: State = state_at_rest(self.plant, self.history, preload_n)
         self.ramps = np.zeros((ramps, 3))

@@ -6,8 +6,7 @@ import sys
 import numba
 import numpy as np
 
-from stickslip_ros.contact.reaction import fresh_history
-from stickslip_ros.drive.build import plant_of, state_at_rest
+from stickslip_ros.drive.build import history_of, plant_of, state_at_rest
 from stickslip_ros.drive.plant import advance
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.parameters import Parameters
@@ -19,7 +18,7 @@ def short_run() -> list[list[str]]:
         {'runner.damping': 80.0, 'sim.dt': 1e-6, 'stand.preload': 0.1}
     )
     plant, ramps = plant_of(parameters), np.zeros((8, 3))
-    history = fresh_history(plant.contact)
+    history = history_of(plant)
     state = state_at_rest(plant, history, parameters.stand.preload)
     wave = sawtooth(0.0, 300.0, -1700.0, 4)
     lines = []

@@ -148,7 +148,7 @@ def test_status_bits_tell_moving_loaded_and_refused(bench):
     status = drive_bench(bench, 5 * MS, requests).status
     moving, loaded, refused = Status.MOVING, Status.LOADED, Status.REFUSED
     assert status == [loaded, moving | loaded, moving | loaded | refused, loaded, Status(0)]
-    assert [int(bit) for bit in Status] == [1, 1 << 24, 1 << 25, 1 << 26]
+    assert [int(bit) for bit in (moving, loaded, refused)] == [1, 1 << 24, 1 << 25]
 
 
 def test_a_load_shifts_the_runner_towards_it(true_bench):

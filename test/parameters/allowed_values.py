@@ -14,6 +14,10 @@ COUPLED = {
     'sim.block',
     'trace.sample_rate',
     'trace.period',
+    'limits.soft_min',
+    'limits.soft_max',
+    'load_cell.hysteresis',
+    'load_cell.range',
 }
 NUMBERS = {
     name: spec for name, spec in specs().items() if spec.minimum is not None and spec.kind is float
@@ -51,6 +55,12 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
         volts = sorted(draw(st.sets(st.floats(-999.0, 999.0), min_size=3, max_size=3)))
         names = ('voltage_min', 'voltage_initial', 'voltage_max')
         values |= {f'amplifier.{name}': volt for name, volt in zip(names, volts, strict=True)}
+    if draw(st.booleans()):
+        limits = sorted((draw(st.floats(-1.0, 1.0)), draw(st.floats(-1.0, 1.0))))
+        values |= dict(zip(('limits.soft_min', 'limits.soft_max'), limits, strict=True))
+    if draw(st.booleans()):
+        values['load_cell.hysteresis'] = draw(st.floats(0.0, 0.4))
+        values['load_cell.range'] = draw(st.floats(1e-6, 1e6))
     block_s, rate_hz, period_s = draw(st.sampled_from(PERIODS))
     return values | {
         'sim.block': block_s,

@@ -19,7 +19,7 @@ from stickslip_ros.parameters import (
 
 SI_UNITS = {
     '', 's', 'm', 'm^(1-H)', 'rad/m', 'Pa', 'N', 'kg', 'N s/m', 'V', 'V/s', 'Hz', 'm/V', 'N/m',
-    'B', 'N/sqrt(Hz)', 'm/sqrt(Hz)', 'm/s', 'N/s',
+    'B', 'N/sqrt(Hz)', 'm/sqrt(Hz)', 'm/sqrt(s)', 'm/s', 'N/s', '1/s', 'A', 'F',
 }  # fmt: skip
 PURE_NUMBERS = {
     'sim.real_time_factor',
@@ -29,6 +29,13 @@ PURE_NUMBERS = {
     'contact.poisson_sphere',
     'friction_law.static_ratio',
     'friction_law.breakaway_ratio',
+    'actuator.hysteresis',
+    'actuator.creep',
+    'actuator.damping_ratio',
+    'actuator.gain_tolerance',
+    'load_cell.damping_ratio',
+    'load_cell.hysteresis',
+    'fault.missed_steps',
 }
 """Quantities without a unit; counts and seeds have none either."""
 TABLE_1 = {

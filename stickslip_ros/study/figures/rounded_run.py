@@ -3,8 +3,7 @@
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import fresh_history
-from stickslip_ros.drive.build import plant_of, state_at_rest
+from stickslip_ros.drive.build import history_of, plant_of, state_at_rest
 from stickslip_ros.drive.plant import RAMP_MEAN
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.figures.rounded_wave import (
@@ -59,7 +58,7 @@ def run_rounded(
     voltages_v += parameters.amplifier.voltage_min
     parameters = parameters.updated({'amplifier.voltage_initial': float(voltages_v[0])})
     plant = plant_of(parameters)
-    history = fresh_history(plant.contact)
+    history = history_of(plant)
     state = state_at_rest(plant, history, parameters.stand.preload)
     attached = plant.cell_n_per_m > 0.0
     log: Array = np.empty((0, 3))
