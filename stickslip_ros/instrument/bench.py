@@ -1,57 +1,27 @@
 """The virtual test stand: time and requests in; readings, events and status out."""
 
-import math
+from collections import deque
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.amplifier import SETTLED_V
-from stickslip_ros.drive.build import (
-    change_preload,
-    clock_at_start,
-    history_of,
-    plant_of,
-    state_at_rest,
-)
-from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
-from stickslip_ros.drive.records import State, Wave
-from stickslip_ros.drive.waveform import level
+from stickslip_ros.drive.ledger import EnergyLedger
+from stickslip_ros.drive.records import Plant, State
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.instrument.commands import (
-    Command,
-    Load,
-    Move,
-    Preload,
-    Request,
-    Reset,
-    Stop,
-    check_request,
+from stickslip_ros.instrument import commands
+from stickslip_ros.instrument.checks import BeyondSoftLimit, check_request
+from stickslip_ros.instrument.closed_loop import Sight, Verdict
+from stickslip_ros.instrument.commands import Command, Request
+from stickslip_ros.instrument.motion import Motion
+from stickslip_ros.instrument.reports import TIME, Event, Output, Result, Status, status_of
+from stickslip_ros.instrument.sensing import Sensing
+from stickslip_ros.instrument.stand import NANO, Stand
+from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
+
+DELAYED = frozenset(
+    ('voltage', 'sawtooth', 'steps', 'jog', 'waveform', 'position', 'load', 'preload')
 )
-from stickslip_ros.instrument.reports import (
-    FORCE,
-    POSITION,
-    TIME,
-    Event,
-    Output,
-    Readings,
-    Result,
-    Status,
-)
-from stickslip_ros.instrument.scope import observe
-from stickslip_ros.instrument.sensor import interferometer, load_cell
-from stickslip_ros.parameters import Parameters
-
-NANO = 1e-9
-
-
-@dataclass(frozen=True)
-class RunningMove:
-    """The move that is being carried out, and its number."""
-
-    number: int
-    move: Move
+"""Requests that ``fault.command_delay`` holds up: those that come over topics."""
 
 
 class Bench:
@@ -66,36 +36,45 @@ class Bench:
     parameters : Parameters
         The stand.
 
-    """
+    Attributes
+    ----------
+    faults : FaultParameters
+        What is broken at the moment.
+    refused : int
+        Requests refused since the start.
 
-    _state: State
-    _wave: Wave
-    _load_n: float
-    _running: RunningMove | None = None
+    """
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        self.plant = self._first_plant = plant_of(parameters)
         self.time_ns = 0
         self.refused = 0
-        self._history = history_of(self.plant)
-        self._sensors = (interferometer(parameters), load_cell(parameters))
-        ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
-        self._ramps = np.zeros((ramps, 3))
+        self.faults = parameters.fault
+        self._enabled = True
+        self._stand = Stand(parameters)
+        self._sensing = Sensing(parameters)
+        self._motion = Motion(parameters, self._tell)
         self._requests = 0
+        self._preloading = 0
+        self._delayed: deque[tuple[int, int, Request]] = deque()
         self._events: list[Event] = []
         self._last_refused = False
-        self._to_rest()
+        self._apply_faults(self.faults)
+
+    @property
+    def plant(self) -> Plant:
+        """The drive as it is now."""
+        return self._stand.plant
 
     @property
     def state(self) -> State:
         """The true state of the drive."""
-        return self._state
+        return self._stand.state
 
     @property
     def ledger(self) -> EnergyLedger:
         """Where the energy went since the start or the last reset."""
-        return take_ledger(self.plant, self._history, self._state)
+        return self._stand.ledger
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """
@@ -123,37 +102,118 @@ class Bench:
         """
         samples = self._samples_until(until_ns)
         for request in requests:
-            self._accept(request)
-        first_cycle = self._state.clock.cycle
-        trace = np.empty((samples, 5))
-        sample_ns = self.parameters.sample_ns
-        self._state = observe(
-            self.plant,
-            self._history,
-            self._state,
-            self._wave,
-            self._load_n,
-            sample_ns * NANO,
-            trace,
-            self._ramps,
-        )
-        self._check_motion()
-        trace[:, TIME] = (self.time_ns + sample_ns * np.arange(1, samples + 1)) * NANO
+            self.accept(request)
+        self._deliver()
+        first_cycle = self._start_wave()
+        trace = self._stand.advance(self._motion.wave, samples)
+        times_ns = self.time_ns + self.parameters.sample_ns * np.arange(1, samples + 1)
+        trace[:, TIME] = times_ns * NANO
         self.time_ns = until_ns
-        self._end_move_if_done()
-        if self._is_preloaded():
+        readings = self._sensing.read(trace, until_ns, self.state.voltage_v, self.faults)
+        self._motion.watch(self._sight())
+        if self._stand.is_preloaded:
             self._end_preloading(Result.DONE)
-        truth_position_m, truth_force_n = trace[-1, POSITION], trace[-1, FORCE]
-        for sensor, column in zip(self._sensors, (POSITION, FORCE), strict=True):
-            trace[:, column] = sensor.read(trace[:, column])
-        return self._report(trace, first_cycle, (float(truth_position_m), float(truth_force_n)))
+        events, self._events = tuple(self._events), []
+        return Output(readings, events, self.status, self._stand.ramps_since(first_cycle))
 
-    def _check_motion(self) -> None:
-        if not math.isfinite(self._state.position_m + self._state.velocity_m_per_s):
-            raise StickSlipError(
-                f'the motion is no longer finite after {self.time_ns} ns; lower sim.dt, or bring '
-                'mass, damping and stiffnesses nearer to each other'
-            )
+    def accept(self, request: Request) -> None:
+        """
+        Carry out a request at the present time; a bad one is refused with an event.
+
+        Parameters
+        ----------
+        request : Request
+            What was asked for. Its event comes with the next update.
+
+        """
+        self._requests += 1
+        delay_ns = to_nanoseconds(self.faults.command_delay)
+        if delay_ns and request.name in DELAYED:
+            self._delayed.append((self.time_ns + delay_ns, self._requests, request))
+        else:
+            self._obey(self._requests, request)
+
+    def _deliver(self) -> None:
+        """Carry out the delayed requests whose time has come, in the order of that time."""
+        due = sorted(each for each in self._delayed if each[0] <= self.time_ns)
+        for each in due:
+            self._delayed.remove(each)
+            self._obey(*each[1:])
+
+    def _obey(self, number: int, request: Request) -> None:
+        self._last_refused = False
+        try:
+            command = check_request(request, self.parameters)
+        except BeyondSoftLimit as refusal:
+            self._refuse(number, request.name, Result.RANGE_LIMIT_REACHED, str(refusal))
+        except StickSlipError as refusal:
+            self._refuse(number, request.name, Result.INVALID_PARAMETER, str(refusal))
+        else:
+            self._carry_out(number, request.name, command)
+
+    def _refuse(self, number: int, name: str, result: Result, why: str) -> None:
+        self.refused += 1
+        self._last_refused = True
+        self._tell(number, name, result, why)
+
+    def _carry_out(self, number: int, name: str, command: Command) -> None:
+        """Begin what takes time and tell its end later; do the rest at once and tell it now."""
+        match command:
+            case commands.Move() | commands.Jog() | commands.Target():
+                self._move(number, name, command)
+            case commands.Preload():
+                self._end_preloading(Result.ABORTED, f'replaced by command {number}')
+                self._preloading = number
+                self._stand.change_preload(command.force_n)
+            case _:
+                self._do_at_once(number, command)
+                self._tell(number, name, Result.DONE)
+
+    def _do_at_once(self, number: int, command: Command) -> None:
+        match command:
+            case commands.Load():
+                self._stand.load_n = command.force_n
+            case commands.Stop():
+                self._end_move(f'stopped by command {number}')
+            case commands.Reset():
+                self._end_move(f'reset by command {number}')
+                self._end_preloading(Result.ABORTED, f'reset by command {number}')
+                self._to_rest()
+            case commands.ZeroPosition():
+                self._end_move(f'position zeroed by command {number}', closed_loop_only=True)
+                self._sensing.zero_position()
+            case commands.TareForce():
+                self._sensing.load_cell.tare()
+            case commands.EnableAmplifier():
+                self._enabled = command.wanted
+                self._apply_faults(self.faults)
+            case commands.SetFaults() | commands.ClearFaults():
+                self._apply_faults(command.applied_to(self.faults))
+
+    def _move(
+        self, number: int, name: str, command: commands.Move | commands.Jog | commands.Target
+    ) -> None:
+        if self._is_powered():
+            self._motion.start(number, command, self._sight())
+        else:
+            why = 'the amplifier is off; switch it on with ~/enable_amplifier, end its fault'
+            self._refuse(number, name, Result.AMPLIFIER_DISABLED, why)
+
+    def _end_move(self, why: str, *, closed_loop_only: bool = False) -> None:
+        if not closed_loop_only or self._motion.status & Status.CLOSED_LOOP:
+            self._motion.end(Verdict(Result.ABORTED, why), self._sight())
+
+    def _apply_faults(self, faults: FaultParameters) -> None:
+        """Let the drive have these faults, and no others, from now on."""
+        self.faults = faults
+        if not self._is_powered():
+            verdict = Verdict(Result.AMPLIFIER_DISABLED, 'the amplifier was switched off')
+            self._motion.end(verdict, self._sight())
+        self._motion.wave = self._stand.wave_with(self._motion.wave, faults)
+        self._stand.break_down(faults, is_powered=self._is_powered())
+
+    def _is_powered(self) -> bool:
+        return self._enabled and not self.faults.amplifier_off
 
     def _samples_until(self, until_ns: int) -> int:
         samples, rest_ns = divmod(until_ns - self.time_ns, self.parameters.sample_ns)
@@ -165,113 +225,48 @@ class Bench:
             raise OutOfRange('until_ns', until_ns, 'ns', limit, 'go block by block')
         return samples
 
-    def _report(self, trace: Array, first_cycle: int, truth: tuple[float, float]) -> Output:
-        cycles = np.arange(first_cycle, self._state.clock.cycle)
-        events, self._events = tuple(self._events), []
-        readings = Readings(
+    def _start_wave(self) -> int:
+        """Start the clock of a new wave; return the number of its present ramp."""
+        if self._motion.is_new:
+            self._motion.is_new = False
+            self._motion.wave = self._stand.wave_with(self._motion.wave, self.faults)
+            self._stand.start_clock()
+        return self.state.clock.cycle
+
+    def _sight(self) -> Sight:
+        return Sight(
             time_ns=self.time_ns,
-            position_m=float(trace[-1, POSITION]),
-            force_n=float(trace[-1, FORCE]),
-            voltage_v=self._state.voltage_v,
-            trace=trace,
-            truth_position_m=truth[0],
-            truth_force_n=truth[1],
+            position_m=self._sensing.position_m,
+            voltage_v=self.state.voltage_v,
+            cycles=0 if self._motion.is_new else self.state.clock.cycle,
+            arrived=self._stand.has_arrived(self._motion.wave),
         )
-        return Output(readings, events, self._status(), self._ramps[cycles % len(self._ramps)])
 
-    def _status(self) -> Status:
-        status = Status(0)
-        if self._running is not None:
-            status |= Status.MOVING
-        if not self._is_preloaded():
-            status |= Status.PRELOADING
-        if self._load_n != 0.0:
-            status |= Status.LOADED
-        if self._last_refused:
-            status |= Status.REFUSED
-        return status
-
-    def _accept(self, request: Request) -> None:
-        self._requests += 1
-        try:
-            command = check_request(request, self.parameters)
-        except StickSlipError as refusal:
-            self.refused += 1
-            self._last_refused = True
-            self._tell(self._requests, request.name, Result.INVALID_PARAMETER, str(refusal))
-            return
-        self._last_refused = False
-        self._carry_out(command)
-
-    def _carry_out(self, command: Command) -> None:
-        number = self._requests
-        match command:
-            case Move():
-                self._abort_move(f'replaced by command {number}')
-                self._running = RunningMove(number, command)
-                self._wave = command.wave
-                self._state = self._state._replace(clock=clock_at_start(self._state))
-            case Load():
-                self._load_n = command.force_n
-                self._tell(number, 'load', Result.DONE)
-            case Preload():
-                self._end_preloading(Result.ABORTED, f'replaced by command {number}')
-                self._preloading = number
-                self._change_preload(command.force_n)
-            case Stop():
-                self._abort_move(f'stopped by command {number}')
-                self._wave = level(self._state.voltage_v)
-                self._tell(number, 'stop', Result.DONE)
-            case Reset():
-                self._abort_move(f'reset by command {number}')
-                self._end_preloading(Result.ABORTED, f'reset by command {number}')
-                self._to_rest()
-                self._tell(number, 'reset', Result.DONE)
+    @property
+    def status(self) -> Status:
+        """State of the drive now, bit by bit."""
+        flags = {
+            Status.MOVE_DELAYED: bool(self._delayed),
+            Status.AMPLIFIER_ENABLED: self._is_powered(),
+            Status.LOADED: self._stand.load_n != 0.0,
+            Status.REFUSED: self._last_refused,
+            Status.PRELOADING: not self._stand.is_preloaded,
+            Status.FAULT: bool(self.faults.names),
+        }
+        return self._motion.status | self._sensing.status | status_of(flags)
 
     def _to_rest(self) -> None:
-        self.plant = self._first_plant
-        preload_n = self.parameters.stand.preload
-        self._state = state_at_rest(self.plant, self._history, preload_n)
-        self._wave = level(self._state.voltage_v)
-        self._load_n = 0.0
-        self._running = None
-        self._preloading = 0
-        if self.parameters.stand.preload_end:
-            self._change_preload(self.parameters.stand.preload_end)
-        for sensor in self._sensors:
-            sensor.reset()
-
-    def _change_preload(self, preload_n: float) -> None:
-        """Let the springs take over, and go to another preload."""
-        self.plant, self._state = change_preload(
-            self.plant, self._history, self._state, self.parameters, preload_n
-        )
-
-    def _is_preloaded(self) -> bool:
-        return self._state.contact.preload_n == self.plant.contact.preload_n
+        self._stand.to_rest()
+        self._sensing.reset()
+        self._delayed.clear()
+        self._motion.reset(self.state.voltage_v)
+        self._apply_faults(self.faults)
 
     def _end_preloading(self, result: Result, why: str = '') -> None:
         """Tell the end of a preload command, if one is on its way."""
         number, self._preloading = self._preloading, 0
         if number:
             self._tell(number, 'preload', result, why)
-
-    def _abort_move(self, why: str) -> None:
-        if self._running is not None:
-            self._end_move(self._running, Result.ABORTED, why)
-
-    def _end_move_if_done(self) -> None:
-        if self._running is None:
-            return
-        ramps_done = self._state.clock.cycle >= self._wave.cycles
-        arrived = abs(self._state.voltage_v - self._wave.start_v) <= SETTLED_V
-        if ramps_done and arrived:
-            self._end_move(self._running, Result.DONE)
-
-    def _end_move(self, running: RunningMove, result: Result, why: str = '') -> None:
-        steps = self._state.clock.cycle
-        self._running = None
-        self._tell(running.number, running.move.name, result, why, steps)
 
     def _tell(
         self, number: int, command: str, result: Result, message: str = '', steps: int = 0

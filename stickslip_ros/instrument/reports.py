@@ -83,6 +83,15 @@ STATUS_TEXTS = {
 }
 
 
+def status_of(flags: dict[Status, bool]) -> Status:
+    """Return the bits that are set."""
+    status = Status(0)
+    for bit, is_set in flags.items():
+        if is_set:
+            status |= bit
+    return status
+
+
 @dataclass(frozen=True)
 class Event:
     """

@@ -16,7 +16,8 @@ from stickslip_ros.drive.build import (
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.plant import RAMP_MEAN, RAMP_START, advance
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.instrument.commands import Move, Request, check_request
+from stickslip_ros.instrument.checks import check_request
+from stickslip_ros.instrument.commands import Move, Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.sawtooth_run import (
     STEADY_STEPS_MAX,

@@ -13,7 +13,8 @@ from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.commands import Move, Request, check_request
+from stickslip_ros.instrument.checks import check_request
+from stickslip_ros.instrument.commands import Move, Request
 from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.feed import Feed

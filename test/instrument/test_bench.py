@@ -12,6 +12,8 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import FOOT, FORCE, POSITION, TIME, VOLTAGE, Result, Status
 
+READY = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
+"""Bits of a stand on which nothing happens."""
 FAULTLESS = {
     'interferometer.noise_density': 0.0,
     'interferometer.resolution': 0.0,
@@ -46,7 +48,7 @@ def test_a_sawtooth_ends_with_an_event_that_counts_its_steps(bench):
     # The last fall is over two microseconds after the tenth ramp: seen at the end of that block.
     assert event.time_ns == 11 * MS
     assert len(told.ramps) == 10
-    assert told.status == [Status.MOVING] * 10 + [Status(0)] * 2
+    assert told.status == [READY | Status.MOVING] * 10 + [READY] * 2
 
 
 def test_the_ramps_that_are_told_are_those_of_the_runner(true_bench):
@@ -110,7 +112,7 @@ def test_a_stop_holds_the_voltage_at_which_it_comes(bench):
     voltages = told.trace[:, VOLTAGE]
     assert voltages[199] == pytest.approx(75.0, rel=1e-9, abs=0.0)
     assert set(voltages[200:]) == {voltages[199]}
-    assert told.status[3:] == [Status.MOVING] + [Status(0)] * 6
+    assert told.status[3:] == [READY | Status.MOVING] + [READY] * 6
 
 
 def test_a_stop_or_a_reset_of_nothing_is_done_too(bench):
@@ -132,7 +134,7 @@ def test_a_reset_brings_the_first_run_back_to_the_bit(bench):
 def test_a_reset_takes_load_voltage_and_refusal_back(bench):
     drive_bench(bench, 3 * MS, {0: [Request('voltage', (300.0,)), load(0.5), Request('fly')]})
     told = drive_bench(bench, MS, {0: [Request('reset')]})
-    assert told.status == [Status(0)]
+    assert told.status == [READY]
     assert bench.state.position_m == bench.state.voltage_v == 0.0
     assert bench.ledger.feet_work_j == bench.ledger.load_work_j == 0.0
 
@@ -147,7 +149,8 @@ def test_status_bits_tell_moving_loaded_and_refused(bench):
     }
     status = drive_bench(bench, 5 * MS, requests).status
     moving, loaded, refused = Status.MOVING, Status.LOADED, Status.REFUSED
-    assert status == [loaded, moving | loaded, moving | loaded | refused, loaded, Status(0)]
+    told = [loaded, moving | loaded, moving | loaded | refused, loaded, Status(0)]
+    assert status == [READY | bits for bits in told]
     assert [int(bit) for bit in (moving, loaded, refused)] == [1, 1 << 24, 1 << 25]
 
 
@@ -194,7 +197,7 @@ def test_a_time_that_is_no_sample_of_the_next_block_is_refused_and_changes_nothi
     )
     assert 'at most one block (1000000 ns) after 0 ns; go block by block' in str(caught.value)
     assert bench.time_ns == 0
-    assert bench.update(MS).status == Status(0)
+    assert bench.update(MS).status == READY
 
 
 def test_an_event_is_told_as_json(bench):

@@ -8,18 +8,17 @@ from hypothesis import strategies as st
 
 from stickslip_ros.drive.records import ENDLESS
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
+from stickslip_ros.instrument.checks import CHECKS, STEPS_MAX, check_request
 from stickslip_ros.instrument.commands import (
-    STEPS_MAX,
     Load,
     Move,
     Request,
     Reset,
     Stop,
-    check_request,
 )
 from stickslip_ros.parameters import Parameters
 
-NAMES = ('voltage', 'sawtooth', 'load', 'preload', 'stop', 'reset')
+NAMES = (*CHECKS, 'fault')
 ABOVE_300_V = "above the amplifier's 300 V; lower it or raise amplifier.voltage_max"
 BELOW_0_V = "below the amplifier's 0 V; raise it or lower amplifier.voltage_min"
 ABOVE_20_KHZ = "above the amplifier's 20000 Hz; lower it or raise amplifier.frequency_max"

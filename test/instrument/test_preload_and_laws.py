@@ -59,7 +59,7 @@ def test_the_force_does_not_jump_when_the_springs_take_over_or_hand_back():
     bench = Bench(quiet(stand__preload=0.2, stand__preload_rate=5.0))
     advance(bench, 50, [FALL])
     before_n = bench.state.contact.memory.force_n
-    bench._accept(Request('preload', (0.2000001,)))
+    bench.accept(Request('preload', (0.2000001,)))
     assert bench.state.contact.on_springs
     advance(bench, 1)
     assert not bench.state.contact.on_springs, 'a full slip must have handed back'
@@ -170,6 +170,6 @@ def test_a_preload_out_of_range_is_refused_and_changes_nothing(value, said):
 
 def test_a_motion_that_is_no_longer_finite_is_told_instead_of_published():
     bench = Bench(quiet())
-    bench._state = bench._state._replace(velocity_m_per_s=float('nan'))
+    bench._stand.state = bench.state._replace(velocity_m_per_s=float('nan'))
     with pytest.raises(StickSlipError, match=r'no longer finite .* lower sim\.dt'):
         advance(bench, 1)

@@ -1,0 +1,163 @@
+"""A move to a position in closed loop: the way there, arrival, hold, and how it may fail."""
+
+import math
+from dataclasses import dataclass
+
+from stickslip_ros.drive.records import Wave
+from stickslip_ros.drive.waveform import level
+from stickslip_ros.instrument.checks import steps_of
+from stickslip_ros.instrument.position_loop import Level, PositionLoop, Steps, loop_settings
+from stickslip_ros.instrument.reports import Result
+from stickslip_ros.parameters import Parameters, to_nanoseconds
+
+PROGRESS_SHARE = 0.1
+"""Way per stroke that counts as progress."""
+BLOCKED_STEPS = 5.0
+"""Steps without progress that a blocked runner has made, at least."""
+NANO = 1e-9
+
+
+@dataclass(frozen=True)
+class Sight:
+    """
+    What a move sees of the stand at the end of a block.
+
+    Attributes
+    ----------
+    time_ns : int
+        Simulated time.
+    position_m : float
+        Mean position reading of the block, m; not a number without a sensor.
+    voltage_v : float
+        Voltage at the piezo.
+    cycles : int
+        Ramps of the wave that are over.
+    arrived : bool
+        Whether wave and amplifier are at their end.
+
+    """
+
+    time_ns: int
+    position_m: float
+    voltage_v: float
+    cycles: int
+    arrived: bool
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a move ended, and why."""
+
+    result: Result
+    why: str = ''
+
+
+class ClosedLoop:
+    """
+    One closed-loop move, from its start to the end of its hold.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    target_m : float
+        Position reading to go to, m.
+    start : Sight
+        What there was when the move began.
+
+    Attributes
+    ----------
+    holds : bool
+        Whether the target was reached and is held.
+    in_position : bool
+        Whether the reading is within the tolerance of the target.
+
+    """
+
+    def __init__(self, parameters: Parameters, target_m: float, start: Sight) -> None:
+        self.holds = False
+        self.in_position = False
+        self._parameters = parameters
+        self._target_m = target_m
+        self._set_point_m = start.position_m
+        self._loop = PositionLoop(loop_settings(parameters), start.voltage_v)
+        self._start_ns = self._outside_ns = self._progress_ns = self._last_ns = start.time_ns
+        self._nearest_m = abs(target_m - start.position_m)
+        stroke_m = parameters.actuator.gain * parameters.step.amplitude
+        self._progress_m = PROGRESS_SHARE * stroke_m
+        blocked_s = max(parameters.limits.blocked_time, BLOCKED_STEPS / parameters.step.frequency)
+        self._blocked_ns = to_nanoseconds(blocked_s)
+
+    def update(self, sight: Sight) -> tuple[Wave | None, Verdict | None]:
+        """Return the wave to follow from now on, or None, and the verdict, or None."""
+        self._move_set_point(sight)
+        self._watch_position(sight)
+        failure = self._failure(sight)
+        if failure is not None:
+            return None, failure
+        return self._next_wave(sight) if sight.arrived else None, self._arrival(sight)
+
+    def _move_set_point(self, sight: Sight) -> None:
+        """Move the set point towards the target with the velocity that is asked for."""
+        velocity_m_per_s = self._parameters.closed_loop.velocity
+        way_m = self._target_m - self._set_point_m
+        largest_m = velocity_m_per_s * (sight.time_ns - self._last_ns) * NANO
+        self._last_ns = sight.time_ns
+        if velocity_m_per_s > 0.0 and abs(way_m) > largest_m:
+            self._set_point_m += largest_m if way_m > 0.0 else -largest_m
+        else:
+            self._set_point_m = self._target_m
+
+    def _watch_position(self, sight: Sight) -> None:
+        error_m = abs(self._target_m - sight.position_m)
+        self.in_position = error_m <= self._parameters.closed_loop.tolerance
+        if not self.in_position or not sight.arrived:
+            self._outside_ns = sight.time_ns
+        if error_m < self._nearest_m - self._progress_m or not self._loop.is_coarse:
+            self._nearest_m = error_m
+            self._progress_ns = sight.time_ns
+
+    def _next_wave(self, sight: Sight) -> Wave:
+        action = self._loop.update(self._set_point_m, sight.position_m)
+        match action:
+            case Steps(count):
+                return steps_of('position', self._parameters, count).wave
+            case Level(voltage_v):
+                return level(voltage_v)
+
+    def _arrival(self, sight: Sight) -> Verdict | None:
+        settle_ns = to_nanoseconds(self._parameters.closed_loop.settle_time)
+        there = self.in_position and self._set_point_m == self._target_m
+        if self.holds or not there or sight.time_ns - self._outside_ns < settle_ns:
+            return None
+        self.holds = True
+        return Verdict(Result.DONE)
+
+    def _failure(self, sight: Sight) -> Verdict | None:
+        if math.isnan(sight.position_m):
+            return Verdict(Result.NO_SENSOR, 'the position reading is not a number')
+        return self._lags(sight) or self._is_late(sight) or self._is_blocked(sight)
+
+    def _lags(self, sight: Sight) -> Verdict | None:
+        limit_m = self._parameters.limits.following_error
+        lag_m = abs(self._set_point_m - sight.position_m)
+        follows = self.holds or self._parameters.closed_loop.velocity > 0.0
+        if not limit_m or not follows or lag_m <= limit_m:
+            return None
+        why = f'{lag_m:.4g} m from the set point, above limits.following_error {limit_m:g} m'
+        return Verdict(Result.FOLLOWING_LIMIT_REACHED, why)
+
+    def _is_late(self, sight: Sight) -> Verdict | None:
+        timeout_s = self._parameters.closed_loop.timeout
+        if self.holds or sight.time_ns - self._start_ns <= to_nanoseconds(timeout_s):
+            return None
+        error_m = self._target_m - sight.position_m
+        why = f'{error_m:.4g} m are left after closed_loop.timeout, {timeout_s:g} s'
+        return Verdict(Result.TIMEOUT, why)
+
+    def _is_blocked(self, sight: Sight) -> Verdict | None:
+        time_ns = sight.time_ns - self._progress_ns
+        if not self._loop.is_coarse or time_ns <= self._blocked_ns:
+            return None
+        why = f'no progress for {time_ns * NANO:.3g} s at {sight.position_m:.6g} m'
+        return Verdict(Result.END_STOP_REACHED, why)

@@ -1,0 +1,148 @@
+"""
+How a stick-slip stage is brought to a position: coarse steps, then a fine scan, then hold.
+
+The loop sees position readings and asks for steps or voltages; it knows neither drive nor node.
+The built-in closed loop runs it inside the instrument, the position controller over topics.
+
+"""
+
+import math
+from dataclasses import dataclass
+
+from stickslip_ros.parameters import Parameters
+
+REACH = 0.9
+"""Share of the piezo's stroke that a scan is trusted with: the rest is for creep and load."""
+COARSE_SHARE = 0.9
+"""Share of the way that a burst of steps goes: step lengths are estimates."""
+LEARN_STEPS = 5
+"""Shortest burst that teaches the step length: its first step starts from another voltage."""
+STEP_LEAST = 0.05
+"""Least step length that the loop believes, per stroke."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Make so many steps; the sign is the direction."""
+
+    count: int
+
+
+@dataclass(frozen=True)
+class Level:
+    """Go to a voltage, V."""
+
+    voltage_v: float
+
+
+@dataclass(frozen=True)
+class LoopSettings:
+    """
+    What the loop knows of the stage.
+
+    Attributes
+    ----------
+    gain_m_per_v : float
+        Foot displacement per volt, m/V.
+    voltage_min_v, voltage_max_v : float
+        Range of the scan, V.
+    step_v : float
+        Amplitude of a step, V, from ``voltage_min_v`` on.
+    share : float
+        Share of the error that one update of the scan takes back, 0 to 1.
+    deadband_m : float
+        Error that is left alone when the piezo is at its end, m.
+
+    """
+
+    gain_m_per_v: float
+    voltage_min_v: float
+    voltage_max_v: float
+    step_v: float
+    share: float
+    deadband_m: float
+
+
+def loop_settings(parameters: Parameters) -> LoopSettings:
+    """Return what the parameters of a stand say of its stage; one update per block."""
+    amplifier, closed_loop = parameters.amplifier, parameters.closed_loop
+    return LoopSettings(
+        gain_m_per_v=parameters.actuator.gain,
+        voltage_min_v=amplifier.voltage_min,
+        voltage_max_v=amplifier.voltage_max,
+        step_v=parameters.step.amplitude,
+        share=min(1.0, closed_loop.gain * parameters.sim.block),
+        deadband_m=closed_loop.tolerance,
+    )
+
+
+class PositionLoop:
+    """
+    Decide what to do next, from one reading after the other.
+
+    Parameters
+    ----------
+    settings : LoopSettings
+        The stage.
+    voltage_v : float
+        Voltage at the piezo now, V.
+
+    """
+
+    def __init__(self, settings: LoopSettings, voltage_v: float) -> None:
+        self.settings = settings
+        self.voltage_v = voltage_v
+        self.is_coarse = False
+        self._step_m = self._stroke_m(settings.step_v)
+        self._burst = 0
+        self._before_m = 0.0
+
+    def update(self, target_m: float, position_m: float) -> Steps | Level:
+        """
+        Return what to do now; to be called when what was asked for before is over.
+
+        Parameters
+        ----------
+        target_m, position_m : float
+            Where the runner shall be, and the reading that says where it is, m.
+
+        """
+        self._learn(position_m)
+        error_m = target_m - position_m
+        self.is_coarse = abs(error_m) > max(self._room_m(error_m), self.settings.deadband_m)
+        return self._step(error_m, position_m) if self.is_coarse else self._scan(error_m)
+
+    def _stroke_m(self, voltage_v: float) -> float:
+        return self.settings.gain_m_per_v * voltage_v
+
+    def _room_m(self, error_m: float) -> float:
+        """Return how far a scan can go in the direction of an error, m."""
+        settings = self.settings
+        end_v = settings.voltage_max_v if error_m > 0.0 else settings.voltage_min_v
+        return REACH * self._stroke_m(abs(end_v - self.voltage_v))
+
+    def _scan(self, error_m: float) -> Level:
+        settings = self.settings
+        wanted_v = self.voltage_v + settings.share * error_m / settings.gain_m_per_v
+        self.voltage_v = min(max(wanted_v, settings.voltage_min_v), settings.voltage_max_v)
+        return Level(self.voltage_v)
+
+    def _step(self, error_m: float, position_m: float) -> Steps:
+        settings = self.settings
+        scan_m = 0.5 * REACH * self._stroke_m(settings.voltage_max_v - settings.voltage_min_v)
+        far_m = COARSE_SHARE * (abs(error_m) - scan_m)
+        count = max(1, math.floor(far_m / self._step_m))
+        forwards = error_m > 0.0
+        self.voltage_v = settings.voltage_min_v + (0.0 if forwards else settings.step_v)
+        self._burst = count if forwards else -count
+        self._before_m = position_m
+        return Steps(self._burst)
+
+    def _learn(self, position_m: float) -> None:
+        """Take the step length from the burst that is over."""
+        burst, self._burst = self._burst, 0
+        if abs(burst) < LEARN_STEPS:
+            return
+        stroke_m = self._stroke_m(self.settings.step_v)
+        step_m = (position_m - self._before_m) / burst
+        self._step_m = min(max(step_m, STEP_LEAST * stroke_m), stroke_m)
