@@ -96,6 +96,7 @@ class PositionLoop:
         self._step_m = self._stroke_m(settings.step_v)
         self._burst = 0
         self._before_m = 0.0
+        self._is_centred = False
 
     def update(self, target_m: float, position_m: float) -> Steps | Level:
         """
@@ -110,7 +111,12 @@ class PositionLoop:
         self._learn(position_m)
         error_m = target_m - position_m
         self.is_coarse = abs(error_m) > max(self._room_m(error_m), self.settings.deadband_m)
-        return self._step(error_m, position_m) if self.is_coarse else self._scan(error_m)
+        if not self.is_coarse:
+            self._is_centred = False
+            return self._scan(error_m)
+        if abs(error_m) <= self._half_scan_m() and not self._is_centred:
+            return self._centre()
+        return self._step(error_m, position_m)
 
     def _stroke_m(self, voltage_v: float) -> float:
         return self.settings.gain_m_per_v * voltage_v
@@ -121,6 +127,17 @@ class PositionLoop:
         end_v = settings.voltage_max_v if error_m > 0.0 else settings.voltage_min_v
         return REACH * self._stroke_m(abs(end_v - self.voltage_v))
 
+    def _half_scan_m(self) -> float:
+        """Return how far a scan can go from the middle, m."""
+        settings = self.settings
+        return 0.5 * REACH * self._stroke_m(settings.voltage_max_v - settings.voltage_min_v)
+
+    def _centre(self) -> Level:
+        """Jump to the middle: the runner slips under it, or comes along and needs another step."""
+        self._is_centred = True
+        self.voltage_v = 0.5 * (self.settings.voltage_min_v + self.settings.voltage_max_v)
+        return Level(self.voltage_v)
+
     def _scan(self, error_m: float) -> Level:
         settings = self.settings
         wanted_v = self.voltage_v + settings.share * error_m / settings.gain_m_per_v
@@ -129,8 +146,7 @@ class PositionLoop:
 
     def _step(self, error_m: float, position_m: float) -> Steps:
         settings = self.settings
-        scan_m = 0.5 * REACH * self._stroke_m(settings.voltage_max_v - settings.voltage_min_v)
-        far_m = COARSE_SHARE * (abs(error_m) - scan_m)
+        far_m = COARSE_SHARE * (abs(error_m) - self._half_scan_m())
         count = max(1, math.floor(far_m / self._step_m))
         forwards = error_m > 0.0
         self.voltage_v = settings.voltage_min_v + (0.0 if forwards else settings.step_v)

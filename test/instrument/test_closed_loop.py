@@ -1,0 +1,233 @@
+"""The built-in closed loop: arrives, holds, steps again, and gives up with the right reason."""
+
+import numpy as np
+import pytest
+from bench_runs import MS, drive_bench
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.position_loop import (
+    Level,
+    LoopSettings,
+    PositionLoop,
+    Steps,
+)
+from stickslip_ros.instrument.reports import Result, Status
+
+FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
+TOLERANCE_M = 2e-9
+"""closed_loop.tolerance of the stand."""
+
+
+def go_to(position_m):
+    return Request('position', (position_m, 0.0, 0.0))
+
+
+def load(force_n):
+    return Request('load', (force_n, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+
+@pytest.fixture
+def bench_with(stand):
+    return lambda **values: Bench(
+        stand.updated(FREE | {name.replace('__', '.'): v for name, v in values.items()})
+    )
+
+
+def errors_m(told, target_m):
+    return np.array([output.readings.truth_position_m - target_m for output in told.outputs])
+
+
+@pytest.mark.parametrize('target_m', [1e-9, 100e-9, -300e-9, 5e-6, -20e-6])
+def test_a_target_is_reached_and_held(bench_with, target_m):
+    told = drive_bench(bench_with(), 500 * MS, {0: [go_to(target_m)]})
+    (event,) = told.events
+    assert (event.command, event.result) == ('position', Result.DONE)
+    assert np.abs(errors_m(told, target_m)[-100:]).max() < TOLERANCE_M
+    held = told.status[-1]
+    assert held & Status.CLOSED_LOOP
+    assert held & Status.IN_POSITION
+    assert not held & Status.MOVING
+    assert told.status[0] & Status.MOVING
+    assert told.status[0] & Status.CLOSED_LOOP
+
+
+def test_a_target_is_held_under_a_step_of_load(bench_with):
+    bench = bench_with()
+    drive_bench(bench, 200 * MS, {0: [go_to(1e-6)]})
+    told = drive_bench(bench, 300 * MS, {0: [load(0.1)]})
+    errors = np.abs(errors_m(told, 1e-6))
+    assert errors[0] > TOLERANCE_M  # the load does push the runner away
+    assert errors[-100:].max() < TOLERANCE_M
+    assert told.status[-1] & Status.IN_POSITION
+
+
+def test_the_piezo_steps_again_when_it_comes_to_its_end_while_holding(bench_with):
+    bench = bench_with(interferometer__drift=1e-6)  # the reading runs away, the runner follows
+    drive_bench(bench, 100 * MS, {0: [go_to(500e-9)]})
+    told = drive_bench(bench, 600 * MS, {})
+    volts = np.array([output.readings.voltage_v for output in told.outputs])
+    readings = np.array([output.readings.position_m for output in told.outputs])
+    assert np.abs(np.diff(volts)).max() > 100.0  # it ran back for another stroke
+    assert np.median(np.abs(readings - 500e-9)) < TOLERANCE_M
+    assert told.outputs[-1].readings.truth_position_m < 0.0
+    assert not told.events
+
+
+def test_the_way_is_gone_with_the_velocity_that_is_asked_for(bench_with):
+    bench = bench_with(closed_loop__velocity=10e-6)
+    told = drive_bench(bench, 600 * MS, {0: [go_to(5e-6)]})
+    (event,) = told.events
+    assert event.result is Result.DONE
+    assert event.time_ns == pytest.approx(500 * MS, rel=0.1)
+    halfway_m = told.outputs[249].readings.truth_position_m
+    assert halfway_m == pytest.approx(2.5e-6, abs=0.2e-6)
+
+
+def test_without_hold_the_loop_opens_on_arrival(bench_with):
+    told = drive_bench(bench_with(closed_loop__hold=False), 200 * MS, {0: [go_to(100e-9)]})
+    assert [event.result for event in told.events] == [Result.DONE]
+    assert not told.status[-1] & (Status.CLOSED_LOOP | Status.MOVING | Status.IN_POSITION)
+
+
+def test_a_new_target_replaces_the_old_one_and_a_held_one_in_silence(bench_with):
+    bench = bench_with()
+    requests = {0: [go_to(50e-6)], 100 * MS: [go_to(0.0)]}
+    told = drive_bench(bench, 600 * MS, requests)
+    assert [(e.number, e.result) for e in told.events] == [(1, Result.ABORTED), (2, Result.DONE)]
+    told = drive_bench(bench, 200 * MS, {0: [go_to(200e-9)]})
+    assert [(e.number, e.result) for e in told.events] == [(3, Result.DONE)]
+
+
+def test_a_target_outside_the_soft_limits_is_refused_as_such(bench_with):
+    bench = bench_with(limits__soft_min=-1e-6, limits__soft_max=1e-6)
+    told = drive_bench(bench, 2 * MS, {0: [go_to(2e-6)]})
+    (event,) = told.events
+    assert event.result is Result.RANGE_LIMIT_REACHED
+    assert 'outside the soft limits -1e-06 to 1e-06 m' in event.message
+    assert told.status[-1] & Status.REFUSED
+
+
+def test_a_runner_that_comes_no_nearer_is_at_an_end_stop(stand):
+    bench = Bench(stand)  # the load cell stops the runner after 4 um at most: mu F_n = k x
+    told = drive_bench(bench, 1000 * MS, {0: [go_to(20e-6)]})
+    (event,) = told.events
+    assert (event.command, event.result) == ('position', Result.END_STOP_REACHED)
+    assert 'no progress' in event.message
+    failed = told.status[-1]
+    assert failed & Status.END_STOP_REACHED
+    assert failed & Status.MOVEMENT_FAILED
+    assert not failed & (Status.CLOSED_LOOP | Status.MOVING)
+
+
+def test_a_set_point_that_runs_away_is_a_following_error(stand):
+    limits = {'closed_loop.velocity': 1e-3, 'limits.following_error': 1e-6}
+    bench = Bench(stand.updated(FREE | limits))  # 1 mm/s is more than 1000 steps per second make
+    told = drive_bench(bench, 200 * MS, {0: [go_to(100e-6)]})
+    (event,) = told.events
+    assert event.result is Result.FOLLOWING_LIMIT_REACHED
+    assert 'limits.following_error 1e-06 m' in event.message
+    assert told.status[-1] & Status.FOLLOWING_LIMIT_REACHED
+
+
+def test_a_hold_that_is_torn_away_ends_with_an_event_of_its_own(bench_with):
+    bench = bench_with(limits__following_error=50e-9)
+    drive_bench(bench, 100 * MS, {0: [go_to(300e-9)]})
+    told = drive_bench(bench, 50 * MS, {0: [load(2.0)]})  # more than friction holds
+    names = [(event.command, event.result) for event in told.events]
+    assert ('hold', Result.FOLLOWING_LIMIT_REACHED) in names
+    assert not told.status[-1] & Status.CLOSED_LOOP
+
+
+def test_a_move_that_takes_too_long_fails(bench_with):
+    bench = bench_with(closed_loop__timeout=0.05)
+    told = drive_bench(bench, 100 * MS, {0: [go_to(50e-6)]})
+    (event,) = told.events
+    assert event.result is Result.TIMEOUT
+    assert event.time_ns == 51 * MS
+    assert 'closed_loop.timeout, 0.05 s' in event.message
+    assert told.status[-1] & Status.MOVEMENT_FAILED
+
+
+def test_without_a_reading_the_loop_gives_up(bench_with):
+    bench = bench_with()
+    dropout = Request('fault', settings=(('fault.interferometer', 'dropout'),))
+    told = drive_bench(bench, 50 * MS, {0: [go_to(50e-6)], 20 * MS: [dropout]})
+    assert [(e.command, e.result) for e in told.events] == [
+        ('fault', Result.DONE),
+        ('position', Result.NO_SENSOR),
+    ]
+    assert not told.status[-1] & Status.SENSOR_PRESENT
+    assert told.status[-1] & Status.FAULT
+
+
+def test_zeroing_the_position_opens_the_loop(bench_with):
+    bench = bench_with()
+    told = drive_bench(bench, 30 * MS, {0: [go_to(50e-6)], 20 * MS: [Request('zero_position')]})
+    assert [(e.command, e.result) for e in told.events] == [
+        ('position', Result.ABORTED),
+        ('zero_position', Result.DONE),
+    ]
+
+
+GAIN_M_PER_V = 160e-9 / 300.0
+LOOP = LoopSettings(GAIN_M_PER_V, 0.0, 300.0, 300.0, share=0.2, deadband_m=1e-9)
+
+
+class SimpleStage:
+    """
+    A stage by book-keeping alone.
+
+    A slow ramp takes the runner along; a jump takes it along by some presliding, the rest slips.
+
+    """
+
+    def __init__(self, presliding_m, start_m):
+        self.presliding_m, self.position_m, self.voltage_v = presliding_m, start_m, 0.0
+
+    def obey(self, action):
+        if isinstance(action, Level):
+            self._jump(action.voltage_v)
+            return
+        first_v, last_v = (0.0, 300.0) if action.count > 0 else (300.0, 0.0)
+        for _ in range(abs(action.count)):
+            self._jump(first_v)
+            self.position_m += GAIN_M_PER_V * (last_v - first_v)
+            self.voltage_v = last_v
+        self._jump(first_v)
+
+    def _jump(self, voltage_v):
+        way_m = GAIN_M_PER_V * (voltage_v - self.voltage_v)
+        self.position_m += float(np.clip(way_m, -self.presliding_m, self.presliding_m))
+        self.voltage_v = voltage_v
+
+
+@given(
+    presliding_m=st.floats(5e-9, 120e-9),
+    start_m=st.floats(-1e-4, 1e-4),
+    target_m=st.floats(-1e-4, 1e-4),
+)
+@settings(deadline=None)
+def test_the_loop_brings_any_stage_home_in_few_bursts(presliding_m, start_m, target_m):
+    stage, loop, bursts = SimpleStage(presliding_m, start_m), PositionLoop(LOOP, 0.0), 0
+    for _ in range(200):
+        action = loop.update(target_m, stage.position_m)
+        bursts += isinstance(action, Steps)
+        stage.obey(action)
+    assert abs(stage.position_m - target_m) < 1e-9
+    assert bursts < 40
+    assert 0.0 <= stage.voltage_v <= 300.0
+
+
+@given(st.lists(st.floats(-1e-3, 1e-3), min_size=1, max_size=50))
+def test_the_loop_never_asks_for_a_voltage_out_of_range_or_no_step(positions_m):
+    loop = PositionLoop(LOOP, 150.0)
+    for position_m in positions_m:
+        match loop.update(0.0, position_m):
+            case Level(voltage_v):
+                assert 0.0 <= voltage_v <= 300.0
+            case Steps(count):
+                assert count != 0
+                assert (count > 0) == (position_m < 0.0)

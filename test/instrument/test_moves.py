@@ -1,0 +1,158 @@
+"""Moves of every kind: how they run, how they end, what stops them."""
+
+import numpy as np
+import pytest
+from bench_runs import MS, drive_bench, sawtooth
+
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.reports import POSITION, VOLTAGE, Result, Status
+
+FREE = {'load_cell.contact': 'absent', 'interferometer.noise_density': 0.0}
+SOFT = {**FREE, 'limits.soft_min': -1e-6, 'limits.soft_max': 1e-6}
+STEP_M = 160e-9
+"""No step of 300 V is longer than the stroke of the feet."""
+
+
+def steps(count):
+    return Request('steps', (float(count),))
+
+
+def jog(frequency_hz):
+    return Request('jog', (float(frequency_hz),))
+
+
+def waveform(*rows):
+    return Request('waveform', tuple(float(value) for row in rows for value in row))
+
+
+@pytest.fixture
+def bench_with(stand):
+    return lambda **values: Bench(
+        stand.updated(FREE | {name.replace('__', '.'): v for name, v in values.items()})
+    )
+
+
+@pytest.mark.parametrize(('count', 'sign'), [(12, 1.0), (-12, -1.0)])
+def test_steps_are_made_in_their_direction_and_counted(bench_with, count, sign):
+    told = drive_bench(bench_with(), 20 * MS, {0: [steps(count)]})
+    (event,) = told.events
+    assert (event.command, event.result, event.steps) == ('steps', Result.DONE, 12)
+    assert len(told.ramps) == 12
+    assert 10 * 0.25 * STEP_M < sign * told.trace[-1, POSITION] < 12 * STEP_M
+
+
+def test_steps_have_the_amplitude_and_the_frequency_of_the_parameters(bench_with):
+    bench = bench_with(step__amplitude=120.0, step__frequency=250.0)
+    told = drive_bench(bench, 20 * MS, {0: [steps(3)]})
+    assert told.trace[:, VOLTAGE].max() == pytest.approx(120.0, rel=1e-2)
+    assert told.events[0].time_ns == 13 * MS  # three periods of 4 ms, and the last fall
+
+
+def test_no_step_at_all_is_done_at_once_and_replaces_nothing(bench_with):
+    told = drive_bench(bench_with(), 10 * MS, {0: [steps(5)], 2 * MS: [steps(0)]})
+    assert [(e.number, e.result, e.steps) for e in told.events] == [
+        (2, Result.DONE, 0),
+        (1, Result.DONE, 5),
+    ]
+
+
+def test_a_jog_runs_on_while_it_is_renewed_and_stops_when_it_is_not(bench_with):
+    bench = bench_with(jog__timeout=0.01)
+    renewed = {n * MS: [jog(1000.0)] for n in range(0, 30, 5)}
+    told = drive_bench(bench, 50 * MS, renewed)
+    (event,) = told.events
+    assert (event.number, event.command, event.result) == (1, 'jog', Result.DONE)
+    assert event.message == 'jog.timeout passed without a new command'
+    assert event.time_ns == 35 * MS  # 10 ms after the last one
+    assert event.steps == 35
+    assert Status.MOVING not in told.status[-1]
+    np.testing.assert_array_equal(told.trace[36 * 50 :, VOLTAGE], told.trace[-1, VOLTAGE])
+
+
+def test_a_jog_of_zero_ends_it_and_another_rate_is_another_move(bench_with):
+    requests = {0: [jog(500.0)], 4 * MS: [jog(-1000.0)], 8 * MS: [jog(0.0)], 9 * MS: [jog(0.0)]}
+    told = drive_bench(bench_with(), 12 * MS, requests)
+    assert [(e.number, e.result, e.message) for e in told.events] == [
+        (1, Result.ABORTED, 'replaced by command 2'),
+        (2, Result.DONE, 'ended by command 3'),
+        (4, Result.DONE, 'no jog was running'),
+    ]
+
+
+def test_a_waveform_is_played_once_with_straight_lines_and_then_held(bench_with):
+    rows = ((0.0, 0.0), (2e-3, 100.0), (3e-3, 100.0), (5e-3, 20.0))
+    told = drive_bench(bench_with(), 8 * MS, {0: [waveform(*rows)]})
+    times_s = np.arange(1, len(told.trace) + 1) * 20e-6
+    wanted_v = np.interp(times_s, *np.array(rows).T)
+    np.testing.assert_allclose(told.trace[:, VOLTAGE], wanted_v, rtol=0.0, atol=1e-6)
+    assert [bool(status & Status.STREAMING) for status in told.status] == [True] * 4 + [False] * 4
+    (event,) = told.events
+    assert (event.command, event.result) == ('waveform', Result.DONE)
+
+
+@pytest.mark.parametrize('sign', [1.0, -1.0])
+@pytest.mark.parametrize('name', ['steps', 'sawtooth', 'jog'])
+def test_steps_stop_at_a_soft_limit_and_may_go_back(bench_with, name, sign):
+    request = {
+        'steps': steps(sign * 100),
+        'sawtooth': sawtooth(300.0, sign * 1000.0),
+        'jog': jog(sign * 1000.0),
+    }[name]
+    bench = bench_with(limits__soft_min=-1e-6, limits__soft_max=1e-6)
+    told = drive_bench(bench, 60 * MS, {0: [request]})
+    (event,) = told.events
+    assert (event.command, event.result) == (name, Result.RANGE_LIMIT_REACHED)
+    assert f'limits.soft_{"max" if sign > 0 else "min"}' in event.message
+    assert told.status[-1] & Status.RANGE_LIMIT_REACHED
+    assert told.status[-1] & Status.MOVEMENT_FAILED
+    assert 1e-6 < sign * told.trace[-1, POSITION] < 1e-6 + 2 * STEP_M
+    back = drive_bench(bench, 10 * MS, {0: [steps(-sign * 5)]})
+    assert back.events[-1].result is Result.DONE
+    assert not back.status[-1] & (Status.RANGE_LIMIT_REACHED | Status.MOVEMENT_FAILED)
+
+
+def test_a_direct_voltage_knows_no_soft_limits(bench_with):
+    bench = bench_with(limits__soft_min=-1e-9, limits__soft_max=1e-9)
+    told = drive_bench(bench, 5 * MS, {0: [Request('voltage', (300.0,))]})
+    assert [e.result for e in told.events] == [Result.DONE]
+    assert told.trace[-1, POSITION] > 1e-9
+
+
+def test_a_new_move_clears_what_the_last_one_left(bench_with):
+    bench = bench_with(limits__soft_max=1e-6)
+    drive_bench(bench, 40 * MS, {0: [steps(100)]})
+    told = drive_bench(bench, MS, {0: [Request('voltage', (10.0,))]})
+    assert not told.status[-1] & Status.MOVEMENT_FAILED
+
+
+def test_a_switched_off_amplifier_aborts_the_move_and_refuses_the_next_one(bench_with):
+    bench = bench_with()
+    off = {0: [steps(100)], 5 * MS: [Request('enable_amplifier', (0.0,))], 6 * MS: [steps(1)]}
+    told = drive_bench(bench, 10 * MS, off)
+    assert [(e.number, e.command, e.result) for e in told.events] == [
+        (1, 'steps', Result.AMPLIFIER_DISABLED),
+        (2, 'enable_amplifier', Result.DONE),
+        (3, 'steps', Result.AMPLIFIER_DISABLED),
+    ]
+    assert not told.status[-1] & Status.AMPLIFIER_ENABLED
+    assert told.status[-1] & Status.REFUSED
+    assert told.trace[-1, VOLTAGE] == 0.0
+    on = drive_bench(bench, 10 * MS, {0: [Request('enable_amplifier', (1.0,)), steps(3)]})
+    assert on.events[-1].result is Result.DONE
+    assert on.status[-1] & Status.AMPLIFIER_ENABLED
+
+
+def test_the_zero_of_position_and_force_can_be_set(stand):
+    bench = Bench(stand)
+    drive_bench(bench, 30 * MS, {0: [steps(20)]})
+    before = bench.update(bench.time_ns + MS).readings
+    zeroed = drive_bench(bench, MS, {0: [Request('zero_position'), Request('tare_force')]})
+    readings = zeroed.outputs[-1].readings
+    assert before.position_m > 100e-9
+    assert before.force_n > 0.01
+    assert abs(readings.position_m) < 2e-9
+    assert abs(readings.force_n) < 2e-4
+    assert zeroed.status[-1] & Status.IS_REFERENCED
+    assert readings.truth_position_m > 100e-9
+    assert readings.truth_force_n > 0.01
