@@ -115,8 +115,14 @@ class PositionLoop:
             self._is_centred = False
             return self._scan(error_m)
         if abs(error_m) <= self._half_scan_m() and not self._is_centred:
-            return self._centre()
+            return self.centre()
         return self._step(error_m, position_m)
+
+    def centre(self) -> Level:
+        """Jump to the middle: the runner slips under it, or comes along and needs another step."""
+        self._is_centred = True
+        self.voltage_v = 0.5 * (self.settings.voltage_min_v + self.settings.voltage_max_v)
+        return Level(self.voltage_v)
 
     def _stroke_m(self, voltage_v: float) -> float:
         return self.settings.gain_m_per_v * voltage_v
@@ -131,12 +137,6 @@ class PositionLoop:
         """Return how far a scan can go from the middle, m."""
         settings = self.settings
         return 0.5 * REACH * self._stroke_m(settings.voltage_max_v - settings.voltage_min_v)
-
-    def _centre(self) -> Level:
-        """Jump to the middle: the runner slips under it, or comes along and needs another step."""
-        self._is_centred = True
-        self.voltage_v = 0.5 * (self.settings.voltage_min_v + self.settings.voltage_max_v)
-        return Level(self.voltage_v)
 
     def _scan(self, error_m: float) -> Level:
         settings = self.settings
