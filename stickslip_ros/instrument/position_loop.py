@@ -17,6 +17,9 @@ COARSE_SHARE = 0.9
 """Share of the way that a burst of steps goes: step lengths are estimates."""
 LEARN_STEPS = 5
 """Shortest burst that teaches the step length: its first step starts from another voltage."""
+SCAN_MAX = 0.03
+"""Largest voltage change of one update of the scan, per range: a jump that is short against the
+presliding displacement does not slip."""
 STEP_LEAST = 0.05
 """Least step length that the loop believes, per stroke."""
 
@@ -140,11 +143,14 @@ class PositionLoop:
 
     def _scan(self, error_m: float) -> Level:
         settings = self.settings
-        wanted_v = self.voltage_v + settings.share * error_m / settings.gain_m_per_v
+        largest_v = SCAN_MAX * (settings.voltage_max_v - settings.voltage_min_v)
+        change_v = settings.share * error_m / settings.gain_m_per_v
+        wanted_v = self.voltage_v + min(max(change_v, -largest_v), largest_v)
         self.voltage_v = min(max(wanted_v, settings.voltage_min_v), settings.voltage_max_v)
         return Level(self.voltage_v)
 
     def _step(self, error_m: float, position_m: float) -> Steps:
+        self._is_centred = False
         settings = self.settings
         far_m = COARSE_SHARE * (abs(error_m) - self._half_scan_m())
         count = max(1, math.floor(far_m / self._step_m))
