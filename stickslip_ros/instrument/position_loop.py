@@ -95,7 +95,7 @@ class PositionLoop:
     def __init__(self, settings: LoopSettings, voltage_v: float) -> None:
         self.settings = settings
         self.voltage_v = voltage_v
-        self.is_coarse = False
+        self.is_coarse = True
         self._step_m = self._stroke_m(settings.step_v)
         self._burst = 0
         self._before_m = 0.0
@@ -113,7 +113,7 @@ class PositionLoop:
         """
         self._learn(position_m)
         error_m = target_m - position_m
-        self.is_coarse = abs(error_m) > max(self._room_m(error_m), self.settings.deadband_m)
+        self.is_coarse = not self._may_scan(error_m)
         if not self.is_coarse:
             self._is_centred = False
             return self._scan(error_m)
@@ -130,11 +130,14 @@ class PositionLoop:
     def _stroke_m(self, voltage_v: float) -> float:
         return self.settings.gain_m_per_v * voltage_v
 
-    def _room_m(self, error_m: float) -> float:
-        """Return how far a scan can go in the direction of an error, m."""
+    def _may_scan(self, error_m: float) -> bool:
+        """Tell whether an error can be scanned away; a scan that has begun goes on to the end."""
         settings = self.settings
         end_v = settings.voltage_max_v if error_m > 0.0 else settings.voltage_min_v
-        return REACH * self._stroke_m(abs(end_v - self.voltage_v))
+        room_m = self._stroke_m(abs(end_v - self.voltage_v))
+        if not self.is_coarse and room_m > 0.0:
+            return abs(error_m) <= 2.0 * self._half_scan_m()
+        return abs(error_m) <= max(REACH * room_m, settings.deadband_m)
 
     def _half_scan_m(self) -> float:
         """Return how far a scan can go from the middle, m."""
