@@ -3,7 +3,8 @@
 import math
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.instrument._shim import Interferometer, LoadCell
+from stickslip_ros.instrument.interferometer import Interferometer
+from stickslip_ros.instrument.load_cell import LoadCell
 from stickslip_ros.instrument.reports import FORCE, POSITION, Readings, Status, status_of
 from stickslip_ros.parameters import FaultParameters, Parameters
 

@@ -55,7 +55,7 @@ class LoadCellParameters(Checked):
         0.0,
         1e6,
         ASSUMED,
-        'reading at which the load cell saturates, both ways; 0 is none',
+        'signal at which the load cell saturates, both ways, before the tare; 0 is none',
     )
 
     def check_together(self) -> None:

@@ -182,7 +182,7 @@ def other_values(name: str) -> dict[str, Any]:
     elif spec.kind is not str:
         candidates = [default * 2, default + 1, default * 0.5, spec.minimum, spec.maximum]
     for value in candidates:
-        for others in ({}, {'contact.prefactor': 0.0}):
+        for others in ({}, {'contact.prefactor': 0.0}, {'load_cell.range': 1.0}):
             values = {name: value, **others}
             with contextlib.suppress(StickSlipError):
                 if Parameters().updated(values).flat()[name] != default:

@@ -36,7 +36,7 @@ def test_the_folder_stays_the_same_while_the_sources_do(package):
 
 
 @pytest.mark.parametrize(
-    'source', ['contact/memory.py', 'drive/plant.py', 'instrument/sensor.py', 'drive/new.py']
+    'source', ['contact/memory.py', 'drive/plant.py', 'instrument/optics.py', 'drive/new.py']
 )
 def test_a_changed_source_gets_another_folder(source, package):
     before = fresh_cache_dir()

@@ -1,0 +1,62 @@
+"""Kernel: a loop of hysteresis made of play operators (Prandtl-Ishlinskii)."""
+
+from typing import NamedTuple
+
+from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.profile import Array
+
+PLAYS = 16
+"""Play operators of a loop; an even number, for which the weights below are exact."""
+
+
+class Loop(NamedTuple):
+    """
+    Constants of a loop.
+
+    Attributes
+    ----------
+    direct : float
+        Share of the input that passes without a loop.
+    weight : float
+        Share of the input that passes each play.
+    spacing : float
+        Distance between the half-widths of neighbouring plays, in the unit of the input.
+
+    """
+
+    direct: float
+    weight: float
+    spacing: float
+
+
+def loop_of(opening: float, full_scale: float) -> Loop:
+    """
+    Return the loop that goes from -full_scale to full_scale with a gain of 1.
+
+    Parameters
+    ----------
+    opening : float
+        Distance of its branches in the middle, as a share of ``full_scale``; 0 is no loop.
+    full_scale : float
+        Largest input, in its unit.
+
+    Notes
+    -----
+    Play j of N has the half-width r_j = (j - 1/2) full_scale/N. All weights are w. At the ends
+    of the loop the plays give sum (full_scale - r_j) w = N w full_scale/2, in the middle its
+    branches are 2 w sum min(r_j, full_scale - r_j) = N w full_scale/2 apart. So w is
+    2 opening/N, and 1 - opening passes directly: this is the gain right after a reversal.
+
+    """
+    return Loop(1.0 - opening, 2.0 * opening / PLAYS, full_scale / PLAYS)
+
+
+@kernel
+def follow(loop: Loop, plays: Array, value: float) -> float:
+    """Return what the loop makes of its next input; ``plays`` is changed in place."""
+    total = loop.direct * value
+    for j in range(len(plays)):
+        half_width = (j + 0.5) * loop.spacing
+        plays[j] = min(max(plays[j], value - half_width), value + half_width)
+        total += loop.weight * plays[j]
+    return total

@@ -1,0 +1,73 @@
+"""Sensors for tests: with one error at a time, or with all of them."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from stickslip_ros.instrument.interferometer import Interferometer
+from stickslip_ros.instrument.load_cell import LoadCell
+from stickslip_ros.parameters import FaultParameters, Parameters
+
+RATE_HZ = 50e3
+HEALTHY = FaultParameters()
+SIGMAS = 5.0
+"""Standard errors by which an estimate from noise may be off; the seed is fixed."""
+ROUNDING = 1e-12
+"""A few dozen operations on doubles."""
+
+SENSORS = {'interferometer': Interferometer, 'load_cell': LoadCell}
+PERFECT = {
+    f'{sensor}.{name}': 0.0
+    for sensor in SENSORS
+    for name in ('noise_density', 'resolution', 'bandwidth')
+}
+EVERYTHING = {
+    'interferometer.sample_rate': 17e3,
+    'interferometer.latency': 1.23e-4,
+    'interferometer.cyclic_error': 2e-9,
+    'interferometer.drift': 3e-6,
+    'interferometer.random_walk': 1e-8,
+    'interferometer.velocity_max': 0.04,
+    'load_cell.hysteresis': 0.05,
+    'load_cell.range': 0.3,
+    'load_cell.resonance': 3e3,
+    'load_cell.drift': 0.2,
+}
+"""Each error large enough to be seen in a few hundred samples."""
+
+
+def sensor_with(name: str, settings: dict[str, object]) -> Interferometer | LoadCell:
+    """Return a sensor that has no errors but those of ``settings``."""
+    return SENSORS[name](Parameters().updated(PERFECT | {'trace.sample_rate': RATE_HZ} | settings))
+
+
+def interferometer_with(**settings: float) -> Interferometer:
+    """Return an interferometer that has no errors but the given ones."""
+    return sensor_with('interferometer', {f'interferometer.{k}': v for k, v in settings.items()})
+
+
+def load_cell_with(**settings: float) -> LoadCell:
+    """Return a load cell that has no errors but the given ones."""
+    return sensor_with('load_cell', {f'load_cell.{k}': v for k, v in settings.items()})
+
+
+def sensor_with_everything(
+    name: str, changes: Mapping[str, float] | None = None
+) -> Interferometer | LoadCell:
+    """Return a sensor with all of its errors at once, but for some changes."""
+    settings = {'trace.sample_rate': RATE_HZ} | EVERYTHING | (changes or {})
+    return SENSORS[name](Parameters().updated(settings))
+
+
+def shaken(name: str, samples: int) -> np.ndarray:
+    """Return a truth that loses the beam, or overloads the cell, in its second half."""
+    phase = np.arange(1, samples + 1) / samples
+    swing = np.sin(17.0 * phase) + 0.3 * np.sin(101.0 * phase)
+    if name == 'load_cell':
+        return 0.6 * phase * swing
+    return 1e-6 * swing + 1e-5 * (phase > 0.6)
+
+
+def times(samples: int) -> np.ndarray:
+    """Return the times of the first samples of the trace, s."""
+    return np.arange(1, samples + 1) / RATE_HZ
