@@ -1,0 +1,166 @@
+"""Runs a recording again: the same requests at the same ticks, on the same stand or another."""
+
+from collections import defaultdict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.parameters import Parameters, parse_yaml
+from stickslip_ros.recording.feed import Feed
+from stickslip_ros.recording.fingerprint import Difference, compare_data
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.request_log import recorded_requests
+from stickslip_ros.recording.run_file import PARAMETERS_FILE, recorded_keys
+from stickslip_ros.recording.run_writer import RunWriter
+
+Progress = Callable[[int, int], None]
+"""Called with the simulated time so far and the end, ns."""
+
+
+@dataclass(frozen=True)
+class Replay:
+    """
+    What came of running a recording again.
+
+    Attributes
+    ----------
+    source, output : str
+        The recording, and the one of the replay.
+    requests : int
+        Requests that were carried out again.
+    simulated_s : float
+        Length of the run.
+    changed : dict
+        Parameters that were set differently.
+    identical : bool
+        Whether the data sections are the same, byte for byte.
+    difference : Difference or None
+        The first place where they are not.
+
+    """
+
+    source: str
+    output: str
+    requests: int
+    simulated_s: float
+    changed: dict[str, object]
+    identical: bool
+    difference: Difference | None
+
+
+def replay(
+    source: Path,
+    output: Path,
+    changes: Mapping[str, object] | None = None,
+    *,
+    from_rest: bool = False,
+    progress: Progress | None = None,
+) -> Replay:
+    """
+    Carry out the requests of a recording once more and record what happens.
+
+    Parameters
+    ----------
+    source : Path
+        A recording of this package.
+    output : Path
+        Recording to write; it must not exist.
+    changes : mapping of str to object, optional
+        Parameters to set differently, ``{'stand.preload': 0.25}``.
+    from_rest : bool
+        Start from rest also where the recording began in the middle of a run.
+    progress : callable, optional
+        Told how far the run is.
+
+    Raises
+    ------
+    RecordingError
+        If the recording has no parameters, or began after the run did.
+    StickSlipError
+        If a parameter is refused.
+
+    """
+    recording = Recording(source)
+    parameters = parameters_of(recording)
+    first_ns, last_ns = _span(recording)
+    if first_ns > parameters.block_ns and not from_rest:
+        mend = (
+            'record from the start (record.on_start), or start from rest instead (--from-rest), '
+            'which is not the same run'
+        )
+        problem = f'begins {first_ns * 1e-9:g} s into the run, in a state that nobody recorded'
+        raise RecordingError(recording.path, problem, mend)
+    begin_ns = first_ns - parameters.block_ns
+    due: defaultdict[int, list[Request]] = defaultdict(list)
+    for time_ns, request in recorded_requests(recording):
+        due[time_ns - begin_ns].append(request)
+    changed = dict(changes or {})
+    stand = parameters.updated(changed)
+    with RunWriter(output, stand, wait=True, channels=recorded_keys(recording)) as writer:
+        _run(Bench(stand), writer, due, last_ns - begin_ns, progress)
+    if writer.recorder.error is not None:
+        raise writer.recorder.error
+    difference = compare_data(recording, Recording(writer.recorder.path))
+    return Replay(
+        source=str(source),
+        output=str(writer.recorder.path),
+        requests=sum(map(len, due.values())),
+        simulated_s=(last_ns - begin_ns) * 1e-9,
+        changed=changed,
+        identical=difference is None,
+        difference=difference,
+    )
+
+
+def parameters_of(recording: Recording) -> Parameters:
+    """
+    Return the parameters of a recorded run.
+
+    Raises
+    ------
+    RecordingError
+        If the recording does not hold them.
+
+    """
+    if PARAMETERS_FILE not in recording.attachments:
+        problem = f'has no attachment {PARAMETERS_FILE}'
+        mend = 'record with a drive of this package, or give the voltages as a table'
+        raise RecordingError(recording.path, problem, mend)
+    return parse_yaml(recording.attachments[PARAMETERS_FILE][1].decode(), PARAMETERS_FILE)
+
+
+def _span(recording: Recording) -> tuple[int, int]:
+    """Return the times of the first and the last block of a recording, ns."""
+    name = recording.find('position')
+    [channel] = [each for each in recording.channels if each.topic == name]
+    if channel.first_ns is None or channel.last_ns is None:
+        raise RecordingError(recording.path, 'holds no position', 'record a longer run')
+    if channel.gaps:
+        problem = f'lacks {channel.gaps} messages of {name}'
+        raise RecordingError(recording.path, problem, 'record with a longer record.queue_length')
+    return channel.first_ns, channel.last_ns
+
+
+def _run(
+    bench: Bench,
+    writer: RunWriter,
+    due: Mapping[int, list[Request]],
+    end_ns: int,
+    progress: Progress | None,
+) -> None:
+    feed = Feed(bench.parameters)
+    waiting = sorted(due)
+    writer.begin(bench.time_ns, bench.status)
+    while bench.time_ns < end_ns:
+        requests: list[Request] = []
+        while waiting and waiting[0] <= bench.time_ns:
+            requests += due[waiting.pop(0)]
+        writer.write_requests(requests, bench.time_ns)
+        output = bench.update(bench.time_ns + bench.parameters.block_ns, requests)
+        for packed in feed.pack(output):
+            writer.write(packed)
+        if progress is not None:
+            progress(bench.time_ns, end_ns)
