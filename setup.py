@@ -24,7 +24,7 @@ def files(folder, pattern):
 data_files = [
     ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
     (SHARE, ['package.xml']),
-    (f'{SHARE}/config', files('config', '*.yaml')),
+    (f'{SHARE}/config', files('config', '*.*')),
 ]
 # `ros2 run` looks in lib/stickslip_ros. colcon puts the console scripts there by setup.cfg; pip
 # puts them in bin, so that a wheel brings launchers which lead from the one to the other.
@@ -41,10 +41,20 @@ setup(
     keywords=['ROS', 'simulation', 'stick-slip', 'contact mechanics', 'friction'],
     package_dir={'': '.'},  # said aloud, an editable install is one line in a .pth file
     packages=find_packages(include=[NAME, f'{NAME}.*']),
+    package_data={f'{NAME}.study': ['templates/*.html']},
     data_files=data_files,
     python_requires='>=3.10',
     # ROS itself is not here: it comes with the distribution, or with one of the extras.
-    install_requires=['numpy', 'numba', 'matplotlib', 'PyYAML', 'mcap', 'rich'],
+    install_requires=[
+        'numpy',
+        'numba',
+        'scipy',
+        'matplotlib',
+        'jinja2',
+        'PyYAML',
+        'mcap',
+        'rich',
+    ],
     extras_require={
         'jazzy': ros_wheels('jazzy'),
         'kilted': ros_wheels('kilted'),
@@ -57,7 +67,6 @@ setup(
             'hypothesis',
             'rosbags',
             'mcap-ros2-support',
-            'scipy',
             'distributed',
             'pyarrow',
         ],

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import stickslip_ros
 from stickslip_ros.cli import (
+    compare,
     contact,
     demo,
     drive,
@@ -16,6 +17,7 @@ from stickslip_ros.cli import (
     interface,
     laws,
     parameters,
+    plot,
     roughness,
     simulate,
     sweep,
@@ -29,9 +31,11 @@ VERBS = (
     simulate,
     sweep,
     zero_amplitude,
+    compare,
     drive,
     demo,
     info,
+    plot,
     roughness,
     laws,
     figures,
@@ -58,6 +62,8 @@ examples:
   stickslip drive --set stand.preload=0.25
   stickslip demo
   stickslip info runs/demo.mcap
+  stickslip plot runs/demo.mcap --window 2ms@0.1s
+  stickslip compare experiment.csv model --report runs/comparison.html
   stickslip validate --out runs/validation
   stickslip figures --out runs/figures --only fig2,fig7
 

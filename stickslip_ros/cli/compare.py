@@ -1,0 +1,154 @@
+"""``stickslip compare``: sweeps, runs and experiments against each other, or the model."""
+
+import argparse
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.cli.common import (
+    add_json,
+    add_parameters,
+    chosen_parameters,
+    print_json,
+    print_table,
+    progress_bar,
+)
+from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
+from stickslip_ros.study.batch import Interrupted
+from stickslip_ros.study.comparison.compare import Shift, compare
+from stickslip_ros.study.comparison.model import MODEL, ModelSettings
+from stickslip_ros.study.comparison.result import Comparison
+from stickslip_ros.study.comparison.words import sections, sentences
+from stickslip_ros.study.report import write_report
+from stickslip_ros.study.sweep import FREQUENCY
+
+STOPPED = 130
+"""Exit status of a program that Ctrl-C has stopped."""
+SUFFIXES = ('.html', '.htm')
+SECONDS_MAX = 1e12
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb to the parser."""
+    parser = verbs.add_parser(
+        'compare',
+        help='lay runs, sweeps, experiments and the model beside each other',
+        description='Compare A with B, each a recording (MCAP), a table of a sweep (CSV, '
+        'Parquet) or an experiment file (CSV, see docs/compare.md). Tables are compared by '
+        'amplitude and preload, runs over time. The word model for B runs the drive at the '
+        'points of A. Without B, a recording is compared with the experiment that it carries.',
+    )
+    parser.add_argument('a', metavar='A', help='recording, table or experiment file')
+    parser.add_argument('b', metavar='B', nargs='?', help=f'another one, or the word {MODEL}')
+    parser.add_argument(
+        '--report', type=Path, metavar='FILE', help='write a page of HTML, to read or to print'
+    )
+    moved = parser.add_mutually_exclusive_group()
+    moved.add_argument('--shift', type=float, metavar='SECONDS', help='add this to the times of B')
+    moved.add_argument(
+        '--align', action='store_true', help='estimate that shift by cross-correlation'
+    )
+    model = parser.add_argument_group('for the model')
+    model.add_argument(
+        '--frequency',
+        type=float,
+        metavar='HZ',
+        help=f'steps per second, where A has no frequency_hz (default: {FREQUENCY.default:g})',
+    )
+    model.add_argument(
+        '--steps', type=int, metavar='N', help='steps of each run (default: until steady)'
+    )
+    model.add_argument(
+        '--workers', type=int, default=0, metavar='N', help='threads (default: one per core)'
+    )
+    add_parameters(parser)
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compare, write and print."""
+    _check(arguments)
+    try:
+        comparison = _compare(arguments)
+    except Interrupted as interrupted:
+        sys.stderr.write(f'stickslip: {interrupted}\n')
+        return STOPPED
+    if arguments.report is not None:
+        write_report(comparison, arguments.report, command_line(arguments))
+    if arguments.json:
+        print_json(comparison.to_json())
+    else:
+        _print(comparison, arguments.report)
+    return 0
+
+
+def command_line(arguments: argparse.Namespace) -> str:
+    """Return the words that ask for this comparison, as a shell takes them."""
+    words = ['stickslip', 'compare', arguments.a, *([arguments.b] if arguments.b else [])]
+    for name in ('shift', 'frequency', 'steps'):
+        value = getattr(arguments, name)
+        if value is not None:
+            words.append(f'--{name}={value!r}')
+    if arguments.align:
+        words.append('--align')
+    if arguments.params is not None:
+        words += ['--params', str(arguments.params)]
+    for assignment in arguments.assignments:
+        words += ['--set', assignment]
+    if arguments.report is not None:
+        words += ['--report', str(arguments.report)]
+    return shlex.join(words)
+
+
+def _compare(arguments: argparse.Namespace) -> Comparison:
+    frequency_hz = FREQUENCY.default if arguments.frequency is None else arguments.frequency
+    settings = ModelSettings(
+        chosen_parameters(arguments), float(frequency_hz), arguments.steps or 0, arguments.workers
+    )
+    with progress_bar(quiet=arguments.json) as bar:
+        task = bar.add_task('runs', total=None)
+        return compare(
+            arguments.a,
+            arguments.b,
+            model=settings,
+            shift=Shift(arguments.shift, arguments.align),
+            progress=lambda done, total: bar.update(task, completed=done, total=total),
+        )
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse what would be without effect, or fail after the work is done."""
+    report, shift_s = arguments.report, arguments.shift
+    if report is not None and report.suffix.lower() not in SUFFIXES:
+        raise WrongKind('report', str(report), 'an .html file', 'end its name so')
+    if report is not None and report.is_dir():
+        raise RecordingError(report, 'is a folder', 'choose another name')
+    if shift_s is not None and not abs(shift_s) <= SECONDS_MAX:
+        limit = f'not within {SECONDS_MAX:g} s'
+        raise OutOfRange('shift', shift_s, 's', limit, 'give seconds that B lags behind')
+    given = {
+        '--set': ' '.join(arguments.assignments),
+        '--params': arguments.params,
+        '--frequency': arguments.frequency,
+        '--steps': arguments.steps,
+    }
+    for name, value in given.items():
+        if value and arguments.b != MODEL:
+            mend = f'write the word {MODEL} for B, or leave it away'
+            raise OutOfRange(name, str(value), '', 'without effect on files', mend)
+
+
+def _print(comparison: Comparison, report: Path | None) -> None:
+    for letter, side in (('A', comparison.a), ('B', comparison.b)):
+        print(f'{letter}  {side.origin}: {side.kind}, {side.rows} rows')
+    if comparison.differences:
+        rows = [(each.name, str(each.a), str(each.b)) for each in comparison.differences]
+        print_table('what they say of themselves differently', rows, ('name', 'A', 'B'))
+    for title, header, rows_of in sections(comparison):
+        print_table(title, rows_of, header)
+    for sentence in sentences(comparison):
+        print(sentence)
+    if report is not None:
+        print(f'report {report}')

@@ -1,0 +1,96 @@
+"""The picture of a comparison: A and B over each other, and B - A below."""
+
+import io
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.study.comparison.result import TIME, Compared, Comparison, Part
+from stickslip_ros.study.comparison.words import axis_label, place, scaled, title
+from stickslip_ros.study.decimation import decimated
+from stickslip_ros.study.figures.make import SAME_BYTES
+from stickslip_ros.study.figures.study_figure import dress
+
+INCHES = (8.0, 6.0)
+PIXELS = 800
+"""Points per curve are no more than such a picture can show."""
+COLOURS = tuple(mpl.color_sequences['tab10'])
+LEGEND_MAX = 10
+BARS_MAX = 200
+"""Error bars of more points hide the points."""
+
+
+def draw_quantity(comparison: Comparison, quantity: Compared) -> str:
+    """Return a quantity of a comparison as SVG text, the same bytes for the same numbers."""
+    with mpl.rc_context(SAME_BYTES):
+        figure = Figure(figsize=INCHES, layout='constrained')
+        FigureCanvasAgg(figure)
+        overlay, residuals = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
+        in_time = comparison.axis == TIME
+        x_factor = 1.0 if in_time else scaled('m')[0]
+        for index, part in enumerate(quantity.parts):
+            colour = COLOURS[index % len(COLOURS)]
+            if in_time:
+                _draw_run(overlay, residuals, part, scaled(quantity.unit)[0])
+            else:
+                _draw_part(overlay, residuals, part, (x_factor, scaled(quantity.unit)[0]), colour)
+        unit = scaled(quantity.unit)[1]
+        dress(overlay, '', f'{title(quantity)} ({unit})')
+        dress(residuals, axis_label(comparison), f'B − A ({unit})')
+        residuals.axhline(0.0, color='0.4', linewidth=0.8)
+        if len(quantity.parts) <= LEGEND_MAX:
+            handles, labels = overlay.get_legend_handles_labels()
+            order = sorted(range(len(labels)), key=lambda index: labels[index][0])
+            overlay.legend(
+                [handles[index] for index in order],
+                [labels[index] for index in order],
+                fontsize='small',
+                ncols=min(2, len(quantity.parts)),
+            )
+        return _svg(figure)
+
+
+def _draw_part(
+    overlay: Axes, residuals: Axes, part: Part, factors: tuple[float, float], colour: object
+) -> None:
+    """Draw one preload: A as points, with error bars where known, B as a line."""
+    order = np.argsort(part.curve.x, kind='stable')
+    x, a, b = (each[order] for each in (part.curve.x, part.curve.a, part.curve.b))
+    x, a, b = factors[0] * x, factors[1] * a, factors[1] * b
+    bars = None
+    if part.curve.sigma is not None and len(x) <= BARS_MAX:
+        bars = factors[1] * part.curve.sigma[order]
+    name = place(part.at)
+    points: dict[str, Any] = {
+        'fmt': 'o',
+        'color': colour,
+        'markersize': 4,
+        'capsize': 2,
+        'elinewidth': 0.8,
+    }
+    overlay.errorbar(x, a, yerr=bars, label=f'A, {name}', **points)
+    overlay.plot(x, b, color=colour, linewidth=1.2, label=f'B, {name}')
+    residuals.errorbar(x, b - a, yerr=bars, linestyle='-', linewidth=0.8, **points)
+
+
+def _draw_run(overlay: Axes, residuals: Axes, part: Part, factor: float) -> None:
+    x, curve = part.curve.x, part.curve
+    _thin(overlay, x, factor * curve.a, 'A', linewidth=1.8, color=COLOURS[0])
+    _thin(overlay, x, factor * curve.b, 'B', linewidth=0.9, color=COLOURS[1], linestyle='--')
+    _thin(residuals, x, factor * curve.difference, '', linewidth=0.8, color=COLOURS[3])
+    residuals.margins(x=0.0)
+
+
+def _thin(axes: Axes, x: Array, y: Array, label: str, **style: Any) -> None:
+    axes.plot(*decimated(x, y, PIXELS), label=label, **style)
+
+
+def _svg(figure: Figure) -> str:
+    text = io.StringIO()
+    figure.savefig(text, format='svg', metadata={'Date': None})
+    return text.getvalue()

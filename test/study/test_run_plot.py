@@ -1,0 +1,219 @@
+"""The quick picture of a run: windows as they are typed, peaks that stay, events and bits."""
+
+import json
+import math
+
+import matplotlib.image
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.recording import messages as m
+from stickslip_ros.recording.cdr import pack_float64, pack_string, pack_uint32
+from stickslip_ros.recording.channels import Channel, Qos
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.study.decimation import decimated
+from stickslip_ros.study.run_log import bits_within, events_within
+from stickslip_ros.study.run_plot import plot_run
+from stickslip_ros.study.run_quantities import recorded_series, topic_name
+from stickslip_ros.study.time_window import TimeWindow, check_window, parse_window
+
+ROUNDING = 1e-12
+MS_NS = 1_000_000
+
+
+@pytest.mark.parametrize(
+    ('text', 'start_s', 'length_s'),
+    [
+        ('2ms@0.3s', 0.3, 2e-3),
+        ('500us@10ms', 10e-3, 500e-6),
+        ('500µs@0', 0.0, 500e-6),
+        ('0.5@1', 1.0, 0.5),
+        (' 1e-3 s @ -2 ms ', -2e-3, 1e-3),
+    ],
+)
+def test_a_window_is_taken_as_it_is_typed(text, start_s, length_s):
+    window = parse_window(text)
+    assert window.start_s == pytest.approx(start_s, rel=ROUNDING, abs=0.0)
+    assert window.end_s - window.start_s == pytest.approx(length_s, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ('text', 'kind', 'message'),
+    [
+        (
+            '2ms',
+            WrongKind,
+            "window '2ms' is not LENGTH@START; write LENGTH@START with s, ms",
+        ),
+        ('', WrongKind, "window '' is not LENGTH@START"),
+        ('@', WrongKind, "length of the window '' is not a time"),
+        ('2ms@', WrongKind, "start of the window '' is not a time"),
+        ('2 min@0', WrongKind, "length of the window '2 min' is not a time"),
+        ('2ms@1@2', WrongKind, "start of the window '1@2' is not a time"),
+        ('1e999@0', WrongKind, "length of the window '1e999' is not a time"),
+        ('nan@0', WrongKind, "length of the window 'nan' is not a time"),
+        ('-.@0', WrongKind, "length of the window '-.' is not a time"),
+        ('0ms@0', OutOfRange, 'length of the window 0 s is not above 0 s; raise it'),
+        ('-2ms@0', OutOfRange, 'length of the window -0.002 s is not above 0 s'),
+    ],
+)
+def test_a_malformed_window_is_refused(text, kind, message):
+    with pytest.raises(kind) as caught:
+        parse_window(text)
+    assert message in str(caught.value)
+
+
+def test_a_window_is_cut_to_the_run_or_refused_outside_of_it():
+    run = TimeWindow(1.0, 2.0)
+    assert check_window(TimeWindow(0.5, 1.5), run) == (1.0, 1.5)
+    for outside in (TimeWindow(0.0, 0.5), TimeWindow(2.5, 3.0)):
+        with pytest.raises(OutOfRange, match='outside of the run, 1 s to 2 s; move it'):
+            check_window(outside, run)
+
+
+@given(st.integers(1, 3000), st.integers(1, 50), st.integers(0, 2**32 - 1))
+def test_decimation_keeps_every_peak_in_few_points(count, pixels, seed):
+    y = np.random.default_rng(seed).normal(size=count)
+    x = np.arange(count) * 1e-9
+    thin_x, thin_y = decimated(x, y, pixels)
+    assert len(thin_x) == len(thin_y) <= max(4 * pixels, min(count, 4 * pixels))
+    assert (thin_y.min(), thin_y.max()) == (y.min(), y.max())
+    assert (thin_x[0], thin_x[-1]) == (x[0], x[-1])
+    assert np.all(np.diff(thin_x) > 0.0)
+    assert set(thin_y) <= set(y)
+
+
+def test_one_sample_in_a_million_stays():
+    y = np.zeros(1_000_000)
+    y[123_456] = 1.0
+    _, thin = decimated(np.arange(1_000_000) * 1e-6, y, 800)
+    assert thin.max() == 1.0
+    assert len(thin) <= 3200
+
+
+def test_a_gap_stays_a_gap():
+    y = np.ones(10_000)
+    y[5000:5100] = math.nan
+    thin_x, thin = decimated(np.arange(10_000.0), y, 100)
+    inside = (thin_x >= 5000) & (thin_x < 5100)
+    assert np.isnan(thin[inside]).any()
+
+
+def test_the_trace_is_drawn_where_it_is_recorded(recorded_run, tmp_path):
+    plot = plot_run(recorded_run[1], tmp_path / 'folder/run.png')
+    trace = Recording(recorded_run[1]).trace()
+    assert [each.name for each in plot.quantities] == [
+        'position_m',
+        'force_n',
+        'voltage_v',
+        'foot_m',
+    ]
+    position = plot.quantities[0]
+    assert position.samples == len(trace['position'])
+    assert position.largest == trace['position'].value.max()
+    assert position.smallest == trace['position'].value.min()
+    assert [(each.command, each.result) for each in plot.events] == [('sawtooth', 'DONE')]
+    assert [each.bit for each in plot.status] == ['MOVING']
+    assert plot.status[0].end_s == plot.events[0].time_s
+    picture = matplotlib.image.imread(tmp_path / 'folder/run.png')
+    assert picture.shape[1] == 1320
+    assert picture[:, :, :3].mean() < 0.99
+
+
+def test_a_window_shows_its_samples_only(recorded_run, tmp_path):
+    window = parse_window('2ms@5ms')
+    plot = plot_run(recorded_run[1], tmp_path / 'run.png', window)
+    trace = Recording(recorded_run[1]).trace()['voltage'].window(*window)
+    assert (plot.start_s, plot.end_s) == window
+    assert plot.quantities[2].samples == len(trace)
+    assert plot.quantities[2].largest == trace.value.max()
+    assert plot.events == ()
+
+
+def test_the_same_window_gives_the_same_picture(recorded_run, tmp_path):
+    for name in ('one', 'two'):
+        plot_run(recorded_run[1], tmp_path / f'{name}.png', parse_window('2ms@5ms'))
+    assert (tmp_path / 'one.png').read_bytes() == (tmp_path / 'two.png').read_bytes()
+
+
+def test_a_window_without_a_sample_is_refused(recorded_run, tmp_path):
+    with pytest.raises(OutOfRange, match='too short: no sample lies in it; raise it'):
+        plot_run(recorded_run[1], tmp_path / 'run.png', parse_window('1us@5.005ms'))
+    with pytest.raises(OutOfRange, match='outside of the run'):
+        plot_run(recorded_run[1], tmp_path / 'run.png', parse_window('1s@5s'))
+    with pytest.raises(UnknownName, match='kind of picture'):
+        plot_run(recorded_run[1], tmp_path / 'run.gif')
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def recorded(tmp_path):
+    """Give a recording without trace: voltage, status, events, in a namespace, and strangers."""
+    path = tmp_path / 'run.mcap'
+    channels = [
+        Channel('/left/voltage', m.FLOAT64, Qos(1)),
+        Channel('/left/command/voltage', m.FLOAT64, Qos(1)),
+        Channel('/left/truth/voltage', m.FLOAT64, Qos(1)),
+        Channel('/left/position', m.FLOAT64, Qos(1)),
+        Channel('/left/stickslip_drive/status', m.UINT32, Qos(1)),
+        Channel('/left/stickslip_drive/event', m.STRING, Qos(1)),
+    ]
+    moving, loaded = int(Status.MOVING), int(Status.LOADED)
+    with Recorder(path, channels) as recorder:
+
+        def put(topic, at_ms, data):
+            recorder.put(f'/left/{topic}', at_ms * MS_NS, data, wait=True)
+
+        put('stickslip_drive/status', 0, pack_uint32(0))
+        put('command/voltage', 0, pack_float64(300.0))
+        put('truth/voltage', 0, pack_float64(400.0))
+        put('position', 0, pack_float64(1.0))
+        for at_ms, status in ((1, moving), (2, moving | loaded), (4, loaded), (6, moving)):
+            put('voltage', at_ms, pack_float64(10.0 * at_ms))
+            put('stickslip_drive/status', at_ms, pack_uint32(status))
+        event = {'command': 'steps', 'result': 'ABORTED', 'number': 3}
+        for text in (json.dumps(event), 'no JSON', '[]', '{"other": 1}'):
+            put('stickslip_drive/event', 7, pack_string(text))
+        put('voltage', 8, pack_float64(80.0))
+    return path
+
+
+def test_topics_are_found_in_a_namespace_and_never_mistaken(recorded):
+    recording = Recording(recorded)
+    assert topic_name(recording, 'voltage') == '/left/voltage'
+    assert topic_name(recording, 'position') == ''
+    assert list(recorded_series(recording)) == ['voltage_v']
+
+
+def test_bits_are_stretches_and_events_are_read(recorded):
+    recording = Recording(recorded)
+    whole = TimeWindow(0.0, 8e-3)
+    spans = [(each.bit, each.start_s, each.end_s) for each in bits_within(recording, whole)]
+    expected = [('MOVING', 1e-3, 4e-3), ('MOVING', 6e-3, 8e-3), ('LOADED', 2e-3, 6e-3)]
+    for span, wanted in zip(spans, expected, strict=True):
+        assert span[0] == wanted[0]
+        assert span[1:] == pytest.approx(wanted[1:], rel=ROUNDING)
+    [event] = events_within(recording, whole)
+    assert (event.command, event.result) == ('steps', 'ABORTED')
+    assert events_within(recording, TimeWindow(0.0, 6e-3)) == []
+    inside = bits_within(recording, TimeWindow(4.5e-3, 5e-3))
+    assert [(each.bit, each.start_s, each.end_s) for each in inside] == [('LOADED', 4.5e-3, 5e-3)]
+
+
+def test_topics_are_drawn_without_a_trace(recorded, tmp_path):
+    plot = plot_run(recorded, tmp_path / 'run.svg')
+    [voltage] = plot.quantities
+    assert (voltage.samples, voltage.smallest, voltage.largest) == (5, 10.0, 80.0)
+    assert '<svg' in (tmp_path / 'run.svg').read_text(encoding='utf-8')
+
+
+def test_a_recording_of_nothing_is_refused(tmp_path):
+    with Recorder(tmp_path / 'run.mcap', [Channel('/voltage', m.FLOAT64, Qos(1))]):
+        pass
+    with pytest.raises(RecordingError, match='has neither position, force nor voltage'):
+        plot_run(tmp_path / 'run.mcap', tmp_path / 'run.png')
