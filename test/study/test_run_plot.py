@@ -118,7 +118,11 @@ def test_the_trace_is_drawn_where_it_is_recorded(recorded_run, tmp_path):
     assert position.largest == trace['position'].value.max()
     assert position.smallest == trace['position'].value.min()
     assert [(each.command, each.result) for each in plot.events] == [('sawtooth', 'DONE')]
-    assert [each.bit for each in plot.status] == ['MOVING']
+    assert [each.bit for each in plot.status] == [
+        'MOVING',
+        'SENSOR_PRESENT',
+        'AMPLIFIER_ENABLED',
+    ]
     assert plot.status[0].end_s == plot.events[0].time_s
     picture = matplotlib.image.imread(tmp_path / 'folder/run.png')
     assert picture.shape[1] == 1320
