@@ -37,10 +37,24 @@ def kernel(function: Function) -> Function:
     memory runtime a kernel that tries to does not compile.
 
     """
+    return _compile(function, OPTIONS)
+
+
+def kernel_apart(function: Function) -> Function:
+    """
+    Compile a kernel that is called, not folded into its callers: long ways off the fast path.
+
+    What it keeps in registers is not taken from the loops of its callers.
+
+    """
+    return _compile(function, OPTIONS | {'forceinline': False})
+
+
+def _compile(function: Function, options: dict[str, Any]) -> Function:
     usual_dir = CONFIG.CACHE_DIR
     CONFIG.CACHE_DIR = str(cache_dir())
     try:
-        compiled: Function = numba.njit(**OPTIONS)(function)
+        compiled: Function = numba.njit(**options)(function)
     finally:
         CONFIG.CACHE_DIR = usual_dir
     return compiled

@@ -71,18 +71,61 @@ def tabulate(contacts: Sequence[Presliding]) -> VirginCurve:
     full slip has exactly the force sum(mu F_n).
 
     """
-    limit_m = max(contact.max_displacement_m for contact in contacts)
-    nodes_m = np.linspace(0.0, limit_m, CELLS + 1, dtype=np.float64)
+    nodes_m = _nodes(contacts)
     stiffness = np.zeros(CELLS + 1)
     for contact, count in _counted(contacts):
         stiffness += count * contact.tangential_stiffness(nodes_m)
-    stiffness[-1] = 0.0
-    width_m = limit_m / CELLS
+    start, end = _cells_of(stiffness)
+    scale = _scale(contacts, start, end)
+    return _assemble(start * scale, end * scale, nodes_m[-1] / CELLS)
+
+
+def tabulate_each(contacts: Sequence[Presliding]) -> list[VirginCurve]:
+    """
+    Return the virgin curves of single contacts, which add up to ``tabulate`` of them all.
+
+    Parameters
+    ----------
+    contacts : sequence of Presliding
+        The contacts; those which are the same object share a curve.
+
+    Notes
+    -----
+    The tables have the grid and the scale of the common one. So the limit of each is that of
+    the contact which slips last; on its own a contact slips before, and its table is flat there.
+
+    """
+    nodes_m = _nodes(contacts)
+    shares, stiffness = {}, np.zeros(CELLS + 1)
+    for contact, count in _counted(contacts):
+        shares[id(contact)] = contact.tangential_stiffness(nodes_m)
+        stiffness += count * shares[id(contact)]
+    scale = _scale(contacts, *_cells_of(stiffness))
+    curves = {}
+    for key, share in shares.items():
+        start, end = _cells_of(share)
+        curves[key] = _assemble(start * scale, end * scale, nodes_m[-1] / CELLS)
+    return [curves[id(contact)] for contact in contacts]
+
+
+def _nodes(contacts: Sequence[Presliding]) -> Array:
+    limit_m = max(contact.max_displacement_m for contact in contacts)
+    return np.linspace(0.0, limit_m, CELLS + 1, dtype=np.float64)
+
+
+def _cells_of(stiffness: Array) -> tuple[Array, Array]:
+    """Return the stiffness at start and end of each cell; the first cell is linear."""
     start, end = stiffness[:-1].copy(), stiffness[1:].copy()
+    end[-1] = 0.0
     start[0] = end[0] = 0.5 * (start[0] + end[0])
+    return start, end
+
+
+def _scale(contacts: Sequence[Presliding], start: Array, end: Array) -> float:
+    """Return the factor with which full slip has exactly the force sum(mu F_n)."""
+    width_m = _nodes(contacts)[-1] / CELLS
     forces_n = np.cumsum(0.5 * (start + end)) * width_m
-    scale = sum(contact.max_force_n for contact in contacts) / forces_n[-1]
-    return _assemble(start * scale, end * scale, width_m)
+    return float(sum(contact.max_force_n for contact in contacts) / forces_n[-1])
 
 
 def _counted(contacts: Sequence[Presliding]) -> list[tuple[Presliding, int]]:

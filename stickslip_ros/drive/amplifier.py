@@ -1,18 +1,61 @@
-"""The amplifier: follows the commanded voltage within its range and its slew rate."""
+"""
+The amplifier: from the commanded voltage to its output.
+
+In this order: the digital-to-analogue converter, range and slew rate, the low-pass.
+
+"""
 
 import math
 
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.drive.records import Plant
+from stickslip_ros.drive.records import Clock, Plant, State, Wave
+from stickslip_ros.drive.step import VERLET_REFINEMENT
+from stickslip_ros.drive.waveform import target
 
 SETTLED_V = 1e-9
 """A gap smaller than this is rounding: half an attometre at the foot."""
+FALL_SHARE = 0.01
+"""Behind a converter or a low-pass a fall is over when this share of the rise is left of it."""
+AIM = 0.999
+"""A stretch ends when this share of that gap is left, so that rounding cannot hide it."""
+AIM_OF_CONVERTER = 0.5
+"""The same with a converter, whose level may be half its step off the command."""
+ARRIVED_SHARE = 1e-4
+"""Behind a low-pass the voltage has arrived within this share of the range."""
+AHEAD = 1e-9
+"""Share of its step by which the converter is read ahead, past a level it has just reached."""
 
 
 @kernel
 def clamp(plant: Plant, voltage_v: float) -> float:
     """Return the voltage nearest to the wanted one that the amplifier can give, V."""
     return min(max(voltage_v, plant.voltage_min_v), plant.voltage_max_v)
+
+
+@kernel
+def wanted(plant: Plant, wave: Wave, clock: Clock) -> tuple[float, float, float]:
+    """Return what the amplifier is told: voltage (V), its slope (V/s), time to a corner (s)."""
+    target_v, slope_v_per_s, corner_s = target(wave, clock)
+    if not plant.amplifier.on:
+        return plant.voltage_min_v, 0.0, corner_s
+    if plant.amplifier.resolution_v > 0.0:
+        return _convert(plant, target_v, slope_v_per_s, corner_s)
+    return target_v, slope_v_per_s, corner_s
+
+
+@kernel
+def _convert(
+    plant: Plant, target_v: float, slope_v_per_s: float, corner_s: float
+) -> tuple[float, float, float]:
+    """Return the level of the converter, no slope, and the time until the next level."""
+    step_v = plant.amplifier.resolution_v
+    if slope_v_per_s == 0.0:
+        return round(target_v / step_v) * step_v, 0.0, corner_s
+    level = round(target_v / step_v + math.copysign(AHEAD, slope_v_per_s))
+    next_v = (level + math.copysign(0.5, slope_v_per_s)) * step_v
+    # A staircase finer than the steps of the drive is looked at once a step.
+    level_s = max((next_v - target_v) / slope_v_per_s, plant.dt_s / VERLET_REFINEMENT)
+    return level * step_v, 0.0, min(corner_s, level_s)
 
 
 @kernel
@@ -27,9 +70,9 @@ def follow(
     plant : Plant
         Range and slew rate.
     voltage_v : float
-        Output so far, V.
+        Output so far, V; before the low-pass if there is one.
     target_v, slope_v_per_s : float
-        Commanded voltage and its slope.
+        Wanted voltage and its slope.
 
     """
     wanted_v = clamp(plant, target_v)
@@ -42,3 +85,73 @@ def follow(
     if closing_v_per_s * gap_v <= 0.0:
         return voltage_v, rate_v_per_s, math.inf
     return voltage_v, rate_v_per_s, gap_v / closing_v_per_s
+
+
+@kernel
+def low_pass(
+    plant: Plant, output_v: float, from_v: float, to_v: float, h_s: float, share: float
+) -> float:
+    """Return the output after a step along a straight input; ``share`` is 1 - exp(-h/tau)."""
+    lag_v = (to_v - from_v) / h_s * plant.amplifier.tau_s
+    return output_v + (to_v - from_v) + share * (from_v - lag_v - output_v)
+
+
+@kernel
+def time_to_settle(
+    plant: Plant, wave: Wave, output_v: float, input_v: float, rate_v_per_s: float
+) -> float:
+    """Return when a fall is over behind the low-pass, s, along a straight input; inf if it is."""
+    tau_s = plant.amplifier.tau_s
+    if tau_s == 0.0:
+        return math.inf
+    aim = AIM_OF_CONVERTER if plant.amplifier.resolution_v > 0.0 else AIM
+    aim_v = aim * _fall_gap(plant, wave)
+    off_v = abs(output_v - input_v + rate_v_per_s * tau_s)
+    return tau_s * math.log(off_v / aim_v) if off_v > aim_v > 0.0 else math.inf
+
+
+@kernel
+def is_fall_over(
+    plant: Plant, wave: Wave, after: State, before_v: float, stretch_s: float
+) -> bool:
+    """Tell whether a fall has ended in a stretch, behind a converter or a low-pass."""
+    target_v, slope_v_per_s, _ = target(wave, after.clock)
+    lag_v = slope_v_per_s * plant.amplifier.tau_s
+    end_v = clamp(plant, target_v + slope_v_per_s * stretch_s)
+    gap_v = _fall_gap(plant, wave)
+    is_over = abs(after.voltage_v - end_v + lag_v) <= gap_v
+    return is_over and abs(before_v - clamp(plant, target_v) + lag_v) > gap_v
+
+
+@kernel
+def _fall_gap(plant: Plant, wave: Wave) -> float:
+    return max(FALL_SHARE * abs(wave.rise_v), plant.amplifier.resolution_v)
+
+
+@kernel
+def is_direct(plant: Plant) -> bool:
+    """Tell whether there is neither a converter nor a low-pass."""
+    return plant.amplifier.resolution_v == 0.0 and plant.amplifier.tau_s == 0.0
+
+
+def has_arrived(plant: Plant, wave: Wave, state: State) -> bool:
+    """
+    Tell whether a wave is over and the voltage has come to what is held after it.
+
+    Parameters
+    ----------
+    plant : Plant
+        The drive.
+    wave : Wave
+        What it follows.
+    state : State
+        Where it is.
+
+    """
+    held_v, step_v = wave.start_v, plant.amplifier.resolution_v
+    if step_v > 0.0:
+        held_v = round(held_v / step_v) * step_v
+    held_v = min(max(held_v, plant.voltage_min_v), plant.voltage_max_v)
+    range_v = plant.voltage_max_v - plant.voltage_min_v
+    within_v = ARRIVED_SHARE * range_v if plant.amplifier.tau_s > 0.0 else SETTLED_V
+    return state.clock.cycle >= wave.cycles and abs(state.voltage_v - held_v) <= within_v

@@ -10,14 +10,32 @@ from stickslip_ros.contact.laws import LAW_NUMBERS, FrictionLaw
 from stickslip_ros.contact.presliding import Presliding, presliding
 from stickslip_ros.contact.reaction import (
     ContactModel,
-    History,
     fresh_history,
     onto_springs,
     relaxed,
 )
 from stickslip_ros.contact.springs import SpringBank
 from stickslip_ros.contact.virgin import tabulate
-from stickslip_ros.drive.records import Clock, Plant, State, Sums
+from stickslip_ros.drive.amplifier import is_direct
+from stickslip_ros.drive.feet_build import (
+    equal_feet,
+    fresh_feet,
+    onto_springs_of_feet,
+    with_curves,
+    with_gains,
+)
+from stickslip_ros.drive.feet_split import split_feet
+from stickslip_ros.drive.piezo import rest
+from stickslip_ros.drive.records import Clock, DriveHistory, Plant, State, Sums
+from stickslip_ros.drive.stages import Feet
+from stickslip_ros.drive.stages_build import (
+    amplifier_of,
+    fresh_piezo,
+    is_linear,
+    piezo_of,
+    slew_of,
+    walls_of,
+)
 from stickslip_ros.parameters import Parameters
 
 UPPER_CONTACTS = 2
@@ -57,23 +75,49 @@ def contacts_of(parameters: Parameters) -> list[Presliding]:
 
 
 def plant_of(parameters: Parameters) -> Plant:
-    """Return the constant part of the drive."""
+    """
+    Return the constant part of the drive.
+
+    Raises
+    ------
+    OutOfRange
+        If feet differ under Coulomb's law, which then does not say how they share the load.
+
+    """
     attached = parameters.load_cell.contact == 'attached'
-    model = contact_model(parameters)
+    model, equal = _contacts(parameters)
+    feet = with_gains(equal, parameters)
     cell_n_per_m = parameters.load_cell.stiffness if attached else 0.0
-    return Plant(
-        contact=model,
-        mass_kg=parameters.runner.mass,
-        per_kg=1.0 / parameters.runner.mass,
-        damping_n_s_per_m=parameters.runner.damping,
-        cell_n_per_m=cell_n_per_m,
-        gain_m_per_v=parameters.actuator.gain,
-        rest_v=parameters.amplifier.voltage_initial,
-        voltage_min_v=parameters.amplifier.voltage_min,
-        voltage_max_v=parameters.amplifier.voltage_max,
-        slew_v_per_s=parameters.amplifier.slew_rate,
-        dt_s=min(parameters.sim.dt, longest_step_s(parameters, model, cell_n_per_m)),
+    amplifier, piezo, walls = amplifier_of(parameters), piezo_of(parameters), walls_of(parameters)
+    stiffest_n_per_m = cell_n_per_m + walls.cell_n_per_m + walls.stop_n_per_m
+    return with_ideal(
+        Plant(
+            contact=model,
+            mass_kg=parameters.runner.mass,
+            per_kg=1.0 / parameters.runner.mass,
+            damping_n_s_per_m=parameters.runner.damping,
+            cell_n_per_m=cell_n_per_m,
+            gain_m_per_v=parameters.actuator.gain,
+            rest_v=parameters.amplifier.voltage_initial,
+            voltage_min_v=parameters.amplifier.voltage_min,
+            voltage_max_v=parameters.amplifier.voltage_max,
+            slew_v_per_s=slew_of(parameters),
+            dt_s=min(parameters.sim.dt, longest_step_s(parameters, model, stiffest_n_per_m)),
+            ideal=False,
+            stuck=False,
+            amplifier=amplifier,
+            piezo=piezo,
+            feet=feet,
+            walls=walls,
+        )
     )
+
+
+def with_ideal(plant: Plant) -> Plant:
+    """Return a plant that knows whether it is ideal."""
+    feet_are_one = is_linear(plant.piezo) and not plant.feet.separate
+    ideal = feet_are_one and is_direct(plant) and not plant.stuck
+    return plant._replace(ideal=ideal)
 
 
 def longest_step_s(parameters: Parameters, model: ContactModel, cell_n_per_m: float) -> float:
@@ -87,7 +131,7 @@ def longest_step_s(parameters: Parameters, model: ContactModel, cell_n_per_m: fl
     model : ContactModel
         The contacts; they are stiffest while everything sticks.
     cell_n_per_m : float
-        Stiffness of the load cell, N/m.
+        Stiffness of load cell and end stops together, N/m.
 
     """
     law, mass_kg = model.law, parameters.runner.mass
@@ -100,16 +144,20 @@ def longest_step_s(parameters: Parameters, model: ContactModel, cell_n_per_m: fl
 
 def contact_model(parameters: Parameters) -> ContactModel:
     """Return the constants of the six contacts; those of the last few stands are kept."""
+    return _contacts(parameters)[0]
+
+
+def _contacts(parameters: Parameters) -> tuple[ContactModel, Feet]:
     contact, law = parameters.contact, parameters.friction_law
-    return _contact_model(Parameters(contact=contact, friction_law=law, stand=parameters.stand))
+    return _kept_contacts(Parameters(contact=contact, friction_law=law, stand=parameters.stand))
 
 
 @lru_cache(maxsize=MODELS_KEPT)
-def _contact_model(parameters: Parameters) -> ContactModel:
+def _kept_contacts(parameters: Parameters) -> tuple[ContactModel, Feet]:
     contacts = contacts_of(parameters)
     elasticity = elasticity_of(parameters.contact)
     stand = parameters.stand
-    return ContactModel(
+    model = ContactModel(
         curve=tabulate(contacts),
         bank=bank_of(parameters),
         law=law_of(parameters, contacts),
@@ -117,6 +165,7 @@ def _contact_model(parameters: Parameters) -> ContactModel:
         preload_n=stand.preload,
         preload_n_per_s=stand.preload_rate,
     )
+    return model, equal_feet(contacts, groups_of(parameters), model.bank)
 
 
 def bank_of(parameters: Parameters) -> SpringBank:
@@ -150,34 +199,47 @@ def law_of(parameters: Parameters, contacts: Sequence[Presliding]) -> FrictionLa
 def with_preload(plant: Plant, parameters: Parameters, preload_n: float) -> Plant:
     """Return a plant that goes to another preload; its virgin curve is the one of the new load."""
     there = parameters.updated({'stand.preload': preload_n})
-    model = plant.contact._replace(curve=tabulate(contacts_of(there)), preload_n=preload_n)
-    longest_s = longest_step_s(parameters, model, plant.cell_n_per_m)
-    return plant._replace(contact=model, dt_s=min(parameters.sim.dt, longest_s))
+    contacts = contacts_of(there)
+    model = plant.contact._replace(curve=tabulate(contacts), preload_n=preload_n)
+    stiffest_n_per_m = plant.cell_n_per_m + plant.walls.cell_n_per_m + plant.walls.stop_n_per_m
+    longest_s = longest_step_s(parameters, model, stiffest_n_per_m)
+    return plant._replace(
+        contact=model,
+        dt_s=min(parameters.sim.dt, longest_s),
+        feet=with_curves(plant.feet, contacts),
+    )
 
 
 def change_preload(
-    plant: Plant, history: History, state: State, parameters: Parameters, preload_n: float
+    plant: Plant, history: DriveHistory, state: State, parameters: Parameters, preload_n: float
 ) -> tuple[Plant, State]:
     """Return plant and state that go to another preload: the springs take over on the way."""
-    contact = onto_springs(plant.contact, history, state.contact)
+    if plant.feet.separate:
+        contact = onto_springs_of_feet(plant, history.feet, state.contact)
+    else:
+        contact = onto_springs(plant.contact, history.contact, state.contact)
     return with_preload(plant, parameters, preload_n), state._replace(contact=contact)
 
 
-def history_of(plant: Plant) -> History:
+def history_of(plant: Plant) -> DriveHistory:
     """Return the arrays in which a drive remembers, empty."""
-    return fresh_history(plant.contact)
+    return DriveHistory(fresh_history(plant.contact), fresh_feet(plant.feet), fresh_piezo())
 
 
-def state_at_rest(plant: Plant, history: History, preload_n: float) -> State:
+def state_at_rest(plant: Plant, history: DriveHistory, preload_n: float) -> State:
     """Return the drive at rest, with relaxed contacts; the history is emptied."""
+    contact = relaxed(history.contact, preload_n)
+    history.feet.states[:] = 0.0
+    split_feet(plant, history, contact, 0.0)
+    rest(plant, history.piezo)
     return State(
         clock=Clock(0.0, 0, 0.0, 0.0),
         voltage_v=plant.rest_v,
         foot_m=0.0,
         position_m=0.0,
         velocity_m_per_s=0.0,
-        contact=relaxed(history, preload_n),
-        sums=Sums(0.0, 0.0, 0.0, 0.0),
+        contact=contact,
+        sums=Sums(0.0, 0.0, 0.0, 0.0, 0.0),
     )
 
 

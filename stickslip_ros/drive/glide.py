@@ -15,11 +15,13 @@ from typing import NamedTuple
 
 from stickslip_ros.contact.branch import branch_towards, force_ahead, stiffness_on
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.reaction import History, move_on_stack
+from stickslip_ros.contact.reaction import move_on_stack
 from stickslip_ros.drive.actuator import foot_displacement
+from stickslip_ros.drive.amplifier import clamp
 from stickslip_ros.drive.oscillator import Propagator, propagator
-from stickslip_ros.drive.records import Plant, State, Sums
-from stickslip_ros.drive.runner import force_on_runner
+from stickslip_ros.drive.records import DriveHistory, Plant, State, Sums, at_voltage
+from stickslip_ros.drive.runner import force_far_from_walls
+from stickslip_ros.drive.walls import is_near_wall
 
 RESTING = 1e-3
 """A sliding velocity below this share of what the step will add to it is no motion yet, and a
@@ -53,9 +55,42 @@ class Slide(NamedTuple):
 
 
 @kernel
+def glide_along(
+    plant: Plant,
+    history: DriveHistory,
+    state: State,
+    start_v: float,
+    rate_v_per_s: float,
+    load_n: float,
+    stretch_s: float,
+    longest_s: float,
+) -> tuple[State, float]:
+    """
+    Advance along a straight stretch in long steps, which also end where the sliding turns.
+
+    Returns
+    -------
+    tuple of State and float
+        State after, and the time that is left because a wall is near, s.
+
+    """
+    state = at_voltage(state, start_v)
+    left_s = stretch_s
+    while left_s > 0.0:
+        h_s = left_s
+        if left_s > longest_s:
+            h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
+        if plant.walls.exist and is_near_wall(plant, state, load_n, h_s):
+            return state, left_s
+        state, done_s = glide(plant, history, state, rate_v_per_s, load_n, h_s)
+        left_s = left_s - done_s if done_s < left_s else 0.0
+    return at_voltage(state, clamp(plant, start_v + rate_v_per_s * stretch_s)), 0.0
+
+
+@kernel
 def glide(
     plant: Plant,
-    history: History,
+    history: DriveHistory,
     state: State,
     rate_v_per_s: float,
     load_n: float,
@@ -68,7 +103,7 @@ def glide(
     ----------
     plant : Plant
         The drive.
-    history : History
+    history : DriveHistory
         What the contacts remember; changed in place.
     state : State
         State before; ``contact.on_springs`` is False.
@@ -80,7 +115,7 @@ def glide(
         Time to advance if the sliding does not turn, s.
 
     """
-    curve, stack, memory = plant.contact.curve, history.stack, state.contact.memory
+    curve, stack, memory = plant.contact.curve, history.contact.stack, state.contact.memory
     foot_m_per_s = plant.gain_m_per_v * rate_v_per_s
     slide = _slide_now(plant, state, foot_m_per_s, load_n)
 
@@ -105,7 +140,7 @@ def glide(
     voltage_v = state.voltage_v + rate_v_per_s * h_s
     foot_m = foot_displacement(plant, voltage_v)
     position_m = foot_m + memory.u_m + y_end
-    contact = move_on_stack(plant.contact, history, state.contact, position_m - foot_m)
+    contact = move_on_stack(plant.contact, history.contact, state.contact, position_m - foot_m)
 
     missed_end = (contact.memory.force_n - memory.force_n - tangent * y_end) * plant.per_kg
     w_end -= (SIXTH * h_s) * (4.0 * half.velocity * missed_middle + missed_end)
@@ -126,7 +161,7 @@ def _slide_now(plant: Plant, state: State, foot_m_per_s: float, load_n: float) -
     """Return how the runner slides against the feet, and what pulls it."""
     gamma = plant.damping_n_s_per_m * plant.per_kg
     drag_n = plant.damping_n_s_per_m * foot_m_per_s
-    others_n = force_on_runner(plant, state.position_m, state.contact.memory.force_n, load_n)
+    others_n = force_far_from_walls(plant, state.position_m, state.contact.memory.force_n, load_n)
     pull = (others_n - drag_n) * plant.per_kg
     pull_rate = -plant.cell_n_per_m * foot_m_per_s * plant.per_kg
     speed = state.velocity_m_per_s - foot_m_per_s
@@ -203,4 +238,5 @@ def _book(
         sums.load_work_j + load_n * (position_m - before.position_m),
         sums.damping_lost_j + plant.damping_n_s_per_m * mean_square * h_s,
         sums.position_m_s + mean_m * h_s,
+        sums.stuck_lost_j,
     )

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.reaction import History, contact_lost, contact_stored
-from stickslip_ros.drive.records import Plant, State, Sums
+from stickslip_ros.contact.reaction import contact_lost, contact_stored
+from stickslip_ros.drive.feet import lost_by_feet, stored_by_feet
+from stickslip_ros.drive.records import DriveHistory, Plant, State, Sums
+from stickslip_ros.drive.walls import cell_energy, stops_energy
 
 
 @dataclass(frozen=True)
@@ -20,6 +22,10 @@ class EnergyLedger:
         Energy in the runner's motion, the load-cell spring, the springs of the contacts.
     contact_lost_j, damping_lost_j : float
         Energy lost by slip in the contacts and by viscous damping.
+    stops_j : float
+        Energy in the springs of the end stops.
+    stuck_lost_j : float
+        Kinetic energy lost when the runner got stuck.
 
     """
 
@@ -30,46 +36,65 @@ class EnergyLedger:
     contact_stored_j: float
     contact_lost_j: float
     damping_lost_j: float
+    stops_j: float = 0.0
+    stuck_lost_j: float = 0.0
 
     @property
     def residual_j(self) -> float:
         """Energy put in minus energy found, J: the error of the integration."""
-        found_j = self.kinetic_j + self.cell_j + self.contact_stored_j
-        lost_j = self.contact_lost_j + self.damping_lost_j
+        found_j = self.kinetic_j + self.cell_j + self.contact_stored_j + self.stops_j
+        lost_j = self.contact_lost_j + self.damping_lost_j + self.stuck_lost_j
         return self.feet_work_j + self.load_work_j - found_j - lost_j
 
 
-def take_ledger(plant: Plant, history: History, state: State) -> EnergyLedger:
+def take_ledger(plant: Plant, history: DriveHistory, state: State) -> EnergyLedger:
     """Compute every term of the balance from the state."""
     return EnergyLedger(
         feet_work_j=state.sums.feet_work_j,
         load_work_j=state.sums.load_work_j,
         kinetic_j=0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s,
-        cell_j=0.5 * plant.cell_n_per_m * state.position_m * state.position_m,
-        contact_stored_j=contact_stored(plant.contact, history, state.contact),
-        contact_lost_j=contact_lost(plant.contact, history, state.contact),
+        cell_j=cell_energy(plant, state.position_m),
+        contact_stored_j=stored_in_contacts(plant, history, state),
+        contact_lost_j=lost_in_contacts(plant, history, state),
         damping_lost_j=state.sums.damping_lost_j,
+        stops_j=stops_energy(plant, state.position_m),
+        stuck_lost_j=state.sums.stuck_lost_j,
     )
+
+
+@kernel
+def stored_in_contacts(plant: Plant, history: DriveHistory, state: State) -> float:
+    """Return the elastic energy in the contacts, J."""
+    if plant.feet.separate:
+        return stored_by_feet(plant, history.feet, state.contact.preload_n)
+    return contact_stored(plant.contact, history.contact, state.contact)
+
+
+@kernel
+def lost_in_contacts(plant: Plant, history: DriveHistory, state: State) -> float:
+    """Return the friction loss in the contacts since the start, J."""
+    if plant.feet.separate:
+        return lost_by_feet(plant, history.feet, state.contact.preload_n)
+    return contact_lost(plant.contact, history.contact, state.contact)
 
 
 @kernel
 def book(
     plant: Plant,
     before: State,
-    foot_m: float,
     position_m: float,
     velocity_m_per_s: float,
-    contact_n: float,
+    feet_work_j: float,
     load_n: float,
     dt_s: float,
 ) -> Sums:
     """Add one step to the integrals, each by the trapezoidal rule."""
     sums = before.sums
-    mean_contact_n = 0.5 * (before.contact.memory.force_n + contact_n)
     mean_square = 0.5 * (before.velocity_m_per_s**2 + velocity_m_per_s**2)
     return Sums(
-        sums.feet_work_j - mean_contact_n * (foot_m - before.foot_m),
+        sums.feet_work_j + feet_work_j,
         sums.load_work_j + load_n * (position_m - before.position_m),
         sums.damping_lost_j + plant.damping_n_s_per_m * mean_square * dt_s,
         sums.position_m_s + 0.5 * (before.position_m + position_m) * dt_s,
+        sums.stuck_lost_j,
     )

@@ -3,7 +3,9 @@ The drive: a voltage in, a runner motion out.
 
 The voltage is piecewise linear, and its corners are known in advance: those of the command,
 and the moment when a slewing amplifier has caught up. ``advance`` goes from corner to corner;
-between two of them ``ride`` takes equal steps, so no step ever straddles a corner.
+between two of them ``ride`` takes steps, so no step ever straddles a corner: long ones of
+``glide_along`` while the drive is ideal, short ones otherwise. In each of them the voltage moves
+the feet, the feet drag the contacts, and the contacts pull the runner.
 
 """
 
@@ -11,107 +13,52 @@ import math
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import History, react, remembers_turns
-from stickslip_ros.drive.actuator import foot_displacement
-from stickslip_ros.drive.amplifier import SETTLED_V, clamp, follow
-from stickslip_ros.drive.glide import glide
-from stickslip_ros.drive.ledger import book
-from stickslip_ros.drive.records import Clock, Plant, State, Wave, at_voltage
-from stickslip_ros.drive.runner import force_on_runner, holding_force, kick_after, kick_before
-from stickslip_ros.drive.waveform import ramp_is_over, target
+from stickslip_ros.contact.reaction import remembers_turns
+from stickslip_ros.drive.actuation import longest_on_slope, ride_through, slewed_voltage
+from stickslip_ros.drive.amplifier import (
+    SETTLED_V,
+    clamp,
+    follow,
+    is_direct,
+    is_fall_over,
+    time_to_settle,
+    wanted,
+)
+from stickslip_ros.drive.glide import glide_along
+from stickslip_ros.drive.records import Clock, DriveHistory, Plant, State, Wave
+from stickslip_ros.drive.waveform import ramp_is_over
 
 RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
 """Columns of the log of ramps: position after the fall, mean and final position, m."""
-SLEW_REFINEMENT = 64
-"""Steps during a fall are so many times shorter: the feet cross the whole presliding range in
-two microseconds, and their work is an integral over that range."""
-SLEW_STEPS_MIN = 6.0
-"""Steps in which the feet of a slewing amplifier cross the presliding range, at least."""
-VERLET_REFINEMENT = 8
-"""Steps are so many times shorter on springs and for the rival laws, which are stepped by
-velocity Verlet: second order, no look ahead."""
-STEP_SLACK = 1e-9
-"""Share of a step by which a stretch may exceed a whole number of steps, for rounding."""
-
-
-@kernel
-def step(
-    plant: Plant, history: History, state: State, voltage_v: float, load_n: float, dt_s: float
-) -> State:
-    """Advance the drive by one step, at the end of which the piezo is at ``voltage_v``."""
-    foot_m = foot_displacement(plant, voltage_v)
-
-    before_n = force_on_runner(plant, state.position_m, state.contact.memory.force_n, load_n)
-    middle_m_per_s = kick_before(plant, state.velocity_m_per_s, before_n, dt_s)
-    position_m = state.position_m + dt_s * middle_m_per_s
-
-    foot_m_per_s = (foot_m - state.foot_m) / dt_s
-    holding_n = holding_force(plant, position_m, middle_m_per_s, foot_m_per_s, load_n, dt_s)
-    contact = react(plant.contact, history, state.contact, position_m - foot_m, dt_s, holding_n)
-    contact_n = contact.memory.force_n
-
-    after_n = force_on_runner(plant, position_m, contact_n, load_n)
-    velocity_m_per_s = kick_after(plant, middle_m_per_s, after_n, dt_s)
-
-    sums = book(plant, state, foot_m, position_m, velocity_m_per_s, contact_n, load_n, dt_s)
-    return State(state.clock, voltage_v, foot_m, position_m, velocity_m_per_s, contact, sums)
 
 
 @kernel
 def ride(
     plant: Plant,
-    history: History,
+    history: DriveHistory,
     state: State,
     start_v: float,
     rate_v_per_s: float,
     load_n: float,
     stretch_s: float,
 ) -> State:
-    """Advance along a straight stretch of the voltage, in equal steps."""
-    longest_s = plant.dt_s
-    if abs(rate_v_per_s) >= plant.slew_v_per_s:
-        foot_m_per_s = plant.gain_m_per_v * abs(rate_v_per_s)
-        travel_m = plant.contact.curve.limit_m / SLEW_STEPS_MIN
-        longest_s = min(plant.dt_s / SLEW_REFINEMENT, travel_m / foot_m_per_s)
-    if remembers_turns(plant.contact, state.contact):
-        return _glide_along(
+    """Advance along a straight stretch of the voltage."""
+    left_s = stretch_s
+    if plant.ideal and remembers_turns(plant.contact, state.contact):
+        longest_s = longest_on_slope(plant, rate_v_per_s)
+        state, left_s = glide_along(
             plant, history, state, start_v, rate_v_per_s, load_n, stretch_s, longest_s
         )
-    steps = max(1, math.ceil(VERLET_REFINEMENT * stretch_s / longest_s - STEP_SLACK))
-    dt_s = stretch_s / steps
-    for i in range(1, steps + 1):
-        voltage_v = clamp(plant, start_v + rate_v_per_s * (i * dt_s))
-        state = step(plant, history, state, voltage_v, load_n, dt_s)
+    if left_s > 0.0:
+        start_v += rate_v_per_s * (stretch_s - left_s)
+        state = ride_through(plant, history, state, start_v, rate_v_per_s, load_n, left_s)
     return state
-
-
-@kernel
-def _glide_along(
-    plant: Plant,
-    history: History,
-    state: State,
-    start_v: float,
-    rate_v_per_s: float,
-    load_n: float,
-    stretch_s: float,
-    longest_s: float,
-) -> State:
-    """Advance along a straight stretch in long steps, which also end where the sliding turns."""
-    state = at_voltage(state, start_v)
-    left_s = stretch_s
-    while left_s > 0.0:
-        h_s = left_s
-        if left_s > longest_s:
-            h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
-        state, done_s = glide(plant, history, state, rate_v_per_s, load_n, h_s)
-        left_s = left_s - done_s if done_s < left_s else 0.0
-    return at_voltage(state, clamp(plant, start_v + rate_v_per_s * stretch_s))
 
 
 @kernel
 def advance(
     plant: Plant,
-    history: History,
+    history: DriveHistory,
     state: State,
     wave: Wave,
     load_n: float,
@@ -125,8 +72,8 @@ def advance(
     ----------
     plant : Plant
         The drive.
-    history : History
-        What the contacts remember; changed in place.
+    history : DriveHistory
+        What contacts and piezo remember; changed in place.
     state : State
         State before.
     wave : Wave
@@ -142,12 +89,18 @@ def advance(
     """
     remaining_s = duration_s
     while remaining_s > 0.0:
-        target_v, slope_v_per_s, corner_s = target(wave, state.clock)
-        start_v, rate_v_per_s, caught_s = follow(plant, state.voltage_v, target_v, slope_v_per_s)
-        stretch_s = min(remaining_s, corner_s, caught_s)
+        target_v, slope_v_per_s, corner_s = wanted(plant, wave, state.clock)
+        output_v = slewed_voltage(plant, history, state)
+        start_v, rate_v_per_s, caught_s = follow(plant, output_v, target_v, slope_v_per_s)
+        before_v = state.voltage_v
+        settled_s = time_to_settle(plant, wave, before_v, start_v, rate_v_per_s)
+        stretch_s = min(remaining_s, corner_s, caught_s, settled_s)
         state = ride(plant, history, state, start_v, rate_v_per_s, load_n, stretch_s)
-        gap_v = clamp(plant, target_v + slope_v_per_s * stretch_s) - state.voltage_v
-        fall_is_over = caught_s < math.inf and abs(gap_v) <= SETTLED_V
+        if is_direct(plant):
+            gap_v = clamp(plant, target_v + slope_v_per_s * stretch_s) - state.voltage_v
+            fall_is_over = caught_s < math.inf and abs(gap_v) <= SETTLED_V
+        else:
+            fall_is_over = is_fall_over(plant, wave, state, before_v, stretch_s)
         state = tell_time(wave, state, stretch_s, fall_is_over, ramps)
         remaining_s -= stretch_s
     return state

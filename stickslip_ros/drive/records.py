@@ -1,12 +1,18 @@
-"""Records of the drive's kernels: Plant never changes, Wave with a command, State always."""
+"""Records of the drive's kernels: Plant hardly changes, Wave with a command, State always."""
 
 from typing import NamedTuple
 
+import numpy as np
+
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.reaction import ContactModel, ContactState
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.reaction import ContactModel, ContactState, History
+from stickslip_ros.drive.stages import Amplifier, Feet, FeetHistory, Piezo, Walls
 
 ENDLESS = 1 << 62
 """Cycles of a wave that runs until it is replaced."""
+NO_ROWS: Array = np.empty((0, 2))
+"""The table of a wave that has none."""
 
 
 class Plant(NamedTuple):
@@ -22,7 +28,7 @@ class Plant(NamedTuple):
     damping_n_s_per_m : float
         c, viscous damping of the runner.
     cell_n_per_m : float
-        k of Eq. 20; 0 for a free runner.
+        k of Eq. 20, of a runner fixed to the load cell; 0 if it is not.
     gain_m_per_v : float
         Foot displacement per volt.
     rest_v : float
@@ -33,6 +39,19 @@ class Plant(NamedTuple):
         Fastest change of its output.
     dt_s : float
         Longest step.
+    ideal : bool
+        Whether the feet are one, and proportional to a voltage that consists of straight
+        stretches, and the runner moves: then long steps are exact.
+    stuck : bool
+        Whether the runner does not move.
+    amplifier : Amplifier
+        What is not ideal about the amplifier.
+    piezo : Piezo
+        What is not ideal about the piezo.
+    feet : Feet
+        The six feet, where they differ.
+    walls : Walls
+        One-sided load cell and end stops.
 
     """
 
@@ -47,11 +66,39 @@ class Plant(NamedTuple):
     voltage_max_v: float
     slew_v_per_s: float
     dt_s: float
+    ideal: bool
+    stuck: bool
+    amplifier: Amplifier
+    piezo: Piezo
+    feet: Feet
+    walls: Walls
+
+
+class DriveHistory(NamedTuple):
+    """
+    What the drive remembers, in arrays that kernels change in place.
+
+    Attributes
+    ----------
+    contact : History
+        All contacts together; valid while the feet are moved as one.
+    feet : FeetHistory
+        The feet one by one; valid while they are separate.
+    piezo : array, shape (4, 64)
+        Amplifier and piezo: rows SCALARS to SHARES of ``piezo``.
+
+    """
+
+    contact: History
+    feet: FeetHistory
+    piezo: Array
 
 
 class Wave(NamedTuple):
     """
     Commanded voltage: a ramp from ``start_v`` by ``rise_v``, repeated, then held at ``start_v``.
+
+    With a table, the ramp is replaced by its rows, which are played once.
 
     Attributes
     ----------
@@ -63,13 +110,22 @@ class Wave(NamedTuple):
         Length of a ramp.
     cycles : int
         Ramps before the hold; 0 is a level, ENDLESS never ends.
+    rows : array, shape (n, 2)
+        Table: times from 0 (s) and voltages (V), joined by straight lines; none if empty.
+    missed_share : float
+        Share of the ramps that the amplifier leaves out.
+    missed_seed : int
+        Which ones these are.
 
     """
 
     start_v: float
-    rise_v: float
-    period_s: float
-    cycles: int
+    rise_v: float = 0.0
+    period_s: float = 1.0
+    cycles: int = 0
+    rows: Array = NO_ROWS
+    missed_share: float = 0.0
+    missed_seed: int = 0
 
 
 class Clock(NamedTuple):
@@ -108,6 +164,8 @@ class Sums(NamedTuple):
         Energy lost in the viscous damping.
     position_m_s : float
         Integral of the runner position over time.
+    stuck_lost_j : float
+        Kinetic energy that the runner had when it got stuck.
 
     """
 
@@ -115,6 +173,7 @@ class Sums(NamedTuple):
     load_work_j: float
     damping_lost_j: float
     position_m_s: float
+    stuck_lost_j: float
 
 
 class State(NamedTuple):
@@ -128,11 +187,11 @@ class State(NamedTuple):
     voltage_v : float
         Output of the amplifier.
     foot_m : float
-        Displacement of the contact points, x_s.
+        Displacement of the contact points, x_s; where they differ, that of the mean foot.
     position_m, velocity_m_per_s : float
         The runner.
     contact : ContactState
-        The contacts.
+        The contacts; of separate feet, their force together against the mean foot.
     sums : Sums
         Energy and position integrals.
 

@@ -2,12 +2,24 @@
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.drive.records import Plant
+from stickslip_ros.drive.walls import wall_force
+
+
+@kernel
+def force_far_from_walls(
+    plant: Plant, position_m: float, contact_n: float, load_n: float
+) -> float:
+    """Return fixed load cell, contacts and external load together, N; damping is apart."""
+    return load_n - contact_n - plant.cell_n_per_m * position_m
 
 
 @kernel
 def force_on_runner(plant: Plant, position_m: float, contact_n: float, load_n: float) -> float:
-    """Return load-cell spring, contacts and external load together, N; damping is apart."""
-    return load_n - contact_n - plant.cell_n_per_m * position_m
+    """Return load cell, end stops, contacts and external load together, N; damping is apart."""
+    force_n = force_far_from_walls(plant, position_m, contact_n, load_n)
+    if plant.walls.exist:
+        force_n -= wall_force(plant, position_m)
+    return force_n
 
 
 @kernel

@@ -1,17 +1,29 @@
-"""The commanded voltage: saw-teeth of either direction, levels."""
+"""The commanded voltage: saw-teeth of either direction, levels, tables."""
 
 import math
+from collections.abc import Sequence
+
+import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.records import ENDLESS, Clock, Wave
 
 CORNER_S = 1e-15
 """A corner nearer than this has been reached: rounding, no time of the drive."""
+TIME, VOLTAGE = 0, 1
+"""Columns of a table."""
+LOW_31_BITS = (1 << 31) - 1
+LOW_32_BITS = (1 << 32) - 1
+MIXER = 0x45D9F3B
+"""Odd factor that mixes the bits of a 32-bit number well; products fit into 64 bits."""
+CYCLE_FACTOR = 0x3C6EF372
+"""Large and without a pattern: the ramps of neighbouring seeds lie far apart."""
 
 
 def level(voltage_v: float) -> Wave:
     """Return the wave that jumps to a voltage and stays there."""
-    return Wave(float(voltage_v), 0.0, 1.0, 0)
+    return Wave(float(voltage_v))
 
 
 def sawtooth(base_v: float, amplitude_v: float, frequency_hz: float, steps: int) -> Wave:
@@ -40,13 +52,70 @@ def sawtooth(base_v: float, amplitude_v: float, frequency_hz: float, steps: int)
     )
 
 
+def table(rows: Array | Sequence[Sequence[float]]) -> Wave:
+    """
+    Return the wave that plays a table once and holds its last voltage; one cycle in all.
+
+    Parameters
+    ----------
+    rows : array, shape (n, 2)
+        Times, s, not falling, the first one 0; voltages, V. Straight lines join them; two rows
+        of the same time are a jump.
+
+    """
+    rows = np.array(rows, dtype=np.float64, order='C').reshape(-1, 2)
+    end_s, end_v = float(rows[-1, TIME]), float(rows[-1, VOLTAGE])
+    if end_s == 0.0:
+        return level(end_v)
+    return Wave(start_v=end_v, period_s=end_s, cycles=1, rows=rows)
+
+
+def missing(wave: Wave, share: float, seed: int) -> Wave:
+    """Return a wave of which a share of the ramps is left out; a seed decides which ones."""
+    return wave._replace(missed_share=float(share), missed_seed=int(seed))
+
+
 @kernel
 def target(wave: Wave, clock: Clock) -> tuple[float, float, float]:
     """Return the commanded voltage (V), its slope (V/s) and the time to its next corner (s)."""
     if clock.cycle >= wave.cycles:
         return wave.start_v, 0.0, math.inf
+    if len(wave.rows) > 0:
+        return _target_of_table(wave.rows, clock.ramp_s)
+    if wave.missed_share > 0.0 and is_missed(wave, clock.cycle):
+        return wave.start_v, 0.0, wave.period_s - clock.ramp_s
     slope_v_per_s = wave.rise_v / wave.period_s
     return wave.start_v + slope_v_per_s * clock.ramp_s, slope_v_per_s, wave.period_s - clock.ramp_s
+
+
+@kernel
+def _target_of_table(rows: Array, time_s: float) -> tuple[float, float, float]:
+    """Return voltage, slope and time to the next row, within a table."""
+    low, high = 0, len(rows) - 2
+    while low < high:
+        middle = (low + high + 1) // 2
+        if rows[middle, TIME] - time_s <= CORNER_S:
+            low = middle
+        else:
+            high = middle - 1
+    start_s, start_v = rows[low, TIME], rows[low, VOLTAGE]
+    slope_v_per_s = (rows[low + 1, VOLTAGE] - start_v) / (rows[low + 1, TIME] - start_s)
+    return (
+        start_v + slope_v_per_s * (time_s - start_s),
+        slope_v_per_s,
+        rows[low + 1, TIME] - time_s,
+    )
+
+
+@kernel
+def is_missed(wave: Wave, cycle: int) -> bool:
+    """Tell whether the amplifier leaves a ramp out; the same answer every time it is asked."""
+    bits = (wave.missed_seed & LOW_31_BITS) * CYCLE_FACTOR + (cycle & LOW_31_BITS)
+    bits = (bits ^ (bits >> 31)) & LOW_32_BITS
+    for _ in range(3):
+        bits = (((bits >> 16) ^ bits) * MIXER) & LOW_32_BITS
+    bits = (bits >> 16) ^ bits
+    return bits < wave.missed_share * (LOW_32_BITS + 1)
 
 
 @kernel

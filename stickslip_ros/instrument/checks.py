@@ -5,9 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip_ros.drive.waveform import level, sawtooth
-
-table = None
+from stickslip_ros.drive.waveform import level, sawtooth, table
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.instrument.commands import (
     Check,

@@ -1,5 +1,6 @@
 """Limits of amplifier and saw-tooth that several requests must keep."""
 
+from stickslip_ros.drive.stages_build import slew_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
 
@@ -48,7 +49,9 @@ def check_frequency(parameters: Parameters, amplitude_v: float, frequency_hz: fl
         limit = f"above the amplifier's {amplifier.frequency_max:g} Hz"
         mend = 'lower it or raise amplifier.frequency_max'
         raise OutOfRange('frequency', frequency_hz, 'Hz', limit, mend)
-    fastest_hz = FALL_SHARE_MAX * amplifier.slew_rate / amplitude_v
+    slew_v_per_s = slew_of(parameters)
+    fastest_hz = FALL_SHARE_MAX * slew_v_per_s / amplitude_v
     if abs(frequency_hz) > fastest_hz:
-        limit = f'above the {fastest_hz:.4g} Hz that amplifier.slew_rate allows at this amplitude'
+        cause = 'slew_rate' if slew_v_per_s == amplifier.slew_rate else 'current_max'
+        limit = f'above the {fastest_hz:.4g} Hz that amplifier.{cause} allows at this amplitude'
         raise OutOfRange('frequency', frequency_hz, 'Hz', limit, 'lower it or the amplitude')

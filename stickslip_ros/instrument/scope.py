@@ -2,16 +2,16 @@
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import History
 from stickslip_ros.drive.plant import advance
-from stickslip_ros.drive.records import Plant, State, Wave
+from stickslip_ros.drive.records import DriveHistory, Plant, State, Wave
+from stickslip_ros.drive.walls import cell_force
 from stickslip_ros.instrument.reports import FOOT, FORCE, POSITION, VOLTAGE
 
 
 @kernel
 def observe(
     plant: Plant,
-    history: History,
+    history: DriveHistory,
     state: State,
     wave: Wave,
     load_n: float,
@@ -29,7 +29,7 @@ def observe(
     sample_s : float
         Time between two samples, s.
     truth : array, shape (samples, 5)
-        Receives voltage (V), foot (m), position (m), force in the load-cell spring (N).
+        Receives voltage (V), foot (m), position (m), force in the load cell (N).
 
     """
     for i in range(len(truth)):
@@ -37,5 +37,5 @@ def observe(
         truth[i, VOLTAGE] = state.voltage_v
         truth[i, FOOT] = state.foot_m
         truth[i, POSITION] = state.position_m
-        truth[i, FORCE] = plant.cell_n_per_m * state.position_m
+        truth[i, FORCE] = cell_force(plant, state.position_m)
     return state

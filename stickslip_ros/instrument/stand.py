@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.drive.amplifier import has_arrived
 from stickslip_ros.drive.build import (
     change_preload,
     clock_at_start,
@@ -12,10 +13,11 @@ from stickslip_ros.drive.build import (
     plant_of,
     state_at_rest,
 )
+from stickslip_ros.drive.faults import apply_faults
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import State, Wave
+from stickslip_ros.drive.waveform import missing
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.instrument._shim import apply_faults, has_arrived, missing
 from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.instrument.scope import observe
 from stickslip_ros.parameters import FaultParameters, Parameters
@@ -125,7 +127,7 @@ class Stand:
         )
         if not math.isfinite(self.state.position_m + self.state.velocity_m_per_s):
             raise StickSlipError(
-                f'the motion is no longer finite at a preload of {self.state.contact.preload_n:g} N; '
+                f'the motion is no longer finite, at a load of {self.load_n:g} N; '
                 'lower sim.dt, or bring mass, damping and stiffnesses nearer to each other'
             )
         return trace

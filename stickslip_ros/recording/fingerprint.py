@@ -64,9 +64,7 @@ def data_digest(recording: Recording) -> str:
 
 def _entries(recording: Recording) -> Iterator[Entry]:
     for topic, message in recording.records():
-        yield Entry(
-            topic, message.log_time, message.publish_time, message.sequence, message.data
-        )
+        yield Entry(topic, message.log_time, message.publish_time, message.sequence, message.data)
 
 
 def _what(ours: Entry | None, theirs: Entry | None) -> str:

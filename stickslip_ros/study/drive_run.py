@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import contact_lost
 from stickslip_ros.drive.build import (
     change_preload,
     clock_at_start,
@@ -13,7 +12,7 @@ from stickslip_ros.drive.build import (
     plant_of,
     state_at_rest,
 )
-from stickslip_ros.drive.ledger import take_ledger
+from stickslip_ros.drive.ledger import lost_in_contacts, take_ledger
 from stickslip_ros.drive.plant import RAMP_MEAN, RAMP_START, advance
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.checks import check_request
@@ -155,7 +154,7 @@ class _Run:
         """Advance by some cycles; return the friction loss in them, J."""
         log = np.empty((cycles, 3))
         first = self._state.clock.cycle
-        before_j = contact_lost(self._plant.contact, self._history, self._state.contact)
+        before_j = lost_in_contacts(self._plant, self._history, self._state)
         time_s = cycles * self._wave.period_s - self._state.clock.ramp_s
         while self._state.clock.cycle < first + cycles:
             self._state = advance(
@@ -163,5 +162,5 @@ class _Run:
             )
             time_s = ROUNDING_S
         self._logs.append(np.roll(log, -(first % cycles), axis=0))
-        after_j = contact_lost(self._plant.contact, self._history, self._state.contact)
+        after_j = lost_in_contacts(self._plant, self._history, self._state)
         return float(after_j - before_j)

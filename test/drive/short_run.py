@@ -2,31 +2,49 @@
 
 import json
 import sys
+from collections.abc import Sequence
 
 import numba
 import numpy as np
 
 from stickslip_ros.drive.build import history_of, plant_of, state_at_rest
 from stickslip_ros.drive.plant import advance
-from stickslip_ros.drive.waveform import sawtooth
+from stickslip_ros.drive.waveform import missing, sawtooth
 from stickslip_ros.parameters import Parameters
 
+PLAIN = {'runner.damping': 80.0, 'sim.dt': 1e-6, 'stand.preload': 0.1}
+EVERYTHING = {
+    'amplifier.resolution': 0.5,
+    'amplifier.bandwidth': 1e5,
+    'actuator.hysteresis': 0.15,
+    'actuator.creep': 0.02,
+    'actuator.resonance': 1e5,
+    'actuator.gain_tolerance': 0.1,
+    'load_cell.contact': 'one_sided',
+    'stand.stop_stiffness': 1e6,
+}
 
-def short_run() -> list[list[str]]:
+
+def short_run(
+    values: dict[str, object] = PLAIN, loads_n: Sequence[float] = (0.0,) * 5 + (-0.05,) * 10
+) -> list[list[str]]:
     """Return every number of the state after each fifth of a millisecond, exactly."""
-    parameters = Parameters().updated(
-        {'runner.damping': 80.0, 'sim.dt': 1e-6, 'stand.preload': 0.1}
-    )
+    parameters = Parameters().updated(values)
     plant, ramps = plant_of(parameters), np.zeros((8, 3))
     history = history_of(plant)
     state = state_at_rest(plant, history, parameters.stand.preload)
-    wave = sawtooth(0.0, 300.0, -1700.0, 4)
+    wave = missing(sawtooth(0.0, 300.0, -1700.0, 4), 0.3, 1)
     lines = []
-    for load_n in [0.0] * 5 + [-0.05] * 10:
+    for load_n in loads_n:
         state = advance(plant, history, state, wave, load_n, 2e-4, ramps)
         lines.append([*state.clock, *state[1:5], *state.contact.memory, *state.sums])
     return [[float(number).hex() for number in line] for line in [*lines, *ramps]]
 
 
+def all_runs() -> list[list[str]]:
+    """Return a run of the ideal drive, and a shorter one of everything that can be on."""
+    return short_run() + short_run(EVERYTHING, (0.0, 0.1))
+
+
 if __name__ == '__main__':
-    json.dump({'interpreted': bool(numba.config.DISABLE_JIT), 'run': short_run()}, sys.stdout)
+    json.dump({'interpreted': bool(numba.config.DISABLE_JIT), 'run': all_runs()}, sys.stdout)

@@ -15,9 +15,8 @@ import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import History
 from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START, ride
-from stickslip_ros.drive.records import Plant, State
+from stickslip_ros.drive.records import DriveHistory, Plant, State
 
 PIECES = 64
 """Pieces of the fall; after it come twice as many."""
@@ -141,7 +140,7 @@ def time_constant_s(bandwidth_hz: float) -> float:
 @kernel
 def ride_pieces(
     plant: Plant,
-    history: History,
+    history: DriveHistory,
     state: State,
     voltages_v: Array,
     spans_s: Array,
@@ -154,7 +153,7 @@ def ride_pieces(
     ----------
     plant : Plant
         The drive.
-    history : History
+    history : DriveHistory
         What the contacts remember; changed in place.
     state : State
         State before, at the first voltage.

@@ -1,0 +1,151 @@
+"""From command to output: converter, current, low-pass, and what arrival means."""
+
+import math
+
+import numpy as np
+import pytest
+
+from stickslip_ros.drive.amplifier import ARRIVED_SHARE, FALL_SHARE, has_arrived, low_pass, wanted
+from stickslip_ros.drive.build import plant_of
+from stickslip_ros.drive.plant import RAMP_MEAN, RAMP_START
+from stickslip_ros.drive.records import Clock
+from stickslip_ros.drive.waveform import level, sawtooth
+from stickslip_ros.parameters import Parameters
+
+WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
+SLEW = 150e6
+BANDWIDTH_HZ = 5e4
+TAU_S = 1.0 / (2.0 * math.pi * BANDWIDTH_HZ)
+
+
+def test_the_current_into_the_piezos_limits_the_slew_rate(stand):
+    def slew(current_a):
+        return plant_of(stand.updated({'amplifier.current_max': current_a})).slew_v_per_s
+
+    assert slew(0.0) == SLEW
+    assert slew(0.3) == pytest.approx(0.3 / 5e-9, rel=1e-12, abs=0.0)
+    assert slew(10.0) == SLEW
+
+
+def test_a_limited_current_is_a_lower_slew_rate_and_nothing_else(drive):
+    limited = drive(amplifier__current_max=0.25).start(WAVE, [0.01])
+    slower = drive(amplifier__slew_rate=5e7).start(WAVE, [0.01])
+    assert limited.plant.ideal
+    assert limited.state == slower.state
+
+
+@pytest.mark.parametrize('pieces', [1, 3, 50])
+def test_the_low_pass_is_exact_along_a_straight_input_however_it_is_cut(pieces, stand):
+    plant = plant_of(stand.updated({'amplifier.bandwidth': BANDWIDTH_HZ}))
+    rate, time_s, output_v = -3e6, 2e-5, 250.0
+    share = -math.expm1(-time_s / pieces / TAU_S)
+    for i in range(pieces):
+        from_v, to_v = (100.0 + rate * time_s * k / pieces for k in (i, i + 1))
+        output_v = low_pass(plant, output_v, from_v, to_v, time_s / pieces, share)
+    lag_v = rate * TAU_S
+    decayed_v = (250.0 - 100.0 + lag_v) * math.exp(-time_s / TAU_S)
+    assert output_v == pytest.approx(100.0 + rate * time_s - lag_v + decayed_v, rel=1e-12, abs=0.0)
+
+
+def test_behind_the_low_pass_a_drive_follows_the_closed_form_of_a_jump(drive):
+    machine = drive(amplifier__bandwidth=BANDWIDTH_HZ).start(level(300.0), [2e-6])
+    slewed_v = SLEW * (2e-6 - TAU_S * -math.expm1(-2e-6 / TAU_S))
+    assert machine.state.voltage_v == pytest.approx(slewed_v, rel=1e-9, abs=0.0)
+    for time_s in (1e-6, 5e-6, 2e-5):
+        left_v = (300.0 - machine.state.voltage_v) * math.exp(-time_s / TAU_S)
+        machine.run(level(300.0), [time_s])
+        assert 300.0 - machine.state.voltage_v == pytest.approx(left_v, rel=1e-9, abs=0.0)
+
+
+@pytest.mark.parametrize('step_v', [0.7, 5.0])
+def test_the_converter_has_levels_on_a_grid_through_zero(step_v, drive):
+    machine = drive(amplifier__resolution=step_v, amplifier__voltage_min=-100.0)
+    machine.start(WAVE, [7e-5])
+    for _ in range(100):
+        machine.run(WAVE, [9.1e-6])
+        clock, volt = machine.state.clock, machine.state.voltage_v
+        on_grid = abs(volt / step_v - round(volt / step_v)) < 1e-9
+        in_fall = clock.ramp_s < 3e-6
+        target_v = 3e5 * clock.ramp_s
+        # A step of the drive is 0.6 us, in which the command rises by 0.2 V.
+        near = abs(volt - target_v) <= 0.5 * step_v + 0.2
+        assert in_fall or (on_grid and near)
+
+
+def test_the_converter_changes_level_half_way_between_two(stand):
+    plant = plant_of(stand.updated({'amplifier.resolution': 6.0}))
+    for voltage_v, level_v, time_s in ((0.0, 0.0, 1e-5), (2.9, 0.0, 1 / 3e6), (4.5, 6.0, 1.5e-5)):
+        found = wanted(plant, WAVE, Clock(voltage_v / 3e5, 0, 0.0, 0.0))
+        shortest_s = plant.dt_s / 8.0
+        assert found[:2] == (level_v, 0.0)
+        assert found[2] == pytest.approx(max(time_s, shortest_s), rel=1e-9, abs=0.0)
+
+
+def test_a_fine_converter_is_no_converter(drive):
+    ideal = drive(runner__damping=80.0).start(WAVE, [0.02])
+    fine = drive(runner__damping=80.0, amplifier__resolution=0.01).start(WAVE, [0.02])
+    # A step of the drive holds the level: on average the ramp is late by half of 0.6 us.
+    assert fine.ramps[18, RAMP_MEAN] == pytest.approx(ideal.ramps[18, RAMP_MEAN], rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [{}, {'amplifier__bandwidth': 2e4}, {'amplifier__resolution': 0.7},
+     {'amplifier__bandwidth': 2e4, 'amplifier__resolution': 0.7}],
+    ids=str,
+)  # fmt: skip
+def test_a_wave_has_arrived_when_its_ramps_are_over_and_its_voltage_is_there(changes, drive):
+    wave, machine = sawtooth(0.0, 300.0, 1000.0, 2), drive(**changes)
+    machine.start(wave, [1e-3])
+    assert not has_arrived(machine.plant, wave, machine.state)
+    machine.run(wave, [1e-3 + 1e-6])
+    assert machine.state.clock.cycle == 2
+    assert not has_arrived(machine.plant, wave, machine.state)
+    machine.run(wave, [2e-4])
+    assert has_arrived(machine.plant, wave, machine.state)
+    assert abs(machine.state.voltage_v) <= ARRIVED_SHARE * 300.0
+    there = level(200.0)
+    machine.start(there, [1e-7])
+    assert not has_arrived(machine.plant, there, machine.state)
+    machine.run(there, [2e-4])
+    assert has_arrived(machine.plant, there, machine.state)
+
+
+@pytest.mark.parametrize('bandwidth_hz', [2e4, 3e5])
+def test_behind_a_low_pass_a_fall_ends_when_a_hundredth_of_it_is_left(bandwidth_hz, drive):
+    machine = drive(amplifier__bandwidth=bandwidth_hz, runner__damping=80.0)
+    tau_s = 1.0 / (2.0 * math.pi * bandwidth_hz)
+    machine.start(WAVE, [5e-3])
+    logged_m = [machine.state.clock.start_m]
+    for _ in range(2000):
+        machine.run(WAVE, [5e-8])
+        logged_m.append(machine.state.clock.start_m)
+    changed = np.nonzero(np.diff(logged_m[2:]))[0]
+    assert len(changed) == 1
+    # What the low-pass lags behind the slew rate in the end decays from there on.
+    slewed_s = 2e-6
+    top_v = SLEW * tau_s * -math.expm1(-slewed_s / tau_s)
+    expected_s = slewed_s + tau_s * math.log(top_v / (FALL_SHARE * 300.0))
+    assert (changed[0] + 3) * 5e-8 == pytest.approx(expected_s, rel=0.05, abs=1e-7)
+
+
+def test_cuts_leave_the_start_of_a_ramp_behind_a_low_pass_as_it_is(drive):
+    changes = {'amplifier__bandwidth': 1e5, 'runner__damping': 80.0}
+    whole = drive(**changes).start(WAVE, [0.0101])
+    cut = drive(**changes).start(WAVE, [1.01e-5] * 1000)
+    np.testing.assert_allclose(cut.ramps[:10, RAMP_START], whole.ramps[:10, RAMP_START], rtol=1e-4)
+    np.testing.assert_allclose(cut.ramps[1:10, RAMP_MEAN], whole.ramps[1:10, RAMP_MEAN], rtol=1e-5)
+
+
+def test_the_voltage_stays_in_its_range_when_the_command_leaves_it(drive):
+    machine = drive(actuator__resonance=1e5).start(sawtooth(0.0, 400.0, 1000.0, 2), [0.8e-3])
+    assert machine.state.voltage_v == 300.0
+    filtered = drive(amplifier__bandwidth=1e5).start(level(400.0), [1e-3])
+    assert filtered.state.voltage_v == pytest.approx(300.0, rel=1e-12, abs=0.0)
+
+
+def test_all_of_it_is_off_in_the_stand_of_the_paper():
+    plant = plant_of(Parameters())
+    assert plant.ideal
+    assert plant.amplifier == (True, 0.0, 0.0)
+    assert (plant.piezo.linear, plant.piezo.plays, plant.feet.separate) == (1.0, 0, False)

@@ -1,0 +1,185 @@
+"""Faults that come and go: no power, a runner that is stuck, a foot that is dead."""
+
+import numpy as np
+import pytest
+
+from stickslip_ros.drive.build import change_preload
+from stickslip_ros.drive.faults import apply_faults, separate_feet
+from stickslip_ros.drive.feet import DEPTH, PLACE
+from stickslip_ros.drive.feet_split import split_feet
+from stickslip_ros.drive.plant import advance
+from stickslip_ros.drive.waveform import level, sawtooth
+from stickslip_ros.errors import OutOfRange
+
+WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
+NO_FAULTS = {'dead_foot': 0, 'runner_stuck': False, 'amplifier_on': True}
+SAME_FORCE = 1e-9
+"""Relative to the friction limit; sums of six tables instead of one."""
+VERLET = 5e-4
+"""Relative; what short steps of second order miss against long ones of fourth."""
+RESIDUAL = 1e-3
+"""Largest residual at the default step, relative to the work of the feet."""
+
+
+def _apply(machine, **faults):
+    machine.plant, machine.state = apply_faults(
+        machine.plant, machine.history, machine.state, **(NO_FAULTS | faults)
+    )
+    return machine
+
+
+def _residual(machine):
+    return abs(machine.ledger.residual_j / machine.ledger.feet_work_j)
+
+
+def test_no_fault_changes_nothing(drive):
+    machine, twin = (drive().start(WAVE, [3.3e-3]) for _ in range(2))
+    _apply(machine).run(WAVE, [5e-3])
+    twin.run(WAVE, [5e-3])
+    assert machine.state == twin.state
+    assert machine.plant.ideal
+
+
+@pytest.mark.parametrize('changes', [{}, {'amplifier__bandwidth': 1e5}], ids=str)
+def test_without_power_the_voltage_goes_to_the_lowest_and_comes_back(changes, drive):
+    machine = drive(**changes).start(level(250.0), [1e-3])
+    _apply(machine, amplifier_on=False).run(level(250.0), [1e-6])
+    assert 90.0 < machine.state.voltage_v < 250.0
+    machine.run(level(250.0), [1e-4])
+    assert machine.state.voltage_v == pytest.approx(0.0, abs=1e-9)
+    _apply(machine).run(level(250.0), [1e-3])
+    assert machine.state.voltage_v == pytest.approx(250.0, rel=1e-12)
+    assert _residual(machine) < RESIDUAL
+
+
+def test_without_power_a_wave_still_counts_its_ramps(drive):
+    machine = _apply(drive(), amplifier_on=False).start(WAVE, [5.5e-3])
+    assert machine.state.clock.cycle == 5
+    assert machine.state.voltage_v == 0.0
+    assert machine.state.position_m == 0.0
+
+
+@pytest.mark.parametrize('law', ['mdr', 'coulomb', 'dahl'])
+@pytest.mark.parametrize('tolerance', [0.0, 0.1])
+def test_a_stuck_runner_stays_while_the_feet_work_and_moves_again(law, tolerance, drive):
+    if law == 'coulomb':
+        tolerance = 0.0
+    machine = drive(contact__law=law, actuator__gain_tolerance=tolerance, runner__damping=20.0)
+    machine.start(WAVE, [3.3e-3])
+    kinetic_j = machine.ledger.kinetic_j
+    _apply(machine, runner_stuck=True)
+    stuck_m = machine.state.position_m
+    assert machine.ledger.stuck_lost_j == kinetic_j > 0.0
+    lost_j = machine.ledger.contact_lost_j
+    machine.run(WAVE, [5e-3])
+    assert machine.state.position_m == stuck_m
+    assert machine.state.velocity_m_per_s == 0.0
+    assert machine.ledger.contact_lost_j > lost_j
+    _apply(machine).run(WAVE, [5e-3])
+    assert machine.state.position_m != stuck_m
+    # The force of Coulomb's law jumps from step to step.
+    assert _residual(machine) < (0.05 if law == 'coulomb' else 2.0 * RESIDUAL)
+
+
+@pytest.mark.parametrize('profile', ['rough', 'smooth', 'rough_line'])
+@pytest.mark.parametrize('time_s', [0.0, 0.4e-3, 1.0001e-3, 7.77e-3, 50.3e-3])
+def test_six_feet_split_from_one_have_its_force_its_energy_and_its_turning_points(
+    profile, time_s, drive
+):
+    machine = drive(contact__profile=profile).start(WAVE, [time_s])
+    before, memory = machine.ledger, machine.state.contact.memory
+    machine.plant, machine.state = separate_feet(machine.plant, machine.history, machine.state)
+    limit_n = machine.plant.contact.curve.force_max_n
+    gained_n = machine.state.contact.memory.force_n - memory.force_n
+    assert abs(gained_n) < SAME_FORCE * limit_n
+    assert np.all(machine.history.feet.states[:, DEPTH] == memory.depth)
+    scale_j = max(before.feet_work_j, 1e-30)
+    assert abs(machine.ledger.contact_lost_j - before.contact_lost_j) < 1e-12 * scale_j
+    assert abs(machine.ledger.contact_stored_j - before.contact_stored_j) < 1e-9 * scale_j
+
+
+def test_a_split_drive_moves_on_like_the_one_it_was(drive):
+    machine, twin = (drive(runner__damping=20.0).start(WAVE, [3.3e-3]) for _ in range(2))
+    machine.plant, machine.state = separate_feet(machine.plant, machine.history, machine.state)
+    for drive_ in (machine, twin):
+        drive_.run(WAVE, [5e-3])
+    assert machine.state.position_m == pytest.approx(twin.state.position_m, rel=VERLET)
+    assert _residual(machine) < RESIDUAL
+
+
+def test_springs_are_split_with_their_force_and_their_energy(drive):
+    machine = drive().start(WAVE, [3.3e-3])
+    machine.plant, machine.state = change_preload(
+        machine.plant, machine.history, machine.state, machine.parameters, 0.8
+    )
+    machine.run(WAVE, [2.6e-3])
+    assert machine.state.contact.on_springs
+    before, force_n = machine.ledger, machine.state.contact.memory.force_n
+    _apply(machine, dead_foot=2)
+    limit_n = machine.plant.contact.curve.force_max_n
+    assert abs(machine.state.contact.memory.force_n - force_n) < SAME_FORCE * limit_n
+    assert machine.ledger.contact_stored_j == pytest.approx(before.contact_stored_j, rel=1e-12)
+    assert machine.ledger.contact_lost_j == pytest.approx(before.contact_lost_j, rel=1e-12)
+    machine.run(WAVE, [5e-3])
+    assert machine.state.contact.on_springs
+    assert _residual(machine) < 5.0 * RESIDUAL
+
+
+@pytest.mark.parametrize('law', ['mdr', 'dahl', 'lugre'])
+@pytest.mark.parametrize('tolerance', [0.0, 0.1])
+def test_a_dead_foot_stays_and_follows_again_from_where_it_is(law, tolerance, drive):
+    machine = drive(contact__law=law, actuator__gain_tolerance=tolerance, runner__damping=20.0)
+    machine.start(WAVE, [3.3e-3])
+    _apply(machine, dead_foot=4)
+    places_m = machine.history.feet.states[:, PLACE].copy()
+    machine.run(WAVE, [0.3e-3])
+    moved = machine.history.feet.states[:, PLACE] != places_m
+    assert moved.tolist() == [True, True, True, False, True, True]
+    _apply(machine)
+    assert machine.history.feet.states[3, PLACE] == places_m[3]
+    machine.run(WAVE, [1e-9])
+    # In a nanosecond the feet move by 0.2 pm.
+    assert machine.history.feet.states[3, PLACE] == pytest.approx(places_m[3], abs=1e-12)
+    machine.run(WAVE, [0.2e-3])
+    ratio = machine.plant.feet.numbers[3, 3]
+    gained_m = machine.history.feet.states[3, PLACE] - places_m[3]
+    assert gained_m == pytest.approx(ratio * 160e-9 * 0.2, rel=1e-4)
+    assert _residual(machine) < 2.0 * RESIDUAL
+
+
+def test_a_dead_foot_brakes(drive):
+    whole = drive(load_cell__contact='absent').start(WAVE, [0.05])
+    lame = _apply(drive(load_cell__contact='absent'), dead_foot=1).start(WAVE, [0.05])
+    assert 0.0 < lame.state.position_m < 0.9 * whole.state.position_m
+    assert _residual(lame) < RESIDUAL
+
+
+def test_faults_come_and_go_in_any_order_and_the_balance_closes(drive):
+    machine = drive(runner__damping=20.0, actuator__hysteresis=0.1).start(WAVE, [2.2e-3])
+    for faults in (
+        {'dead_foot': 3},
+        {'dead_foot': 3, 'runner_stuck': True},
+        {'dead_foot': 5, 'runner_stuck': True},
+        {'dead_foot': 5, 'amplifier_on': False},
+        {'amplifier_on': False, 'runner_stuck': True},
+        {'dead_foot': 5},
+        {},
+    ):
+        _apply(_apply(machine, **faults), **faults).run(WAVE, [1.3e-3])
+        assert _residual(machine) < RESIDUAL
+    assert machine.plant.feet.dead == 0
+    assert not machine.plant.stuck
+
+
+def test_no_fault_compiles_anything(drive):
+    machine = drive().start(WAVE, [1e-3])
+    compiled = [len(kernel.signatures) for kernel in (advance, split_feet)]
+    for faults in ({'dead_foot': 6}, {'runner_stuck': True}, {'amplifier_on': False}):
+        _apply(machine, **faults).run(WAVE, [1e-4])
+    assert [len(kernel.signatures) for kernel in (advance, split_feet)] == compiled
+
+
+def test_coulombs_law_does_not_say_how_feet_share_a_load(drive):
+    machine = drive(contact__law='coulomb').start(WAVE, [1e-3])
+    with pytest.raises(OutOfRange, match=r'fault.dead_foot 2 is not 0 under .* Coulomb'):
+        _apply(machine, dead_foot=2)

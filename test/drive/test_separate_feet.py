@@ -1,0 +1,179 @@
+"""Six feet moved one by one: against the six as one, in the mirror, and by their energy."""
+
+import numpy as np
+import pytest
+
+from stickslip_ros.drive.build import change_preload, plant_of
+from stickslip_ros.drive.faults import separate_feet
+from stickslip_ros.drive.feet import FORCE, PLACE
+from stickslip_ros.drive.feet_build import gain_ratios
+from stickslip_ros.drive.plant import RAMP_MEAN
+from stickslip_ros.drive.stages import RATIO
+from stickslip_ros.drive.waveform import sawtooth
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import Parameters
+
+WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
+RUN_S = 0.02
+EVERYTHING = {
+    'actuator__hysteresis': 0.15,
+    'actuator__resonance': 1e5,
+    'actuator__gain_tolerance': 0.05,
+    'load_cell__contact': 'one_sided',
+}
+SAME_STEPS = 1e-9
+"""Relative; sums of six instead of one sum."""
+VERLET = 2e-4
+"""Relative; what short steps of second order miss against long ones of fourth."""
+HALF_STEP = 5e-4
+"""Relative change of the mean position in the 20th ramp, of some 2 um, by half the step."""
+RESIDUAL = 2e-4
+"""Largest residual at the default step, relative to the work of the feet."""
+ORDER_2 = 3.0
+"""Half the step leaves a quarter of the error; the closing of loops scatters it."""
+
+
+def _residual(machine):
+    return abs(machine.ledger.residual_j / machine.ledger.feet_work_j)
+
+
+def _separate(machine):
+    machine.plant, machine.state = separate_feet(machine.plant, machine.history, machine.state)
+    return machine
+
+
+def _in_short_steps(machine):
+    machine.plant = machine.plant._replace(ideal=False)
+    return machine
+
+
+@pytest.mark.parametrize('profile', ['rough', 'smooth', 'rough_line'])
+def test_equal_feet_one_by_one_move_like_all_as_one(profile, drive):
+    one = _in_short_steps(drive(contact__profile=profile)).start(WAVE, [RUN_S])
+    six = _separate(drive(contact__profile=profile)).start(WAVE, [RUN_S])
+    assert six.state.position_m == pytest.approx(one.state.position_m, rel=SAME_STEPS, abs=0.0)
+    assert np.all(six.history.feet.states[:, PLACE] == six.state.foot_m)
+    for term in ('feet_work_j', 'contact_stored_j', 'contact_lost_j', 'kinetic_j'):
+        expected_j = getattr(one.ledger, term)
+        scale_j = 1e-9 * one.ledger.feet_work_j
+        assert getattr(six.ledger, term) == pytest.approx(expected_j, rel=1e-6, abs=scale_j)
+
+
+def test_equal_feet_move_like_the_long_steps_do(drive):
+    glided = drive(runner__damping=80.0).start(WAVE, [RUN_S])
+    six = _separate(drive(runner__damping=80.0)).start(WAVE, [RUN_S])
+    assert glided.plant.ideal
+    assert not six.plant.ideal
+    assert six.ramps[18, RAMP_MEAN] == pytest.approx(glided.ramps[18, RAMP_MEAN], rel=VERLET)
+
+
+@pytest.mark.parametrize('law', ['dahl', 'lugre', 'epm'])
+def test_equal_feet_share_the_bristles_of_a_rival_law(law, drive):
+    changes = {'contact__law': law, 'friction_law__bristle_stiffness': 4e6}
+    changes |= {'friction_law__bristle_damping': 5.0, 'friction_law__viscous': 2.0}
+    one = drive(**changes).start(WAVE, [RUN_S])
+    six = _separate(_in_short_steps(drive(**changes))).start(WAVE, [RUN_S])
+    # The fall takes other steps; the bristle's damping makes them of first order.
+    assert six.state.position_m == pytest.approx(one.state.position_m, rel=5e-3, abs=0.0)
+    assert six.ledger.contact_lost_j == pytest.approx(one.ledger.contact_lost_j, rel=5e-3)
+
+
+def test_equal_feet_go_to_another_preload_like_all_as_one(drive):
+    machines = [_in_short_steps(drive()), _separate(drive())]
+    for machine in machines:
+        machine.start(WAVE, [3.3e-3])
+        machine.plant, machine.state = change_preload(
+            machine.plant, machine.history, machine.state, machine.parameters, 0.52
+        )
+        machine.plant = machine.plant._replace(ideal=False)
+        assert machine.state.contact.on_springs
+        machine.run(WAVE, [5e-3])
+        assert machine.state.contact.preload_n == pytest.approx(0.505, rel=1e-6)
+        machine.run(WAVE, [0.02])
+        assert machine.state.contact.preload_n == 0.52
+        assert _residual(machine) < 1e-3
+    one, six = machines
+    # Each foot's springs take up their own misfit to the continuum, 2.5e-3 of the limit.
+    assert six.state.position_m == pytest.approx(one.state.position_m, rel=5e-3, abs=0.0)
+
+
+def test_feet_that_differ_go_back_from_the_springs_to_their_turning_points(drive):
+    machine = drive(actuator__gain_tolerance=0.1, stand__preload_rate=10.0).start(WAVE, [2e-3])
+    machine.plant, machine.state = change_preload(
+        machine.plant, machine.history, machine.state, machine.parameters, 0.45
+    )
+    machine.run(WAVE, [0.02])
+    assert machine.state.contact.preload_n == 0.45
+    assert not machine.state.contact.on_springs
+    assert _residual(machine) < 1e-3
+
+
+@pytest.mark.parametrize('tolerance', [1e-3, 0.1, 0.9])
+def test_gains_keep_mean_and_tolerance_and_come_from_the_seed(tolerance):
+    for seed in range(50):
+        ratios = gain_ratios(tolerance, seed)
+        assert np.mean(ratios) == pytest.approx(1.0, rel=1e-15)
+        assert np.max(np.abs(ratios - 1.0)) <= tolerance * (1.0 + 1e-12)
+        assert np.ptp(ratios) > 0.1 * tolerance
+    assert np.array_equal(gain_ratios(tolerance, 3), gain_ratios(tolerance, 3))
+    assert not np.array_equal(gain_ratios(tolerance, 3), gain_ratios(tolerance, 4))
+
+
+def test_each_foot_goes_its_own_way(drive):
+    machine = drive(actuator__gain_tolerance=0.1).start(WAVE, [0.5e-3])
+    ratios = machine.plant.feet.numbers[:, RATIO]
+    places_m = machine.history.feet.states[:, PLACE]
+    np.testing.assert_allclose(places_m, ratios * machine.state.foot_m, rtol=1e-12)
+    total_n = machine.history.feet.states[:, FORCE].sum()
+    assert machine.state.contact.memory.force_n == pytest.approx(total_n, rel=1e-12)
+
+
+def test_the_mirrored_drive_moves_in_the_mirror(drive):
+    changes = {'actuator__gain_tolerance': 0.1, 'actuator__resonance': 1e5}
+    changes |= {'actuator__creep': 0.05, 'amplifier__bandwidth': 2e5}
+    there = drive(**changes).start(WAVE, [0.01])
+    below = {'amplifier__voltage_min': -300.0, 'amplifier__voltage_max': 0.0}
+    mirrored = sawtooth(-300.0, 300.0, -1000.0, 0)
+    back = drive(**changes, **below).start(mirrored, [0.01])
+    assert back.state.position_m == -there.state.position_m
+    assert back.state.velocity_m_per_s == -there.state.velocity_m_per_s
+    assert back.state.sums.feet_work_j == there.state.sums.feet_work_j
+    assert back.ledger.contact_lost_j == there.ledger.contact_lost_j
+
+
+@pytest.mark.parametrize(
+    'extra',
+    [{}, {'actuator__gain_tolerance': 0.5}, {'contact__law': 'dahl'},
+     {'amplifier__bandwidth': 5e4, 'actuator__creep': 0.05, 'amplifier__resolution': 1.0},
+     {'stand__stop_stiffness': 1e6, 'stand__travel_max': 1e-6}],
+    ids=str,
+)  # fmt: skip
+def test_the_balance_closes_with_everything_on(extra, drive):
+    residuals = [
+        _residual(drive(**(EVERYTHING | extra), sim__dt=dt_s).start(WAVE, [RUN_S]))
+        for dt_s in (5e-6, 1.25e-6)
+    ]
+    assert residuals[0] < RESIDUAL
+    assert residuals[1] < residuals[0] / ORDER_2
+
+
+def test_half_the_step_leaves_the_motion_with_everything_on(drive):
+    means_m = [
+        drive(**EVERYTHING, sim__dt=dt_s).start(WAVE, [RUN_S + 1e-5]).ramps[19, RAMP_MEAN]
+        for dt_s in (5e-6, 2.5e-6, 1.25e-6)
+    ]
+    changes = np.abs(np.diff(means_m)) / means_m[-1]
+    assert changes[0] < HALF_STEP
+    assert changes[1] < changes[0] / ORDER_2
+
+
+def test_the_same_drive_moves_to_the_bit(drive):
+    states = [drive(**EVERYTHING).start(WAVE, [1e-3] * 3).state for _ in range(2)]
+    assert states[0] == states[1]
+    another = drive(**EVERYTHING, sim__seed=2).start(WAVE, [1e-3] * 3).state
+    assert another.position_m != states[0].position_m
+
+
+def test_coulombs_law_does_not_say_how_different_feet_share_a_load():
+    with pytest.raises(OutOfRange, match=r'actuator.gain_tolerance 0.1 is not 0 under .* Coulomb'):
+        plant_of(Parameters().updated({'contact.law': 'coulomb', 'actuator.gain_tolerance': 0.1}))

@@ -1,0 +1,116 @@
+"""Voltages from a table, and saw-teeth of which some are left out."""
+
+import math
+
+import numpy as np
+import pytest
+
+from stickslip_ros.drive.amplifier import has_arrived
+from stickslip_ros.drive.records import Clock
+from stickslip_ros.drive.waveform import is_missed, missing, sawtooth, table, target
+
+ROWS = [(0.0, 0.0), (1e-3, 200.0), (1.5e-3, 200.0), (4e-3, 50.0)]
+ROUNDING = 1e-9
+"""Relative; the drive adds pieces of time up."""
+
+
+def _clock(ramp_s, cycle=0):
+    return Clock(ramp_s, cycle, 0.0, 0.0)
+
+
+def test_a_table_is_joined_by_straight_lines_and_its_rows_are_corners():
+    wave = table(ROWS)
+    assert (wave.cycles, wave.period_s, wave.start_v) == (1, 4e-3, 50.0)
+    for time_s, voltage_v, slope, corner_s in (
+        (0.0, 0.0, 2e5, 1e-3),
+        (0.25e-3, 50.0, 2e5, 0.75e-3),
+        (1e-3, 200.0, 0.0, 0.5e-3),
+        (2e-3, 170.0, -6e4, 2e-3),
+    ):
+        assert target(wave, _clock(time_s)) == pytest.approx(
+            (voltage_v, slope, corner_s), rel=1e-12
+        )
+
+
+def test_after_a_table_its_last_voltage_is_held():
+    assert target(table(ROWS), _clock(0.0, 1)) == (50.0, 0.0, math.inf)
+
+
+def test_a_table_of_one_row_is_a_level():
+    assert table([(0.0, 70.0)]).cycles == 0
+    assert target(table([(0.0, 70.0)]), _clock(0.0)) == (70.0, 0.0, math.inf)
+
+
+def test_two_rows_of_the_same_time_are_a_jump():
+    wave = table([(0.0, 0.0), (1.0, 10.0), (1.0, 50.0), (2.0, 60.0)])
+    assert target(wave, _clock(1.0))[0] == 50.0
+    assert target(wave, _clock(1.5))[0] == pytest.approx(55.0, rel=1e-12)
+
+
+def test_a_table_does_not_change_with_the_list_it_was_made_of():
+    rows = np.array(ROWS)
+    wave = table(rows)
+    rows[:] = 0.0
+    assert wave.rows[1, 1] == 200.0
+
+
+@pytest.mark.parametrize('changes', [{}, {'actuator__resonance': 1e5}], ids=['ideal', 'ringing'])
+@pytest.mark.parametrize('piece_s', [1e-3, 1.7e-5])
+def test_a_drive_plays_a_table_once_and_holds(changes, piece_s, drive):
+    wave, machine = table(ROWS), drive(**changes)
+    machine.start(wave, ())
+    for i in range(1, int(6e-3 / piece_s) + 1):
+        machine.run(wave, [piece_s])
+        times_s, voltages_v = np.transpose(ROWS)
+        expected_v = np.interp(i * piece_s, times_s, voltages_v)
+        assert machine.state.voltage_v == pytest.approx(expected_v, rel=ROUNDING, abs=1e-9)
+        assert has_arrived(machine.plant, wave, machine.state) == (i * piece_s >= 4e-3 - 1e-12)
+    assert machine.state.clock.cycle == 1
+
+
+def test_a_long_table_does_not_hang_on_rounding(drive):
+    rows = np.column_stack((np.linspace(0.0, 1.0, 1001), np.tile([0.0, 30.0], 501)[:1001]))
+    machine = drive(sim__dt=2e-5, ramps=4).start(table(rows), [0.1] * 11)
+    assert machine.state.clock.cycle == 1
+    assert machine.state.voltage_v == 0.0
+
+
+def test_a_saw_tooth_as_a_table_is_the_saw_tooth(drive):
+    teeth = [(1e-3 * (i + j), 300.0 * j) for i in range(5) for j in (0, 1)] + [(5e-3, 0.0)]
+    played = drive().start(table(teeth), [6e-3])
+    driven = drive().start(sawtooth(0.0, 300.0, 1000.0, 5), [6e-3])
+    assert played.state.position_m == pytest.approx(driven.state.position_m, rel=1e-6, abs=0.0)
+
+
+@pytest.mark.parametrize('share', [0.01, 0.3, 0.9])
+def test_the_share_of_the_missed_ramps_is_exact_on_average(share):
+    cycles = 100_000
+    wave = missing(sawtooth(0.0, 300.0, 1000.0, 0), share, 7)
+    missed = [is_missed(wave, cycle) for cycle in range(cycles)]
+    # Five standard deviations of as many independent draws.
+    within = 5.0 * math.sqrt(share * (1.0 - share) / cycles)
+    assert np.mean(missed) == pytest.approx(share, rel=0.0, abs=within)
+    # Neighbours are independent: as many pairs as chance gives.
+    pairs = np.mean(np.array(missed[1:]) & np.array(missed[:-1]))
+    assert pairs == pytest.approx(share**2, rel=0.0, abs=2.0 * within)
+
+
+def test_another_seed_misses_other_ramps_and_the_same_seed_the_same():
+    ramps = range(200)
+    tooth = sawtooth(0.0, 300.0, 1000.0, 0)
+    drawn = [[is_missed(missing(tooth, 0.5, seed), i) for i in ramps] for seed in (1, 2, 1)]
+    assert drawn[0] == drawn[2] != drawn[1]
+    assert all(is_missed(missing(tooth, 1.0, 3), i) for i in ramps)
+    assert not any(is_missed(missing(tooth, 0.0, 3), i) for i in ramps)
+
+
+def test_a_missed_ramp_stays_where_ramps_start_but_counts(drive):
+    wave = missing(sawtooth(0.0, 300.0, 1000.0, 40), 0.5, 5)
+    machine, tops_v = drive(load_cell__contact='absent').start(wave, [0.9e-3]), []
+    for _ in range(40):
+        tops_v.append(machine.state.voltage_v)
+        machine.run(wave, [1e-3])
+    expected_v = [0.0 if is_missed(wave, i) else 270.0 for i in range(40)]
+    assert tops_v == pytest.approx(expected_v, rel=1e-9, abs=1e-9)
+    assert machine.state.clock.cycle == 40
+    assert 0 < expected_v.count(0.0) < 40
