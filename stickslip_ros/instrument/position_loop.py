@@ -11,8 +11,11 @@ from dataclasses import dataclass
 
 from stickslip_ros.parameters import Parameters
 
-REACH = 0.9
-"""Share of the piezo's stroke that a scan is trusted with: the rest is for creep and load."""
+REACH = 1.3
+"""A scan is tried up to so many times the stroke that is left: at its end, a jump back to the
+middle often leaves the runner nearer to the target than a step would."""
+CENTRES_MAX = 2
+"""Jumps to the middle between two steps: a runner that sticks comes back with every one."""
 COARSE_SHARE = 0.9
 """Share of the way that a burst of steps goes: step lengths are estimates."""
 LEARN_STEPS = 5
@@ -99,7 +102,7 @@ class PositionLoop:
         self._step_m = self._stroke_m(settings.step_v)
         self._burst = 0
         self._before_m = 0.0
-        self._is_centred = False
+        self._centres = 0
 
     def update(self, target_m: float, position_m: float) -> Steps | Level:
         """
@@ -114,16 +117,17 @@ class PositionLoop:
         self._learn(position_m)
         error_m = target_m - position_m
         self.is_coarse = not self._may_scan(error_m)
+        if abs(error_m) <= self.settings.deadband_m:
+            self._centres = 0
         if not self.is_coarse:
-            self._is_centred = False
             return self._scan(error_m)
-        if abs(error_m) <= self._half_scan_m() and not self._is_centred:
+        if abs(error_m) <= REACH * self._half_scan_m() and self._centres < CENTRES_MAX:
             return self.centre()
         return self._step(error_m, position_m)
 
     def centre(self) -> Level:
         """Jump to the middle: the runner slips under it, or comes along and needs another step."""
-        self._is_centred = True
+        self._centres += 1
         self.voltage_v = 0.5 * (self.settings.voltage_min_v + self.settings.voltage_max_v)
         return Level(self.voltage_v)
 
@@ -142,7 +146,7 @@ class PositionLoop:
     def _half_scan_m(self) -> float:
         """Return how far a scan can go from the middle, m."""
         settings = self.settings
-        return 0.5 * REACH * self._stroke_m(settings.voltage_max_v - settings.voltage_min_v)
+        return 0.5 * self._stroke_m(settings.voltage_max_v - settings.voltage_min_v)
 
     def _scan(self, error_m: float) -> Level:
         settings = self.settings
@@ -153,7 +157,7 @@ class PositionLoop:
         return Level(self.voltage_v)
 
     def _step(self, error_m: float, position_m: float) -> Steps:
-        self._is_centred = False
+        self._centres = 0
         settings = self.settings
         far_m = COARSE_SHARE * (abs(error_m) - self._half_scan_m())
         count = max(1, math.floor(far_m / self._step_m))
