@@ -20,7 +20,7 @@ COARSE_SHARE = 0.9
 """Share of the way that a burst of steps goes: step lengths are estimates."""
 LEARN_STEPS = 5
 """Shortest burst that teaches the step length: its first step starts from another voltage."""
-SCAN_MAX = 0.03
+SCAN_MAX = 0.05
 """Largest voltage change of one update of the scan, per range: a jump that is short against the
 presliding displacement does not slip."""
 STEP_LEAST = 0.05

@@ -80,13 +80,13 @@ def test_the_piezo_steps_again_when_it_comes_to_its_end_while_holding(bench_with
 
 
 def test_the_way_is_gone_with_the_velocity_that_is_asked_for(bench_with):
-    bench = bench_with(closed_loop__velocity=10e-6)
-    told = drive_bench(bench, 600 * MS, {0: [go_to(5e-6)]})
+    bench = bench_with(closed_loop__velocity=5e-6)
+    told = drive_bench(bench, 600 * MS, {0: [go_to(2.5e-6)]})
     (event,) = told.events
     assert event.result is Result.DONE
-    assert event.time_ns == pytest.approx(500 * MS, rel=0.1)
+    assert 500 * MS < event.time_ns < 600 * MS  # the last nanometres take the loop's own time
     halfway_m = told.outputs[249].readings.truth_position_m
-    assert halfway_m == pytest.approx(2.5e-6, abs=0.2e-6)
+    assert halfway_m == pytest.approx(1.25e-6, abs=0.2e-6)
 
 
 def test_without_hold_the_loop_opens_on_arrival(bench_with):
