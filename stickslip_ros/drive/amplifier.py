@@ -47,15 +47,21 @@ def wanted(plant: Plant, wave: Wave, clock: Clock) -> tuple[float, float, float]
 def _convert(
     plant: Plant, target_v: float, slope_v_per_s: float, corner_s: float
 ) -> tuple[float, float, float]:
-    """Return the level of the converter, no slope, and the time until the next level."""
+    """
+    Return the level of the converter, no slope, and the time until the next level.
+
+    A staircase finer than the steps of the drive is the straight line: no step would see its
+    treads.
+
+    """
     step_v = plant.amplifier.resolution_v
     if slope_v_per_s == 0.0:
         return round(target_v / step_v) * step_v, 0.0, corner_s
+    if step_v < abs(slope_v_per_s) * plant.dt_s / VERLET_REFINEMENT:
+        return target_v, slope_v_per_s, corner_s
     level = round(target_v / step_v + math.copysign(AHEAD, slope_v_per_s))
     next_v = (level + math.copysign(0.5, slope_v_per_s)) * step_v
-    # A staircase finer than the steps of the drive is looked at once a step.
-    level_s = max((next_v - target_v) / slope_v_per_s, plant.dt_s / VERLET_REFINEMENT)
-    return level * step_v, 0.0, min(corner_s, level_s)
+    return level * step_v, 0.0, min(corner_s, (next_v - target_v) / slope_v_per_s)
 
 
 @kernel

@@ -51,6 +51,7 @@ class Bench:
         self.refused = 0
         self.faults = parameters.fault
         self._enabled = True
+        self._is_faulty = False
         self._stand = Stand(parameters)
         self._sensing = Sensing(parameters)
         self._motion = Motion(parameters, self._tell)
@@ -206,6 +207,7 @@ class Bench:
     def _apply_faults(self, faults: FaultParameters) -> None:
         """Let the drive have these faults, and no others, from now on."""
         self.faults = faults
+        self._is_faulty = bool(faults.names)
         if not self._is_powered():
             verdict = Verdict(Result.AMPLIFIER_DISABLED, 'the amplifier was switched off')
             self._motion.end(verdict, self._sight())
@@ -251,7 +253,7 @@ class Bench:
             Status.LOADED: self._stand.load_n != 0.0,
             Status.REFUSED: self._last_refused,
             Status.PRELOADING: not self._stand.is_preloaded,
-            Status.FAULT: bool(self.faults.names),
+            Status.FAULT: self._is_faulty,
         }
         return self._motion.status | self._sensing.status | status_of(flags)
 

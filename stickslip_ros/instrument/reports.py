@@ -85,11 +85,7 @@ STATUS_TEXTS = {
 
 def status_of(flags: dict[Status, bool]) -> Status:
     """Return the bits that are set."""
-    status = Status(0)
-    for bit, is_set in flags.items():
-        if is_set:
-            status |= bit
-    return status
+    return Status(sum(bit for bit, is_set in flags.items() if is_set))
 
 
 @dataclass(frozen=True)
