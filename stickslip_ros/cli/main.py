@@ -13,6 +13,7 @@ from stickslip_ros.cli import (
     demo,
     drive,
     figures,
+    fit,
     info,
     interface,
     laws,
@@ -32,6 +33,7 @@ VERBS = (
     sweep,
     zero_amplitude,
     compare,
+    fit,
     drive,
     demo,
     info,
@@ -59,6 +61,7 @@ examples:
   stickslip simulate --voltage 300 --frequency 1000 --free -o runs/free.mcap
   stickslip sweep --preload 0.1,0.5,1.0 --amplitude 0:160e-9:33 -o runs/force.csv
   stickslip zero-amplitude --preload 0.5 --frequency 200
+  stickslip fit experiment.csv --free contact.friction,runner.damping --start runner.damping=50
   stickslip drive --set stand.preload=0.25
   stickslip demo
   stickslip info runs/demo.mcap

@@ -1,0 +1,1 @@
+"""Parameters of the drive from measured forces: weighted least squares with error bars."""

@@ -1,0 +1,127 @@
+"""The picture of a fit: measured forces with error bars, the model, and what it misses."""
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.errors import UnknownName
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.batch import run_batch
+from stickslip_ros.study.fitting.fit import Fit
+from stickslip_ros.study.fitting.problem import model_force_n
+from stickslip_ros.study.journal import Row
+
+SUFFIXES = ('.png', '.svg', '.pdf')
+CURVE_POINTS = 41
+NM, MN = 1e9, 1e3
+FIGURE_INCHES = (8.5, 7.0)
+DOTS_PER_INCH = 120
+
+
+def check_picture(path: Path) -> None:
+    """Refuse a picture of a kind that cannot be drawn, before the work is done."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise UnknownName('kind of picture', path.suffix, f'use {", ".join(SUFFIXES)}')
+
+
+def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None:
+    """
+    Draw a fit.
+
+    Parameters
+    ----------
+    fit : Fit
+        The fit.
+    picture : Path
+        PNG, SVG or PDF file to write; folders are made.
+    title : str
+        Heading.
+    workers : int
+        Runs at once for the curves; 0 is one per core.
+
+    Raises
+    ------
+    UnknownName
+        If the picture is to be of a kind that cannot be drawn.
+
+    """
+    check_picture(picture)
+    figure = Figure(figsize=FIGURE_INCHES, layout='constrained')
+    FigureCanvasAgg(figure)
+    figure.suptitle(title)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
+    for number, (label, at) in enumerate(_curves(fit)):
+        colour = f'C{number % 10}'
+        _draw_forces(top, fit, at, colour, label)
+        _draw_curve(top, fit, at, colour, workers)
+        _draw_residuals(bottom, fit, at, colour)
+    top.set_ylabel('generated force (mN)')
+    top.legend(fontsize='small')
+    bottom.axhline(0.0, color='0.3', linewidth=0.8)
+    known = fit.problem.points.sigma_n is not None
+    bottom.set_ylabel('(model - measured)/σ' if known else 'model - measured (mN)')
+    bottom.set_xlabel('stroke of the feet (nm)')
+    for axes in (top, bottom):
+        axes.grid(visible=True, alpha=0.3)
+    picture.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(picture, dpi=DOTS_PER_INCH)
+
+
+def _curves(fit: Fit) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+    """Give each preload and frequency: its label and which points belong to it."""
+    points = fit.problem.points
+    pairs = list(zip(points.preload_n.tolist(), points.frequency_hz.tolist(), strict=True))
+    for preload_n, frequency_hz in sorted(set(pairs)):
+        at = (points.preload_n == preload_n) & (points.frequency_hz == frequency_hz)
+        yield f'{preload_n:g} N, {frequency_hz:g} Hz', at
+
+
+def _draw_forces(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, label: str) -> None:
+    points = fit.problem.points
+    bars = None if points.sigma_n is None else MN * points.sigma_n[at]
+    axes.errorbar(
+        NM * points.amplitude_m[at],
+        MN * points.force_n[at],
+        yerr=bars,
+        fmt='o',
+        markersize=4.0,
+        capsize=2.0,
+        color=colour,
+        label=label,
+    )
+
+
+def _draw_curve(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, workers: int) -> None:
+    points = fit.problem.points
+    amplitudes_m = points.amplitude_m[at]
+    grid_m: Array = np.linspace(amplitudes_m.min(), amplitudes_m.max(), CURVE_POINTS)
+    task = partial(
+        _force_row,
+        fit.parameters,
+        float(points.preload_n[at][0]),
+        float(points.frequency_hz[at][0]),
+        int(np.max(np.array(fit.problem.cycles)[at])),
+    )
+    rows = run_batch(task, grid_m.tolist(), workers=workers)
+    forces_n = np.array([float(row['force_n']) for row in rows])
+    axes.plot(NM * grid_m, MN * forces_n, color=colour, linewidth=1.0)
+
+
+def _draw_residuals(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str) -> None:
+    points = fit.problem.points
+    missed_n = fit.model_n - points.force_n
+    shown = MN * missed_n if points.sigma_n is None else missed_n / points.sigma_n
+    axes.plot(NM * points.amplitude_m[at], shown[at], 'o', markersize=4.0, color=colour)
+
+
+def _force_row(
+    parameters: Parameters, preload_n: float, frequency_hz: float, cycles: int, amplitude_m: float
+) -> Row:
+    return {'force_n': model_force_n(parameters, preload_n, amplitude_m, frequency_hz, cycles)}

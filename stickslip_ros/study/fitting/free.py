@@ -1,0 +1,177 @@
+"""Which parameters a fit may change, between which bounds, and in which coordinate."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.parameters import Parameters, spec_of
+
+FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
+"""Groups whose quantities a fit may change; all others are no properties of the stand."""
+DECADE = 10.0
+"""Default bounds are this factor below and above the start."""
+PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
+
+
+@dataclass(frozen=True)
+class Free:
+    """
+    A parameter that a fit may change.
+
+    Attributes
+    ----------
+    name, unit : str
+        The parameter.
+    start : float
+        Value that the first search starts from.
+    lower, upper : float
+        Bounds, both allowed.
+
+    """
+
+    name: str
+    unit: str
+    start: float
+    lower: float
+    upper: float
+
+    @property
+    def is_log(self) -> bool:
+        """Whether the coordinate of the search is ln(value); else it is a share of the range."""
+        return self.lower > 0.0
+
+    @property
+    def coordinates(self) -> tuple[float, float]:
+        """Bounds of the coordinate."""
+        return self.to_coordinate(self.lower), self.to_coordinate(self.upper)
+
+    def to_coordinate(self, value: float) -> float:
+        """Return the coordinate of a value."""
+        return math.log(value) if self.is_log else value / (self.upper - self.lower)
+
+    def to_value(self, coordinate: float) -> float:
+        """Return the value of a coordinate, inside the bounds in spite of rounding."""
+        value = self.unbounded_value(coordinate)
+        return min(max(value, self.lower), self.upper)
+
+    def unbounded_value(self, coordinate: float) -> float:
+        """Return the value of a coordinate, wherever it is."""
+        return math.exp(coordinate) if self.is_log else coordinate * (self.upper - self.lower)
+
+    def slope(self, value: float) -> float:
+        """Return d value / d coordinate."""
+        return value if self.is_log else self.upper - self.lower
+
+
+def choose_free(
+    parameters: Parameters,
+    names: Sequence[str],
+    starts: Mapping[str, str] | None = None,
+    bounds: Mapping[str, str] | None = None,
+) -> tuple[Parameters, tuple[Free, ...], tuple[str, ...]]:
+    """
+    Return the stand of a fit, its free parameters, and notes about what was changed for it.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand; its values are the start where no other is given.
+    names : sequence of str
+        Parameters to free.
+    starts : mapping of str to str, optional
+        Other starting values, as typed.
+    bounds : mapping of str to str, optional
+        Bounds as ``low:high``; the default is a decade below and above the start.
+
+    Raises
+    ------
+    StickSlipError
+        If a parameter cannot be fitted, or a start or a bound does not fit.
+
+    """
+    starts, bounds = starts or {}, bounds or {}
+    _check_names(names, {'--start': starts, '--bounds': bounds})
+    parameters, notes = _let_roughness_act(parameters, names)
+    flat = parameters.flat()
+    free = []
+    for name in names:
+        start = spec_of(name).check(name, starts.get(name, flat[name]))
+        free.append(_free(name, float(start), bounds.get(name)))
+    return parameters.updated({one.name: one.start for one in free}), tuple(free), notes
+
+
+def _check_names(names: Sequence[str], others: Mapping[str, Mapping[str, str]]) -> None:
+    if not names:
+        raise WrongKind('--free', '', 'a list of parameters', 'name one, as contact.friction')
+    for name in names:
+        _check_fitted(name)
+        if list(names).count(name) > 1:
+            raise OutOfRange('parameter', name, '', 'freed twice', 'name it once')
+    for option, given in others.items():
+        for name in given:
+            spec_of(name)
+            if name not in names:
+                mend = f'add it to --free, or set it with --set {name}=VALUE'
+                raise OutOfRange(f'parameter of {option}', name, '', 'not free', mend)
+
+
+def _check_fitted(name: str) -> None:
+    kind = spec_of(name).kind
+    if kind is not float:
+        mend = 'set it with --set, and compare fits'
+        raise WrongKind('free parameter', name, 'a quantity (it is no float)', mend)
+    if name.partition('.')[0] not in FITTED_GROUPS:
+        limit = 'no property of the drive that a force tells of'
+        mend = f'free quantities of {", ".join(FITTED_GROUPS)}'
+        raise OutOfRange('free parameter', name, '', limit, mend)
+
+
+def _let_roughness_act(
+    parameters: Parameters, names: Sequence[str]
+) -> tuple[Parameters, tuple[str, ...]]:
+    """Take the roughness from its rms height where that is free: a prefactor would hide it."""
+    prefactor = parameters.contact.prefactor
+    if RMS_HEIGHT not in names or parameters.contact.profile == 'rough_line':
+        return parameters, ()
+    if PREFACTOR in names:
+        limit = f'without effect while {PREFACTOR} is free'
+        raise OutOfRange('free parameter', RMS_HEIGHT, '', limit, 'free one of the two')
+    if not prefactor:
+        return parameters, ()
+    if prefactor != spec_of(PREFACTOR).default:
+        limit = f'without effect while {PREFACTOR} is {prefactor:g} m^(1-H)'
+        mend = f'set {PREFACTOR}=0, or free {PREFACTOR} instead'
+        raise OutOfRange('free parameter', RMS_HEIGHT, '', limit, mend)
+    note = f'{PREFACTOR} was set to 0, so that {RMS_HEIGHT} decides the roughness'
+    return parameters.updated({PREFACTOR: 0.0}), (note,)
+
+
+def _free(name: str, start: float, bounds: str | None) -> Free:
+    spec = spec_of(name)
+    if bounds is not None:
+        lower, upper = _parse_bounds(name, bounds)
+    elif start > 0.0:
+        lowest, highest = spec.minimum or 0.0, spec.maximum or math.inf
+        lower, upper = max(start / DECADE, lowest), min(start * DECADE, highest)
+    else:
+        limit = 'a start without a scale'
+        mend = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
+        raise OutOfRange(name, start, spec.unit, limit, mend)
+    if not lower <= start <= upper:
+        limit = f'outside of its bounds, {lower:g} to {upper:g} {spec.unit}'.rstrip()
+        mend = f'move one of them: --start {name}=VALUE, --bounds {name}=LOW:HIGH'
+        raise OutOfRange(f'start of {name}', start, spec.unit, limit, mend)
+    return Free(name, spec.unit, start, lower, upper)
+
+
+def _parse_bounds(name: str, text: str) -> tuple[float, float]:
+    spec = spec_of(name)
+    low, colon, high = text.partition(':')
+    if not colon:
+        raise WrongKind(f'bounds of {name}', text, 'LOW:HIGH', f'write --bounds {name}=LOW:HIGH')
+    lower, upper = float(spec.check(name, low.strip())), float(spec.check(name, high.strip()))
+    if not lower < upper:
+        limit = f'not below the upper one, {upper:g} {spec.unit}'.rstrip()
+        raise OutOfRange(f'lower bound of {name}', lower, spec.unit, limit, 'swap them')
+    return lower, upper

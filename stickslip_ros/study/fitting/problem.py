@@ -1,0 +1,171 @@
+"""The drive as a function of its free parameters: forces, residuals, their slopes."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.drive_run import run_drive
+from stickslip_ros.study.fitting.free import Free
+from stickslip_ros.study.fitting.points import Points
+
+STEP = 3e-4
+"""Step of differences in a coordinate: 0.03 % of a value, or of a range. The forces of a fixed
+number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
+noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
+one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
+STEPS_MIN, STEPS_MAX = 100, 6400
+"""Cycles of a run; doubled from the one up to the other, until the force is steady."""
+STEADY_SHARE = 0.01
+"""Share of a standard error by which twice as many cycles may change a force."""
+STEADY_FORCE = 1e-5
+"""The same as a share of the largest force, where standard errors are not known."""
+SMALLEST_SHARE = 1e-7
+"""Share of the largest force below which no change of a force counts."""
+RUNS_KEPT = 4096
+"""Runs kept: differences to one side need the forces that the search has just asked for, and all
+synthetic data sets start at the same place."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """
+    A fit to be made.
+
+    Attributes
+    ----------
+    parameters : Parameters
+        The stand; its free parameters do not matter.
+    free : tuple of Free
+        What may change.
+    points : Points
+        What was measured.
+    cycles : tuple of int
+        Cycles of each point's run: fixed, so that the force is a smooth function.
+
+    """
+
+    parameters: Parameters
+    free: tuple[Free, ...]
+    points: Points
+    cycles: tuple[int, ...]
+
+    @property
+    def start(self) -> Array:
+        """Coordinates of the starting values."""
+        return np.array([one.to_coordinate(one.start) for one in self.free])
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the coordinates."""
+        lower, upper = zip(*(one.coordinates for one in self.free), strict=True)
+        return np.array(lower), np.array(upper)
+
+    def stand(self, coordinates: Array) -> Parameters:
+        """Return the stand with the values of some coordinates."""
+        pairs = zip(self.free, coordinates, strict=True)
+        return self.parameters.updated({one.name: one.to_value(float(z)) for one, z in pairs})
+
+    def forces_n(self, coordinates: Array, cycles: Sequence[int] | None = None) -> Array:
+        """Return the forces of the model at the measured points, N."""
+        there, points = self.stand(coordinates), self.points
+        rows = zip(
+            points.preload_n,
+            points.amplitude_m,
+            points.frequency_hz,
+            cycles or self.cycles,
+            strict=True,
+        )
+        return np.array([model_force_n(there, *map(float, row[:3]), row[3]) for row in rows])
+
+    def residuals(self, coordinates: Array) -> Array:
+        """Return model less measurement, per standard error."""
+        points = self.points
+        return (self.forces_n(coordinates) - points.force_n) / points.scale_n
+
+    def slopes(self, coordinates: Array, *, central: bool = False) -> Array:
+        """
+        Return the slopes of the residuals, shape (points, free), by differences.
+
+        Parameters
+        ----------
+        coordinates : array, shape (free,)
+            Where.
+        central : bool
+            Steps to both sides, for the errors of a fit; a search does with one side.
+
+        """
+        columns = []
+        for index, (lower, upper) in enumerate(zip(*self.bounds, strict=True)):
+            below, above = coordinates.copy(), coordinates.copy()
+            above[index] = min(coordinates[index] + STEP, upper)
+            if central or above[index] < coordinates[index] + STEP:
+                below[index] = max(coordinates[index] - STEP, lower)
+            change_n = self.forces_n(above) - self.forces_n(below)
+            columns.append(change_n / (above[index] - below[index]) / self.points.scale_n)
+        return np.column_stack(columns)
+
+    def tolerance_n(self) -> Array:
+        """Return by how much twice as many cycles may change the forces, N."""
+        points = self.points
+        least_n = SMALLEST_SHARE * points.largest_n
+        if points.sigma_n is None:
+            return np.full(len(points), STEADY_FORCE * points.largest_n)
+        return np.maximum(STEADY_SHARE * points.sigma_n, least_n)
+
+    def steady_at(self, coordinates: Array) -> tuple['Problem', bool]:
+        """Return the problem with as many cycles as a stand needs, and whether they suffice."""
+        cycles = np.array(self.cycles)
+        forces_n = self.forces_n(coordinates, tuple(cycles.tolist()))
+        while True:
+            longer_n = self.forces_n(coordinates, tuple((2 * cycles).tolist()))
+            short = np.abs(longer_n - forces_n) > self.tolerance_n()
+            more = short & (cycles < STEPS_MAX)
+            if not more.any():
+                found = dataclasses.replace(self, cycles=tuple(cycles.tolist()))
+                return found, not short.any()
+            cycles[more] *= 2
+            forces_n = np.where(more, longer_n, forces_n)
+
+
+def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Problem:
+    """
+    Return the problem of a fit, with cycles enough for its starting values.
+
+    Raises
+    ------
+    OutOfRange
+        If there are too few points, or the stand has no force to fit.
+    StickSlipError
+        If the stand cannot make one of the points.
+
+    """
+    least, what = len(free), 'one for each free parameter'
+    if points.sigma_n is None:
+        least, what = least + 1, f'{what} and one for the standard error of the points'
+    if len(points) < least:
+        limit = f'below {least}, {what}'
+        raise OutOfRange('number of points', len(points), '', limit, 'measure more, or free less')
+    if parameters.load_cell.contact == 'absent':
+        mend = 'set load_cell.contact=attached'
+        raise OutOfRange('load_cell.contact', 'absent', '', 'without a force to fit', mend)
+    if parameters.stand.preload_end:
+        end_n = parameters.stand.preload_end
+        mend = 'set stand.preload_end=0: each point has one preload'
+        raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', mend)
+    problem = Problem(parameters, free, points, (STEPS_MIN,) * len(points))
+    return problem.steady_at(problem.start)[0]
+
+
+@lru_cache(maxsize=RUNS_KEPT)
+def model_force_n(
+    parameters: Parameters, preload_n: float, amplitude_m: float, frequency_hz: float, cycles: int
+) -> float:
+    """Return the mean force of the last cycle of a run, N."""
+    there = parameters.updated({'stand.preload': preload_n})
+    return run_drive(there, amplitude_m, frequency_hz, cycles).force_mean_n

@@ -1,0 +1,207 @@
+"""What a minimum says about its parameters: errors, intervals, correlations, blind spots."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.parameters import spec_of
+from stickslip_ros.study.extras import load_extra
+from stickslip_ros.study.fitting.free import Free
+from stickslip_ros.study.fitting.problem import Problem
+
+Flags = NDArray[np.bool_]
+Places = NDArray[np.intp]
+
+LEVEL = 0.95
+"""Confidence of the intervals."""
+BOUND_SHARE = 1e-3
+"""Share of the range, in coordinates, within which a parameter sits on its bound."""
+EFFECT = 1e-5
+"""Share of the forces that one e-fold, or the whole range, must change: the noise of a slope."""
+RANK = 1e-5
+"""Singular value, per largest, below which columns of unit length are dependent: the noise."""
+SHARE = 1e-3
+"""Part of an undetermined combination from which a parameter belongs to it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """
+    How well a minimum determines its parameters.
+
+    Attributes
+    ----------
+    dof : int
+        Degrees of freedom: points less free parameters.
+    variance_scale : float
+        What the covariance was multiplied with: 1 where the standard errors of the points are
+        known, chi-square per degree of freedom where they are not.
+    quantile : float
+        Half width of the intervals in standard errors: of the normal distribution where the
+        standard errors of the points are known, of the t distribution where they are not.
+    covariance_z : array, shape (free, free)
+        Covariance of the coordinates; infinite variance where nothing is known.
+    at_bound, inert, undetermined : tuple of bool
+        For each parameter whether it sits on a bound, changes no force, or belongs to a
+        combination that changes none.
+    singular_values : tuple of float
+        Of the slopes of the residuals with columns of unit length, without the parameters on
+        a bound and those that change nothing.
+    weakest : tuple of float
+        The combination of coordinates that belongs to the smallest of them.
+
+    """
+
+    dof: int
+    variance_scale: float
+    quantile: float
+    covariance_z: Array
+    at_bound: tuple[bool, ...]
+    inert: tuple[bool, ...]
+    undetermined: tuple[bool, ...]
+    singular_values: tuple[float, ...]
+    weakest: tuple[float, ...]
+
+    @property
+    def condition(self) -> float:
+        """Condition number: 1 if parameters act independently of each other."""
+        values = self.singular_values
+        if not values:
+            return 1.0
+        return values[0] / values[-1] if values[-1] > 0.0 else float('inf')
+
+
+def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Uncertainty:
+    """
+    Return what the slopes at a minimum say about its parameters.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was fitted.
+    coordinates : array, shape (free,)
+        The minimum.
+    chi_square : float
+        Sum of squared residuals there.
+
+    """
+    jacobian = problem.slopes(coordinates, central=True)
+    known = problem.points.sigma_n is not None
+    dof = len(problem.points) - len(problem.free)
+    at_bound = _at_bound(problem, coordinates)
+    lengths = np.sqrt(np.sum(jacobian**2, axis=0))
+    forces = problem.points.force_n / problem.points.scale_n
+    inert = lengths <= EFFECT * np.sqrt(np.sum(forces**2))
+    active = np.flatnonzero(~at_bound & ~inert)
+    values, directions = _decompose(jacobian[:, active] / lengths[active])
+    scale = 1.0 if known else chi_square / dof
+    covariance_z, undetermined = _covariance(values, directions, lengths[active], scale)
+    return Uncertainty(
+        dof=dof,
+        variance_scale=scale,
+        quantile=_quantile(known, dof),
+        covariance_z=_spread(covariance_z, active, len(lengths)),
+        at_bound=tuple(at_bound.tolist()),
+        inert=tuple((inert & ~at_bound).tolist()),
+        undetermined=tuple(np.isin(range(len(lengths)), active[undetermined]).tolist()),
+        singular_values=tuple(values.tolist()),
+        weakest=_weakest(directions, active, len(lengths)),
+    )
+
+
+def interval(
+    free: Free, coordinate: float, error_z: float, quantile: float
+) -> tuple[float, float]:
+    """
+    Return the confidence interval of a parameter: even about its coordinate.
+
+    Parameters
+    ----------
+    free : Free
+        The parameter; what it cannot be is cut off.
+    coordinate, error_z : float
+        Its coordinate, and the standard error of that.
+    quantile : float
+        Half width in standard errors.
+
+    """
+    spec = spec_of(free.name)
+    if not np.isfinite(error_z):
+        return free.lower, free.upper
+    low, high = (_value(free, coordinate + sign * quantile * error_z) for sign in (-1.0, 1.0))
+    least = -np.inf if spec.minimum is None else spec.minimum
+    most = np.inf if spec.maximum is None else spec.maximum
+    return float(max(low, least)), float(min(high, most))
+
+
+def correlation_of(covariance: Array) -> Array:
+    """Return the correlation matrix; not a number where a parameter has no standard error."""
+    errors = np.sqrt(np.diag(covariance))
+    errors = np.where(np.isfinite(errors) & (errors > 0.0), errors, np.nan)
+    return np.asarray(covariance / np.outer(errors, errors))
+
+
+def covariance_of(free: Sequence[Free], values: Array, covariance_z: Array) -> Array:
+    """Return the covariance in the units of the parameters."""
+    slopes = np.array([one.slope(float(v)) for one, v in zip(free, values, strict=True)])
+    return np.asarray(covariance_z * np.outer(slopes, slopes))
+
+
+def _value(free: Free, coordinate: float) -> float:
+    with np.errstate(over='ignore'):
+        return float(np.exp(coordinate)) if free.is_log else free.unbounded_value(coordinate)
+
+
+def _at_bound(problem: Problem, coordinates: Array) -> Flags:
+    lower, upper = problem.bounds
+    near = BOUND_SHARE * (upper - lower)
+    return np.asarray((coordinates - lower <= near) | (upper - coordinates <= near))
+
+
+def _decompose(unit: Array) -> tuple[Array, Array]:
+    """Return singular values and, as rows, the combinations of columns that belong to them."""
+    if not unit.size:
+        return np.empty(0), np.empty((0, 0))
+    _, values, directions = np.linalg.svd(unit, full_matrices=True)
+    missing = len(directions) - len(values)
+    return np.concatenate((values, np.zeros(missing))), directions
+
+
+def _covariance(
+    values: Array, directions: Array, lengths: Array, scale: float
+) -> tuple[Array, Flags]:
+    """Return the covariance of active coordinates, and which of them are not determined."""
+    if not len(values):
+        return np.empty((0, 0)), np.zeros(0, dtype=np.bool_)
+    blind = values <= RANK * values[0]
+    seen = directions[~blind] / values[~blind, None]
+    covariance = scale * (seen.T @ seen) / np.outer(lengths, lengths)
+    undetermined = np.sum(directions[blind] ** 2, axis=0) > SHARE
+    covariance[undetermined, :] = covariance[:, undetermined] = np.nan
+    covariance[undetermined, undetermined] = np.inf
+    return covariance, np.asarray(undetermined)
+
+
+def _spread(covariance: Array, active: Places, free: int) -> Array:
+    """Return a covariance of all parameters: those that are not active have none."""
+    whole = np.full((free, free), np.nan)
+    np.fill_diagonal(whole, np.inf)
+    whole[np.ix_(active, active)] = covariance
+    return whole
+
+
+def _weakest(directions: Array, active: Places, free: int) -> tuple[float, ...]:
+    whole = np.zeros(free)
+    if len(directions):
+        row = directions[-1]
+        whole[active] = row * np.sign(row[np.argmax(np.abs(row))])
+    return tuple(whole.tolist())
+
+
+def _quantile(known: bool, dof: int) -> float:
+    stats = load_extra('a fit', 'scipy.stats')
+    upper = 0.5 * (1.0 + LEVEL)
+    return float(stats.norm.ppf(upper) if known else stats.t.ppf(upper, dof))
