@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from types import FrameType
 
 import rclpy
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import StickSlipError
@@ -36,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 after a clean end, 2 if a parameter was refused.
 
     """
-    ended = _end_on_signals()
+    ended = end_on_signals()
     sys.setswitchinterval(SWITCH_S)
     stay_on_this_host()
     try:
@@ -49,14 +50,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f'drive: {error}\n')
         return REFUSED
     else:
-        _spin(node, ended)
+        spin_until(ended, node, SingleThreadedExecutor())
         return 0
     finally:
         rclpy.try_shutdown()
 
 
-def _spin(node: StickSlipDrive, ended: threading.Event) -> None:
-    executor = SingleThreadedExecutor()
+def spin_until(ended: threading.Event, node: Node, executor: Executor) -> None:
+    """Run a node until an event is set, then destroy it."""
     executor.add_node(node)
     while not ended.is_set():
         executor.spin_once(timeout_sec=SPIN_S)
@@ -64,7 +65,7 @@ def _spin(node: StickSlipDrive, ended: threading.Event) -> None:
     executor.shutdown()
 
 
-def _end_on_signals() -> threading.Event:
+def end_on_signals() -> threading.Event:
     """
     Return an event that SIGINT and SIGTERM set, as often as they like.
 

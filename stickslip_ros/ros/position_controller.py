@@ -19,12 +19,13 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, Float64, Int32
 
-from stickslip_ros.instrument.position_loop import LoopSettings, Steps
+from stickslip_ros.instrument.position_loop import Level, LoopSettings, Steps
 from stickslip_ros.instrument.remote_loop import RemoteLoop
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.recording.topics import COMMAND, LATCHED, STREAM
 from stickslip_ros.ros.environment import stay_on_this_host
 from stickslip_ros.ros.interface import to_profile
+from stickslip_ros.ros.lockstep import Commands, LockstepClient
 from stickslip_ros.ros.main import end_on_signals, spin_until
 
 NODE_NAME = 'position_controller'
@@ -41,6 +42,9 @@ SETTINGS = {
     'response_time': (0.015, 0.0, 10.0, 'time from a command until its effect has settled, s'),
 }
 """Parameters of the controller: default, bounds, meaning."""
+LOCKSTEP = ParameterDescriptor(
+    description='grant every block to a drive with sim.lockstep', read_only=True
+)
 
 
 class PositionController(Node):
@@ -68,13 +72,18 @@ class PositionController(Node):
             values['response_time'],
         )
         command, latched = to_profile(COMMAND), to_profile(LATCHED)
-        self._steps = self.create_publisher(Int32, 'command/steps', command)
-        self._voltage = self.create_publisher(Float64, 'command/voltage', command)
         self._error = self.create_publisher(Float64, '~/error', command)
         self._in_position = self.create_publisher(Bool, '~/in_position', latched)
         self._told: bool | None = None
         self.create_subscription(PointStamped, '~/target', self._on_target, command)
-        self.create_subscription(PointStamped, 'position', self._on_position, to_profile(STREAM))
+        if self.declare_parameter('lockstep', False, LOCKSTEP).value:
+            block_s = Parameters().sim.block
+            self._lockstep = LockstepClient(self, block_s, self._answer)
+        else:
+            self._steps = self.create_publisher(Int32, 'command/steps', command)
+            self._voltage = self.create_publisher(Float64, 'command/voltage', command)
+            stream = to_profile(STREAM)
+            self.create_subscription(PointStamped, 'position', self._on_position, stream)
 
     def _declare(self, name: str) -> float:
         default, lowest, highest, text = SETTINGS[name]
@@ -95,12 +104,23 @@ class PositionController(Node):
     def _on_position(self, message: PointStamped) -> None:
         stamp = message.header.stamp
         time_ns = stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec
-        action = self.loop.update(time_ns, message.point.x)
+        action = self._decide(time_ns, message.point.x)
         if isinstance(action, Steps):
             self._steps.publish(Int32(data=action.count))
         elif action is not None:
             self._voltage.publish(Float64(data=action.voltage_v))
+
+    def _answer(self, time_s: float, position_m: float) -> Commands:
+        """Return what to send in lockstep, before the next block is granted."""
+        action = self._decide(to_nanoseconds(time_s), position_m)
+        if isinstance(action, Steps):
+            return [('steps', action.count)]
+        return [] if action is None else [('voltage', action.voltage_v)]
+
+    def _decide(self, time_ns: int, position_m: float) -> Steps | Level | None:
+        action = self.loop.update(time_ns, position_m)
         self._tell()
+        return action
 
     def _tell(self) -> None:
         if math.isfinite(self.loop.error_m):
