@@ -23,6 +23,9 @@ LEARN_STEPS = 5
 SCAN_MAX = 0.05
 """Largest voltage change of one update of the scan, per range: a jump that is short against the
 presliding displacement does not slip."""
+MARGIN = 0.08
+"""Share of the range at either end where the loop does not like to rest: creep would soon take
+the piezo to its end."""
 STEP_LEAST = 0.05
 """Least step length that the loop believes, per stroke."""
 
@@ -95,6 +98,9 @@ class PositionLoop:
 
     """
 
+    _centres: int
+    _rests: bool
+
     def __init__(self, settings: LoopSettings, voltage_v: float) -> None:
         self.settings = settings
         self.voltage_v = voltage_v
@@ -102,7 +108,7 @@ class PositionLoop:
         self._step_m = self._stroke_m(settings.step_v)
         self._burst = 0
         self._before_m = 0.0
-        self._centres = 0
+        self.start_anew()
 
     def update(self, target_m: float, position_m: float) -> Steps | Level:
         """
@@ -117,13 +123,18 @@ class PositionLoop:
         self._learn(position_m)
         error_m = target_m - position_m
         self.is_coarse = not self._may_scan(error_m)
-        if abs(error_m) <= self.settings.deadband_m:
-            self._centres = 0
+        may_centre = self._centres < CENTRES_MAX and abs(error_m) <= REACH * self._half_scan_m()
+        if not self.is_coarse and abs(error_m) <= self.settings.deadband_m:
+            self.is_coarse = may_centre and not self._rests and self._is_at_an_end()
+            self._rests = not self.is_coarse
         if not self.is_coarse:
             return self._scan(error_m)
-        if abs(error_m) <= REACH * self._half_scan_m() and self._centres < CENTRES_MAX:
-            return self.centre()
-        return self._step(error_m, position_m)
+        return self.centre() if may_centre else self._step(error_m, position_m)
+
+    def start_anew(self) -> None:
+        """Forget what was tried for the last target."""
+        self._centres = 0
+        self._rests = False
 
     def centre(self) -> Level:
         """Jump to the middle: the runner slips under it, or comes along and needs another step."""
@@ -143,6 +154,11 @@ class PositionLoop:
             return abs(error_m) <= 2.0 * self._half_scan_m()
         return abs(error_m) <= max(REACH * room_m, settings.deadband_m)
 
+    def _is_at_an_end(self) -> bool:
+        """Tell whether the piezo has hardly any way left on one side."""
+        low_v, high_v = self.settings.voltage_min_v, self.settings.voltage_max_v
+        return min(self.voltage_v - low_v, high_v - self.voltage_v) < MARGIN * (high_v - low_v)
+
     def _half_scan_m(self) -> float:
         """Return how far a scan can go from the middle, m."""
         settings = self.settings
@@ -157,7 +173,7 @@ class PositionLoop:
         return Level(self.voltage_v)
 
     def _step(self, error_m: float, position_m: float) -> Steps:
-        self._centres = 0
+        self.start_anew()
         settings = self.settings
         far_m = COARSE_SHARE * (abs(error_m) - self._half_scan_m())
         count = max(1, math.floor(far_m / self._step_m))

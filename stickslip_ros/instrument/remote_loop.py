@@ -32,16 +32,20 @@ class RemoteLoop:
         self._target_m = math.nan
         self._free_ns = 0
         self._jumps = False
+        self._is_busy = False
         self.error_m = math.nan
 
     @property
     def in_position(self) -> bool:
-        """Whether the last reading was within the dead band of the target."""
-        return abs(self.error_m) <= self._settings.deadband_m
+        """Whether the last reading was within the dead band of the target, and nothing moves."""
+        return not self._is_busy and abs(self.error_m) <= self._settings.deadband_m
 
     def aim(self, target_m: float) -> None:
         """Go to another target, m."""
         self._target_m = target_m
+        self.error_m = math.nan
+        if self._loop is not None:
+            self._loop.start_anew()
 
     def update(self, time_ns: int, position_m: float) -> Steps | Level | None:
         """
@@ -59,6 +63,7 @@ class RemoteLoop:
         if math.isnan(self.error_m) or time_ns < self._free_ns:
             return None
         action = self._act(position_m)
+        self._is_busy = self._jumps
         if self._jumps:
             steps = action.count if isinstance(action, Steps) else 0
             busy_s = abs(steps) / self._frequency_hz + self._response_s

@@ -1,0 +1,63 @@
+"""The position controller: over topics only, on a stand with the faults of real hardware."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rclpy.parameter import Parameter
+
+from stickslip_ros.parameters import load_yaml
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.ros.position_controller import PositionController
+
+REALISTIC = load_yaml(Path(__file__).parents[2] / 'config' / 'realistic.yaml').changed()
+TOLERANCE_M = 5e-9
+"""What the controller promises, of the true position."""
+TARGETS_M = (100e-9, -1e-6, 10e-6, 100e-6)
+HOLD_S = 0.2
+LOAD_N = 0.05
+
+
+@pytest.fixture
+def controlled(launch: Callable[..., Any], tmp_path: Path) -> Iterator[tuple[Any, Any]]:
+    """Give a realistic drive and a controller, which go in lockstep."""
+    stand = launch(
+        {
+            **REALISTIC,
+            'sim.lockstep': True,
+            'sim.publish_truth': True,
+            'record.on_start': True,
+            'record.name': 'controlled.mcap',
+        },
+        wait=False,
+    )
+    override = [Parameter('lockstep', value=True)]
+    controller = PositionController(
+        context=stand.operator.node.context, parameter_overrides=override
+    )
+    stand.operator._executor.add_node(controller)
+    yield stand, controller
+    controller.destroy_node()
+
+
+def test_targets_from_100_nm_to_100_um_are_reached_within_5_nm_and_held_under_load(
+    controlled: tuple[Any, Any], tmp_path: Path
+):
+    stand, controller = controlled
+    operator = stand.operator
+    truth = stand.listen('truth_position')
+    for target_m in TARGETS_M:
+        controller.loop.aim(target_m)
+        operator.spin_until(lambda: controller.loop.in_position, f'{target_m} m', 60.0)
+        arrived = len(truth)
+        operator.spin_until(lambda: len(truth) > arrived + 1000 * HOLD_S, 'the hold')
+        held = np.array([m.point.x for m in truth[-int(500 * HOLD_S) :]])
+        assert np.abs(held - target_m).max() < TOLERANCE_M
+    operator.command_load(LOAD_N)
+    loaded = len(truth)
+    operator.spin_until(lambda: len(truth) > loaded + 2000 * HOLD_S, 'the hold under load')
+    after = np.array([m.point.x for m in truth[loaded:]]) - TARGETS_M[-1]
+    assert np.abs(after).max() > TOLERANCE_M  # the load does push the runner away
+    assert np.abs(after[-int(500 * HOLD_S) :]).max() < TOLERANCE_M
