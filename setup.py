@@ -7,7 +7,14 @@ from setuptools import find_packages, setup
 
 NAME = 'stickslip_ros'
 SHARE = f'share/{NAME}'
-ROS_PACKAGES = ('std-msgs', 'geometry-msgs', 'std-srvs', 'diagnostic-msgs', 'lifecycle-msgs')
+ROS_PACKAGES = (
+    'std-msgs',
+    'geometry-msgs',
+    'std-srvs',
+    'diagnostic-msgs',
+    'rosgraph-msgs',
+    'lifecycle-msgs',
+)
 
 
 def ros_wheels(distribution):

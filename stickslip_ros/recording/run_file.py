@@ -2,6 +2,7 @@
 
 import json
 import platform
+from collections.abc import Sequence
 from datetime import datetime, timezone
 from importlib import metadata
 from pathlib import Path
@@ -9,8 +10,8 @@ from pathlib import Path
 import stickslip_ros
 from stickslip_ros.instrument.reports import STATUS_TEXTS, TRACE_COLUMNS
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
+from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.recorder import Recorder
-from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
 
 RUN_RECORD = 'stickslip_run'
 """Name of the metadata record of a run; it alone holds wall-clock time."""
@@ -51,9 +52,7 @@ def run_path(parameters: Parameters) -> Path:
     return Path(parameters.record.directory) / name
 
 
-def open_recorder(
-    path: Path, parameters: Parameters, namespace: str = '/', node_name: str = NODE_NAME
-) -> Recorder:
+def open_recorder(path: Path, parameters: Parameters, channels: Sequence[Channel]) -> Recorder:
     """
     Start the recording of a run.
 
@@ -63,8 +62,8 @@ def open_recorder(
         The file; it must not exist.
     parameters : Parameters
         Go into the file as an attachment, with units and sources.
-    namespace, node_name : str
-        Of the node, for the names of the topics.
+    channels : sequence of Channel
+        Every topic that will be recorded.
 
     Raises
     ------
@@ -81,7 +80,7 @@ def open_recorder(
     }
     return Recorder(
         path,
-        list(recorded_channels(parameters, namespace, node_name).values()),
+        channels,
         metadata={RUN_RECORD: run},
         attachments={
             PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode())

@@ -1,6 +1,6 @@
 """A run on its way into a file: what the instrument says and what it was asked, by key."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
 
@@ -8,12 +8,23 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
-from stickslip_ros.recording.feed import Packed, pack_request
+from stickslip_ros.recording.channels import Channel
+from stickslip_ros.recording.feed import Packed, pack_note, pack_request
 from stickslip_ros.recording.run_file import info_json, open_recorder
-from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, recorded_channels
+from stickslip_ros.recording.topics import COMMANDS, recorded_channels
 
 COMMAND_KEYS = {topic.request: topic.key for topic in COMMANDS if topic.recorded}
 """Topic of each request that comes over one."""
+NOTE_KEY = 'request'
+"""Topic that tells of every other request."""
+
+
+def pack_effect(request: Request, time_ns: int) -> Packed:
+    """Return a request as the message of its topic, at the time at which it takes effect."""
+    key = COMMAND_KEYS.get(request.name)
+    if key is None:
+        return Packed(NOTE_KEY, time_ns, pack_note(request))
+    return Packed(key, time_ns, pack_request(request, time_ns))
 
 
 class RunWriter:
@@ -28,8 +39,13 @@ class RunWriter:
         The stand; kept in the file.
     wait : bool
         True to wait for the disk when its queue is full, False to drop and count.
-    namespace, node_name : str
-        Of the node, for the names of the topics.
+    channels : mapping of str to Channel, optional
+        What is recorded, by the key of its topic; by default under the declared names.
+
+    Attributes
+    ----------
+    waits : bool
+        As given.
 
     Raises
     ------
@@ -44,14 +60,13 @@ class RunWriter:
         parameters: Parameters,
         *,
         wait: bool = False,
-        namespace: str = '/',
-        node_name: str = NODE_NAME,
+        channels: Mapping[str, Channel] | None = None,
     ) -> None:
-        channels = recorded_channels(parameters, namespace, node_name)
+        channels = recorded_channels(parameters) if channels is None else channels
         self._topics = {key: channel.topic for key, channel in channels.items()}
-        self._wait = wait
+        self.waits = wait
         self._info = pack_string(info_json(parameters))
-        self.recorder = open_recorder(path, parameters, namespace, node_name)
+        self.recorder = open_recorder(path, parameters, list(channels.values()))
 
     def begin(self, time_ns: int, status: Status) -> None:
         """Write what is latched: the recording starts at this simulated time."""
@@ -61,14 +76,12 @@ class RunWriter:
     def write(self, packed: Packed) -> None:
         """Hand one message over."""
         topic = self._topics[packed.key]
-        self.recorder.put(topic, packed.time_ns, packed.data, wait=self._wait)
+        self.recorder.put(topic, packed.time_ns, packed.data, wait=self.waits)
 
     def write_requests(self, requests: Iterable[Request], time_ns: int) -> None:
-        """Hand over the requests of topics, at the time at which they take effect."""
+        """Hand over requests, at the time at which they take effect."""
         for request in requests:
-            key = COMMAND_KEYS.get(request.name)
-            if key is not None:
-                self.write(Packed(key, time_ns, pack_request(request, time_ns)))
+            self.write(pack_effect(request, time_ns))
 
     def close(self) -> None:
         """Write what is queued and finish the file."""

@@ -18,7 +18,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters, dump_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
-from stickslip_ros.recording.topics import NODE_NAME, TOPICS
+from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
 from stickslip_ros.ros.environment import stay_on_this_host
 from stickslip_ros.ros.operator import Operator
 
@@ -33,7 +33,6 @@ PAUSE_S = 0.05
 END_TIMEOUT_S = 20.0
 DOMAINS = 100
 NANO = 1e-9
-RECORDED = {topic.key: topic.full_name() for topic in TOPICS if topic.recorded}
 POSITIONS_NEEDED = 0.99
 """Share of the recorded positions that the operator must have received for a pass."""
 
@@ -126,7 +125,8 @@ def run_demo(parameters: Parameters, folder: Path) -> DemoSummary:
         marks = _session(stand, parameters)
         process.send_signal(signal.SIGINT)
         exit_status = process.wait(END_TIMEOUT_S)
-    return _summarise(stand, marks, Recording(file), exit_status)
+    topics = {key: channel.topic for key, channel in recorded_channels(parameters).items()}
+    return _summarise(stand, marks, Recording(file), topics, exit_status)
 
 
 @contextmanager
@@ -182,22 +182,27 @@ def _session(stand: Operator, parameters: Parameters) -> dict[str, int]:
     stand.command_load(0.0)
     stand.spin_for(LOAD_S)
     stand.set_recording(wanted=False)
-    marks.update({f'seen {key}': stand.received[key] for key in RECORDED})
+    marks.update({f'seen {key}': stand.received[key] for key in recorded_channels(parameters)})
     reports = len(stand.diagnostics)
     stand.spin_until(lambda: len(stand.diagnostics) > reports, 'diagnostics')
     return marks
 
 
 def _summarise(
-    stand: Operator, marks: dict[str, int], recording: Recording, exit_status: int
+    stand: Operator,
+    marks: dict[str, int],
+    recording: Recording,
+    topics: dict[str, str],
+    exit_status: int,
 ) -> DemoSummary:
     position, force = recording.series('position'), recording.series('force')
     summaries = {channel.topic: channel for channel in recording.channels}
-    published = {key: summaries[name].messages for key, name in RECORDED.items()}
+    published = {key: summaries[name].messages for key, name in topics.items()}
     recorded = dict(
         zip((round(t / NANO) for t in position.time_s), position.value.tolist(), strict=True)
     )
-    times = [part[f'{NODE_NAME}: time'] for part in stand.diagnostics]
+    title = f'{NODE_NAME}: time'
+    times = [part[title] for part in stand.diagnostics if title in part]
     start_s = (summaries['/command/sawtooth'].first_ns or 0) * NANO
     first_s, end_s = start_s + 1.0 / FREQUENCY_HZ, marks['burst_end_ns'] * NANO
     origin, first, end = (_at(position, time_s) for time_s in (start_s, first_s, end_s))

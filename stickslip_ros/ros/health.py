@@ -1,18 +1,52 @@
-"""Diagnostics: does the drive keep up, is it refused, does the disk keep up."""
+"""Diagnostics: does the drive keep up, is it refused, is it broken, does the disk keep up."""
+
+from collections.abc import Mapping
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from stickslip_ros.ros.pacing import PaceReport
 from stickslip_ros.ros.session import Session
+from stickslip_ros.ros.worker import Faults
 
 MICRO = 1e6
+FACTOR_SHARE = 0.9
+"""Share of the wanted real-time factor below which a report is an error."""
+MISSING_BLOCKS = 2.0
+"""Blocks that must be missing as well: a slow pace has few in a report."""
+QUEUE_SHARE = 0.5
+"""Share of the recorder's queue above which a report is a warning."""
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
-def pace_status(name: str, report: PaceReport) -> DiagnosticStatus:
+class RefusalCount:
+    """
+    What was refused, and what of it since the last report.
+
+    Attributes
+    ----------
+    messages : int
+        Messages and calls that the node refused before they reached the drive.
+
+    """
+
+    def __init__(self) -> None:
+        self.messages = 0
+        self._reported = 0
+
+    def news(self, commands: int) -> int:
+        """Return how many refusals were not reported before, with those of the drive itself."""
+        total = self.messages + commands
+        news, self._reported = max(0, total - self._reported), total
+        return news
+
+
+def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticStatus:
     """Return how well real time was kept since the last report."""
-    late = report.overruns > 0
+    wanted = session.pacer.real_time_factor
     values = {
         'real_time_factor': f'{report.real_time_factor:.4f}',
+        'real_time_factor_wanted': f'{wanted:g}',
         'lateness_mean_us': f'{report.lateness_mean_s * MICRO:.1f}',
         'lateness_p99_us': f'{report.lateness_p99_s * MICRO:.1f}',
         'lateness_max_us': f'{report.lateness_max_s * MICRO:.1f}',
@@ -20,45 +54,80 @@ def pace_status(name: str, report: PaceReport) -> DiagnosticStatus:
         'overruns': str(report.overruns),
         'overruns_total': str(report.overruns_total),
         'behind_s': f'{report.behind_s:.6f}',
+        'paused': str(session.is_paused).lower(),
     }
-    message = f'{report.overruns} of {report.ticks} ticks late' if late else 'in time'
-    level = DiagnosticStatus.WARN if late else DiagnosticStatus.OK
+    level, message = _judge_pace(report, wanted, session.parameters.sim.block)
+    if level == OK and session.is_paused:
+        message = 'paused'
     return _status(f'{name}: time', level, message, values)
 
 
-def drive_status(name: str, session: Session) -> DiagnosticStatus:
-    """Return the state of the drive and what it refused."""
+def _judge_pace(report: PaceReport, wanted: float, block_s: float) -> tuple[bytes, str]:
+    slow = report.real_time_factor < FACTOR_SHARE * wanted
+    if slow and report.missing_s > MISSING_BLOCKS * block_s:
+        return ERROR, f'real-time factor {report.real_time_factor:.3g} instead of {wanted:g}'
+    if report.overruns:
+        return WARN, f'{report.overruns} of {report.ticks} ticks late'
+    return OK, 'in time'
+
+
+def drive_status(name: str, session: Session, refusals: RefusalCount) -> DiagnosticStatus:
+    """Return the state of the drive and what was refused."""
+    news = refusals.news(session.bench.refused)
     values = {
         'simulated_s': f'{session.bench.time_ns * 1e-9:.3f}',
         'status': f'0x{int(session.status):08x}',
         'commands_refused': str(session.bench.refused),
+        'messages_refused': str(refusals.messages),
     }
+    title = f'{name}: drive'
     if session.failure is not None:
-        return _status(
-            f'{name}: drive', DiagnosticStatus.ERROR, f'stopped: {session.failure}', values
-        )
-    return _status(f'{name}: drive', DiagnosticStatus.OK, 'running', values)
+        return _status(title, ERROR, f'stopped: {session.failure}', values)
+    if news:
+        return _status(title, WARN, f'{news} refused since the last report', values)
+    return _status(title, OK, 'running', values)
+
+
+def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
+    """Return what is broken."""
+    values = {fault: str(value) for fault, value in faults.items()}
+    message = ', '.join(faults) or 'none'
+    return _status(f'{name}: faults', WARN if faults else OK, message, values)
+
+
+def connection_status(name: str, misfits: Mapping[str, int]) -> DiagnosticStatus:
+    """Return with how many endpoints of others the quality of service did not agree."""
+    values = {topic: str(count) for topic, count in misfits.items()}
+    count = sum(misfits.values())
+    if count:
+        message = f'{count} of incompatible quality of service since the configuration'
+        return _status(f'{name}: connections', WARN, message, values)
+    return _status(f'{name}: connections', OK, 'compatible', values)
 
 
 def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     """Return the state of the recording."""
+    title = f'{name}: recorder'
     writer = session.writer
     if writer is None:
-        return _status(f'{name}: recorder', DiagnosticStatus.OK, 'not recording', {})
-    recorder = writer.recorder
+        return _status(title, OK, 'not recording', {})
+    recorder, length = writer.recorder, session.parameters.record.queue_length
+    queued = recorder.queued
     values = {
         'file': str(recorder.path),
         'written': str(recorder.written),
-        'queued': str(recorder.queued),
+        'queued': str(queued),
         'queue_peak': str(recorder.queue_peak),
+        'queue_length': str(length),
         'dropped': str(recorder.dropped),
     }
-    title = f'{name}: recorder'
     if recorder.error is not None:
-        return _status(title, DiagnosticStatus.ERROR, f'stopped: {recorder.error}', values)
+        return _status(title, ERROR, f'stopped: {recorder.error}', values)
     if recorder.dropped:
-        return _status(title, DiagnosticStatus.WARN, f'{recorder.dropped} dropped', values)
-    return _status(title, DiagnosticStatus.OK, 'recording', values)
+        return _status(title, ERROR, f'{recorder.dropped} dropped', values)
+    if queued > QUEUE_SHARE * length and not writer.waits:
+        return _status(title, WARN, f'queue {queued} of {length}', values)
+    return _status(title, OK, 'recording', values)
 
 
 def _status(name: str, level: bytes, message: str, values: dict[str, str]) -> DiagnosticStatus:

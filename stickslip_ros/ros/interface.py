@@ -1,22 +1,30 @@
-"""The declared topics as ROS types and quality of service."""
+"""The declared topics and services as ROS types and quality of service."""
 
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from std_msgs.msg import Float64, Float64MultiArray, String, UInt32
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64, Float64MultiArray, Int32, String, UInt32
+from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.recording.channels import Qos
 
 MESSAGE_TYPES: dict[str, Any] = {
     'std_msgs/msg/Float64': Float64,
     'std_msgs/msg/Float64MultiArray': Float64MultiArray,
+    'std_msgs/msg/Int32': Int32,
     'std_msgs/msg/String': String,
     'std_msgs/msg/UInt32': UInt32,
     'geometry_msgs/msg/PointStamped': PointStamped,
     'geometry_msgs/msg/WrenchStamped': WrenchStamped,
     'diagnostic_msgs/msg/DiagnosticArray': DiagnosticArray,
+    'rosgraph_msgs/msg/Clock': Clock,
+}
+SERVICE_TYPES: dict[str, Any] = {
+    'std_srvs/srv/SetBool': SetBool,
+    'std_srvs/srv/Trigger': Trigger,
 }
 
 
@@ -29,4 +37,13 @@ def to_profile(qos: Qos) -> QoSProfile:
         durability=(
             DurabilityPolicy.TRANSIENT_LOCAL if qos.latched else DurabilityPolicy.VOLATILE
         ),
+    )
+
+
+def to_qos(profile: QoSProfile) -> Qos:
+    """Return what a recording keeps of a ROS profile."""
+    return Qos(
+        depth=profile.depth,
+        reliable=profile.reliability == ReliabilityPolicy.RELIABLE,
+        latched=profile.durability == DurabilityPolicy.TRANSIENT_LOCAL,
     )

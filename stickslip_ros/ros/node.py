@@ -1,34 +1,45 @@
 """The lifecycle node: commands in, readings out; the drive itself runs in a session."""
 
-from concurrent.futures import Future
-from concurrent.futures import TimeoutError as NoReply
-from functools import partial
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock
+from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.feed import Packed
-from stickslip_ros.recording.run_file import info_json, run_path
-from stickslip_ros.recording.run_writer import RunWriter
-from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, SERVICES
-from stickslip_ros.ros.health import drive_status, pace_status, recorder_status
-from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
+from stickslip_ros.recording.run_file import info_json
+from stickslip_ros.recording.topics import NODE_NAME, Topic
+from stickslip_ros.ros import health
+from stickslip_ros.ros.connections import Connections
+from stickslip_ros.ros.orders import AT_ONCE
 from stickslip_ros.ros.parameter_bridge import (
+    check_clock_of,
     declare_parameters,
+    differ_when_built,
+    hand_over_overrides,
     judge_changes,
+    live_defaults,
+    live_settings,
     read_parameters,
 )
-from stickslip_ros.ros.requests import to_request
+from stickslip_ros.ros.recordings import (
+    await_reply,
+    close_recording,
+    end_recording,
+    open_recording,
+    start_recording,
+)
+from stickslip_ros.ros.requests import to_grant, to_request
+from stickslip_ros.ros.services import Services
 from stickslip_ros.ros.session import Session, require
+from stickslip_ros.ros.worker import Faults
 
-REPLY_TIMEOUT_S = 10.0
 DIAGNOSTICS_PERIOD_S = 1.0
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 
@@ -37,7 +48,8 @@ class StickSlipDrive(LifecycleNode):
     """
     The virtual test stand as a ROS 2 lifecycle node.
 
-    With the parameter ``autostart`` (the default) it configures and activates itself.
+    With the parameter ``autostart`` (the default) it configures and activates itself; where that
+    is refused, it says why and stays as it is, for a lifecycle manager to try again.
     Keyword arguments are those of ``rclpy.node.Node``: ``namespace``, ``context``,
     ``parameter_overrides`` and so on.
 
@@ -54,13 +66,18 @@ class StickSlipDrive(LifecycleNode):
         )
         self._active: Session | None = None
         self._session: Session | None = None
-        self._publishers_by_key: dict[str, Any] = {}
-        self._entities: list[tuple[Any, Any]] = []
+        self._refusals = health.RefusalCount()
+        self._is_putting_back = False
         self._answer_misfits()
+        overrides = hand_over_overrides(self)
         parameters = declare_parameters(self)
+        self._topics = Connections(self, self._on_message, overrides)
+        acts = {'set_recording': self._set_recording, 'clear_faults': self._clear_faults}
+        self._services_offered = Services(self, lambda: self.session, self._note_refusal, acts)
+        self._timer: Any = None
         self.add_on_set_parameters_callback(self._on_parameters)
-        if parameters.autostart:
-            self.trigger_configure()
+        self.add_post_set_parameters_callback(self._after_parameters)
+        if parameters.autostart and self.trigger_configure() == SUCCESS:
             self.trigger_activate()
 
     def _answer_misfits(self) -> None:
@@ -80,35 +97,39 @@ class StickSlipDrive(LifecycleNode):
     @property
     def session(self) -> Session:
         """The running drive; refused while the node is not active."""
-        return require(self._active)
+        return require(self._active, self._state_machine.current_state[1])
 
     def on_configure(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Build the drive, compile its kernels, offer topics and services."""
         try:
-            self._session = Session(read_parameters(self), self._publish)
+            check_clock_of(self)
+            self._session = self._build(read_parameters(self))
+            self._topics.offer(self._session.parameters)
         except StickSlipError as error:
             self.get_logger().error(f'not configured: {error}')
+            self._release()
             return FAILURE
-        self._offer_topics()
-        self._offer_services()
-        timer = self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics)
-        self._entities.append((self.destroy_timer, timer))
+        self._services_offered.offer()
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self._timer = self.create_timer(
+            DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock
+        )
         return SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the drive, and the recording if ``record.on_start`` says so."""
-        result = super().on_activate(state)
         try:
             session = self._up_to_date()
         except StickSlipError as error:
             self.get_logger().error(f'not activated: {error}')
-            super().on_deactivate(state)
             return FAILURE
-        self._publish(Packed('info', 0, pack_string(info_json(session.parameters))))
-        self._publish(Packed('status', 0, pack_uint32(int(session.status))))
+        result = super().on_activate(state)
+        self._topics.publish(Packed('info', 0, pack_string(info_json(session.parameters))))
+        self._topics.publish(Packed('status', 0, pack_uint32(int(session.status))))
         try:
             if session.parameters.record.on_start:
-                session.exchange_recording(self._open_recording(session))
+                writer = open_recording(session, self._topics.channels())
+                session.exchange_recording(writer)
         except StickSlipError as error:
             self.get_logger().error(f'not activated: {error}')
             super().on_deactivate(state)
@@ -117,12 +138,18 @@ class StickSlipDrive(LifecycleNode):
         self._active = session
         return result
 
+    def _build(self, parameters: Any) -> Session:
+        return Session(parameters, self._topics.publish, self._on_faults)
+
     def _up_to_date(self) -> Session:
         """Return the drive, built anew if its parameters were changed while it was inactive."""
+        check_clock_of(self)
         parameters = read_parameters(self)
         old = self._session
-        if old is None or old.failure is not None or old.parameters != parameters:
-            old = self._session = Session(parameters, self._publish)
+        if old is None or old.failure is not None or differ_when_built(old.parameters, parameters):
+            old = self._session = self._build(parameters)
+        if not self._topics.fit(parameters):
+            self._topics.offer(parameters)
         return old
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -150,39 +177,13 @@ class StickSlipDrive(LifecycleNode):
         self._halt()
         super().destroy_node()
 
-    def _offer_topics(self) -> None:
-        for topic in READINGS:
-            publisher = self.create_lifecycle_publisher(
-                MESSAGE_TYPES[topic.type_name], topic.name, to_profile(topic.qos)
-            )
-            self._publishers_by_key[topic.key] = publisher
-            self._entities.append((self.destroy_lifecycle_publisher, publisher))
-        for topic in COMMANDS:
-            subscription = self.create_subscription(
-                MESSAGE_TYPES[topic.type_name],
-                topic.name,
-                partial(self._on_command, topic.key),
-                to_profile(topic.qos),
-            )
-            self._entities.append((self.destroy_subscription, subscription))
-
-    def _offer_services(self) -> None:
-        handlers: dict[str, tuple[Any, Any]] = {
-            '~/stop': (Trigger, partial(self._on_trigger, 'stop')),
-            '~/reset': (Trigger, partial(self._on_trigger, 'reset')),
-            '~/set_recording': (SetBool, self._on_set_recording),
-        }
-        for service in SERVICES:
-            service_type, handler = handlers[service.name]
-            offered = self.create_service(service_type, service.name, handler)
-            self._entities.append((self.destroy_service, offered))
-
     def _release(self) -> None:
         self._session = None
-        self._publishers_by_key.clear()
-        while self._entities:
-            destroy, entity = self._entities.pop()
-            destroy(entity)
+        self._topics.release()
+        self._services_offered.release()
+        if self._timer is not None:
+            self.destroy_timer(self._timer)
+            self._timer = None
 
     def _halt(self) -> None:
         session, self._active = self._active, None
@@ -192,98 +193,77 @@ class StickSlipDrive(LifecycleNode):
         if session.failure is not None:
             self.get_logger().error(f'the drive had stopped: {session.failure}')
         if writer is not None:
-            self._close_recording(writer)
+            close_recording(writer, self.get_logger())
 
-    def _publish(self, packed: Packed) -> None:
-        self._publishers_by_key[packed.key].publish(packed.data)
+    def _on_message(self, topic: Topic, message: Any) -> None:
+        try:
+            self._take(topic, message)
+        except StickSlipError as error:
+            self._note_refusal(f'{topic.name} refused: {error}')
+
+    def _take(self, topic: Topic, message: Any) -> None:
+        """Hand a message to the drive; one that makes no sense counts as received."""
+        session = self.session
+        if topic.key == 'grant':
+            session.extend_grant(to_grant(message))
+            return
+        try:
+            request = to_request(topic, message)
+        except StickSlipError:
+            session.receive(None)
+            raise
+        session.receive(request)
+
+    def _note_refusal(self, message: str) -> None:
+        self._refusals.messages += 1
+        self.get_logger().warning(message)
 
     def _on_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         return judge_changes(self, changes, frozen=self._active is not None)
 
-    def _on_command(self, key: str, message: Any) -> None:
-        try:
-            self.session.submit(to_request(key, message))
-        except StickSlipError as error:
-            self.get_logger().warning(f'command/{key} refused: {error}')
+    def _after_parameters(self, changes: list[Parameter]) -> None:
+        """Hand changed faults to the drive; those put back by ~/clear_faults are known to it."""
+        settings = live_settings(changes)
+        if settings and self._session is not None and not self._is_putting_back:
+            self._session.submit(Request('fault', settings=settings), AT_ONCE)
 
-    def _on_trigger(
-        self, name: str, _: Trigger.Request, response: Trigger.Response
-    ) -> Trigger.Response:
-        try:
-            _await_reply(self.session.submit(Request(name)))
-            response.success = True
-        except StickSlipError as error:
-            response.message = f'{name} refused: {error}'
-        return response
+    def _clear_faults(self, session: Session, _: Any) -> str:
+        await_reply(session.submit(Request('clear_faults'), AT_ONCE))
+        changes = live_defaults(self)
+        if changes:
+            self._is_putting_back = True
+            self.set_parameters_atomically(changes)
+            self._is_putting_back = False
+        return ''
 
-    def _on_set_recording(
-        self, request: SetBool.Request, response: SetBool.Response
-    ) -> SetBool.Response:
-        try:
-            response.message = self._set_recording(request.data)
-            response.success = True
-        except StickSlipError as error:
-            response.message = str(error)
-        return response
+    def _set_recording(self, session: Session, request: Any) -> str:
+        if request.data:
+            return start_recording(session, self._topics.channels())
+        return end_recording(session, self.get_logger())
 
-    def _set_recording(self, wanted: bool) -> str:
-        session = self.session
-        if wanted == (session.writer is not None):
-            raise StickSlipError('already recording' if wanted else 'not recording')
-        if wanted:
-            writer = self._open_recording(session)
-            try:
-                _await_reply(session.exchange_recording(writer))
-            except StickSlipError:
-                writer.close()
-                raise
-            return str(writer.recorder.path)
-        ended = _await_reply(session.exchange_recording(None))
-        return '' if ended is None else self._close_recording(ended)
-
-    def _open_recording(self, session: Session) -> RunWriter:
-        parameters = session.parameters
-        return RunWriter(
-            run_path(parameters),
-            parameters,
-            wait=parameters.sim.real_time_factor == 0.0,
-            namespace=self.get_namespace(),
-            node_name=self.get_name(),
-        )
-
-    def _close_recording(self, writer: RunWriter) -> str:
-        """Finish a file; the drive does not wait for the disk, the caller does."""
-        writer.close()
-        recorder = writer.recorder
-        if recorder.error is not None:
-            self.get_logger().error(f'{recorder.path} is incomplete: {recorder.error}')
-        self.get_logger().info(
-            f'recorded {recorder.path}: {recorder.written} messages, {recorder.dropped} dropped'
-        )
-        return str(recorder.path)
+    def _on_faults(self, faults: Faults) -> None:
+        self._send_diagnostics([health.fault_status(self._full_name, faults)])
 
     def _publish_diagnostics(self) -> None:
         session = self._active
         if session is None:
             return
-        name = self.get_fully_qualified_name().lstrip('/')
-        array = DiagnosticArray(
-            status=[
-                pace_status(name, session.pacer.report()),
-                drive_status(name, session),
-                recorder_status(name, session),
+        name = self._full_name
+        self._send_diagnostics(
+            [
+                health.pace_status(name, session.pacer.report(), session),
+                health.drive_status(name, session, self._refusals),
+                health.fault_status(name, session.faults),
+                health.recorder_status(name, session),
+                health.connection_status(name, self._topics.misfits),
             ]
         )
+
+    @property
+    def _full_name(self) -> str:
+        return str(self.get_fully_qualified_name()).lstrip('/')
+
+    def _send_diagnostics(self, status: list[DiagnosticStatus]) -> None:
+        array = DiagnosticArray(status=status)
         array.header.stamp = self.get_clock().now().to_msg()
-        self._publishers_by_key['diagnostics'].publish(array)
-
-
-def _await_reply(reply: 'Future[RunWriter | None]') -> RunWriter | None:
-    """Wait for a tick to carry out an order; one that does not come is withdrawn and refused."""
-    try:
-        return reply.result(REPLY_TIMEOUT_S)
-    except NoReply:
-        reply.cancel()
-        raise StickSlipError(
-            f'the drive made no tick in {REPLY_TIMEOUT_S:g} s; look at /diagnostics'
-        ) from None
+        self._topics.send('diagnostics', array)

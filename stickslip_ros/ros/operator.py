@@ -2,22 +2,24 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from time import monotonic
 from typing import Any
 
-from geometry_msgs.msg import WrenchStamped
+from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from std_msgs.msg import Float64, Float64MultiArray
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy
 from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS
+from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
+from stickslip_ros.ros.requests import to_message
 
 TIMEOUT_S = 30.0
 LISTEN_DEPTH = 10_000
@@ -43,6 +45,8 @@ class Operator:
         Messages by the key of their topic; of commands, those that were sent.
     positions : dict of int to float
         Interferometer readings in m by their stamp in ns.
+    requests : list of dict
+        Decoded ``~/request`` messages.
     events : list of dict
         Decoded ``~/event`` messages.
     status : int or None
@@ -61,6 +65,7 @@ class Operator:
         self.received: Counter[str] = Counter()
         self.positions: dict[int, float] = {}
         self.events: list[dict[str, Any]] = []
+        self.requests: list[dict[str, Any]] = []
         self.status: int | None = None
         self.info: dict[str, Any] = {}
         self.diagnostics: list[dict[str, dict[str, str]]] = []
@@ -73,23 +78,29 @@ class Operator:
             )
             for topic in COMMANDS
         }
+        self._commands = {topic.request: topic for topic in COMMANDS}
         takers: dict[str, Callable[[Any], None]] = {
-            'event': self._on_event,
+            'event': lambda message: self.events.append(json.loads(message.data)),
+            'request': lambda message: self.requests.append(json.loads(message.data)),
             'status': self._on_status,
             'info': self._on_info,
             'diagnostics': self._on_diagnostics,
         }
         if keep:
             takers['position'] = self._on_position
-        self._subscriptions = {}
-        for topic in READINGS:
-            profile = to_profile(topic.qos)
-            if profile.durability == DurabilityPolicy.VOLATILE:
-                profile.depth = LISTEN_DEPTH
-            self._subscriptions[topic.key] = self._listen(topic, profile, takers.get(topic.key))
+        self._subscriptions = {
+            topic.key: self._listen(topic, takers.get(topic.key)) for topic in READINGS
+        }
+        self._needed = [
+            *(self._subscriptions[topic.key] for topic in READINGS if not topic.switch),
+            *(self._publishers[topic.key] for topic in COMMANDS if not topic.switch),
+        ]
 
-    def _listen(self, topic: Any, profile: QoSProfile, taker: Callable[[Any], None] | None) -> Any:
-        name = topic.name.replace('~', f'{self._drive}')
+    def _listen(self, topic: Topic, taker: Callable[[Any], None] | None) -> Any:
+        profile = to_profile(topic.qos)
+        if profile.durability == DurabilityPolicy.VOLATILE:
+            profile.depth = LISTEN_DEPTH
+        name = topic.name.replace('~', self._drive)
         message_type = MESSAGE_TYPES[topic.type_name]
         callback = partial(self._take, topic.key, taker)
         return self.node.create_subscription(message_type, name, callback, profile)
@@ -129,33 +140,66 @@ class Operator:
 
     def wait_for_drive(self, timeout_s: float = TIMEOUT_S) -> None:
         """Wait until every topic is connected and the drive reports."""
-        self.spin_until(self._is_connected, 'the drive', timeout_s)
+        self.wait_for_topics(timeout_s)
+        self.spin_until(self._is_heard, 'the drive', timeout_s)
 
-    def _is_connected(self) -> bool:
-        heard = all(
-            self.node.count_publishers(subscription.topic_name) > 0
-            for subscription in self._subscriptions.values()
-        )
-        obeyed = all(p.get_subscription_count() > 0 for p in self._publishers.values())
-        return heard and obeyed and self.status is not None and self.received['position'] > 0
+    def wait_for_topics(self, timeout_s: float = TIMEOUT_S) -> None:
+        """Wait until every topic is connected that a drive has under any parameters."""
+        self.spin_until(lambda: all(map(_is_matched, self._needed)), 'the drive', timeout_s)
+
+    def _is_heard(self) -> bool:
+        return self.status is not None and self.received['position'] > 0
+
+    def command(self, name: str, value: Any) -> None:
+        """
+        Send a command.
+
+        Parameters
+        ----------
+        name : str
+            What follows ``command/`` in the name of its topic.
+        value : float, int or sequence of float
+            See `to_message`.
+
+        """
+        topic = self._commands[name]
+        self._send(topic.key, to_message(topic, value))
 
     def command_voltage(self, voltage_v: float) -> None:
         """Ask for a direct piezo voltage."""
-        self._send('voltage', Float64(data=voltage_v))
+        self.command('voltage', voltage_v)
 
     def command_preload(self, preload_n: float) -> None:
         """Ask for another preload, N."""
-        self._send('preload', Float64(data=preload_n))
+        self.command('preload', preload_n)
 
     def command_sawtooth(self, *values: float) -> None:
         """Ask for a saw-tooth: amplitude (V), frequency (Hz), steps."""
-        self._send('sawtooth', Float64MultiArray(data=list(values)))
+        self.command('sawtooth', values)
+
+    def command_steps(self, steps: int) -> None:
+        """Ask for a signed number of steps."""
+        self.command('steps', steps)
+
+    def command_jog(self, frequency_hz: float) -> None:
+        """Ask for steps per second, until the watchdog or another command ends them."""
+        self.command('jog', frequency_hz)
+
+    def command_waveform(self, rows: Sequence[tuple[float, float]]) -> None:
+        """Ask for a wave: rows of time (s) and voltage (V)."""
+        self.command('waveform', rows)
+
+    def command_position(self, position_m: float) -> None:
+        """Ask for a position reading in closed loop, m."""
+        self.command('position', position_m)
 
     def command_load(self, force_n: float) -> None:
         """Ask for an external force on the runner, N."""
-        message = WrenchStamped()
-        message.wrench.force.x = force_n
-        self._send('load', message)
+        self.command('load', force_n)
+
+    def grant(self, until_s: float, commands: int) -> None:
+        """Let a drive in lockstep go on to a simulated time, once so many commands came."""
+        self.command('grant', (until_s, commands))
 
     def _send(self, key: str, message: Any) -> None:
         self._publishers[key].publish(message)
@@ -174,9 +218,19 @@ class Operator:
         """Call a Trigger service of the drive (``stop``, ``reset``); return its answer."""
         return self._call(Trigger, name, Trigger.Request())
 
+    def switch(self, name: str, wanted: bool) -> Any:
+        """Call a SetBool service of the drive (``set_paused``); return its answer."""
+        return self._call(SetBool, name, SetBool.Request(data=wanted))
+
     def set_recording(self, wanted: bool) -> Any:
         """Start or end the recording; return the service's answer."""
-        return self._call(SetBool, 'set_recording', SetBool.Request(data=wanted))
+        return self.switch('set_recording', wanted)
+
+    def set_parameter(self, name: str, value: Any) -> Any:
+        """Set a parameter of the drive, such as a fault; return the result."""
+        parameter = Parameter(name, value=value).to_parameter_msg()
+        request = SetParameters.Request(parameters=[parameter])
+        return self._call(SetParameters, 'set_parameters', request).results[0]
 
     def _call(self, service_type: Any, name: str, request: Any) -> Any:
         client = self.node.create_client(service_type, f'{self._drive}/{name}')
@@ -201,9 +255,6 @@ class Operator:
         time_ns = stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec
         self.positions[time_ns] = message.point.x
 
-    def _on_event(self, message: Any) -> None:
-        self.events.append(json.loads(message.data))
-
     def _on_status(self, message: Any) -> None:
         self.status = message.data
 
@@ -213,3 +264,10 @@ class Operator:
     def _on_diagnostics(self, message: Any) -> None:
         parts = {part.name: {v.key: v.value for v in part.values} for part in message.status}
         self.diagnostics.append(parts)
+
+
+def _is_matched(endpoint: Any) -> bool:
+    """Tell whether a publisher or a subscription has found its other end."""
+    if isinstance(endpoint, Publisher):
+        return bool(endpoint.get_subscription_count())
+    return bool(endpoint.get_publisher_count())

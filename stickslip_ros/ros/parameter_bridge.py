@@ -11,11 +11,12 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from stickslip_ros.errors import StickSlipError
-from stickslip_ros.parameters import Parameters, Spec, describe, spec_of, specs
+from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.parameters import Parameters, Scalar, Spec, describe, spec_of, specs
 
-FOREIGN = ('use_sim_time', 'start_type_description_service')
-FOREIGN_PREFIX = 'qos_overrides.'
+SIM_TIME, CLOCK = 'use_sim_time', 'sim.publish_clock'
+FOREIGN = (SIM_TIME, 'start_type_description_service')
+QOS_PREFIX = 'qos_overrides.'
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:
@@ -64,7 +65,21 @@ def declare_parameters(node: Node) -> Parameters:
 
 def _given_names(node: Node) -> list[str]:
     names = node.get_parameters_by_prefix('')
-    return [n for n in names if n not in FOREIGN and not n.startswith(FOREIGN_PREFIX)]
+    return [n for n in names if n not in FOREIGN and not n.startswith(QOS_PREFIX)]
+
+
+def hand_over_overrides(node: Node) -> list[str]:
+    """
+    Return the given overrides of quality of service, and leave their declaration to rclpy.
+
+    It declares them read-only with the topic to which they belong; what is then still not
+    declared belongs to no topic.
+
+    """
+    names = [n for n in node.get_parameters_by_prefix('') if n.startswith(QOS_PREFIX)]
+    for name in names:
+        node.undeclare_parameter(name)
+    return names
 
 
 def read_parameters(node: Node) -> Parameters:
@@ -80,6 +95,27 @@ def read_parameters(node: Node) -> Parameters:
     return Parameters().updated({name: node.get_parameter(name).value for name in specs()})
 
 
+def check_clock(*, publishes: bool, follows: bool) -> None:
+    """
+    Refuse a node that follows the clock which it publishes.
+
+    Raises
+    ------
+    OutOfRange
+        If it would.
+
+    """
+    if publishes and follows:
+        limit = f'not possible while {CLOCK} is true: the node would follow its own clock'
+        raise OutOfRange(SIM_TIME, True, '', limit, 'set one of the two to false')
+
+
+def check_clock_of(node: Node) -> None:
+    """Refuse the present values of a node if it would follow its own clock."""
+    publishes, follows = (bool(node.get_parameter(name).value) for name in (CLOCK, SIM_TIME))
+    check_clock(publishes=publishes, follows=follows)
+
+
 def judge_changes(node: Node, changes: list[Parameter], frozen: bool) -> SetParametersResult:
     """
     Accept or refuse a change of parameters.
@@ -91,16 +127,53 @@ def judge_changes(node: Node, changes: list[Parameter], frozen: bool) -> SetPara
     changes : list of Parameter
         Wanted values.
     frozen : bool
-        Whether the drive runs, so that its parameters must stay as they are.
+        Whether the drive runs, so that its parameters must stay as they are, but for the live
+        ones.
 
     """
-    wanted: Mapping[str, object] = {p.name: p.value for p in changes if p.name in specs()}
-    if wanted and frozen:
-        names = ', '.join(wanted)
+    new: dict[str, object] = {p.name: p.value for p in changes}
+    wanted = {name: value for name, value in new.items() if name in specs()}
+    fixed = [name for name in wanted if not spec_of(name).live]
+    if fixed and frozen:
+        names = ', '.join(fixed)
         reason = f'{names} cannot change while the node is active; deactivate it first'
         return SetParametersResult(successful=False, reason=reason)
     try:
-        read_parameters(node).updated(wanted)
+        if SIM_TIME in new or CLOCK in new:
+            _check_new_clock(node, new)
+        if wanted:
+            read_parameters(node).updated(wanted)
     except StickSlipError as error:
         return SetParametersResult(successful=False, reason=str(error))
     return SetParametersResult(successful=True)
+
+
+def _check_new_clock(node: Node, new: Mapping[str, object]) -> None:
+    publishes, follows = (
+        bool(new.get(name, node.get_parameter(name).value)) for name in (CLOCK, SIM_TIME)
+    )
+    check_clock(publishes=publishes, follows=follows)
+
+
+def live_settings(changes: list[Parameter]) -> tuple[tuple[str, Scalar], ...]:
+    """Return those of some changes that a running drive takes: faults."""
+    return tuple(
+        (p.name, spec_of(p.name).check(p.name, p.value))
+        for p in changes
+        if p.name in specs() and spec_of(p.name).live
+    )
+
+
+def live_defaults(node: Node) -> list[Parameter]:
+    """Return the live parameters of a node that are not at their defaults, put back to these."""
+    return [
+        Parameter(name, value=spec.default)
+        for name, spec in specs().items()
+        if spec.live and node.get_parameter(name).value != spec.default
+    ]
+
+
+def differ_when_built(one: Parameters, other: Parameters) -> bool:
+    """Tell whether two sets of parameters make different drives: live ones do not."""
+    values = other.flat()
+    return any(value != values[n] for n, value in one.flat().items() if not spec_of(n).live)

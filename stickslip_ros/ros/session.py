@@ -1,48 +1,35 @@
-"""A running drive: its own thread steps the bench, publishes and records; others only ask."""
+"""A running drive: its own thread does the work; others only ask."""
 
 import threading
+import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass, field
+from enum import Enum, auto
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.feed import Feed, Packed
 from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
 from stickslip_ros.ros.pacing import Pacer
+from stickslip_ros.ros.permit import Grant, Permit
+from stickslip_ros.ros.worker import Faults, Publish, Worker
 
-AT_ONCE = -1
-"""Due time of what shall happen at the next tick."""
+LONG_PAUSE_S = 0.2
+"""A longer pause ends at once when the drive is stopped or held; sleeping is more exact."""
+HOLD_TIMEOUT_S = 10.0
 
-Publish = Callable[[Packed], None]
 
+class Turn(Enum):
+    """What the thread of a session does next."""
 
-@dataclass
-class Order:
-    """
-    Something to do at a tick.
-
-    Attributes
-    ----------
-    due_ns : int
-        Simulated time from which on it is carried out.
-    request : Request or None
-        For the bench; None exchanges the recording.
-    writer : RunWriter or None
-        The new recording; None ends the present one.
-    reply : Future
-        Receives the previous recording, or None, once the tick is over.
-
-    """
-
-    due_ns: int
-    request: Request | None = None
-    writer: RunWriter | None = None
-    reply: 'Future[RunWriter | None]' = field(default_factory=Future)
+    ADVANCE = auto()
+    STEP = auto()
+    SERVE = auto()
+    END = auto()
 
 
 class Session:
@@ -55,51 +42,86 @@ class Session:
         The stand.
     publish : callable
         Receives every packed message, on the session's thread.
+    on_faults : callable
+        Receives the faults of the moment whenever they change, on the session's thread.
+
+    Raises
+    ------
+    StickSlipError
+        If the schedule of faults cannot be read or is not allowed.
 
     """
 
-    def __init__(self, parameters: Parameters, publish: Publish) -> None:
+    def __init__(
+        self,
+        parameters: Parameters,
+        publish: Publish,
+        on_faults: Callable[[Faults], None] = lambda _: None,
+    ) -> None:
         self.parameters = parameters
-        Bench(parameters).update(parameters.block_ns)  # compiles the kernels now
-        self.bench = Bench(parameters)
-        self.pacer = Pacer(parameters.sim.block, parameters.sim.real_time_factor)
-        self.status = Status(0)
+        lockstep = parameters.sim.lockstep
+        self.pacer = Pacer(
+            parameters.sim.block, 0.0 if lockstep else parameters.sim.real_time_factor
+        )
         self.failure: BaseException | None = None
-        self._publish = publish
-        self._feed = Feed(parameters)
-        self._writer: RunWriter | None = None
-        self._orders: deque[Order] = deque()
+        self._worker = Worker(parameters, publish, on_faults)
+        self._changed = threading.Condition()
+        self._permit = Permit(parameters.block_ns, lockstep=lockstep)
+        self._orders = Orders(by_topic=lockstep)
+        self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
-        self._stopping = threading.Event()
+        self._is_ending = False
+        self._is_busy = False
         self._thread: threading.Thread | None = None
+
+    @property
+    def bench(self) -> Bench:
+        """The drive itself."""
+        return self._worker.bench
+
+    @property
+    def status(self) -> Status:
+        """State of the drive, as last told."""
+        return self._worker.status
 
     @property
     def writer(self) -> RunWriter | None:
         """The recording in progress."""
-        return self._writer
+        return self._worker.writer
+
+    @property
+    def faults(self) -> Faults:
+        """The faults of the moment."""
+        return self._worker.faults
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether simulated time is held by ``~/set_paused``."""
+        return self._permit.is_paused
 
     def start(self) -> None:
-        """Begin to tick."""
-        self._stopping.clear()
+        """Begin to tick, neither paused nor granted anything."""
+        self._is_ending = False
+        self._permit.restart()
         self.pacer.start()
         self._thread = threading.Thread(target=self._run, name='stickslip drive', daemon=True)
         self._thread.start()
 
     def stop(self) -> RunWriter | None:
         """End the thread after its present tick; return the recording, still to be closed."""
-        self._stopping.set()
+        with self._changed:
+            self._is_ending = True
+            self._changed.notify_all()
         if self._thread is not None:
             self._thread.join()
             self._thread = None
-        while self._orders:
-            order = self._orders.popleft()
-            order.reply.cancel()
-            if order.writer is not None:
-                order.writer.close()
-        writer, self._writer = self._writer, None
+        self._orders.withdraw_all()
+        while self._steps:
+            self._steps.popleft().cancel()
+        writer, self._worker.writer = self._worker.writer, None
         return writer
 
-    def submit(self, request: Request, due_ns: int = AT_ONCE) -> 'Future[RunWriter | None]':
+    def submit(self, request: Request, due_ns: int = NEXT_BLOCK) -> 'Future[RunWriter | None]':
         """Ask the bench for something, at the first tick from ``due_ns`` on."""
         return self._put(Order(due_ns, request=request))
 
@@ -109,60 +131,148 @@ class Session:
         """Record into ``writer`` from a tick on; the reply is the recording so far."""
         return self._put(Order(due_ns, writer=writer))
 
+    def receive(self, request: Request | None) -> None:
+        """Take what came on a command topic; None for a message that made no sense."""
+        with self._changed:
+            self._permit.count_command()
+            if request is not None:
+                self._orders.put(Order(NEXT_BLOCK, request=request))
+            self._changed.notify_all()
+
+    def extend_grant(self, grant: Grant) -> None:
+        """Allow the drive to go on in lockstep."""
+        with self._changed:
+            self._permit.extend(grant)
+            self._changed.notify_all()
+
+    def set_paused(self, wanted: bool) -> None:
+        """
+        Hold simulated time, from the end of the present tick on, or let it run on.
+
+        Raises
+        ------
+        StickSlipError
+            If the present tick does not end.
+
+        """
+        with self._changed:
+            self._permit.is_paused = wanted
+            self._changed.notify_all()
+            if wanted and not self._changed.wait_for(lambda: not self._is_busy, HOLD_TIMEOUT_S):
+                raise StickSlipError(f'the present block has not ended in {HOLD_TIMEOUT_S:g} s')
+
+    def step(self) -> 'Future[None]':
+        """
+        Advance by one block while paused.
+
+        Raises
+        ------
+        StickSlipError
+            If the drive is not paused, or the block was not granted.
+
+        """
+        with self._changed:
+            if not self._permit.is_paused:
+                raise StickSlipError('simulated time runs; call ~/set_paused with true first')
+            if not self._permit.is_granted(self.bench.time_ns):
+                raise StickSlipError('the next block is not granted; send command/grant first')
+            reply: Future[None] = Future()
+            self._steps.append(reply)
+            self._changed.notify_all()
+            return reply
+
     def _put(self, order: Order) -> 'Future[RunWriter | None]':
-        self._orders.append(order)
+        with self._changed:
+            self._orders.put(order)
+            self._changed.notify_all()
         return order.reply
 
     def _run(self) -> None:
         try:
-            while not self._stopping.is_set():
-                self._tick()
-                self.pacer.wait(self._stopping)
+            while (turn := self._await_turn()) is not Turn.END:
+                self._take(turn)
+                self._rest()
+                if turn is Turn.ADVANCE:
+                    self.pacer.wait(self._sleep)
         except BaseException as error:
             self.failure = error
             self._refuse_all(error)
             raise
+        finally:
+            self._rest()
+
+    def _await_turn(self) -> Turn:
+        """Wait until there is something to do; say what."""
+        with self._changed:
+            while (turn := self._next_turn()) is None:
+                self.pacer.hold()
+                self._changed.wait()
+            self._is_busy = turn is not Turn.END
+            return turn
+
+    def _next_turn(self) -> Turn | None:
+        """Say what is to be done now, and take the orders for it."""
+        now_ns = self.bench.time_ns
+        if self._is_ending:
+            return Turn.END
+        if self._permit.allows(now_ns):
+            self._due = self._orders.take(now_ns)
+            return Turn.ADVANCE
+        self._due = self._orders.take_urgent()
+        if self._due:
+            return Turn.SERVE
+        while self._steps and not self._steps[0].set_running_or_notify_cancel():
+            self._steps.popleft()
+        if not self._steps:
+            return None
+        self._due = self._orders.take(now_ns)
+        return Turn.STEP
+
+    def _take(self, turn: Turn) -> None:
+        """Do what is to be done."""
+        if turn is Turn.SERVE:
+            self._worker.serve(self._due)
+        elif turn is Turn.STEP:
+            self._worker.advance(self._due)
+            self._steps.popleft().set_result(None)
+        else:
+            self.pacer.resume()
+            self._worker.advance(self._due)
+        self._due = []
+
+    def _rest(self) -> None:
+        """Tell who waits for it that nothing is being done."""
+        with self._changed:
+            self._is_busy = False
+            self._changed.notify_all()
+
+    def _sleep(self, pause_s: float) -> None:
+        if pause_s <= LONG_PAUSE_S:
+            time.sleep(pause_s)
+            return
+        with self._changed:
+            self._changed.wait_for(lambda: self._is_ending or self.is_paused, pause_s)
 
     def _refuse_all(self, error: BaseException) -> None:
         """Answer every order that will never be carried out."""
-        for order in (*self._due, *self._orders):
-            if not order.reply.done():
-                order.reply.set_exception(StickSlipError(f'the drive has stopped: {error}'))
-
-    def _tick(self) -> None:
-        now_ns = self.bench.time_ns
-        due = self._due = self._take_due(now_ns)
-        requests = [order.request for order in due if order.request is not None]
-        replies = [self._exchange(order) if order.request is None else None for order in due]
-        if self._writer is not None:
-            self._writer.write_requests(requests, now_ns)
-        output = self.bench.update(now_ns + self.parameters.block_ns, requests)
-        self.status = output.status
-        for packed in self._feed.pack(output):
-            self._publish(packed)
-            if self._writer is not None:
-                self._writer.write(packed)
-        for order, reply in zip(due, replies, strict=True):
-            order.reply.set_result(reply)
-
-    def _exchange(self, order: Order) -> RunWriter | None:
-        previous, self._writer = self._writer, order.writer
-        if self._writer is not None:
-            self._writer.begin(self.bench.time_ns, self.status)
-        return previous
-
-    def _take_due(self, now_ns: int) -> list[Order]:
-        """Take the orders that are due, in the order in which they came."""
-        waiting = [self._orders.popleft() for _ in range(len(self._orders))]
-        later = [order for order in waiting if order.due_ns > now_ns]
-        self._orders.extendleft(reversed(later))
-        due = [order for order in waiting if order.due_ns <= now_ns]
-        return [order for order in due if order.reply.set_running_or_notify_cancel()]
+        why = StickSlipError(f'the drive has stopped: {error}')
+        with self._changed:
+            for order in (*self._due, *self._orders):
+                order.refuse(why)
+            while self._steps:
+                self._steps.popleft().set_exception(why)
 
 
-def require(session: Session | None) -> Session:
+def require(session: Session | None, state: str) -> Session:
     """
     Return a session that runs.
+
+    Parameters
+    ----------
+    session : Session or None
+        None if there is none.
+    state : str
+        State of the node, for the message.
 
     Raises
     ------
@@ -171,7 +281,7 @@ def require(session: Session | None) -> Session:
 
     """
     if session is None:
-        raise StickSlipError('the drive is not active; activate the node first')
+        raise StickSlipError(f'the node is {state}, not active; activate it first')
     if session.failure is not None:
         raise StickSlipError(f'the drive has stopped: {session.failure}; restart the node')
     return session

@@ -57,10 +57,12 @@ class Stand:
 
     """
 
-    def __init__(self, domain: int, namespace: str, values: dict[str, Any]) -> None:
+    def __init__(
+        self, domain: int, namespace: str, values: dict[str, Any], rules: tuple[str, ...] = ()
+    ) -> None:
         self.domain = domain
         self.namespace = namespace
-        self._context = open_context(domain, namespace)
+        self._context = open_context(domain, namespace, rules)
         self.drive = StickSlipDrive(
             context=self._context,
             parameter_overrides=[Parameter(name, value=value) for name, value in values.items()],
@@ -73,7 +75,7 @@ class Stand:
         self._thread = threading.Thread(target=self._spin, name='executor of the drive')
         self._thread.start()
         self._operator_context = open_context(domain, namespace)
-        self.operator = Operator(self._operator_context)
+        self.operator = Operator(self._operator_context, self.drive.get_name())
 
     def _spin(self) -> None:
         try:
@@ -141,10 +143,11 @@ class Stand:
             raise self.crash
 
 
-def open_context(domain: int, namespace: str) -> Context:
-    """Give a context of rclpy whose nodes live in a namespace."""
+def open_context(domain: int, namespace: str, rules: tuple[str, ...] = ()) -> Context:
+    """Give a context of rclpy whose nodes live in a namespace, under these remapping rules."""
     context = Context()
-    arguments = ['--ros-args', '-r', f'__ns:={namespace}'] if namespace else []
+    rules = (f'__ns:={namespace}', *rules) if namespace else rules
+    arguments = ['--ros-args', *(word for rule in rules for word in ('-r', rule))] if rules else []
     rclpy.init(
         args=arguments,
         context=context,
@@ -176,10 +179,14 @@ def launch(domain: int, tmp_path: Path) -> Iterator[Callable[..., Stand]]:
     started: list[Stand] = []
 
     def launch_stand(
-        values: dict[str, Any] | None = None, namespace: str = '', *, wait: bool = True
+        values: dict[str, Any] | None = None,
+        namespace: str = '',
+        *,
+        wait: bool = True,
+        rules: tuple[str, ...] = (),
     ) -> Stand:
         given = {'record.directory': str(tmp_path), **(values or {})}
-        started.append(Stand(domain, namespace, given))
+        started.append(Stand(domain, namespace, given, rules))
         if wait:
             started[-1].operator.wait_for_drive()
         return started[-1]

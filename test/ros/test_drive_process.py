@@ -14,6 +14,7 @@ from lifecycle_msgs.srv import ChangeState
 from rclpy.context import Context
 from rclpy.signals import SignalHandlerOptions
 
+from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros.operator import Operator
 
@@ -95,7 +96,7 @@ def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
     operator = meet()
     path = operator.set_recording(wanted=True).message
     operator.command_sawtooth(300.0, 500.0, 0.0)
-    operator.spin_until(lambda: operator.status == 1, 'the move')
+    operator.spin_until(lambda: bool(operator.status & Status.MOVING), 'the move')
     operator.spin_for(0.2)
     status, errors = end(process, *signals)
     assert status == 0

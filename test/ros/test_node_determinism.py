@@ -1,5 +1,6 @@
 """The same parameters, seed and commands give the same bytes, with ROS and without."""
 
+import json
 import re
 import struct
 from collections.abc import Callable
@@ -13,11 +14,12 @@ from mcap.stream_reader import StreamReader
 
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.feed import Feed
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import RUN_RECORD
 from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.ros.orders import Order, Orders
 from stickslip_ros.ros.session import Session
 
 MS_NS = 1_000_000
@@ -28,8 +30,11 @@ PLAN = (
     (25 * MS_NS, Request('voltage', (500.0,))),
     (60 * MS_NS, Request('voltage', (120.0,))),
     (65 * MS_NS, Request('sawtooth', (200.0, -400.0, 0.0))),
+    (75 * MS_NS, Request('fault', settings=(('fault.interferometer_offset', 1e-9),))),
     (90 * MS_NS, Request('stop')),
+    (90 * MS_NS, Request('zero_position')),
     (95 * MS_NS, Request('load', (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))),
+    (105 * MS_NS, Request('clear_faults')),
     (110 * MS_NS, Request('reset')),
     (110 * MS_NS, Request('voltage', (300.0,))),
 )
@@ -38,10 +43,10 @@ FAST = {'sim.real_time_factor': 0.0, 'record.chunk_size': 20_000}
 WALL_START = re.compile(rb'\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{6}Z')
 
 
-def plan_into(session: Session, path: Path, namespace: str = '/') -> Any:
+def plan_into(session: Session, path: Path) -> Any:
     """Order everything in advance; give what tells when the recording has ended."""
     start_ns, end_ns = RECORDING_NS
-    writer = RunWriter(path, session.parameters, wait=True, namespace=namespace)
+    writer = RunWriter(path, session.parameters, wait=True)
     session.exchange_recording(writer, start_ns)
     for due_ns, request in PLAN:
         session.submit(request, due_ns)
@@ -65,7 +70,7 @@ def run_on_the_bench(path: Path, values: dict[str, Any]) -> bytes:
     parameters = Parameters().updated({**FAST, **values})
     bench, feed = Bench(parameters), Feed(parameters)
     start_ns, end_ns = RECORDING_NS
-    status = Status(0)
+    status = bench.status
     with RunWriter(path, parameters, wait=True) as writer:
         while bench.time_ns < end_ns:
             now_ns = bench.time_ns
@@ -142,6 +147,57 @@ def test_the_pace_does_not_change_what_happens(launch: Callable[..., Any], tmp_p
     ]
 
 
+def requests_of(path: Path) -> list[tuple[int, Request]]:
+    """Read what a drive was asked, and when it took effect, from a recording."""
+    found: list[tuple[int, Request]] = []
+    for topic, time_ns, message in Recording(path).messages():
+        name = topic.removeprefix('/command/')
+        if topic == '/stickslip_drive/request':
+            note = json.loads(message)
+            settings = tuple(note['settings'].items())
+            found.append((time_ns, Request(note['name'], tuple(note['values']), settings)))
+        elif name == 'load':
+            found.append((time_ns, Request(name, message.force + message.torque)))
+        elif name == 'sawtooth':
+            found.append((time_ns, Request(name, tuple(message.data))))
+        elif name != topic:
+            found.append((time_ns, Request(name, (message,))))
+    return found
+
+
+def test_a_recorded_session_is_replayed_to_the_bit(launch: Callable[..., Any], tmp_path: Path):
+    path = tmp_path / 'live.mcap'
+    stand = launch({'record.on_start': True, 'record.name': path.name})
+    operator = stand.operator
+    operator.command_sawtooth(300.0, 1000.0, 0.0)
+    operator.command_load(0.1)
+    operator.wait_for_event('load', 0)
+    operator.set_parameter('fault.interferometer_offset', 1e-9)
+    operator.switch('set_paused', wanted=True)
+    operator.command_voltage(20.0)
+    operator.trigger('zero_position')
+    operator.trigger('step_simulation')
+    operator.switch('set_paused', wanted=False)
+    operator.spin_for(0.01)
+    for name in ('stop', 'clear_faults', 'reset'):
+        operator.trigger(name)
+    operator.spin_for(0.01)
+    parameters = stand.drive.session.parameters
+    stand.close()
+    asked = requests_of(path)
+    assert len(asked) == 8
+    bench = Bench(parameters)
+    replayed = {}
+    for topic, time_ns, message in Recording(path).messages(['/position', '/force']):
+        if time_ns not in replayed:
+            now = [request for at_ns, request in asked if at_ns == bench.time_ns]
+            replayed[time_ns] = bench.update(time_ns, now).readings
+        seen = message.x if topic == '/position' else message.force[0]
+        again = replayed[time_ns]
+        assert seen == (again.position_m if topic == '/position' else again.force_n)
+    assert len(replayed) > 20
+
+
 def test_another_seed_gives_other_readings(launch: Callable[..., Any], tmp_path: Path):
     one, other = tmp_path / 'one.mcap', tmp_path / 'other.mcap'
     run_on_the_node(launch, one, {})
@@ -153,10 +209,10 @@ def test_another_seed_gives_other_readings(launch: Callable[..., Any], tmp_path:
 
 
 def test_orders_of_one_tick_are_carried_out_in_the_order_in_which_they_came():
-    session = Session(Parameters(), lambda _: None)
+    orders = Orders(by_topic=False)
     requests = [Request('voltage', (float(n),)) for n in range(20)]
     for number, request in enumerate(requests):
-        session.submit(request, (number % 2) * 5 * MS_NS)
-    taken = [order.request for order in session._take_due(0)]
-    taken += [order.request for order in session._take_due(5 * MS_NS)]
+        orders.put(Order((number % 2) * 5 * MS_NS, request=request))
+    taken = [order.request for order in orders.take(0)]
+    taken += [order.request for order in orders.take(5 * MS_NS)]
     assert taken == requests[::2] + requests[1::2]

@@ -9,8 +9,18 @@ import pytest
 from std_srvs.srv import Trigger
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.topics import COMMANDS, READINGS, SERVICES
+from stickslip_ros.recording.topics import COMMANDS, READINGS, SERVICES, TOPICS
+
+OFFERED = {topic.key for topic in TOPICS if topic.exists(Parameters())}
+TRIGGERS = [
+    service.name.removeprefix('~/')
+    for service in SERVICES
+    if service.type_name.endswith('Trigger')
+]
+INACTIVE = 'the node is inactive, not active; activate it first'
 
 
 def topics_of(stand: Any) -> set[str]:
@@ -56,9 +66,11 @@ def test_without_autostart_the_drive_stays_unconfigured_and_offers_nothing(manua
 def test_configure_offers_every_topic_and_service_but_nothing_runs(manual: Any):
     assert manual.change_state('configure')
     assert manual.state() == 'inactive'
-    assert topics_of(manual) == {topic.key for topic in (*COMMANDS, *READINGS)}
+    assert topics_of(manual) == OFFERED
     assert len(services_of(manual)) == len(SERVICES)
-    with pytest.raises(StickSlipError, match='the drive is not active; activate the node first'):
+    with pytest.raises(
+        StickSlipError, match='the node is inactive, not active; activate it first'
+    ):
         manual.drive.session  # noqa: B018 - it is the property that refuses
     assert manual.operator.received.total() == 0
 
@@ -141,12 +153,12 @@ def test_a_transition_that_does_not_fit_the_state_is_refused(manual: Any, transi
     assert manual.change_state('configure')
 
 
-@pytest.mark.parametrize('name', ['stop', 'reset'])
+@pytest.mark.parametrize('name', TRIGGERS)
 def test_a_service_of_an_inactive_drive_is_refused_with_the_reason(manual: Any, name: str):
     manual.change_state('configure')
     answer = manual.operator.trigger(name)
     assert not answer.success
-    assert answer.message == f'{name} refused: the drive is not active; activate the node first'
+    assert answer.message == f'{name} refused: {INACTIVE}'
 
 
 @pytest.mark.parametrize('wanted', [True, False])
@@ -154,7 +166,7 @@ def test_an_inactive_drive_does_not_record(manual: Any, wanted: bool, tmp_path: 
     manual.change_state('configure')
     answer = manual.operator.set_recording(wanted)
     assert not answer.success
-    assert answer.message == 'the drive is not active; activate the node first'
+    assert answer.message == f'set_recording refused: {INACTIVE}'
     assert list(tmp_path.glob('*.mcap')) == []
 
 
@@ -164,10 +176,7 @@ def test_commands_to_an_inactive_drive_move_nothing_then_or_later(
     stand = launch({'autostart': False, **perfect_sensors}, wait=False)
     stand.change_state('configure')
     operator = stand.operator
-    publishers = operator._publishers.values()
-    operator.spin_until(
-        lambda: all(each.get_subscription_count() == 1 for each in publishers), 'the drive'
-    )
+    operator.wait_for_topics()
     operator.command_voltage(300.0)
     operator.command_sawtooth(300.0, 1000.0, 50.0)
     operator.command_load(1.0)
@@ -184,7 +193,7 @@ def test_commands_to_an_inactive_drive_move_nothing_then_or_later(
 def test_an_end_in_the_middle_of_a_move_leaves_no_thread_behind(launch: Callable[..., Any]):
     stand = launch()
     stand.operator.command_sawtooth(300.0, 1000.0, 0.0)
-    stand.operator.spin_until(lambda: bool(stand.operator.status), 'the move')
+    stand.operator.spin_until(lambda: bool(stand.operator.status & Status.MOVING), 'the move')
     session = stand.drive.session
     thread = session._thread
     assert thread.is_alive()

@@ -5,8 +5,10 @@ from typing import Any
 
 import pytest
 
+from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import specs
 
+IDLE = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
 PRELOAD_N = 0.8
 BURST = (300.0, 1000.0, 50.0)
 
@@ -16,17 +18,21 @@ def test_a_preload_command_is_carried_out_at_its_rate_and_told_by_status_and_eve
 ):
     stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 3.0})
     stand.operator.command_preload(PRELOAD_N)
-    stand.operator.spin_until(lambda: stand.operator.status == 1 << 26, 'the preloading bit')
+    stand.operator.spin_until(
+        lambda: stand.operator.status == IDLE | Status.PRELOADING, 'the preloading bit'
+    )
     event = stand.operator.wait_for_event('preload', 0)
     assert event['result'] == 'DONE'
-    stand.operator.spin_until(lambda: stand.operator.status == 0, 'the end of the preloading')
+    stand.operator.spin_until(lambda: stand.operator.status == IDLE, 'the end of the preloading')
     assert stand.drive.session.bench.state.contact.preload_n == PRELOAD_N
 
 
 def test_a_second_preload_command_replaces_the_first(launch: Callable[..., Any]):
     stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 0.01})
     stand.operator.command_preload(PRELOAD_N)
-    stand.operator.spin_until(lambda: stand.operator.status == 1 << 26, 'the preloading bit')
+    stand.operator.spin_until(
+        lambda: stand.operator.status == IDLE | Status.PRELOADING, 'the preloading bit'
+    )
     stand.operator.command_preload(0.1)
     event = stand.operator.wait_for_event('preload', 0)
     assert (event['result'], event['message']) == ('ABORTED', 'replaced by command 2')

@@ -1,6 +1,7 @@
 """The node records what it says and hears, and other people's tools read it."""
 
 import json
+import math
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -13,22 +14,24 @@ from mcap_ros2.decoder import DecoderFactory
 from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 
-from stickslip_ros.parameters import parse_yaml
+from stickslip_ros.parameters import Parameters, parse_yaml
 from stickslip_ros.recording.messages import ArrayMessage, WrenchMessage
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.topics import COMMANDS, READINGS, TOPICS
+from stickslip_ros.recording.topics import COMMANDS, READINGS, recorded_channels
 from stickslip_ros.ros.interface import MESSAGE_TYPES
 
-RECORDED = {topic.key: topic.full_name() for topic in TOPICS if topic.recorded}
+RECORDED = {key: channel.topic for key, channel in recorded_channels(Parameters()).items()}
 #: A tick long enough that no reading is lost on its way to a busy operator: 100 are kept for it.
 UNHURRIED = {'sim.block': 0.01}
+#: One command on each topic that a session leaves out; refused or not, it is recorded.
+MORE = (('steps', 2), ('jog', 0.0), ('position', math.nan), ('waveform', ((0.0, 1.0),)))
 LOAD_N = 0.1
 PRELOAD_N = 0.51
 AMPLITUDE_V, FREQUENCY_HZ, STEPS = 300.0, 500.0, 20.0
 
 
-def record_a_session(stand: Any) -> Path:
-    """Record a bit of everything; give the file."""
+def record_a_session(stand: Any, *more: tuple[str, Any]) -> Path:
+    """Record a bit of everything, then more commands; give the file."""
     operator = stand.operator
     answer = operator.set_recording(wanted=True)
     assert answer.success
@@ -42,6 +45,9 @@ def record_a_session(stand: Any) -> Path:
     operator.wait_for_event('voltage', 0)
     operator.command_voltage(400.0)
     operator.wait_for_event('voltage', len(operator.events))
+    for name, value in more:
+        operator.command(name, value)
+        operator.wait_for_event(name, 0)
     operator.trigger('reset')
     operator.wait_for_event('reset', 0)
     ended = operator.set_recording(wanted=False)
@@ -69,10 +75,10 @@ def test_a_recording_ends_with_its_name_and_opens(stand: Any, tmp_path: Path):
 def test_the_answer_says_why_recording_does_not_start_or_end(stand: Any):
     operator = stand.operator
     answer = operator.set_recording(wanted=False)
-    assert (answer.success, answer.message) == (False, 'not recording')
+    assert (answer.success, answer.message) == (False, 'set_recording refused: not recording')
     assert operator.set_recording(wanted=True).success
     answer = operator.set_recording(wanted=True)
-    assert (answer.success, answer.message) == (False, 'already recording')
+    assert (answer.success, answer.message) == (False, 'set_recording refused: already recording')
     assert operator.set_recording(wanted=False).success
 
 
@@ -95,7 +101,9 @@ def test_an_existing_file_is_not_overwritten(launch: Callable[..., Any], tmp_pat
     stand = launch({'record.name': 'kept.mcap'})
     answer = stand.operator.set_recording(wanted=True)
     assert not answer.success
-    assert answer.message == f'{file}: it exists and is not overwritten; choose another name'
+    assert answer.message == (
+        f'set_recording refused: {file}: it exists and is not overwritten; choose another name'
+    )
     assert file.read_bytes() == b'mine'
     assert stand.drive.session.writer is None
     stand.operator.command_voltage(10.0)
@@ -142,7 +150,7 @@ def test_topics_of_a_recording_carry_the_namespace(launch: Callable[..., Any]):
 
 
 def test_rosbags_and_mcap_ros2_and_rclpy_decode_every_message(stand: Any):
-    path = record_a_session(stand)
+    path = record_a_session(stand, *MORE)
     ours = Counter(topic for topic, _, _ in Recording(path).messages())
     with AnyReader([path]) as reader:
         theirs = Counter(
@@ -171,7 +179,7 @@ def test_types_hashes_and_quality_of_service_are_those_of_the_live_topics(stand:
         summary = make_reader(stream).get_summary()
     stored = {channel.topic: channel for channel in summary.channels.values()}
     for topic in (*COMMANDS, *READINGS):
-        if not topic.recorded:
+        if topic.key not in RECORDED:
             continue
         get = (
             node.get_subscriptions_info_by_topic

@@ -10,7 +10,11 @@ import pytest
 from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Float64, Float64MultiArray
 
+from stickslip_ros.instrument.reports import Status
+
 NAN, INF = math.nan, math.inf
+IDLE = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
+MOVING = IDLE | Status.MOVING
 NOT_FINITE = (NAN, INF, -INF)
 BATCH = 40
 """Bad messages on the way at once: fewer than the depth of a command topic."""
@@ -80,7 +84,8 @@ def refused_by_diagnostics(stand: Any) -> int:
     operator = stand.operator
     seen = len(operator.diagnostics)
     operator.spin_until(lambda: len(operator.diagnostics) > seen, 'diagnostics')
-    return int(operator.diagnostics[-1]['stickslip_drive: drive']['commands_refused'])
+    title = 'stickslip_drive: drive'
+    return int(operator.diagnostics[-1][title]['commands_refused'])
 
 
 @pytest.mark.parametrize('recording', [False, True], ids=['', 'while recording'])
@@ -101,7 +106,7 @@ def test_hundreds_of_bad_messages_neither_stop_nor_move_the_drive(
     assert [event['number'] for event in operator.events] == list(range(1, sent + 1))
     assert stand.drive.session.failure is None
     assert refused_by_diagnostics(stand) == sent
-    assert operator.status == 1 << 25
+    assert operator.status == IDLE | Status.REFUSED
     assert set(operator.positions.values()) == {0.0}
     operator.command_voltage(150.0)
     assert operator.wait_for_event('voltage', sent)['result'] == 'DONE'
@@ -148,11 +153,11 @@ def test_a_refusal_says_value_limit_unit_and_mend(
 
 def test_a_refused_command_leaves_the_running_move_alone(stand: Any):
     stand.operator.command_sawtooth(300.0, 1000.0, 0.0)
-    stand.operator.spin_until(lambda: stand.operator.status == 1, 'the move')
+    stand.operator.spin_until(lambda: stand.operator.status == MOVING, 'the move')
     stand.operator.command_voltage(1e6)
     stand.operator.command_sawtooth(NAN, 1.0, 1.0)
     stand.operator.wait_for_event('sawtooth', 0)
-    assert stand.operator.status in {1, 1 | 1 << 25}
+    assert stand.operator.status in {MOVING, MOVING | Status.REFUSED}
     assert {event['result'] for event in stand.operator.events} == {'INVALID_PARAMETER'}
     cycle = stand.drive.session.bench.state.clock.cycle
     stand.operator.spin_until(

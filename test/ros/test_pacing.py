@@ -116,6 +116,52 @@ def test_a_report_without_ticks_has_no_lateness():
     assert math.isnan(report.lateness_mean_s)
 
 
+def test_a_hold_is_no_lateness_and_does_not_count_as_time():
+    pacer = Pacer(PERIOD_S, 1.0)
+    pacer.wait()
+    pacer.hold()
+    held_s = time.monotonic()
+    spin_until(held_s + 1.5 * LAG_MAX_S)
+    pacer.hold()  # twice is as once
+    pacer.resume()
+    resumed_s = time.monotonic()
+    assert pacer._deadline_s == pytest.approx(resumed_s, rel=0.0, abs=PERIOD_S)
+    pacer.wait()
+    report = pacer.report()
+    assert report.ticks == 2
+    assert report.real_time_factor > 2 * PERIOD_S / (1.5 * LAG_MAX_S)
+    assert report.missing_s < 1.5 * LAG_MAX_S
+    assert report.lateness_max_s < LAG_MAX_S
+
+
+def test_a_report_in_the_middle_of_a_hold_ends_with_the_hold():
+    pacer = Pacer(PERIOD_S, 1.0)
+    pacer.hold()
+    spin_until(time.monotonic() + 10 * PERIOD_S)
+    assert pacer.report().missing_s < PERIOD_S
+    spin_until(time.monotonic() + 10 * PERIOD_S)
+    pacer.resume()
+    assert pacer.report().missing_s < PERIOD_S
+
+
+def test_what_is_missing_is_the_wanted_pace_less_the_ticks():
+    pacer = Pacer(PERIOD_S, 3.0)
+    begun_s = time.monotonic()
+    pacer.start()
+    spin_until(begun_s + 10 * PERIOD_S)
+    report = pacer.report()
+    assert report.missing_s >= 3.0 * 10 * PERIOD_S - EARLY_S
+    assert Pacer(PERIOD_S, 0.0).report().missing_s == 0.0
+
+
+def test_a_sleep_may_end_early_and_is_then_not_late():
+    pacer = Pacer(1e6, 1.0)
+    asked_s: list[float] = []
+    pacer.wait(asked_s.append)
+    assert asked_s[0] == pytest.approx(1e6, rel=1e-3)
+    assert pacer.report().lateness_max_s == 0.0
+
+
 def test_start_forgets_the_time_before_it():
     pacer = Pacer(PERIOD_S, 1.0)
     spin_until(time.monotonic() + 1.2 * LAG_MAX_S)

@@ -48,7 +48,7 @@ def test_when_the_drive_fails_every_waiting_order_is_refused_with_the_reason():
     with pytest.raises(StickSlipError, match='the drive has stopped: the network is gone'):
         waiting.result(TIMEOUT_S)
     with pytest.raises(StickSlipError, match='restart the node'):
-        require(session)
+        require(session, 'active')
     session.stop()
 
 

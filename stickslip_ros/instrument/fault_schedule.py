@@ -1,0 +1,146 @@
+"""Faults that come and go at given times, read from a YAML file."""
+
+import difflib
+import math
+from collections import deque
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import yaml
+
+from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.parameters import Scalar, spec_of, specs, to_nanoseconds
+
+PREFIX = 'fault.'
+FAULTS = tuple(name for name, spec in specs().items() if spec.live)
+"""Full names of the faults, in the order of declaration."""
+SHOWN = 60
+"""Characters of a bad value that a message shows."""
+FORM = 'write - {at: 0.5, set: {fault.interferometer: freeze}} or - {at: 1.0, clear: true}'
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A request and the simulated time from which on it is due, ns."""
+
+    at_ns: int
+    request: Request
+
+
+class FaultSchedule:
+    """
+    The faults still to come; without entries, none.
+
+    Parameters
+    ----------
+    entries : iterable of Entry
+        In any order; those of equal times keep theirs.
+
+    """
+
+    def __init__(self, entries: Iterable[Entry] = ()) -> None:
+        self._waiting = deque(sorted(entries, key=lambda entry: entry.at_ns))
+
+    def due(self, now_ns: int) -> list[Request]:
+        """Return what has become due, each entry once, in the order of their times."""
+        found = []
+        while self._waiting and self._waiting[0].at_ns <= now_ns:
+            found.append(self._waiting.popleft().request)
+        return found
+
+
+def read_schedule(path: Path) -> FaultSchedule:
+    """
+    Read a schedule from a file.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read, or is not YAML.
+    UnknownName, WrongKind, OutOfRange
+        If it is not a list of entries, or an entry is not allowed.
+
+    """
+    try:
+        text = path.read_text(encoding='utf-8')
+    except OSError as error:
+        problem = f'cannot be read ({error.strerror})'
+        raise RecordingError(path, problem, 'check fault.schedule') from None
+    except UnicodeDecodeError:
+        raise RecordingError(path, 'is not text in UTF-8', FORM) from None
+    return parse_schedule(text, str(path))
+
+
+def parse_schedule(text: str, origin: str) -> FaultSchedule:
+    """
+    Read the text of a schedule.
+
+    Parameters
+    ----------
+    text : str
+        A YAML list of entries ``{at: seconds, set: {fault: value}}`` or
+        ``{at: seconds, clear: true}``; times count from the configuration. The names of faults
+        may leave out ``fault.``.
+    origin : str
+        Name of the source, for messages.
+
+    """
+    try:
+        document = yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        problem = f'is not YAML ({" ".join(str(error).split())})'
+        raise RecordingError(origin, problem, FORM) from None
+    if not document:
+        raise RecordingError(origin, 'holds no entry', f'{FORM}, or set fault.schedule to empty')
+    if not isinstance(document, list):
+        raise WrongKind(origin, _short(document), 'a list of entries', FORM)
+    return FaultSchedule(
+        _entry(item, f'{origin}: entry {number}') for number, item in enumerate(document, start=1)
+    )
+
+
+def _entry(item: object, place: str) -> Entry:
+    if not isinstance(item, dict) or set(item) not in ({'at', 'set'}, {'at', 'clear'}):
+        raise WrongKind(place, _short(item), 'a time with either set or clear', FORM)
+    at_ns = _time_ns(item['at'], f'{place}: at')
+    if 'clear' not in item:
+        return Entry(at_ns, Request('fault', settings=_settings(item['set'], place)))
+    if item['clear'] is not True:
+        raise WrongKind(f'{place}: clear', item['clear'], 'true', 'write clear: true')
+    return Entry(at_ns, Request('clear_faults'))
+
+
+def _time_ns(value: object, name: str) -> int:
+    try:
+        time_s = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        time_s = math.nan
+    mend = 'give seconds since the configuration'
+    if not math.isfinite(time_s):
+        raise WrongKind(name, value, 'a finite number', mend)
+    if time_s < 0.0:
+        raise OutOfRange(name, time_s, 's', 'below 0 s', mend)
+    return to_nanoseconds(time_s)
+
+
+def _settings(table: object, place: str) -> tuple[tuple[str, Scalar], ...]:
+    if not isinstance(table, Mapping) or not table:
+        raise WrongKind(f'{place}: set', _short(table), 'a table of faults', FORM)
+    return tuple(_setting(str(key), value, place) for key, value in table.items())
+
+
+def _setting(key: str, value: object, place: str) -> tuple[str, Scalar]:
+    name = key if key.startswith(PREFIX) else PREFIX + key
+    if name not in FAULTS:
+        near = difflib.get_close_matches(name, FAULTS, n=1)
+        mend = f'did you mean {near[0]}?' if near else f'use {", ".join(FAULTS)}'
+        raise UnknownName(f'{place}: fault', key, mend)
+    return name, spec_of(name).check(f'{place}: {name}', value)
+
+
+def _short(value: object) -> object:
+    """Return a value as YAML has read it, or the beginning of a long one."""
+    text = repr(value)
+    return value if len(text) <= SHOWN else f'{text[:SHOWN]}...'

@@ -1,0 +1,167 @@
+"""The topics of a node: offered as declared, unless their quality of service is overridden."""
+
+from collections import Counter
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rcl_interfaces.msg import SetParametersResult
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.exceptions import ParameterException
+from rclpy.lifecycle import LifecycleNode
+from rclpy.qos import (
+    DurabilityPolicy,
+    QoSPolicyKind,
+    QoSProfile,
+    ReliabilityPolicy,
+    qos_policy_name_from_kind,
+)
+from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
+
+from stickslip_ros.errors import StickSlipError, UnknownName
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.channels import Channel
+from stickslip_ros.recording.feed import Packed
+from stickslip_ros.recording.topics import SUBSCRIBED, TOPICS, Topic
+from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile, to_qos
+
+POLICIES = (QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
+"""What ``qos_overrides.<topic>.<publisher or subscription>.*`` may change."""
+REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, InvalidQosOverridesError)
+"""What rclpy raises when it does not take an override."""
+
+OnMessage = Callable[[Topic, Any], None]
+
+
+class Connections:
+    """
+    Publishers and subscriptions of a drive.
+
+    Parameters
+    ----------
+    node : LifecycleNode
+        Their owner.
+    on_message : callable
+        Receives a topic of a command and the message that came on it.
+    overrides : list of str
+        Names of the parameters ``qos_overrides.*`` that were given at the start.
+
+    Attributes
+    ----------
+    misfits : Counter of str
+        Endpoints of others with which a quality of service did not agree, by topic.
+
+    """
+
+    def __init__(self, node: LifecycleNode, on_message: OnMessage, overrides: list[str]) -> None:
+        self._node = node
+        self._on_message = on_message
+        self._overrides = overrides
+        self._offered: dict[str, Any] = {}
+        self.misfits: Counter[str] = Counter()
+
+    def fit(self, parameters: Parameters) -> bool:
+        """Tell whether exactly the topics that exist under these parameters are offered."""
+        return {t.key for t in TOPICS if t.exists(parameters)} == self._offered.keys()
+
+    def offer(self, parameters: Parameters) -> None:
+        """
+        Offer every topic that exists under these parameters, and no other.
+
+        Raises
+        ------
+        StickSlipError
+            If an override of quality of service is not allowed, or belongs to no topic.
+
+        """
+        self.release()
+        self.misfits.clear()
+        for topic in TOPICS:
+            if topic.exists(parameters):
+                self._offered[topic.key] = self._open(topic)
+        for name in self._overrides:
+            if not self._node.has_parameter(name):
+                mend = 'look at the topics and policies in docs/node.md'
+                raise UnknownName('override', name, mend)
+
+    def release(self) -> None:
+        """Take every topic away."""
+        for topic in TOPICS:
+            entity = self._offered.pop(topic.key, None)
+            if entity is None:
+                continue
+            if topic.direction == SUBSCRIBED:
+                self._node.destroy_subscription(entity)
+            else:
+                self._node.destroy_lifecycle_publisher(entity)
+
+    def publish(self, packed: Packed) -> None:
+        """Publish a packed message, if its topic is offered and the node active."""
+        self.send(packed.key, packed.data)
+
+    def send(self, key: str, message: Any) -> None:
+        """Publish a message, or its bytes."""
+        publisher = self._offered.get(key)
+        if publisher is not None:
+            publisher.publish(message)
+
+    def channels(self) -> dict[str, Channel]:
+        """Return what a recording holds: names and quality of service as they are, by key."""
+        return {
+            topic.key: Channel(
+                self._node.resolve_topic_name(topic.name),
+                topic.type_name,
+                to_qos(self._offered[topic.key].qos_profile),
+            )
+            for topic in TOPICS
+            if topic.recorded and topic.key in self._offered
+        }
+
+    def _open(self, topic: Topic) -> Any:
+        """Make the publisher or the subscription of a topic."""
+        subscribe = topic.direction == SUBSCRIBED
+        note = partial(self._note_misfit, topic)
+        options: dict[str, Any] = {
+            'event_callbacks': (
+                SubscriptionEventCallbacks(incompatible_qos=note)
+                if subscribe
+                else PublisherEventCallbacks(incompatible_qos=note)
+            ),
+            'qos_overriding_options': QoSOverridingOptions(POLICIES, callback=_check_profile),
+        }
+        message_type, profile = MESSAGE_TYPES[topic.type_name], to_profile(topic.qos)
+        try:
+            if not subscribe:
+                return self._node.create_lifecycle_publisher(
+                    message_type, topic.name, profile, **options
+                )
+            callback = partial(self._on_message, topic)
+            return self._node.create_subscription(
+                message_type, topic.name, callback, profile, **options
+            )
+        except REFUSALS as error:
+            raise StickSlipError(f'{topic.name} cannot be offered: {error}') from error
+
+    def _note_misfit(self, topic: Topic, event: Any) -> None:
+        """Count and tell that another node's endpoint does not fit."""
+        self.misfits[topic.name] = event.total_count
+        policy = qos_policy_name_from_kind(event.last_policy_kind)
+        other = 'publisher' if topic.direction == SUBSCRIBED else 'subscription'
+        self._node.get_logger().warning(
+            f'a {other} on {topic.name} does not fit its {policy}: nothing passes between them'
+        )
+
+
+def _check_profile(profile: QoSProfile) -> SetParametersResult:
+    """Refuse a quality of service that the drive cannot offer."""
+    if profile.depth < 1:
+        return SetParametersResult(successful=False, reason=f'depth {profile.depth} is below 1')
+    for value, allowed in (
+        (profile.reliability, (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT)),
+        (profile.durability, (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL)),
+    ):
+        if value not in allowed:
+            words = ' or '.join(each.name.lower() for each in allowed)
+            reason = f'{value.name.lower()} is not {words}'
+            return SetParametersResult(successful=False, reason=reason)
+    return SetParametersResult(successful=True)

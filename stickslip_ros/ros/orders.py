@@ -1,0 +1,110 @@
+"""What a drive was told to do and has not done yet."""
+
+from collections import deque
+from collections.abc import Iterator
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.recording.topics import COMMANDS
+
+AT_ONCE = -2
+"""Due time of what waits for no block: it is done even while simulated time is held."""
+NEXT_BLOCK = -1
+"""Due time of what shall happen with the next block."""
+
+_RANKS = {topic.request: rank for rank, topic in enumerate(COMMANDS)}
+
+
+@dataclass
+class Order:
+    """
+    Something to do at a block.
+
+    Attributes
+    ----------
+    due_ns : int
+        Simulated time from which on it is carried out, or AT_ONCE, or NEXT_BLOCK.
+    request : Request or None
+        For the bench; None exchanges the recording.
+    writer : RunWriter or None
+        The new recording; None ends the present one.
+    reply : Future
+        Receives the previous recording, or None, once the block is over.
+    outcome : RunWriter or StickSlipError or None
+        What the reply will be.
+
+    """
+
+    due_ns: int
+    request: Request | None = None
+    writer: RunWriter | None = None
+    reply: 'Future[RunWriter | None]' = field(default_factory=Future)
+    outcome: RunWriter | StickSlipError | None = None
+
+    def answer(self) -> None:
+        """Tell who gave the order what came of it."""
+        if isinstance(self.outcome, StickSlipError):
+            self.reply.set_exception(self.outcome)
+        else:
+            self.reply.set_result(self.outcome)
+
+    def refuse(self, why: StickSlipError) -> None:
+        """Tell that the order will never be carried out."""
+        if not self.reply.done():
+            self.reply.set_exception(why)
+
+    @property
+    def rank(self) -> int:
+        """Place of its topic among the command topics; what has none comes first."""
+        return -1 if self.request is None else _RANKS.get(self.request.name, -1)
+
+
+class Orders:
+    """
+    Orders that wait, in the order in which they came.
+
+    Parameters
+    ----------
+    by_topic : bool
+        Whether orders of one block are sorted by their topics, so that it does not matter in
+        which order the network delivered them.
+
+    """
+
+    def __init__(self, *, by_topic: bool) -> None:
+        self._waiting: deque[Order] = deque()
+        self._by_topic = by_topic
+
+    def __iter__(self) -> Iterator[Order]:
+        return iter(tuple(self._waiting))
+
+    def put(self, order: Order) -> Order:
+        """Add an order; return it."""
+        self._waiting.append(order)
+        return order
+
+    def take(self, now_ns: int) -> list[Order]:
+        """Take what is due at a simulated time and was not withdrawn."""
+        due: list[Order] = []
+        later: list[Order] = []
+        for order in self._waiting:
+            (due if order.due_ns <= now_ns else later).append(order)
+        self._waiting = deque(later)
+        if self._by_topic:
+            due.sort(key=lambda order: order.rank)
+        return [order for order in due if order.reply.set_running_or_notify_cancel()]
+
+    def take_urgent(self) -> list[Order]:
+        """Take what waits for no block."""
+        return self.take(AT_ONCE)
+
+    def withdraw_all(self) -> None:
+        """Cancel everything; recordings that were to begin are closed."""
+        while self._waiting:
+            order = self._waiting.popleft()
+            order.reply.cancel()
+            if order.writer is not None:
+                order.writer.close()

@@ -1,0 +1,70 @@
+"""Whether simulated time may go on: neither paused, nor ahead of what was granted."""
+
+from typing import NamedTuple
+
+
+class Grant(NamedTuple):
+    """
+    How far the drive may go in lockstep.
+
+    Attributes
+    ----------
+    until_ns : int
+        Simulated time that it may reach.
+    commands : int
+        Messages on command topics that must have come before.
+
+    """
+
+    until_ns: int
+    commands: int
+
+
+class Permit:
+    """
+    Pause and lockstep of one drive.
+
+    Parameters
+    ----------
+    block_ns : int
+        Simulated time of a block.
+    lockstep : bool
+        Whether every block waits for a grant.
+
+    Attributes
+    ----------
+    is_paused : bool
+        Whether simulated time is held.
+
+    """
+
+    def __init__(self, block_ns: int, *, lockstep: bool) -> None:
+        self._block_ns = block_ns
+        self._lockstep = lockstep
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin as after an activation: not paused, nothing granted, no command received."""
+        self.is_paused = False
+        self._received = 0
+        self._grant = Grant(0, 0)
+
+    def count_command(self) -> None:
+        """Note that a message came on a command topic."""
+        self._received += 1
+
+    def extend(self, grant: Grant) -> None:
+        """Take a grant; one that goes less far than an earlier one changes nothing."""
+        if grant.until_ns >= self._grant.until_ns:
+            self._grant = grant
+
+    def is_granted(self, now_ns: int) -> bool:
+        """Tell whether the block that begins now was granted, and its commands have come."""
+        if not self._lockstep:
+            return True
+        reached = now_ns + self._block_ns <= self._grant.until_ns
+        return reached and self._received >= self._grant.commands
+
+    def allows(self, now_ns: int) -> bool:
+        """Tell whether the block that begins now may be simulated."""
+        return not self.is_paused and self.is_granted(now_ns)

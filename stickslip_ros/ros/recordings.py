@@ -1,0 +1,83 @@
+"""Recordings that a node starts and ends."""
+
+from collections.abc import Mapping
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as NoReply
+from typing import Any, TypeVar
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.recording.channels import Channel
+from stickslip_ros.recording.run_file import run_path
+from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.ros.session import Session
+
+REPLY_TIMEOUT_S = 10.0
+
+T = TypeVar('T')
+
+
+def open_recording(session: Session, channels: Mapping[str, Channel]) -> RunWriter:
+    """Start the file of a recording; one whose drive need not keep a pace loses nothing."""
+    parameters = session.parameters
+    waits = session.pacer.real_time_factor == 0.0
+    return RunWriter(run_path(parameters), parameters, wait=waits, channels=channels)
+
+
+def close_recording(writer: RunWriter, logger: Any) -> str:
+    """Finish a file; the drive does not wait for the disk, the caller does. Return its path."""
+    writer.close()
+    recorder = writer.recorder
+    if recorder.error is not None:
+        logger.error(f'{recorder.path} is incomplete: {recorder.error}')
+    logger.info(
+        f'recorded {recorder.path}: {recorder.written} messages, {recorder.dropped} dropped'
+    )
+    return str(recorder.path)
+
+
+def start_recording(session: Session, channels: Mapping[str, Channel]) -> str:
+    """
+    Record from now on; return the path.
+
+    Raises
+    ------
+    StickSlipError
+        If the drive records already, or the file cannot be written.
+
+    """
+    if session.writer is not None:
+        raise StickSlipError('already recording')
+    writer = open_recording(session, channels)
+    try:
+        await_reply(session.exchange_recording(writer))
+    except StickSlipError:
+        writer.close()
+        raise
+    return str(writer.recorder.path)
+
+
+def end_recording(session: Session, logger: Any) -> str:
+    """
+    End the recording; return its path.
+
+    Raises
+    ------
+    StickSlipError
+        If the drive does not record.
+
+    """
+    if session.writer is None:
+        raise StickSlipError('not recording')
+    ended = await_reply(session.exchange_recording(None))
+    return '' if ended is None else close_recording(ended, logger)
+
+
+def await_reply(reply: 'Future[T]') -> T:
+    """Wait for a tick to carry out an order; one that does not come is withdrawn and refused."""
+    try:
+        return reply.result(REPLY_TIMEOUT_S)
+    except NoReply:
+        reply.cancel()
+        raise StickSlipError(
+            f'the drive made no tick in {REPLY_TIMEOUT_S:g} s; look at /diagnostics'
+        ) from None

@@ -1,0 +1,108 @@
+"""The services of a node beside those of its lifecycle."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from rclpy.node import Node
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.recording.topics import SERVICES
+from stickslip_ros.ros.interface import SERVICE_TYPES
+from stickslip_ros.ros.orders import AT_ONCE
+from stickslip_ros.ros.recordings import await_reply
+from stickslip_ros.ros.session import Session
+
+Act = Callable[[Session, Any], str]
+"""Does what a service is for and returns the message of its answer."""
+
+
+class Services:
+    """
+    What can be asked of a drive.
+
+    Parameters
+    ----------
+    node : Node
+        Their owner.
+    get_session : callable
+        Returns the running drive, or refuses.
+    on_refusal : callable
+        Hears why something was refused.
+    acts : mapping of str to callable
+        What only the node can do, by the name of the service.
+
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        get_session: Callable[[], Session],
+        on_refusal: Callable[[str], None],
+        acts: Mapping[str, Act],
+    ) -> None:
+        self._node = node
+        self._get_session = get_session
+        self._on_refusal = on_refusal
+        self._acts = {**_ACTS, **acts}
+        self._offered: list[Any] = []
+
+    def offer(self) -> None:
+        """Offer every declared service."""
+        for service in SERVICES:
+            name = service.name.removeprefix('~/')
+            callback = partial(self._answer, name, self._acts[name])
+            self._offered.append(
+                self._node.create_service(SERVICE_TYPES[service.type_name], service.name, callback)
+            )
+
+    def release(self) -> None:
+        """Take every service away."""
+        while self._offered:
+            self._node.destroy_service(self._offered.pop())
+
+    def _answer(self, name: str, act: Act, request: Any, response: Any) -> Any:
+        try:
+            response.message = act(self._get_session(), request)
+            response.success = True
+        except StickSlipError as error:
+            response.success = False
+            response.message = f'{name} refused: {error}'
+            self._on_refusal(response.message)
+        return response
+
+
+def _ask(name: str, session: Session, _: Any) -> str:
+    await_reply(session.submit(Request(name), AT_ONCE))
+    return ''
+
+
+def _enable_amplifier(session: Session, request: Any) -> str:
+    values = (1.0 if request.data else 0.0,)
+    await_reply(session.submit(Request('enable_amplifier', values), AT_ONCE))
+    return ''
+
+
+def _set_paused(session: Session, request: Any) -> str:
+    session.set_paused(request.data)
+    return f'paused at {_time(session)}' if request.data else 'running'
+
+
+def _step_simulation(session: Session, _: Any) -> str:
+    await_reply(session.step())
+    return f'advanced to {_time(session)}'
+
+
+def _time(session: Session) -> str:
+    return f'{session.bench.time_ns * 1e-9:.9g} s'
+
+
+ASKED = ('stop', 'reset', 'zero_position', 'tare_force', 'clear_faults')
+"""Services that the bench alone carries out."""
+_ACTS: dict[str, Act] = {
+    **{name: partial(_ask, name) for name in ASKED},
+    'enable_amplifier': _enable_amplifier,
+    'set_paused': _set_paused,
+    'step_simulation': _step_simulation,
+}

@@ -1,0 +1,148 @@
+"""The work of a drive, block by block: orders, bench, topics and recording; without threads."""
+
+import struct
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
+from stickslip_ros.instrument.reports import Output
+from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
+from stickslip_ros.recording.cdr_fields import HEADER, NS_PER_S
+from stickslip_ros.recording.feed import Feed, Packed
+from stickslip_ros.recording.run_writer import NOTE_KEY, RunWriter, pack_effect
+from stickslip_ros.ros.orders import Order
+
+Publish = Callable[[Packed], None]
+Faults = dict[str, Scalar]
+"""Values of the faults that there are, by name."""
+
+
+class Worker:
+    """
+    A bench with all that hears of it.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    publish : callable
+        Receives every packed message.
+    on_faults : callable
+        Receives the faults of the moment whenever they change.
+
+    Attributes
+    ----------
+    bench : Bench
+        The drive.
+    writer : RunWriter or None
+        The recording in progress.
+    status : Status
+        Of the drive, as last told.
+
+    Raises
+    ------
+    StickSlipError
+        If the schedule of faults cannot be read or is not allowed.
+
+    """
+
+    def __init__(
+        self, parameters: Parameters, publish: Publish, on_faults: Callable[[Faults], None]
+    ) -> None:
+        self._schedule = _schedule_of(parameters)
+        self._block_ns = parameters.block_ns
+        self._keeps_clock = parameters.sim.publish_clock
+        Bench(parameters).update(self._block_ns)  # compiles the kernels now
+        self.bench = Bench(parameters)
+        self.status = self.bench.status
+        self.writer: RunWriter | None = None
+        self._feed = Feed(parameters)
+        self._publish = publish
+        self._on_faults = on_faults
+        self._seen_faults: FaultParameters | None = None
+        self._told_faults: Faults = {}
+
+    @property
+    def faults(self) -> Faults:
+        """The faults of the moment."""
+        faults = self.bench.faults
+        return {name: getattr(faults, name) for name in faults.names}
+
+    def serve(self, orders: list[Order]) -> None:
+        """Carry out orders at the present time, which stands still."""
+        self._carry_out(orders)
+        _answer(orders)
+
+    def advance(self, orders: list[Order]) -> None:
+        """Carry out orders and what is scheduled, advance by one block, tell what was seen."""
+        now_ns = self.bench.time_ns
+        self._carry_out(orders, self._schedule.due(now_ns))
+        self._tell(self.bench.update(now_ns + self._block_ns))
+        _answer(orders)
+
+    def _carry_out(self, orders: list[Order], scheduled: Iterable[Request] = ()) -> None:
+        """Do what is due at the present time: recordings first, then the schedule's faults."""
+        for order in orders:
+            if order.request is None:
+                order.outcome = self._exchange(order.writer)
+        for request in scheduled:
+            self._obey(request)
+        for order in orders:
+            if order.request is not None:
+                order.outcome = self._obey(order.request)
+        self._tell_faults()
+
+    def _tell_faults(self) -> None:
+        if self.bench.faults is self._seen_faults:
+            return
+        self._seen_faults = self.bench.faults
+        if self.faults != self._told_faults:
+            self._told_faults = self.faults
+            self._on_faults(self._told_faults)
+
+    def _obey(self, request: Request) -> StickSlipError | None:
+        """Hand a request to the bench and note it; return what is to be said of a refusal."""
+        packed = pack_effect(request, self.bench.time_ns)
+        if packed.key == NOTE_KEY:
+            self._publish(packed)
+        if self.writer is not None:
+            self.writer.write(packed)
+        refused = self.bench.refused
+        self.bench.accept(request)
+        if self.bench.refused > refused:
+            return StickSlipError('the drive does not take it; ~/event says why')
+        return None
+
+    def _exchange(self, writer: RunWriter | None) -> RunWriter | None:
+        previous, self.writer = self.writer, writer
+        if writer is not None:
+            writer.begin(self.bench.time_ns, self.status)
+        return previous
+
+    def _tell(self, output: Output) -> None:
+        self.status = output.status
+        if self._keeps_clock:
+            time_ns = output.readings.time_ns
+            self._publish(Packed('clock', time_ns, _pack_clock(time_ns)))
+        for packed in self._feed.pack(output):
+            self._publish(packed)
+            if self.writer is not None:
+                self.writer.write(packed)
+
+
+def _pack_clock(time_ns: int) -> bytes:
+    """Pack a ``rosgraph_msgs/msg/Clock``."""
+    return struct.pack('<4siI', HEADER, *divmod(time_ns, NS_PER_S))
+
+
+def _answer(orders: list[Order]) -> None:
+    for order in orders:
+        order.answer()
+
+
+def _schedule_of(parameters: Parameters) -> FaultSchedule:
+    path = parameters.fault.schedule
+    return read_schedule(Path(path)) if path else FaultSchedule()

@@ -1,0 +1,119 @@
+"""Steps, jogging, waveforms and targets over topics."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import PointStamped
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+
+from stickslip_ros.instrument.reports import Status
+
+STEPS = 12
+FAST_JOG_HZ = 500.0
+NAN = math.nan
+
+
+def test_steps_are_counted_and_their_sign_is_the_direction(launch: Callable[..., Any]):
+    stand = launch({'amplifier.voltage_initial': 300.0})
+    operator = stand.operator
+    for number, steps in enumerate((STEPS, -2 * STEPS)):
+        before_m = stand.drive.session.bench.state.position_m
+        operator.command_steps(steps)
+        event = operator.wait_for_event('steps', number)
+        assert (event['result'], event['steps']) == ('DONE', abs(steps))
+        moved_m = stand.drive.session.bench.state.position_m - before_m
+        assert math.copysign(1.0, moved_m) == math.copysign(1.0, steps)
+
+
+def test_no_step_is_done_at_once(stand: Any):
+    stand.operator.command_steps(0)
+    event = stand.operator.wait_for_event('steps', 0)
+    assert (event['result'], event['steps']) == ('DONE', 0)
+
+
+def test_jogging_goes_on_while_it_is_asked_for_and_ends_with_zero(stand: Any):
+    operator = stand.operator
+    operator.command_jog(FAST_JOG_HZ)
+    operator.spin_until(lambda: stand.drive.session.bench.state.clock.cycle >= 3, 'three steps')
+    assert operator.events == []
+    operator.command_jog(0.0)
+    event = operator.wait_for_event('jog', 0)
+    assert event['steps'] >= 3
+
+
+def test_jogging_ends_when_its_watchdog_hears_nothing(launch: Callable[..., Any]):
+    stand = launch({'jog.timeout': 0.05})
+    stand.operator.command_jog(FAST_JOG_HZ)
+    stand.operator.spin_until(lambda: bool(stand.operator.status & Status.MOVING), 'the jog')
+    stand.operator.wait_for_event('jog', 0)
+    stand.operator.spin_until(lambda: not stand.operator.status & Status.MOVING, 'its end')
+
+
+def test_a_waveform_is_played_once_to_its_last_voltage(stand: Any):
+    stand.operator.command_waveform(((0.0, 0.0), (0.01, 100.0), (0.02, 40.0)))
+    event = stand.operator.wait_for_event('waveform', 0)
+    assert event['result'] == 'DONE'
+    assert stand.drive.session.bench.state.voltage_v == pytest.approx(40.0)
+
+
+def test_a_target_is_reached_in_closed_loop(launch: Callable[..., Any]):
+    stand = launch({'load_cell.contact': 'absent'})
+    stand.operator.command_position(1e-6)
+    event = stand.operator.wait_for_event('position', 0)
+    assert event['result'] == 'DONE'
+    positions = stand.operator.positions
+    stand.operator.spin_until(lambda: max(positions) >= event['time_ns'], 'a position')
+    assert positions[max(positions)] == pytest.approx(
+        1e-6, abs=2.0 * stand.drive.session.parameters.closed_loop.tolerance
+    )
+
+
+def bad_rows() -> Float64MultiArray:
+    """Give an odd number of numbers."""
+    return Float64MultiArray(data=[0.0, 1.0, 2.0])
+
+
+def bad_target(x_m: float, y_m: float) -> PointStamped:
+    message = PointStamped()
+    message.point.x, message.point.y = x_m, y_m
+    return message
+
+
+@pytest.mark.parametrize(
+    ('name', 'key', 'message'),
+    [
+        ('jog', 'jog', NAN),
+        ('jog', 'jog', 1e6),
+        ('waveform', 'waveform', bad_rows()),
+        ('position', 'target', bad_target(NAN, 0.0)),
+        ('position', 'target', bad_target(0.0, 1e-9)),
+    ],
+)
+def test_a_bad_command_is_refused_with_an_event(stand: Any, name: str, key: str, message: Any):
+    if isinstance(message, float):
+        stand.operator.command(name, message)
+    else:
+        stand.operator._send(key, message)
+    event = stand.operator.wait_for_event(name, 0)
+    assert event['result'] == 'INVALID_PARAMETER'
+    assert len(event['message']) > 20
+
+
+def test_a_waveform_with_a_layout_of_other_columns_is_refused_and_counted(stand: Any):
+    operator = stand.operator
+    message = Float64MultiArray(data=[0.0] * 6)
+    message.layout.dim = [MultiArrayDimension(size=2), MultiArrayDimension(size=3)]
+    operator._send('waveform', message)
+    title = 'stickslip_drive: drive'
+    operator.spin_until(
+        lambda: (
+            bool(operator.diagnostics)
+            and operator.diagnostics[-1].get(title, {}).get('messages_refused') == '1'
+        ),
+        'the refusal',
+    )
+    assert operator.events == []
+    operator.command_voltage(10.0)
+    assert operator.wait_for_event('voltage', 0)['number'] == 1

@@ -1,0 +1,263 @@
+"""In lockstep the drive goes no further than it was told, and delays change no byte."""
+
+import math
+import random
+import time
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from std_msgs.msg import Float64MultiArray
+from test_node_determinism import without_wall_time
+
+from stickslip_ros.errors import UnknownName
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.ros.lockstep import LockstepClient
+
+BLOCK_S = 1e-3
+BLOCK_NS = 1_000_000
+LOCKSTEP = {'sim.lockstep': True}
+BLOCKS = 60
+TARGET_M = 40e-9
+GAIN_V_PER_M = 2e8
+DELAY_MAX_S = 1.5e-3
+"""Longest delay that a test puts between two messages, wall-clock."""
+TIMEOUT_S = 30.0
+
+
+def time_ns_of(stand: Any) -> int:
+    return int(stand.drive.session.bench.time_ns)
+
+
+def wait_for_time(stand: Any, time_ns: int) -> None:
+    stand.operator.spin_until(lambda: time_ns_of(stand) == time_ns, f'{time_ns} ns')
+
+
+def test_nothing_happens_before_the_first_grant_and_then_only_what_was_granted(
+    launch: Callable[..., Any],
+):
+    stand = launch(LOCKSTEP, wait=False)
+    operator = stand.operator
+    operator.wait_for_topics()
+    assert operator.set_recording(wanted=True).success  # an answer, though no block was run
+    assert time_ns_of(stand) == 0
+    operator.grant(BLOCK_S, 0)
+    wait_for_time(stand, BLOCK_NS)
+    operator.grant(5.9 * BLOCK_S, 0)
+    wait_for_time(stand, 5 * BLOCK_NS)
+    operator.grant(5.0 * BLOCK_S, 0)  # again, and backwards: no more
+    operator.grant(2.0 * BLOCK_S, 0)
+    assert operator.trigger('stop').success
+    assert time_ns_of(stand) == 5 * BLOCK_NS
+
+
+def test_a_grant_waits_for_the_commands_that_it_counts(launch: Callable[..., Any]):
+    stand = launch(LOCKSTEP, wait=False)
+    operator = stand.operator
+    operator.wait_for_topics()
+    operator.grant(BLOCK_S, 2)
+    operator.command_voltage(10.0)
+    assert operator.trigger('stop').success
+    assert time_ns_of(stand) == 0
+    operator.command_load(0.1)
+    wait_for_time(stand, BLOCK_NS)
+    operator.spin_until(lambda: len(operator.events) == 3, 'the events')
+    assert {event['time_ns'] for event in operator.events if event['command'] == 'load'} == {0}
+
+
+def test_a_message_that_is_refused_counts_as_received(launch: Callable[..., Any]):
+    stand = launch(LOCKSTEP, wait=False)
+    operator = stand.operator
+    operator.wait_for_topics()
+    odd = Float64MultiArray(data=[0.0])
+    odd.layout.data_offset = 1
+    operator._send('waveform', odd)
+    operator.grant(BLOCK_S, 1)
+    wait_for_time(stand, BLOCK_NS)
+
+
+def test_commands_of_a_block_are_carried_out_in_the_order_of_their_topics(
+    launch: Callable[..., Any],
+):
+    stand = launch(LOCKSTEP, wait=False)
+    operator = stand.operator
+    operator.wait_for_topics()
+    sent = (('preload', 0.6), ('load', 0.1), ('steps', 0), ('jog', 0.0), ('voltage', 1.0))
+    for name, value in sent:
+        operator.command(name, value)
+    operator.grant(BLOCK_S, len(sent))
+    wait_for_time(stand, BLOCK_NS)
+    operator.grant(1.0, len(sent))
+    operator.wait_for_event('preload', 0)
+    numbers = {event['command']: event['number'] for event in operator.events}
+    assert numbers == {'voltage': 1, 'steps': 2, 'jog': 3, 'load': 4, 'preload': 5}
+
+
+@pytest.mark.parametrize(
+    'values',
+    [(), (1.0,), (1.0, 0.0, 0.0), (math.nan, 0.0), (1.0, math.inf), (-1.0, 0.0), (1.0, 0.5)],
+)
+def test_a_bad_grant_is_refused_and_counted(launch: Callable[..., Any], values: tuple[float, ...]):
+    stand = launch(LOCKSTEP, wait=False)
+    operator = stand.operator
+    operator.wait_for_topics()
+    operator._send('grant', Float64MultiArray(data=values))
+    operator.spin_until(lambda: stand.drive._refusals.messages == 1, 'the refusal')
+    assert time_ns_of(stand) == 0
+    operator.grant(BLOCK_S, 0)
+    wait_for_time(stand, BLOCK_NS)
+
+
+def test_a_pause_holds_what_was_granted_and_a_step_needs_a_grant(launch: Callable[..., Any]):
+    stand = launch(LOCKSTEP, wait=False)
+    operator = stand.operator
+    operator.wait_for_topics()
+    operator.switch('set_paused', wanted=True)
+    answer = operator.trigger('step_simulation')
+    assert not answer.success
+    assert answer.message == (
+        'step_simulation refused: the next block is not granted; send command/grant first'
+    )
+    operator.grant(3 * BLOCK_S, 0)
+    operator.spin_until(lambda: stand.drive.session._permit.is_granted(0), 'the grant')
+    assert operator.trigger('step_simulation').success
+    assert time_ns_of(stand) == BLOCK_NS
+    operator.switch('set_paused', wanted=False)
+    wait_for_time(stand, 3 * BLOCK_NS)
+
+
+def test_grants_of_before_an_activation_do_not_hold_after_it(launch: Callable[..., Any]):
+    stand = launch(LOCKSTEP, wait=False)
+    operator = stand.operator
+    operator.wait_for_topics()
+    operator.grant(BLOCK_S, 0)
+    wait_for_time(stand, BLOCK_NS)
+    operator.grant(100 * BLOCK_S, 7)
+    assert stand.change_state('deactivate')
+    assert stand.change_state('activate')
+    assert operator.trigger('stop').success
+    assert time_ns_of(stand) == BLOCK_NS
+    operator.grant(2 * BLOCK_S, 0)
+    wait_for_time(stand, 2 * BLOCK_NS)
+
+
+def test_without_lockstep_there_is_no_topic_for_grants(stand: Any):
+    assert stand.operator.node.count_subscribers('/command/grant') == 0
+
+
+class Controller:
+    """
+    A proportional controller of the position, on a node of its own.
+
+    Every block it sends a voltage and a load, in an order and after delays that its seed draws.
+
+    """
+
+    def __init__(self, stand: Any, blocks: int, seed: int, namespace: str = '') -> None:
+        self.node = Node('controller', context=stand._operator_context)
+        self._executor = SingleThreadedExecutor(context=stand._operator_context)
+        self._executor.add_node(self.node)
+        self._random = random.Random(seed)
+        self._blocks = blocks
+        self.stamps_ns: list[int] = []
+        self.client = LockstepClient(
+            self.node,
+            BLOCK_S,
+            self._answer,
+            first=[('voltage', 150.0)],
+            namespace=namespace,
+        )
+
+    def _answer(self, stamp_s: float, position_m: float) -> Iterable[tuple[str, float]]:
+        self.stamps_ns.append(round(stamp_s * 1e9))
+        voltage_v = 150.0 + GAIN_V_PER_M * (TARGET_M - position_m)
+        commands = [
+            ('voltage', min(300.0, max(0.0, voltage_v))),
+            ('load', 0.05 if len(self.stamps_ns) % 20 < 10 else 0.0),
+        ]
+        self._random.shuffle(commands)
+        for command in commands:
+            time.sleep(self._random.uniform(0.0, DELAY_MAX_S))
+            yield command
+        time.sleep(self._random.uniform(0.0, DELAY_MAX_S))
+
+    def run(self) -> None:
+        end_s = time.monotonic() + TIMEOUT_S
+        while len(self.stamps_ns) < self._blocks:
+            assert time.monotonic() < end_s, f'{len(self.stamps_ns)} blocks'
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def close(self) -> None:
+        self.client.close()
+        self._executor.shutdown()
+        self.node.destroy_node()
+
+
+def controlled_run(launch: Callable[..., Any], path: Path, seed: int) -> bytes:
+    """Record a run under control; give the file."""
+    stand = launch(
+        {**LOCKSTEP, 'record.on_start': True, 'record.name': path.name, 'trace.period': 0.01},
+        wait=False,
+    )
+    controller = Controller(stand, BLOCKS, seed)
+    controller.run()
+    wait_for_time(stand, (BLOCKS + 1) * BLOCK_NS)  # the block that the last answer granted
+    assert stand.change_state('deactivate')
+    assert controller.stamps_ns == [n * BLOCK_NS for n in range(1, BLOCKS + 1)]
+    assert controller.client.sent == 1 + 2 * BLOCKS
+    controller.close()
+    stand.close()
+    data = path.read_bytes()
+    path.unlink()
+    return data
+
+
+def test_a_controller_gets_the_same_bytes_whatever_the_delays(
+    launch: Callable[..., Any], tmp_path: Path
+):
+    files = [controlled_run(launch, tmp_path / 'run.mcap', seed) for seed in (1, 2)]
+    assert files[0] != files[1]
+    assert without_wall_time(files[0]) == without_wall_time(files[1])
+    path = tmp_path / 'kept.mcap'
+    path.write_bytes(files[0])
+    recording = Recording(path)
+    counts = {channel.topic: channel.messages for channel in recording.channels}
+    assert counts['/command/voltage'] == BLOCKS + 1
+    assert counts['/command/load'] == BLOCKS
+    assert recording.series('position').value[-1] != 0.0
+
+
+def test_a_client_in_another_namespace_and_with_a_longer_block(launch: Callable[..., Any]):
+    stand = launch(LOCKSTEP, '/left', wait=False)
+    node = Node('other', context=stand._operator_context, namespace='/elsewhere')
+    executor = SingleThreadedExecutor(context=stand._operator_context)
+    executor.add_node(node)
+    seen_s: list[float] = []
+
+    def answer(stamp_s: float, _: float) -> list[tuple[str, float]]:
+        seen_s.append(stamp_s)
+        return []
+
+    client = LockstepClient(node, 5 * BLOCK_S, answer, namespace='/left')
+    end_s = time.monotonic() + TIMEOUT_S
+    while len(seen_s) < 4:
+        assert time.monotonic() < end_s
+        executor.spin_once(timeout_sec=0.05)
+    assert seen_s == pytest.approx([5e-3, 10e-3, 15e-3, 20e-3])
+    assert client.granted_ns == 25 * BLOCK_NS
+    client.close()
+    executor.shutdown()
+    node.destroy_node()
+
+
+def test_a_client_refuses_a_command_that_there_is_not(launch: Callable[..., Any]):
+    stand = launch(LOCKSTEP, wait=False)
+    client = LockstepClient(stand.operator.node, BLOCK_S, lambda *_: [])
+    for name in ('volts', 'grant'):
+        with pytest.raises(UnknownName, match=f"command '{name}' is not known; use voltage, "):
+            client.send(name, 1.0)
+    assert client.sent == 0
+    client.close()

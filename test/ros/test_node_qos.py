@@ -1,0 +1,126 @@
+"""Quality of service can be overridden; what does not fit is told and counted."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from diagnostic_msgs.msg import DiagnosticStatus
+from mcap.reader import make_reader
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from std_msgs.msg import Float64
+
+from stickslip_ros.ros.interface import MESSAGE_TYPES
+
+BEST_EFFORT = {'qos_overrides./position.publisher.reliability': 'best_effort'}
+
+
+def endpoint_of(stand: Any, name: str, *, published: bool) -> Any:
+    node = stand.operator.node
+    get = node.get_publishers_info_by_topic if published else node.get_subscriptions_info_by_topic
+    found: list[Any] = []
+
+    def look() -> bool:
+        found[:] = [each for each in get(name) if each.node_name == 'stickslip_drive']
+        return bool(found)
+
+    stand.operator.spin_until(look, name)
+    return found[0].qos_profile
+
+
+def test_an_override_of_a_publisher_is_what_the_network_sees(launch: Callable[..., Any]):
+    stand = launch(BEST_EFFORT, wait=False)
+    profile = endpoint_of(stand, '/position', published=True)
+    assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
+    assert endpoint_of(stand, '/force', published=True).reliability == ReliabilityPolicy.RELIABLE
+
+
+def test_an_override_of_a_subscription_and_of_a_depth(launch: Callable[..., Any]):
+    name = 'qos_overrides./command/voltage.subscription'
+    stand = launch({f'{name}.reliability': 'best_effort', f'{name}.depth': 7}, wait=False)
+    profile = endpoint_of(stand, '/command/voltage', published=False)
+    assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
+    assert stand.drive._topics._offered['voltage'].qos_profile.depth == 7
+
+
+def test_an_override_in_a_namespace_names_the_resolved_topic(launch: Callable[..., Any]):
+    name = 'qos_overrides./left/position.publisher.depth'
+    stand = launch({name: 3}, '/left')
+    assert stand.drive._topics._offered['position'].qos_profile.depth == 3
+
+
+def test_overrides_hold_after_a_new_configuration_and_cannot_change(launch: Callable[..., Any]):
+    stand = launch({**BEST_EFFORT, 'autostart': False}, wait=False)
+    for transition in ('configure', 'cleanup', 'configure', 'activate'):
+        assert stand.change_state(transition)
+    profile = endpoint_of(stand, '/position', published=True)
+    assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
+    [name] = BEST_EFFORT
+    assert stand.drive.get_parameter(name).value == 'best_effort'
+    assert not stand.operator.set_parameter(name, 'reliable').successful
+
+
+def test_a_recording_keeps_the_overridden_quality_of_service(launch: Callable[..., Any]):
+    stand = launch({'qos_overrides./position.publisher.depth': 3})
+    path = Path(stand.operator.set_recording(wanted=True).message)
+    stand.operator.set_recording(wanted=False)
+    with path.open('rb') as stream:
+        channels = make_reader(stream).get_summary().channels.values()
+    depths = {
+        channel.topic: yaml.safe_load(channel.metadata['offered_qos_profiles'])[0]['depth']
+        for channel in channels
+    }
+    assert (depths['/position'], depths['/force']) == (3, 100)
+
+
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [
+        ('qos_overrides./position.publisher.reliability', 'perhaps'),
+        ('qos_overrides./position.publisher.reliability', 'system_default'),
+        ('qos_overrides./position.publisher.reliability', 3),
+        ('qos_overrides./position.publisher.durability', 'unknown'),
+        ('qos_overrides./position.publisher.depth', 0),
+        ('qos_overrides./position.publisher.depth', -1),
+        ('qos_overrides./position.publisher.depth', 'deep'),
+        ('qos_overrides./positon.publisher.depth', 5),
+        ('qos_overrides./position.subscription.depth', 5),
+        ('qos_overrides./position.publisher.history', 'keep_all'),
+    ],
+)
+def test_a_bad_override_leaves_the_node_unconfigured(
+    launch: Callable[..., Any], name: str, value: Any
+):
+    stand = launch({name: value}, wait=False)
+    assert stand.state() == 'unconfigured'
+    assert stand.drive._topics._offered == {}
+    assert not stand.change_state('configure')
+
+
+@pytest.mark.parametrize('direction', ['publisher', 'subscription'])
+def test_an_endpoint_that_does_not_fit_is_told_and_counted(stand: Any, direction: str):
+    node = stand.operator.node
+    if direction == 'publisher':
+        profile = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
+        node.create_publisher(Float64, 'command/voltage', profile)
+        topic = 'command/voltage'
+    else:
+        profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        point = MESSAGE_TYPES['geometry_msgs/msg/PointStamped']
+        node.create_subscription(point, 'position', lambda _: None, profile)
+        topic = 'position'
+    heard = stand.listen('diagnostics')
+
+    def misfits() -> list[Any]:
+        return [
+            part
+            for array in heard
+            for part in array.status
+            if part.name.endswith(': connections') and part.level == DiagnosticStatus.WARN
+        ]
+
+    stand.operator.spin_until(lambda: bool(misfits()), 'the misfit')
+    part = misfits()[0]
+    assert part.message == '1 of incompatible quality of service since the configuration'
+    assert [(pair.key, pair.value) for pair in part.values] == [(topic, '1')]

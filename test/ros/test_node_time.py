@@ -1,0 +1,252 @@
+"""Simulated time can be held, stepped and published; nothing waits for a tick that never comes."""
+
+import itertools
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+
+from stickslip_ros.recording.reader import Recording
+
+BLOCK_NS = 1_000_000
+REPORTS = 2
+
+
+def pause(stand: Any) -> int:
+    """Hold simulated time; give it, ns."""
+    assert stand.operator.switch('set_paused', wanted=True).success
+    return int(stand.drive.session.bench.time_ns)
+
+
+def next_time_part(stand: Any, heard: list[Any]) -> Any:
+    """Wait for diagnostics from now on; give the part that tells of time."""
+    seen = len(heard)
+    parts: list[Any] = []
+
+    def look() -> bool:
+        parts[:] = [
+            part for array in heard[seen:] for part in array.status if part.name.endswith(': time')
+        ]
+        return bool(parts)
+
+    stand.operator.spin_until(look, 'diagnostics')
+    return parts[-1]
+
+
+def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(stand: Any):
+    operator = stand.operator
+    held_ns = pause(stand)
+    operator.spin_until(lambda: max(operator.positions) == held_ns, 'the last position')
+    heard = stand.listen('diagnostics')
+    next_time_part(stand, heard)  # a second of wall-clock time
+    assert stand.drive.session.bench.time_ns == max(operator.positions) == held_ns
+    answer = operator.switch('set_paused', wanted=False)
+    assert (answer.success, answer.message) == (True, 'running')
+    operator.spin_until(lambda: max(operator.positions) > held_ns, 'a position')
+    times = sorted(operator.positions)
+    assert {b - a for a, b in itertools.pairwise(times)} == {BLOCK_NS}
+
+
+def test_the_answer_tells_the_time_of_the_pause(stand: Any):
+    answer = stand.operator.switch('set_paused', wanted=True)
+    held_ns = stand.drive.session.bench.time_ns
+    assert answer.message == f'paused at {held_ns * 1e-9:.9g} s'
+
+
+def test_a_paused_drive_waits_without_work(stand: Any):
+    pause(stand)
+    thread = stand.drive.session._thread
+    assert thread.is_alive()
+    condition = stand.drive.session._changed
+    stand.operator.spin_until(lambda: len(condition._waiters) == 1, 'a thread that waits')
+    assert stand.operator.trigger('stop').success
+    stand.operator.spin_until(lambda: len(condition._waiters) == 1, 'a thread that waits again')
+
+
+def test_a_pause_is_no_lateness(stand: Any):
+    heard = stand.listen('diagnostics')
+    pause(stand)
+    for _ in range(REPORTS):
+        part = next_time_part(stand, heard)
+    values = {pair.key: pair.value for pair in part.values}
+    assert (part.level, part.message) == (DiagnosticStatus.OK, 'paused')
+    assert (values['ticks'], values['paused']) == ('0', 'true')
+    behind_s = values['behind_s']
+    stand.operator.switch('set_paused', wanted=False)
+    values = {pair.key: pair.value for pair in next_time_part(stand, heard).values}
+    assert float(values['behind_s']) - float(behind_s) < 1.0
+    assert float(values['lateness_max_us']) < 1e6
+
+
+def test_a_step_advances_by_exactly_one_block(stand: Any):
+    operator = stand.operator
+    held_ns = pause(stand)
+    for number in range(1, 4):
+        answer = operator.trigger('step_simulation')
+        assert answer.success
+        assert answer.message == f'advanced to {(held_ns + number * BLOCK_NS) * 1e-9:.9g} s'
+    assert stand.drive.session.bench.time_ns == held_ns + 3 * BLOCK_NS
+    operator.spin_until(
+        lambda: max(operator.positions) == held_ns + 3 * BLOCK_NS, 'the last position'
+    )
+
+
+def test_a_step_while_time_runs_is_refused(stand: Any):
+    answer = stand.operator.trigger('step_simulation')
+    assert not answer.success
+    assert answer.message == (
+        'step_simulation refused: simulated time runs; call ~/set_paused with true first'
+    )
+
+
+@pytest.mark.parametrize(
+    'name', ['stop', 'reset', 'zero_position', 'tare_force', 'clear_faults', 'set_recording']
+)
+def test_a_service_of_a_paused_drive_is_answered(stand: Any, name: str):
+    held_ns = pause(stand)
+    operator = stand.operator
+    if name == 'set_recording':
+        assert operator.set_recording(wanted=True).success
+        assert operator.set_recording(wanted=False).success
+    else:
+        assert operator.trigger(name).success
+        operator.spin_until(lambda: bool(operator.requests), 'the note')
+        assert operator.events == []
+        operator.trigger('step_simulation')
+        assert operator.wait_for_event(name, 0)['time_ns'] == held_ns
+    assert stand.drive.session.failure is None
+
+
+def test_a_fault_of_a_paused_drive_is_there_at_once(stand: Any):
+    pause(stand)
+    stand.operator.set_parameter('fault.dead_foot', 1)
+    stand.operator.spin_until(lambda: bool(stand.drive.session.faults), 'the fault')
+
+
+def test_a_command_to_a_paused_drive_waits_for_the_next_block(stand: Any):
+    operator = stand.operator
+    held_ns = pause(stand)
+    operator.command_load(0.1)
+    operator.trigger('stop')  # it came after the load and is carried out before it
+    operator.spin_until(lambda: bool(operator.requests), 'the note')
+    operator.trigger('step_simulation')
+    load = operator.wait_for_event('load', 0)
+    assert load['time_ns'] == held_ns
+    assert [each['command'] for each in operator.events] == ['stop', 'load']
+
+
+def test_the_order_of_effect_is_the_order_in_the_file(stand: Any):
+    operator = stand.operator
+    path = operator.set_recording(wanted=True).message
+    held_ns = pause(stand)
+    operator.command_load(0.1)
+    operator.trigger('zero_position')
+    operator.trigger('step_simulation')
+    operator.set_recording(wanted=False)
+    told = [
+        (topic, time_ns)
+        for topic, time_ns, _ in Recording(Path(path)).messages()
+        if topic in {'/command/load', '/stickslip_drive/request'}
+    ]
+    assert told == [('/stickslip_drive/request', held_ns), ('/command/load', held_ns)]
+
+
+def test_a_slow_drive_is_paused_at_once(launch: Callable[..., Any]):
+    stand = launch({'sim.real_time_factor': 1e-6}, wait=False)
+    operator = stand.operator
+    operator.spin_until(lambda: stand.drive.session.bench.time_ns > 0, 'the first block')
+    held_ns = pause(stand)
+    assert operator.trigger('reset').success
+    assert operator.trigger('step_simulation').success
+    assert stand.drive.session.bench.time_ns == held_ns + BLOCK_NS
+
+
+def test_a_paused_drive_can_be_deactivated_and_runs_when_activated(stand: Any):
+    held_ns = pause(stand)
+    assert stand.change_state('deactivate')
+    assert stand.change_state('activate')
+    stand.operator.spin_until(lambda: max(stand.operator.positions) > held_ns, 'a position')
+
+
+def test_the_clock_is_the_stamp_of_the_positions(launch: Callable[..., Any]):
+    stand = launch({'sim.publish_clock': True})
+    clock = stand.listen('clock')
+    stand.operator.spin_until(lambda: len(clock) >= 20, 'the clock')
+    times = [each.clock.sec * 10**9 + each.clock.nanosec for each in clock]
+    assert {b - a for a, b in itertools.pairwise(times)} == {BLOCK_NS}
+    stand.operator.spin_until(lambda: max(stand.operator.positions) >= times[-1], 'a position')
+    heard = set(stand.operator.positions)
+    assert {t for t in times if t >= min(heard)} <= heard
+
+
+def test_without_the_parameter_there_is_no_clock(stand: Any):
+    assert stand.operator.node.count_publishers('/clock') == 0
+
+
+def test_a_node_does_not_follow_the_clock_that_it_publishes(launch: Callable[..., Any]):
+    stand = launch({'sim.publish_clock': True, 'use_sim_time': True}, wait=False)
+    assert stand.state() == 'unconfigured'
+    assert not stand.change_state('configure')
+    assert stand.operator.set_parameter('use_sim_time', value=False).successful
+    assert stand.change_state('configure')
+    answer = stand.operator.set_parameter('use_sim_time', value=True)
+    assert not answer.successful
+    assert answer.reason == (
+        'use_sim_time True is not possible while sim.publish_clock is true: '
+        'the node would follow its own clock; set one of the two to false'
+    )
+    assert not stand.drive._time_source.ros_time_is_active
+
+
+def test_following_another_clock_is_allowed_and_refused_is_then_to_publish_one(
+    launch: Callable[..., Any],
+):
+    stand = launch({'autostart': False, 'use_sim_time': True}, wait=False)
+    answer = stand.operator.set_parameter('sim.publish_clock', value=True)
+    assert not answer.successful
+    assert 'use_sim_time' in answer.reason
+    assert stand.change_state('configure')
+    assert stand.change_state('activate')
+    heard = stand.listen('diagnostics')  # 1 Hz of wall-clock time, though the clock stands still
+    next_time_part(stand, heard)
+
+
+def test_the_truth_is_published_and_recorded_if_asked_for(
+    launch: Callable[..., Any], perfect_sensors: dict[str, float], stamp_ns: Callable
+):
+    stand = launch({**perfect_sensors, 'sim.publish_truth': True})
+    operator = stand.operator
+    truth, force = stand.listen('truth_position'), stand.listen('truth_force')
+    path = operator.set_recording(wanted=True).message
+    start_ns = stand.drive.session.bench.time_ns
+    operator.command_sawtooth(300.0, 1000.0, 5.0)
+    operator.wait_for_event('sawtooth', 0)
+    end_ns = start_ns + 20 * BLOCK_NS
+    for heard in (truth, force):
+        operator.spin_until(lambda: bool(heard) and stamp_ns(heard[-1]) > end_ns, 'the truth')  # noqa: B023
+    operator.set_recording(wanted=False)
+    recorded: dict[str, dict[int, float]] = {'/position': {}, '/truth/position': {}}
+    for topic, time_ns, message in Recording(Path(path)).messages(list(recorded)):
+        recorded[topic][time_ns] = message.x
+    assert recorded['/position'] == recorded['/truth/position']
+    kept = recorded['/truth/position']
+    both = [each for each in truth if stamp_ns(each) in kept]
+    assert len(both) >= 10
+    assert all(each.point.x == kept[stamp_ns(each)] for each in both)
+
+
+def test_topics_follow_a_parameter_that_was_changed_while_inactive(stand: Any):
+    stand.change_state('deactivate')
+    assert stand.operator.set_parameter('sim.publish_truth', value=True).successful
+    assert stand.change_state('activate')
+    truth = stand.listen('truth_position')
+    stand.operator.spin_until(lambda: bool(truth), 'the truth')
+
+
+def test_pausing_twice_is_as_pausing_once(stand: Any):
+    held_ns = pause(stand)
+    assert pause(stand) == held_ns
+    assert json.loads(json.dumps(stand.operator.requests)) == []
