@@ -1,13 +1,20 @@
-"""``python -m benchmarks [NAME ...]``: all benchmarks, or some; all of them write the results."""
+"""
+``python -m benchmarks [NAME ...]``: all benchmarks, or some; all of them write the results.
+
+The long ones run only when they are named, and are written into the results by themselves.
+
+"""
 
 import argparse
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 
 from benchmarks import lugre, octave, paper, report, scaling, speed, start
+from benchmarks.node import cpu, drift, latency, lockstep, recording, soak
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
 
@@ -22,42 +29,54 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'springs': scaling.run_springs,
     'threads': scaling.run_threads,
     'start': start.run,
+    'node-cpu': cpu.run_cpu,
+    'node-lateness': cpu.run_lateness,
+    'node-latency': latency.run,
+    'node-lockstep': lockstep.run,
+    'node-drift': drift.run_short,
+    'node-recording': recording.run,
 }
-WIDTH = 140
+LONG: dict[str, Callable[[Sizes], Outcome]] = {'drift': drift.run_long, 'soak': soak.run}
+WIDTH = 160
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run benchmarks and print; with all of them, write results.json and the README's table."""
+    known = BENCHMARKS | LONG
     parser = argparse.ArgumentParser(prog='python -m benchmarks', description=main.__doc__)
-    parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(BENCHMARKS))
+    parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(known))
     parser.add_argument('--tiny', action='store_true', help='only see whether they run')
     parser.add_argument('--out', type=Path, help='write the results to this file instead')
     chosen = parser.parse_args(arguments)
     for name in chosen.names:
-        if name not in BENCHMARKS:
-            parser.error(f'no benchmark {name}; there are {", ".join(BENCHMARKS)}')
-    results = run(chosen.names or list(BENCHMARKS), TINY if chosen.tiny else FULL)
+        if name not in known:
+            parser.error(f'no benchmark {name}; there are {", ".join(known)}')
+    sizes = TINY if chosen.tiny else FULL
+    results = run(chosen.names or list(BENCHMARKS), sizes)
     if chosen.out is not None:
         report.write_results(results, chosen.out)
-    elif not chosen.names and not chosen.tiny:
-        report.write_results(results, report.RESULTS)
-        report.write_readme(results)
+    elif not chosen.tiny:
+        report.keep(results, is_whole=not chosen.names)
 
 
-def run(names: Sequence[str], sizes: Sizes) -> dict[str, object]:
+def run(names: Sequence[str], sizes: Sizes) -> dict[str, Any]:
     """Run some benchmarks, print their tables and return the results."""
     console = Console()
     if not console.is_terminal:
         console = Console(width=WIDTH)
-    outcomes: dict[str, Outcome] = {}
-    seconds: dict[str, float] = {}
+    results = report.no_results()
     for name in names:
         start_s = time.perf_counter()
-        outcomes[name] = BENCHMARKS[name](sizes)
-        seconds[name] = time.perf_counter() - start_s
-        report.show(outcomes[name], console)
-        console.print(f'  {name} took {seconds[name]:.1f} s', style='dim', highlight=False)
-    return report.results_of(outcomes, seconds)
+        outcome = (BENCHMARKS | LONG)[name](sizes)
+        seconds = time.perf_counter() - start_s
+        report.show(outcome, console)
+        console.print(f'  {name} took {seconds:.1f} s', style='dim', highlight=False)
+        entry = report.entry_of(outcome, seconds)
+        if name in LONG:
+            results['long'][name] = entry | report.circumstances()
+        else:
+            results['benchmarks'][name] = entry
+    return results | report.circumstances()
 
 
 if __name__ == '__main__':

@@ -5,6 +5,7 @@ import json
 import math
 import os
 import platform
+import subprocess
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -57,11 +58,12 @@ def show(outcome: Outcome, console: Console) -> None:
         console.print(f'  {_verdict_text(asdict(verdict) | {"met": verdict.met})}')
 
 
-def results_of(outcomes: Mapping[str, Outcome], seconds: Mapping[str, float]) -> dict[str, Any]:
-    """Return what the results file holds."""
+def circumstances() -> dict[str, Any]:
+    """Return when, where and with what a run was made."""
     return {
         'date': dt.datetime.now(dt.timezone.utc).isoformat(timespec='seconds'),
         'machine': _machine(),
+        'commit': _commit(),
         'versions': {
             'stickslip_ros': stickslip_ros.__version__,
             'python': platform.python_version(),
@@ -69,17 +71,53 @@ def results_of(outcomes: Mapping[str, Outcome], seconds: Mapping[str, float]) ->
             'numba': numba.__version__,
             'scipy': scipy.__version__,
         },
-        'benchmarks': {
-            name: {
-                'title': outcome.title,
-                'seconds': seconds[name],
-                'rows': [_without_nan(row) for row in outcome.rows],
-                'verdicts': [asdict(v) | {'met': v.met} for v in outcome.verdicts],
-                'notes': outcome.notes,
-            }
-            for name, outcome in outcomes.items()
-        },
     }
+
+
+def no_results() -> dict[str, Any]:
+    """Return results without any benchmark: those of every run, and those of long runs."""
+    return {
+        **dict.fromkeys(('date', 'machine', 'commit', 'versions')),
+        'benchmarks': {},
+        'long': {},
+    }
+
+
+def entry_of(outcome: Outcome, seconds: float) -> dict[str, Any]:
+    """Return what the results hold of one benchmark."""
+    return {
+        'title': outcome.title,
+        'seconds': seconds,
+        'rows': [_without_nan(row) for row in outcome.rows],
+        'verdicts': [asdict(v) | {'met': v.met} for v in outcome.verdicts],
+        'notes': outcome.notes,
+    }
+
+
+def keep(
+    results: Mapping[str, Any], *, is_whole: bool, path: Path = RESULTS, readme: Path = README
+) -> None:
+    """
+    Put results into the results file and the README.
+
+    Parameters
+    ----------
+    results : mapping
+        Of a run.
+    is_whole : bool
+        Whether all benchmarks were run; otherwise only the long ones among them are kept. Long
+        ones that were not run stay as they are.
+    path, readme : Path
+        The files.
+
+    """
+    if not is_whole and not results['long']:
+        return
+    kept = json.loads(path.read_text(encoding='utf-8'))
+    long = kept.get('long', {}) | results['long']
+    merged = dict(results if is_whole else kept) | {'long': dict(sorted(long.items()))}
+    write_results(merged, path)
+    write_readme(merged, readme)
 
 
 def write_results(results: Mapping[str, Any], path: Path) -> None:
@@ -97,19 +135,32 @@ def write_readme(results: Mapping[str, Any], path: Path = README) -> None:
 
 def markdown_of(results: Mapping[str, Any]) -> str:
     """Return the results as Markdown."""
-    machine, versions = results['machine'], results['versions']
-    lines = [
+    lines = [_heading(results), '']
+    for name, benchmark in results['benchmarks'].items():
+        lines += _section(name, benchmark)
+    for name, benchmark in results['long'].items():
+        lines += _section(name, benchmark, _heading(benchmark))
+    return '\n'.join(lines)
+
+
+def _heading(results: Mapping[str, Any]) -> str:
+    machine = results['machine']
+    return (
         f'{results["date"]}, {machine["processor"]}, {machine["cores"]} shared cores (load '
-        f'{machine["load"]:.2g} at the end), {machine["system"]}; '
-        + ', '.join(f'{name} {version}' for name, version in versions.items()),
+        f'{machine["load"]:.2g} at the end), {machine["system"]}; commit {results["commit"]}; '
+    ) + ', '.join(f'{name} {version}' for name, version in results['versions'].items())
+
+
+def _section(name: str, benchmark: Mapping[str, Any], heading: str = '') -> list[str]:
+    return [
+        f'### {name}: {benchmark["title"]}',
+        '',
+        *([heading, ''] if heading else []),
+        *_markdown_table(benchmark['rows']),
+        *(f'- {note}' for note in benchmark['notes']),
+        *(f'- {_verdict_text(verdict)}' for verdict in benchmark['verdicts']),
         '',
     ]
-    for name, benchmark in results['benchmarks'].items():
-        lines += [f'### {name}: {benchmark["title"]}', '', *_markdown_table(benchmark['rows'])]
-        lines += [f'- {note}' for note in benchmark['notes']]
-        lines += [f'- {_verdict_text(verdict)}' for verdict in benchmark['verdicts']]
-        lines.append('')
-    return '\n'.join(lines)
 
 
 def _without_nan(row: Row) -> dict[str, str | float | None]:
@@ -140,6 +191,20 @@ def _machine() -> dict[str, str | float | None]:
         'system': f'{platform.system()} {platform.machine()}',
         'load': os.getloadavg()[0],
     }
+
+
+def _commit() -> str:
+    """Return the commit that was run; a tree with changes is marked."""
+    try:
+        head = _git('rev-parse', '--short=12', 'HEAD')
+        return head + (' with changes' if _git('status', '--porcelain') else '')
+    except (OSError, subprocess.CalledProcessError):
+        return 'unknown'
+
+
+def _git(*words: str) -> str:
+    done = subprocess.run(['git', *words], cwd=FOLDER, check=True, capture_output=True, text=True)
+    return done.stdout.strip()
 
 
 def _processor() -> str:

@@ -38,6 +38,18 @@ class Sizes:
         Cycles of one job of a thread.
     cold : bool
         Whether to compile all kernels in a fresh process.
+    node_rounds : int
+        Turns of the node and of bare loops.
+    settle_s, turn_s : float
+        Time before such a turn is measured, and its length.
+    commands : int
+        Commands whose latency is measured, all turns together.
+    lockstep_s : float
+        Length of a turn of round trips.
+    drift_s, long_drift_s, soak_s : float
+        Length of these runs; the last two are run only when asked for.
+    sample_s : float
+        Time from one reading of the memory to the next.
 
     """
 
@@ -58,6 +70,15 @@ class Sizes:
     scaling: tuple[int, ...] = (10, 100, 1000, 10_000)
     thread_cycles: int = 20_000
     cold: bool = True
+    node_rounds: int = 3
+    settle_s: float = 0.4
+    turn_s: float = 2.0
+    commands: int = 201
+    lockstep_s: float = 0.5
+    drift_s: float = 10.0
+    long_drift_s: float = 600.0
+    soak_s: float = 600.0
+    sample_s: float = 10.0
 
 
 FULL = Sizes()
@@ -77,4 +98,13 @@ TINY = Sizes(
     scaling=(10, 20),
     thread_cycles=20,
     cold=False,
+    node_rounds=1,
+    settle_s=0.05,
+    turn_s=0.2,
+    commands=4,
+    lockstep_s=0.1,
+    drift_s=0.5,
+    long_drift_s=0.5,
+    soak_s=1.5,
+    sample_s=0.3,
 )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks import report, rival
-from benchmarks.__main__ import BENCHMARKS, main
+from benchmarks.__main__ import BENCHMARKS, LONG, main
 from benchmarks.case import ACCURACY, Ours, cheapest, standard_case, worst_error
 from benchmarks.clock import Program, in_turn
 from benchmarks.lugre import LUGRE, scipy_runner
@@ -21,7 +21,8 @@ GRID = Grid(springs=120, step_s=1e-6, fall_steps=16)
 FINE_S = 1e-6
 ROUNDING = 1e-8
 """Sums in another order differ by rounding, which the sliding amplifies a little."""
-HEAD = {'date', 'machine', 'versions', 'benchmarks'}
+CIRCUMSTANCES = {'date', 'machine', 'commit', 'versions'}
+HEAD = CIRCUMSTANCES | {'benchmarks', 'long'}
 BENCHMARK = {'title', 'seconds', 'rows', 'verdicts', 'notes'}
 VERDICT = {'target', 'wanted', 'found', 'at_most', 'met'}
 
@@ -44,13 +45,26 @@ def forces_of(loop, which, cycles=CYCLES):
     return Rival(loop, parameters, springs, GRID, cycles)()
 
 
+@pytest.fixture(scope='module')
+def long_results(tmp_path_factory):
+    path = tmp_path_factory.mktemp('benchmarks') / 'long.json'
+    main(['--tiny', '--out', str(path), *LONG])
+    return json.loads(path.read_text(encoding='utf-8'))
+
+
 def assert_has_the_documented_shape(results):
     assert set(results) == HEAD
     for benchmark in results['benchmarks'].values():
-        assert set(benchmark) == BENCHMARK
-        assert len({tuple(row) for row in benchmark['rows']}) <= 1
-        for verdict in benchmark['verdicts']:
-            assert set(verdict) == VERDICT
+        assert_is_a_benchmark(benchmark, BENCHMARK)
+    for benchmark in results['long'].values():
+        assert_is_a_benchmark(benchmark, BENCHMARK | CIRCUMSTANCES)
+
+
+def assert_is_a_benchmark(benchmark, keys):
+    assert set(benchmark) == keys
+    assert len({tuple(row) for row in benchmark['rows']}) <= 1
+    for verdict in benchmark['verdicts']:
+        assert set(verdict) == VERDICT
 
 
 @pytest.mark.parametrize('name', sorted(BENCHMARKS))
@@ -72,10 +86,18 @@ def test_the_results_of_a_run_have_the_documented_shape(results):
     assert_has_the_documented_shape(results)
 
 
+@pytest.mark.parametrize('name', sorted(LONG))
+def test_every_long_benchmark_runs_and_says_when_and_where(long_results, name):
+    assert_has_the_documented_shape(long_results)
+    assert long_results['benchmarks'] == {}
+    assert long_results['long'][name]['rows']
+
+
 def test_the_kept_results_have_that_shape_and_name_every_benchmark():
     kept = json.loads(report.RESULTS.read_text(encoding='utf-8'))
     assert_has_the_documented_shape(kept)
     assert list(kept['benchmarks']) == list(BENCHMARKS)
+    assert set(kept['long']) <= set(LONG)
 
 
 def test_the_readme_shows_the_kept_results():
@@ -85,14 +107,31 @@ def test_the_readme_shows_the_kept_results():
 
 def test_writing_the_readme_twice_changes_nothing(results, tmp_path):
     path = tmp_path / 'README.md'
-    path.write_text(f'before\n{report.BEGIN}\nold\n{report.END}\nafter\n', encoding='utf-8')
+    path.write_text(f'before\n{report.BEGIN}\nstale\n{report.END}\nafter\n', encoding='utf-8')
     report.write_readme(results, path)
     once = path.read_text(encoding='utf-8')
     report.write_readme(results, path)
     assert path.read_text(encoding='utf-8') == once
     assert once.startswith('before\n')
     assert once.endswith('after\n')
-    assert 'old' not in once
+    assert 'stale' not in once
+
+
+def test_long_results_stay_until_they_are_measured_again(results, long_results, tmp_path):
+    path, readme = tmp_path / 'results.json', tmp_path / 'README.md'
+    readme.write_text(f'{report.BEGIN}\n{report.END}\n', encoding='utf-8')
+    report.write_results(results, path)
+    report.keep(long_results, is_whole=False, path=path, readme=readme)
+    report.keep(results, is_whole=True, path=path, readme=readme)
+    kept = json.loads(path.read_text(encoding='utf-8'))
+    assert kept == results | {'long': long_results['long']}
+    assert report.markdown_of(kept) in readme.read_text(encoding='utf-8')
+
+
+def test_a_part_of_the_benchmarks_changes_no_kept_results(results, tmp_path):
+    path = tmp_path / 'results.json'
+    report.keep(results, is_whole=False, path=path, readme=path)
+    assert not path.exists()
 
 
 def test_the_algorithm_of_the_paper_agrees_with_ours(ours_n):

@@ -1,0 +1,177 @@
+"""
+A process that listens to every topic of a program, and starts and stops a drive.
+
+``python -m benchmarks.node.listener`` is started by the benchmarks.
+
+"""
+
+import struct
+import time
+from functools import partial
+from typing import Any
+
+from diagnostic_msgs.msg import DiagnosticArray
+from lifecycle_msgs.srv import ChangeState
+from rclpy.node import Node
+from rclpy.qos import QoSProfile
+from std_msgs.msg import Float64MultiArray
+
+from benchmarks.node.process import serve
+from benchmarks.node.spinning import ros, spinning, wait_for
+from stickslip_ros.recording.topics import NODE_NAME, READINGS
+from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
+
+DEPTH = 10_000
+STAMP = struct.Struct('<4xiI')
+NS_PER_S = 1_000_000_000
+SETTLE_S = 0.2
+WINDOW_S = 0.1
+STAMPED = ('position', 'force')
+
+
+class Stamps:
+    """
+    What the stamps of a topic say: how many are missing, how simulated time runs.
+
+    Attributes
+    ----------
+    messages, missing : int
+        Those that came, and the holes between them, in units of ``block_ns``.
+    minima_s : dict of int to float
+        Least delay, arrival minus stamp, in each tenth of a second since the first arrival.
+
+    """
+
+    def __init__(self, block_ns: int) -> None:
+        self._block_ns = block_ns
+        self._last_ns: int | None = None
+        self._first_s = 0.0
+        self.messages = 0
+        self.missing = 0
+        self.minima_s: dict[int, float] = {}
+
+    def add(self, stamp_ns: int, arrival_s: float) -> None:
+        """Note a message."""
+        if self._last_ns is None:
+            self._first_s = arrival_s
+        else:
+            self.missing += abs((stamp_ns - self._last_ns) // self._block_ns - 1)
+        self._last_ns = stamp_ns
+        self.messages += 1
+        window = int((arrival_s - self._first_s) / WINDOW_S)
+        delay_s = arrival_s - stamp_ns / NS_PER_S
+        self.minima_s[window] = min(delay_s, self.minima_s.get(window, delay_s))
+
+
+class Listener:
+    """
+    Subscriptions to all topics that a drive publishes; a bare loop has the same names.
+
+    Parameters
+    ----------
+    node : Node
+        Has the subscriptions.
+
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._node = node
+        self._commands = node.create_publisher(Float64MultiArray, 'command/sawtooth', 10)
+        self._change_state = node.create_client(ChangeState, f'{NODE_NAME}/change_state')
+        self.reset()
+        for topic in READINGS:
+            if topic.key == 'diagnostics' or topic.type_name not in MESSAGE_TYPES:
+                continue
+            profile = to_profile(topic.qos)
+            profile.depth = max(DEPTH, profile.depth)
+            name = topic.name.replace('~', NODE_NAME)
+            take = partial(self._take, topic.key)
+            node.create_subscription(MESSAGE_TYPES[topic.type_name], name, take, profile, raw=True)
+        node.create_subscription(
+            DiagnosticArray, '/diagnostics', self._take_diagnostics, QoSProfile(depth=100)
+        )
+
+    def reset(self, block_ns: int = 1_000_000) -> None:
+        """Begin to count anew."""
+        self._since_s = time.monotonic()
+        self._messages = 0
+        self._bytes = 0
+        self._counts: dict[str, int] = {}
+        self._parts: dict[str, list[dict[str, str]]] = {}
+        self._stamps = {key: Stamps(block_ns) for key in STAMPED}
+
+    def report(self) -> dict[str, Any]:
+        """Return what came since the last reset."""
+        elapsed_s = time.monotonic() - self._since_s
+        return {
+            'messages_per_s': self._messages / elapsed_s,
+            'bytes_per_s': self._bytes / elapsed_s,
+            'counts': dict(self._counts),
+            'missing': sum(each.missing for each in self._stamps.values()),
+            'delays_s': list(self._stamps['position'].minima_s.values()),
+            'diagnostics': {part: list(values) for part, values in self._parts.items()},
+        }
+
+    def wait_for_publishers(self) -> None:
+        """Wait until ``position`` is offered."""
+        wait_for(lambda: self._node.count_publishers('position'), 'a publisher of position')
+        time.sleep(SETTLE_S)
+
+    def wait_for_ticks(self) -> None:
+        """Wait until the drive has reported its time: later reports hold nothing of its start."""
+        wait_for(self._has_report, 'diagnostics of a drive that ticks')
+
+    def _has_report(self) -> bool:
+        return any(int(part['ticks']) for part in list(self._parts.get('time', ())))
+
+    def change_state(self, transition: int) -> bool:
+        """Ask the drive for a transition."""
+        wait_for(self._change_state.service_is_ready, 'the service change_state')
+        request = ChangeState.Request()
+        request.transition.id = transition
+        answer = self._change_state.call_async(request)
+        wait_for(answer.done, 'a change of state')
+        return bool(answer.result().success)
+
+    def move(self, values: list[float]) -> None:
+        """Start a saw-tooth: amplitude (V), frequency (Hz), steps."""
+        wait_for(self._commands.get_subscription_count, 'a drive that takes commands')
+        self._commands.publish(Float64MultiArray(data=values))
+
+    def _take(self, key: str, data: bytes) -> None:
+        self._messages += 1
+        self._bytes += len(data)
+        self._counts[key] = self._counts.get(key, 0) + 1
+        stamps = self._stamps.get(key)
+        if stamps is not None:
+            seconds, nanoseconds = STAMP.unpack_from(data)
+            stamps.add(seconds * NS_PER_S + nanoseconds, time.monotonic())
+
+    def _take_diagnostics(self, message: DiagnosticArray) -> None:
+        for status in message.status:
+            name, _, part = status.name.partition(': ')
+            if name.startswith(self._node.get_namespace().lstrip('/')):
+                values = {pair.key: pair.value for pair in status.values}
+                self._parts.setdefault(part, []).append(values)
+
+
+def main() -> None:
+    """Listen until nobody asks any more."""
+    with ros():
+        node = Node('listener')
+        listener = Listener(node)
+        with spinning(node):
+            serve(
+                {
+                    'reset': listener.reset,
+                    'report': listener.report,
+                    'wait_for_publishers': listener.wait_for_publishers,
+                    'wait_for_ticks': listener.wait_for_ticks,
+                    'change_state': listener.change_state,
+                    'move': listener.move,
+                }
+            )
+
+
+if __name__ == '__main__':
+    main()

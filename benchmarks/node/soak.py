@@ -1,0 +1,163 @@
+"""Ten minutes at real time, recording: memory, overruns and completeness, beside a bare loop."""
+
+import tempfile
+import time
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+from mcap.reader import make_reader
+
+from benchmarks.node.lateness import Window, summary
+from benchmarks.node.programs import BareLoop, Drive, Program, opened
+from benchmarks.node.recording import lost_in
+from benchmarks.outcome import Outcome, Row, Verdict
+from benchmarks.sizes import Sizes
+from stickslip_ros.recording.reader import Recording
+
+NODE, BARE = 'the node, recording', 'bare loop'
+WARM_UP_SHARE = 0.2
+MEGA = 1e6
+KILO = 1e3
+BLOCK_NS = 1_000_000
+SIGMAS = 2.0
+
+
+def run(sizes: Sizes) -> Outcome:
+    """Run both side by side."""
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
+        settings = {'record.on_start': 'true', 'record.directory': folder}
+        programs = opened(stack, [lambda: Drive(NODE, settings), lambda: BareLoop(BARE)])
+        for program in programs:
+            program.start()
+        time.sleep(sizes.settle_s)
+        for program in programs:
+            program.reset()
+        memory_bytes, windows = _watch(programs, sizes)
+        heard = [program.listener.ask('report') for program in programs]
+        for program in programs:
+            program.stop()
+        stack.close()
+        [path] = Path(folder).glob('*.mcap')
+        lost = lost_in(path) + holes_in(path)
+        file_bytes, chunks = path.stat().st_size, chunks_in(path)
+    rows: list[Row] = []
+    for i, program in enumerate(programs):
+        rows.append(
+            {
+                'program': program.name,
+                **_memory_row(memory_bytes[i], sizes.sample_s),
+                **_lateness_row(windows[i]),
+                'positions': heard[i]['counts']['position'],
+                'missing_at_subscriber': heard[i]['missing'],
+            }
+        )
+    return Outcome(
+        f'{sizes.soak_s:g} s at real time, 1 kHz, 50 kS/s, moving: both at the same time',
+        rows,
+        _verdicts(rows, lost),
+        [
+            (
+                f'resident memory every {sizes.sample_s:g} s; growth from the second fifth on, '
+                'with its standard error, which allows for readings that depend on the ones before'
+            ),
+            (
+                f'the recording, {file_bytes / MEGA:.3g} MB, lacks {lost} messages by its '
+                'sequence numbers and by the stamps of position; it has '
+                f'{chunks / (sizes.soak_s / 60.0):.3g} chunks per minute, and the index of each '
+                'stays in memory until the file is finished'
+            ),
+        ],
+    )
+
+
+def growth_of(values: Sequence[float], period: float) -> tuple[float, float]:
+    """
+    Return the slope of values taken once a period, and its standard error.
+
+    Neighbouring residuals that are alike count as fewer: their number is reduced by
+    (1 - r) / (1 + r), r being the correlation of neighbours.
+
+    """
+    value = np.array(values, dtype=float)
+    time_ = period * np.arange(len(value))
+    if len(value) < 4:
+        return 0.0, float('nan')
+    slope, start = np.polyfit(time_, value, 1)
+    rest = value - (start + slope * time_)
+    power = float(rest @ rest)
+    if power <= np.finfo(float).eps * float(value @ value):
+        return float(slope), 0.0
+    r = min(max(0.0, float(rest[1:] @ rest[:-1]) / power), 0.99)
+    freedom = max(1.0, len(value) * (1.0 - r) / (1.0 + r) - 2.0)
+    centred = time_ - time_.mean()
+    return float(slope), float(np.sqrt(power / freedom / (centred @ centred)))
+
+
+def chunks_in(path: Path) -> int:
+    """Return how many chunks a recording has."""
+    with path.open('rb') as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None, 'a finished recording has one'
+    return len(summary.chunk_indexes)
+
+
+def holes_in(path: Path) -> int:
+    """Return how many positions a recording lacks, by their stamps."""
+    stamps = [time_ns for _, time_ns, _ in Recording(path).messages(['position'])]
+    return int(np.sum(np.diff(stamps) // BLOCK_NS - 1))
+
+
+def _watch(
+    programs: Sequence[Program], sizes: Sizes
+) -> tuple[list[list[float]], list[list[Window]]]:
+    """Take memory and lateness at equal intervals."""
+    memory_bytes: list[list[float]] = [[] for _ in programs]
+    windows: list[list[Window]] = [[] for _ in programs]
+    begin_s = time.monotonic()
+    for number in range(1, 1 + round(sizes.soak_s / sizes.sample_s)):
+        time.sleep(max(0.0, begin_s + number * sizes.sample_s - time.monotonic()))
+        for i, program in enumerate(programs):
+            memory_bytes[i].append(float(program.process.resident_bytes()))
+            its = program.windows()
+            windows[i] = windows[i] + its if isinstance(program, BareLoop) else its
+    return memory_bytes, windows
+
+
+def _memory_row(memory_bytes: Sequence[float], period_s: float) -> Row:
+    after = memory_bytes[int(WARM_UP_SHARE * len(memory_bytes)) :]
+    slope, error = growth_of(after, period_s / 60.0)
+    return {
+        'memory_MB': after[0] / MEGA,
+        'memory_at_end_MB': after[-1] / MEGA,
+        'growth_kB_per_min': slope / KILO,
+        'its_error': error / KILO,
+    }
+
+
+def _lateness_row(windows: Sequence[Window]) -> Row:
+    late = summary(windows)
+    return {'ticks': late['ticks'], 'overruns': late['overruns'], 'p99_late_us': late['p99_us']}
+
+
+def _verdicts(rows: Sequence[Row], lost: int) -> list[Verdict]:
+    node, bare = rows
+    slope, error = float(node['growth_kB_per_min']), float(node['its_error'])
+    missing = int(node['missing_at_subscriber'])
+    return [
+        Verdict(
+            'growth of memory, kB per minute, less two standard errors',
+            0.0,
+            max(0.0, slope - SIGMAS * error),
+            at_most=True,
+        ),
+        Verdict(
+            'overruns, those of the bare loop being the limit',
+            float(bare['overruns']),
+            float(node['overruns']),
+            at_most=True,
+        ),
+        Verdict('readings missing at the subscriber', 0, missing, at_most=True),
+        Verdict('messages missing in the recording', 0, lost, at_most=True),
+    ]
