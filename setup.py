@@ -83,6 +83,7 @@ setup(
         'console_scripts': [
             'stickslip = stickslip_ros.cli:main',
             'drive = stickslip_ros.ros.main:main',
+            'position_controller = stickslip_ros.ros.position_controller:main',
         ],
     },
     zip_safe=False,  # numba keeps its compiled kernels beside the source

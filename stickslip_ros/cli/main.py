@@ -19,6 +19,7 @@ from stickslip_ros.cli import (
     laws,
     parameters,
     plot,
+    positioning,
     roughness,
     simulate,
     sweep,
@@ -36,6 +37,7 @@ VERBS = (
     fit,
     drive,
     demo,
+    positioning,
     info,
     plot,
     roughness,
@@ -64,6 +66,7 @@ examples:
   stickslip fit experiment.csv --free contact.friction,runner.damping --start runner.damping=50
   stickslip drive --set stand.preload=0.25
   stickslip demo
+  stickslip positioning --params config/realistic.yaml
   stickslip info runs/demo.mcap
   stickslip plot runs/demo.mcap --window 2ms@0.1s
   stickslip compare experiment.csv model --report runs/comparison.html

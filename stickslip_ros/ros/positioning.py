@@ -12,7 +12,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
-from stickslip_ros.parameters import Parameters, to_nanoseconds
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.ros.environment import stay_on_this_host
 from stickslip_ros.ros.lockstep import Commands
 from stickslip_ros.ros.node import StickSlipDrive
@@ -175,9 +175,9 @@ def _run(stand: Parameters, controller: ScriptedController, context: Context) ->
             executor.spin_once(timeout_sec=SPIN_S)
             silent = 0 if controller.readings > readings else silent + 1
             readings = controller.readings
-            if silent > SILENCE_SPINS * round(1.0 + 1e9 * SPIN_S / to_nanoseconds(SPIN_S)):
-                drive.session  # noqa: B018 - says why it has stopped
-                raise StickSlipError('the drive no longer answers')
+            if silent > SILENCE_SPINS:
+                silence_s = SPIN_S * SILENCE_SPINS
+                raise StickSlipError(f'the drive gave no reading for {silence_s:g} s')
     finally:
         drive.destroy_node()
         controller.destroy_node()
