@@ -59,7 +59,7 @@ setup(
         'matplotlib',
         'jinja2',
         'PyYAML',
-        'mcap',
+        'mcap>=1.5',
         'rich',
     ],
     extras_require={

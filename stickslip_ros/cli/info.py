@@ -16,9 +16,9 @@ def add_verb(verbs: Any) -> None:
     parser = verbs.add_parser(
         'info',
         help='topics, counts, rates, gaps and parameters of a recording',
-        description='Say what is in an MCAP recording.',
+        description='Say what is in an MCAP file, a bag directory, or a run in parts.',
     )
-    parser.add_argument('file', type=Path, help='the recording')
+    parser.add_argument('file', type=Path, help='a file, a bag directory, or a run in parts')
     add_json(parser)
     parser.set_defaults(run=run)
 

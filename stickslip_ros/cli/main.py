@@ -20,6 +20,7 @@ from stickslip_ros.cli import (
     parameters,
     plot,
     positioning,
+    recover,
     roughness,
     simulate,
     sweep,
@@ -40,6 +41,7 @@ VERBS = (
     positioning,
     info,
     plot,
+    recover,
     roughness,
     laws,
     figures,
@@ -70,6 +72,7 @@ examples:
   stickslip info runs/demo.mcap
   stickslip plot runs/demo.mcap --window 2ms@0.1s
   stickslip compare experiment.csv model --report runs/comparison.html
+  stickslip recover runs/cut_off.mcap
   stickslip validate --out runs/validation
   stickslip figures --out runs/figures --only fig2,fig7
 

@@ -32,6 +32,12 @@ class RecordParameters(Checked):
     on_start: bool = switch(False, ASSUMED, 'record from the activation on')
     directory: str = words('runs', ASSUMED, 'folder of the recordings')
     name: str = words('', ASSUMED, 'file name; empty names it after date and time')
+    format: str = choice(
+        'file',
+        ('file', 'bag'),
+        ASSUMED,
+        'one MCAP file, or a directory with metadata.yaml as ros2 bag makes it',
+    )
     compression: str = choice(
         'zstd', ('zstd', 'lz4', 'none'), ASSUMED, 'compression of the chunks'
     )
@@ -43,4 +49,18 @@ class RecordParameters(Checked):
         10_000_000,
         ASSUMED,
         'messages that may wait for the disk before one is dropped',
+    )
+    flush_period: float = quantity(
+        1.0, 's', 0.01, 60.0, ASSUMED, 'what is older, by the clock, is safe on the disk'
+    )
+    split_size: int = count(
+        0, 'B', 0, 1 << 40, ASSUMED, 'size at which the run goes on in a next file; 0: never'
+    )
+    split_duration: float = quantity(
+        0.0,
+        's',
+        0.0,
+        1e9,
+        ASSUMED,
+        'simulated time after which the run goes on in a next file; 0: never',
     )

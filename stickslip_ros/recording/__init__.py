@@ -1,6 +1,7 @@
 """Recordings: messages to bytes and back, MCAP files out and in, quantities over time."""
 
 from stickslip_ros.recording.channels import Channel, Qos
+from stickslip_ros.recording.file_form import FileForm
 from stickslip_ros.recording.messages import ArrayMessage, Message, PointMessage, WrenchMessage
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -14,6 +15,7 @@ __all__ = [
     'ArrayMessage',
     'Channel',
     'ChannelSummary',
+    'FileForm',
     'Message',
     'PointMessage',
     'Qos',

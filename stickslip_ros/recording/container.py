@@ -1,36 +1,43 @@
 """The file itself: an MCAP container as ROS 2 tools expect it, open for writing."""
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import BinaryIO
 
 from mcap.exceptions import McapError
-from mcap.writer import CompressionType, Writer
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.schemas import SCHEMAS, TYPE_HASHES
+from stickslip_ros.recording.chunks import (
+    COMPRESSIONS,
+    Stored,
+    make_writer,
+    provisional_chunk,
+    register_channels,
+)
+from stickslip_ros.recording.file_form import FileForm
 
-COMPRESSIONS: Final = {
-    'zstd': CompressionType.ZSTD,
-    'lz4': CompressionType.LZ4,
-    'none': CompressionType.NONE,
-}
+_RECORD_BYTES = 9 + 22
+"""What a message takes beside its data."""
 
 
 class Container:
     """
     An MCAP file that is being written by one caller at a time.
 
+    Where a chunk ends is decided by the sizes and the simulated times of its messages alone. The
+    first chunk ends with the first time, so that the channels are soon on the disk.
+
     Parameters
     ----------
     path : Path
         The file, which must not exist; missing folders are made.
-    compression : str
-        Of the chunks: ``zstd``, ``lz4`` or ``none``.
-    chunk_size_bytes : int
-        Size, before compression, at which a chunk is closed.
+    channels : sequence of Channel
+        Every topic that it will hold.
+    form : FileForm
+        Gives compression and chunks.
 
     Raises
     ------
@@ -41,18 +48,25 @@ class Container:
 
     """
 
-    def __init__(self, path: Path, compression: str, chunk_size_bytes: int) -> None:
-        kind = COMPRESSIONS.get(compression)
-        if kind is None:
-            raise UnknownName('compression', compression, f'take one of {", ".join(COMPRESSIONS)}')
-        self._path = path
+    def __init__(self, path: Path, channels: Sequence[Channel], form: FileForm) -> None:
+        if form.compression not in COMPRESSIONS:
+            known = ', '.join(COMPRESSIONS)
+            raise UnknownName('compression', form.compression, f'take one of {known}')
+        self.path = path
+        self.chunks = 0
+        self.size_bytes = 0
+        self._channels = channels
+        self._form = form
+        self._pending: list[Stored] = []
+        self._pending_bytes = 0
+        self._secured = 0
+        self._chunk_end_ns = 0
         self._stream = _create(path)
         with self._discarding():
-            self._writer = Writer(self._stream, chunk_size_bytes, kind)
+            self._writer = make_writer(self._stream, form.compression)
 
     def start(
         self,
-        channels: Sequence[Channel],
         metadata: Mapping[str, Mapping[str, str]],
         attachments: Mapping[str, tuple[str, bytes]],
     ) -> list[int]:
@@ -63,16 +77,61 @@ class Container:
                 self._writer.add_attachment(0, 0, name, media_type, data)
             self._add_metadata(metadata)
             self._stream.flush()
-            return self._register(channels)
+            _sync_folder(self.path.parent)
+            return register_channels(self._writer, self._channels)
 
-    def write(self, channel_id: int, time_ns: int, data: bytes, sequence: int) -> None:
+    @property
+    def pending(self) -> int:
+        """Messages of the chunk in progress."""
+        return len(self._pending)
+
+    def write(self, message: Stored) -> None:
         """Add a message; its time must not be earlier than the last one's."""
+        if self._pending and message.time_ns >= self._chunk_end_ns:
+            self.end_chunk()
+        if not self._pending:
+            period_ns = self._form.chunk_period_ns if self.chunks else 1
+            self._chunk_end_ns = message.time_ns + period_ns
+        channel_id, time_ns, data, sequence = message
         self._writer.add_message(channel_id, time_ns, data, time_ns, sequence)
+        self._pending.append(message)
+        self._pending_bytes += _RECORD_BYTES + len(data)
+        if self._pending_bytes > self._form.chunk_size_bytes:
+            self.end_chunk()
+
+    def end_chunk(self) -> None:
+        """Write the chunk in progress and hand it to the operating system."""
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._pending.clear()
+        self._pending_bytes = self._secured = 0
+        self.chunks += 1
+        self.size_bytes = self._stream.tell()
+
+    def secure(self) -> None:
+        """
+        Bring all that was written to the disk, without ending the chunk.
+
+        The chunk in progress is written behind the end of the file, where the real one will be
+        written over it: what the finished file says does not depend on when this is called.
+
+        """
+        self._stream.flush()
+        if len(self._pending) > self._secured:
+            chunk = provisional_chunk(self._channels, self._form.compression, self._pending)
+            _write_at(self._stream.fileno(), chunk, self._stream.tell())
+            self._secured = len(self._pending)
+        self.sync()
+
+    def sync(self) -> None:
+        """Have the operating system bring to the disk what it was handed."""
+        os.fsync(self._stream.fileno())
 
     def finish(self, metadata: Mapping[str, Mapping[str, str]]) -> None:
         """Write closing metadata, the last chunk, the summary and the end; close the file."""
         self._add_metadata(metadata)
         self._writer.finish()  # type: ignore[no-untyped-call]
+        self._stream.truncate()
+        self.sync()
         self._stream.close()
 
     def abandon(self) -> None:
@@ -84,23 +143,6 @@ class Container:
         for name, entries in metadata.items():
             self._writer.add_metadata(name, dict(entries))
 
-    def _register(self, channels: Sequence[Channel]) -> list[int]:
-        """Announce channels and, once each, their schemas."""
-        names = dict.fromkeys(channel.type_name for channel in channels)
-        schema_ids = {name: self._register_schema(name) for name in names}
-        return [self._register_channel(each, schema_ids[each.type_name]) for each in channels]
-
-    def _register_schema(self, type_name: str) -> int:
-        definition = SCHEMAS[type_name].encode()
-        return int(self._writer.register_schema(type_name, 'ros2msg', definition))
-
-    def _register_channel(self, channel: Channel, schema_id: int) -> int:
-        metadata = {
-            'offered_qos_profiles': channel.qos.to_yaml(),
-            'topic_type_hash': TYPE_HASHES[channel.type_name],
-        }
-        return self._writer.register_channel(channel.topic, 'cdr', schema_id, metadata)
-
     @contextmanager
     def _discarding(self) -> Iterator[None]:
         """Take the file away again when it cannot even be begun."""
@@ -108,10 +150,10 @@ class Container:
             yield
         except BaseException as error:
             self.abandon()
-            self._path.unlink()
+            self.path.unlink()
             if isinstance(error, (OSError, McapError)):
                 raise RecordingError(
-                    self._path, f'it cannot be begun ({error})', 'choose another place'
+                    self.path, f'it cannot be begun ({error})', 'choose another place'
                 ) from error
             raise
 
@@ -122,8 +164,26 @@ def _create(path: Path) -> BinaryIO:
         path.parent.mkdir(parents=True, exist_ok=True)
         return path.open('xb')
     except OSError as error:
-        if path.exists():
+        if os.path.lexists(path):
             problem, mend = 'it exists and is not overwritten', 'choose another name'
         else:
             problem, mend = f'it cannot be made ({error.strerror})', 'choose another folder'
         raise RecordingError(path, problem, mend) from error
+
+
+def _write_at(handle: int, data: bytes, offset: int) -> None:
+    """Write at a place of a file, and leave the place where its stream goes on alone."""
+    view = memoryview(data)
+    while view:
+        written = os.pwrite(handle, view, offset)
+        view, offset = view[written:], offset + written
+
+
+def _sync_folder(folder: Path) -> None:
+    """Bring the name of a new file to the disk, where the file system knows how."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

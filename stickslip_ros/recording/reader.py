@@ -5,13 +5,16 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from mcap.records import Message as Stored
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.cdr import unpack
 from stickslip_ros.recording.cdr_fields import NS_PER_S
-from stickslip_ros.recording.integrity import open_whole
+from stickslip_ros.recording.integrity import check_data, check_profile, open_whole
 from stickslip_ros.recording.messages import FLOAT64_ARRAY, ArrayMessage, Message
 from stickslip_ros.recording.quantities import find_quantity, time_ns
+from stickslip_ros.recording.run_parts import find_parts, missing_part
+from stickslip_ros.recording.run_storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
 from stickslip_ros.recording.schemas import SCHEMAS
 from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.tally import ChannelSummary, Tally
@@ -20,37 +23,59 @@ from stickslip_ros.recording.trace import split_columns
 
 class Recording:
     """
-    A finished MCAP recording.
+    A finished MCAP recording: one file, numbered parts of a run, or a bag directory.
 
-    The file is opened for each question and closed behind it. Wherever a topic is asked for, the
+    Files are opened for each question and closed behind it. Wherever a topic is asked for, the
     end of its name is enough: ``position`` is ``/stand/position``, the shortest that ends so.
+    A bag that rosbag2 made has neither parameters nor sequence numbers, but its topics are read.
 
     Parameters
     ----------
     path : path-like
-        The file.
+        The file, the directory, or the name that parts share: ``run.mcap`` for ``run_0.mcap`` …
 
     Raises
     ------
     RecordingError
-        If the file is not there, is no MCAP, is cut off, has no summary or is damaged; the last
-        can also show itself later, where the damaged part is read.
+        If the recording is not there, is no MCAP file of ROS 2, is cut off, has no summary or is
+        damaged; the last can also show itself later, where the damaged part is read.
 
     """
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        with open_whole(self.path) as reader:
+        self.files = find_parts(self.path)
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.attachments: dict[str, tuple[str, bytes]] = {}
+        self._types: dict[str, str] = {}
+        closing: dict[str, str] = {}
+        for file in self.files:
+            check_data(file)
+            closing = self._describe(file).get(CLOSING_RECORD, {})
+        self._repeats = PART_RECORD in self.metadata
+        self._refuse_open_end(closing)
+
+    def _refuse_open_end(self, closing: dict[str, str]) -> None:
+        """Refuse a run in parts whose last file says that another one follows."""
+        follower = closing.get(FOLLOWED_BY, '')
+        if follower and self.path not in self.files:
+            raise missing_part(self.files[-1].with_name(follower))
+
+    def _describe(self, file: Path) -> dict[str, dict[str, str]]:
+        """Take in what a file says beside its messages; give its metadata."""
+        with open_whole(file) as reader:
+            check_profile(file, reader)
             summary = reader.get_summary()
             assert summary is not None, 'a file without summary does not open'
             schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
-            self._types = {
-                each.topic: schemas[each.schema_id] for each in summary.channels.values()
-            }
-            self.metadata = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
-            self.attachments = {
+            for channel in summary.channels.values():
+                self._types.setdefault(channel.topic, schemas[channel.schema_id])
+            own = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
+            self.metadata |= own
+            self.attachments |= {
                 each.name: (each.media_type, each.data) for each in reader.iter_attachments()
             }
+        return own
 
     @property
     def types(self) -> dict[str, str]:
@@ -61,9 +86,8 @@ class Recording:
     def channels(self) -> list[ChannelSummary]:
         """What each topic holds, in the order of the file; costs one pass over the messages."""
         tallies = {topic: Tally() for topic in self._types}
-        with open_whole(self.path) as reader:
-            for _, channel, message in reader.iter_messages(log_time_order=False):
-                tallies[channel.topic].add(message.log_time, message.sequence)
+        for _, topic, message in self._stored(None, log_time_order=False):
+            tallies[topic].add(message.log_time, message.sequence)
         return [tally.summary(topic, self._types[topic]) for topic, tally in tallies.items()]
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:
@@ -147,10 +171,24 @@ class Recording:
         return columns[field]
 
     def _read(self, topics: list[str]) -> Iterator[tuple[str, int, Message]]:
-        with open_whole(self.path) as reader:
-            for schema, channel, message in reader.iter_messages(topics):
-                type_name = schema.name if schema else ''
-                yield channel.topic, message.log_time, unpack(type_name, message.data)
+        for type_name, topic, message in self._stored(topics, log_time_order=True):
+            yield topic, message.log_time, unpack(type_name, message.data)
+
+    def _stored(
+        self, topics: list[str] | None, *, log_time_order: bool
+    ) -> Iterator[tuple[str, str, Stored]]:
+        """Give type, topic and message, file by file, without what a part only repeats."""
+        last: dict[str, int] = {}
+        for file in self.files:
+            before = dict(last) if self._repeats else {}
+            with open_whole(file) as reader:
+                for schema, channel, message in reader.iter_messages(
+                    topics, log_time_order=log_time_order
+                ):
+                    if before.pop(channel.topic, None) == message.sequence:
+                        continue
+                    last[channel.topic] = message.sequence
+                    yield schema.name if schema else '', channel.topic, message
 
     def _find(self, name: str) -> str:
         """Give the full name of a topic."""

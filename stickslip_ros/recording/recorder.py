@@ -10,15 +10,17 @@ from typing import Final
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.container import Container
+from stickslip_ros.recording.chunks import Stored
+from stickslip_ros.recording.file_form import FileForm
+from stickslip_ros.recording.layout import Layout
+from stickslip_ros.recording.run_storage import Head, RunStorage
 from stickslip_ros.recording.schemas import SCHEMAS
 
 #: Messages that wake the writer: more wake it less often, but it then holds the GIL longer.
 BATCH: Final = 64
-CHUNK_SIZE_BYTES: Final = 512 * 1024
 QUEUE_LENGTH: Final = 20_000
-#: Metadata record with which a finished recording says what it holds and what it lost.
-CLOSING_RECORD: Final = 'stickslip_recorder'
+#: Share of the flush period after which the writer looks at its queue even without a batch.
+PATIENCE: Final = 1 / 4
 
 _SEQUENCE_MASK: Final = 0xFFFF_FFFF
 
@@ -39,22 +41,23 @@ class Recorder:
     An MCAP recording in progress: a bounded queue with one writing thread behind it.
 
     Equal messages put in equal order give equal files, byte for byte, whatever the timing.
+    What was put longer ago than the flush period is on the disk, also when the process is killed
+    or the power fails; a file that was not finished is then mended by ``stickslip recover``.
     A recorder that nobody closed is finished when the interpreter ends.
 
     Parameters
     ----------
     path : path-like
-        The file, which must not exist; missing folders are made.
+        The file, which must not exist; missing folders are made. A bag is a directory of that
+        name, parts are numbered after it.
     channels : sequence of Channel
         Every topic that will be recorded.
     metadata : mapping of str to mapping of str to str
         Named records that describe the run.
     attachments : mapping of str to (media type, bytes)
         Files to keep inside the recording.
-    compression : str
-        Of the chunks: ``zstd``, ``lz4`` or ``none``.
-    chunk_size_bytes : int
-        Size, before compression, at which a chunk is written.
+    form : FileForm
+        Compression, chunks, parts, bag.
     queue_length : int
         Messages that may wait for the disk; what comes on top is dropped and counted.
 
@@ -74,16 +77,19 @@ class Recorder:
         *,
         metadata: Mapping[str, Mapping[str, str]] | None = None,
         attachments: Mapping[str, tuple[str, bytes]] | None = None,
-        compression: str = 'zstd',
-        chunk_size_bytes: int = CHUNK_SIZE_BYTES,
+        form: FileForm | None = None,
         queue_length: int = QUEUE_LENGTH,
     ) -> None:
-        self.path = Path(path)
+        form = form or FileForm()
+        self._layout = Layout.plan(Path(path), bag=form.bag, split=form.splits)
+        self.path = self._layout.path
         _check_channels(self.path, channels)
-        self._container = Container(self.path, compression, chunk_size_bytes)
-        ids = self._container.start(channels, metadata or {}, attachments or {})
+        head = Head(metadata or {}, attachments or {})
+        self._tracks: dict[str, _Track] = {}
+        self._storage = RunStorage(self._layout, channels, form, head, self._account)
         topics = (channel.topic for channel in channels)
-        self._tracks = dict(zip(topics, map(_Track, ids), strict=True))
+        self._tracks = dict(zip(topics, map(_Track, self._storage.channel_ids), strict=True))
+        self._patience_s = PATIENCE * form.flush_period_s
         self._queue: deque[tuple[_Track, int, bytes, int]] = deque()
         self._queue_length = queue_length
         self._batch = max(1, min(BATCH, queue_length // 2))
@@ -99,9 +105,19 @@ class Recorder:
         atexit.register(self.close)
 
     @property
+    def files(self) -> list[Path]:
+        """The files that were begun, in the order of time."""
+        return [self._layout.part(number) for number in range(self._storage.parts)]
+
+    @property
     def written(self) -> int:
         """Messages handed to the file."""
         return self._written
+
+    @property
+    def secured(self) -> int:
+        """Messages that are on the disk: they survive a power failure."""
+        return self._storage.secured
 
     @property
     def dropped(self) -> int:
@@ -222,24 +238,25 @@ class Recorder:
     def _run(self) -> None:
         """Be the writing thread: every failure ends here and is kept to be read."""
         try:
-            while self._await_batch():
+            while self._await_work():
                 self._write_queue()
-            self._container.finish({CLOSING_RECORD: self._account()})
+                self._storage.keep()
+            self._storage.finish()
         except Exception as error:  # noqa: BLE001 - a thread has nobody to raise to
             self._fail(error)
 
-    def _await_batch(self) -> bool:
+    def _await_work(self) -> bool:
         """Sleep until there is work; False when all is written and the recorder closed."""
         with self._lock:
             self._changed.notify_all()
-            self._changed.wait_for(self._has_batch_or_closed)
-            return bool(self._queue)
+            self._changed.wait_for(self._has_batch_or_closed, self._patience_s)
+            return bool(self._queue) or not self._closed
 
     def _write_queue(self) -> None:
         """Write what is queued now; a message leaves the queue when it is written."""
         for _ in range(len(self._queue)):
             track, time_ns, data, sequence = self._queue[0]
-            self._container.write(track.channel_id, time_ns, data, sequence)
+            self._storage.write(Stored(track.channel_id, time_ns, data, sequence))
             self._queue.popleft()
             self._written += 1
 
@@ -256,7 +273,7 @@ class Recorder:
                 track.dropped += 1
             self._queue.clear()
             self._changed.notify_all()
-        self._container.abandon()
+        self._storage.abandon()
 
 
 def _check_channels(path: Path, channels: Sequence[Channel]) -> None:

@@ -8,9 +8,12 @@ from importlib import metadata
 from pathlib import Path
 
 import stickslip_ros
+from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.reports import STATUS_TEXTS, TRACE_COLUMNS
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.channels import Channel
+from stickslip_ros.recording.file_form import FileForm
+from stickslip_ros.recording.layout import SUFFIX, check_name
 from stickslip_ros.recording.recorder import Recorder
 
 RUN_RECORD = 'stickslip_run'
@@ -45,11 +48,20 @@ def versions() -> dict[str, str]:
 
 
 def run_path(parameters: Parameters) -> Path:
-    """Return the path of a new recording: the given name, or one after date and time."""
+    """
+    Return the path of a new recording: the given name, or one after date and time.
+
+    Raises
+    ------
+    OutOfRange
+        If the name is not a plain file name.
+
+    """
     name = parameters.record.name
     if not name:
-        name = f'run_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}.mcap'
-    return Path(parameters.record.directory) / name
+        name = f'run_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}'
+    check_name(name)
+    return Path(parameters.record.directory) / f'{name.removesuffix(SUFFIX)}{SUFFIX}'
 
 
 def open_recorder(path: Path, parameters: Parameters, channels: Sequence[Channel]) -> Recorder:
@@ -59,7 +71,8 @@ def open_recorder(path: Path, parameters: Parameters, channels: Sequence[Channel
     Parameters
     ----------
     path : Path
-        The file; it must not exist.
+        The file; it must not exist. A bag is a directory of that name without its suffix, parts
+        are numbered after it.
     parameters : Parameters
         Go into the file as an attachment, with units and sources.
     channels : sequence of Channel
@@ -69,6 +82,8 @@ def open_recorder(path: Path, parameters: Parameters, channels: Sequence[Channel
     ------
     RecordingError
         If the file exists or cannot be written.
+    OutOfRange
+        If it is to be split into parts that are smaller than a chunk.
 
     """
     heading = 'Parameters of the recorded run; SI units.'
@@ -85,7 +100,28 @@ def open_recorder(path: Path, parameters: Parameters, channels: Sequence[Channel
         attachments={
             PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode())
         },
-        compression=parameters.record.compression,
-        chunk_size_bytes=parameters.record.chunk_size,
+        form=_form(parameters),
         queue_length=parameters.record.queue_length,
     )
+
+
+def _form(parameters: Parameters) -> FileForm:
+    record = parameters.record
+    _check_split('size', record.split_size, 'B', 'chunk_size', record.chunk_size)
+    _check_split('duration', record.split_duration, 's', 'flush_period', record.flush_period)
+    return FileForm(
+        compression=record.compression,
+        chunk_size_bytes=record.chunk_size,
+        flush_period_s=record.flush_period,
+        split_size_bytes=record.split_size,
+        split_duration_s=record.split_duration,
+        bag=record.format == 'bag',
+    )
+
+
+def _check_split(what: str, value: float, unit: str, least_name: str, least: float) -> None:
+    """Refuse files that would be smaller than a chunk."""
+    if 0 < value < least:
+        limit = f'below record.{least_name} {least:g} {unit}'
+        mend = f'raise it, lower record.{least_name}, or give 0 to never split'
+        raise OutOfRange(f'record.split_{what}', value, unit, limit, mend)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip_ros.recording import Channel, Qos, Recorder, cdr
+from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, cdr
 from stickslip_ros.recording import messages as m
 
 COLUMNS = ('sample', 't[s],voltage[V],foot[m],position[m],force[N]')
@@ -119,7 +119,11 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     metadata = {'stickslip_run': {'seed': '7', 'specimen': 'steel µ'}}
     attachments = {'parameters.yaml': ('application/yaml', b'seed: 7\n')}
     recorder = Recorder(
-        path, CHANNELS, metadata=metadata, attachments=attachments, chunk_size_bytes=2000
+        path,
+        CHANNELS,
+        metadata=metadata,
+        attachments=attachments,
+        form=FileForm(chunk_size_bytes=2000),
     )
     with recorder:
         for topic, time_ns, data in _run():

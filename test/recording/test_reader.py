@@ -9,10 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
-from mcap.writer import IndexType, Writer
+from mcap.writer import CompressionType, IndexType, Writer
 
 from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName
-from stickslip_ros.recording import Channel, ChannelSummary, Qos, Recorder, Recording, cdr
+from stickslip_ros.recording import (
+    Channel,
+    ChannelSummary,
+    FileForm,
+    Qos,
+    Recorder,
+    Recording,
+    cdr,
+)
 from stickslip_ros.recording import messages as m
 
 Run = list[tuple[str, int, bytes]]
@@ -30,11 +38,14 @@ def damaged(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def read_all(path: Path) -> None:
+    content_of(path)
+    Recording(path).trace()
+
+
+def content_of(path: Path) -> tuple:
     recording = Recording(path)
-    assert recording.channels
-    for _ in recording.messages():
-        pass
-    recording.trace()
+    messages = [(topic, at, repr(each)) for topic, at, each in recording.messages()]
+    return recording.channels, recording.metadata, recording.attachments, messages
 
 
 def foreign(path: Path, **options) -> Writer:
@@ -213,11 +224,25 @@ def test_a_missing_file_is_refused(tmp_path: Path):
         Recording(tmp_path / 'run.mcap')
 
 
-@pytest.mark.parametrize('content', [b'', b'time,position\n0,1\n' * 20], ids=['empty', 'text'])
-def test_a_file_of_another_kind_is_refused(damaged: Path, content: bytes):
+@pytest.mark.parametrize(
+    ('content', 'refusal'),
+    [
+        (b'', 'it is not an MCAP file: it is empty'),
+        (b'time,position\n0,1\n' * 20, 'it is not an MCAP file; name a recording that ends in'),
+        (b'#ROSBAG V2.0\n', 'it is not an MCAP file'),
+        (b'SQLite format 3\0' + bytes(84), 'storage sqlite3; convert it with "ros2 bag convert'),
+    ],
+    ids=['empty', 'text', 'rosbag1', 'sqlite3'],
+)
+def test_a_file_of_another_kind_is_refused(damaged: Path, content: bytes, refusal: str):
     damaged.write_bytes(content)
-    with pytest.raises(RecordingError, match='not an MCAP file'):
+    with pytest.raises(RecordingError, match=refusal):
         Recording(damaged)
+
+
+def test_a_directory_without_a_recording_is_refused(tmp_path: Path):
+    with pytest.raises(RecordingError, match='it is a directory without a recording'):
+        Recording(tmp_path)
 
 
 def test_a_file_without_summary_is_refused(tmp_path: Path):
@@ -247,14 +272,14 @@ def test_a_file_that_was_cut_off_is_refused_wherever_it_was_cut(
 
 @settings(derandomize=True, deadline=None, max_examples=300)
 @given(st.data())
-def test_damaged_bytes_are_refused_or_harmless_but_never_crash(
+def test_damaged_bytes_are_refused_or_harmless_but_never_change_what_is_read(
     recorded: Path, damaged: Path, data: st.DataObject
 ):
     content = bytearray(recorded.read_bytes())
     content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
     damaged.write_bytes(content)
     with suppress(StickSlipError):
-        read_all(damaged)
+        assert content_of(damaged) == content_of(recorded)
 
 
 def test_a_damaged_chunk_is_refused(recorded: Path, damaged: Path):
@@ -279,11 +304,40 @@ def test_a_damaged_head_of_a_chunk_never_crashes(recorded: Path, damaged: Path):
 def test_a_wrong_number_in_a_chunk_without_compression_is_refused(tmp_path: Path):
     path = tmp_path / 'run.mcap'
     message = cdr.pack_float64(1.5)
-    with Recorder(path, [Channel('/u', m.FLOAT64, Qos(1))], compression='none') as recorder:
+    with Recorder(path, [Channel('/u', m.FLOAT64, Qos(1))], form=FileForm('none')) as recorder:
         recorder.put('/u', 0, message)
     path.write_bytes(path.read_bytes().replace(message, cdr.pack_float64(2.5)))
+    with pytest.raises(RecordingError, match='the checksum of its data is wrong'):
+        Recording(path)
+
+
+def test_a_wrong_number_in_a_chunk_of_another_program_is_refused(tmp_path: Path):
+    path = tmp_path / 'run.mcap'
+    writer = foreign(path, compression=CompressionType.NONE)
+    schema = writer.register_schema('std_msgs/msg/Float64', 'ros2msg', b'float64 data')
+    number = writer.register_channel('/u', 'cdr', schema)
+    writer.add_message(number, 2, cdr.pack_float64(1.5), 2)
+    writer.finish()
+    path.write_bytes(path.read_bytes().replace(cdr.pack_float64(1.5), cdr.pack_float64(2.5)))
     with pytest.raises(RecordingError, match='crc validation failed'):
         list(Recording(path).messages())
+
+
+@pytest.mark.parametrize('piece', [b'steel', b'seed: 7', b'ros2'], ids=['text', 'file', 'profile'])
+def test_a_wrong_byte_outside_the_chunks_is_refused(recorded: Path, damaged: Path, piece: bytes):
+    content = bytearray(recorded.read_bytes())
+    content[content.index(piece)] ^= 0x01
+    damaged.write_bytes(content)
+    with pytest.raises(RecordingError, match='the checksum of its data is wrong'):
+        Recording(damaged)
+
+
+def test_an_mcap_file_that_is_not_of_ros_is_refused(tmp_path: Path):
+    writer = Writer(str(tmp_path / 'run.mcap'))
+    writer.start('x-camera')
+    writer.finish()
+    with pytest.raises(RecordingError, match="profile 'x-camera', not a recording of ROS 2"):
+        Recording(tmp_path / 'run.mcap')
 
 
 def test_a_damaged_summary_is_refused(recorded: Path, damaged: Path):

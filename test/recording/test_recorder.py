@@ -11,7 +11,7 @@ import pytest
 from mcap.reader import make_reader
 
 from stickslip_ros.errors import RecordingError, UnknownName
-from stickslip_ros.recording import Channel, Qos, Recorder, Recording, cdr
+from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
 from stickslip_ros.recording import messages as m
 
 Run = list[tuple[str, int, bytes]]
@@ -74,8 +74,7 @@ def test_equal_messages_give_equal_files_however_they_are_timed(
             path,
             channels,
             queue_length=queue_length,
-            chunk_size_bytes=700,
-            compression=compression,
+            form=FileForm(compression, chunk_size_bytes=700),
             **options,
         ) as recorder:
             for each in run:
@@ -183,7 +182,7 @@ def test_a_folder_that_cannot_be_made_is_refused(path: Path):
 )
 def test_a_wrong_request_makes_no_file(path: Path, channels, compression: str, refusal: str):
     with pytest.raises((RecordingError, UnknownName), match=refusal):
-        Recorder(path, channels, compression=compression)
+        Recorder(path, channels, form=FileForm(compression))
     assert not path.exists()
 
 
@@ -203,7 +202,7 @@ def test_metadata_that_is_not_text_leaves_no_file(path: Path):
 def test_a_full_disk_stops_the_writing_and_is_told(path: Path, small_disk: Callable):
     channel = Channel('/event', m.STRING, Qos(1))
     small_disk(20_000)
-    recorder = Recorder(path, [channel], compression='none', chunk_size_bytes=5000)
+    recorder = Recorder(path, [channel], form=FileForm('none', chunk_size_bytes=5000))
     puts = 0
     while recorder.put('/event', 0, NOISE, wait=True):
         puts += 1
@@ -220,7 +219,7 @@ def test_a_disk_that_fills_up_at_the_end_is_told(path: Path, small_disk: Callabl
     recorder.put('/voltage', 0, cdr.pack_float64(1.0))
     recorder.close()
     assert isinstance(recorder.error, OSError)
-    with pytest.raises(RecordingError, match='mcap recover'):
+    with pytest.raises(RecordingError, match='stickslip recover'):
         Recording(path)
 
 
@@ -251,7 +250,7 @@ def test_what_comes_after_the_end_is_dropped_and_counted(path: Path):
 
 def test_a_recorder_that_nobody_closed_is_finished_when_python_ends(path: Path):
     program = f"""
-from stickslip_ros.recording import Channel, Qos, Recorder, cdr
+from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, cdr
 recorder = Recorder({str(path)!r}, [Channel('/voltage', 'std_msgs/msg/Float64', Qos(1))])
 recorder.put('/voltage', 3, cdr.pack_float64(1.5))
 raise SystemExit(7)

@@ -9,7 +9,6 @@ import pytest
 from rclpy.parameter import Parameter
 
 from stickslip_ros.parameters import load_yaml
-from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros.position_controller import PositionController
 
 REALISTIC = load_yaml(Path(__file__).parents[2] / 'config' / 'realistic.yaml').changed()

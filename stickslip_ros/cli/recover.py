@@ -1,0 +1,86 @@
+"""``stickslip recover``: make the rest of a broken recording readable."""
+
+import argparse
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.cli.common import add_json, print_json, print_table
+from stickslip_ros.recording.cdr_fields import NS_PER_S
+from stickslip_ros.recording.recover import Recovery
+from stickslip_ros.recording.recover_run import recover
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb to the parser."""
+    parser = verbs.add_parser(
+        'recover',
+        help='make an unfinished, cut or damaged recording readable again',
+        description='Copy what can be read of an MCAP file or a bag into a finished, indexed one. '
+        'The original is only read; nothing is overwritten.',
+    )
+    parser.add_argument('file', type=Path, help='an MCAP file, a bag directory, or a run in parts')
+    parser.add_argument(
+        '-o', '--out', type=Path, metavar='OUT', help='the copy; FILE.recovered.mcap if not given'
+    )
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Recover and print."""
+    recoveries, written = recover(arguments.file, arguments.out)
+    if arguments.json:
+        print_json(_result(recoveries, written))
+        return 0
+    for recovery in recoveries:
+        _print(recovery)
+    print(f'wrote {written}' if written else f'{arguments.file} is whole: nothing was written')
+    return 0
+
+
+def _result(recoveries: list[Recovery], written: Path | None) -> dict[str, Any]:
+    files = [
+        {**dataclasses.asdict(each), 'is_whole': each.is_whole, 'last_ns': each.last_ns}
+        for each in recoveries
+    ]
+    return {'written': str(written or ''), 'files': files}
+
+
+def _print(recovery: Recovery) -> None:
+    if recovery.is_whole:
+        print(f'{recovery.source} is whole: {recovery.messages} messages')
+        return
+    rows = [
+        (
+            each.topic,
+            str(each.messages),
+            _seconds(each.first_ns),
+            _seconds(each.last_ns),
+            str(each.gaps),
+        )
+        for each in recovery.topics
+    ]
+    header = ('topic', 'messages', 'first (s)', 'last (s)', 'missing')
+    print_table(f'read of {recovery.source}', rows, header)
+    losses = [
+        (
+            str(loss.offset),
+            str(loss.size_bytes),
+            _seconds(loss.first_ns),
+            _seconds(loss.last_ns),
+            loss.problem,
+        )
+        for loss in recovery.losses
+    ]
+    if losses:
+        header = ('at byte', 'bytes', 'first (s)', 'last (s)', 'problem')
+        print_table(f'lost: {recovery.lost_bytes} of {recovery.size_bytes} bytes', losses, header)
+    if recovery.unchecked:
+        print(f'{recovery.unchecked} messages are covered by no checksum')
+    for note in recovery.notes:
+        print(note)
+
+
+def _seconds(time_ns: int | None) -> str:
+    return '-' if time_ns is None else f'{time_ns / NS_PER_S:.6f}'

@@ -1,0 +1,175 @@
+"""The files of a run, one after the other: when each ends, and when they are safe on the disk."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from typing import Final, NamedTuple
+
+from stickslip_ros.recording.bag_metadata import write_metadata
+from stickslip_ros.recording.channels import Channel
+from stickslip_ros.recording.chunks import Stored
+from stickslip_ros.recording.container import Container
+from stickslip_ros.recording.file_form import FileForm
+from stickslip_ros.recording.layout import Layout
+
+CLOSING_RECORD: Final = 'stickslip_recorder'
+"""Metadata record with which a finished file says what it holds and what was lost."""
+PART_RECORD: Final = 'stickslip_part'
+"""Metadata record in which a part says which one it is."""
+FOLLOWED_BY: Final = 'followed_by'
+"""Entry of a part's closing record: the file in which the run goes on, or nothing."""
+
+SECURE_AFTER: Final = 1 / 2
+"""Share of the flush period after which a chunk in progress is brought to the disk."""
+SECURE_CHUNK_AFTER: Final = 1 / 4
+"""Share of it after which one that has ended is: it costs less, but not nothing."""
+
+Account = Callable[[], dict[str, str]]
+
+
+class Head(NamedTuple):
+    """What every file of a run begins with."""
+
+    metadata: Mapping[str, Mapping[str, str]]
+    attachments: Mapping[str, tuple[str, bytes]]
+
+
+class RunStorage:
+    """
+    The files of one run; one caller at a time.
+
+    Where a file ends is decided by its size and by simulated time alone. A new one begins with
+    what is latched: the last message of each such topic once more, under its old sequence number
+    and at the time at which the file begins.
+
+    Parameters
+    ----------
+    layout : Layout
+        Names of the files.
+    channels : sequence of Channel
+        Every topic.
+    form : FileForm
+        When chunks and files end.
+    head : Head
+        What every file begins with.
+    account : callable
+        Gives what the closing record says.
+
+    Raises
+    ------
+    RecordingError
+        If the run exists or cannot be begun.
+    UnknownName
+        If the compression is not known.
+
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        channels: Sequence[Channel],
+        form: FileForm,
+        head: Head,
+        account: Account,
+    ) -> None:
+        layout.refuse_existing()
+        self.parts = 0
+        self.written = self.secured = 0
+        self._layout = layout
+        self._channels = channels
+        self._form = form
+        self._head = head
+        self._account = account
+        self._latched: dict[int, Stored | None] = {}
+        self._start_ns: int | None = None
+        self._container = self._begin_first()
+        self._secured_s = time.monotonic()
+        self._chunks_secured = 0
+
+    def _begin_first(self) -> Container:
+        try:
+            return self._begin()
+        except BaseException:
+            if self._layout.bag:
+                with suppress(OSError):
+                    self._layout.folder.rmdir()
+            raise
+
+    def _begin(self) -> Container:
+        """Make the next file."""
+        container = Container(self._layout.part(self.parts), self._channels, self._form)
+        part = {PART_RECORD: {'run': self._layout.stem, 'part': str(self.parts)}}
+        own = part if self._layout.numbered else {}
+        self.channel_ids = container.start({**self._head.metadata, **own}, self._head.attachments)
+        if not self.parts:
+            pairs = zip(self.channel_ids, self._channels, strict=True)
+            self._latched = {key: None for key, channel in pairs if channel.qos.latched}
+        self.parts += 1
+        return container
+
+    def write(self, message: Stored) -> None:
+        """Add a message; its time must not be earlier than the last one's."""
+        if self._start_ns is None:
+            self._start_ns = message.time_ns
+        elif self._is_full(message.time_ns):
+            self._go_on_in_next(message.time_ns)
+        self._container.write(message)
+        self.written += 1
+        if message.channel_id in self._latched:
+            self._latched[message.channel_id] = message
+
+    def keep(self) -> None:
+        """Bring to the disk what came since, if the last time is long ago by the clock."""
+        if self.secured == self.written:
+            return
+        period_s = self._form.flush_period_s
+        waited_s = time.monotonic() - self._secured_s
+        if waited_s >= SECURE_AFTER * period_s:
+            self._container.secure()
+            self.secured = self.written
+        elif waited_s >= SECURE_CHUNK_AFTER * period_s and self._has_new_chunk():
+            self._container.sync()
+            self.secured = self.written - self._container.pending
+        else:
+            return
+        self._secured_s = time.monotonic()
+        self._chunks_secured = self._container.chunks
+
+    def finish(self) -> None:
+        """End the last file, and describe the bag."""
+        self._end_file('')
+        if self._layout.bag:
+            write_metadata(self._layout.folder, self._layout.parts())
+
+    def abandon(self) -> None:
+        """Close what is open as it is."""
+        self._container.abandon()
+
+    def _has_new_chunk(self) -> bool:
+        return self._container.chunks != self._chunks_secured
+
+    def _is_full(self, time_ns: int) -> bool:
+        """Tell whether a message belongs into the next file."""
+        assert self._start_ns is not None, 'a file without messages is not full'
+        duration_ns, size_bytes = self._form.split_duration_ns, self._form.split_size_bytes
+        lasted = bool(duration_ns) and time_ns - self._start_ns >= duration_ns
+        return lasted or (bool(size_bytes) and self._container.size_bytes >= size_bytes)
+
+    def _go_on_in_next(self, time_ns: int) -> None:
+        """Begin a file before the last one ends: one that says that it goes on does go on."""
+        try:
+            following = self._begin()
+        except BaseException:
+            self._end_file('')
+            raise
+        self._end_file(following.path.name)
+        self._container = following
+        self._start_ns = time_ns
+        for latched in self._latched.values():
+            if latched is not None:
+                self._container.write(latched._replace(time_ns=time_ns))
+
+    def _end_file(self, next_name: str) -> None:
+        own = {FOLLOWED_BY: next_name} if self._layout.numbered else {}
+        self._container.finish({CLOSING_RECORD: {**self._account(), **own}})
+        self.secured = self.written

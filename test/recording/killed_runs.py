@@ -1,0 +1,113 @@
+"""
+Records runs of the bench in child processes and kills each at a random moment.
+
+Started by test_kill.py with a folder, a seed and a number of runs; prints one JSON line per run.
+Importing and compiling is done once, before the children are forked.
+
+"""
+
+import json
+import os
+import random
+import signal
+import sys
+import time
+from pathlib import Path
+
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.feed import Feed
+from stickslip_ros.recording.run_writer import RunWriter
+
+FLUSH_PERIOD_S = 0.1
+FORMS = (
+    {},
+    {'record.compression': 'none'},
+    {'record.compression': 'lz4', 'record.format': 'bag'},
+    {'record.format': 'bag', 'record.split_duration': 0.15},
+)
+PACES = ('real time', 'fast', 'pausing')
+TICKS = 6000
+LATEST_S = 0.9
+"""After this time each run has been killed."""
+
+
+def parameters_of(number: int) -> Parameters:
+    """Return the stand of a run: the same number, the same bytes."""
+    values = {'record.flush_period': FLUSH_PERIOD_S, 'sim.seed': number}
+    return Parameters().updated({**values, **FORMS[number % len(FORMS)]})
+
+
+def record(path: Path, parameters: Parameters, pace: str, ticks: int, tell) -> None:
+    """Record a run, and tell after each tick how many messages were put and are on the disk."""
+    bench, feed = Bench(parameters), Feed(parameters)
+    requests = [Request('sawtooth', (200.0, 500.0, 0.0))]
+    put = 2
+    start_s = time.monotonic()
+    with RunWriter(path, parameters, wait=True) as writer:
+        writer.begin(0, 0)
+        for tick in range(ticks):
+            writer.write_requests(requests, bench.time_ns)
+            put += len(requests)
+            output = bench.update(bench.time_ns + parameters.block_ns, requests)
+            requests = []
+            for packed in feed.pack(output):
+                writer.write(packed)
+                put += 1
+            tell(put, writer.recorder.secured)
+            if pace == 'real time':
+                time.sleep(max(0.0, start_s + tick * 1e-3 - time.monotonic()))
+            elif pace == 'pausing' and tick % 40 == 39:
+                while writer.recorder.secured < put:
+                    time.sleep(0.01)
+                    tell(put, writer.recorder.secured)
+
+
+def _run_child(path: Path, number: int, pace: str, pipe: int) -> None:
+    def tell(put: int, secured: int) -> None:
+        os.write(pipe, b'%d %d %d\n' % (time.monotonic_ns(), put, secured))
+
+    record(path, parameters_of(number), pace, TICKS, tell)
+
+
+def _kill(number: int, path: Path, moment_s: float) -> dict:
+    pace = PACES[number % len(PACES)]
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(reading)
+        _run_child(path, number, pace, writing)
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading, 'rb') as told:
+        lines = [told.readline()]
+        time.sleep(moment_s)
+        killed_ns = time.monotonic_ns()
+        os.kill(child, signal.SIGKILL)
+        lines += told.readlines()
+    _, status = os.waitpid(child, 0)
+    rows = [tuple(map(int, line.split())) for line in lines if line.endswith(b'\n')]
+    return {
+        'number': number,
+        'path': str(path),
+        'pace': pace,
+        'killed': os.WIFSIGNALED(status),
+        'killed_ns': killed_ns,
+        'rows': rows,
+    }
+
+
+def main(folder: str, seed: str, runs: str) -> None:
+    """Kill as many runs as asked for."""
+    record(Path(folder) / f'warm_{seed}.mcap', parameters_of(0), 'fast', 2, lambda *_: None)
+    moments = random.Random(int(seed))
+    for run in range(int(runs)):
+        number = int(seed) * int(runs) + run
+        path = Path(folder) / f'run{number}.mcap'
+        killed = _kill(number, path, moments.uniform(0.02, LATEST_S))
+        sys.stdout.write(json.dumps(killed) + '\n')
+
+
+if __name__ == '__main__':
+    main(*sys.argv[1:])

@@ -1,0 +1,266 @@
+"""A bag directory as rosbag2 makes it: others open ours, theirs open here, or say why not."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import (
+    Qos as RosQos,
+)
+from rosbags.interfaces import (
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.recording import TYPE_HASHES, Channel, FileForm, Qos, Recorder, Recording, cdr
+from stickslip_ros.recording import messages as m
+from stickslip_ros.recording.bag_metadata import METADATA_FILE
+
+Run = list[tuple[str, int, bytes]]
+BAG = FileForm(bag=True, split_duration_s=0.005, flush_period_s=0.005)
+PARTS = 4
+FOREVER = {'sec': 9223372036, 'nsec': 854775807}
+STORE = get_typestore(Stores.ROS2_JAZZY)
+LATCHED = RosQos(
+    QosHistory.KEEP_LAST,
+    1,
+    QosReliability.RELIABLE,
+    QosDurability.TRANSIENT_LOCAL,
+    QosTime(9223372036, 854775807),
+    QosTime(9223372036, 854775807),
+    QosLiveliness.AUTOMATIC,
+    QosTime(9223372036, 854775807),
+    False,
+)
+
+
+@pytest.fixture(scope='module')
+def bag(tmp_path_factory: pytest.TempPathFactory, channels: list[Channel], run: Run) -> Path:
+    """Give the run of 20 ms as a bag of four parts."""
+    path = tmp_path_factory.mktemp('bag') / 'run'
+    with Recorder(path, channels, form=BAG) as recorder:
+        for each in run:
+            recorder.put(*each, wait=True)
+    assert recorder.error is None
+    return path
+
+
+@pytest.fixture(scope='module')
+def described(bag: Path) -> dict:
+    return yaml.safe_load((bag / METADATA_FILE).read_text())['rosbag2_bagfile_information']
+
+
+def foreign_bag(path: Path, mode: CompressionMode | None = None, **options) -> Path:
+    """Write a bag as `ros2 bag record` does, with a topic of ours and one of another kind."""
+    writer = Writer(path, **{'version': 9, 'storage_plugin': StoragePlugin.MCAP, **options})
+    if mode is not None:
+        writer.set_compression(mode, CompressionFormat.ZSTD)
+    with writer:
+        point = writer.add_connection(
+            '/position', m.POINT_STAMPED, typestore=STORE, offered_qos_profiles=[LATCHED]
+        )
+        flag = writer.add_connection('/flag', 'std_msgs/msg/Bool', typestore=STORE)
+        for tick in range(3):
+            writer.write(point, tick, cdr.pack_point_stamped(tick, 'runner', (tick, 0, 0)))
+            writer.write(flag, tick, b'\0\1\0\0\1')
+    return path
+
+
+def test_a_bag_is_a_directory_of_parts_named_after_it(bag: Path):
+    names = [f'run_{number}.mcap' for number in range(PARTS)]
+    assert sorted(path.name for path in bag.iterdir()) == [METADATA_FILE, *names]
+
+
+def test_the_description_has_every_entry_that_rosbag2_asks_for(described: dict):
+    assert list(described) == [
+        'version',
+        'storage_identifier',
+        'duration',
+        'starting_time',
+        'message_count',
+        'topics_with_message_count',
+        'compression_format',
+        'compression_mode',
+        'relative_file_paths',
+        'files',
+        'custom_data',
+        'ros_distro',
+    ]
+    assert (described['version'], described['storage_identifier']) == (9, 'mcap')
+    assert described['starting_time'] == {'nanoseconds_since_epoch': 0}
+    assert described['duration'] == {'nanoseconds': 19_000_000}
+    assert described['relative_file_paths'] == [each['path'] for each in described['files']]
+    assert described['message_count'] == sum(each['message_count'] for each in described['files'])
+
+
+def test_the_description_counts_what_the_files_hold(bag: Path, described: dict):
+    with AnyReader([bag]) as reader:
+        counts: dict[str, int] = {}
+        for connection, _, _ in reader.messages():
+            counts[connection.topic] = counts.get(connection.topic, 0) + 1
+    said = {
+        each['topic_metadata']['name']: each['message_count']
+        for each in described['topics_with_message_count']
+    }
+    assert counts == {topic: count for topic, count in said.items() if count}
+
+
+def test_the_description_tells_types_and_quality_of_service(described: dict):
+    topics = {
+        each['topic_metadata']['name']: each['topic_metadata']
+        for each in described['topics_with_message_count']
+    }
+    assert topics['/stand/drive/status'] == {
+        'name': '/stand/drive/status',
+        'type': m.UINT32,
+        'serialization_format': 'cdr',
+        'offered_qos_profiles': [
+            {
+                'history': 'keep_last',
+                'depth': 1,
+                'reliability': 'reliable',
+                'durability': 'transient_local',
+                'deadline': FOREVER,
+                'lifespan': FOREVER,
+                'liveliness': 'automatic',
+                'liveliness_lease_duration': FOREVER,
+                'avoid_ros_namespace_conventions': False,
+            }
+        ],
+        'type_description_hash': TYPE_HASHES[m.UINT32],
+    }
+    assert topics['/stand/force']['offered_qos_profiles'][0]['reliability'] == 'best_effort'
+
+
+def test_every_file_is_described(bag: Path, described: dict):
+    for entry in described['files']:
+        times = [at for _, at, _ in Recording(bag / entry['path']).messages()]
+        assert entry['starting_time'] == {'nanoseconds_since_epoch': times[0]}
+        assert entry['duration'] == {'nanoseconds': times[-1] - times[0]}
+        assert entry['message_count'] == len(times)
+
+
+def test_rosbags_opens_the_directory(bag: Path, run: Run, channels: list[Channel]):
+    with Reader(bag) as reader:
+        assert (reader.start_time, reader.end_time) == (0, 19_000_001)
+        seen = {each.topic: each.msgtype for each in reader.connections}
+        messages = [(each.topic, at, bytes(data)) for each, at, data in reader.messages()]
+    assert seen == {each.topic: each.type_name for each in channels}
+    repeated = [('/stand/drive/status', at, data) for at, data in _repeats(run)]
+    assert sorted(messages) == sorted(run + repeated)
+
+
+def _repeats(run: Run) -> list[tuple[int, bytes]]:
+    [status] = [data for topic, _, data in run if topic == '/stand/drive/status']
+    return [(part * 5_000_000, status) for part in range(1, PARTS)]
+
+
+def test_mcap_ros2_reads_every_part(bag: Path):
+    for path in sorted(bag.glob('*.mcap')):
+        with path.open('rb') as stream:
+            reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+            _, channel, _, status = next(iter(reader.iter_decoded_messages()))
+        assert (channel.topic, status.data) == ('/stand/drive/status', 5)
+
+
+def test_a_bag_opens_here_as_one_run(bag: Path, recorded: Path):
+    assert list(map(str, Recording(bag).messages())) == list(
+        map(str, Recording(recorded).messages())
+    )
+    assert Recording(bag).channels == Recording(recorded).channels
+
+
+def test_a_bag_without_messages_opens(tmp_path: Path):
+    Recorder(tmp_path / 'run', [Channel('/u', m.FLOAT64, Qos(1))], form=BAG).close()
+    assert list(Recording(tmp_path / 'run').messages()) == []
+    with Reader(tmp_path / 'run') as reader:
+        assert reader.message_count == 0
+
+
+@pytest.mark.parametrize('version', [8, 9])
+def test_a_bag_of_another_recorder_opens_here(tmp_path: Path, version: int):
+    recording = Recording(foreign_bag(tmp_path / 'bag', version=version))
+    assert recording.series('position').value.tolist() == [0.0, 1.0, 2.0]
+    assert {topic for topic, _, _ in recording.messages()} == {'/position'}
+    assert [(each.messages, each.gaps) for each in recording.channels] == [(3, 0), (3, 0)]
+    assert recording.attachments == {}
+
+
+def test_chunks_that_another_recorder_compressed_open_here(tmp_path: Path):
+    recording = Recording(foreign_bag(tmp_path / 'bag', CompressionMode.STORAGE))
+    assert recording.series('position').value.tolist() == [0.0, 1.0, 2.0]
+
+
+@pytest.mark.parametrize('mode', [CompressionMode.FILE, CompressionMode.MESSAGE])
+def test_a_bag_that_rosbag2_compressed_by_itself_is_refused(tmp_path: Path, mode: CompressionMode):
+    bag = foreign_bag(tmp_path / 'bag', mode)
+    refusal = f'rosbag2 has compressed each {mode.name.lower()} of it; convert it with "ros2 bag c'
+    with pytest.raises(RecordingError, match=refusal):
+        Recording(bag)
+
+
+def test_a_bag_of_storage_sqlite3_is_refused(tmp_path: Path):
+    bag = foreign_bag(tmp_path / 'bag', storage_plugin=StoragePlugin.SQLITE3)
+    refusal = 'a bag of storage sqlite3; convert it with "ros2 bag convert'
+    with pytest.raises(RecordingError, match=refusal):
+        Recording(bag)
+    with pytest.raises(RecordingError, match=refusal):
+        Recording(next(bag.glob('*.db3')))
+    (bag / METADATA_FILE).unlink()
+    with pytest.raises(RecordingError, match=refusal):
+        Recording(bag)
+
+
+@pytest.mark.parametrize(
+    ('content', 'refusal'),
+    [
+        ('', 'metadata.yaml cannot be read'),
+        ('{', 'metadata.yaml cannot be read'),
+        ('rosbag2_bagfile_information: 3', 'metadata.yaml cannot be read'),
+        ('rosbag2_bagfile_information: {}', 'metadata.yaml cannot be read'),
+        (
+            'rosbag2_bagfile_information: {storage_identifier: mcap, relative_file_paths: []}',
+            'its list of files is missing',
+        ),
+        (
+            'rosbag2_bagfile_information: {storage_identifier: mcap, relative_file_paths: [a]}',
+            'a is missing; put it back',
+        ),
+        (
+            'rosbag2_bagfile_information: {storage_identifier: x, relative_file_paths: []}',
+            'a bag of storage x',
+        ),
+    ],
+    ids=['empty', 'broken', 'number', 'bare', 'no files', 'lost file', 'storage'],
+)
+def test_a_description_that_makes_no_sense_is_refused(tmp_path: Path, content: str, refusal: str):
+    bag = foreign_bag(tmp_path / 'bag')
+    (bag / METADATA_FILE).write_text(content)
+    with pytest.raises(RecordingError, match=refusal):
+        Recording(bag)
+
+
+def test_a_description_cannot_name_files_elsewhere(tmp_path: Path, recorded: Path):
+    bag = foreign_bag(tmp_path / 'bag')
+    text = (bag / METADATA_FILE).read_text()
+    (bag / METADATA_FILE).write_text(text.replace('bag.mcap', str(recorded)))
+    with pytest.raises(RecordingError, match=r'run\.mcap is missing'):
+        Recording(bag)
+
+
+def test_a_bag_that_was_cut_off_is_refused_with_what_mends_it(tmp_path: Path):
+    bag = foreign_bag(tmp_path / "it's a bag")
+    (bag / METADATA_FILE).unlink()
+    with pytest.raises(
+        RecordingError, match='was cut off; save what is whole with "stickslip rec'
+    ):
+        Recording(bag)

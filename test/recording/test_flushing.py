@@ -1,0 +1,93 @@
+"""What was put is soon on the disk, and when that happens leaves no trace in the file."""
+
+import time
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
+from stickslip_ros.recording import messages as m
+from stickslip_ros.recording.recover import recover_file
+
+MS_NS = 1_000_000
+VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
+STATUS = Channel('/status', m.UINT32, Qos(1, latched=True))
+#: A machine that is busy with other things may be late by this.
+PATIENCE_S = 20.0
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    deadline_s = time.monotonic() + PATIENCE_S
+    while not condition():
+        assert time.monotonic() < deadline_s, 'the disk was not written to'
+        time.sleep(0.005)
+
+
+def put_all(recorder: Recorder, times_ms: range) -> None:
+    for time_ms in times_ms:
+        recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
+
+
+def chunk_times_ms(path: Path) -> list[tuple[float, float]]:
+    with path.open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    return [
+        (each.message_start_time / MS_NS, each.message_end_time / MS_NS)
+        for each in summary.chunk_indexes
+    ]
+
+
+def test_a_chunk_ends_every_third_of_the_flush_period_of_simulated_time(tmp_path: Path):
+    with Recorder(tmp_path / 'run.mcap', [VOLTAGE], form=FileForm(flush_period_s=0.3)) as recorder:
+        put_all(recorder, range(301))
+    starts, ends = zip(*chunk_times_ms(tmp_path / 'run.mcap'), strict=True)
+    assert starts == (0, 1, 101, 201)
+    assert ends == (0, 100, 200, 300)
+
+
+def test_chunks_end_where_no_message_comes_for_long(tmp_path: Path):
+    with Recorder(tmp_path / 'run.mcap', [VOLTAGE], form=FileForm(flush_period_s=0.3)) as recorder:
+        for time_ms in (0, 50, 7000, 7050, 7101):
+            put_all(recorder, range(time_ms, time_ms + 1))
+    assert chunk_times_ms(tmp_path / 'run.mcap') == [(0, 0), (50, 50), (7000, 7050), (7101, 7101)]
+
+
+@pytest.mark.parametrize('compression', ['zstd', 'lz4', 'none'])
+def test_what_waits_while_time_stands_still_can_be_recovered(tmp_path: Path, compression: str):
+    form = FileForm(compression, flush_period_s=0.05)
+    with Recorder(tmp_path / 'run.mcap', [STATUS, VOLTAGE], form=form) as recorder:
+        recorder.put('/status', 0, cdr.pack_uint32(3))
+        put_all(recorder, range(1, 4))
+        wait_for(lambda: recorder.secured == 4)
+        copy = tmp_path / 'copy.mcap'
+        copy.write_bytes((tmp_path / 'run.mcap').read_bytes())
+    recovery = recover_file(copy, tmp_path / 'recovered.mcap')
+    assert (recovery.messages, recovery.unchecked, recovery.lost_bytes) == (4, 0, 0)
+    recovered = [each for _, _, each in Recording(tmp_path / 'recovered.mcap').messages()]
+    assert recovered == [3, 1.0, 2.0, 3.0]
+
+
+def test_when_the_disk_is_written_to_leaves_no_trace_in_the_file(tmp_path: Path):
+    form = FileForm(flush_period_s=0.05)
+    with Recorder(tmp_path / 'hasty.mcap', [VOLTAGE], form=form) as recorder:
+        put_all(recorder, range(100))
+    with Recorder(tmp_path / 'halting.mcap', [VOLTAGE], form=form) as recorder:
+        for start, end in pairwise(range(0, 101, 10)):
+            put_all(recorder, range(start, end))
+            wait_for(lambda end=end: recorder.secured == end)
+    assert (tmp_path / 'halting.mcap').read_bytes() == (tmp_path / 'hasty.mcap').read_bytes()
+
+
+def test_an_idle_recorder_leaves_its_file_alone(tmp_path: Path):
+    path = tmp_path / 'run.mcap'
+    with Recorder(path, [VOLTAGE], form=FileForm(flush_period_s=0.01)) as recorder:
+        put_all(recorder, range(1))
+        wait_for(lambda: recorder.secured == 1)
+        before = path.stat().st_mtime_ns
+        deadline_s = time.monotonic() + 0.1
+        while time.monotonic() < deadline_s:
+            assert path.stat().st_mtime_ns == before
+    assert recorder.secured == recorder.written == 1

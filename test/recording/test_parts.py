@@ -1,0 +1,137 @@
+"""A run in parts: each part is a recording, all parts together are the run."""
+
+from pathlib import Path
+
+import pytest
+
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
+from stickslip_ros.recording import messages as m
+
+MS_NS = 1_000_000
+STATUS = Channel('/status', m.UINT32, Qos(1, latched=True))
+INFO = Channel('/info', m.STRING, Qos(1, latched=True))
+VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
+FORM = FileForm(split_duration_s=0.1, flush_period_s=0.1)
+METADATA = {'stickslip_run': {'seed': '7'}}
+ATTACHMENTS = {'parameters.yaml': ('application/yaml', b'seed: 7\n')}
+
+
+def record(path: Path, form: FileForm) -> Recorder:
+    """Record 0.35 s at 1 kHz; the status changes at 150 ms."""
+    channels = [INFO, STATUS, VOLTAGE]
+    with Recorder(
+        path, channels, metadata=METADATA, attachments=ATTACHMENTS, form=form
+    ) as recorder:
+        recorder.put('/info', 0, cdr.pack_string('about'))
+        recorder.put('/status', 0, cdr.pack_uint32(1))
+        for time_ms in range(350):
+            if time_ms == 150:
+                recorder.put('/status', time_ms * MS_NS, cdr.pack_uint32(2))
+            recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
+    assert recorder.error is None
+    return recorder
+
+
+@pytest.fixture(scope='module')
+def split(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give the name that the parts of a run share."""
+    path = tmp_path_factory.mktemp('split') / 'run.mcap'
+    record(path, FORM)
+    return path
+
+
+@pytest.fixture
+def parts(split: Path, tmp_path: Path) -> Path:
+    """Give a copy of the run whose parts may be moved."""
+    for part in split.parent.iterdir():
+        (tmp_path / part.name).write_bytes(part.read_bytes())
+    return tmp_path / 'run.mcap'
+
+
+def test_a_part_ends_after_its_time(split: Path):
+    files = sorted(split.parent.iterdir())
+    assert [file.name for file in files] == [f'run_{number}.mcap' for number in range(4)]
+    times = [Recording(file).series('voltage').time_s for file in files]
+    assert [round(each[0], 9) for each in times] == [0.0, 0.1, 0.2, 0.3]
+
+
+def test_a_part_ends_at_its_size_give_or_take_a_chunk(tmp_path: Path):
+    form = FileForm('none', chunk_size_bytes=1000, split_size_bytes=5000)
+    recorder = record(tmp_path / 'run.mcap', form)
+    *full, last = [Recording(file) for file in recorder.files]
+    assert len(full) > 1
+    for recording in full:
+        messages = sum(channel.messages for channel in recording.channels)
+        data_bytes = messages * (9 + 22 + 12)
+        assert 3000 < data_bytes < 5000 + 1100
+    assert last.metadata['stickslip_recorder']['followed_by'] == ''
+
+
+def test_every_part_tells_about_the_run_and_about_itself(split: Path):
+    for number, file in enumerate(sorted(split.parent.iterdir())):
+        recording = Recording(file)
+        assert recording.attachments == ATTACHMENTS
+        assert recording.metadata['stickslip_run'] == {'seed': '7'}
+        assert recording.metadata['stickslip_part'] == {'run': 'run', 'part': str(number)}
+        follower = f'run_{number + 1}.mcap' if number < 3 else ''
+        assert recording.metadata['stickslip_recorder']['followed_by'] == follower
+
+
+def test_a_part_begins_with_what_is_latched_at_its_first_time(split: Path):
+    begins = [list(Recording(file).messages())[:2] for file in sorted(split.parent.iterdir())]
+    assert begins == [
+        [('/info', at_ms * MS_NS, 'about'), ('/status', at_ms * MS_NS, status)]
+        for at_ms, status in [(0, 1), (100, 1), (200, 2), (300, 2)]
+    ]
+
+
+def test_parts_together_are_the_run_without_repetitions_and_gaps(split: Path, tmp_path: Path):
+    record(tmp_path / 'one.mcap', FileForm())
+    assert list(Recording(split).messages()) == list(Recording(tmp_path / 'one.mcap').messages())
+    assert Recording(split).channels == Recording(tmp_path / 'one.mcap').channels
+
+
+def test_numbers_of_messages_go_on_so_a_lost_part_is_seen(split: Path, tmp_path: Path):
+    *_, voltage = Recording(split).channels
+    assert (voltage.messages, voltage.gaps) == (350, 0)
+
+
+def test_equal_runs_give_equal_parts(split: Path, tmp_path: Path):
+    record(tmp_path / 'run.mcap', FORM)
+    for file in split.parent.iterdir():
+        assert (tmp_path / file.name).read_bytes() == file.read_bytes()
+
+
+def test_a_missing_part_is_named(parts: Path):
+    (parts.parent / 'run_1.mcap').unlink()
+    with pytest.raises(RecordingError, match=r'run_1\.mcap: this part of the run is missing'):
+        Recording(parts)
+
+
+def test_a_missing_last_part_is_named(parts: Path):
+    (parts.parent / 'run_3.mcap').unlink()
+    with pytest.raises(RecordingError, match=r'run_3\.mcap: this part of the run is missing'):
+        Recording(parts)
+
+
+def test_a_part_whose_followers_are_missing_opens_by_its_own_name(parts: Path):
+    (parts.parent / 'run_3.mcap').unlink()
+    assert len(Recording(parts.parent / 'run_2.mcap').series('voltage').value) == 100
+
+
+def test_a_damaged_part_is_named_with_what_mends_it(parts: Path):
+    part = parts.parent / 'run_1.mcap'
+    part.write_bytes(part.read_bytes()[:-100])
+    with pytest.raises(RecordingError, match=r'"stickslip recover .*run_1\.mcap"'):
+        Recording(parts)
+
+
+def test_a_next_part_that_cannot_be_made_stops_the_writing_and_is_told(tmp_path: Path):
+    with Recorder(tmp_path / 'run.mcap', [VOLTAGE], form=FORM) as recorder:
+        (tmp_path / 'run_1.mcap').write_bytes(b'precious')
+        for time_ms in range(200):
+            recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
+    assert isinstance(recorder.error, RecordingError)
+    assert (tmp_path / 'run_1.mcap').read_bytes() == b'precious'
+    assert len(Recording(tmp_path / 'run_0.mcap').series('voltage').value) == 100

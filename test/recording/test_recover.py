@@ -1,0 +1,412 @@
+"""Whatever happened to a file: all that is whole comes back, and nothing that is wrong."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from random import Random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.opcode import Opcode
+from mcap.reader import make_reader
+from mcap.records import Chunk, Message
+from mcap.writer import CompressionType, IndexType, Writer
+from rosbags.highlevel import AnyReader
+
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
+from stickslip_ros.recording import messages as m
+from stickslip_ros.recording.integrity import MAGIC
+from stickslip_ros.recording.records import read_record, unpack_chunk
+from stickslip_ros.recording.recover import RECOVERY_RECORD, Recovery, recover_file
+
+Row = tuple[str, int, int, bytes]
+MS_NS = 1_000_000
+COMPRESSIONS = ['zstd', 'lz4', 'none']
+
+
+@pytest.fixture(scope='module')
+def files(
+    tmp_path_factory: pytest.TempPathFactory, channels: list[Channel], run: list
+) -> dict[str, Path]:
+    """Give the run of 20 ms in chunks of 4 ms, by compression."""
+    folder = tmp_path_factory.mktemp('whole')
+    paths = {name: folder / f'{name}.mcap' for name in COMPRESSIONS}
+    for name, path in paths.items():
+        with Recorder(
+            path,
+            channels,
+            metadata={'stickslip_run': {'seed': '7'}},
+            attachments={'parameters.yaml': ('application/yaml', b'seed: 7\n')},
+            form=FileForm(name, flush_period_s=0.012),
+        ) as recorder:
+            for each in run:
+                recorder.put(*each, wait=True)
+    return paths
+
+
+@pytest.fixture(scope='module', params=COMPRESSIONS)
+def whole(request: pytest.FixtureRequest, files: dict[str, Path]) -> Path:
+    return files[request.param]
+
+
+@pytest.fixture(scope='module')
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp('place')
+
+
+def rows_of(path: Path) -> list[Row]:
+    """Give what a finished file holds, as the mcap library reads it."""
+    with path.open('rb') as stream:
+        messages = make_reader(stream, validate_crcs=True).iter_messages(log_time_order=False)
+        return [
+            (channel.topic, each.log_time, each.sequence, each.data)
+            for _, channel, each in messages
+        ]
+
+
+def records_of(content: bytes) -> Iterator[tuple[int, int, object]]:
+    """Give where each record of a file begins and ends."""
+    offset = len(MAGIC)
+    while (found := read_record(content, offset)) is not None:
+        yield offset, found.end, found.record
+        offset = found.end
+
+
+def chunks_of(content: bytes) -> list[tuple[int, int, int]]:
+    """Give where each chunk begins and ends, and how many messages it has."""
+    return [
+        (start, end, sum(isinstance(each, Message) for each in unpack_chunk(record)))
+        for start, end, record in records_of(content)
+        if isinstance(record, Chunk)
+    ]
+
+
+def recover_bytes(content: bytes, place: Path) -> tuple[Recovery, list[Row]]:
+    """Recover a file of these bytes; the original must not change."""
+    source, output = place / 'source.mcap', place / 'output.mcap'
+    output.unlink(missing_ok=True)
+    source.write_bytes(content)
+    recovery = recover_file(source, output)
+    assert source.read_bytes() == content
+    if recovery.is_whole:
+        assert not output.exists()
+        return recovery, rows_of(source)
+    rows = rows_of(output)
+    assert recovery.messages == len(rows)
+    return recovery, rows
+
+
+def cuts_of(content: bytes) -> Iterator[tuple[str, int]]:
+    """Give a cut in the middle, one byte before the end, and at the end of every record."""
+    for start, end, record in records_of(content):
+        name = type(record).__name__
+        cuts = ((start + end) // 2, end - 1, end)
+        yield from ((name, cut) for cut in cuts if cut < len(content))
+
+
+def test_a_whole_file_is_left_alone(whole: Path, place: Path):
+    recovery, rows = recover_bytes(whole.read_bytes(), place)
+    assert recovery.is_whole
+    assert (recovery.messages, recovery.lost_bytes, recovery.losses) == (len(rows), 0, [])
+    assert recovery.notes == []
+
+
+def test_a_cut_in_any_record_saves_every_chunk_before_it(whole: Path, place: Path):
+    content, expected = whole.read_bytes(), rows_of(whole)
+    chunks = chunks_of(content)
+    assert len(chunks) == 6
+    [(_, header_end, _), *_] = records_of(content)
+    seen = set()
+    for name, cut in cuts_of(content):
+        if name == 'Header' and cut < header_end:
+            with pytest.raises(RecordingError, match='it ends before its first record'):
+                recover_bytes(content[:cut], place)
+            continue
+        recovery, rows = recover_bytes(content[:cut], place)
+        seen.add(name)
+        safe = sum(messages for _, end, messages in chunks if end <= cut)
+        assert rows[:safe] == expected[:safe]
+        assert rows == expected[: len(rows)]
+        assert recovery.unchecked == len(rows) - safe
+    assert seen >= {
+        'Attachment',
+        'Metadata',
+        'Chunk',
+        'MessageIndex',
+        'DataEnd',
+        'Schema',
+        'Channel',
+        'Statistics',
+        'ChunkIndex',
+        'SummaryOffset',
+        'Footer',
+    }
+
+
+@settings(derandomize=True, deadline=None, max_examples=60)
+@given(data=st.data())
+def test_a_cut_anywhere_saves_every_chunk_before_it(files: dict, place: Path, data):
+    whole = files[data.draw(st.sampled_from(COMPRESSIONS))]
+    content, expected = whole.read_bytes(), rows_of(whole)
+    cut = data.draw(st.integers(min_value=len(MAGIC) + 60, max_value=len(content) - 1))
+    _, rows = recover_bytes(content[:cut], place)
+    safe = sum(messages for _, end, messages in chunks_of(content) if end <= cut)
+    assert rows == expected[: len(rows)]
+    assert len(rows) >= safe
+
+
+@settings(derandomize=True, deadline=None, max_examples=200)
+@given(data=st.data())
+def test_flipped_bits_lose_their_chunk_and_change_nothing(files: dict, place: Path, data):
+    """Each row that comes back is one that was put; a chunk that was not hit comes back whole."""
+    whole = files[data.draw(st.sampled_from(COMPRESSIONS))]
+    content, expected = bytearray(whole.read_bytes()), rows_of(whole)
+    chunks = chunks_of(bytes(content))
+    hits = data.draw(st.lists(st.integers(0, len(content) - 1), min_size=1, max_size=3))
+    for hit in hits:
+        content[hit] ^= data.draw(st.integers(1, 255))
+    try:
+        _, rows = recover_bytes(bytes(content), place)
+    except RecordingError as refusal:
+        pytest.fail(f'refused: {refusal}')
+    announced = chunks[0][1]
+    if all(hit >= announced for hit in hits):
+        done = 0
+        for start, end, messages in chunks:
+            if not any(start <= hit < end for hit in hits):
+                assert set(expected[done : done + messages]) <= set(rows)
+            done += messages
+    assert set(rows) <= set(expected)
+    assert rows == sorted(rows, key=expected.index)
+
+
+def test_a_damaged_chunk_is_named_with_its_times_and_the_gaps_it_leaves(files: dict, place: Path):
+    content = bytearray(files['zstd'].read_bytes())
+    [_, _, (start, end, messages), *_] = chunks_of(bytes(content))
+    content[end - 10] ^= 0x01
+    recovery, rows = recover_bytes(bytes(content), place)
+    [loss] = recovery.losses
+    assert (loss.offset, loss.size_bytes) == (start, end - start)
+    assert (loss.first_ns, loss.last_ns) == (5 * MS_NS, 8 * MS_NS)
+    assert 'a chunk is damaged' in loss.problem
+    assert len(rows_of(files['zstd'])) - len(rows) == messages
+    gaps = {each.topic: each.gaps for each in recovery.topics}
+    assert gaps['/stand/position'] == gaps['/stand/force'] == 4
+    assert recovery.last_ns == 19 * MS_NS
+
+
+@pytest.mark.parametrize('compression', COMPRESSIONS)
+def test_a_wrong_length_of_a_chunk_loses_this_chunk_alone(
+    files: dict, place: Path, compression: str
+):
+    content = bytearray(files[compression].read_bytes())
+    expected = rows_of(files[compression])
+    chunks = chunks_of(bytes(content))
+    for index in range(1, len(chunks)):
+        damaged = bytearray(content)
+        damaged[chunks[index][0] + 2] ^= 0x10
+        _, rows = recover_bytes(bytes(damaged), place)
+        assert len(expected) - len(rows) == chunks[index][2]
+        assert set(rows) < set(expected)
+
+
+def test_topics_survive_the_loss_of_the_chunk_that_announced_them(files: dict, place: Path):
+    """The summary at the end repeats them."""
+    content = bytearray(files['zstd'].read_bytes())
+    [(_, end, messages), *_] = chunks_of(bytes(content))
+    content[end - 10] ^= 0x01
+    recovery, rows = recover_bytes(bytes(content), place)
+    assert len(rows_of(files['zstd'])) - len(rows) == messages
+    assert recovery.strangers == 0
+
+
+def test_an_index_whose_checksum_is_wrong_is_not_believed(files: dict, place: Path):
+    """Its names of topics may be wrong: better no topic than another one."""
+    content = bytearray(files['zstd'].read_bytes())
+    [(_, end, _), *_] = chunks_of(bytes(content))
+    content[end - 10] ^= 0x01
+    content[content.rindex(b'/stand/position') + 8] ^= 0x01
+    recovery, rows = recover_bytes(bytes(content), place)
+    assert rows == []
+    assert recovery.strangers > 0
+
+
+def test_messages_of_which_nothing_is_known_are_counted_as_lost(files: dict, place: Path):
+    content = bytearray(files['zstd'].read_bytes())
+    (_, first_end, _), *_, (_, last_end, _) = chunks_of(bytes(content))
+    content[first_end - 10] ^= 0x01
+    recovery, rows = recover_bytes(bytes(content[:last_end]), place)
+    assert rows == []
+    assert recovery.strangers > 0
+    assert f'{recovery.strangers} messages are lost' in recovery.notes[1]
+
+
+def test_an_attachment_whose_checksum_is_wrong_is_left_out(files: dict, place: Path):
+    content = bytearray(files['zstd'].read_bytes())
+    content[content.index(b'seed: 7')] ^= 0x01
+    recovery, rows = recover_bytes(bytes(content), place)
+    assert rows == rows_of(files['zstd'])
+    assert Recording(place / 'output.mcap').attachments == {}
+    assert recovery.lost_bytes > 0
+
+
+def test_a_wrong_byte_that_only_the_whole_checksum_sees_is_told(files: dict, place: Path):
+    content = bytearray(files['zstd'].read_bytes())
+    content[content.index(b'seed\x01')] ^= 0x02
+    recovery, rows = recover_bytes(bytes(content), place)
+    assert rows == rows_of(files['zstd'])
+    [note] = recovery.notes
+    assert 'a byte outside of them is wrong: look at metadata' in note
+
+
+def test_a_recovered_file_is_a_recording_that_says_what_became_of_it(whole: Path, place: Path):
+    content = whole.read_bytes()
+    recovery, _ = recover_bytes(content[: len(content) // 2], place)
+    recording = Recording(place / 'output.mcap')
+    assert recording.metadata['stickslip_run'] == {'seed': '7'}
+    assert recording.attachments['parameters.yaml'] == ('application/yaml', b'seed: 7\n')
+    record = recording.metadata[RECOVERY_RECORD]
+    assert record['source'] == 'source.mcap'
+    assert record['source_bytes'] == str(len(content) // 2)
+    assert record['lost_bytes'] == str(recovery.lost_bytes)
+    assert record['last_time_ns'] == str(recovery.last_ns)
+    assert 'it was not finished' in record['notes']
+
+
+def test_a_recovered_file_keeps_topics_and_opens_in_rosbags(
+    whole: Path, place: Path, channels: list[Channel]
+):
+    content = whole.read_bytes()
+    _, rows = recover_bytes(content[: len(content) // 2], place)
+    with AnyReader([place / 'output.mcap']) as reader:
+        assert {each.topic: each.msgtype for each in reader.connections} == {
+            each.topic: each.type_name for each in channels
+        }
+        [status] = [each for each in reader.connections if each.topic == '/stand/drive/status']
+        assert status.ext.offered_qos_profiles[0].durability.name == 'TRANSIENT_LOCAL'
+        assert reader.message_count == len(rows)
+
+
+def test_a_recovered_file_is_whole(whole: Path, place: Path):
+    content = whole.read_bytes()
+    recover_bytes(content[: len(content) // 2], place)
+    again = (place / 'output.mcap').read_bytes()
+    assert recover_bytes(again, place)[0].is_whole
+
+
+@pytest.mark.parametrize('chunked', [True, False])
+@pytest.mark.parametrize('profile', ['ros2', 'x-camera'])
+def test_a_file_of_another_program_is_recovered_too(place: Path, chunked: bool, profile: str):
+    path = place / 'foreign.mcap'
+    writer = Writer(str(path), use_chunking=chunked, compression=CompressionType.NONE)
+    writer.start(profile)
+    note = writer.register_channel('/note', 'json', 0)
+    for number in range(10):
+        writer.add_message(note, number, b'{"n": %d}' % number, number)
+    writer.finish()
+    content, expected = path.read_bytes(), rows_of(path)
+    cut = content.index(b'{"n": 7}')
+    recovery, rows = recover_bytes(content[:cut], place)
+    assert rows == expected[:7]
+    assert recovery.unchecked == 7
+    with (place / 'output.mcap').open('rb') as stream:
+        assert make_reader(stream).get_header().profile == profile
+
+
+def test_damage_among_messages_without_chunks_loses_few_of_them(place: Path):
+    path = place / 'foreign.mcap'
+    writer = Writer(str(path), use_chunking=False)
+    writer.start('ros2')
+    note = writer.register_channel('/note', 'json', 0)
+    for number in range(10):
+        writer.add_message(note, number, b'{"n": %d}' % number, number)
+    writer.finish()
+    content, expected = bytearray(path.read_bytes()), rows_of(path)
+    content[content.index(b'{"n": 4}') - 30] ^= 0x40
+    _, rows = recover_bytes(bytes(content), place)
+    assert rows == expected[:4] + expected[5:]
+
+
+def test_a_file_without_index_gets_one(place: Path):
+    path = place / 'foreign.mcap'
+    options = dict.fromkeys(
+        ('repeat_channels', 'repeat_schemas', 'use_statistics', 'use_summary_offsets'), False
+    )
+    writer = Writer(str(path), index_types=IndexType.NONE, **options)
+    writer.start('ros2')
+    schema = writer.register_schema(m.FLOAT64, 'ros2msg', b'float64 data')
+    number = writer.register_channel('/u', 'cdr', schema)
+    writer.add_message(number, 1, cdr.pack_float64(1.5), 1)
+    writer.finish()
+    recovery, _ = recover_bytes(path.read_bytes(), place)
+    assert recovery.notes == ['it has no index']
+    assert list(Recording(place / 'output.mcap').messages()) == [('/u', 1, 1.5)]
+
+
+@pytest.mark.parametrize(
+    ('content', 'refusal'),
+    [
+        (b'', 'it is empty'),
+        (MAGIC, 'it ends before its first record'),
+        (b'time,position\n' * 20, 'it is not an MCAP file'),
+        (b'SQLite format 3\0' + bytes(84), 'convert it with "ros2 bag convert'),
+    ],
+    ids=['empty', 'magic', 'text', 'sqlite3'],
+)
+def test_a_file_in_which_nothing_can_be_read_is_refused(
+    tmp_path: Path, content: bytes, refusal: str
+):
+    with pytest.raises(RecordingError, match=refusal):
+        recover_bytes(content, tmp_path)
+    assert not (tmp_path / 'output.mcap').exists()
+
+
+def test_random_bytes_are_refused_and_never_crash(tmp_path: Path):
+    for seed in range(20):
+        content = MAGIC * (seed % 2) + Random(seed).randbytes(20_000)
+        with pytest.raises(RecordingError):
+            recover_bytes(content, tmp_path)
+
+
+def test_nothing_is_overwritten(files: dict, tmp_path: Path):
+    source, output = tmp_path / 'source.mcap', tmp_path / 'output.mcap'
+    source.write_bytes(files['zstd'].read_bytes()[:-9])
+    output.write_bytes(b'precious')
+    with pytest.raises(RecordingError, match='exists and is not overwritten; choose another'):
+        recover_file(source, output)
+    assert output.read_bytes() == b'precious'
+
+
+def test_a_copy_that_does_not_fit_on_the_disk_is_taken_away(
+    files: dict, tmp_path: Path, small_disk: Callable
+):
+    source, output = tmp_path / 'source.mcap', tmp_path / 'output.mcap'
+    source.write_bytes(files['none'].read_bytes()[:-9])
+    small_disk(1000)
+    with pytest.raises(RecordingError, match='File too large'):
+        recover_file(source, output)
+    assert not output.exists()
+
+
+@pytest.mark.parametrize('compression', COMPRESSIONS)
+def test_what_was_written_before_the_disk_was_full_comes_back(
+    tmp_path: Path, small_disk: Callable, compression: str
+):
+    path = tmp_path / 'run.mcap'
+    form = FileForm(compression, chunk_size_bytes=5000)
+    small_disk(20_000)
+    recorder = Recorder(path, [Channel('/n', m.FLOAT64, Qos(1))], form=form)
+    taken = 0
+    while recorder.put('/n', taken, cdr.pack_float64(taken), wait=True):
+        taken += 1
+    recorder.close()
+    small_disk(10**9)
+    assert isinstance(recorder.error, OSError)
+    with pytest.raises(RecordingError, match='stickslip recover'):
+        Recording(path)
+    recover_file(path, tmp_path / 'output.mcap')
+    values = Recording(tmp_path / 'output.mcap').series('n').value.tolist()
+    assert values == list(range(len(values)))
+    assert len(values) >= recorder.written - 2 * 5000 // 43
+    assert Opcode.CHUNK in path.read_bytes()
