@@ -112,7 +112,7 @@ class Recording:
         """
         if topics is None:
             return self._read([name for name, kind in self._types.items() if kind in SCHEMAS])
-        return self._read([self._find(topic) for topic in topics])
+        return self._read([self.find(topic) for topic in topics])
 
     def series(self, topic: str, field: str = '') -> Series:
         """
@@ -136,7 +136,7 @@ class Recording:
             If the topic or the field is not known.
 
         """
-        name = self._find(topic)
+        name = self.find(topic)
         if self._types[name] == FLOAT64_ARRAY:
             return self._column(name, field)
         quantity = find_quantity(name, self._types[name], field)
@@ -157,9 +157,36 @@ class Recording:
             If it carries no table with a column ``t[s]``.
 
         """
-        name = self._find(topic)
+        name = self.find(topic)
         blocks = [each for _, _, each in self._read([name]) if isinstance(each, ArrayMessage)]
         return split_columns(blocks, self._origin(name))
+
+    def find(self, name: str) -> str:
+        """
+        Give the full name of a topic.
+
+        Raises
+        ------
+        UnknownName
+            If no topic ends so.
+        RecordingError
+            If two topics do.
+
+        """
+        if name in self._types:
+            return name
+        ending = '/' + name.lstrip('/')
+        found = sorted((t for t in self._types if t.endswith(ending)), key=_depth)
+        if not found:
+            raise UnknownName('topic', name, f'{self.path.name} has {", ".join(self._types)}')
+        if len(found) > 1 and _depth(found[0]) == _depth(found[1]):
+            raise RecordingError(self.path, f'{name} may be {" or ".join(found)}', 'say which')
+        return found[0]
+
+    def records(self) -> Iterator[tuple[str, Stored]]:
+        """Give topic and message of everything, in the order of the file, bytes unopened."""
+        for _, topic, message in self._stored(None, log_time_order=False):
+            yield topic, message
 
     def _column(self, name: str, field: str) -> Series:
         columns = self.trace(name)
@@ -189,18 +216,6 @@ class Recording:
                         continue
                     last[channel.topic] = message.sequence
                     yield schema.name if schema else '', channel.topic, message
-
-    def _find(self, name: str) -> str:
-        """Give the full name of a topic."""
-        if name in self._types:
-            return name
-        ending = '/' + name.lstrip('/')
-        found = sorted((t for t in self._types if t.endswith(ending)), key=_depth)
-        if not found:
-            raise UnknownName('topic', name, f'{self.path.name} has {", ".join(self._types)}')
-        if len(found) > 1 and _depth(found[0]) == _depth(found[1]):
-            raise RecordingError(self.path, f'{name} may be {" or ".join(found)}', 'say which')
-        return found[0]
 
     def _origin(self, topic: str) -> str:
         return f'{self.path.name} {topic}'

@@ -6,13 +6,18 @@ from typing import NamedTuple
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.recording.cdr import unpack
+from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.messages import (
+    STRING,
     ArrayMessage,
     Message,
     PointMessage,
     WrenchMessage,
 )
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import read_channels
+from stickslip_ros.recording.run_writer import NOTE_KEY
 from stickslip_ros.recording.topics import COMMANDS, Topic
 
 
@@ -21,6 +26,26 @@ class TimedRequest(NamedTuple):
 
     time_ns: int
     request: Request
+
+
+def channels_of(recording: Recording) -> dict[str, Channel]:
+    """
+    Return the channels of a run by the keys of their topics.
+
+    Raises
+    ------
+    RecordingError
+        If the recording does not say which topic is which.
+
+    """
+    try:
+        channels = read_channels(recording.metadata)
+    except (ValueError, KeyError, TypeError):
+        channels = {}
+    if 'position' not in channels or NOTE_KEY not in channels:
+        problem = 'does not say which topic is which'
+        raise RecordingError(recording.path, problem, 'record with a drive of this package')
+    return channels
 
 
 def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
@@ -35,16 +60,20 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
     Raises
     ------
     RecordingError
-        If a note of a request cannot be read.
+        If it is none, or a note of a request cannot be read.
 
     """
-    names = {recording.find(topic.name): topic for topic in COMMANDS if topic.recorded}
-    notes = recording.find('request')
-    for topic, time_ns, message in recording.messages([*names, notes]):
+    channels = channels_of(recording)
+    commands = {channels[each.key].topic: each for each in COMMANDS if each.key in channels}
+    notes = channels[NOTE_KEY].topic
+    for topic, stored in recording.records():
         if topic == notes:
-            yield TimedRequest(time_ns, _request_of_note(recording, message))
-        else:
-            yield TimedRequest(time_ns, request_of(names[topic], message))
+            message = unpack(STRING, stored.data)
+            yield TimedRequest(stored.log_time, _request_of_note(recording, message))
+        elif topic in commands:
+            command = commands[topic]
+            message = unpack(command.type_name, stored.data)
+            yield TimedRequest(stored.log_time, request_of(command, message))
 
 
 def request_of(topic: Topic, message: Message) -> Request:

@@ -1,23 +1,28 @@
 """The file of a run: its name, and what it says of itself."""
 
+import dataclasses
 import json
 import platform
-from collections.abc import Sequence
+from collections.abc import Mapping
 from datetime import datetime, timezone
-from importlib import metadata
+from importlib import metadata as installed
 from pathlib import Path
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.reports import STATUS_TEXTS, TRACE_COLUMNS
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
-from stickslip_ros.recording.channels import Channel
+from stickslip_ros.recording.channels import Channel, Qos
 from stickslip_ros.recording.file_form import FileForm
 from stickslip_ros.recording.layout import SUFFIX, check_name
 from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.topics import TOPICS
 
 RUN_RECORD = 'stickslip_run'
 """Name of the metadata record of a run; it alone holds wall-clock time."""
+TOPICS_RECORD = 'stickslip_topics'
+"""Name of the metadata record that says under which name and quality of service each topic of
+docs/interface.md was recorded, as JSON by its key."""
 PARAMETERS_FILE = 'parameters.yaml'
 """Name of the attachment with every parameter."""
 WALL_TIME = '%Y-%m-%dT%H:%M:%S.%fZ'
@@ -38,7 +43,7 @@ def info_json(parameters: Parameters) -> str:
 
 def versions() -> dict[str, str]:
     """Return the versions on which the numbers of a run depend."""
-    found = {name: metadata.version(name) for name in ('numpy', 'numba', 'mcap')}
+    found = {name: installed.version(name) for name in ('numpy', 'numba', 'mcap')}
     return {
         'stickslip_ros': stickslip_ros.__version__,
         'python': platform.python_version(),
@@ -64,7 +69,7 @@ def run_path(parameters: Parameters) -> Path:
     return Path(parameters.record.directory) / f'{name.removesuffix(SUFFIX)}{SUFFIX}'
 
 
-def open_recorder(path: Path, parameters: Parameters, channels: Sequence[Channel]) -> Recorder:
+def open_recorder(path: Path, parameters: Parameters, channels: Mapping[str, Channel]) -> Recorder:
     """
     Start the recording of a run.
 
@@ -75,8 +80,8 @@ def open_recorder(path: Path, parameters: Parameters, channels: Sequence[Channel
         are numbered after it.
     parameters : Parameters
         Go into the file as an attachment, with units and sources.
-    channels : sequence of Channel
-        Every topic that will be recorded.
+    channels : mapping of str to Channel
+        Every topic that will be recorded, by its key.
 
     Raises
     ------
@@ -95,14 +100,40 @@ def open_recorder(path: Path, parameters: Parameters, channels: Sequence[Channel
     }
     return Recorder(
         path,
-        channels,
-        metadata={RUN_RECORD: run},
+        list(channels.values()),
+        metadata={RUN_RECORD: run, TOPICS_RECORD: _describe(channels)},
         attachments={
             PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode())
         },
         form=_form(parameters),
         queue_length=parameters.record.queue_length,
     )
+
+
+def _describe(channels: Mapping[str, Channel]) -> dict[str, str]:
+    return {
+        key: json.dumps({'topic': channel.topic, **dataclasses.asdict(channel.qos)})
+        for key, channel in channels.items()
+    }
+
+
+def read_channels(metadata: Mapping[str, Mapping[str, str]]) -> dict[str, Channel]:
+    """
+    Return the channels of a recorded run by the keys of their topics, from its metadata.
+
+    Raises
+    ------
+    KeyError, ValueError
+        If the metadata is not that of a run.
+
+    """
+    types = {topic.key: topic.type_name for topic in TOPICS}
+    channels = {}
+    for key, text in metadata.get(TOPICS_RECORD, {}).items():
+        content = json.loads(text)
+        topic = content.pop('topic')
+        channels[key] = Channel(topic, types[key], Qos(**content))
+    return channels
 
 
 def _form(parameters: Parameters) -> FileForm:

@@ -66,7 +66,7 @@ class RunWriter:
         self._topics = {key: channel.topic for key, channel in channels.items()}
         self.waits = wait
         self._info = pack_string(info_json(parameters))
-        self.recorder = open_recorder(path, parameters, list(channels.values()))
+        self.recorder = open_recorder(path, parameters, channels)
 
     def begin(self, time_ns: int, status: Status) -> None:
         """Write what is latched: the recording starts at this simulated time."""

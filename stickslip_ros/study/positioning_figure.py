@@ -38,7 +38,7 @@ def draw_positioning(
     """
     recording = Recording(path)
     truth = recording.series('truth/position')
-    voltage = recording.series('voltage')
+    voltage = recording.trace()['voltage']
     figure = Figure(figsize=FIGURE_INCHES, layout='constrained')
     FigureCanvasAgg(figure)
     figure.suptitle('Positioning over topics, on a stand with the faults of real hardware')
@@ -55,7 +55,7 @@ def draw_positioning(
 
 
 def largest_errors_m(path: Path, spans: Sequence[tuple[float, float, float]]) -> list[float]:
-    """Return the largest true distance from the target (m) in each span: start, end (s), target."""
+    """Return the largest true distance from the target, m, in each span of start, end, target."""
     truth = Recording(path).series('truth/position')
     errors = []
     for start_s, end_s, target_m in spans:
@@ -69,7 +69,7 @@ def _draw_position(
 ) -> None:
     axes.plot(time_s, position_m / 1e-6, color='tab:green', linewidth=1.0, label='true position')
     for number, (start_s, end_s, target_m) in enumerate(legs):
-        label = 'target' if number == 0 else None
+        label = '_' if number else 'target'
         axes.hlines(target_m / 1e-6, start_s, end_s, 'k', 'dashed', linewidth=0.8, label=label)
     axes.set_yscale('symlog', linthresh=0.1)
     axes.set_ylabel('position (um)')

@@ -12,8 +12,8 @@ from stickslip_ros.parameters import Parameters, parse_yaml
 from stickslip_ros.recording.feed import Feed
 from stickslip_ros.recording.fingerprint import Difference, compare_data
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.request_log import recorded_requests
-from stickslip_ros.recording.run_file import PARAMETERS_FILE, recorded_keys
+from stickslip_ros.recording.request_log import channels_of, recorded_requests
+from stickslip_ros.recording.run_file import PARAMETERS_FILE
 from stickslip_ros.recording.run_writer import RunWriter
 
 Progress = Callable[[int, int], None]
@@ -99,7 +99,7 @@ def replay(
         due[time_ns - begin_ns].append(request)
     changed = dict(changes or {})
     stand = parameters.updated(changed)
-    with RunWriter(output, stand, wait=True, channels=recorded_keys(recording)) as writer:
+    with RunWriter(output, stand, wait=True, channels=channels_of(recording)) as writer:
         _run(Bench(stand), writer, due, last_ns - begin_ns, progress)
     if writer.recorder.error is not None:
         raise writer.recorder.error
@@ -134,7 +134,7 @@ def parameters_of(recording: Recording) -> Parameters:
 
 def _span(recording: Recording) -> tuple[int, int]:
     """Return the times of the first and the last block of a recording, ns."""
-    name = recording.find('position')
+    name = channels_of(recording)['position'].topic
     [channel] = [each for each in recording.channels if each.topic == name]
     if channel.first_ns is None or channel.last_ns is None:
         raise RecordingError(recording.path, 'holds no position', 'record a longer run')

@@ -129,7 +129,7 @@ def test_a_bag_that_cannot_be_begun_leaves_no_directory(tmp_path: Path, small_di
 )
 def test_parts_smaller_than_a_chunk_are_refused(tmp_path: Path, values: dict, refusal: str):
     with pytest.raises(OutOfRange, match=refusal):
-        open_recorder(tmp_path / 'run.mcap', Parameters().updated(values))
+        open_recorder(tmp_path / 'run.mcap', Parameters().updated(values), {})
     assert list(tmp_path.iterdir()) == []
 
 
@@ -142,7 +142,7 @@ def test_the_parameters_choose_the_form(tmp_path: Path):
         'record.name': 'run.mcap',
     }
     parameters = Parameters().updated(values)
-    with open_recorder(run_path(parameters), parameters) as recorder:
+    with open_recorder(run_path(parameters), parameters, {}) as recorder:
         for time_ns in (0, 1_000_000_000):
             recorder.put('/voltage', time_ns, cdr.pack_float64(1.0))
     assert recorder.path == tmp_path / 'run'

@@ -50,8 +50,8 @@ def test_targets_from_100_nm_to_100_um_are_reached_within_5_nm_and_held_under_lo
     for target_m in TARGETS_M:
         controller.loop.aim(target_m)
         operator.spin_until(lambda: controller.loop.in_position, f'{target_m} m', 60.0)
-        arrived = len(truth)
-        operator.spin_until(lambda: len(truth) > arrived + 1000 * HOLD_S, 'the hold')
+        enough = len(truth) + 1000 * HOLD_S
+        operator.spin_until(lambda n=enough: len(truth) > n, 'the hold')
         held = np.array([m.point.x for m in truth[-int(500 * HOLD_S) :]])
         assert np.abs(held - target_m).max() < TOLERANCE_M
     operator.command_load(LOAD_N)
