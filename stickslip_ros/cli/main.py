@@ -21,6 +21,7 @@ from stickslip_ros.cli import (
     plot,
     positioning,
     recover,
+    replay,
     roughness,
     simulate,
     sweep,
@@ -42,6 +43,7 @@ VERBS = (
     info,
     plot,
     recover,
+    replay,
     roughness,
     laws,
     figures,
@@ -73,6 +75,7 @@ examples:
   stickslip plot runs/demo.mcap --window 2ms@0.1s
   stickslip compare experiment.csv model --report runs/comparison.html
   stickslip recover runs/cut_off.mcap
+  stickslip replay runs/free.mcap --set stand.preload=0.25 -o runs/what_if.mcap
   stickslip validate --out runs/validation
   stickslip figures --out runs/figures --only fig2,fig7
 

@@ -1,21 +1,29 @@
 """Runs a recording again: the same requests at the same ticks, on the same stand or another."""
 
+import math
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.checks import check_request
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters, parse_yaml
+from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.feed import Feed
-from stickslip_ros.recording.fingerprint import Difference, compare_data
+from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.request_log import channels_of, recorded_requests
 from stickslip_ros.recording.run_file import PARAMETERS_FILE
 from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.recording.topics import recorded_channels
+from stickslip_ros.study.drive_input import DriveInput
 
+NANOSECONDS_PER_SECOND = 1_000_000_000
 Progress = Callable[[int, int], None]
 """Called with the simulated time so far and the end, ns."""
 
@@ -39,6 +47,12 @@ class Replay:
         Whether the data sections are the same, byte for byte.
     difference : Difference or None
         The first place where they are not.
+    compared : bool
+        Whether there is a recording to compare with; a measured voltage is none.
+    digest : str
+        SHA-256 of the messages of the replay.
+    position_m, force_n : float
+        Readings at the end of the replay.
 
     """
 
@@ -49,6 +63,10 @@ class Replay:
     changed: dict[str, object]
     identical: bool
     difference: Difference | None
+    compared: bool
+    digest: str
+    position_m: float
+    force_n: float
 
 
 def replay(
@@ -99,19 +117,86 @@ def replay(
         due[time_ns - begin_ns].append(request)
     changed = dict(changes or {})
     stand = parameters.updated(changed)
-    with RunWriter(output, stand, wait=True, channels=channels_of(recording)) as writer:
-        _run(Bench(stand), writer, due, last_ns - begin_ns, progress)
+    written = _record(stand, output, channels_of(recording), due, last_ns - begin_ns, progress)
+    difference = compare_data(recording, Recording(written))
+    return _summarise(
+        source, written, due, last_ns - begin_ns, changed, difference=difference, compared=True
+    )
+
+
+def replay_input(
+    given: DriveInput, output: Path, stand: Parameters, *, progress: Progress | None = None
+) -> Replay:
+    """
+    Let a stand follow a measured voltage, from rest at its first value, and record the run.
+
+    Parameters
+    ----------
+    given : DriveInput
+        The voltage.
+    output : Path
+        Recording to write; it must not exist.
+    stand : Parameters
+        The stand.
+    progress : callable, optional
+        Told how far the run is.
+
+    Raises
+    ------
+    StickSlipError
+        If the amplifier cannot give the voltage, or the recording exists.
+
+    """
+    rows = np.column_stack((given.time_s, given.voltage_v))
+    request = Request('waveform', tuple(rows.ravel().tolist()))
+    check_request(request, stand)
+    stand = stand.updated({'amplifier.voltage_initial': float(given.voltage_v[0])})
+    blocks = math.ceil(float(given.time_s[-1]) * NANOSECONDS_PER_SECOND / stand.trace_period_ns)
+    end_ns = (blocks + 1) * stand.trace_period_ns
+    due = {0: [request]}
+    written = _record(stand, output, recorded_channels(stand), due, end_ns, progress)
+    return _summarise(Path(given.origin), written, due, end_ns, stand.changed())
+
+
+def _record(
+    stand: Parameters,
+    output: Path,
+    channels: Mapping[str, Channel],
+    due: Mapping[int, list[Request]],
+    end_ns: int,
+    progress: Progress | None,
+) -> Path:
+    with RunWriter(output, stand, wait=True, channels=channels) as writer:
+        _run(Bench(stand), writer, due, end_ns, progress)
     if writer.recorder.error is not None:
         raise writer.recorder.error
-    difference = compare_data(recording, Recording(writer.recorder.path))
+    return writer.recorder.path
+
+
+def _summarise(
+    source: Path,
+    output: Path,
+    due: Mapping[int, list[Request]],
+    end_ns: int,
+    changed: Mapping[str, object],
+    *,
+    difference: Difference | None = None,
+    compared: bool = False,
+) -> Replay:
+    again = Recording(output)
+    channels = channels_of(again)
     return Replay(
         source=str(source),
-        output=str(writer.recorder.path),
+        output=str(output),
         requests=sum(map(len, due.values())),
-        simulated_s=(last_ns - begin_ns) * 1e-9,
-        changed=changed,
-        identical=difference is None,
+        simulated_s=end_ns * 1e-9,
+        changed=dict(changed),
+        identical=compared and difference is None,
         difference=difference,
+        compared=compared,
+        digest=data_digest(again),
+        position_m=float(again.series(channels['position'].topic).value[-1]),
+        force_n=float(again.series(channels['force'].topic).value[-1]),
     )
 
 

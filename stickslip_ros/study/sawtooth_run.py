@@ -146,7 +146,7 @@ def _drive(
     """Update block by block until the saw-tooth has ended; return the log of its ramps."""
     feed = Feed(bench.parameters)
     if writer is not None:
-        writer.begin(bench.time_ns, Status(0))
+        writer.begin(bench.time_ns, bench.status)
     wanted = int(request.values[2])
     requests = [request]
     logs: list[Array] = []

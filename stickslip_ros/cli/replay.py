@@ -1,0 +1,132 @@
+"""``stickslip replay``: a recording, or a measured voltage, through the virtual stand again."""
+
+import argparse
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.cli.common import (
+    add_json,
+    add_parameters,
+    print_json,
+    print_table,
+    progress_bar,
+)
+from stickslip_ros.errors import WrongKind
+from stickslip_ros.parameters import Parameters, load_yaml, parse_assignments
+from stickslip_ros.study.drive_input import DriveInput, is_run, read_drive_input
+from stickslip_ros.study.replay import Replay, replay, replay_input
+
+CHECK_FAILED = 1
+NANO = 1e-9
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb to the parser."""
+    parser = verbs.add_parser(
+        'replay',
+        help='run a recording again, or drive the stand with a measured voltage',
+        description='Without --set, the requests of a recording give the same data again, byte '
+        'for byte; the exit status is 1 if they do not. With --set or --params they answer what '
+        'another stand would have done. A table of voltages or strokes over time (CSV, Parquet, '
+        'or a topic of an MCAP file) is played as a waveform.',
+    )
+    parser.add_argument('file', type=Path, help='recording, or table with time_s and voltage_v')
+    parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='recording to write')
+    parser.add_argument(
+        '--topic', default='', metavar='NAME', help='topic of an MCAP file that gives the voltage'
+    )
+    parser.add_argument(
+        '--field', default='', metavar='NAME', help='field or column of that topic, as voltage'
+    )
+    parser.add_argument(
+        '--stroke', action='store_true', help='the topic gives a stroke in m, not a voltage'
+    )
+    parser.add_argument(
+        '--from-rest',
+        action='store_true',
+        help='replay a recording that began in the middle of a run from rest: not the same run',
+    )
+    add_parameters(parser)
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Replay and print."""
+    if arguments.output is None:
+        with tempfile.TemporaryDirectory() as folder:
+            return _run(arguments, Path(folder) / 'replay.mcap', is_kept=False)
+    return _run(arguments, arguments.output, is_kept=True)
+
+
+def _run(arguments: argparse.Namespace, output: Path, *, is_kept: bool) -> int:
+    changes: dict[str, object] = {}
+    if arguments.params:
+        changes.update(load_yaml(arguments.params).changed())
+    changes.update(parse_assignments(arguments.assignments))
+    with progress_bar(quiet=arguments.json) as bar:
+        task = bar.add_task('simulated ms', total=None)
+
+        def show(now_ns: int, end_ns: int) -> None:
+            bar.update(task, completed=now_ns // 1_000_000, total=end_ns // 1_000_000)
+
+        if not arguments.topic and is_run(arguments.file):
+            result = replay(
+                arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
+            )
+        else:
+            if not is_kept:
+                mend = 'give the recording to write with -o'
+                raise WrongKind('--output', 'nothing', 'a file', mend)
+            stand = Parameters().updated(changes)
+            result = replay_input(_input(arguments, stand), output, stand, progress=show)
+    if arguments.json:
+        print_json({**_as_object(result), 'output': str(output) if is_kept else ''})
+    else:
+        _print(result, str(output) if is_kept else 'not kept')
+    expected = not changes and not arguments.from_rest and result.compared
+    return CHECK_FAILED if expected and not result.identical else 0
+
+
+def _input(arguments: argparse.Namespace, stand: Parameters) -> DriveInput:
+    return read_drive_input(
+        arguments.file, stand, arguments.topic, arguments.field, is_stroke=arguments.stroke
+    )
+
+
+def _as_object(result: Replay) -> dict[str, Any]:
+    return {
+        'source': result.source,
+        'requests': result.requests,
+        'simulated_s': result.simulated_s,
+        'changed': result.changed,
+        'identical': result.identical if result.compared else None,
+        'difference': None if result.difference is None else vars(result.difference),
+        'digest': result.digest,
+        'position_m': result.position_m,
+        'force_n': result.force_n,
+    }
+
+
+def _print(result: Replay, output: str) -> None:
+    rows = [
+        ('requests carried out again', str(result.requests)),
+        ('simulated time', f'{result.simulated_s:g} s'),
+        ('position at the end', f'{result.position_m / NANO:.3f} nm'),
+        ('force at the end', f'{result.force_n * 1e3:.4f} mN'),
+        ('SHA-256 of the data', result.digest[:16] + '...'),
+        ('recording', output),
+    ]
+    rows += [(f'changed {name}', str(value)) for name, value in result.changed.items()]
+    print_table(f'replay of {result.source}', rows)
+    if result.identical:
+        print('the data section is identical, byte for byte')
+    elif result.changed:
+        print(f'see what changed: stickslip compare {result.source} {output}')
+    elif result.difference is not None:
+        where = result.difference
+        print(
+            f'the data differ from message {where.message} on: {where.what} of {where.topic} '
+            f'at {where.time_s:g} s'
+        )
