@@ -1,7 +1,7 @@
 """What the tests of recordings share: one run with a topic of every type."""
 
 import resource
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -132,13 +132,22 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.fixture
-def small_disk() -> Iterator[Callable[[int], None]]:
-    """Give a switch that makes every file of this process end at a size, as a full disk does."""
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Generator[None, object, object]:
+    """Lift the limit of small_disk with the test: pytest itself may write into a file."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    try:
+        return (yield)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.fixture
+def small_disk() -> Callable[[int], None]:
+    """Give a switch that makes every file of this process end at a size, as a full disk does."""
+    _, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
 
     def limit(size_bytes: int) -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (size_bytes, hard))
 
-    yield limit
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    return limit
