@@ -52,6 +52,9 @@ class Bench:
         self.faults = parameters.fault
         self._enabled = True
         self._is_faulty = False
+        self._block_ns, self._sample_ns = parameters.block_ns, parameters.sample_ns
+        samples = self._block_ns // self._sample_ns
+        self._sample_times_ns = self._sample_ns * np.arange(1, samples + 1)
         self._stand = Stand(parameters)
         self._sensing = Sensing(parameters)
         self._motion = Motion(parameters, self._tell)
@@ -107,8 +110,7 @@ class Bench:
         self._deliver()
         first_cycle = self._start_wave()
         trace = self._stand.advance(self._motion.wave, samples)
-        times_ns = self.time_ns + self.parameters.sample_ns * np.arange(1, samples + 1)
-        trace[:, TIME] = times_ns * NANO
+        np.multiply(self.time_ns + self._sample_times_ns[:samples], NANO, out=trace[:, TIME])
         self.time_ns = until_ns
         readings = self._sensing.read(trace, until_ns, self.state.voltage_v, self.faults)
         self._motion.watch(self._sight())
@@ -218,11 +220,11 @@ class Bench:
         return self._enabled and not self.faults.amplifier_off
 
     def _samples_until(self, until_ns: int) -> int:
-        samples, rest_ns = divmod(until_ns - self.time_ns, self.parameters.sample_ns)
-        if rest_ns or not 0 < until_ns - self.time_ns <= self.parameters.block_ns:
+        samples, rest_ns = divmod(until_ns - self.time_ns, self._sample_ns)
+        if rest_ns or not 0 < until_ns - self.time_ns <= self._block_ns:
             limit = (
-                f'not a whole number of samples ({self.parameters.sample_ns} ns) and at most one '
-                f'block ({self.parameters.block_ns} ns) after {self.time_ns} ns'
+                f'not a whole number of samples ({self._sample_ns} ns) and at most one '
+                f'block ({self._block_ns} ns) after {self.time_ns} ns'
             )
             raise OutOfRange('until_ns', until_ns, 'ns', limit, 'go block by block')
         return samples

@@ -2,6 +2,8 @@
 
 import math
 
+import numpy as np
+
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.instrument.interferometer import Interferometer
 from stickslip_ros.instrument.load_cell import LoadCell
@@ -48,7 +50,8 @@ class Sensing:
         truth_m, truth_n = float(trace[-1, POSITION]), float(trace[-1, FORCE])
         trace[:, POSITION] = self.interferometer.read(trace[:, POSITION], faults)
         trace[:, FORCE] = self.load_cell.read(trace[:, FORCE], faults)
-        mean_m = float(trace[:, POSITION].mean())
+        position_m = trace[:, POSITION]
+        mean_m = float(np.add.reduce(position_m)) / len(position_m)
         self.position_m = math.nan if self.interferometer.beam_lost else mean_m
         return Readings(
             time_ns=time_ns,

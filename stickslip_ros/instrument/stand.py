@@ -23,6 +23,7 @@ from stickslip_ros.instrument.scope import observe
 from stickslip_ros.parameters import FaultParameters, Parameters
 
 NANO = 1e-9
+NO_RAMPS = np.empty((0, 3))
 
 
 class Stand:
@@ -54,6 +55,7 @@ class Stand:
         self._history = history_of(self.plant)
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
+        self._sample_s = parameters.sample_ns * NANO
         self.to_rest()
 
     @property
@@ -121,7 +123,7 @@ class Stand:
             self.state,
             wave,
             self.load_n,
-            self.parameters.sample_ns * NANO,
+            self._sample_s,
             trace,
             self._ramps,
         )
@@ -134,6 +136,8 @@ class Stand:
 
     def ramps_since(self, cycle: int) -> Array:
         """Return start, mean and end (m) of the ramps that ended from a cycle on."""
+        if cycle == self.state.clock.cycle:
+            return NO_RAMPS
         cycles = np.arange(cycle, self.state.clock.cycle)
         ramps: Array = self._ramps[cycles % len(self._ramps)]
         return ramps
