@@ -96,7 +96,7 @@ def _print(legs: list[dict[str, float]], recording: Path, picture: Path, *, pass
         (
             f'{leg["target_m"] * 1e9:g} nm'
             + (f' under {leg["load_n"]:g} N' if leg['load_n'] else ''),
-            f'{leg["way_s"] * 1e3:.0f}',
+            '-' if leg['load_n'] else f'{leg["way_s"] * 1e3:.0f}',
             f'{leg["largest_error_m"] * 1e9:.2f}',
         )
         for leg in legs
