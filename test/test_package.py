@@ -84,7 +84,7 @@ def test_every_folder_with_modules_is_a_package(keywords):
 
 def test_console_scripts_lead_to_callables(keywords):
     scripts = dict(line.split(' = ') for line in keywords['entry_points']['console_scripts'])
-    assert scripts.keys() == {'stickslip', 'drive'}
+    assert scripts.keys() == {'stickslip', 'drive', 'position_controller'}
     for target in scripts.values():
         module, _, function = target.partition(':')
         assert callable(getattr(importlib.import_module(module), function))
@@ -92,7 +92,11 @@ def test_console_scripts_lead_to_callables(keywords):
 
 def test_a_wheel_brings_a_launcher_for_every_console_script():
     launchers = sorted((ROOT / 'scripts/ros2run').iterdir())
-    assert [launcher.name for launcher in launchers] == ['drive', 'stickslip']
+    assert [launcher.name for launcher in launchers] == [
+        'drive',
+        'position_controller',
+        'stickslip',
+    ]
     assert all(os.access(launcher, os.X_OK) for launcher in launchers)
 
 

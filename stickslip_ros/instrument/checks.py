@@ -210,6 +210,9 @@ def _check_enable(_: Parameters, wanted: float) -> EnableAmplifier:
 
 
 def _check_fault(request: Request) -> SetFaults:
+    if request.values:
+        mend = 'name the faults and their values'
+        raise WrongKind('fault', list(request.values[:8]), 'without numbers', mend)
     for name, value in request.settings:
         if not spec_of(name).live:
             mend = 'name parameters fault.*, but not fault.schedule'

@@ -142,7 +142,8 @@ def test_the_parameters_choose_the_form(tmp_path: Path):
         'record.name': 'run.mcap',
     }
     parameters = Parameters().updated(values)
-    with open_recorder(run_path(parameters), parameters, {}) as recorder:
+    channels = {'piezo': VOLTAGE}
+    with open_recorder(run_path(parameters), parameters, channels) as recorder:
         for time_ns in (0, 1_000_000_000):
             recorder.put('/voltage', time_ns, cdr.pack_float64(1.0))
     assert recorder.path == tmp_path / 'run'
