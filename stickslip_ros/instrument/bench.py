@@ -13,7 +13,7 @@ from stickslip_ros.instrument.checks import BeyondSoftLimit, check_request
 from stickslip_ros.instrument.closed_loop import Sight, Verdict
 from stickslip_ros.instrument.commands import Command, Request
 from stickslip_ros.instrument.motion import Motion
-from stickslip_ros.instrument.reports import TIME, Event, Output, Result, Status, status_of
+from stickslip_ros.instrument.reports import TIME, Event, Output, Result, Status, bits_of
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import NANO, Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
@@ -22,6 +22,9 @@ DELAYED = frozenset(
     ('voltage', 'sawtooth', 'steps', 'jog', 'waveform', 'position', 'load', 'preload')
 )
 """Requests that ``fault.command_delay`` holds up: those that come over topics."""
+MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
+LOADED, REFUSED = int(Status.LOADED), int(Status.REFUSED)
+PRELOADING, FAULT = int(Status.PRELOADING), int(Status.FAULT)
 
 
 class Bench:
@@ -63,6 +66,7 @@ class Bench:
         self._delayed: deque[tuple[int, int, Request]] = deque()
         self._events: list[Event] = []
         self._last_refused = False
+        self._told_bits, self._told_status = 0, Status(0)
         self._apply_faults(self.faults)
 
     @property
@@ -113,8 +117,9 @@ class Bench:
         np.multiply(self.time_ns + self._sample_times_ns[:samples], NANO, out=trace[:, TIME])
         self.time_ns = until_ns
         readings = self._sensing.read(trace, until_ns, self.state.voltage_v, self.faults)
-        self._motion.watch(self._sight())
-        if self._stand.is_preloaded:
+        if self._motion.is_running:
+            self._motion.watch(self._sight())
+        if self._preloading and self._stand.is_preloaded:
             self._end_preloading(Result.DONE)
         events, self._events = tuple(self._events), []
         return Output(readings, events, self.status, self._stand.ramps_since(first_cycle))
@@ -249,15 +254,18 @@ class Bench:
     @property
     def status(self) -> Status:
         """State of the drive now, bit by bit."""
-        flags = {
-            Status.MOVE_DELAYED: bool(self._delayed),
-            Status.AMPLIFIER_ENABLED: self._is_powered(),
-            Status.LOADED: self._stand.load_n != 0.0,
-            Status.REFUSED: self._last_refused,
-            Status.PRELOADING: not self._stand.is_preloaded,
-            Status.FAULT: self._is_faulty,
-        }
-        return self._motion.status | self._sensing.status | status_of(flags)
+        bits = self._sensing.status_bits | bits_of(
+            (MOVE_DELAYED, bool(self._delayed)),
+            (AMPLIFIER_ENABLED, self._is_powered()),
+            (LOADED, self._stand.load_n != 0.0),
+            (REFUSED, self._last_refused),
+            (PRELOADING, not self._stand.is_preloaded),
+            (FAULT, self._is_faulty),
+        )
+        bits |= int(self._motion.status)
+        if bits != self._told_bits:
+            self._told_bits, self._told_status = bits, Status(bits)
+        return self._told_status
 
     def _to_rest(self) -> None:
         self._stand.to_rest()

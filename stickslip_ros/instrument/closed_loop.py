@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level
@@ -17,8 +18,7 @@ BLOCKED_STEPS = 5.0
 NANO = 1e-9
 
 
-@dataclass(frozen=True)
-class Sight:
+class Sight(NamedTuple):
     """
     What a move sees of the stand at the end of a block.
 

@@ -82,16 +82,23 @@ class Motion:
         self._follow(level(voltage_v))
 
     @property
+    def is_running(self) -> bool:
+        """Whether a move runs or its target is held."""
+        return self._running is not None
+
+    @property
     def status(self) -> Status:
         """Bits that moves set."""
         status = self._failed
         loop, running = self._loop, self._running
-        if running is not None and not (loop is not None and loop.holds):
+        if running is None:
+            return status
+        if loop is None or not loop.holds:
             status |= Status.MOVING
         if loop is not None:
             status |= Status.CLOSED_LOOP
             status |= Status.IN_POSITION if loop.in_position else Status(0)
-        if running is not None and running.name == 'waveform':
+        if running.name == 'waveform':
             status |= Status.STREAMING
         return status
 

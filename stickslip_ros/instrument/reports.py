@@ -3,6 +3,7 @@
 import json
 from dataclasses import dataclass
 from enum import Enum, IntFlag
+from typing import NamedTuple
 
 from stickslip_ros.contact.profile import Array
 
@@ -83,9 +84,9 @@ STATUS_TEXTS = {
 }
 
 
-def status_of(flags: dict[Status, bool]) -> Status:
-    """Return the bits that are set."""
-    return Status(sum(bit for bit, is_set in flags.items() if is_set))
+def bits_of(*flags: tuple[int, bool]) -> int:
+    """Return the bits that are set, as a number: a flag costs more than all the rest."""
+    return sum(bit for bit, is_set in flags if is_set)
 
 
 @dataclass(frozen=True)
@@ -131,8 +132,7 @@ class Event:
         )
 
 
-@dataclass(frozen=True)
-class Readings:
+class Readings(NamedTuple):
     """
     What the sensors saw in one update.
 
@@ -162,8 +162,7 @@ class Readings:
     truth_force_n: float
 
 
-@dataclass(frozen=True)
-class Output:
+class Output(NamedTuple):
     """
     Result of one update of the bench.
 

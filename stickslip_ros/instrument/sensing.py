@@ -7,8 +7,11 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.instrument.interferometer import Interferometer
 from stickslip_ros.instrument.load_cell import LoadCell
-from stickslip_ros.instrument.reports import FORCE, POSITION, Readings, Status, status_of
+from stickslip_ros.instrument.reports import FORCE, POSITION, Readings, Status, bits_of
 from stickslip_ros.parameters import FaultParameters, Parameters
+
+SENSOR_PRESENT, IS_REFERENCED = int(Status.SENSOR_PRESENT), int(Status.IS_REFERENCED)
+BEAM_LOST, FORCE_OVERRANGE = int(Status.BEAM_LOST), int(Status.FORCE_OVERRANGE)
 
 
 class Sensing:
@@ -64,12 +67,11 @@ class Sensing:
         )
 
     @property
-    def status(self) -> Status:
-        """Bits that sensors set."""
-        flags = {
-            Status.SENSOR_PRESENT: not math.isnan(self.position_m),
-            Status.IS_REFERENCED: self.interferometer.is_referenced,
-            Status.BEAM_LOST: self.interferometer.beam_lost,
-            Status.FORCE_OVERRANGE: self.load_cell.overrange,
-        }
-        return status_of(flags)
+    def status_bits(self) -> int:
+        """Bits of Status that sensors set."""
+        return bits_of(
+            (SENSOR_PRESENT, not math.isnan(self.position_m)),
+            (IS_REFERENCED, self.interferometer.is_referenced),
+            (BEAM_LOST, self.interferometer.beam_lost),
+            (FORCE_OVERRANGE, self.load_cell.overrange),
+        )
