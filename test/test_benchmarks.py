@@ -1,6 +1,8 @@
 """The benchmarks run, rivals agree with ours, and the results have their shape; no timings."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,10 @@ from benchmarks.rival import GROUPS, HALVES, SIX, Grid, Rival
 from benchmarks.sizes import Sizes
 from stickslip_ros.drive.build import contacts_of
 
+ROOT = Path(__file__).resolve().parents[1]
+TIMEOUT_S = 240.0
+APART = {'node-recording', 'node-lockstep', 'node-latency', 'node-drift'}
+"""Benchmarks that are run in processes of their own."""
 CYCLES = 10
 FEW_CYCLES = 3
 GRID = Grid(springs=120, step_s=1e-6, fall_steps=16)
@@ -28,10 +34,36 @@ VERDICT = {'target', 'wanted', 'found', 'at_most', 'met'}
 
 
 @pytest.fixture(scope='module')
-def results(tmp_path_factory):
-    path = tmp_path_factory.mktemp('benchmarks') / 'results.json'
-    main(['--tiny', '--out', str(path)])
-    return json.loads(path.read_text(encoding='utf-8'))
+def parts(tmp_path_factory):
+    """Run all benchmarks, those that mostly wait for their processes beside one another."""
+    folder = tmp_path_factory.mktemp('benchmarks')
+    groups = [
+        [name for name in BENCHMARKS if name not in APART],
+        ['node-recording'],
+        ['node-lockstep', 'node-latency', 'node-drift'],
+        list(LONG),
+    ]
+    assert {name for group in groups for name in group} == set(BENCHMARKS) | set(LONG)
+    files = [folder / f'{number}.json' for number in range(len(groups))]
+    running = [
+        subprocess.Popen(
+            [sys.executable, '-m', 'benchmarks', '--tiny', '--out', str(file), *group],
+            cwd=ROOT,
+            stdout=subprocess.DEVNULL,
+        )
+        for file, group in zip(files, groups, strict=True)
+    ]
+    assert [each.wait(TIMEOUT_S) for each in running] == [0] * len(groups)
+    return [json.loads(file.read_text(encoding='utf-8')) for file in files]
+
+
+@pytest.fixture(scope='module')
+def results(parts):
+    whole = dict(parts[0])
+    whole['benchmarks'] = {}
+    for part in parts[:-1]:
+        whole['benchmarks'] |= part['benchmarks']
+    return whole
 
 
 @pytest.fixture(scope='module')
@@ -46,10 +78,8 @@ def forces_of(loop, which, cycles=CYCLES):
 
 
 @pytest.fixture(scope='module')
-def long_results(tmp_path_factory):
-    path = tmp_path_factory.mktemp('benchmarks') / 'long.json'
-    main(['--tiny', '--out', str(path), *LONG])
-    return json.loads(path.read_text(encoding='utf-8'))
+def long_results(parts):
+    return parts[-1]
 
 
 def assert_has_the_documented_shape(results):
