@@ -186,6 +186,7 @@ class Bench:
             case commands.Reset():
                 self._end_move(f'reset by command {number}')
                 self._end_preloading(Result.ABORTED, f'reset by command {number}')
+                self._end_delayed(f'reset by command {number}')
                 self._to_rest()
             case commands.ZeroPosition():
                 self._end_move(f'position zeroed by command {number}', closed_loop_only=True)
@@ -270,9 +271,14 @@ class Bench:
     def _to_rest(self) -> None:
         self._stand.to_rest()
         self._sensing.reset()
-        self._delayed.clear()
         self._motion.reset(self.state.voltage_v)
         self._apply_faults(self.faults)
+
+    def _end_delayed(self, why: str) -> None:
+        """Tell the end of commands that have come and will never take effect."""
+        while self._delayed:
+            _, number, request = self._delayed.popleft()
+            self._tell(number, request.name, Result.ABORTED, why)
 
     def _end_preloading(self, result: Result, why: str = '') -> None:
         """Tell the end of a preload command, if one is on its way."""

@@ -34,7 +34,7 @@ RESULT_TEXTS = {
     Result.END_STOP_REACHED: 'closed loop gave up: the runner no longer comes nearer',
     Result.FOLLOWING_LIMIT_REACHED: 'closed loop gave up: too far from its set point',
     Result.TIMEOUT: 'closed loop gave up: closed_loop.timeout passed before it was in position',
-    Result.NO_SENSOR: 'closed loop gave up, or was refused: the position reading is no number',
+    Result.NO_SENSOR: 'closed loop gave up: the position reading is no number',
     Result.AMPLIFIER_DISABLED: 'refused or stopped: the amplifier is off',
 }
 

@@ -1,0 +1,203 @@
+"""Every bit of ~/status is set and cleared, and every result of ~/event told, by a real node."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+
+from stickslip_ros.instrument.reports import Result, Status
+
+IDLE = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
+FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
+BLOCKED = FREE | {'stand.travel_max': 1e-6, 'stand.stop_stiffness': 1e7}
+CONFINED = FREE | {'limits.soft_min': -1e-6, 'limits.soft_max': 1e-6}
+#: The set point runs ten times faster than the runner can: 0.1 mm/s at 1000 steps of 100 nm.
+HURRIED = FREE | {'closed_loop.velocity': 1e-3, 'limits.following_error': 1e-6}
+IMPATIENT = FREE | {'closed_loop.timeout': 0.02}
+FAR_M = 1e-3
+ENDLESS = (300.0, 1000.0, 0.0)
+BURST = (300.0, 1000.0, 20.0)
+LONG_WAVE = ((0.0, 0.0), (100.0, 10.0))
+
+Act = Callable[[Any], Any]
+"""What an operator does."""
+
+
+@dataclass(frozen=True)
+class Way:
+    """How an operator reaches a bit, and leaves it again."""
+
+    there: Act
+    back: Act
+    given: Mapping[str, Any] = field(default_factory=dict)
+
+
+def step_and_wait(operator: Any) -> None:
+    operator.command_sawtooth(*BURST)
+    operator.wait_for_event('sawtooth', 0)
+
+
+def stop(operator: Any) -> Any:
+    return operator.trigger('stop')
+
+
+def reset(operator: Any) -> Any:
+    return operator.trigger('reset')
+
+
+def clear(operator: Any) -> Any:
+    return operator.trigger('clear_faults')
+
+
+def next_move(operator: Any) -> None:
+    operator.command_voltage(0.0)
+
+
+def break_down(name: str, value: Any) -> Act:
+    return lambda operator: operator.set_parameter(f'fault.{name}', value)
+
+
+def switch_amplifier(wanted: bool) -> Act:
+    return lambda operator: operator.switch('enable_amplifier', wanted=wanted)
+
+
+def ask(name: str, value: Any) -> Act:
+    return lambda operator: operator.command(name, value)
+
+
+BITS = {
+    Status.MOVING: Way(ask('sawtooth', ENDLESS), stop),
+    Status.CLOSED_LOOP: Way(ask('position', 1e-6), stop, FREE),
+    Status.MOVE_DELAYED: Way(ask('voltage', 10.0), reset, {'fault.command_delay': 10.0}),
+    Status.SENSOR_PRESENT: Way(break_down('interferometer', 'dropout'), clear),
+    Status.IS_REFERENCED: Way(lambda operator: operator.trigger('zero_position'), reset),
+    Status.END_STOP_REACHED: Way(ask('position', FAR_M), next_move, BLOCKED),
+    Status.RANGE_LIMIT_REACHED: Way(ask('sawtooth', ENDLESS), next_move, CONFINED),
+    Status.FOLLOWING_LIMIT_REACHED: Way(ask('position', FAR_M), next_move, HURRIED),
+    Status.MOVEMENT_FAILED: Way(ask('position', FAR_M), next_move, IMPATIENT),
+    Status.STREAMING: Way(ask('waveform', LONG_WAVE), stop),
+    Status.AMPLIFIER_ENABLED: Way(switch_amplifier(wanted=False), switch_amplifier(wanted=True)),
+    Status.IN_POSITION: Way(ask('position', 1e-6), stop, FREE),
+    Status.LOADED: Way(ask('load', 0.1), ask('load', 0.0)),
+    Status.REFUSED: Way(ask('voltage', 1e6), ask('voltage', 1.0)),
+    Status.PRELOADING: Way(ask('preload', 0.8), reset, {'stand.preload_rate': 0.01}),
+    Status.FAULT: Way(break_down('dead_foot', 1), clear),
+    Status.BEAM_LOST: Way(
+        step_and_wait,
+        lambda operator: operator.trigger('zero_position'),
+        {'interferometer.velocity_max': 1e-4, 'runner.damping': 80.0},
+    ),
+    Status.FORCE_OVERRANGE: Way(step_and_wait, reset, {'load_cell.range': 1e-3}),
+}
+
+
+@pytest.mark.parametrize('bit', list(Status), ids=lambda bit: bit.name)
+def test_a_bit_is_set_and_cleared_on_the_topic(launch: Callable[..., Any], bit: Status):
+    way = BITS[bit]
+    stand = launch(dict(way.given))
+    operator = stand.operator
+
+    def is_as_in_idle() -> bool:
+        return operator.status & bit == IDLE & bit
+
+    assert is_as_in_idle()
+    way.there(operator)
+    operator.spin_until(lambda: not is_as_in_idle(), f'the change of {bit.name}')
+    way.back(operator)
+    operator.spin_until(is_as_in_idle, f'the change back of {bit.name}')
+
+
+def test_every_bit_has_its_way():
+    assert BITS.keys() == set(Status)
+
+
+def abort(operator: Any) -> None:
+    operator.command_sawtooth(*ENDLESS)
+    operator.spin_until(lambda: bool(operator.status & Status.MOVING), 'the move')
+    stop(operator)
+
+
+RESULTS = {
+    Result.DONE: ('voltage', ask('voltage', 100.0), {}),
+    Result.ABORTED: ('sawtooth', abort, {}),
+    Result.INVALID_PARAMETER: ('voltage', ask('voltage', 1e6), {}),
+    Result.RANGE_LIMIT_REACHED: ('sawtooth', ask('sawtooth', ENDLESS), CONFINED),
+    Result.END_STOP_REACHED: ('position', ask('position', FAR_M), BLOCKED),
+    Result.FOLLOWING_LIMIT_REACHED: ('position', ask('position', FAR_M), HURRIED),
+    Result.TIMEOUT: ('position', ask('position', FAR_M), IMPATIENT),
+    Result.NO_SENSOR: (
+        'position',
+        ask('position', 1e-6),
+        FREE | {'fault.interferometer': 'dropout'},
+    ),
+    Result.AMPLIFIER_DISABLED: ('voltage', ask('voltage', 1.0), {'fault.amplifier_off': True}),
+}
+REFUSALS = {Result.INVALID_PARAMETER, Result.AMPLIFIER_DISABLED}
+"""Results, as reached here, of commands that were not begun."""
+
+
+@pytest.mark.parametrize('result', list(Result), ids=lambda result: result.name)
+def test_a_result_is_told_with_its_reason_and_status(launch: Callable[..., Any], result: Result):
+    command, act, given = RESULTS[result]
+    stand = launch(dict(given))
+    operator = stand.operator
+    act(operator)
+    event = operator.wait_for_event(command, 0)
+    assert (event['number'], event['result']) == (1, result.value)
+    assert bool(event['message']) == (result is not Result.DONE)
+    failed = result not in {Result.DONE, Result.ABORTED} | REFUSALS
+    told = {Status.MOVEMENT_FAILED: failed, Status.REFUSED: result in REFUSALS}
+    operator.spin_until(
+        lambda: all(bool(operator.status & bit) == wanted for bit, wanted in told.items()),
+        'the bits of the result',
+    )
+
+
+def test_every_result_has_its_way():
+    assert RESULTS.keys() == set(Result)
+
+
+def test_a_target_beyond_a_soft_limit_is_refused_with_the_result_of_the_limit(
+    launch: Callable[..., Any],
+):
+    stand = launch(CONFINED)
+    stand.operator.command_position(2e-6)
+    event = stand.operator.wait_for_event('position', 0)
+    assert event['result'] == Result.RANGE_LIMIT_REACHED.value
+    stand.operator.spin_until(lambda: stand.operator.status == IDLE | Status.REFUSED, 'the bit')
+
+
+def test_a_command_that_a_reset_overtakes_is_told_as_aborted(launch: Callable[..., Any]):
+    stand = launch({'fault.command_delay': 10.0})
+    operator = stand.operator
+    for name in ('voltage', 'load'):
+        operator.command(name, 0.1)
+        operator.spin_until(lambda: bool(operator.status & Status.MOVE_DELAYED), 'the command')
+    operator.spin_until(lambda: stand.drive.session.bench._requests == 2, 'both commands')
+    reset(operator)
+    operator.wait_for_event('reset', 0)
+    told = [(each['command'], each['number'], each['result']) for each in operator.events]
+    assert told == [('voltage', 1, 'ABORTED'), ('load', 2, 'ABORTED'), ('reset', 3, 'DONE')]
+    assert {each['message'] for each in operator.events[:2]} == {'reset by command 3'}
+
+
+def test_a_jog_has_one_event_however_often_it_is_renewed(stand: Any):
+    operator = stand.operator
+    for frequency_hz in (500.0, 500.0, 0.0):
+        operator.command_jog(frequency_hz)
+    operator.wait_for_event('jog', 0)
+    stop(operator)
+    operator.wait_for_event('stop', 0)
+    told = [(each['command'], each['number']) for each in operator.events]
+    assert told == [('jog', 1), ('stop', 4)]
+
+
+def test_a_reset_leaves_an_amplifier_off_and_a_fault_on(stand: Any):
+    operator = stand.operator
+    switch_amplifier(wanted=False)(operator)
+    break_down('dead_foot', 1)(operator)
+    reset(operator)
+    operator.wait_for_event('reset', 0)
+    wanted = Status.SENSOR_PRESENT | Status.FAULT
+    operator.spin_until(lambda: operator.status == wanted, 'the state of before')

@@ -1,0 +1,180 @@
+"""Every live fault comes by parameter, is seen in what the drive says, and is cleared."""
+
+import json
+import math
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.parameters import specs
+
+TITLE = 'stickslip_drive: faults'
+SHOWN_S = 0.1
+"""Time in which a fault must show, wall-clock."""
+TRIES = 3
+"""How often that is tried: the best counts, since others use the machine too."""
+BURST = (300.0, 1000.0, 10.0)
+FREE = {'load_cell.contact': 'absent', 'runner.damping': 80.0}
+STOOD_M = 30e-9
+"""More than the sensor's noise and what loosened contacts give way, less than one step."""
+STANDING_BLOCKS = 20
+"""More readings than noise of more than a step of the resolution would leave equal."""
+FAULTS = [name for name, spec in specs().items() if spec.live]
+
+
+def way_of_steps(stand: Any) -> float:
+    """Step as often as always from the same start; give the way by the interferometer, m."""
+    operator = stand.operator
+    assert operator.trigger('reset').success
+    seen = len(operator.events)
+    operator.command_sawtooth(*BURST)
+    done_ns = operator.wait_for_event('sawtooth', seen)['time_ns']
+    operator.spin_until(lambda: max(operator.positions) > done_ns + 5_000_000, 'rest')
+    return float(operator.positions[max(operator.positions)])
+
+
+def reads_no_position(stand: Any) -> None:
+    stand.operator.spin_until(
+        lambda: math.isnan(stand.operator.positions[max(stand.operator.positions)]), 'the dropout'
+    )
+
+
+def reads_a_jump(stand: Any) -> None:
+    stand.operator.spin_until(
+        lambda: stand.operator.positions[max(stand.operator.positions)] > 0.9e-6, 'the jump'
+    )
+
+
+def force_when(condition: Callable[[float], bool]) -> Callable[[Any], None]:
+    def see(stand: Any) -> None:
+        heard = stand.listen('force')
+        stand.operator.spin_until(
+            lambda: bool(heard) and condition(heard[-1].wrench.force.x), 'the force'
+        )
+
+    return see
+
+
+def has_no_power(stand: Any) -> None:
+    stand.operator.spin_until(
+        lambda: not stand.operator.status & Status.AMPLIFIER_ENABLED, 'no power'
+    )
+
+
+def goes_another_way(stand: Any) -> None:
+    faulty_m = way_of_steps(stand)
+    assert stand.operator.trigger('clear_faults').success
+    assert abs(way_of_steps(stand) - faulty_m) > STOOD_M
+
+
+def stands_still(stand: Any) -> None:
+    assert abs(way_of_steps(stand)) < STOOD_M
+
+
+def is_slow_to_obey(stand: Any) -> None:
+    stand.operator.command_load(0.1)
+    stand.operator.spin_until(
+        lambda: bool(stand.operator.status & Status.MOVE_DELAYED), 'the delay'
+    )
+
+
+#: A value of each fault, one that is refused, and what shows that the fault is there.
+CASES: Mapping[str, tuple[Any, Any, Callable[[Any], None]]] = {
+    'fault.interferometer': ('dropout', 'broken', reads_no_position),
+    'fault.interferometer_offset': (1e-6, 1.1, reads_a_jump),
+    'fault.load_cell': ('dropout', '', force_when(math.isnan)),
+    'fault.load_cell_offset': (0.5, -1001.0, force_when(lambda force_n: force_n > 0.4)),
+    'fault.amplifier_off': (True, 1, has_no_power),
+    'fault.dead_foot': (1, 7, goes_another_way),
+    'fault.runner_stuck': (True, 'yes', stands_still),
+    'fault.missed_steps': (1.0, 1.1, stands_still),
+    'fault.command_delay': (5.0, -0.1, is_slow_to_obey),
+}
+
+
+def shown_within_s(stand: Any, name: str, value: Any) -> float:
+    """Set a fault; give the wall-clock time from the answer to its bit and its diagnostics."""
+    operator = stand.operator
+    short = name.removeprefix('fault.')
+    assert operator.set_parameter(name, value).successful
+    answered_s = time.monotonic()
+    operator.spin_until(lambda: bool(operator.status & Status.FAULT), 'the bit')
+    operator.spin_until(
+        lambda: any(short in parts.get(TITLE, {}) for parts in operator.diagnostics[-1:]),
+        'the diagnostics',
+    )
+    return time.monotonic() - answered_s
+
+
+def clear(stand: Any) -> None:
+    assert stand.operator.trigger('clear_faults').success
+    stand.operator.spin_until(lambda: not stand.operator.status & Status.FAULT, 'no fault')
+
+
+@pytest.mark.parametrize('name', FAULTS)
+def test_a_fault_is_refused_shown_at_once_felt_and_cleared(launch: Callable[..., Any], name: str):
+    value, bad, is_felt = CASES[name]
+    stand = launch(FREE)
+    assert not stand.operator.set_parameter(name, bad).successful
+    waits_s = []
+    for _ in range(TRIES):
+        waits_s.append(shown_within_s(stand, name, value))
+        clear(stand)
+    assert min(waits_s) < SHOWN_S
+    shown_within_s(stand, name, value)
+    is_felt(stand)
+    clear(stand)
+    assert stand.drive.get_parameter(name).value == specs()[name].default
+
+
+def test_the_sound_drive_goes_the_way_that_faults_change(launch: Callable[..., Any]):
+    assert way_of_steps(launch(FREE)) > 2.0 * STOOD_M
+
+
+def test_every_fault_comes_and_goes_by_schedule(launch: Callable[..., Any], tmp_path: Path):
+    path = tmp_path / 'faults.yaml'
+    entries = [
+        {'at': 0.01 * (number + 1), 'set': {name: CASES[name][0]}}
+        for number, name in enumerate(FAULTS)
+    ]
+    path.write_text(json.dumps([*entries, {'at': 0.2, 'clear': True}]))
+    stand = launch({'sim.lockstep': True, 'fault.schedule': str(path)}, wait=False)
+    operator = stand.operator
+    operator.wait_for_topics()
+    operator.grant(0.3, 0)
+    operator.spin_until(lambda: len(operator.requests) > len(FAULTS), 'the schedule')
+    told = [each['settings'] for each in operator.requests]
+    assert told == [{name: CASES[name][0]} for name in FAULTS] + [{}]
+    assert operator.requests[-1]['name'] == 'clear_faults'
+    operator.spin_until(
+        lambda: operator.status == Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED, 'health'
+    )
+
+
+@pytest.mark.parametrize('sensor', [name for name in FAULTS if 'freeze' in specs()[name].choices])
+def test_a_frozen_reading_stands_still_until_it_is_cleared(stand: Any, sensor: str):
+    key = {'fault.interferometer': 'position', 'fault.load_cell': 'force'}[sensor]
+    heard = stand.listen(key)
+
+    def last() -> set[float]:
+        return {
+            m.point.x if key == 'position' else m.wrench.force.x for m in heard[-STANDING_BLOCKS:]
+        }
+
+    def stands() -> bool:
+        return len(heard) >= STANDING_BLOCKS and len(last()) == 1
+
+    stand.operator.spin_until(lambda: len(heard) >= STANDING_BLOCKS, 'readings')
+    assert not stands()
+    assert stand.operator.set_parameter(sensor, 'freeze').successful
+    stand.operator.spin_until(stands, 'the freeze')
+    clear(stand)
+    stand.operator.spin_until(lambda: not stands(), 'the noise')
+
+
+def test_every_fault_has_a_case():
+    assert CASES.keys() == set(FAULTS)
