@@ -113,7 +113,8 @@ class Bench:
             self.accept(request)
         self._deliver()
         first_cycle = self._start_wave()
-        trace = self._stand.advance(self._motion.wave, samples)
+        wave = self._motion.wave
+        trace = self._stand.advance(wave, samples)
         np.multiply(self.time_ns + self._sample_times_ns[:samples], NANO, out=trace[:, TIME])
         self.time_ns = until_ns
         readings = self._sensing.read(trace, until_ns, self.state.voltage_v, self.faults)
@@ -122,7 +123,8 @@ class Bench:
         if self._preloading and self._stand.is_preloaded:
             self._end_preloading(Result.DONE)
         events, self._events = tuple(self._events), []
-        return Output(readings, events, self.status, self._stand.ramps_since(first_cycle))
+        ramps = self._stand.ramps_since(wave, first_cycle)
+        return Output(readings, events, self.status, ramps)
 
     def accept(self, request: Request) -> None:
         """
@@ -152,12 +154,11 @@ class Bench:
         self._last_refused = False
         try:
             command = check_request(request, self.parameters)
+            self._carry_out(number, request.name, command)
         except BeyondSoftLimit as refusal:
             self._refuse(number, request.name, Result.RANGE_LIMIT_REACHED, str(refusal))
         except StickSlipError as refusal:
             self._refuse(number, request.name, Result.INVALID_PARAMETER, str(refusal))
-        else:
-            self._carry_out(number, request.name, command)
 
     def _refuse(self, number: int, name: str, result: Result, why: str) -> None:
         self.refused += 1
@@ -213,14 +214,15 @@ class Bench:
             self._motion.end(Verdict(Result.ABORTED, why), self._sight())
 
     def _apply_faults(self, faults: FaultParameters) -> None:
-        """Let the drive have these faults, and no others, from now on."""
+        """Let the drive have these faults, and no others, from now on; or refuse them."""
+        is_powered = self._enabled and not faults.amplifier_off
+        self._stand.break_down(faults, is_powered=is_powered)
         self.faults = faults
         self._is_faulty = bool(faults.names)
-        if not self._is_powered():
+        if not is_powered:
             verdict = Verdict(Result.AMPLIFIER_DISABLED, 'the amplifier was switched off')
             self._motion.end(verdict, self._sight())
         self._motion.wave = self._stand.wave_with(self._motion.wave, faults)
-        self._stand.break_down(faults, is_powered=self._is_powered())
 
     def _is_powered(self) -> bool:
         return self._enabled and not self.faults.amplifier_off

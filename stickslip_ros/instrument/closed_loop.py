@@ -13,6 +13,8 @@ from stickslip_ros.parameters import Parameters, to_nanoseconds
 
 PROGRESS_SHARE = 0.1
 """Way per stroke that counts as progress."""
+PUSHED_STROKES = 2.0
+"""Way back, in strokes, from which on a runner was pushed away: progress counts from there."""
 BLOCKED_STEPS = 5.0
 """Steps without progress that a blocked runner has made, at least."""
 NANO = 1e-9
@@ -82,9 +84,10 @@ class ClosedLoop:
         self._set_point_m = start.position_m
         self._loop = PositionLoop(loop_settings(parameters), start.voltage_v)
         self._start_ns = self._outside_ns = self._progress_ns = self._last_ns = start.time_ns
-        self._nearest_m = abs(target_m - start.position_m)
+        self._nearest_m = math.inf
         stroke_m = parameters.actuator.gain * parameters.step.amplitude
         self._progress_m = PROGRESS_SHARE * stroke_m
+        self._pushed_m = PUSHED_STROKES * stroke_m
         blocked_s = max(parameters.limits.blocked_time, BLOCKED_STEPS / parameters.step.frequency)
         self._blocked_ns = to_nanoseconds(blocked_s)
 
@@ -95,11 +98,14 @@ class ClosedLoop:
         failure = self._failure(sight)
         if failure is not None:
             return None, failure
-        return self._next_wave(sight) if sight.arrived else None, self._arrival(sight)
+        acts = sight.arrived or self._loop.passes(self._set_point_m, sight.position_m)
+        return self._next_wave(sight) if acts else None, self._arrival(sight)
 
     def _move_set_point(self, sight: Sight) -> None:
         """Move the set point towards the target with the velocity that is asked for."""
         velocity_m_per_s = self._parameters.closed_loop.velocity
+        if math.isnan(self._set_point_m):
+            self._set_point_m = sight.position_m
         way_m = self._target_m - self._set_point_m
         largest_m = velocity_m_per_s * (sight.time_ns - self._last_ns) * NANO
         self._last_ns = sight.time_ns
@@ -116,6 +122,8 @@ class ClosedLoop:
         if error_m < self._nearest_m - self._progress_m or not self._loop.is_coarse:
             self._nearest_m = error_m
             self._progress_ns = sight.time_ns
+        elif error_m > self._nearest_m + self._pushed_m:
+            self._nearest_m = error_m
 
     def _next_wave(self, sight: Sight) -> Wave:
         action = self._loop.update(self._set_point_m, sight.position_m)
@@ -127,7 +135,7 @@ class ClosedLoop:
 
     def _arrival(self, sight: Sight) -> Verdict | None:
         settle_ns = to_nanoseconds(self._parameters.closed_loop.settle_time)
-        there = self.in_position and self._set_point_m == self._target_m
+        there = sight.arrived and self.in_position and self._set_point_m == self._target_m
         if self.holds or not there or sight.time_ns - self._outside_ns < settle_ns:
             return None
         self.holds = True

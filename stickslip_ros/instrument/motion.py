@@ -112,6 +112,7 @@ class Motion:
         if isinstance(command, Move):
             self._running = Running(number, command.name, command.direction)
             self._follow(command.wave)
+            self._stop_beyond_soft_limit(sight)
         else:
             self._running = Running(number, 'position')
             self._loop = ClosedLoop(self._parameters, command.position_m, sight)
@@ -121,10 +122,9 @@ class Motion:
         """Look at the stand after a block: go on, or end the move."""
         if self._running is None:
             return
-        beyond = self._beyond_soft_limit(self._running, sight)
-        if beyond is not None:
-            self.end(beyond, sight)
-        elif self._loop is not None:
+        if self._stop_beyond_soft_limit(sight):
+            return
+        if self._loop is not None:
             self._go_on(self._loop, sight)
         elif self._running.name == 'jog':
             if sight.time_ns >= self._jog_ends_ns:
@@ -143,7 +143,8 @@ class Motion:
         if verdict.result in FAILURES:
             self._failed = Status.MOVEMENT_FAILED | FAILURES[verdict.result]
         if loop is None:
-            self._tell(running.number, running.name, verdict.result, verdict.why, sight.cycles)
+            steps = sight.cycles if running.direction else 0
+            self._tell(running.number, running.name, verdict.result, verdict.why, steps)
         elif not loop.holds:
             self._tell(running.number, running.name, verdict.result, verdict.why, 0)
         elif verdict.result in FAILURES:
@@ -171,6 +172,7 @@ class Motion:
             self._jog_hz = command.frequency_hz
             self._follow(move.wave)
         self._jog_ends_ns = sight.time_ns + to_nanoseconds(self._parameters.jog.timeout)
+        self._stop_beyond_soft_limit(sight)
 
     def _end_jog(self, why: str, sight: Sight) -> None:
         self._follow(level(sight.voltage_v))
@@ -190,15 +192,19 @@ class Motion:
             if not self._parameters.closed_loop.hold:
                 self._running = self._loop = None
 
-    def _beyond_soft_limit(self, running: Running, sight: Sight) -> Verdict | None:
-        """Return the verdict on steps that lead out of the soft limits."""
-        limits = self._parameters.limits
-        if not limits.has_soft_limits or not running.direction:
-            return None
+    def _stop_beyond_soft_limit(self, sight: Sight) -> bool:
+        """End steps that lead out of the soft limits, or begin beyond them; tell whether."""
+        limits, running = self._parameters.limits, self._running
+        if running is None or not limits.has_soft_limits or not running.direction:
+            return False
         if running.direction > 0 and sight.position_m > limits.soft_max:
             side = f'above limits.soft_max {limits.soft_max:g} m'
         elif running.direction < 0 and sight.position_m < limits.soft_min:
             side = f'below limits.soft_min {limits.soft_min:g} m'
         else:
-            return None
-        return Verdict(Result.RANGE_LIMIT_REACHED, f'{sight.position_m:.6g} m is {side}')
+            return False
+        why = f'{sight.position_m:.6g} m is {side}'
+        # A wave that has not begun yet has made no ramp, whatever the one before it made.
+        cycles = 0 if self.is_new else sight.cycles
+        self.end(Verdict(Result.RANGE_LIMIT_REACHED, why), sight._replace(cycles=cycles))
+        return True

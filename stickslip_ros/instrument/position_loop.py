@@ -26,6 +26,8 @@ presliding displacement does not slip."""
 MARGIN = 0.08
 """Share of the range at either end where the loop does not like to rest: creep would soon take
 the piezo to its end."""
+BURST_MAX = 2**31 - 1
+"""Most steps of one burst: what a message can carry."""
 STEP_LEAST = 0.05
 """Least step length that the loop believes, per stroke."""
 
@@ -131,6 +133,16 @@ class PositionLoop:
             return self._scan(error_m)
         return self.centre() if may_centre else self._step(error_m, position_m)
 
+    def passes(self, target_m: float, position_m: float) -> bool:
+        """Tell whether a burst is a stroke beyond its target: steps are longer than thought."""
+        error_m = target_m - position_m
+        stroke_m = self._stroke_m(self.settings.step_v)
+        if self._burst * error_m >= 0.0 or abs(error_m) <= stroke_m:
+            return False
+        self._burst = 0
+        self._step_m = min(2.0 * self._step_m, stroke_m)
+        return True
+
     def start_anew(self) -> None:
         """Forget what was tried for the last target."""
         self._centres = 0
@@ -176,7 +188,7 @@ class PositionLoop:
         self.start_anew()
         settings = self.settings
         far_m = COARSE_SHARE * (abs(error_m) - self._half_scan_m())
-        count = max(1, math.floor(far_m / self._step_m))
+        count = max(1, math.floor(min(far_m / self._step_m, BURST_MAX)))
         forwards = error_m > 0.0
         self.voltage_v = settings.voltage_min_v + (0.0 if forwards else settings.step_v)
         self._burst = count if forwards else -count
@@ -184,10 +196,10 @@ class PositionLoop:
         return Steps(self._burst)
 
     def _learn(self, position_m: float) -> None:
-        """Take the step length from the burst that is over."""
+        """Take the step length from the burst that is over, unless something pushed it back."""
         burst, self._burst = self._burst, 0
-        if abs(burst) < LEARN_STEPS:
+        way_m = position_m - self._before_m
+        if abs(burst) < LEARN_STEPS or way_m * burst <= 0.0:
             return
         stroke_m = self._stroke_m(self.settings.step_v)
-        step_m = (position_m - self._before_m) / burst
-        self._step_m = min(max(step_m, STEP_LEAST * stroke_m), stroke_m)
+        self._step_m = min(max(way_m / burst, STEP_LEAST * stroke_m), stroke_m)

@@ -30,7 +30,7 @@ class RemoteLoop:
         self._response_s = response_s
         self._loop: PositionLoop | None = None
         self._target_m = math.nan
-        self._free_ns = 0
+        self._free_ns = self._last_ns = 0
         self._jumps = False
         self._is_busy = False
         self.error_m = math.nan
@@ -59,6 +59,7 @@ class RemoteLoop:
             The reading, m; one that is not a number is waited out.
 
         """
+        self._notice_restart(time_ns)
         self.error_m = self._target_m - position_m
         if math.isnan(self.error_m) or time_ns < self._free_ns:
             return None
@@ -69,6 +70,12 @@ class RemoteLoop:
             busy_s = abs(steps) / self._frequency_hz + self._response_s
             self._free_ns = time_ns + to_nanoseconds(busy_s)
         return action
+
+    def _notice_restart(self, time_ns: int) -> None:
+        """Begin anew where time goes back: the drive was configured again."""
+        if time_ns < self._last_ns:
+            self._loop, self._free_ns = None, 0
+        self._last_ns = time_ns
 
     def _act(self, position_m: float) -> Steps | Level:
         """Decide; the first decision is to take the piezo to its middle, wherever it is."""

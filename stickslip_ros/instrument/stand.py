@@ -134,9 +134,9 @@ class Stand:
             )
         return trace
 
-    def ramps_since(self, cycle: int) -> Array:
-        """Return start, mean and end (m) of the ramps that ended from a cycle on."""
-        if cycle == self.state.clock.cycle:
+    def ramps_since(self, wave: Wave, cycle: int) -> Array:
+        """Return start, mean and end (m) of the ramps that ended from a cycle of a wave on."""
+        if cycle == self.state.clock.cycle or len(wave.rows) > 0:
             return NO_RAMPS
         cycles = np.arange(cycle, self.state.clock.cycle)
         ramps: Array = self._ramps[cycles % len(self._ramps)]

@@ -40,6 +40,7 @@ SETTINGS = {
     'share': (0.05, 1e-4, 1.0, 'share of the error that each reading takes back while scanning'),
     'tolerance': (2e-9, 1e-12, 1e-3, 'distance from the target that counts as in position, m'),
     'response_time': (0.015, 0.0, 10.0, 'time from a command until its effect has settled, s'),
+    'block': (STAND.sim.block, 1e-4, 0.1, "lockstep: the drive's sim.block, s"),
 }
 """Parameters of the controller: default, bounds, meaning."""
 LOCKSTEP = ParameterDescriptor(
@@ -77,8 +78,7 @@ class PositionController(Node):
         self._told: bool | None = None
         self.create_subscription(PointStamped, '~/target', self._on_target, command)
         if self.declare_parameter('lockstep', False, LOCKSTEP).value:
-            block_s = Parameters().sim.block
-            self._lockstep = LockstepClient(self, block_s, self._answer)
+            self._lockstep = LockstepClient(self, values['block'], self._answer)
         else:
             self._steps = self.create_publisher(Int32, 'command/steps', command)
             self._voltage = self.create_publisher(Float64, 'command/voltage', command)

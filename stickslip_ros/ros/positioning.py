@@ -62,10 +62,18 @@ class ScriptedController(PositionController):
         Positions to go to, m.
     load_n : float
         Load on the last one, N; 0 is none.
+    stand : Parameters
+        The stand that it shall know.
 
     """
 
-    def __init__(self, targets_m: Sequence[float], load_n: float, **node_arguments: Any) -> None:
+    def __init__(
+        self,
+        targets_m: Sequence[float],
+        load_n: float,
+        stand: Parameters,
+        **node_arguments: Any,
+    ) -> None:
         self.legs: list[Leg] = []
         self.readings = 0
         self._plan = [(target_m, 0.0) for target_m in targets_m]
@@ -73,8 +81,9 @@ class ScriptedController(PositionController):
             self._plan.append((targets_m[-1], load_n))
         self._begun_s: float | None = None
         self._arrival_s: float | None = None
-        lockstep = [Parameter('lockstep', value=True)]
-        super().__init__(parameter_overrides=lockstep, **node_arguments)
+        values = {'lockstep': True} | _known_of(stand)
+        overrides = [Parameter(name, value=value) for name, value in values.items()]
+        super().__init__(parameter_overrides=overrides, **node_arguments)
 
     @property
     def is_done(self) -> bool:
@@ -108,6 +117,18 @@ class ScriptedController(PositionController):
         elif time_s - arrival_s >= HOLD_S:
             self.legs.append(Leg(target_m, load_n, begun_s, self._arrival_s or time_s, time_s))
             self._begun_s = None
+
+
+def _known_of(stand: Parameters) -> dict[str, float]:
+    """Return the parameters of a controller that are properties of its stand."""
+    return {
+        'gain': stand.actuator.gain,
+        'voltage_min': stand.amplifier.voltage_min,
+        'voltage_max': stand.amplifier.voltage_max,
+        'step_amplitude': stand.step.amplitude,
+        'step_frequency': stand.step.frequency,
+        'block': stand.sim.block,
+    }
 
 
 def run_positioning(
@@ -157,7 +178,7 @@ def run_positioning(
     context = Context()
     rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
     try:
-        return _run(stand, ScriptedController(targets_m, load_n, context=context), context)
+        return _run(stand, ScriptedController(targets_m, load_n, stand, context=context), context)
     finally:
         context.try_shutdown()
 

@@ -175,6 +175,39 @@ def test_zeroing_the_position_opens_the_loop(bench_with):
     ]
 
 
+@pytest.mark.parametrize('velocity', [0.0, 50e-6])
+def test_a_target_right_after_the_reading_came_back_is_reached(bench_with, velocity):
+    bench = bench_with(closed_loop__velocity=velocity, fault__interferometer='dropout')
+    requests = {2 * MS: [Request('clear_faults'), go_to(8e-6)]}
+    told = drive_bench(bench, 400 * MS, requests)
+    assert [event.result for event in told.events] == [Result.DONE, Result.DONE]
+
+
+def test_a_hold_that_was_pushed_far_away_steps_back(bench_with):
+    bench = bench_with()
+    drive_bench(bench, 100 * MS, {0: [go_to(300e-9)]})
+    told = drive_bench(bench, 500 * MS, {0: [load(0.45)], 2 * MS: [load(0.0)]})
+    errors = np.abs(errors_m(told, 300e-9))
+    assert errors.max() > 5e-6  # more than blocked_time's worth of steps
+    assert [event.command for event in told.events] == ['load', 'load']
+    assert errors[-1] < TOLERANCE_M
+
+
+def test_a_pass_through_the_target_is_no_arrival(bench_with):
+    bench = bench_with(closed_loop__settle_time=0.0, closed_loop__tolerance=100e-9)
+    told = drive_bench(bench, 200 * MS, {0: [go_to(5e-6)]})
+    (event,) = told.events
+    assert event.result is Result.DONE
+    held = errors_m(told, 5e-6)[event.time_ns // MS :]
+    assert np.abs(held).max() < 200e-9
+
+
+def test_a_target_beyond_all_steps_is_gone_for_until_the_timeout(bench_with):
+    bench = bench_with(closed_loop__timeout=5e-3)
+    told = drive_bench(bench, 8 * MS, {0: [go_to(1.7e308)]})
+    assert [event.result for event in told.events] == [Result.TIMEOUT]
+
+
 GAIN_M_PER_V = 160e-9 / 300.0
 LOOP = LoopSettings(GAIN_M_PER_V, 0.0, 300.0, 300.0, share=0.2, deadband_m=1e-9)
 
@@ -266,3 +299,18 @@ def test_the_remote_loop_waits_for_a_target_and_for_a_reading():
     assert remote.update(MS, float('nan')) is None
     assert not remote.in_position
     assert remote.update(2 * MS, 0.0) == Level(150.0)
+
+
+def test_the_remote_loop_begins_anew_when_the_time_of_the_drive_does():
+    remote = RemoteLoop(LOOP, 1000.0, 0.01)
+    remote.aim(1e-3)
+    assert remote.update(10_000 * MS, 0.0) == Level(150.0)
+    assert isinstance(remote.update(10_020 * MS, 0.0), Steps)
+    assert remote.update(MS, 0.0) == Level(150.0)
+    assert remote.update(5 * MS, 0.0) is None
+    assert isinstance(remote.update(20 * MS, 0.0), Steps)
+
+
+def test_no_burst_is_longer_than_a_message_can_carry():
+    loop = PositionLoop(LOOP, 150.0)
+    assert loop.update(-1e9, 0.0) == Steps(-(2**31 - 1))

@@ -188,3 +188,29 @@ def test_a_run_with_faults_is_the_same_to_the_bit(stand):
 def test_a_bad_fault_is_refused(name, value, kind):
     with pytest.raises(kind):
         check_request(Request('fault', settings=((name, value),)), Parameters())
+
+
+def test_a_fault_that_the_stand_cannot_have_is_refused_and_changes_nothing(stand):
+    bench = Bench(stand.updated(FREE | {'contact.law': 'coulomb'}))
+    told = drive_bench(bench, 3 * MS, {MS: [fault(dead_foot=1), steps(1)]})
+    assert [(e.command, e.result) for e in told.events] == [
+        ('fault', Result.INVALID_PARAMETER),
+        ('steps', Result.DONE),
+    ]
+    assert 'rigid law of Coulomb' in told.events[0].message
+    assert bench.faults.names == ()
+    assert not told.status[-1] & Status.FAULT
+
+
+def test_a_reset_ends_delayed_commands_with_an_event_each(bench):
+    requests = {
+        0: [fault(command_delay=5e-3), steps(5), Request('preload', (0.6,))],
+        2 * MS: [Request('reset')],
+    }
+    told = drive_bench(bench, 8 * MS, requests)
+    assert [(e.number, e.result, e.message) for e in told.events[1:]] == [
+        (2, Result.ABORTED, 'reset by command 4'),
+        (3, Result.ABORTED, 'reset by command 4'),
+        (4, Result.DONE, ''),
+    ]
+    assert not told.status[2] & Status.MOVE_DELAYED

@@ -156,3 +156,21 @@ def test_the_zero_of_position_and_force_can_be_set(stand):
     assert zeroed.status[-1] & Status.IS_REFERENCED
     assert readings.truth_position_m > 100e-9
     assert readings.truth_force_n > 0.01
+
+
+@pytest.mark.parametrize('sign', [1, -1])
+def test_moves_that_begin_beyond_a_soft_limit_do_not_go_on_outwards(bench_with, sign):
+    bench = bench_with(limits__soft_min=-1e-6, limits__soft_max=1e-6)
+    requests = {n * MS: [jog(sign * 1000.0)] for n in range(60)}
+    told = drive_bench(bench, 60 * MS, requests)
+    assert abs(told.trace[-1, POSITION]) < 1e-6 + 2 * STEP_M
+    later = [event for event in told.events if event.time_ns > told.events[0].time_ns]
+    assert later
+    assert {(e.result, e.steps) for e in later} == {(Result.RANGE_LIMIT_REACHED, 0)}
+    assert told.status[-1] & Status.MOVEMENT_FAILED
+
+
+def test_a_waveform_makes_no_steps_and_no_ramps(bench_with):
+    told = drive_bench(bench_with(), 5 * MS, {0: [waveform((0.0, 0.0), (2e-3, 100.0))]})
+    assert [(event.result, event.steps) for event in told.events] == [(Result.DONE, 0)]
+    assert len(told.ramps) == 0
