@@ -24,6 +24,7 @@ class Result(Enum):
     TIMEOUT = 'TIMEOUT'
     NO_SENSOR = 'NO_SENSOR'
     AMPLIFIER_DISABLED = 'AMPLIFIER_DISABLED'
+    RECORDING_FAILED = 'RECORDING_FAILED'
 
 
 RESULT_TEXTS = {
@@ -36,6 +37,7 @@ RESULT_TEXTS = {
     Result.TIMEOUT: 'closed loop gave up: closed_loop.timeout passed before it was in position',
     Result.NO_SENSOR: 'closed loop gave up: the position reading is no number',
     Result.AMPLIFIER_DISABLED: 'refused or stopped: the amplifier is off',
+    Result.RECORDING_FAILED: 'the disk took no more: the recording has stopped, the drive has not',
 }
 
 
@@ -99,7 +101,7 @@ class Event:
     time_ns : int
         Simulated time.
     number : int
-        Number of the command since the start, from 1.
+        Number of the command since the start, from 1; 0 for what nobody commanded.
     command : str
         Its name.
     result : Result

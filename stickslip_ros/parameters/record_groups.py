@@ -64,3 +64,6 @@ class RecordParameters(Checked):
         ASSUMED,
         'simulated time after which the run goes on in a next file; 0: never',
     )
+    experiment: str = words(
+        '', ASSUMED, 'CSV of an experiment that each recording carries, to be compared with it'
+    )

@@ -57,7 +57,7 @@ def data_digest(recording: Recording) -> str:
     """Return the SHA-256 of all messages of a recording, in the order of the file."""
     digest = hashlib.sha256()
     for entry in _entries(recording):
-        digest.update(repr(entry[:4]).encode())
+        digest.update(repr((*entry[:4], len(entry.data))).encode())
         digest.update(entry.data)
     return digest.hexdigest()
 

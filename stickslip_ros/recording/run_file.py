@@ -9,7 +9,7 @@ from importlib import metadata as installed
 from pathlib import Path
 
 import stickslip_ros
-from stickslip_ros.errors import OutOfRange
+from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.reports import STATUS_TEXTS, TRACE_COLUMNS
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.channels import Channel, Qos
@@ -25,6 +25,8 @@ TOPICS_RECORD = 'stickslip_topics'
 docs/interface.md was recorded, as JSON by its key."""
 PARAMETERS_FILE = 'parameters.yaml'
 """Name of the attachment with every parameter."""
+EXPERIMENT_FILE = 'experiment.csv'
+"""Name of the attachment under which a recording carries its experiment."""
 WALL_TIME = '%Y-%m-%dT%H:%M:%S.%fZ'
 
 
@@ -86,7 +88,7 @@ def open_recorder(path: Path, parameters: Parameters, channels: Mapping[str, Cha
     Raises
     ------
     RecordingError
-        If the file exists or cannot be written.
+        If the file exists or cannot be written, or the experiment cannot be read.
     OutOfRange
         If it is to be split into parts that are smaller than a chunk.
 
@@ -103,11 +105,24 @@ def open_recorder(path: Path, parameters: Parameters, channels: Mapping[str, Cha
         list(channels.values()),
         metadata={RUN_RECORD: run, TOPICS_RECORD: _describe(channels)},
         attachments={
-            PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode())
+            PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode()),
+            **_experiment_of(parameters),
         },
         form=_form(parameters),
         queue_length=parameters.record.queue_length,
     )
+
+
+def _experiment_of(parameters: Parameters) -> dict[str, tuple[str, bytes]]:
+    """Return the experiment that the recording shall carry, if there is one."""
+    if not parameters.record.experiment:
+        return {}
+    path = Path(parameters.record.experiment)
+    try:
+        return {EXPERIMENT_FILE: ('text/csv', path.read_bytes())}
+    except OSError as error:
+        problem = f'cannot be read ({error.strerror})'
+        raise RecordingError(path, problem, 'check record.experiment') from None
 
 
 def _describe(channels: Mapping[str, Channel]) -> dict[str, str]:

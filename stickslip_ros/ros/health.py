@@ -108,7 +108,7 @@ def connection_status(name: str, misfits: Mapping[str, int]) -> DiagnosticStatus
 def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     """Return the state of the recording."""
     title = f'{name}: recorder'
-    writer = session.writer
+    writer = session.writer or session.failed_writer
     if writer is None:
         return _status(title, OK, 'not recording', {})
     recorder, length = writer.recorder, session.parameters.record.queue_length

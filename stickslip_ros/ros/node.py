@@ -14,6 +14,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.run_file import info_json
+from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import NODE_NAME, Topic
 from stickslip_ros.ros import health
 from stickslip_ros.ros.connections import Connections
@@ -139,7 +140,7 @@ class StickSlipDrive(LifecycleNode):
         return result
 
     def _build(self, parameters: Any) -> Session:
-        return Session(parameters, self._topics.publish, self._on_faults)
+        return Session(parameters, self._topics.publish, self._on_faults, self._on_lost_recording)
 
     def _up_to_date(self) -> Session:
         """Return the drive, built anew if its parameters were changed while it was inactive."""
@@ -243,6 +244,12 @@ class StickSlipDrive(LifecycleNode):
 
     def _on_faults(self, faults: Faults) -> None:
         self._send_diagnostics([health.fault_status(self._full_name, faults)])
+
+    def _on_lost_recording(self, writer: RunWriter) -> None:
+        why = f'{writer.recorder.path} has stopped: {writer.recorder.error}'
+        self.get_logger().error(f'{why}; the drive goes on')
+        if self._session is not None:
+            self._send_diagnostics([health.recorder_status(self._full_name, self._session)])
 
     def _publish_diagnostics(self) -> None:
         session = self._active

@@ -67,9 +67,16 @@ def end_recording(session: Session, logger: Any) -> str:
 
     """
     if session.writer is None:
-        raise StickSlipError('not recording')
+        raise StickSlipError(_why_not_recording(session))
     ended = await_reply(session.exchange_recording(None))
     return '' if ended is None else close_recording(ended, logger)
+
+
+def _why_not_recording(session: Session) -> str:
+    failed = session.failed_writer
+    if failed is None:
+        return 'not recording'
+    return f'{failed.recorder.path} has stopped: {failed.recorder.error}'
 
 
 def await_reply(reply: 'Future[T]') -> T:

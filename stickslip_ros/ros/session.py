@@ -44,6 +44,8 @@ class Session:
         Receives every packed message, on the session's thread.
     on_faults : callable
         Receives the faults of the moment whenever they change, on the session's thread.
+    on_failure : callable
+        Receives a recording that has just failed, on the session's thread.
 
     Raises
     ------
@@ -57,6 +59,7 @@ class Session:
         parameters: Parameters,
         publish: Publish,
         on_faults: Callable[[Faults], None] = lambda _: None,
+        on_failure: Callable[[RunWriter], None] = lambda _: None,
     ) -> None:
         self.parameters = parameters
         lockstep = parameters.sim.lockstep
@@ -64,7 +67,7 @@ class Session:
             parameters.sim.block, 0.0 if lockstep else parameters.sim.real_time_factor
         )
         self.failure: BaseException | None = None
-        self._worker = Worker(parameters, publish, on_faults)
+        self._worker = Worker(parameters, publish, on_faults, on_failure)
         self._changed = threading.Condition()
         self._permit = Permit(parameters.block_ns, lockstep=lockstep)
         self._orders = Orders(by_topic=lockstep)
@@ -88,6 +91,11 @@ class Session:
     def writer(self) -> RunWriter | None:
         """The recording in progress."""
         return self._worker.writer
+
+    @property
+    def failed_writer(self) -> RunWriter | None:
+        """The recording that the disk has ended, until another one begins."""
+        return self._worker.failed
 
     @property
     def faults(self) -> Faults:

@@ -8,8 +8,9 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
-from stickslip_ros.instrument.reports import Output
+from stickslip_ros.instrument.reports import Event, Output, Result
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
+from stickslip_ros.recording.cdr import pack_string
 from stickslip_ros.recording.cdr_fields import HEADER, NS_PER_S
 from stickslip_ros.recording.feed import Feed, Packed
 from stickslip_ros.recording.run_writer import NOTE_KEY, RunWriter, pack_effect
@@ -32,6 +33,8 @@ class Worker:
         Receives every packed message.
     on_faults : callable
         Receives the faults of the moment whenever they change.
+    on_failure : callable
+        Receives a recording that has just failed.
 
     Attributes
     ----------
@@ -39,6 +42,8 @@ class Worker:
         The drive.
     writer : RunWriter or None
         The recording in progress.
+    failed : RunWriter or None
+        The recording that the disk has ended, until another one begins.
     status : Status
         Of the drive, as last told.
 
@@ -50,7 +55,11 @@ class Worker:
     """
 
     def __init__(
-        self, parameters: Parameters, publish: Publish, on_faults: Callable[[Faults], None]
+        self,
+        parameters: Parameters,
+        publish: Publish,
+        on_faults: Callable[[Faults], None],
+        on_failure: Callable[[RunWriter], None] = lambda _: None,
     ) -> None:
         self._schedule = _schedule_of(parameters)
         self._block_ns = parameters.block_ns
@@ -59,9 +68,11 @@ class Worker:
         self.bench = Bench(parameters)
         self.status = self.bench.status
         self.writer: RunWriter | None = None
+        self.failed: RunWriter | None = None
         self._feed = Feed(parameters)
         self._publish = publish
         self._on_faults = on_faults
+        self._on_failure = on_failure
         self._seen_faults: FaultParameters | None = None
         self._told_faults: Faults = {}
 
@@ -119,6 +130,7 @@ class Worker:
     def _exchange(self, writer: RunWriter | None) -> RunWriter | None:
         previous, self.writer = self.writer, writer
         if writer is not None:
+            self.failed = None
             writer.begin(self.bench.time_ns, self.status)
         return previous
 
@@ -131,6 +143,17 @@ class Worker:
             self._publish(packed)
             if self.writer is not None:
                 self.writer.write(packed)
+        self._watch_recording()
+
+    def _watch_recording(self) -> None:
+        """Let go of a recording that the disk has ended, and say so; nothing else changes."""
+        if self.writer is None or self.writer.recorder.error is None:
+            return
+        self.failed, self.writer = self.writer, None
+        why = str(self.failed.recorder.error)
+        event = Event(self.bench.time_ns, 0, 'recording', Result.RECORDING_FAILED, message=why)
+        self._publish(Packed('event', event.time_ns, pack_string(event.to_json())))
+        self._on_failure(self.failed)
 
 
 def _pack_clock(time_ns: int) -> bytes:

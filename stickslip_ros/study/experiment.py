@@ -15,8 +15,6 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.parameters import Spec, spec_of
 from stickslip_ros.study.sweep import AMPLITUDE, FREQUENCY
 
-EXPERIMENT_FILE = 'experiment.csv'
-"""Name of the attachment under which a recording carries its experiment."""
 BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
 COMMENT, SIGMA = '#', '_sigma_'
 

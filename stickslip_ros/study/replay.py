@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip_ros.errors import RecordingError
+from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.checks import check_request
 from stickslip_ros.instrument.commands import Request
@@ -19,6 +19,7 @@ from stickslip_ros.recording.fingerprint import Difference, compare_data, data_d
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.request_log import channels_of, recorded_requests
 from stickslip_ros.recording.run_file import PARAMETERS_FILE
+from stickslip_ros.recording.run_storage import CLOSING_RECORD
 from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import recorded_channels
 from stickslip_ros.study.drive_input import DriveInput
@@ -96,7 +97,7 @@ def replay(
     Raises
     ------
     RecordingError
-        If the recording has no parameters, or began after the run did.
+        If the recording has no parameters, lacks messages, or began after the run did.
     StickSlipError
         If a parameter is refused.
 
@@ -116,11 +117,14 @@ def replay(
     for time_ns, request in recorded_requests(recording):
         due[time_ns - begin_ns].append(request)
     changed = dict(changes or {})
+    _refuse_schedule(changed)
     stand = parameters.updated(changed)
-    written = _record(stand, output, channels_of(recording), due, last_ns - begin_ns, progress)
+    checked = {name: stand.flat()[name] for name in changed}
+    channels = _channels_for(recording, stand)
+    written = _record(stand, output, channels, due, last_ns - begin_ns, progress)
     difference = compare_data(recording, Recording(written))
     return _summarise(
-        source, written, due, last_ns - begin_ns, changed, difference=difference, compared=True
+        source, written, due, last_ns - begin_ns, checked, difference=difference, compared=True
     )
 
 
@@ -223,10 +227,34 @@ def _span(recording: Recording) -> tuple[int, int]:
     [channel] = [each for each in recording.channels if each.topic == name]
     if channel.first_ns is None or channel.last_ns is None:
         raise RecordingError(recording.path, 'holds no position', 'record a longer run')
-    if channel.gaps:
-        problem = f'lacks {channel.gaps} messages of {name}'
+    for topic, lost in _losses(recording).items():
+        problem = f'lacks {lost} messages of {topic}'
         raise RecordingError(recording.path, problem, 'record with a longer record.queue_length')
     return channel.first_ns, channel.last_ns
+
+
+def _losses(recording: Recording) -> dict[str, int]:
+    """Return how many messages were lost, by topic: between others, or at the end."""
+    closing = recording.metadata.get(CLOSING_RECORD, {})
+    lost = {
+        each.topic: max(each.gaps, int(closing.get(f'dropped {each.topic}', '0')))
+        for each in recording.channels
+    }
+    return {topic: count for topic, count in lost.items() if count}
+
+
+def _channels_for(recording: Recording, stand: Parameters) -> dict[str, Channel]:
+    """Return the channels as they were recorded, and those that only the new stand has."""
+    known = channels_of(recording)
+    new = {key: each for key, each in recorded_channels(stand).items() if key not in known}
+    return {**known, **new}
+
+
+def _refuse_schedule(changed: Mapping[str, object]) -> None:
+    if 'fault.schedule' in changed:
+        limit = 'without effect: a replay takes its faults from the recording'
+        mend = 'leave it away, or record a new run with it'
+        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, mend)
 
 
 def _run(
@@ -249,3 +277,5 @@ def _run(
             writer.write(packed)
         if progress is not None:
             progress(bench.time_ns, end_ns)
+    for time_ns in waiting:  # asked after the last block: of a held drive, for example
+        writer.write_requests(due[time_ns], bench.time_ns)

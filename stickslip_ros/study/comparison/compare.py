@@ -7,6 +7,7 @@ from pathlib import Path
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.recording.integrity import MAGIC
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 from stickslip_ros.study.batch import Progress
 from stickslip_ros.study.comparison.by_amplitude import compare_points
 from stickslip_ros.study.comparison.in_time import (
@@ -32,7 +33,6 @@ from stickslip_ros.study.comparison.result import (
     differences_of,
 )
 from stickslip_ros.study.experiment import (
-    EXPERIMENT_FILE,
     OVER_TIME,
     Experiment,
     parse_experiment,

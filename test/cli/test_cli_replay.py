@@ -1,0 +1,92 @@
+"""``stickslip replay`` does what docs/replay.md says, with the commands that stand there."""
+
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+
+from stickslip_ros.cli.main import main
+from stickslip_ros.recording.reader import Recording
+
+DOCS = Path(__file__).parents[2] / 'docs' / 'replay.md'
+MEASURED = 'time_s,voltage_v\n0.0,10.0\n0.005,60.0\n0.010,20.0\n'
+
+
+def commands() -> list[list[str]]:
+    """Give the commands of the page, in its order."""
+    lines = DOCS.read_text(encoding='utf-8').splitlines()
+    return [shlex.split(line)[1:] for line in lines if line.startswith('stickslip ')]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / 'measured.csv').write_text(MEASURED, encoding='utf-8')
+    return tmp_path
+
+
+@pytest.fixture
+def run(folder: Path) -> Path:
+    """Give a recording, made as the page says."""
+    assert main(commands()[0]) == 0
+    return folder / 'run.mcap'
+
+
+def test_the_commands_of_the_page_work_in_their_order(folder: Path):
+    assert len(commands()) == 6
+    for words in commands():
+        assert main(words) == 0, words
+    files = {'run.mcap', 'again.mcap', 'softer.mcap', 'measured.mcap', 'measured.csv'}
+    assert {path.name for path in folder.iterdir()} == files
+
+
+def test_a_replay_says_that_the_data_are_identical(run: Path, capsys: pytest.CaptureFixture):
+    capsys.readouterr()
+    assert main(['replay', str(run)]) == 0
+    assert 'the data section is identical, byte for byte' in capsys.readouterr().out
+    assert main(['replay', str(run), '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['identical'] is True
+    assert told['requests'] == 1
+
+
+def test_another_stand_is_told_with_what_changed(run: Path, capsys: pytest.CaptureFixture):
+    capsys.readouterr()
+    assert main(['replay', str(run), '--set', 'stand.preload=0.25', '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['identical'] is False
+    assert told['changed'] == {'stand.preload': 0.25}
+    assert told['difference'] is not None
+
+
+def test_what_cannot_be_replayed_is_one_line_and_status_2(
+    run: Path, capsys: pytest.CaptureFixture
+):
+    capsys.readouterr()
+    assert main(['replay', 'measured.csv']) == 2
+    assert 'give the recording to write with -o' in capsys.readouterr().err
+    assert main(['replay', str(run), '-o', str(run)]) == 2
+    assert 'it exists and is not overwritten' in capsys.readouterr().err
+    assert main(['replay', 'nowhere.mcap']) == 2
+    assert 'nowhere.mcap' in capsys.readouterr().err
+
+
+def test_a_recording_carries_its_experiment_and_is_compared_with_it(
+    folder: Path, capsys: pytest.CaptureFixture
+):
+    words = [*commands()[0], '--set', 'record.experiment=measured.csv']
+    assert main(words) == 0
+    attached = Recording('run.mcap').attachments['experiment.csv']
+    assert attached == ('text/csv', MEASURED.encode())
+    assert main(['compare', 'run.mcap', '--json']) == 0
+    assert 'run.mcap experiment.csv' in capsys.readouterr().out
+
+
+def test_an_experiment_that_cannot_be_read_is_refused_before_the_run(
+    folder: Path, capsys: pytest.CaptureFixture
+):
+    words = [*commands()[0], '--set', 'record.experiment=nowhere.csv']
+    assert main(words) == 2
+    assert 'nowhere.csv: cannot be read (No such file or directory)' in capsys.readouterr().err
+    assert not (folder / 'run.mcap').exists()

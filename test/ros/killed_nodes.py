@@ -1,0 +1,74 @@
+"""
+Starts recording nodes in child processes and kills each at a random moment.
+
+Started by test_node_kill.py with a folder, a domain, the first number and how many; prints one
+JSON line per kill. Importing and compiling is done once, before the children are forked.
+
+"""
+
+import json
+import os
+import random
+import signal
+import sys
+import time
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.ros.node import StickSlipDrive
+
+FLUSH_PERIOD_S = 0.2
+EARLIEST_S, LATEST_S = 0.1, 1.6
+
+
+def run_node(folder: str, domain: int, number: int, pipe: int) -> None:
+    """Be the node, recording in real time from its activation on; never return."""
+    rclpy.init(args=['--ros-args', '-r', f'__ns:=/n{number}'], domain_id=domain)
+    values = {
+        'record.directory': folder,
+        'record.name': f'run{number}',
+        'record.on_start': True,
+        'record.flush_period': FLUSH_PERIOD_S,
+        'sim.seed': number,
+    }
+    overrides = [Parameter(name, value=value) for name, value in values.items()]
+    node = StickSlipDrive(parameter_overrides=overrides)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    os.write(pipe, b'.')
+    executor.spin()
+
+
+def kill_one(folder: str, domain: int, number: int, moment_s: float) -> dict:
+    """Start a node, kill it so long after its activation, and say when that was."""
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(reading)
+        run_node(folder, domain, number, writing)
+    os.close(writing)
+    os.read(reading, 1)
+    time.sleep(moment_s)
+    killed_ns = time.monotonic_ns()
+    os.kill(child, signal.SIGKILL)
+    _, status = os.waitpid(child, 0)
+    os.close(reading)
+    return {'number': number, 'killed_ns': killed_ns, 'killed': os.WIFSIGNALED(status)}
+
+
+def main(folder: str, domain: str, first: str, count: str) -> None:
+    """Kill as many nodes as asked for."""
+    bench = Bench(Parameters())
+    bench.update(bench.parameters.block_ns)
+    moments = random.Random(int(first))
+    for number in range(int(first), int(first) + int(count)):
+        moment_s = moments.uniform(EARLIEST_S, LATEST_S)
+        sys.stdout.write(json.dumps(kill_one(folder, int(domain), number, moment_s)) + '\n')
+
+
+if __name__ == '__main__':
+    main(*sys.argv[1:])
