@@ -6,6 +6,7 @@
 DISTRO ?= jazzy
 PYTHON ?= python3
 ARGS   ?=
+WORKERS ?= 2
 
 ifeq ($(filter $(DISTRO),jazzy kilted),)
 $(error DISTRO is $(DISTRO); there are locks for jazzy and kilted)
@@ -38,7 +39,7 @@ demo: $(VENV)/project.stamp ## run the instrument once: runs/demo.mcap and runs/
 	$(BIN)/stickslip demo $(ARGS)
 
 test: $(VENV)/project.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile $(ARGS)
 
 lint: $(VENV)/project.stamp ## style, types, import contracts and package.xml
 	$(BIN)/ruff check .

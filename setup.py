@@ -71,6 +71,7 @@ setup(
             'pytest',
             'pytest-cov',
             'pytest-timeout',
+            'pytest-xdist',
             'hypothesis',
             'rosbags',
             'mcap-ros2-support',

@@ -145,6 +145,9 @@ def test_every_fault_comes_and_goes_by_schedule(launch: Callable[..., Any], tmp_
     stand = launch({'sim.lockstep': True, 'fault.schedule': str(path)}, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
+    # The run is over in a moment: the drive must know who listens before it begins.
+    notes = stand.drive._topics._offered['request']
+    operator.spin_until(lambda: notes.get_subscription_count() > 0, 'the connection')
     operator.grant(0.3, 0)
     operator.spin_until(lambda: len(operator.requests) > len(FAULTS), 'the schedule')
     told = [each['settings'] for each in operator.requests]
