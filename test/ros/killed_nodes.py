@@ -39,12 +39,15 @@ def run_node(folder: str, domain: int, number: int, pipe: int) -> None:
     node = StickSlipDrive(parameter_overrides=overrides)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    position = node._topics._offered['position']
+    while not position.get_subscription_count():
+        executor.spin_once(timeout_sec=0.02)
     os.write(pipe, b'.')
     executor.spin()
 
 
 def kill_one(folder: str, domain: int, number: int, moment_s: float) -> dict:
-    """Start a node, kill it so long after its activation, and say when that was."""
+    """Start a node, kill it so long after somebody listens, and say when that was."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
