@@ -13,7 +13,12 @@ import pytest
 
 from stickslip_ros.cli.main import main
 
-PROGRAM = 'import sys; from stickslip_ros.cli.main import main; sys.exit(main())'
+PROGRAM = """\
+import signal, sys
+from stickslip_ros.cli.main import main
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a job in the background ignores it
+sys.exit(main())
+"""
 PATIENCE_S = 120.0
 """For a program that must compile its kernels first."""
 LOOK_S = 0.005
