@@ -22,7 +22,7 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.ros.node import StickSlipDrive
 
 FLUSH_PERIOD_S = 0.2
-EARLIEST_S, LATEST_S = 0.1, 1.6
+EARLIEST_S, LATEST_S = 0.1, 2.4
 
 
 def run_node(folder: str, domain: int, number: int, pipe: int) -> None:
