@@ -15,18 +15,27 @@ import time
 
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.parameter import Parameter
+from std_msgs.msg import Float64MultiArray
 
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.ros.node import StickSlipDrive
 
 FLUSH_PERIOD_S = 0.2
-EARLIEST_S, LATEST_S = 0.1, 2.4
+SAWTOOTH = (200.0, 500.0, 0.0)
+EARLIEST_S, LATEST_S = 0.1, 1.6
 
 
 def run_node(folder: str, domain: int, number: int, pipe: int) -> None:
-    """Be the node, recording in real time from its activation on; never return."""
+    """
+    Be the node, recording in real time from its activation on; never return.
+
+    Every second one moves. Its command comes from the same process: a publisher of another one
+    may have heard of this drive for seconds before the drive hears of it, and is not heard then.
+
+    """
     rclpy.init(args=['--ros-args', '-r', f'__ns:=/n{number}'], domain_id=domain)
     values = {
         'record.directory': folder,
@@ -39,11 +48,22 @@ def run_node(folder: str, domain: int, number: int, pipe: int) -> None:
     node = StickSlipDrive(parameter_overrides=overrides)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
+    _commander = command_sawtooth() if number % 2 else None
     position = node._topics._offered['position']
     while not position.get_subscription_count():
         executor.spin_once(timeout_sec=0.02)
     os.write(pipe, b'.')
     executor.spin()
+
+
+def command_sawtooth() -> Node:
+    """Command a sawtooth over the topic; the node is to be kept."""
+    commander = Node('commander')
+    sawtooth = commander.create_publisher(Float64MultiArray, 'command/sawtooth', 10)
+    while not sawtooth.get_subscription_count():
+        time.sleep(0.01)
+    sawtooth.publish(Float64MultiArray(data=SAWTOOTH))
+    return commander
 
 
 def kill_one(folder: str, domain: int, number: int, moment_s: float) -> dict:
