@@ -1,5 +1,6 @@
 """Kernels: what both sensors do last: break down, subtract the zero, and quantise."""
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -37,8 +38,14 @@ class Fault(NamedTuple):
 NO_FAULT = Fault(WORKS, 0.0)
 
 
+@lru_cache(maxsize=64)
 def fault_of(word: str, offset: float) -> Fault:
-    """Return the fault that ``none``, ``freeze`` or ``dropout`` and an offset mean."""
+    """
+    Return the fault that ``none``, ``freeze`` or ``dropout`` and an offset mean.
+
+    The same ones give the same object, so that kernels need not look at it again.
+
+    """
     return Fault(CONDITIONS[word], offset)
 
 

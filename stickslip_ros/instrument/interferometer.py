@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.repeated import Repeated
 from stickslip_ros.instrument.display import (
     INTERFEROMETER_STREAM,
     NO_FAULT,
@@ -36,6 +37,7 @@ class Interferometer:
 
     def __init__(self, parameters: Parameters) -> None:
         self._optics = _optics_of(parameters.interferometer, parameters.trace.sample_rate)
+        self._read = Repeated(read_positions, records=3)
         self._seed = parameters.sim.seed
         self._past = np.zeros(math.ceil(self._optics.lag) + 3)
         self.reset()
@@ -88,7 +90,7 @@ class Interferometer:
         readings = self._noise.standard_normal(len(truth))
         walks = self._walk.standard_normal(len(truth) if self._optics.walk > 0.0 else 0)
         self._fault = fault_of(fault.interferometer, fault.interferometer_offset)
-        self._beam = read_positions(
+        self._beam = self._read(
             self._optics,
             self._fault,
             self._beam,

@@ -7,6 +7,7 @@ import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.repeated import Repeated
 from stickslip_ros.instrument.display import (
     LOAD_CELL_STREAM,
     Fault,
@@ -93,6 +94,7 @@ class LoadCell:
 
     def __init__(self, parameters: Parameters) -> None:
         self._cell = _cell_of(parameters.load_cell, parameters.trace.sample_rate)
+        self._read = Repeated(read_forces, records=3)
         self._seed = parameters.sim.seed
         self._plays = np.zeros(PLAYS)
         self.reset()
@@ -132,7 +134,7 @@ class LoadCell:
 
         """
         readings = self._noise.standard_normal(len(truth))
-        self._strain = read_forces(
+        self._strain = self._read(
             self._cell,
             fault_of(fault.load_cell, fault.load_cell_offset),
             self._strain,

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.repeated import Repeated
 from stickslip_ros.drive.amplifier import has_arrived
 from stickslip_ros.drive.build import (
     change_preload,
@@ -56,6 +57,7 @@ class Stand:
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
         self._sample_s = parameters.sample_ns * NANO
+        self._observe = Repeated(observe, records=4)
         self.to_rest()
 
     @property
@@ -117,7 +119,7 @@ class Stand:
 
         """
         trace = np.empty((samples, len(TRACE_COLUMNS)))
-        self.state = observe(
+        self.state = self._observe(
             self.plant,
             self._history,
             self.state,
