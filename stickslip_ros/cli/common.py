@@ -3,21 +3,29 @@
 import argparse
 import dataclasses
 import json
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
 from stickslip_ros.parameters import Parameters, load_yaml, parse_assignments
+
+STOPPED = 130
+"""Exit status of a program that Ctrl-C has stopped."""
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add ``--json``, which every verb has."""
     parser.add_argument('--json', action='store_true', help='print one JSON object, SI units')
+
+
+def add_workers(parser: argparse._ActionsContainer) -> None:
+    """Add how many threads do the work."""
+    parser.add_argument(
+        '--workers', type=int, default=0, metavar='N', help='threads (default: one per core)'
+    )
 
 
 def add_parameters(parser: argparse.ArgumentParser) -> None:
@@ -65,16 +73,3 @@ def print_table(title: str, rows: Sequence[tuple[str, ...]], header: tuple[str, 
     for row in rows:
         table.add_row(*row)
     Console().print(table)
-
-
-def progress_bar(*, quiet: bool) -> Progress:
-    """Return a progress bar on standard error, hidden where nobody watches."""
-    return Progress(
-        TextColumn('{task.description}'),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=Console(file=sys.stderr),
-        transient=True,
-        disable=quiet or not sys.stderr.isatty(),
-    )

@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.common import (
+    STOPPED,
     add_json,
     add_parameters,
+    add_workers,
     chosen_parameters,
     print_json,
     print_table,
-    progress_bar,
 )
+from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.study.batch import Interrupted
 from stickslip_ros.study.comparison.compare import Shift, compare
@@ -23,8 +25,6 @@ from stickslip_ros.study.comparison.words import sections, sentences
 from stickslip_ros.study.report import write_report
 from stickslip_ros.study.sweep import FREQUENCY
 
-STOPPED = 130
-"""Exit status of a program that Ctrl-C has stopped."""
 SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
 
@@ -59,9 +59,7 @@ def add_verb(verbs: Any) -> None:
     model.add_argument(
         '--steps', type=int, metavar='N', help='steps of each run (default: until steady)'
     )
-    model.add_argument(
-        '--workers', type=int, default=0, metavar='N', help='threads (default: one per core)'
-    )
+    add_workers(model)
     add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)
@@ -107,14 +105,13 @@ def _compare(arguments: argparse.Namespace) -> Comparison:
     settings = ModelSettings(
         chosen_parameters(arguments), float(frequency_hz), arguments.steps or 0, arguments.workers
     )
-    with progress_bar(quiet=arguments.json) as bar:
-        task = bar.add_task('runs', total=None)
+    with shown_progress('runs', quiet=arguments.json) as progress:
         return compare(
             arguments.a,
             arguments.b,
             model=settings,
             shift=Shift(arguments.shift, arguments.align),
-            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            progress=progress,
         )
 
 

@@ -8,11 +8,12 @@ from typing import Any
 from stickslip_ros.cli.common import (
     add_json,
     add_parameters,
+    add_workers,
     chosen_parameters,
     print_json,
     print_table,
-    progress_bar,
 )
+from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.figures.make import make_tables, write_figure
 from stickslip_ros.study.figures.registry import FIGURES, chosen_figures
@@ -45,9 +46,7 @@ def add_verb(verbs: Any) -> None:
         metavar='N',
         help='points along an axis (default: what each figure needs)',
     )
-    parser.add_argument(
-        '--workers', type=int, default=0, metavar='N', help='threads (default: one per core)'
-    )
+    add_workers(parser)
     add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)
@@ -57,14 +56,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the drive, write the files, name them."""
     parameters = chosen_parameters(arguments)
     figures = chosen_figures([name for name in arguments.only.split(',') if name])
-    with progress_bar(quiet=arguments.json) as bar:
-        task = bar.add_task('runs', total=None)
+    with shown_progress('runs', quiet=arguments.json) as progress:
         tables = make_tables(
             figures,
             parameters,
             points=arguments.points,
             workers=arguments.workers,
-            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            progress=progress,
         )
     files = _write(figures, tables, parameters, arguments.out)
     if arguments.json:

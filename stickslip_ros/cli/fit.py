@@ -9,17 +9,18 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.cli.common import (
+    STOPPED,
     add_json,
     add_parameters,
+    add_workers,
     chosen_parameters,
     print_json,
     print_table,
-    progress_bar,
 )
-from stickslip_ros.cli.sweep import STOPPED
+from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters, parse_assignments
-from stickslip_ros.study.batch import Interrupted, Progress
+from stickslip_ros.study.batch import Interrupted
 from stickslip_ros.study.fitting.coverage import Coverage, coverage_of
 from stickslip_ros.study.fitting.figure import check_picture, draw_fit
 from stickslip_ros.study.fitting.fit import STARTS, Estimate, Fit, fit_drive
@@ -90,9 +91,7 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
         metavar='N',
         help='fit N synthetic data sets too, and count the intervals that hold the truth',
     )
-    parser.add_argument(
-        '--workers', type=int, default=0, metavar='N', help='threads (default: one per core)'
-    )
+    add_workers(parser)
     parser.add_argument(
         '-o',
         '--output',
@@ -138,31 +137,23 @@ def run(arguments: argparse.Namespace) -> int:
 def _fit(
     stand: Parameters, free: tuple[Free, ...], points: Points, arguments: argparse.Namespace
 ) -> tuple[Fit, tuple[Coverage, ...]]:
-    with progress_bar(quiet=arguments.json) as bar:
+    seed, workers = arguments.seed, arguments.workers
+    with shown_progress('searches', quiet=arguments.json) as progress:
         fit = fit_drive(
             stand,
             free,
             points,
             starts=arguments.starts,
-            seed=arguments.seed,
-            workers=arguments.workers,
-            progress=_shown(bar, 'searches'),
+            seed=seed,
+            workers=workers,
+            progress=progress,
         )
-        if not arguments.coverage:
-            return fit, ()
-        coverage = coverage_of(
-            fit,
-            arguments.coverage,
-            seed=arguments.seed,
-            workers=arguments.workers,
-            progress=_shown(bar, 'synthetic data sets'),
+    if not arguments.coverage:
+        return fit, ()
+    with shown_progress('synthetic data sets', quiet=arguments.json) as progress:
+        return fit, coverage_of(
+            fit, arguments.coverage, seed=seed, workers=workers, progress=progress
         )
-    return fit, coverage
-
-
-def _shown(bar: Any, what: str) -> Progress:
-    task = bar.add_task(what, total=None)
-    return lambda done, total: bar.update(task, completed=done, total=total)
 
 
 def _write(fit: Fit, content: dict[str, Any], arguments: argparse.Namespace) -> None:

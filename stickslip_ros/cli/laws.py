@@ -11,8 +11,8 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
-    progress_bar,
 )
+from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.law_comparison import (
@@ -51,13 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.amplitudes < 1:
         mend = 'give the number of amplitudes up to 160 nm'
         raise OutOfRange('--amplitudes', arguments.amplitudes, '', 'below 1', mend)
-    with progress_bar(quiet=arguments.json) as bar:
-        task = bar.add_task('runs', total=None)
-        points = compare_laws(
-            parameters,
-            arguments.amplitudes,
-            lambda done, total: bar.update(task, completed=done, total=total),
-        )
+    with shown_progress('runs', quiet=arguments.json) as progress:
+        points = compare_laws(parameters, arguments.amplitudes, progress)
     write_points(points, arguments.out / 'laws.csv')
     draw_points(points, arguments.out / 'laws.png', _note(parameters))
     if arguments.json:

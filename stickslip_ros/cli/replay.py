@@ -10,8 +10,8 @@ from stickslip_ros.cli.common import (
     add_parameters,
     print_json,
     print_table,
-    progress_bar,
 )
+from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.parameters import Parameters, load_yaml, parse_assignments
 from stickslip_ros.study.drive_input import DriveInput, is_run, read_drive_input
@@ -65,11 +65,10 @@ def _run(arguments: argparse.Namespace, output: Path, *, is_kept: bool) -> int:
     if arguments.params:
         changes.update(load_yaml(arguments.params).changed())
     changes.update(parse_assignments(arguments.assignments))
-    with progress_bar(quiet=arguments.json) as bar:
-        task = bar.add_task('simulated ms', total=None)
+    with shown_progress('simulated ms', quiet=arguments.json) as progress:
 
         def show(now_ns: int, end_ns: int) -> None:
-            bar.update(task, completed=now_ns // 1_000_000, total=end_ns // 1_000_000)
+            progress(now_ns // 1_000_000, end_ns // 1_000_000)
 
         if not arguments.topic and is_run(arguments.file):
             result = replay(

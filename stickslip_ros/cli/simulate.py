@@ -10,8 +10,8 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
-    progress_bar,
 )
+from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.sawtooth_run import SawtoothRun, run_sawtooth, voltage_for
 
@@ -59,15 +59,14 @@ def run(arguments: argparse.Namespace) -> int:
     voltage_v = arguments.voltage
     if voltage_v is None:
         voltage_v = voltage_for(parameters, arguments.amplitude)
-    with progress_bar(quiet=arguments.json) as bar:
-        task = bar.add_task('steps', total=arguments.steps or None)
+    with shown_progress('steps', quiet=arguments.json) as progress:
         result = run_sawtooth(
             parameters,
             voltage_v,
             arguments.frequency,
             arguments.steps,
             path=arguments.output,
-            progress=lambda done, _: bar.update(task, completed=done),
+            progress=lambda done, _: progress(done, arguments.steps),
         )
     if arguments.json:
         print_json(result)

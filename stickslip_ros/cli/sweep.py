@@ -5,25 +5,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeRemainingColumn,
-)
-from rich.text import Text
-
 from stickslip_ros.cli.common import (
+    STOPPED,
     add_json,
     add_parameters,
+    add_workers,
     chosen_parameters,
     print_json,
     print_table,
 )
+from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.parameters import spec_of
 from stickslip_ros.study.axes import Axis, parse_axis, parse_varied
 from stickslip_ros.study.batch import Interrupted
@@ -38,8 +29,6 @@ from stickslip_ros.study.sweep import (
 )
 from stickslip_ros.study.sweep_table import check_table_path, write_table
 
-STOPPED = 130
-"""Exit status of a program that Ctrl-C has stopped."""
 VALUES = 'VALUES'
 
 
@@ -81,18 +70,16 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument(
         '-o', '--output', type=Path, required=True, metavar='FILE', help='.csv or .parquet'
     )
-    add_workers(parser)
+    _add_who(parser)
     add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)
 
 
-def add_workers(parser: argparse.ArgumentParser) -> None:
+def _add_who(parser: argparse.ArgumentParser) -> None:
     """Add who does the work, and whether it begins anew."""
     who = parser.add_mutually_exclusive_group()
-    who.add_argument(
-        '--workers', type=int, default=0, metavar='N', help='threads (default: one per core)'
-    )
+    add_workers(who)
     who.add_argument(
         '--scheduler',
         default='',
@@ -154,43 +141,14 @@ def _floats(name: str, text: str, spec: Any) -> tuple[float, ...]:
 
 
 def _run(sweep: Sweep, journal: Journal, arguments: argparse.Namespace) -> list[Row]:
-    with _progress_bar(quiet=arguments.json) as bar:
-        task = bar.add_task('runs', start=False)
-
-        def show(done: int, total: int) -> None:
-            if not bar.tasks[0].started:
-                # What the journal held does not count for the rate.
-                bar.reset(task, total=total, completed=done)
-            bar.update(task, completed=done)
-
+    with shown_progress('runs', quiet=arguments.json, resumes=True) as progress:
         return run_sweep(
             sweep,
             journal=journal,
             workers=arguments.workers,
             scheduler=arguments.scheduler,
-            progress=show,
+            progress=progress,
         )
-
-
-class _RateColumn(ProgressColumn):
-    """Runs per second."""
-
-    def render(self, task: Task) -> Text:
-        """Return the rate as text, empty until it is known."""
-        return Text(f'{task.speed:.3g}/s' if task.speed else '')
-
-
-def _progress_bar(*, quiet: bool) -> Progress:
-    return Progress(
-        TextColumn('{task.description}'),
-        BarColumn(),
-        MofNCompleteColumn(),
-        _RateColumn(),
-        TimeRemainingColumn(),
-        console=Console(file=sys.stderr),
-        transient=True,
-        disable=quiet or not sys.stderr.isatty(),
-    )
 
 
 def _print(rows: list[Row], resumed: int, sweep: Sweep, path: Path) -> None:

@@ -9,8 +9,8 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
-    progress_bar,
 )
+from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.study.zero_amplitude import (
     FIT_POINTS,
     STEP_MIN_M,
@@ -64,13 +64,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.smooth:
         values['contact.profile'] = 'smooth'
     parameters = chosen_parameters(arguments).updated(values)
-    with progress_bar(quiet=arguments.json) as bar:
-        task = bar.add_task('runs', total=None)
+    with shown_progress('runs', quiet=arguments.json) as progress:
         result = zero_amplitude(
-            parameters,
-            arguments.frequency,
-            steps=arguments.steps,
-            progress=lambda done, total: bar.update(task, completed=done, total=total),
+            parameters, arguments.frequency, steps=arguments.steps, progress=progress
         )
     if arguments.json:
         print_json(result)

@@ -1,0 +1,69 @@
+"""The progress bar of long work, on standard error, hidden where nobody watches."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
+
+Show = Callable[[int, int], None]
+"""Receives how much is done, and of how much; 0 of an unknown amount."""
+
+
+class _RateColumn(ProgressColumn):
+    """Units per second."""
+
+    def render(self, task: Task) -> Text:
+        """Return the rate as text, empty until it is known."""
+        return Text(f'{task.speed:.3g}/s' if task.speed else '')
+
+
+@contextmanager
+def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator[Show]:
+    """
+    Show a progress bar while work is done.
+
+    Parameters
+    ----------
+    what : str
+        What is counted, as ``runs``.
+    quiet : bool
+        Whether to show nothing.
+    resumes : bool
+        Whether what is done at the first call was done before, so that it is no part of the rate.
+
+    Yields
+    ------
+    callable
+        To be told of every progress.
+
+    """
+    bar = Progress(
+        TextColumn('{task.description}'),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _RateColumn(),
+        TimeRemainingColumn(),
+        console=Console(file=sys.stderr),
+        transient=True,
+        disable=quiet or not sys.stderr.isatty(),
+    )
+    with bar:
+        task = bar.add_task(what, total=None, start=not resumes)
+
+        def show(done: int, total: int) -> None:
+            if not bar.tasks[task].started:
+                bar.reset(task, total=total or None, completed=done)
+            bar.update(task, completed=done, total=total or None)
+
+        yield show
