@@ -22,8 +22,8 @@ two microseconds, and their work is an integral over that range."""
 SLEW_STEPS_MIN = 6.0
 """Steps in which the feet of a slewing amplifier cross the presliding range, at least."""
 CROSSING_S = 3.2e-4
-"""Feet that are rounded off, or ring, have no more time for the presliding range than this, in
-steps: at the default step of 5 us they cross it in 64 short steps."""
+"""Feet that are rounded off, or ring, go at most sim.dt/CROSSING_S of the presliding range in one
+step: a 64th of it at the default of 5 us."""
 CROSSING_STEPS_MIN = 16.0
 """Steps in which they cross it, at least."""
 BURST = 16

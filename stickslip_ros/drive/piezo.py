@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.drive.plays import drag_plays
 from stickslip_ros.drive.records import Plant
 
 SCALARS, PLAYS, CREPT, SHARES = range(4)
@@ -129,12 +130,7 @@ def hysteresis(plant: Plant, memory: Array, voltage_v: float) -> float:
     piezo = plant.piezo
     if piezo.plays == 0:
         return plant.gain_m_per_v * (voltage_v - plant.rest_v)
-    total_v = 0.0
-    for j in range(piezo.plays):
-        half_v = (j + 1) * piezo.play_v
-        play_v = min(max(memory[PLAYS, j], voltage_v - half_v), voltage_v + half_v)
-        memory[PLAYS, j] = play_v
-        total_v += play_v
+    total_v = drag_plays(memory[PLAYS], piezo.plays, 1.0, piezo.play_v, voltage_v)
     total_v -= memory[SCALARS, PLAYS_AT_REST_V]
     linear_v = piezo.linear * (voltage_v - plant.rest_v)
     return float(plant.gain_m_per_v * (linear_v + piezo.weight * total_v))

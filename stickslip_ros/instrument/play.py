@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.drive.plays import drag_plays
 
 PLAYS = 16
 """Play operators of a loop; an even number, for which the weights below are exact."""
@@ -54,9 +55,5 @@ def loop_of(opening: float, full_scale: float) -> Loop:
 @kernel
 def follow(loop: Loop, plays: Array, value: float) -> float:
     """Return what the loop makes of its next input; ``plays`` is changed in place."""
-    total = loop.direct * value
-    for j in range(len(plays)):
-        half_width = (j + 0.5) * loop.spacing
-        plays[j] = min(max(plays[j], value - half_width), value + half_width)
-        total += loop.weight * plays[j]
-    return total
+    total = drag_plays(plays, len(plays), 0.5, loop.spacing, value)
+    return loop.direct * value + loop.weight * total
