@@ -10,6 +10,7 @@ from mcap.exceptions import McapError
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.channels import Channel
+from stickslip_ros.recording.chunk_indexes import spill_indexes
 from stickslip_ros.recording.chunks import (
     COMPRESSIONS,
     Stored,
@@ -64,6 +65,7 @@ class Container:
         self._stream = _create(path)
         with self._discarding():
             self._writer = make_writer(self._stream, form.compression)
+            spill_indexes(self._writer)
 
     def start(
         self,
