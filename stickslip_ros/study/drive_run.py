@@ -13,21 +13,21 @@ from stickslip_ros.drive.build import (
     state_at_rest,
 )
 from stickslip_ros.drive.ledger import lost_in_contacts, take_ledger
-from stickslip_ros.drive.plant import RAMP_MEAN, RAMP_START, advance
+from stickslip_ros.drive.plant import advance
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.checks import check_request
 from stickslip_ros.instrument.commands import Move, Request
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.sawtooth_run import (
+from stickslip_ros.study.ramps import (
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
     STEADY_WINDOW,
     is_steady,
-    relative_residual,
-    start_on_wave,
+    mean_force_n,
+    start_force_n,
     step_length_m,
-    voltage_for,
 )
+from stickslip_ros.study.sawtooth_run import relative_residual, start_on_wave, voltage_for
 
 ROUNDING_S = 1e-12
 """Time by which many periods may miss the last corner through rounding."""
@@ -43,7 +43,8 @@ class DriveRun:
     preload_n, amplitude_m, frequency_hz : float
         What was asked for.
     force_mean_n : float
-        Generated force k x, mean over the last cycle.
+        Generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at
+        the mean position.
     force_ramp_start_n : float
         Generated force at the start of the last cycle's ramp, when the fall before it is over.
     step_length_m : float
@@ -125,12 +126,11 @@ class _Run:
         self._logs: list[Array] = []
 
     def go(self, amplitude_m: float, frequency_hz: float, steps: int) -> DriveRun:
-        cell_n_per_m = self._plant.cell_n_per_m
         most = steps or STEADY_STEPS_MAX
         loss_j = 0.0
         while (done := self._state.clock.cycle) < most:
             enough = not steps and done >= STEADY_STEPS_MIN
-            if enough and is_steady(np.concatenate(self._logs), cell_n_per_m > 0.0):
+            if enough and is_steady(self._plant, np.concatenate(self._logs)):
                 break
             cycles = min(STEADY_WINDOW, most - done)
             loss_j = self._advance(cycles) / cycles
@@ -139,11 +139,11 @@ class _Run:
             preload_n=self._state.contact.preload_n,
             amplitude_m=amplitude_m,
             frequency_hz=frequency_hz,
-            force_mean_n=cell_n_per_m * float(ramps[-1, RAMP_MEAN]),
-            force_ramp_start_n=cell_n_per_m * float(ramps[-1, RAMP_START]),
+            force_mean_n=mean_force_n(self._plant, ramps),
+            force_ramp_start_n=start_force_n(self._plant, ramps),
             step_length_m=step_length_m(ramps),
             energy_loss_j=loss_j,
-            steady=is_steady(ramps, cell_n_per_m > 0.0),
+            steady=is_steady(self._plant, ramps),
             steps=len(ramps),
             energy_residual=relative_residual(
                 take_ledger(self._plant, self._history, self._state)

@@ -10,7 +10,6 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.ledger import EnergyLedger
-from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.checks import check_request
@@ -19,16 +18,14 @@ from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.feed import Feed
 from stickslip_ros.recording.run_writer import RunWriter
-
-STEADY_STEPS_MIN = 200
-"""Steps before a run may be called steady."""
-STEADY_WINDOW = 20
-"""Steps over which a steady value may change by STEADY_CHANGE of itself."""
-STEADY_CHANGE = 1e-3
-STEADY_STEPS_MAX = 5000
-"""Steps after which a run that looks for the steady state gives up."""
-STEP_LENGTH_CYCLES = 10
-"""Last cycles over which the step length is averaged."""
+from stickslip_ros.study.ramps import (
+    STEADY_STEPS_MAX,
+    STEADY_STEPS_MIN,
+    is_steady,
+    mean_force_n,
+    start_force_n,
+    step_length_m,
+)
 
 Progress = Callable[[int, int], None]
 
@@ -43,7 +40,8 @@ class SawtoothRun:
     preload_n, voltage_v, amplitude_m, frequency_hz : float
         What was asked for.
     force_mean_n : float
-        Generated force k x, mean over the last cycle.
+        Generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at
+        the mean position.
     force_ramp_start_n : float
         Generated force at the start of the last cycle's ramp, when the fall before it is over.
     step_length_m : float
@@ -167,7 +165,7 @@ def _drive(
             return np.concatenate(logs)
         if not wanted and done >= STEADY_STEPS_MIN and len(output.ramps):
             ramps = np.concatenate(logs)
-            if done >= STEADY_STEPS_MAX or is_steady(ramps, bench.plant.cell_n_per_m > 0.0):
+            if done >= STEADY_STEPS_MAX or is_steady(bench.plant, ramps):
                 requests = [Request('stop')]
 
 
@@ -176,51 +174,20 @@ def _write(writer: RunWriter, feed: Feed, output: Output) -> None:
         writer.write(packed)
 
 
-def is_steady(ramps: Array, attached: bool) -> bool:
-    """
-    Tell whether a run has become steady.
-
-    Parameters
-    ----------
-    ramps : array, shape (steps, 3)
-        Log of the ramps: position after the fall, mean and final position, m.
-    attached : bool
-        Whether a load cell holds the runner: then its mean position counts, else its steps.
-
-    """
-    if len(ramps) < STEADY_STEPS_MIN:
-        return False
-    if attached:
-        now, before = ramps[-1, RAMP_MEAN], ramps[-1 - STEADY_WINDOW, RAMP_MEAN]
-    else:
-        ends = ramps[:, RAMP_END]
-        now = ends[-1] - ends[-1 - STEP_LENGTH_CYCLES]
-        before = ends[-1 - STEADY_WINDOW] - ends[-1 - STEADY_WINDOW - STEP_LENGTH_CYCLES]
-    return bool(abs(now - before) <= STEADY_CHANGE * abs(now))
-
-
-def step_length_m(ramps: Array) -> float:
-    """Return the net motion per cycle over the last cycles, m; a first cycle starts at 0."""
-    ends = np.concatenate(([0.0], ramps[:, RAMP_END]))
-    cycles = min(STEP_LENGTH_CYCLES, len(ramps))
-    return float(ends[-1] - ends[-1 - cycles]) / cycles
-
-
 def _summarise(
     bench: Bench, request: Request, ramps: Array, wall_s: float, path: Path | None
 ) -> SawtoothRun:
     voltage_v, frequency_hz, _ = request.values
-    cell_n_per_m = bench.plant.cell_n_per_m
     simulated_s = bench.time_ns * 1e-9
     return SawtoothRun(
         preload_n=bench.parameters.stand.preload,
         voltage_v=voltage_v,
         amplitude_m=voltage_v * bench.parameters.actuator.gain,
         frequency_hz=frequency_hz,
-        force_mean_n=cell_n_per_m * float(ramps[-1, RAMP_MEAN]),
-        force_ramp_start_n=cell_n_per_m * float(ramps[-1, RAMP_START]),
+        force_mean_n=mean_force_n(bench.plant, ramps),
+        force_ramp_start_n=start_force_n(bench.plant, ramps),
         step_length_m=step_length_m(ramps),
-        steady=is_steady(ramps, cell_n_per_m > 0.0),
+        steady=is_steady(bench.plant, ramps),
         steps=len(ramps),
         simulated_s=simulated_s,
         wall_s=wall_s,

@@ -14,13 +14,13 @@ from stickslip_ros.study.axes import Axis, column_name, refuse_repeated
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Identity, Journal, Row, identify
-from stickslip_ros.study.sawtooth_run import (
+from stickslip_ros.study.ramps import (
     STEADY_CHANGE,
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
     STEADY_WINDOW,
-    voltage_for,
 )
+from stickslip_ros.study.sawtooth_run import voltage_for
 
 CASES_MAX = 100_000
 RENAMED = {'energy_loss_j': 'energy_loss_per_step_j'}

@@ -3,21 +3,17 @@
 import dataclasses
 import math
 
-import numpy as np
 import pytest
 
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.study.ramps import STEADY_STEPS_MAX, STEADY_STEPS_MIN
 from stickslip_ros.study.sawtooth_run import (
-    STEADY_STEPS_MAX,
-    STEADY_STEPS_MIN,
     SawtoothRun,
-    is_steady,
     relative_residual,
     run_sawtooth,
     start_on_wave,
-    step_length_m,
     voltage_for,
 )
 
@@ -138,39 +134,6 @@ def test_a_drive_rests_where_its_wave_starts_unless_told_otherwise(stand):
     chosen = stand.updated({'amplifier.voltage_initial': 100.0})
     assert start_on_wave(chosen, backwards) == chosen
     assert start_on_wave(stand, Request('stop')) == stand
-
-
-def _ramps(values, column=1):
-    ramps = np.zeros((len(values), 3))
-    ramps[:, column] = values
-    return ramps
-
-
-def test_a_run_on_the_load_cell_is_steady_when_its_mean_position_is():
-    flat = np.ones(STEADY_STEPS_MIN)
-    assert is_steady(_ramps(flat), attached=True)
-    assert not is_steady(_ramps(flat[1:]), attached=True)
-    for rest, steady in ((0.9e-3, True), (1.1e-3, False)):
-        late = flat.copy()
-        late[-21] = 1.0 - rest
-        assert is_steady(_ramps(late), attached=True) is steady
-    late = flat.copy()
-    late[:-21] = 0.0
-    assert is_steady(_ramps(late), attached=True)
-    assert is_steady(_ramps(-flat), attached=True)
-
-
-def test_a_free_run_is_steady_when_its_step_length_is():
-    count = np.arange(STEADY_STEPS_MIN + 50)
-    assert is_steady(_ramps(1e-9 * count, column=2), attached=False)
-    assert not is_steady(_ramps(1e-9 * count**1.1, column=2), attached=False)
-    assert not is_steady(_ramps(1e-9 * count[:100], column=2), attached=False)
-
-
-def test_the_step_length_is_the_mean_of_the_last_ten():
-    ends = np.concatenate((np.zeros(50), np.arange(1.0, 11.0)))
-    assert step_length_m(_ramps(ends, column=2)) == 1.0
-    assert step_length_m(_ramps([3.0, 8.0], column=2)) == 4.0
 
 
 def test_the_residual_is_relative_to_the_work_of_the_feet():

@@ -4,7 +4,6 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.build import history_of, plant_of, state_at_rest
-from stickslip_ros.drive.plant import RAMP_MEAN
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.figures.rounded_wave import (
     PIECES,
@@ -12,13 +11,14 @@ from stickslip_ros.study.figures.rounded_wave import (
     ride_pieces,
     time_constant_s,
 )
-from stickslip_ros.study.sawtooth_run import (
+from stickslip_ros.study.ramps import (
     STEADY_STEPS_MAX,
     STEADY_WINDOW,
     is_steady,
+    mean_force_n,
     step_length_m,
-    voltage_for,
 )
+from stickslip_ros.study.sawtooth_run import voltage_for
 
 
 def run_rounded(
@@ -60,11 +60,9 @@ def run_rounded(
     plant = plant_of(parameters)
     history = history_of(plant)
     state = state_at_rest(plant, history, parameters.stand.preload)
-    attached = plant.cell_n_per_m > 0.0
     log: Array = np.empty((0, 3))
-    while len(log) < STEADY_STEPS_MAX and not is_steady(log, attached):
+    while len(log) < STEADY_STEPS_MAX and not is_steady(plant, log):
         window = np.empty((STEADY_WINDOW, 3))
         state = ride_pieces(plant, history, state, voltages_v, spans_s, window)
         log = np.concatenate((log, window))
-    force_n = plant.cell_n_per_m * float(log[-1, RAMP_MEAN])
-    return force_n, step_length_m(log), is_steady(log, attached)
+    return mean_force_n(plant, log), step_length_m(log), is_steady(plant, log)
