@@ -11,7 +11,7 @@ from benchmarks.node.drift import drift_of
 from benchmarks.node.lateness import summary, windows_of, windows_of_diagnostics
 from benchmarks.node.listener import Stamps
 from benchmarks.node.process import cpu_clock_of
-from benchmarks.node.soak import growth_of
+from benchmarks.node.soak import excess_of, growth_of
 from benchmarks.node.traffic import BLOCK_NS, TRACE_BLOCKS, TYPES, Fresh, Objects
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.parameters import Parameters
@@ -125,6 +125,16 @@ def test_two_standard_errors_hold_the_true_growth_as_often_as_they_should(memory
         slope, error = growth_of(list(3.0 * np.arange(100) + noise), 1.0)
         held += abs(slope - 3.0) <= 2.0 * error
     assert held >= COVERED * len(SEEDS)
+
+
+def test_overruns_are_compared_minute_by_minute():
+    def windows(*minutes):
+        return [{'overruns': each / 60.0} for each in minutes for _ in range(60)]
+
+    more, error = excess_of(windows(130.0, 250.0, 70.0), windows(100.0, 190.0, 70.0, 999.0))
+    assert more == pytest.approx(30.0, rel=ROUNDING)
+    assert error == pytest.approx(np.std([30.0, 60.0, 0.0], ddof=1) / np.sqrt(3.0), rel=ROUNDING)
+    assert np.isnan(excess_of(windows(1.0), windows(1.0))[1])
 
 
 def test_stamps_that_are_missing_are_counted_and_delays_are_the_least():
