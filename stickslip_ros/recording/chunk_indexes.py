@@ -50,9 +50,16 @@ class ChunkIndexes:
                 yield record
         yield from self._kept
 
+    def close(self) -> None:
+        """Take the temporary file away."""
+        self._file.close()
 
-def spill_indexes(writer: Writer) -> None:
-    """Have a writer keep the indexes of its chunks out of the memory."""
+
+def spill_indexes(writer: Writer) -> ChunkIndexes | None:
+    """Have a writer keep the indexes of its chunks out of the memory; give where, if it can."""
     if hasattr(writer, LIST_OF_WRITER):
         with suppress(OSError):
-            setattr(writer, LIST_OF_WRITER, ChunkIndexes())
+            indexes = ChunkIndexes()
+            setattr(writer, LIST_OF_WRITER, indexes)
+            return indexes
+    return None

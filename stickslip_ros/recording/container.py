@@ -10,7 +10,7 @@ from mcap.exceptions import McapError
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.chunk_indexes import spill_indexes
+from stickslip_ros.recording.chunk_indexes import ChunkIndexes, spill_indexes
 from stickslip_ros.recording.chunks import (
     COMPRESSIONS,
     Stored,
@@ -63,9 +63,10 @@ class Container:
         self._secured = 0
         self._chunk_end_ns = 0
         self._stream = _create(path)
+        self._indexes: ChunkIndexes | None = None
         with self._discarding():
             self._writer = make_writer(self._stream, form.compression)
-            spill_indexes(self._writer)
+            self._indexes = spill_indexes(self._writer)
 
     def start(
         self,
@@ -134,12 +135,17 @@ class Container:
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._stream.truncate()
         self.sync()
-        self._stream.close()
+        self._close()
 
     def abandon(self) -> None:
         """Close the file as it is, with what fits on the disk."""
         with suppress(OSError):
-            self._stream.close()
+            self._close()
+
+    def _close(self) -> None:
+        if self._indexes is not None:
+            self._indexes.close()
+        self._stream.close()
 
     def _add_metadata(self, metadata: Mapping[str, Mapping[str, str]]) -> None:
         for name, entries in metadata.items():
