@@ -10,6 +10,7 @@ from rclpy.node import Node
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
+from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.requests import to_message
 
@@ -81,8 +82,9 @@ class LockstepClient:
         self._publishers = {name: self._publish(topic) for name, topic in self._commands.items()}
         readings = {topic.key: topic for topic in READINGS}
         self._position = self._listen(readings['position'], self._take_position)
-        # The drive learns of this one after the one before, and its latched message proves it.
+        # Latched: it comes as soon as there is an active drive.
         self._status = self._listen(readings['status'], self._take_status)
+        self._handshake = Handshake(node, self._prefix + drive_name)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(KNOCK_PERIOD_S, self._knock, clock=clock)
 
@@ -116,6 +118,7 @@ class LockstepClient:
             self._node.destroy_subscription(subscription)
         for publisher in self._publishers.values():
             self._node.destroy_publisher(publisher)
+        self._handshake.close()
 
     def _publish(self, topic: Topic) -> Any:
         message_type = MESSAGE_TYPES[topic.type_name]
@@ -134,7 +137,8 @@ class LockstepClient:
 
     def _is_connected(self) -> bool:
         obeyed = all(each.get_subscription_count() for each in self._publishers.values())
-        return self._is_active and obeyed and bool(self._position.get_publisher_count())
+        heard = self._is_active and bool(self._position.get_publisher_count())
+        return heard and obeyed and self._handshake.knock()
 
     def _knock(self) -> None:
         """Ask for the first block until it comes; the same grant twice is the same as once."""

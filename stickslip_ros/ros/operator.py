@@ -18,6 +18,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
+from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.requests import to_message
 
@@ -144,8 +145,15 @@ class Operator:
         self.spin_until(self._is_heard, 'the drive', timeout_s)
 
     def wait_for_topics(self, timeout_s: float = TIMEOUT_S) -> None:
-        """Wait until every topic is connected that a drive has under any parameters."""
+        """Wait until every topic is connected, both ways, that a drive has in any case."""
         self.spin_until(lambda: all(map(_is_matched, self._needed)), 'the drive', timeout_s)
+        self.shake_hands(timeout_s)
+
+    def shake_hands(self, timeout_s: float = TIMEOUT_S) -> None:
+        """Wait until the drive knows every publisher and subscription of this node."""
+        handshake = Handshake(self.node, self._drive)
+        self.spin_until(handshake.knock, 'an answer of the drive', timeout_s)
+        handshake.close()
 
     def _is_heard(self) -> bool:
         return self.status is not None and self.received['position'] > 0

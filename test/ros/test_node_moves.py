@@ -51,8 +51,6 @@ def test_a_sawtooth_is_done_after_its_steps_and_has_moved_the_runner(stand: Any)
 def test_a_sawtooth_takes_steps_over_frequency(stand: Any):
     stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
     done_ns = stand.operator.wait_for_event('sawtooth', 0)['time_ns']
-    trace = [row for block in stand.listen('trace') for row in block.data]
-    assert trace == []  # what was before is not heard again
     stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
     stand.operator.command_load(0.0)  # its event tells when the saw-tooth began, or one tick later
     again_ns = stand.operator.wait_for_event('sawtooth', 1)['time_ns']

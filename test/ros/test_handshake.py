@@ -1,0 +1,42 @@
+"""A handshake ends when a drive answers, and not before; then nothing that is sent is lost."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from rclpy.node import Node
+from std_msgs.msg import Float64
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.ros.handshake import RETRY_S, Handshake
+
+NEWCOMERS = 20
+
+
+def test_nobody_answers_where_no_drive_is(stand: Any):
+    handshake = Handshake(stand.operator.node, 'nobody')
+    with pytest.raises(StickSlipError, match='did not come'):
+        stand.operator.spin_until(handshake.knock, 'an answer', timeout_s=3 * RETRY_S)
+    handshake.close()
+
+
+def test_it_is_found_in_another_namespace(launch: Callable[..., Any]):
+    here, there = launch(), launch(namespace='/there')
+    handshake = Handshake(here.operator.node, '/there/stickslip_drive')
+    here.operator.spin_until(handshake.knock, 'an answer')
+    assert handshake.knock()
+    handshake.close()
+    assert there.operator.events == []
+
+
+def test_the_first_command_of_a_newcomer_arrives(stand: Any):
+    node: Node = stand.operator.node
+    for number in range(NEWCOMERS):
+        voltage = node.create_publisher(Float64, 'command/voltage', 10)
+        stand.operator.shake_hands()
+        voltage.publish(Float64(data=float(number)))
+        stand.operator.spin_until(
+            lambda wanted=number + 1: len(stand.operator.events) >= wanted, 'its event'
+        )
+        node.destroy_publisher(voltage)
+    assert {each['command'] for each in stand.operator.events} == {'voltage'}
