@@ -32,7 +32,7 @@ def fill(container: Container) -> None:
 
 def chunk_indexes_in_memory() -> int:
     gc.collect()
-    return sum(isinstance(each, ChunkIndex) for each in gc.get_objects())
+    return sum(type(each) is ChunkIndex for each in gc.get_objects())
 
 
 def written(path: Path) -> bytes:
