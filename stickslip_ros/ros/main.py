@@ -1,6 +1,5 @@
 """The executable ``drive``: one node, ended cleanly by SIGINT and SIGTERM."""
 
-import gc
 import signal
 import sys
 import threading
@@ -47,7 +46,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
             signal_handler_options=SignalHandlerOptions.NO,
         )
         node = StickSlipDrive()
-        gc.freeze()  # of 150 000 objects that stay: a full collection would take 30 ms
     except (StickSlipError, RuntimeError) as error:  # a RuntimeError is the base of RCLError
         sys.stderr.write(f'drive: {error}\n')
         return REFUSED
