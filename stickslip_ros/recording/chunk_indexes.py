@@ -27,7 +27,7 @@ class ChunkIndexes:
     """
 
     def __init__(self) -> None:
-        self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 - ends with the object
+        self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 - close()
         self._spilled = 0
         self._kept: list[ChunkIndex] = []
 
