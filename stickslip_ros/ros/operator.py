@@ -8,12 +8,14 @@ from time import monotonic
 from typing import Any
 
 from rcl_interfaces.srv import SetParameters
+from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
+from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
@@ -73,6 +75,7 @@ class Operator:
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
         self._drive = drive_name
+        self._clients: dict[str, Client] = {}
         self._publishers = {
             topic.key: self.node.create_publisher(
                 MESSAGE_TYPES[topic.type_name], topic.name, to_profile(topic.qos)
@@ -240,12 +243,26 @@ class Operator:
         request = SetParameters.Request(parameters=[parameter])
         return self._call(SetParameters, 'set_parameters', request).results[0]
 
-    def _call(self, service_type: Any, name: str, request: Any) -> Any:
-        client = self.node.create_client(service_type, f'{self._drive}/{name}')
+    def ask(self, service_type: Any, name: str, request: Any) -> Future:
+        """
+        Call a service of the drive, and return what will hold its answer.
+
+        Before a service is first called, hands are shaken: DDS drops an answer to a client that
+        the drive does not know yet.
+
+        """
+        is_new = name not in self._clients
+        if is_new:
+            self._clients[name] = self.node.create_client(service_type, f'{self._drive}/{name}')
+        client = self._clients[name]
         self.spin_until(client.service_is_ready, f'service {name}')
-        future = client.call_async(request)
+        if is_new:
+            self.shake_hands()
+        return client.call_async(request)
+
+    def _call(self, service_type: Any, name: str, request: Any) -> Any:
+        future = self.ask(service_type, name, request)
         self.spin_until(future.done, f'answer of {name}')
-        self.node.destroy_client(client)
         return future.result()
 
     def close(self) -> None:

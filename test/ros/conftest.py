@@ -101,11 +101,8 @@ class Stand:
 
     def call(self, service_type: Any, name: str, request: Any) -> Any:
         """Call a service of the drive and give its answer."""
-        client = self.operator.node.create_client(service_type, f'{NODE_NAME}/{name}')
-        self.operator.spin_until(client.service_is_ready, f'service {name}')
-        future = client.call_async(request)
+        future = self.operator.ask(service_type, name, request)
         self.operator.spin_until(lambda: future.done() or self.crash is not None, name)
-        self.operator.node.destroy_client(client)
         self._raise_crash()
         return future.result()
 

@@ -141,10 +141,8 @@ def test_a_refused_parameter_is_one_clear_line_and_status_2(
 def test_a_transition_that_does_not_fit_does_not_end_the_process(start: Callable, meet: Callable):
     process = start(*MAIN)
     operator = meet()
-    client = operator.node.create_client(ChangeState, 'stickslip_drive/change_state')
-    operator.spin_until(client.service_is_ready, 'the service')
     request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
-    future = client.call_async(request)
+    future = operator.ask(ChangeState, 'change_state', request)
     operator.spin_until(lambda: future.done() or process.poll() is not None, 'an answer')
     assert process.poll() is None
     assert not future.result().success

@@ -5,7 +5,9 @@ from typing import Any
 
 import pytest
 from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.ros.handshake import RETRY_S, Handshake
@@ -40,3 +42,17 @@ def test_the_first_command_of_a_newcomer_arrives(stand: Any):
         )
         node.destroy_publisher(voltage)
     assert {each['command'] for each in stand.operator.events} == {'voltage'}
+
+
+def test_an_answer_that_cannot_be_delivered_does_not_end_the_drive(stand: Any):
+    """A client that wants more durability than a service has can ask, but gets no answer."""
+    operator = stand.operator
+    profile = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    deaf = operator.node.create_client(Trigger, 'stickslip_drive/reset', qos_profile=profile)
+    operator.shake_hands()
+    answer = deaf.call_async(Trigger.Request())
+    operator.spin_until(lambda: bool(operator.requests), 'what was asked')
+    assert operator.trigger('stop').success
+    operator.spin_until(lambda: len(operator.requests) > 1, 'what was asked next')
+    assert [each['name'] for each in operator.requests] == ['reset', 'stop']
+    assert not answer.done()
