@@ -14,7 +14,7 @@ from typing import Any
 from rich.console import Console
 
 from benchmarks import lugre, octave, paper, report, scaling, speed, start
-from benchmarks.node import cpu, drift, latency, lockstep, recording, soak
+from benchmarks.node import busy, cpu, drift, latency, lockstep, recording, soak
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
 
@@ -31,6 +31,7 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'start': start.run,
     'node-cpu': cpu.run_cpu,
     'node-lateness': cpu.run_lateness,
+    'node-busy': busy.run,
     'node-latency': latency.run,
     'node-lockstep': lockstep.run,
     'node-drift': drift.run_short,

@@ -2,12 +2,13 @@
 A bare rclpy program with the outer shape of the node: an executor, and a thread that ticks.
 
 It publishes what the node publishes, and answers ``command/voltage`` at its next tick; nothing is
-simulated. ``python -m benchmarks.node.bare_loop`` is started by the benchmarks.
+simulated. As the node does, it asks to be woken promptly and keeps its objects from garbage
+collection, unless it is to be plain. ``python -m benchmarks.node.bare_loop`` is started by the
+benchmarks.
 
 """
 
 import argparse
-import sys
 import threading
 import time
 from array import array
@@ -33,10 +34,9 @@ from benchmarks.node.traffic import (
     Silence,
     Traffic,
 )
+from stickslip_ros.ros.timeliness import be_prompt, keep_what_there_is
 
 PERIOD_S = BLOCK_NS / NS_PER_S
-SWITCH_S = 2e-4
-"""As in the node: longest time that a callback may hold the interpreter."""
 METRES_PER_VOLT = 1e-9
 
 
@@ -130,8 +130,10 @@ def main() -> None:
     parser.add_argument('--pace', choices=pace, default='absolute')
     parser.add_argument('--rate-hz', type=float, default=50e3)
     parser.add_argument('--record', type=Path)
+    parser.add_argument('--plain', action='store_true', help='wake up as any program does')
     chosen = parser.parse_args(own_words())
-    sys.setswitchinterval(SWITCH_S)
+    if not chosen.plain:
+        be_prompt()
     with ros():
         node = Node('bare_loop')
         traffic = traffic_of(chosen, node)
@@ -141,6 +143,8 @@ def main() -> None:
 
         node.create_subscription(Float64, 'command/voltage', on_voltage, QoSProfile(depth=DEPTH))
         loop = Loop(traffic, chosen.pace, node)
+        if not chosen.plain:
+            keep_what_there_is()
         with spinning(node):
             serve({'start': loop.start, 'stop': loop.stop, 'windows': loop.windows})
             loop.stop()

@@ -7,7 +7,6 @@ program that it controls lives in the same process, on the same executor.
 """
 
 import argparse
-import sys
 import threading
 import time
 from array import array
@@ -18,10 +17,11 @@ from rclpy.parameter import Parameter
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Float64MultiArray
 
-from benchmarks.node.bare_loop import SWITCH_S, Loop
+from benchmarks.node.bare_loop import Loop
 from benchmarks.node.process import serve
 from benchmarks.node.spinning import own_words, ros, spinning, wait_for
 from benchmarks.node.traffic import BLOCK_NS, DEPTH, NS_PER_S, TYPES, Objects
+from stickslip_ros.ros.timeliness import be_prompt
 
 BLOCK_S = BLOCK_NS / NS_PER_S
 RATE_HZ = 50e3
@@ -147,7 +147,7 @@ def main() -> None:
     parser.add_argument('--of', choices=('drive', 'bare'), required=True)
     parser.add_argument('--inside', choices=('drive', 'position', 'all', 'none'), default='none')
     chosen = parser.parse_args(own_words())
-    sys.setswitchinterval(SWITCH_S)
+    be_prompt()
     with ros():
         node = Node('controller')
         controller = DriveController(node) if chosen.of == 'drive' else BareController(node)

@@ -14,15 +14,24 @@ from benchmarks.sizes import Sizes
 
 DRIVE = 'the node'
 OBJECTS, FRESH, PACKED = 'message objects, kept', 'message objects, new', 'bytes, packed once'
+PLAIN = 'message objects, kept; not prompt'
 TIMER, SILENCE = 'message objects, kept; rclpy timer', 'no messages, no subscriber'
 FORMS = {
     OBJECTS: (),
     FRESH: ('--messages', 'fresh'),
     PACKED: ('--messages', 'packed'),
+    PLAIN: ('--plain',),
     TIMER: ('--pace', 'timer'),
     SILENCE: ('--messages', 'none'),
 }
 AIM = 1.5
+ABOUT_LATENESS = (
+    (
+        'p99: median of the percentiles of about a second each; overruns: ticks more than a '
+        'period late; ratios: medians of those of the turns'
+    ),
+    'not prompt: without the short slices, exact sleeps and kept objects that the node asks for',
+)
 
 Turns = dict[str, list[Turn]]
 
@@ -75,12 +84,18 @@ def run_cpu(sizes: Sizes) -> Outcome:
 
 def run_lateness(sizes: Sizes) -> Outcome:
     """Compare how late ticks begin."""
-    turns = measured(sizes)
-    by_turn = {
-        name: [summary(turn.windows) for turn in its]
-        for name, its in turns.items()
-        if name != TIMER
-    }
+    turns = {name: its for name, its in measured(sizes).items() if name != TIMER}
+    return Outcome(
+        'Lateness of ticks at 1 kHz: absolute deadlines and time.sleep in all of them',
+        lateness_rows(turns),
+        [],
+        ['from the same turns as node-cpu; of the node, its own diagnostics', *ABOUT_LATENESS],
+    )
+
+
+def lateness_rows(turns: Turns) -> list[Row]:
+    """Return how late the ticks of programs began, and ratios of the node to each."""
+    by_turn = {name: [summary(turn.windows) for turn in its] for name, its in turns.items()}
     rows: list[Row] = []
     for name, its in by_turn.items():
         whole = summary([window for turn in turns[name] for window in turn.windows])
@@ -89,18 +104,7 @@ def run_lateness(sizes: Sizes) -> Outcome:
             for key in ('mean', 'p99', 'max')
         }
         rows.append({'program': name, **whole, **ratios})
-    return Outcome(
-        'Lateness of ticks at 1 kHz: absolute deadlines and time.sleep in all of them',
-        rows,
-        [],
-        [
-            'from the same turns as node-cpu; of the node, its own diagnostics',
-            (
-                'p99: median of the percentiles of about a second each; overruns: ticks more '
-                'than a period late; ratios: medians of those of the turns'
-            ),
-        ],
-    )
+    return rows
 
 
 def spread(name: str, ratios: Array) -> Row:

@@ -12,6 +12,16 @@ from benchmarks.node.process import Helper, Lane, Process
 
 MOVE = (300.0, 50.0, 0.0)
 """The saw-tooth that a moving drive performs: V, Hz, steps (0: until it is stopped)."""
+NOT_PROMPT = """
+import sys
+from rclpy.lifecycle import ManagedEntity
+from stickslip_ros.ros import main
+main.be_prompt = lambda: None
+main.keep_what_there_is = lambda: None
+main.Keeper = ManagedEntity
+sys.exit(main.main())
+"""
+"""The executable without what `stickslip_ros.ros.timeliness` does."""
 CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4
 """Numbers of lifecycle_msgs/Transition."""
 
@@ -96,19 +106,25 @@ class Drive(Program):
     """
     The node, as its executable; parameters are given by name.
 
-    It moves from its first start on if ``moves``.
+    It moves from its first start on if ``moves``; it asks to be woken promptly if ``prompt``.
 
     """
 
     def __init__(
-        self, name: str, parameters: Mapping[str, object] | None = None, *, moves: bool = True
+        self,
+        name: str,
+        parameters: Mapping[str, object] | None = None,
+        *,
+        moves: bool = True,
+        prompt: bool = True,
     ) -> None:
         super().__init__(name)
         self._moves = moves
         words = ['-p', 'autostart:=false']
         for parameter, value in (parameters or {}).items():
             words += ['-p', f'{parameter}:={value}']
-        main = ['-m', 'stickslip_ros.ros.main', *self.lane.ros_arguments, *words]
+        program = ['-m', 'stickslip_ros.ros.main'] if prompt else ['-c', NOT_PROMPT]
+        main = [*program, *self.lane.ros_arguments, *words]
         self.process = Process(main, self.lane)
         self.listener = listener_in(self.lane)
 

@@ -4,6 +4,7 @@ import signal
 import sys
 import threading
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from types import FrameType
 
 import rclpy
@@ -14,12 +15,9 @@ from rclpy.signals import SignalHandlerOptions
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.ros.environment import stay_on_this_host
 from stickslip_ros.ros.node import StickSlipDrive
+from stickslip_ros.ros.timeliness import Keeper, be_prompt, keep_what_there_is
 
-SPIN_S = 0.1
-"""Longest time that a signal waits to be seen."""
 REFUSED = 2
-SWITCH_S = 2e-4
-"""Longest time that a callback may hold the interpreter while the drive's tick is due."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -38,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     """
     ended = end_on_signals()
-    sys.setswitchinterval(SWITCH_S)
+    be_prompt()
     stay_on_this_host()
     try:
         rclpy.init(
@@ -46,6 +44,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             signal_handler_options=SignalHandlerOptions.NO,
         )
         node = StickSlipDrive()
+        node.add_managed_entity(Keeper())
+        keep_what_there_is()
     except (StickSlipError, RuntimeError) as error:  # a RuntimeError is the base of RCLError
         sys.stderr.write(f'drive: {error}\n')
         return REFUSED
@@ -57,10 +57,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def spin_until(ended: threading.Event, node: Node, executor: Executor) -> None:
-    """Run a node until an event is set, then destroy it."""
+    """
+    Run a node until an event is set, then destroy it.
+
+    The executor has a thread of its own and sleeps until there is work: the calling thread, which
+    is the only one to see signals, waits for the event.
+
+    Raises
+    ------
+    Exception
+        What a callback raised; it ends the node.
+
+    """
     executor.add_node(node)
-    while not ended.is_set():
-        executor.spin_once(timeout_sec=SPIN_S)
+
+    def spin() -> None:
+        try:
+            while not ended.is_set():
+                executor.spin_once()
+        finally:
+            ended.set()
+
+    with ThreadPoolExecutor(1, 'executor') as threads:
+        spinning = threads.submit(spin)
+        ended.wait()
+        executor.wake()
+        spinning.result()
     node.destroy_node()
     executor.shutdown()
 

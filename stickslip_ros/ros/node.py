@@ -100,7 +100,7 @@ class StickSlipDrive(LifecycleNode):
         """The running drive; refused while the node is not active."""
         return require(self._active, self._state_machine.current_state[1])
 
-    def on_configure(self, _: LifecycleState) -> TransitionCallbackReturn:
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Build the drive, compile its kernels, offer topics and services."""
         try:
             check_clock_of(self)
@@ -115,7 +115,7 @@ class StickSlipDrive(LifecycleNode):
         self._timer = self.create_timer(
             DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock
         )
-        return SUCCESS
+        return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the drive, and the recording if ``record.on_start`` says so."""

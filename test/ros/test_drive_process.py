@@ -17,6 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros.operator import Operator
+from stickslip_ros.ros.timeliness import KNOWS_SLICES, SLICE_S, slice_s
 
 #: A process compiles nothing here, but loads kernels and finds its peers.
 END_TIMEOUT_S = 20.0
@@ -136,6 +137,18 @@ def test_a_refused_parameter_is_one_clear_line_and_status_2(
     assert status == 2
     [only] = errors.splitlines()
     assert only.startswith(line)
+
+
+@pytest.mark.skipif(not KNOWS_SLICES, reason='Linux grants slices from 6.12 on')
+def test_what_wakes_the_drive_has_short_slices(start: Callable, meet: Callable):
+    """Only threads that libraries start when they are imported have others."""
+    process = start(*MAIN)
+    meet()
+    threads = list(Path(f'/proc/{process.pid}/task').iterdir())
+    prompt = {each for each in threads if slice_s(int(each.name)) == pytest.approx(SLICE_S)}
+    assert Path(f'/proc/{process.pid}/task/{process.pid}') in prompt
+    assert {each for each in threads if (each / 'comm').read_text().startswith('dds')} < prompt
+    assert end(process, signal.SIGINT)[0] == 0
 
 
 def test_a_transition_that_does_not_fit_does_not_end_the_process(start: Callable, meet: Callable):

@@ -1,0 +1,115 @@
+"""A process that wants to be prompt is: Linux, interpreter and garbage collector say so."""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+from conftest import open_context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+
+from stickslip_ros.ros.main import spin_until
+from stickslip_ros.ros.timeliness import KNOWS_SLICES, ON_LINUX, SLACK_S, SLICE_S, SWITCH_S
+
+TELL = """
+import json, os, sys, threading
+from stickslip_ros.ros.timeliness import be_prompt, slack_s, slice_s
+{before}
+be_prompt()
+told = []
+def tell():
+    told.append([sys.getswitchinterval(), slack_s(), slice_s(), os.sched_getscheduler(0)])
+tell()
+thread = threading.Thread(target=tell)
+thread.start()
+thread.join()
+print(json.dumps(told))
+"""
+
+CONFIGURE = """
+import gc, json, rclpy
+from rclpy.parameter import Parameter
+from stickslip_ros.ros.node import StickSlipDrive
+from stickslip_ros.ros.timeliness import Keeper
+rclpy.init()
+node = StickSlipDrive(parameter_overrides=[Parameter('autostart', value=False)])
+node.add_managed_entity(Keeper())
+told = []
+for _ in range(3):
+    node.trigger_configure()
+    told.append([gc.get_freeze_count(), len(gc.get_objects())])
+    node.trigger_cleanup()
+print(json.dumps(told))
+"""
+
+
+def told_by(program: str) -> Any:
+    """Run a program in a process of its own: what it asks for holds for the whole process."""
+    done = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True, timeout=60.0
+    )
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+@pytest.mark.skipif(not ON_LINUX, reason='only Linux can be asked')
+def test_every_thread_wakes_up_in_time_and_takes_turns():
+    here, new = told_by(TELL.format(before=''))
+    assert here == new
+    interval_s, slack_s, own_slice_s, policy = here
+    assert interval_s == pytest.approx(SWITCH_S)
+    assert slack_s == pytest.approx(SLACK_S)
+    assert policy == os.SCHED_OTHER
+    if KNOWS_SLICES:
+        assert own_slice_s == pytest.approx(SLICE_S)
+
+
+@pytest.mark.skipif(not ON_LINUX, reason='only Linux can be asked')
+def test_a_policy_that_was_chosen_stays():
+    choose = 'os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))'
+    for _, slack_s, own_slice_s, policy in told_by(TELL.format(before=choose)):
+        assert slack_s == pytest.approx(SLACK_S)
+        assert own_slice_s != pytest.approx(SLICE_S)
+        assert policy == os.SCHED_BATCH
+
+
+def test_what_a_configured_drive_consists_of_is_kept_from_collections():
+    told = told_by(CONFIGURE)
+    for kept, collected in told:
+        assert kept > 50_000
+        assert collected < 0.02 * kept
+    assert told[-1][0] < 1.02 * told[0][0]  # a configuration leaves nothing behind for ever
+
+
+@pytest.fixture
+def node(domain: int) -> Iterator[Node]:
+    context = open_context(domain, '')
+    yield Node('spun', context=context)
+    context.try_shutdown()
+
+
+def test_a_node_is_spun_until_an_event_and_then_destroyed(node: Node):
+    ended, calls = threading.Event(), []
+
+    def count() -> None:
+        calls.append(threading.current_thread())
+        if len(calls) > 2:
+            ended.set()
+
+    node.create_timer(1e-3, count)
+    spin_until(ended, node, SingleThreadedExecutor(context=node.context))
+    assert threading.main_thread() not in calls
+    assert not list(node.timers)
+
+
+def test_what_a_callback_raises_ends_the_node(node: Node):
+    def fail() -> None:
+        raise ZeroDivisionError
+
+    node.create_timer(1e-3, fail)
+    with pytest.raises(ZeroDivisionError):
+        spin_until(threading.Event(), node, SingleThreadedExecutor(context=node.context))
