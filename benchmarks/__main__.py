@@ -37,7 +37,11 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'node-drift': drift.run_short,
     'node-recording': recording.run,
 }
-LONG: dict[str, Callable[[Sizes], Outcome]] = {'drift': drift.run_long, 'soak': soak.run}
+LONG: dict[str, Callable[[Sizes], Outcome]] = {
+    'drift': drift.run_long,
+    'soak': soak.run,
+    'soak-recording': soak.run_recording,
+}
 WIDTH = 160
 
 

@@ -31,6 +31,7 @@ from benchmarks.node.traffic import (
     Objects,
     Packed,
     Recorded,
+    RecordedApart,
     Silence,
     Traffic,
 )
@@ -129,7 +130,8 @@ def main() -> None:
     pace = ('absolute', 'relative', 'timer', 'grant')
     parser.add_argument('--pace', choices=pace, default='absolute')
     parser.add_argument('--rate-hz', type=float, default=50e3)
-    parser.add_argument('--record', type=Path)
+    parser.add_argument('--record', type=Path, help='with mcap_ros2, in the thread that ticks')
+    parser.add_argument('--record-apart', type=Path, help='with the recorder of the node')
     parser.add_argument('--plain', action='store_true', help='wake up as any program does')
     chosen = parser.parse_args(own_words())
     if not chosen.plain:
@@ -148,7 +150,7 @@ def main() -> None:
         with spinning(node):
             serve({'start': loop.start, 'stop': loop.stop, 'windows': loop.windows})
             loop.stop()
-        if isinstance(traffic, Recorded):
+        if isinstance(traffic, Recorded | RecordedApart):
             traffic.close()
 
 
@@ -156,6 +158,8 @@ def traffic_of(chosen: argparse.Namespace, node: Node) -> Traffic:
     """Return what the loop sends."""
     if chosen.record is not None:
         return Recorded(node, chosen.rate_hz, chosen.record)
+    if chosen.record_apart is not None:
+        return RecordedApart(node, chosen.rate_hz, chosen.record_apart)
     if chosen.messages == 'none':
         return Silence()
     if chosen.messages == 'packed':

@@ -2,7 +2,7 @@
 
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -17,6 +17,8 @@ from benchmarks.sizes import Sizes
 from stickslip_ros.recording.reader import Recording
 
 NODE, BARE = 'the node, recording', 'bare loop'
+RECORDING = 'bare loop, recording likewise'
+BESIDE = 'beside.mcap'
 WARM_UP_SHARE = 0.2
 MEGA = 1e6
 KILO = 1e3
@@ -25,10 +27,19 @@ SIGMAS = 2.0
 
 
 def run(sizes: Sizes) -> Outcome:
-    """Run both side by side."""
+    """Run the node beside a bare loop."""
+    return _run(sizes, lambda _: BareLoop(BARE))
+
+
+def run_recording(sizes: Sizes) -> Outcome:
+    """Run the node beside a bare loop that records the same, with the same recorder."""
+    return _run(sizes, lambda folder: BareLoop(RECORDING, '--record-apart', f'{folder}/{BESIDE}'))
+
+
+def _run(sizes: Sizes, rival: Callable[[str], Program]) -> Outcome:
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         settings = {'record.on_start': 'true', 'record.directory': folder}
-        programs = opened(stack, [lambda: Drive(NODE, settings), lambda: BareLoop(BARE)])
+        programs = opened(stack, [lambda: Drive(NODE, settings), lambda: rival(folder)])
         for program in programs:
             program.start()
         time.sleep(sizes.settle_s)
@@ -39,7 +50,7 @@ def run(sizes: Sizes) -> Outcome:
         for program in programs:
             program.stop()
         stack.close()
-        [path] = Path(folder).glob('*.mcap')
+        [path] = set(Path(folder).glob('*.mcap')) - {Path(folder, BESIDE)}
         lost = lost_in(path) + holes_in(path)
         file_bytes, chunks = path.stat().st_size, chunks_in(path)
     rows: list[Row] = []

@@ -175,6 +175,42 @@ class Recorded(Objects):
         self._file.close()
 
 
+class RecordedApart(Objects):
+    """
+    The same, and each message goes into a file by the recorder of the node, in its own thread.
+
+    Parameters
+    ----------
+    node : Node
+        Has the publishers.
+    rate_hz : float
+        Samples per second of the trace.
+    path : Path
+        The file.
+
+    """
+
+    def __init__(self, node: Node, rate_hz: float, path: Path) -> None:
+        from stickslip_ros.parameters import Parameters  # noqa: PLC0415 - only this rival does
+        from stickslip_ros.recording.recorder import Recorder  # noqa: PLC0415
+        from stickslip_ros.recording.topics import recorded_channels  # noqa: PLC0415
+
+        super().__init__(node, rate_hz, tuple(TYPES))
+        channels = recorded_channels(Parameters())
+        self._topics = {name: channels[name].topic for name in TYPES}
+        self._recorder = Recorder(path, [channels[name] for name in TYPES])
+
+    def publish(self, name: str, message: Any, tick: int) -> None:
+        """Publish a message and hand it to the recorder."""
+        data = serialize_message(message)
+        super().publish(name, data, tick)
+        self._recorder.put(self._topics[name], tick * BLOCK_NS, data)
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._recorder.close()
+
+
 class Packed:
     """
     Bytes packed once and published again and again: what publishing alone costs.
