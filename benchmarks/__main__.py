@@ -41,6 +41,7 @@ LONG: dict[str, Callable[[Sizes], Outcome]] = {
     'drift': drift.run_long,
     'soak': soak.run,
     'soak-recording': soak.run_recording,
+    'soak-fifo': soak.run_fifo,
 }
 WIDTH = 160
 

@@ -46,13 +46,15 @@ class Process:
         Arguments of the interpreter.
     lane : Lane
         Where its nodes live.
+    before : sequence of str
+        What starts the interpreter, if anything does.
 
     """
 
-    def __init__(self, words: Sequence[str], lane: Lane) -> None:
+    def __init__(self, words: Sequence[str], lane: Lane, before: Sequence[str] = ()) -> None:
         self._errors = tempfile.TemporaryFile('w+', encoding='utf-8')  # noqa: SIM115 - close()
         self._process = subprocess.Popen(
-            [sys.executable, *words],
+            [*before, sys.executable, *words],
             cwd=ROOT,
             env=os.environ
             | {

@@ -1,5 +1,7 @@
 """The programs that are compared: the drive and bare loops, each with a listener of its own."""
 
+import shutil
+import subprocess
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
@@ -22,6 +24,8 @@ main.Keeper = ManagedEntity
 sys.exit(main.main())
 """
 """The executable without what `stickslip_ros.ros.timeliness` does."""
+FIFO = ('chrt', '--fifo', '50')
+"""What gives a program a real-time policy, if its user has the privilege."""
 CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4
 """Numbers of lifecycle_msgs/Transition."""
 
@@ -106,7 +110,8 @@ class Drive(Program):
     """
     The node, as its executable; parameters are given by name.
 
-    It moves from its first start on if ``moves``; it asks to be woken promptly if ``prompt``.
+    It moves from its first start on if ``moves``; it asks to be woken promptly if ``prompt``;
+    ``before`` is what its command begins with, such as ``chrt``.
 
     """
 
@@ -117,6 +122,7 @@ class Drive(Program):
         *,
         moves: bool = True,
         prompt: bool = True,
+        before: Sequence[str] = (),
     ) -> None:
         super().__init__(name)
         self._moves = moves
@@ -125,7 +131,7 @@ class Drive(Program):
             words += ['-p', f'{parameter}:={value}']
         program = ['-m', 'stickslip_ros.ros.main'] if prompt else ['-c', NOT_PROMPT]
         main = [*program, *self.lane.ros_arguments, *words]
-        self.process = Process(main, self.lane)
+        self.process = Process(main, self.lane, before)
         self.listener = listener_in(self.lane)
 
     def wait(self) -> None:
@@ -199,6 +205,13 @@ class BareLoop(Program):
 def listener_in(lane: Lane) -> Helper:
     """Start a listener."""
     return Helper(['-m', 'benchmarks.node.listener', *lane.ros_arguments], lane)
+
+
+def may_choose_fifo() -> bool:
+    """Tell whether this process may give others a real-time policy."""
+    if shutil.which(FIFO[0]) is None:
+        return False
+    return not subprocess.run([*FIFO, 'true'], capture_output=True, check=False).returncode
 
 
 def opened(stack: ExitStack, makers: Sequence[Callable[[], Program]]) -> list[Program]:

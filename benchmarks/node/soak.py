@@ -10,7 +10,7 @@ import numpy as np
 from mcap.reader import make_reader
 
 from benchmarks.node.lateness import Window, summary
-from benchmarks.node.programs import BareLoop, Drive, Program, opened
+from benchmarks.node.programs import FIFO, BareLoop, Drive, Program, may_choose_fifo, opened
 from benchmarks.node.recording import lost_in
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
@@ -28,18 +28,33 @@ SIGMAS = 2.0
 
 def run(sizes: Sizes) -> Outcome:
     """Run the node beside a bare loop."""
-    return _run(sizes, lambda _: BareLoop(BARE))
+    return _run(sizes, NODE, (), lambda _: BareLoop(BARE))
 
 
 def run_recording(sizes: Sizes) -> Outcome:
     """Run the node beside a bare loop that records the same, with the same recorder."""
-    return _run(sizes, lambda folder: BareLoop(RECORDING, '--record-apart', f'{folder}/{BESIDE}'))
+    return _run(
+        sizes,
+        NODE,
+        (),
+        lambda folder: BareLoop(RECORDING, '--record-apart', f'{folder}/{BESIDE}'),
+    )
 
 
-def _run(sizes: Sizes, rival: Callable[[str], Program]) -> Outcome:
+def run_fifo(sizes: Sizes) -> Outcome:
+    """Run the node, under a real-time policy if that is allowed, beside a bare loop."""
+    if may_choose_fifo():
+        return _run(sizes, f'{NODE}, {" ".join(FIFO)}', FIFO, lambda _: BareLoop(BARE))
+    return _run(sizes, f'{NODE}; no privilege for chrt', (), lambda _: BareLoop(BARE))
+
+
+def _run(
+    sizes: Sizes, name: str, before: Sequence[str], rival: Callable[[str], Program]
+) -> Outcome:
     with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
         settings = {'record.on_start': 'true', 'record.directory': folder}
-        programs = opened(stack, [lambda: Drive(NODE, settings), lambda: rival(folder)])
+        makers = [lambda: Drive(name, settings, before=before), lambda: rival(folder)]
+        programs = opened(stack, makers)
         for program in programs:
             program.start()
         time.sleep(sizes.settle_s)
