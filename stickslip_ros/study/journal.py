@@ -3,7 +3,8 @@ The journal of a long study: results are appended as they come, so that a killed
 
 One JSON object per line; the first line identifies the study. Python writes a float with the
 digits that give the same float again, so rows survive to the bit. What the end of the process
-leaves behind is at most a torn last line, which is dropped.
+leaves behind is at most a torn last line, which is dropped. A line that Ctrl-C has interrupted may
+stand there twice.
 
 """
 

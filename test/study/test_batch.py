@@ -115,6 +115,26 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_call_goes_on(tmp_path):
     assert len(task.cases) == 20 - done
 
 
+def test_ctrl_c_between_a_line_and_its_note_writes_the_line_again_and_counts_it_once(tmp_path):
+    class Interrupting(Journal):
+        lines = 0
+
+        def _write(self, content):
+            super()._write(content)
+            self.lines += 1
+            if self.lines == 3:  # the header, the first case, this one
+                raise KeyboardInterrupt
+
+    path = tmp_path / 'journal'
+    with Interrupting(path, IDENTITY) as journal, pytest.raises(Interrupted) as caught:
+        run_batch(third, range(IDENTITY.cases), journal=journal, workers=1)
+    kept = [json.loads(line)['case'] for line in path.read_bytes().splitlines()[1:]]
+    assert len(kept) == len(set(kept)) + 1
+    assert str(caught.value).startswith(f'stopped after {len(set(kept))} of')
+    with Journal(path, IDENTITY) as journal:
+        assert journal.rows == {case: third(case) for case in kept}
+
+
 def test_ctrl_c_waits_for_the_case_that_has_begun_and_begins_no_other():
     begun, go_on = threading.Event(), threading.Event()
     task = Counting()
