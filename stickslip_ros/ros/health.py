@@ -44,8 +44,9 @@ class RefusalCount:
 def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticStatus:
     """Return how well real time was kept since the last report."""
     wanted = session.pacer.real_time_factor
+    kept = f'{report.real_time_factor:.4f}'
     values = {
-        'real_time_factor': f'{report.real_time_factor:.4f}',
+        'real_time_factor': kept,
         'real_time_factor_wanted': f'{wanted:g}',
         'lateness_mean_us': f'{report.lateness_mean_s * MICRO:.1f}',
         'lateness_p99_us': f'{report.lateness_p99_s * MICRO:.1f}',
@@ -56,19 +57,13 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'behind_s': f'{report.behind_s:.6f}',
         'paused': str(session.is_paused).lower(),
     }
-    level, message = _judge_pace(report, wanted, session.parameters.sim.block)
-    if level == OK and session.is_paused:
-        message = 'paused'
+    level, message = OK, 'paused' if session.is_paused else 'in time'
+    missing_blocks = report.missing_s / session.parameters.sim.block
+    if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
+        level, message = ERROR, f'real-time factor {kept} instead of {wanted:g}'
+    elif report.overruns:
+        level, message = WARN, f'{report.overruns} of {report.ticks} ticks late'
     return _status(f'{name}: time', level, message, values)
-
-
-def _judge_pace(report: PaceReport, wanted: float, block_s: float) -> tuple[bytes, str]:
-    slow = report.real_time_factor < FACTOR_SHARE * wanted
-    if slow and report.missing_s > MISSING_BLOCKS * block_s:
-        return ERROR, f'real-time factor {report.real_time_factor:.3g} instead of {wanted:g}'
-    if report.overruns:
-        return WARN, f'{report.overruns} of {report.ticks} ticks late'
-    return OK, 'in time'
 
 
 def drive_status(name: str, session: Session, refusals: RefusalCount) -> DiagnosticStatus:
