@@ -1,12 +1,18 @@
 """``stickslip interface``: the page docs/interface.md, written from the code."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from stickslip_ros.cli.common import add_json, print_json
 from stickslip_ros.instrument.reports import RESULT_TEXTS, STATUS_TEXTS
-from stickslip_ros.parameters import format_value, specs
+from stickslip_ros.parameters import (
+    ControllerParameters,
+    Spec,
+    declared_by,
+    format_value,
+    specs,
+)
 from stickslip_ros.recording.topics import COMMANDS, READINGS, SERVICES, Topic
 
 TITLE = """\
@@ -56,7 +62,9 @@ def _lines() -> Iterator[str]:
     yield from _table('Status bits', ('bit', 'name', 'meaning'), bits)
     results = [(f'`{result.value}`', text) for result, text in RESULT_TEXTS.items()]
     yield from _table('Results of a command', ('result', 'meaning'), results)
-    yield from _parameter_table()
+    yield from _parameter_table('Parameters', specs())
+    title = 'Parameters of `position_controller`, read at its start'
+    yield from _parameter_table(title, declared_by(ControllerParameters))
 
 
 def _topic_table(title: str, topics: tuple[Topic, ...]) -> Iterator[str]:
@@ -69,16 +77,16 @@ def _qos_words(topic: Topic) -> str:
     return f'{"reliable" if topic.qos.reliable else "best effort"}, {topic.qos.depth}{latched}'
 
 
-def _parameter_table() -> Iterator[str]:
+def _parameter_table(title: str, declared: Mapping[str, Spec]) -> Iterator[str]:
     rows = []
-    for name, spec in specs().items():
+    for name, spec in declared.items():
         bounds = ' \\| '.join(spec.choices)
         if spec.minimum is not None and spec.maximum is not None:
             bounds = f'{spec.minimum:g} to {spec.maximum:g}'
         default = f'`{format_value(spec.default)}`'
         rows.append((f'`{name}`', default, spec.unit, bounds, spec.source, spec.text))
     header = ('name', 'default', 'unit', 'bounds or choices', 'source', 'meaning')
-    yield from _table('Parameters', header, rows)
+    yield from _table(title, header, rows)
 
 
 def _table(title: str, header: tuple[str, ...], rows: Any) -> Iterator[str]:

@@ -2,8 +2,9 @@
 
 from stickslip_ros.parameters.actuation_groups import ActuatorParameters, AmplifierParameters
 from stickslip_ros.parameters.contact_groups import ContactParameters, FrictionLawParameters
+from stickslip_ros.parameters.controller_group import ControllerParameters
 from stickslip_ros.parameters.fault_group import FaultParameters
-from stickslip_ros.parameters.fields import Scalar, Spec
+from stickslip_ros.parameters.fields import Scalar, Spec, declared_by, find
 from stickslip_ros.parameters.motion_groups import (
     ClosedLoopParameters,
     JogParameters,
@@ -33,6 +34,7 @@ __all__ = [
     'AmplifierParameters',
     'ClosedLoopParameters',
     'ContactParameters',
+    'ControllerParameters',
     'FaultParameters',
     'FrictionLawParameters',
     'InterferometerParameters',
@@ -48,8 +50,10 @@ __all__ = [
     'StandParameters',
     'StepParameters',
     'TraceParameters',
+    'declared_by',
     'describe',
     'dump_yaml',
+    'find',
     'format_value',
     'load_yaml',
     'parse_assignments',

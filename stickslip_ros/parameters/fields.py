@@ -1,12 +1,13 @@
 """What a parameter is: kind, unit, bounds, source; and the check that every value passes."""
 
 import dataclasses
+import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 
 Scalar = bool | int | float | str
 
@@ -144,10 +145,13 @@ def quantity(
     source: str,
     text: str,
     *,
+    fixed: bool = False,
     live: bool = False,
 ) -> Any:
     """Declare a physical quantity: a float with a unit and inclusive bounds."""
-    return _declare(Spec(float, default, unit, source, text, minimum, maximum, live=live))
+    return _declare(
+        Spec(float, default, unit, source, text, minimum, maximum, fixed=fixed, live=live)
+    )
 
 
 def count(
@@ -204,3 +208,31 @@ class Checked:
 
     def check_together(self) -> None:
         """Check what single bounds cannot say; groups override it."""
+
+
+def declared_by(group: type, prefix: str = '') -> dict[str, Spec]:
+    """Return what a group declares, and the groups in it, ``{'group.name': Spec}``."""
+    found: dict[str, Spec] = {}
+    for item in dataclasses.fields(group):
+        if 'spec' in item.metadata:
+            found[prefix + item.name] = item.metadata['spec']
+        else:
+            found.update(declared_by(item.type, f'{item.name}.'))  # type: ignore[arg-type]
+    return found
+
+
+def find(declared: Mapping[str, Spec], name: str, otherwise: str) -> Spec:
+    """
+    Return the declaration of a name.
+
+    Raises
+    ------
+    UnknownName
+        If the name is not declared; the message names the nearest ones, or says ``otherwise``.
+
+    """
+    if name not in declared:
+        near = difflib.get_close_matches(name, declared, n=3, cutoff=0.5)
+        mend = f'did you mean {" or ".join(near)}?' if near else otherwise
+        raise UnknownName('parameter', name, mend)
+    return declared[name]

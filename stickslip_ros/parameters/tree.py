@@ -1,15 +1,22 @@
 """All parameters as one immutable tree, and its flat form ``{'group.name': value}``."""
 
 import dataclasses
-import difflib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
-from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
+from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters.actuation_groups import ActuatorParameters, AmplifierParameters
 from stickslip_ros.parameters.contact_groups import ContactParameters, FrictionLawParameters
 from stickslip_ros.parameters.fault_group import FaultParameters
-from stickslip_ros.parameters.fields import ASSUMED, Checked, Scalar, Spec, switch
+from stickslip_ros.parameters.fields import (
+    ASSUMED,
+    Checked,
+    Scalar,
+    Spec,
+    declared_by,
+    find,
+    switch,
+)
 from stickslip_ros.parameters.motion_groups import (
     ClosedLoopParameters,
     JogParameters,
@@ -140,11 +147,7 @@ def spec_of(name: str) -> Spec:
         If the name is not declared; the message names the nearest ones.
 
     """
-    if name not in _SPECS:
-        near = difflib.get_close_matches(name, _SPECS, n=3, cutoff=0.5)
-        mend = f'did you mean {" or ".join(near)}?' if near else 'see docs/interface.md'
-        raise UnknownName('parameter', name, mend)
-    return _SPECS[name]
+    return find(_SPECS, name, 'see docs/interface.md')
 
 
 def parse_assignments(assignments: Iterable[str]) -> dict[str, str]:
@@ -179,14 +182,4 @@ def _check_multiple(name: str, period_ns: int, of_name: str, of_ns: int) -> None
         raise OutOfRange(name, period_ns, 'ns', limit, 'change one of the two')
 
 
-def _collect(group: type, prefix: str) -> dict[str, Spec]:
-    found: dict[str, Spec] = {}
-    for item in dataclasses.fields(group):
-        if 'spec' in item.metadata:
-            found[prefix + item.name] = item.metadata['spec']
-        else:
-            found.update(_collect(item.type, f'{item.name}.'))  # type: ignore[arg-type]
-    return found
-
-
-_SPECS = _collect(Parameters, '')
+_SPECS = declared_by(Parameters)

@@ -1,6 +1,7 @@
 """The parameters of the package as ROS parameters: declared, checked, read."""
 
 from collections.abc import Mapping
+from typing import Any
 
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -12,7 +13,17 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.parameters import Parameters, Scalar, Spec, describe, spec_of, specs
+from stickslip_ros.parameters import (
+    ControllerParameters,
+    Parameters,
+    Scalar,
+    Spec,
+    declared_by,
+    describe,
+    find,
+    spec_of,
+    specs,
+)
 
 SIM_TIME, CLOCK = 'use_sim_time', 'sim.publish_clock'
 FOREIGN = (SIM_TIME, 'start_type_description_service')
@@ -53,19 +64,48 @@ def declare_parameters(node: Node) -> Parameters:
         If a value given at the start is not allowed.
 
     """
-    given = {name: node.get_parameter(name).value for name in _given_names(node)}
-    parameters = Parameters().updated(given)
-    for name, value in parameters.flat().items():
-        if name in given:
-            node.undeclare_parameter(name)
-        descriptor = descriptor_of(spec_of(name))
-        node.declare_parameter(name, value, descriptor, ignore_override=True)
+    parameters = Parameters().updated(given_values(node))
+    declare(node, specs(), parameters.flat())
     return parameters
 
 
-def _given_names(node: Node) -> list[str]:
+def declare_controller_parameters(node: Node) -> ControllerParameters:
+    """
+    Declare every parameter of the position controller on a node, and refuse as above.
+
+    Parameters
+    ----------
+    node : Node
+        A node made with ``automatically_declare_parameters_from_overrides=True``.
+
+    Raises
+    ------
+    UnknownName, WrongKind, OutOfRange
+        If a value given at the start is not allowed.
+
+    """
+    declared = declared_by(ControllerParameters)
+    given = given_values(node)
+    for name in given:
+        find(declared, name, f'known are {", ".join(declared)}')
+    parameters = ControllerParameters(**given)
+    declare(node, declared, {name: getattr(parameters, name) for name in declared})
+    return parameters
+
+
+def given_values(node: Node) -> dict[str, Any]:
+    """Return what was given to a node at its start, but for what belongs to rclpy."""
     names = node.get_parameters_by_prefix('')
-    return [n for n in names if n not in FOREIGN and not n.startswith(QOS_PREFIX)]
+    own = [n for n in names if n not in FOREIGN and not n.startswith(QOS_PREFIX)]
+    return {name: node.get_parameter(name).value for name in own}
+
+
+def declare(node: Node, declared: Mapping[str, Spec], values: Mapping[str, Scalar]) -> None:
+    """Declare parameters with these values, which have been checked."""
+    for name, value in values.items():
+        if node.has_parameter(name):
+            node.undeclare_parameter(name)
+        node.declare_parameter(name, value, descriptor_of(declared[name]), ignore_override=True)
 
 
 def hand_over_overrides(node: Node) -> list[str]:

@@ -11,41 +11,21 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-import rclpy
 from geometry_msgs.msg import PointStamped
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, Float64, Int32
 
 from stickslip_ros.instrument.position_loop import Level, LoopSettings, Steps
 from stickslip_ros.instrument.remote_loop import RemoteLoop
-from stickslip_ros.parameters import Parameters, to_nanoseconds
+from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.topics import COMMAND, LATCHED, STREAM
-from stickslip_ros.ros.environment import stay_on_this_host
+from stickslip_ros.ros.executable import run_node
 from stickslip_ros.ros.interface import to_profile
 from stickslip_ros.ros.lockstep import Commands, LockstepClient
-from stickslip_ros.ros.main import end_on_signals, spin_until
+from stickslip_ros.ros.parameter_bridge import declare_controller_parameters
 
 NODE_NAME = 'position_controller'
 NANOSECONDS_PER_SECOND = 1_000_000_000
-STAND = Parameters()
-SETTINGS = {
-    'gain': (STAND.actuator.gain, 1e-13, 1e-6, 'displacement of the feet per volt, m/V'),
-    'voltage_min': (STAND.amplifier.voltage_min, -1000.0, 1000.0, 'lower end of the scan, V'),
-    'voltage_max': (STAND.amplifier.voltage_max, -1000.0, 1000.0, 'upper end of the scan, V'),
-    'step_amplitude': (STAND.step.amplitude, 1e-3, 2000.0, "the drive's step.amplitude, V"),
-    'step_frequency': (STAND.step.frequency, 1e-3, 1e6, "the drive's step.frequency, Hz"),
-    'share': (0.05, 1e-4, 1.0, 'share of the error that each reading takes back while scanning'),
-    'tolerance': (2e-9, 1e-12, 1e-3, 'distance from the target that counts as in position, m'),
-    'response_time': (0.015, 0.0, 10.0, 'time from a command until its effect has settled, s'),
-    'block': (STAND.sim.block, 1e-4, 0.1, "lockstep: the drive's sim.block, s"),
-}
-"""Parameters of the controller: default, bounds, meaning."""
-LOCKSTEP = ParameterDescriptor(
-    description='grant every block to a drive with sim.lockstep', read_only=True
-)
 
 
 class PositionController(Node):
@@ -55,43 +35,42 @@ class PositionController(Node):
     Publishes ``~/in_position`` (std_msgs/Bool, latched) and ``~/error`` (std_msgs/Float64, m).
     Keyword arguments are those of ``rclpy.node.Node``.
 
+    Raises
+    ------
+    UnknownName, WrongKind, OutOfRange
+        If a parameter given at the start is not allowed.
+
     """
 
     def __init__(self, node_name: str = NODE_NAME, **node_arguments: Any) -> None:
-        super().__init__(node_name, **node_arguments)
-        values = {name: self._declare(name) for name in SETTINGS}
+        super().__init__(
+            node_name, automatically_declare_parameters_from_overrides=True, **node_arguments
+        )
+        parameters = declare_controller_parameters(self)
         self.loop = RemoteLoop(
             LoopSettings(
-                gain_m_per_v=values['gain'],
-                voltage_min_v=values['voltage_min'],
-                voltage_max_v=values['voltage_max'],
-                step_v=values['step_amplitude'],
-                share=values['share'],
-                deadband_m=values['tolerance'],
+                gain_m_per_v=parameters.gain,
+                voltage_min_v=parameters.voltage_min,
+                voltage_max_v=parameters.voltage_max,
+                step_v=parameters.step_amplitude,
+                share=parameters.share,
+                deadband_m=parameters.tolerance,
             ),
-            values['step_frequency'],
-            values['response_time'],
+            parameters.step_frequency,
+            parameters.response_time,
         )
         command, latched = to_profile(COMMAND), to_profile(LATCHED)
         self._error = self.create_publisher(Float64, '~/error', command)
         self._in_position = self.create_publisher(Bool, '~/in_position', latched)
         self._told: bool | None = None
         self.create_subscription(PointStamped, '~/target', self._on_target, command)
-        if self.declare_parameter('lockstep', False, LOCKSTEP).value:
-            self._lockstep = LockstepClient(self, values['block'], self._answer)
+        if parameters.lockstep:
+            self._lockstep = LockstepClient(self, parameters.block, self._answer)
         else:
             self._steps = self.create_publisher(Int32, 'command/steps', command)
             self._voltage = self.create_publisher(Float64, 'command/voltage', command)
             stream = to_profile(STREAM)
             self.create_subscription(PointStamped, 'position', self._on_position, stream)
-
-    def _declare(self, name: str) -> float:
-        default, lowest, highest, text = SETTINGS[name]
-        bounds = FloatingPointRange(from_value=lowest, to_value=highest, step=0.0)
-        descriptor = ParameterDescriptor(
-            description=text, floating_point_range=[bounds], read_only=True
-        )
-        return float(self.declare_parameter(name, default, descriptor).value)
 
     def _on_target(self, message: PointStamped) -> None:
         if math.isfinite(message.point.x):
@@ -139,18 +118,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments : sequence of str, optional
         ROS arguments, such as ``--ros-args -p tolerance:=1e-9``; the command line if None.
 
+    Returns
+    -------
+    int
+        0 after a clean end, 2 if a parameter was refused.
+
     """
-    ended = end_on_signals()
-    stay_on_this_host()
-    try:
-        rclpy.init(
-            args=None if arguments is None else list(arguments),
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
-        spin_until(ended, PositionController(), SingleThreadedExecutor())
-    finally:
-        rclpy.try_shutdown()
-    return 0
+    return run_node(NODE_NAME, PositionController, arguments)
 
 
 if __name__ == '__main__':

@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import json
 import re
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from stickslip_ros.cli import main
 from stickslip_ros.cli.drive import ros_arguments
 from stickslip_ros.cli.main import VERBS, build_parser
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.parameters import Parameters, load_yaml, specs
+from stickslip_ros.parameters import ControllerParameters, Parameters, load_yaml, specs
 
 NEEDED = {'contact': ('--normal-force', '0.1'), 'simulate': ('--voltage', '100')}
 WITH_PARAMETERS = ('contact', 'simulate', 'drive', 'demo', 'parameters')
@@ -163,10 +164,14 @@ def test_code_config_docs_and_json_name_the_same_parameters(capsys: Any):
         )
     ]
     page = (ROOT / 'docs/interface.md').read_text(encoding='utf-8').partition('## Parameters')[2]
-    in_docs = [line.split('`')[1] for line in page.splitlines() if line.startswith('| `')]
+    in_docs, of_controller = (
+        [line.split('`')[1] for line in section.splitlines() if line.startswith('| `')]
+        for section in page.split('## Parameters')
+    )
     main(['parameters', '--json'])
     in_json = list(json.loads(capsys.readouterr().out))
     assert in_config == in_docs == in_json == names
+    assert of_controller == [field.name for field in fields(ControllerParameters)]
 
 
 def test_the_file_in_config_is_the_default():

@@ -4,16 +4,10 @@ import json
 import os
 import subprocess
 import sys
-import threading
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from conftest import open_context
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 
-from stickslip_ros.ros.main import spin_until
 from stickslip_ros.ros.timeliness import KNOWS_SLICES, ON_LINUX, SLACK_S, SLICE_S, SWITCH_S
 
 TELL = """
@@ -83,33 +77,3 @@ def test_what_a_configured_drive_consists_of_is_kept_from_collections():
         assert kept > 50_000
         assert collected < 0.02 * kept
     assert told[-1][0] < 1.02 * told[0][0]  # a configuration leaves nothing behind for ever
-
-
-@pytest.fixture
-def node(domain: int) -> Iterator[Node]:
-    context = open_context(domain, '')
-    yield Node('spun', context=context)
-    context.try_shutdown()
-
-
-def test_a_node_is_spun_until_an_event_and_then_destroyed(node: Node):
-    ended, calls = threading.Event(), []
-
-    def count() -> None:
-        calls.append(threading.current_thread())
-        if len(calls) > 2:
-            ended.set()
-
-    node.create_timer(1e-3, count)
-    spin_until(ended, node, SingleThreadedExecutor(context=node.context))
-    assert threading.main_thread() not in calls
-    assert not list(node.timers)
-
-
-def test_what_a_callback_raises_ends_the_node(node: Node):
-    def fail() -> None:
-        raise ZeroDivisionError
-
-    node.create_timer(1e-3, fail)
-    with pytest.raises(ZeroDivisionError):
-        spin_until(threading.Event(), node, SingleThreadedExecutor(context=node.context))

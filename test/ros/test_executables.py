@@ -1,4 +1,4 @@
-"""The executable: one process, ended cleanly by signals, recording complete."""
+"""The executables: one process each, ended cleanly by signals, recordings complete."""
 
 import os
 import signal
@@ -16,12 +16,14 @@ from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.topics import NODE_NAME
 from stickslip_ros.ros.operator import Operator
 from stickslip_ros.ros.timeliness import KNOWS_SLICES, SLICE_S, slice_s
 
 #: A process compiles nothing here, but loads kernels and finds its peers.
 END_TIMEOUT_S = 20.0
 MAIN = (sys.executable, '-m', 'stickslip_ros.ros.main')
+CONTROLLER = (sys.executable, '-m', 'stickslip_ros.ros.position_controller')
 CLI_DRIVE = (str(Path(sys.executable).with_name('stickslip')), 'drive')
 
 
@@ -86,9 +88,9 @@ def end(process: subprocess.Popen[str], *signals: int) -> tuple[int, str]:
         (signal.SIGINT,),
         (signal.SIGTERM,),
         (signal.SIGINT, signal.SIGINT),
-        (signal.SIGINT, signal.SIGTERM, signal.SIGINT),
+        (signal.SIGINT, signal.SIGTERM) * 50,
     ],
-    ids=['SIGINT', 'SIGTERM', 'SIGINT twice', 'all at once'],
+    ids=['SIGINT', 'SIGTERM', 'SIGINT twice', 'a hundred'],
 )
 def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
     start: Callable, meet: Callable, tmp_path: Path, signals: tuple[int, ...]
@@ -98,7 +100,7 @@ def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
     path = operator.set_recording(wanted=True).message
     operator.command_sawtooth(300.0, 500.0, 0.0)
     operator.spin_until(lambda: bool(operator.status & Status.MOVING), 'the move')
-    operator.spin_for(0.2)
+    operator.spin_for(0.3)  # a backlog of readings may count as time
     status, errors = end(process, *signals)
     assert status == 0
     assert 'Traceback' not in errors
@@ -108,6 +110,25 @@ def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
     assert recorded['/command/sawtooth'] == 1
     assert recorded['/position'] >= 200
     assert recording.metadata['stickslip_recorder']['written'] == str(sum(recorded.values()))
+
+
+@pytest.mark.parametrize(
+    ('words', 'name'),
+    [
+        ((*MAIN, '--ros-args', '-p', 'autostart:=false'), NODE_NAME),
+        (CONTROLLER, 'position_controller'),
+    ],
+    ids=['drive', 'controller'],
+)
+def test_a_signal_ends_a_node_that_has_nothing_to_do(
+    start: Callable, meet: Callable, words: tuple[str, ...], name: str
+):
+    process = start(*words)
+    operator = meet(wait=False)
+    operator.spin_until(lambda: name in operator.node.get_node_names(), name)
+    status, errors = end(process, signal.SIGTERM)
+    assert status == 0
+    assert 'Traceback' not in errors
 
 
 @pytest.mark.parametrize(
@@ -133,10 +154,36 @@ def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
 def test_a_refused_parameter_is_one_clear_line_and_status_2(
     start: Callable, assignment: str, line: str
 ):
-    status, errors = end(start(*MAIN, '--ros-args', '-p', assignment))
+    assert_is_refused(start(*MAIN, '--ros-args', '-p', assignment), line)
+
+
+@pytest.mark.parametrize(
+    ('assignment', 'line'),
+    [
+        ('gain:=-1.0', 'gain -1 m/V is below the minimum 1e-13 m/V; raise it'),
+        ('gain:=much', "gain 'much' is not a finite number; give a number such as 0.5 or 60e-9"),
+        ('lockstep:=2', 'lockstep 2 is not true or false; write true or false'),
+        ('tolerence:=1e-9', "parameter 'tolerence' is not known; did you mean tolerance"),
+        ('qqqq:=1', "parameter 'qqqq' is not known; known are gain, voltage_min,"),
+        (
+            'voltage_min:=500.0',
+            'voltage_min 500 V is not below voltage_max, 300 V; lower it or raise the other',
+        ),
+    ],
+)
+def test_the_controller_refuses_likewise(start: Callable, assignment: str, line: str):
+    process = start(*CONTROLLER, '--ros-args', '-p', assignment)
+    assert_is_refused(process, f'position_controller: {line}')
+
+
+def assert_is_refused(process: subprocess.Popen[str], line: str) -> None:
+    """Check the status and what the executable says; libraries may say more, with other words."""
+    status, errors = end(process)
     assert status == 2
-    [only] = errors.splitlines()
+    name = line.partition(' ')[0]
+    [only] = [each for each in errors.splitlines() if each.startswith(name)]
     assert only.startswith(line)
+    assert 'Traceback' not in errors
 
 
 @pytest.mark.skipif(not KNOWS_SLICES, reason='Linux grants slices from 6.12 on')
