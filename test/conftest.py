@@ -1,5 +1,11 @@
 """What all tests share: how hypothesis searches, and the stand of the paper."""
 
+import fcntl
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import matplotlib.font_manager  # noqa: F401 - a process that finds no font cache says so on stderr
 import pytest
 from hypothesis import HealthCheck, settings
 
@@ -15,6 +21,33 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
 settings.load_profile('deterministic')
+
+ROS_DOMAINS = range(1, 21)
+"""Domains of test runs; others follow from them, so that nobody meets by chance."""
+WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
+
+
+@pytest.fixture(scope='session', autouse=True)
+def _plain_terminal() -> Iterator[None]:
+    """Print tables as wide and as plain as into a file, whatever window the tests run in."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in WINDOW:
+            patch.delenv(name, raising=False)
+        yield
+
+
+@pytest.fixture(scope='session')
+def domain() -> Iterator[int]:
+    """Give a ROS domain that no other test process of this machine has."""
+    for number in ROS_DOMAINS:
+        with Path(tempfile.gettempdir(), f'stickslip_ros_domain_{number}').open('w') as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield number
+            return
+    raise RuntimeError(f'all ROS domains for tests, {ROS_DOMAINS}, are in use')
 
 
 @pytest.fixture(scope='session')

@@ -62,7 +62,8 @@ def steady_deflection(law: FrictionLaw, coulomb_n: float, v_m_per_s: float) -> f
     """Return g(v) = |z_ss|, the deflection of steady sliding, m."""
     if law.number == DAHL:
         return coulomb_n / law.bristle_n_per_m
-    decay = math.exp(-((v_m_per_s / law.stribeck_m_per_s) ** 2))
+    ratio = v_m_per_s / law.stribeck_m_per_s
+    decay = math.exp(-ratio * ratio)
     return coulomb_n * (1.0 + (law.static_ratio - 1.0) * decay) / law.bristle_n_per_m
 
 

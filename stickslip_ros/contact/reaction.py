@@ -243,7 +243,7 @@ def contact_lost(model: ContactModel, history: History, state: ContactState) -> 
 def contact_stored(model: ContactModel, history: History, state: ContactState) -> float:
     """Return the elastic energy in the contacts, J."""
     if model.law.number != MDR:
-        return 0.5 * model.law.bristle_n_per_m * state.bristle_m**2
+        return 0.5 * model.law.bristle_n_per_m * (state.bristle_m * state.bristle_m)
     if state.on_springs:
         return stored_in_springs(model.bank, history.springs)
     return stored_energy(model.curve, history.stack, state.memory)

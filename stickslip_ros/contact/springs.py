@@ -115,7 +115,8 @@ def stored_in_springs(bank: SpringBank, forces_n: Array) -> float:
     for group in range(forces_n.shape[0]):
         for i in range(forces_n.shape[1]):
             if bank.shear_n_per_m[group, i] > 0.0:
-                energy_j += 0.5 * forces_n[group, i] ** 2 / bank.shear_n_per_m[group, i]
+                force_n = forces_n[group, i]
+                energy_j += 0.5 * force_n * force_n / bank.shear_n_per_m[group, i]
     return energy_j
 
 

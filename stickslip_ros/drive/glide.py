@@ -229,9 +229,8 @@ def _book(
     """Add one step to the integrals, each by Simpson's rule."""
     sums = before.sums
     mean_contact_n = (before.contact.memory.force_n + 4.0 * middle_n + contact_n) * SIXTH
-    mean_square = (
-        before.velocity_m_per_s**2 + 4.0 * middle_m_per_s**2 + velocity_m_per_s**2
-    ) * SIXTH
+    v_0, v_half, v_1 = before.velocity_m_per_s, middle_m_per_s, velocity_m_per_s
+    mean_square = (v_0 * v_0 + 4.0 * v_half * v_half + v_1 * v_1) * SIXTH
     mean_m = (before.position_m + 4.0 * middle_m + position_m) * SIXTH
     return Sums(
         sums.feet_work_j - mean_contact_n * foot_step_m,

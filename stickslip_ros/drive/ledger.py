@@ -90,7 +90,8 @@ def book(
 ) -> Sums:
     """Add one step to the integrals, each by the trapezoidal rule."""
     sums = before.sums
-    mean_square = 0.5 * (before.velocity_m_per_s**2 + velocity_m_per_s**2)
+    v_0, v_1 = before.velocity_m_per_s, velocity_m_per_s
+    mean_square = 0.5 * (v_0 * v_0 + v_1 * v_1)
     return Sums(
         sums.feet_work_j + feet_work_j,
         sums.load_work_j + load_n * (position_m - before.position_m),

@@ -44,7 +44,8 @@ def stops_energy(plant: Plant, position_m: float) -> float:
     """Return the elastic energy of the end stops, J."""
     if plant.walls.stop_n_per_m == 0.0:
         return 0.0
-    return 0.5 * stops_force(plant, position_m) ** 2 / plant.walls.stop_n_per_m
+    force_n = stops_force(plant, position_m)
+    return 0.5 * force_n * force_n / plant.walls.stop_n_per_m
 
 
 @kernel

@@ -217,14 +217,11 @@ class Recorder:
         if self._ended() or len(self._queue) >= self._queue_length:
             track.dropped += 1
             return False
+        self._peak = max(self._peak, len(self._queue) + 1)  # first: nobody sees more than the peak
         self._queue.append((track, time_ns, data, sequence))
-        self._note_length(len(self._queue))
-        return True
-
-    def _note_length(self, length: int) -> None:
-        self._peak = max(self._peak, length)
-        if length == self._batch:
+        if len(self._queue) == self._batch:
             self._changed.notify_all()
+        return True
 
     def _ended(self) -> bool:
         return self._closed or self._error is not None

@@ -32,6 +32,8 @@ LOAD_S = 0.2
 PAUSE_S = 0.05
 END_TIMEOUT_S = 20.0
 DOMAINS = 100
+EARLY_KNOCK = 'ignore:failed to send response:RuntimeWarning'
+"""What rclpy warns of when an answer meets nobody; the operator then knocks again."""
 NANO = 1e-9
 POSITIONS_NEEDED = 0.99
 """Share of the recorded positions that the operator must have received for a pass."""
@@ -132,7 +134,7 @@ def run_demo(parameters: Parameters, folder: Path) -> DemoSummary:
 @contextmanager
 def drive_process(settings: Path, domain: int) -> Iterator[subprocess.Popen[bytes]]:
     """Run the node in a process of its own; it is ended with the context."""
-    command = [sys.executable, '-m', 'stickslip_ros.ros.main']
+    command = [sys.executable, '-W', EARLY_KNOCK, '-m', 'stickslip_ros.ros.main']
     command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
     process = subprocess.Popen(command, env=environment)

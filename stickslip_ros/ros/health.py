@@ -107,19 +107,19 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     if writer is None:
         return _status(title, OK, 'not recording', {})
     recorder, length = writer.recorder, session.parameters.record.queue_length
-    queued = recorder.queued
+    queued, dropped = recorder.queued, recorder.dropped
     values = {
         'file': str(recorder.path),
         'written': str(recorder.written),
         'queued': str(queued),
         'queue_peak': str(recorder.queue_peak),
         'queue_length': str(length),
-        'dropped': str(recorder.dropped),
+        'dropped': str(dropped),
     }
     if recorder.error is not None:
         return _status(title, ERROR, f'stopped: {recorder.error}', values)
-    if recorder.dropped:
-        return _status(title, ERROR, f'{recorder.dropped} dropped', values)
+    if dropped:
+        return _status(title, ERROR, f'{dropped} dropped', values)
     if queued > QUEUE_SHARE * length and not writer.waits:
         return _status(title, WARN, f'queue {queued} of {length}', values)
     return _status(title, OK, 'recording', values)

@@ -112,8 +112,8 @@ class Pacer:
         if pause_s > 0.0:
             sleep(pause_s)
         late_s = max(0.0, time.monotonic() - self._deadline_s)
+        self._overruns_total += late_s > self._period_s  # first: a report reads it last
         self._lateness_s.append(late_s)
-        self._overruns_total += late_s > self._period_s
         if late_s > max(LAG_MAX_S, 2.0 * self._period_s):
             self._deadline_s += late_s
             self._behind_s += late_s

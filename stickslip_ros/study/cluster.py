@@ -12,7 +12,9 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.study.extras import load_extra
 
 CONNECT_S = 10.0
-"""Time that a scheduler has to answer, and to get its first worker, s."""
+"""Time that a scheduler has to answer, s."""
+WORKERS_S = 10.0
+"""Time that it has to get its first worker, s."""
 
 
 class ClusterError(StickSlipError):
@@ -86,10 +88,10 @@ def _connect(distributed: Any, address: str) -> Any:
 def _check_workers(client: Any, address: str) -> None:
     """Refuse a cluster without workers, or with another version of the package."""
     try:
-        client.wait_for_workers(1, timeout=CONNECT_S)
+        client.wait_for_workers(1, timeout=WORKERS_S)
     except (TimeoutError, asyncio.TimeoutError):
         mend = f'start some with: dask worker {address}'
-        raise ClusterError(address, f'has no worker after {CONNECT_S:g} s', mend) from None
+        raise ClusterError(address, f'has no worker after {WORKERS_S:g} s', mend) from None
     name, ours = stickslip_ros.__name__, stickslip_ros.__version__
 
     def version() -> str:

@@ -194,7 +194,8 @@ def test_what_wakes_the_drive_has_short_slices(start: Callable, meet: Callable):
     threads = list(Path(f'/proc/{process.pid}/task').iterdir())
     prompt = {each for each in threads if slice_s(int(each.name)) == pytest.approx(SLICE_S)}
     assert Path(f'/proc/{process.pid}/task/{process.pid}') in prompt
-    assert {each for each in threads if (each / 'comm').read_text().startswith('dds')} < prompt
+    names = {each: each / 'comm' for each in threads if each.exists()}
+    assert {each for each in names if names[each].read_text().startswith('dds')} < prompt
     assert end(process, signal.SIGINT)[0] == 0
 
 

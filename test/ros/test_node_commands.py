@@ -46,8 +46,9 @@ def test_jogging_goes_on_while_it_is_asked_for_and_ends_with_zero(stand: Any):
 def test_jogging_ends_when_its_watchdog_hears_nothing(launch: Callable[..., Any]):
     stand = launch({'jog.timeout': 0.05})
     stand.operator.command_jog(FAST_JOG_HZ)
-    stand.operator.spin_until(lambda: bool(stand.operator.status & Status.MOVING), 'the jog')
-    stand.operator.wait_for_event('jog', 0)
+    event = stand.operator.wait_for_event('jog', 0)
+    assert event['message'].startswith('jog.timeout passed')
+    assert event['steps'] == pytest.approx(0.05 * FAST_JOG_HZ, abs=1)
     stand.operator.spin_until(lambda: not stand.operator.status & Status.MOVING, 'its end')
 
 

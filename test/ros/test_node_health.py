@@ -73,7 +73,7 @@ def test_the_values_of_time_agree_with_each_other(stand: Any):
     assert values['overruns'] <= values['ticks']
     assert values['overruns'] <= values['overruns_total']
     assert values['real_time_factor_wanted'] == 1.0
-    if values['real_time_factor'] >= FACTOR_SHARE:
+    if values['real_time_factor'] >= FACTOR_SHARE + ROUNDING:
         is_late = values['overruns'] > 0
         assert part.level == (DiagnosticStatus.WARN if is_late else DiagnosticStatus.OK)
         assert (part.message == 'in time') != is_late
@@ -140,6 +140,7 @@ def test_messages_that_the_recorder_lost_are_an_error(launch: Callable[..., Any]
 
 def test_a_refusal_is_a_warning_once(stand: Any):
     heard = stand.listen('diagnostics')
+    next_parts(stand, heard)  # the next report is a second away
     stand.operator.command_voltage(1e6)
     stand.operator.wait_for_event('voltage', 0)
     part = next_parts(stand, heard)['drive']

@@ -20,7 +20,7 @@ from stickslip_ros.recording.recover_run import recover
 
 PROCESSES, NODES_EACH = 2, 10
 #: What a machine that is busy with other tests may need to write, beyond the flush period.
-BUSY_S = 0.3
+BUSY_S = 0.6
 TIMEOUT_S = 90.0
 NS_PER_S = 1_000_000_000
 
@@ -41,7 +41,7 @@ class Listener:
         self._node.create_subscription(PointStamped, f'/n{number}/position', self._take, 1000)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._executor.spin)
+        self._thread = threading.Thread(target=self._executor.spin, daemon=True)
         self._thread.start()
 
     def _take(self, message: PointStamped) -> None:
@@ -70,10 +70,14 @@ def killed(tmp_path_factory: pytest.TempPathFactory, domain: int) -> Any:
         )
         for each in range(PROCESSES)
     ]
-    said = [each.communicate(timeout=TIMEOUT_S)[0] for each in processes]
+    try:
+        said = [each.communicate(timeout=TIMEOUT_S)[0] for each in processes]
+    finally:
+        for each in processes:
+            each.kill()
+        for each in listeners:
+            each.close()
     kills = [json.loads(line) for each in said for line in each.splitlines()]
-    for each in listeners:
-        each.close()
     return folder, kills, [each.heard for each in listeners]
 
 

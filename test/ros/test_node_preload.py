@@ -16,7 +16,7 @@ BURST = (300.0, 1000.0, 50.0)
 def test_a_preload_command_is_carried_out_at_its_rate_and_told_by_status_and_event(
     launch: Callable[..., Any],
 ):
-    stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 3.0})
+    stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 0.6})
     stand.operator.command_preload(PRELOAD_N)
     stand.operator.spin_until(
         lambda: stand.operator.status == IDLE | Status.PRELOADING, 'the preloading bit'

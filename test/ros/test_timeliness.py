@@ -38,6 +38,8 @@ for _ in range(3):
     node.trigger_configure()
     told.append([gc.get_freeze_count(), len(gc.get_objects())])
     node.trigger_cleanup()
+node.destroy_node()
+rclpy.try_shutdown()
 print(json.dumps(told))
 """
 

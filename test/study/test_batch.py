@@ -24,6 +24,8 @@ from stickslip_ros.study.extras import MissingExtra
 from stickslip_ros.study.journal import Identity, Journal, identify
 from stickslip_ros.study.sweep import Case, run_case
 
+# Dask warns where making its folder takes more than a second.
+pytestmark = pytest.mark.filterwarnings('ignore:Creating scratch directories:UserWarning')
 CASES = list(range(20))
 IDENTITY = Identity('test', '1', len(CASES), 'abc')
 
@@ -347,7 +349,7 @@ def test_a_scheduler_that_does_not_answer_is_refused(address, message, monkeypat
 def test_a_cluster_without_workers_is_refused(monkeypatch):
     with LocalCluster(n_workers=0, dashboard_address=':0') as local:
         address = local.scheduler_address
-        monkeypatch.setattr(cluster, 'CONNECT_S', 1.0)
+        monkeypatch.setattr(cluster, 'WORKERS_S', 1.0)
         with pytest.raises(ClusterError, match=f'no worker after 1 s; .*dask worker {address}'):
             run_batch(third, CASES, scheduler=address)
 
