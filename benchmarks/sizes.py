@@ -50,6 +50,9 @@ class Sizes:
         Length of these runs; the last two are run only when asked for.
     sample_s : float
         Time from one reading of the memory to the next.
+    real_time : tuple of str
+        What gives a program a real-time policy, put before its command. Of `TINY`, words that set
+        the ordinary policy: in a test suite, programs of real-time priority would starve the rest.
 
     """
 
@@ -79,6 +82,7 @@ class Sizes:
     long_drift_s: float = 600.0
     soak_s: float = 600.0
     sample_s: float = 10.0
+    real_time: tuple[str, ...] = ('chrt', '--fifo', '50')
 
 
 FULL = Sizes()
@@ -103,8 +107,9 @@ TINY = Sizes(
     turn_s=0.2,
     commands=4,
     lockstep_s=0.1,
-    drift_s=0.5,
-    long_drift_s=0.5,
+    drift_s=1.0,
+    long_drift_s=1.0,
     soak_s=1.5,
     sample_s=0.3,
+    real_time=('chrt', '--other', '0'),
 )

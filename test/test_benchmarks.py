@@ -1,8 +1,12 @@
 """The benchmarks run, rivals agree with ours, and the results have their shape; no timings."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
+import time
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +23,8 @@ from stickslip_ros.drive.build import contacts_of
 
 ROOT = Path(__file__).resolve().parents[1]
 TIMEOUT_S = 240.0
+"""For all processes together; less than what pytest allows a test, so that their ends are told."""
+TAIL_CHARACTERS = 8000
 APART = {'node-recording', 'node-lockstep', 'node-latency', 'node-drift'}
 """Benchmarks that are run in processes of their own."""
 CYCLES = 10
@@ -33,6 +39,41 @@ BENCHMARK = {'title', 'seconds', 'rows', 'verdicts', 'notes'}
 VERDICT = {'target', 'wanted', 'found', 'at_most', 'met'}
 
 
+@contextmanager
+def apart(names, out, log):
+    """Run benchmarks in a process, which leaves no processes of its own behind when it fails."""
+    words = ['-u', '-X', 'faulthandler', '-m', 'benchmarks', '--tiny', '--out', str(out), *names]
+    with log.open('wb') as said:
+        process = subprocess.Popen(
+            [sys.executable, *words],
+            cwd=ROOT,
+            stdout=said,
+            stderr=said,
+            start_new_session=True,
+        )
+    try:
+        yield process
+    finally:
+        if process.poll() != 0:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def failure_of(process, log, end_s):
+    """Wait for a process; return what went wrong and what it said last, if it was not well."""
+    try:
+        status = process.wait(max(0.0, end_s - time.monotonic()))
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGABRT)  # the fault handler says where it stood
+        process.wait()
+        status = f'not ended after {TIMEOUT_S:g} s'
+    if status == 0:
+        return ''
+    said = log.read_text(encoding='utf-8', errors='replace')[-TAIL_CHARACTERS:]
+    return f'{process.args}: {status}\n{said}'
+
+
 @pytest.fixture(scope='module')
 def parts(tmp_path_factory):
     """Run all benchmarks, those that mostly wait for their processes beside one another."""
@@ -45,15 +86,16 @@ def parts(tmp_path_factory):
     ]
     assert {name for group in groups for name in group} == set(BENCHMARKS) | set(LONG)
     files = [folder / f'{number}.json' for number in range(len(groups))]
-    running = [
-        subprocess.Popen(
-            [sys.executable, '-m', 'benchmarks', '--tiny', '--out', str(file), *group],
-            cwd=ROOT,
-            stdout=subprocess.DEVNULL,
-        )
-        for file, group in zip(files, groups, strict=True)
-    ]
-    assert [each.wait(TIMEOUT_S) for each in running] == [0] * len(groups)
+    logs = [file.with_suffix('.log') for file in files]
+    with ExitStack() as stack:
+        end_s = time.monotonic() + TIMEOUT_S
+        running = [
+            stack.enter_context(apart(*each)) for each in zip(groups, files, logs, strict=True)
+        ]
+        failures = [
+            failure_of(process, log, end_s) for process, log in zip(running, logs, strict=True)
+        ]
+    assert not any(failures), '\n'.join(failures)
     return [json.loads(file.read_text(encoding='utf-8')) for file in files]
 
 

@@ -7,20 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 
 from benchmarks.node.cpu import ABOUT_LATENESS, DRIVE, FORMS, OBJECTS, PLAIN, lateness_rows
-from benchmarks.node.programs import (
-    FIFO,
-    BareLoop,
-    Drive,
-    Program,
-    in_turn,
-    may_choose_fifo,
-    opened,
-)
+from benchmarks.node.programs import BareLoop, Drive, Program, in_turn, may_begin_with, opened
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import Sizes
 
 PLAIN_DRIVE = 'the node, not prompt'
-FIFO_DRIVE = f'the node, {" ".join(FIFO)}'
 OTHERS_PER_CORE = 1
 
 
@@ -31,9 +22,10 @@ def run(sizes: Sizes) -> Outcome:
         lambda: Drive(DRIVE),
         lambda: Drive(PLAIN_DRIVE, prompt=False),
     ]
-    if may_choose_fifo():
-        makers.append(lambda: Drive(FIFO_DRIVE, before=FIFO))
-    makers += [lambda name=name: BareLoop(name, *FORMS[name]) for name in (OBJECTS, PLAIN)]
+    if may_begin_with(sizes.real_time):
+        name = f'{DRIVE}, {" ".join(sizes.real_time)}'
+        makers.append(lambda: Drive(name, before=sizes.real_time))
+    makers += [lambda form=form: BareLoop(form, *FORMS[form]) for form in (OBJECTS, PLAIN)]
     with ExitStack() as stack:
         programs = opened(stack, makers)
         stack.enter_context(company(others))

@@ -7,6 +7,7 @@ A process that commands a voltage and waits until the position shows it.
 
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,11 @@ from benchmarks.node.process import serve
 from benchmarks.node.spinning import TIMEOUT_S, ros
 
 VOLTAGES_V = (0.0, 50.0)
-REST_S = 0.2
+REST_READINGS, PLACE_READINGS = 300, 100
+"""Readings to wait for after a command; the last of them tell a place. They are counted, for after
+a stall 200 may be older than the command: those in the queues of both sides."""
+ATTEMPTS = 10
+"""Commands are lost until the program knows who commands, under load for seconds."""
 SETTLE_S = 0.012
 """Pause between commands; a random share of a block is added, so that they come at any phase."""
 BLOCK_S = 1e-3
@@ -47,7 +52,8 @@ class Commander:
         node.create_subscription(PointStamped, 'position', self._take, profile)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
-        self._readings: deque[tuple[float, float]] = deque(maxlen=100)
+        self._readings: deque[tuple[float, float]] = deque(maxlen=PLACE_READINGS)
+        self._taken = 0
 
     def measure(self, commands: int, seed: int) -> dict[str, Any]:
         """Command some steps to and fro; return the delay of each and how many had no effect."""
@@ -65,27 +71,30 @@ class Commander:
         return {'delays_s': delays_s, 'lost': lost, 'threshold_m': threshold_m}
 
     def _connect(self) -> None:
-        end_s = time.monotonic() + TIMEOUT_S
-        while not (self._publisher.get_subscription_count() and self._readings):
-            if time.monotonic() > end_s:
-                raise TimeoutError('no program took commands and gave positions')
-            self._executor.spin_once(timeout_sec=0.01)
+        self._wait_for(
+            lambda: self._publisher.get_subscription_count() and self._readings,
+            'a program that takes commands and gives positions',
+        )
 
     def _threshold(self) -> float:
         """Return a quarter of the whole move; it ends at the first voltage."""
-        places_m = []
-        for voltage_v in (*VOLTAGES_V, VOLTAGES_V[0]):
-            self._publisher.publish(Float64(data=voltage_v))
-            self._spin(REST_S)
-            readings_m = [reading_m for _, reading_m in self._readings]
-            places_m.append(np.mean(readings_m))
-        threshold_m = 0.25 * abs(places_m[1] - places_m[2])
-        noise_m = float(np.std(readings_m))
-        if threshold_m <= NOISES * noise_m:
-            raise ValueError(f'a move of {4.0 * threshold_m} m is lost in noise of {noise_m} m')
-        return float(threshold_m)
+        for _ in range(ATTEMPTS):
+            places_m = [self._place(voltage_v) for voltage_v in (*VOLTAGES_V, VOLTAGES_V[0])]
+            threshold_m = 0.25 * abs(float(np.mean(places_m[1]) - np.mean(places_m[2])))
+            noise_m = float(np.std(places_m[2]))
+            if threshold_m > NOISES * noise_m:
+                return threshold_m
+        raise ValueError(f'a move of {4.0 * threshold_m} m is lost in noise of {noise_m} m')
+
+    def _place(self, voltage_v: float) -> list[float]:
+        """Command a voltage; return readings of the position at rest, m."""
+        self._publisher.publish(Float64(data=voltage_v))
+        enough = self._taken + REST_READINGS
+        self._wait_for(lambda: self._taken >= enough, f'{REST_READINGS} positions')
+        return [reading_m for _, reading_m in self._readings]
 
     def _delay(self, voltage_v: float, threshold_m: float) -> float | None:
+        self._wait_for(lambda: self._readings, 'a position')
         _, before_m = self._readings[-1]
         self._readings.clear()
         begin_s = time.monotonic()
@@ -96,6 +105,13 @@ class Commander:
                 return self._readings[-1][0] - begin_s
         return None
 
+    def _wait_for(self, condition: Callable[[], object], what: str) -> None:
+        end_s = time.monotonic() + TIMEOUT_S
+        while not condition():
+            if time.monotonic() > end_s:
+                raise TimeoutError(f'{what} did not come in {TIMEOUT_S:g} s')
+            self._executor.spin_once(timeout_sec=0.01)
+
     def _spin(self, seconds: float) -> None:
         end_s = time.monotonic() + seconds
         while (left_s := end_s - time.monotonic()) > 0.0:
@@ -103,6 +119,7 @@ class Commander:
 
     def _take(self, message: PointStamped) -> None:
         self._readings.append((time.monotonic(), message.point.x))
+        self._taken += 1
 
 
 def main() -> None:

@@ -25,7 +25,6 @@ from stickslip_ros.ros.timeliness import be_prompt
 
 BLOCK_S = BLOCK_NS / NS_PER_S
 RATE_HZ = 50e3
-SETTLE_S = 0.5
 WARM_UP = 20
 
 
@@ -46,7 +45,7 @@ class Controller:
         self._has_begun = False
 
     def begin(self) -> None:
-        """Grant the first block, once connected."""
+        """Grant the first block, if nothing else does."""
 
     def note(self) -> None:
         """Count a position, and wait until it may be answered."""
@@ -83,18 +82,25 @@ class BareController(Controller):
         super().__init__()
         profile = QoSProfile(depth=DEPTH)
         self._publisher = node.create_publisher(Float64MultiArray, 'command/grant', profile)
-        self._node = node
+        self._knocks = 0
         node.create_subscription(PointStamped, 'position', self._take, profile)
 
     def begin(self) -> None:
-        """Grant the first block, once connected."""
-        wait_for(self._is_connected, 'the other side')
-        time.sleep(SETTLE_S)
-        self._grant(BLOCK_S)
+        """
+        Grant block after block until the first position comes.
 
-    def _is_connected(self) -> bool:
-        heard = self._node.count_publishers('position') > 0
-        return heard and self._publisher.get_subscription_count() > 0
+        What is sent before both sides know of each other is lost, a grant as well as a position.
+        So each grant ends a block later than the one before: wherever the other side has come to
+        it ticks once more. When round trips have begun, it ignores a grant that came too much.
+
+        """
+        wait_for(self._knock, 'the first position')
+
+    def _knock(self) -> bool:
+        if not self._count:
+            self._knocks += 1
+            self._grant(self._knocks * BLOCK_S)
+        return self._count > 0
 
     def _take(self, message: PointStamped) -> None:
         self.note()

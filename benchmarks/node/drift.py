@@ -89,6 +89,8 @@ def _run(sizes: Sizes, seconds: float) -> Outcome:
 
 def _row(program: Program, seconds: float) -> Row:
     heard = program.listener.ask('report')
+    if not heard['delays_s']:
+        raise program.process.fail(f'no position of {program.name} was heard in {seconds:g} s')
     lateness = summary(program.windows())
     program.stop()
     drift_s, spread_s = drift_of(heard['delays_s'])

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.clock import Array
 from benchmarks.node.process import Helper
 from benchmarks.node.programs import BareLoop, Drive, Program, opened
 from benchmarks.outcome import Outcome, Row
@@ -50,13 +51,11 @@ def run(sizes: Sizes) -> Outcome:
 
 
 def _row(name: str, answers: list[dict[str, Any]], ours: list[dict[str, Any]]) -> Row:
-    delays_ms, ours_ms = (
-        np.concatenate([answer['delays_s'] for answer in each]) / MILLI for each in (answers, ours)
-    )
+    delays_ms, ours_ms = _delays_ms(answers), _delays_ms(ours)
     median_ms, p99_ms = (float(np.quantile(delays_ms, share)) for share in (0.5, 0.99))
     return {
         'program': name,
-        'commands': len(delays_ms),
+        'commands': int(np.count_nonzero(np.isfinite(delays_ms))),
         'without_effect': sum(answer['lost'] for answer in answers),
         'lowest_ms': float(np.min(delays_ms)),
         'median_ms': median_ms,
@@ -66,6 +65,12 @@ def _row(name: str, answers: list[dict[str, Any]], ours: list[dict[str, Any]]) -
         'node_over_this_median': float(np.median(ours_ms)) / median_ms,
         'node_over_this_p99': float(np.quantile(ours_ms, 0.99)) / p99_ms,
     }
+
+
+def _delays_ms(answers: list[dict[str, Any]]) -> Array:
+    """Return the delays of all turns; a single nan if no command had an effect."""
+    delays_s = np.concatenate([answer['delays_s'] for answer in answers])
+    return np.asarray(delays_s if len(delays_s) else [np.nan]) / MILLI
 
 
 def _commander(stack: ExitStack, program: Program) -> Helper:

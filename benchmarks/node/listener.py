@@ -19,6 +19,7 @@ from std_msgs.msg import Float64MultiArray
 from benchmarks.node.process import serve
 from benchmarks.node.spinning import ros, spinning, wait_for
 from stickslip_ros.recording.topics import NODE_NAME, READINGS
+from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 
 DEPTH = 10_000
@@ -90,6 +91,7 @@ class Listener:
         node.create_subscription(
             DiagnosticArray, '/diagnostics', self._take_diagnostics, QoSProfile(depth=100)
         )
+        self._handshake = Handshake(node, NODE_NAME)  # the last: it vouches for what was before
 
     def reset(self, block_ns: int = 1_000_000) -> None:
         """Begin to count anew."""
@@ -103,19 +105,24 @@ class Listener:
     def report(self) -> dict[str, Any]:
         """Return what came since the last reset."""
         elapsed_s = time.monotonic() - self._since_s
+        parts = list(self._parts.items())  # at once: the executor may add a part meanwhile
         return {
             'messages_per_s': self._messages / elapsed_s,
             'bytes_per_s': self._bytes / elapsed_s,
             'counts': dict(self._counts),
             'missing': sum(each.missing for each in self._stamps.values()),
             'delays_s': list(self._stamps['position'].minima_s.values()),
-            'diagnostics': {part: list(values) for part, values in self._parts.items()},
+            'diagnostics': {part: list(values) for part, values in parts},
         }
 
     def wait_for_publishers(self) -> None:
         """Wait until ``position`` is offered."""
         wait_for(lambda: self._node.count_publishers('position'), 'a publisher of position')
         time.sleep(SETTLE_S)
+
+    def wait_for_position(self) -> None:
+        """Wait for a position since the last reset."""
+        wait_for(lambda: self._counts.get('position'), 'a position')
 
     def wait_for_ticks(self) -> None:
         """Wait until the drive has reported its time: later reports hold nothing of its start."""
@@ -125,7 +132,8 @@ class Listener:
         return any(int(part['ticks']) for part in list(self._parts.get('time', ())))
 
     def change_state(self, transition: int) -> bool:
-        """Ask the drive for a transition."""
+        """Ask the drive for a transition, once it knows where its answer goes."""
+        wait_for(self._handshake.knock, 'an answer of the drive')
         wait_for(self._change_state.service_is_ready, 'the service change_state')
         request = ChangeState.Request()
         request.transition.id = transition
@@ -166,6 +174,7 @@ def main() -> None:
                     'reset': listener.reset,
                     'report': listener.report,
                     'wait_for_publishers': listener.wait_for_publishers,
+                    'wait_for_position': listener.wait_for_position,
                     'wait_for_ticks': listener.wait_for_ticks,
                     'change_state': listener.change_state,
                     'move': listener.move,

@@ -16,16 +16,18 @@ MOVE = (300.0, 50.0, 0.0)
 """The saw-tooth that a moving drive performs: V, Hz, steps (0: until it is stopped)."""
 NOT_PROMPT = """
 import sys
+from unittest.mock import patch
 from rclpy.lifecycle import ManagedEntity
-from stickslip_ros.ros import main
-main.be_prompt = lambda: None
-main.keep_what_there_is = lambda: None
-main.Keeper = ManagedEntity
-sys.exit(main.main())
+from stickslip_ros.ros import executable, main
+with (
+    patch.object(executable, 'be_prompt'),
+    patch.object(executable, 'keep_what_there_is'),
+    patch.object(main, 'Keeper', ManagedEntity),
+):
+    sys.exit(main.main())
 """
-"""The executable without what `stickslip_ros.ros.timeliness` does."""
-FIFO = ('chrt', '--fifo', '50')
-"""What gives a program a real-time policy, if its user has the privilege."""
+"""The executable without what `stickslip_ros.ros.timeliness` does; a name that has moved since is
+an error."""
 CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4
 """Numbers of lifecycle_msgs/Transition."""
 
@@ -79,7 +81,8 @@ class Program(ABC):
         """Return the lateness of the ticks since the last reset; a bare loop forgets it."""
 
     def reset(self) -> None:
-        """Begin to count anew."""
+        """Begin to count anew, after a first position."""
+        self.listener.ask('wait_for_position')
         self.listener.ask('reset')
 
     def turn(self, settle_s: float, seconds: float) -> Turn:
@@ -192,8 +195,9 @@ class BareLoop(Program):
         self.process.ask('stop')
 
     def reset(self) -> None:
-        """Begin to count anew."""
-        super().reset()
+        """Begin to count anew; nothing is heard of a loop that is silent."""
+        if not self._is_silent:
+            super().reset()
         self.process.ask('windows')
 
     def windows(self) -> list[Window]:
@@ -207,11 +211,11 @@ def listener_in(lane: Lane) -> Helper:
     return Helper(['-m', 'benchmarks.node.listener', *lane.ros_arguments], lane)
 
 
-def may_choose_fifo() -> bool:
-    """Tell whether this process may give others a real-time policy."""
-    if shutil.which(FIFO[0]) is None:
+def may_begin_with(words: Sequence[str]) -> bool:
+    """Tell whether commands may begin with these words; ``chrt --fifo`` needs a privilege."""
+    if shutil.which(words[0]) is None:
         return False
-    return not subprocess.run([*FIFO, 'true'], capture_output=True, check=False).returncode
+    return not subprocess.run([*words, 'true'], capture_output=True, check=False).returncode
 
 
 def opened(stack: ExitStack, makers: Sequence[Callable[[], Program]]) -> list[Program]:

@@ -10,7 +10,7 @@ import numpy as np
 from mcap.reader import make_reader
 
 from benchmarks.node.lateness import Window, summary
-from benchmarks.node.programs import FIFO, BareLoop, Drive, Program, may_choose_fifo, opened
+from benchmarks.node.programs import BareLoop, Drive, Program, may_begin_with, opened
 from benchmarks.node.recording import lost_in
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
@@ -43,9 +43,10 @@ def run_recording(sizes: Sizes) -> Outcome:
 
 def run_fifo(sizes: Sizes) -> Outcome:
     """Run the node, under a real-time policy if that is allowed, beside a bare loop."""
-    if may_choose_fifo():
-        return _run(sizes, f'{NODE}, {" ".join(FIFO)}', FIFO, lambda _: BareLoop(BARE))
-    return _run(sizes, f'{NODE}; no privilege for chrt', (), lambda _: BareLoop(BARE))
+    before = sizes.real_time
+    if may_begin_with(before):
+        return _run(sizes, f'{NODE}, {" ".join(before)}', before, lambda _: BareLoop(BARE))
+    return _run(sizes, f'{NODE}; no privilege for {before[0]}', (), lambda _: BareLoop(BARE))
 
 
 def _run(
@@ -75,7 +76,7 @@ def _run(
                 'program': program.name,
                 **_memory_row(memory_bytes[i], sizes.sample_s),
                 **_lateness_row(windows[i]),
-                'positions': heard[i]['counts']['position'],
+                'positions': heard[i]['counts'].get('position', 0),
                 'missing_at_subscriber': heard[i]['missing'],
             }
         )

@@ -1,10 +1,12 @@
 """What a bare loop sends: the topics of the node, of the same types, sizes and rates."""
 
+from abc import ABC, abstractmethod
 from array import array
 from collections.abc import Sequence
+from contextlib import ExitStack
 from itertools import cycle
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PointStamped, WrenchStamped
@@ -31,13 +33,24 @@ TYPES = {
 FRAMES = {'position': 'stage_base', 'force': 'load_cell'}
 
 
-class Traffic(Protocol):
-    """Something that publishes the readings of a tick."""
+class Traffic:
+    """
+    What a tick publishes: nothing, so that the loop itself is left; others publish readings.
 
-    reading_m: float
+    Attributes
+    ----------
+    reading_m : float
+        What ``position`` says.
+
+    """
+
+    reading_m = 0.0
 
     def send(self, tick: int) -> None:
         """Publish what belongs to the tick of this number, the first of which is 1."""
+
+    def close(self) -> None:
+        """Finish the file, if there is one; nothing is sent any more."""
 
 
 def publishers_of(node: Node, topics: Sequence[str] = tuple(TYPES)) -> dict[str, Any]:
@@ -46,16 +59,7 @@ def publishers_of(node: Node, topics: Sequence[str] = tuple(TYPES)) -> dict[str,
     return {name: node.create_publisher(TYPES[name], name, profile) for name in topics}
 
 
-class Silence:
-    """Nothing: what is left is the loop itself."""
-
-    reading_m = 0.0
-
-    def send(self, tick: int) -> None:
-        """Publish nothing."""
-
-
-class Objects:
+class Objects(Traffic):
     """
     Message objects, made once; a tick sets the stamp and the values, and publishes them.
 
@@ -70,15 +74,9 @@ class Objects:
     topics : sequence of str
         Topics to publish.
 
-    Attributes
-    ----------
-    reading_m : float
-        What ``position`` says.
-
     """
 
     def __init__(self, node: Node, rate_hz: float, topics: Sequence[str]) -> None:
-        self.reading_m = 0.0
         self._publishers = publishers_of(node, topics)
         tables = tables_of(rate_hz)
         self._shape = tables[0].shape
@@ -135,96 +133,84 @@ class Fresh(Objects):
         return self.make(name)
 
 
-class Recorded(Objects):
+class Recorded(Objects, ABC):
     """
-    The same, and each message goes into a file, in the same thread, by mcap_ros2's writer.
+    The same, on all topics, and each message goes into a file.
 
     Parameters
     ----------
-    node : Node
-        Has the publishers.
-    rate_hz : float
-        Samples per second of the trace.
+    node, rate_hz
+        See `Objects`.
     path : Path
         The file.
 
     """
 
     def __init__(self, node: Node, rate_hz: float, path: Path) -> None:
+        super().__init__(node, rate_hz, tuple(TYPES))
+        self._end = ExitStack()
+        self._open(path, self._end)
+
+    @abstractmethod
+    def _open(self, path: Path, end: ExitStack) -> None:
+        """Open the file, and put on the stack what finishes it."""
+
+    @abstractmethod
+    def _write(self, name: str, message: Any, time_ns: int) -> None:
+        """Write a message as it was published."""
+
+    def publish(self, name: str, message: Any, tick: int) -> None:
+        """Publish and write a message."""
+        super().publish(name, message, tick)
+        self._write(name, message, tick * BLOCK_NS)
+
+    def close(self) -> None:
+        """Finish the file."""
+        self._end.close()
+
+
+class RecordedInline(Recorded):
+    """Recorded by mcap_ros2's writer, in the thread that publishes."""
+
+    def _open(self, path: Path, end: ExitStack) -> None:
         from mcap_ros2.writer import Writer  # noqa: PLC0415 - only this rival needs them
 
         from stickslip_ros.recording.schemas import SCHEMAS  # noqa: PLC0415
 
-        super().__init__(node, rate_hz, tuple(TYPES))
-        self._file = path.open('wb')
-        self._writer = Writer(self._file)
+        self._writer = Writer(end.enter_context(path.open('wb')))
+        end.callback(self._writer.finish)
         self._schemas = {}
         for name, kind in TYPES.items():
             full = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
             self._schemas[name] = self._writer.register_msgdef(full, SCHEMAS[full])
 
-    def publish(self, name: str, message: Any, tick: int) -> None:
-        """Publish and write a message."""
-        super().publish(name, message, tick)
-        schema, time_ns = self._schemas[name], tick * BLOCK_NS
-        self._writer.write_message(f'/{name}', schema, message, log_time=time_ns)
-
-    def close(self) -> None:
-        """Finish the file."""
-        self._writer.finish()
-        self._file.close()
+    def _write(self, name: str, message: Any, time_ns: int) -> None:
+        self._writer.write_message(f'/{name}', self._schemas[name], message, log_time=time_ns)
 
 
-class RecordedApart(Objects):
-    """
-    The same, and each message goes into a file by the recorder of the node, in its own thread.
+class RecordedApart(Recorded):
+    """Recorded by the recorder of the node, in a thread of its own; it takes packed messages."""
 
-    Parameters
-    ----------
-    node : Node
-        Has the publishers.
-    rate_hz : float
-        Samples per second of the trace.
-    path : Path
-        The file.
-
-    """
-
-    def __init__(self, node: Node, rate_hz: float, path: Path) -> None:
+    def _open(self, path: Path, end: ExitStack) -> None:
         from stickslip_ros.parameters import Parameters  # noqa: PLC0415 - only this rival does
         from stickslip_ros.recording.recorder import Recorder  # noqa: PLC0415
         from stickslip_ros.recording.topics import recorded_channels  # noqa: PLC0415
 
-        super().__init__(node, rate_hz, tuple(TYPES))
         channels = recorded_channels(Parameters())
         self._topics = {name: channels[name].topic for name in TYPES}
         self._recorder = Recorder(path, [channels[name] for name in TYPES])
+        end.callback(self._recorder.close)
+
+    def _write(self, name: str, message: Any, time_ns: int) -> None:
+        self._recorder.put(self._topics[name], time_ns, message)
 
     def publish(self, name: str, message: Any, tick: int) -> None:
-        """Publish a message and hand it to the recorder."""
-        data = serialize_message(message)
-        super().publish(name, data, tick)
-        self._recorder.put(self._topics[name], tick * BLOCK_NS, data)
-
-    def close(self) -> None:
-        """Finish the file."""
-        self._recorder.close()
+        """Pack a message, once for both."""
+        super().publish(name, serialize_message(message), tick)
 
 
-class Packed:
-    """
-    Bytes packed once and published again and again: what publishing alone costs.
-
-    Parameters
-    ----------
-    node : Node
-        Has the publishers.
-    rate_hz : float
-        Samples per second of the trace.
-
-    """
-
-    reading_m = 0.0
+class Packed(Traffic):
+    """Bytes packed once and published again and again: what publishing alone costs."""
 
     def __init__(self, node: Node, rate_hz: float) -> None:
         messages = {name: Objects(node, rate_hz, ()).make(name) for name in TYPES}
