@@ -5,7 +5,6 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from threading import Condition, Lock, Thread
-from types import TracebackType
 from typing import Final
 
 from stickslip_ros.errors import RecordingError, UnknownName
@@ -193,12 +192,7 @@ class Recorder:
     def __enter__(self) -> 'Recorder':
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _check_time(self, time_ns: int) -> None:

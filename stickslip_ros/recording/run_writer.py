@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from types import TracebackType
 
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
@@ -90,10 +89,5 @@ class RunWriter:
     def __enter__(self) -> 'RunWriter':
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
