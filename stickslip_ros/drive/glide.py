@@ -13,7 +13,7 @@ Fourth order, one motion of the contact per step, always forwards in time.
 
 from typing import NamedTuple
 
-from stickslip_ros.contact.branch import branch_towards, force_ahead, stiffness_on
+from stickslip_ros.contact.branch import Branch, branch_towards, force_ahead, stiffness_on
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.reaction import move_on_stack
 from stickslip_ros.drive.actuator import foot_displacement
@@ -123,11 +123,9 @@ def glide(
     branch = branch_towards(curve, stack, memory, slide.speeding if rests else slide.speed)
     tangent = stiffness_on(curve, branch, memory.u_m)
     omega_squared = (plant.cell_n_per_m + tangent) * plant.per_kg
-    h_s = longest_s
-    if not rests and slide.speed * slide.speeding < 0.0:
-        h_s = _time_to_turn(slide, omega_squared, longest_s)
-    gap_m = branch.reach_m - branch.sense * (memory.u_m - branch.origin_m)
-    h_s = _time_to_close(gap_m, branch.sense * slide.speed, branch.sense * slide.speeding, h_s)
+    turns = not rests and slide.speed * slide.speeding < 0.0
+    h_s = _time_to_turn(slide, omega_squared, longest_s) if turns else longest_s
+    h_s = _time_to_close(slide, branch, memory.u_m, h_s)
 
     half = propagator(omega_squared, slide.gamma, 0.5 * h_s)
     y_middle, w_middle, y_end, w_end = _oscillate(slide, omega_squared, half, h_s)
@@ -203,8 +201,10 @@ def _time_to_turn(slide: Slide, omega_squared: float, longest_s: float) -> float
 
 
 @kernel
-def _time_to_close(gap_m: float, speed: float, speeding: float, longest_s: float) -> float:
+def _time_to_close(slide: Slide, branch: Branch, u_m: float, longest_s: float) -> float:
     """Return when the loop ahead closes, s; the longest time if it does not, or does at once."""
+    gap_m = branch.reach_m - branch.sense * (u_m - branch.origin_m)
+    speed, speeding = branch.sense * slide.speed, branch.sense * slide.speeding
     if gap_m >= longest_s * (speed + 0.5 * longest_s * speeding) or speed <= 0.0:
         return longest_s
     time_s = gap_m / speed
