@@ -20,10 +20,14 @@ from benchmarks.lugre import LUGRE, scipy_runner
 from benchmarks.rival import GROUPS, HALVES, SIX, Grid, Rival
 from benchmarks.sizes import Sizes
 from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.parameters import Parameters
+
+pytestmark = pytest.mark.timeout(900)  # a cold cache of kernels, then all that TIMEOUT_S allows
 
 ROOT = Path(__file__).resolve().parents[1]
 TIMEOUT_S = 240.0
-"""For all processes together; less than what pytest allows a test, so that their ends are told."""
+"""For all processes together; less than what pytest allows, so that it is told what they said."""
 TAIL_CHARACTERS = 8000
 APART = {'node-recording', 'node-lockstep', 'node-latency', 'node-drift'}
 """Benchmarks that are run in processes of their own."""
@@ -87,6 +91,7 @@ def parts(tmp_path_factory):
     assert {name for group in groups for name in group} == set(BENCHMARKS) | set(LONG)
     files = [folder / f'{number}.json' for number in range(len(groups))]
     logs = [file.with_suffix('.log') for file in files]
+    Bench(Parameters()).update(1_000_000)  # compile once; a dozen drives would do it at once
     with ExitStack() as stack:
         end_s = time.monotonic() + TIMEOUT_S
         running = [

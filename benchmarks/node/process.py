@@ -18,6 +18,7 @@ END_TIMEOUT_S = 30.0
 PAGE_BYTES = os.sysconf('SC_PAGE_SIZE')
 FIRST_DOMAIN, DOMAINS = 81, 21
 TAIL_CHARACTERS = 2000
+ANSWER = 'answer: '
 
 _lanes = itertools.count()
 
@@ -108,7 +109,7 @@ class Process:
 
 
 class Helper(Process):
-    """A process that answers questions: a line of JSON in, a line of JSON out."""
+    """A process that answers questions: a line of JSON in, a marked line of JSON out."""
 
     def ask(self, do: str, **arguments: Any) -> Any:
         """Ask for something and wait for the answer."""
@@ -118,10 +119,11 @@ class Helper(Process):
         with suppress(BrokenPipeError):
             pipes[0].write(json.dumps({'do': do, **arguments}) + '\n')
             pipes[0].flush()
-        line = pipes[1].readline()
-        if not line:
-            raise self.fail(f'no answer to {do}')
-        return json.loads(line)
+        for line in pipes[1]:
+            if line.startswith(ANSWER):
+                return json.loads(line.removeprefix(ANSWER))
+            sys.stderr.write(line)  # a library has something to say
+        raise self.fail(f'no answer to {do}')
 
     def end(self) -> None:
         """End the questions."""
@@ -135,7 +137,7 @@ def serve(handlers: Mapping[str, Callable[..., Any]]) -> None:
     for line in sys.stdin:
         question = json.loads(line)
         answer = handlers[question.pop('do')](**question)
-        sys.stdout.write(json.dumps(answer) + '\n')
+        sys.stdout.write(f'{ANSWER}{json.dumps(answer)}\n')
         sys.stdout.flush()
 
 

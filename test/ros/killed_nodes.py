@@ -25,7 +25,7 @@ from stickslip_ros.ros.node import StickSlipDrive
 
 FLUSH_PERIOD_S = 0.2
 SAWTOOTH = (200.0, 500.0, 0.0)
-EARLIEST_S, LATEST_S = 0.1, 2.0
+EARLIEST_S, LATEST_S = 0.1, 2.5
 
 
 def domain_of(domain: int, number: int) -> int:

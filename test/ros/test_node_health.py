@@ -79,11 +79,20 @@ def test_the_values_of_time_agree_with_each_other(stand: Any):
         assert (part.message == 'in time') != is_late
 
 
-def test_as_fast_as_possible_is_never_late_and_faster_than_real_time(launch: Callable[..., Any]):
-    stand = launch({'sim.real_time_factor': 0.0})
-    values = values_of(next_parts(stand, stand.listen('diagnostics'))['time'])
-    assert float(values['real_time_factor']) > 1.0
-    assert (values['overruns'], values['lateness_max_us']) == ('0', '0.0')
+@pytest.mark.parametrize(('wanted', 'sleeps'), [(0.0, False), (0.1, True)])
+def test_as_fast_as_possible_is_without_sleep_and_never_late(
+    launch: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, wanted: float, sleeps: bool
+):
+    stand = launch({'sim.real_time_factor': wanted})
+    slept_s: list[float] = []
+    monkeypatch.setattr(stand.drive.session, '_sleep', slept_s.append)
+    heard = stand.listen('diagnostics')
+    next_parts(stand, heard)
+    values = values_of(next_parts(stand, heard)['time'])
+    assert bool(slept_s) is sleeps
+    assert float(values['real_time_factor']) > 0.0
+    if not sleeps:
+        assert (values['overruns'], values['lateness_max_us']) == ('0', '0.0')
 
 
 def test_a_pace_that_cannot_be_kept_is_an_error_with_the_time_lost(launch: Callable[..., Any]):
