@@ -73,6 +73,8 @@ def declare_controller_parameters(node: Node) -> ControllerParameters:
     """
     Declare every parameter of the position controller on a node, and refuse as above.
 
+    Parameters of the drive are passed over: the file of a stand may be given to both nodes.
+
     Parameters
     ----------
     node : Node
@@ -86,6 +88,9 @@ def declare_controller_parameters(node: Node) -> ControllerParameters:
     """
     declared = declared_by(ControllerParameters)
     given = given_values(node)
+    for name in given.keys() & specs().keys():
+        node.undeclare_parameter(name)
+        del given[name]
     for name in given:
         find(declared, name, f'known are {", ".join(declared)}')
     parameters = ControllerParameters(**given)

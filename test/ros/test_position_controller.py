@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import open_context
 from rclpy.parameter import Parameter
 
-from stickslip_ros.parameters import load_yaml
+from stickslip_ros.parameters import load_yaml, specs
 from stickslip_ros.ros.position_controller import PositionController
 
 REALISTIC = load_yaml(Path(__file__).parents[2] / 'config' / 'realistic.yaml').changed()
@@ -17,6 +18,27 @@ TOLERANCE_M = 5e-9
 TARGETS_M = (100e-9, -1e-6, 10e-6, 100e-6)
 HOLD_S = 0.2
 LOAD_N = 0.05
+
+
+@pytest.fixture
+def settings(tmp_path: Path) -> Path:
+    """Give a parameter file with a value of the drive and one of the controller."""
+    path = tmp_path / 'settings.yaml'
+    text = '/**:\n  ros__parameters:\n    actuator: {gain: 1.0e-9}\n    tolerance: 3.0e-9\n'
+    path.write_text(text, encoding='utf-8')
+    return path
+
+
+def test_the_controller_passes_over_what_a_file_says_to_the_drive(domain: int, settings: Path):
+    context = open_context(domain, '')
+    words = ['--ros-args', '--params-file', str(settings)]
+    controller = PositionController(context=context, cli_args=words)
+    assert controller.get_parameter('tolerance').value == 3e-9
+    assert controller.get_parameter('gain').value == specs()['actuator.gain'].default
+    assert not controller.has_parameter('actuator.gain')
+    assert controller.describe_parameter('gain').read_only
+    controller.destroy_node()
+    context.try_shutdown()
 
 
 @pytest.fixture
