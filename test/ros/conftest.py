@@ -10,13 +10,11 @@ from typing import Any
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'  # before rclpy is imported
 
 import pytest
-import rclpy
+from contexts import open_context
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.parameters import Parameters
@@ -138,20 +136,6 @@ class Stand:
         if self.crash is not None and not self.has_raised:
             self.has_raised = True
             raise self.crash
-
-
-def open_context(domain: int, namespace: str, rules: tuple[str, ...] = ()) -> Context:
-    """Give a context of rclpy whose nodes live in a namespace, under these remapping rules."""
-    context = Context()
-    rules = (f'__ns:={namespace}', *rules) if namespace else rules
-    arguments = ['--ros-args', *(word for rule in rules for word in ('-r', rule))] if rules else []
-    rclpy.init(
-        args=arguments,
-        context=context,
-        domain_id=domain,
-        signal_handler_options=SignalHandlerOptions.NO,
-    )
-    return context
 
 
 @pytest.fixture(scope='session', autouse=True)

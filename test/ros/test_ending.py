@@ -7,7 +7,7 @@ from types import FrameType
 from typing import Any
 
 import pytest
-from conftest import open_context
+from contexts import open_context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 

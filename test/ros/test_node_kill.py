@@ -9,7 +9,7 @@ from typing import Any
 
 import killed_nodes
 import pytest
-from conftest import open_context
+from contexts import open_context
 from geometry_msgs.msg import PointStamped
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import open_context
+from contexts import open_context
 from rclpy.parameter import Parameter
 
 from stickslip_ros.parameters import load_yaml, specs
