@@ -20,8 +20,6 @@ from benchmarks.lugre import LUGRE, scipy_runner
 from benchmarks.rival import GROUPS, HALVES, SIX, Grid, Rival
 from benchmarks.sizes import Sizes
 from stickslip_ros.drive.build import contacts_of
-from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.parameters import Parameters
 
 pytestmark = pytest.mark.timeout(900)  # a cold cache of kernels, then all that TIMEOUT_S allows
 
@@ -79,7 +77,7 @@ def failure_of(process, log, end_s):
 
 
 @pytest.fixture(scope='module')
-def parts(tmp_path_factory):
+def parts(tmp_path_factory, compiled_kernels):
     """Run all benchmarks, those that mostly wait for their processes beside one another."""
     folder = tmp_path_factory.mktemp('benchmarks')
     groups = [
@@ -91,7 +89,6 @@ def parts(tmp_path_factory):
     assert {name for group in groups for name in group} == set(BENCHMARKS) | set(LONG)
     files = [folder / f'{number}.json' for number in range(len(groups))]
     logs = [file.with_suffix('.log') for file in files]
-    Bench(Parameters()).update(1_000_000)  # compile once; a dozen drives would do it at once
     with ExitStack() as stack:
         end_s = time.monotonic() + TIMEOUT_S
         running = [

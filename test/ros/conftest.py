@@ -16,8 +16,6 @@ from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 
-from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.topics import NODE_NAME, TOPICS
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.node import StickSlipDrive
@@ -139,19 +137,15 @@ class Stand:
 
 
 @pytest.fixture(scope='session', autouse=True)
-def _quiet_surroundings(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+def _quiet_surroundings(
+    tmp_path_factory: pytest.TempPathFactory, compiled_kernels: None
+) -> Iterator[None]:
     """Keep logs out of the home folder, and what the machine has set up for ROS out of a test."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('log')))
         patch.delenv('ROS_DOMAIN_ID', raising=False)
         patch.delenv('ROS_NAMESPACE', raising=False)
         yield
-
-
-@pytest.fixture(scope='session', autouse=True)
-def _compiled_kernels() -> None:
-    """Compile before a time limit runs, and before two processes would do it at once."""
-    Bench(Parameters()).update(1_000_000)
 
 
 @pytest.fixture
