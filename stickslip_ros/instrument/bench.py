@@ -63,11 +63,17 @@ class Bench:
         self._motion = Motion(parameters, self._tell)
         self._requests = 0
         self._preloading = 0
+        self._preloads_replaced = 0
         self._delayed: deque[tuple[int, int, Request]] = deque()
         self._events: list[Event] = []
         self._last_refused = False
         self._told_bits, self._told_status = 0, Status(0)
         self._apply_faults(self.faults)
+
+    @property
+    def replaced(self) -> int:
+        """Set-points since the start that the next one of their topic has replaced, untold."""
+        return self._motion.replaced + self._preloads_replaced
 
     @property
     def plant(self) -> Plant:
@@ -171,7 +177,7 @@ class Bench:
             case commands.Move() | commands.Jog() | commands.Target():
                 self._move(number, name, command)
             case commands.Preload():
-                self._end_preloading(Result.ABORTED, f'replaced by command {number}')
+                self._preloads_replaced += bool(self._preloading)
                 self._preloading = number
                 self._stand.change_preload(command.force_n)
             case _:

@@ -1,7 +1,7 @@
 """Moves of the piezo: which wave the amplifier follows, and how every move ends."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level
@@ -19,6 +19,8 @@ FAILURES = {
     Result.AMPLIFIER_DISABLED: Status(0),
 }
 """Results of a failed move, and the bit that each sets beside MOVEMENT_FAILED."""
+SET_POINTS = ('voltage', 'position')
+"""Moves to a value that is wanted: the next one of the same topic is no end that is told."""
 HOLD = 'hold'
 """Name under which the end of a hold is told."""
 
@@ -36,12 +38,15 @@ class Running:
         Name of its command.
     direction : int
         +1 or -1 for steps that soft limits stop, else 0.
+    steps : int
+        Steps that a jog made at its earlier rates.
 
     """
 
     number: int
     name: str
     direction: int = 0
+    steps: int = 0
 
 
 Tell = Callable[[int, str, Result, str, int], None]
@@ -64,12 +69,15 @@ class Motion:
         What the amplifier shall follow.
     is_new : bool
         Whether the wave begins now; whoever starts its clock sets it back.
+    replaced : int
+        Set-points, since the start, that the next one of their topic has replaced.
 
     """
 
     def __init__(self, parameters: Parameters, tell: Tell) -> None:
         self._parameters = parameters
         self._tell = tell
+        self.replaced = 0
         self.reset(parameters.amplifier.voltage_initial)
 
     def reset(self, voltage_v: float) -> None:
@@ -107,14 +115,14 @@ class Motion:
         if isinstance(command, Jog):
             self._jog(number, command, sight)
             return
-        self.end(Verdict(Result.ABORTED, f'replaced by command {number}'), sight)
-        self._failed = Status(0)
+        name = command.name if isinstance(command, Move) else 'position'
+        self._make_way(number, name, sight)
         if isinstance(command, Move):
-            self._running = Running(number, command.name, command.direction)
+            self._running = Running(number, name, command.direction)
             self._follow(command.wave)
             self._stop_beyond_soft_limit(sight)
         else:
-            self._running = Running(number, 'position')
+            self._running = Running(number, name)
             self._loop = ClosedLoop(self._parameters, command.position_m, sight)
             self._follow(level(sight.voltage_v))
 
@@ -143,19 +151,29 @@ class Motion:
         if verdict.result in FAILURES:
             self._failed = Status.MOVEMENT_FAILED | FAILURES[verdict.result]
         if loop is None:
-            steps = sight.cycles if running.direction else 0
+            steps = running.steps + sight.cycles if running.direction else 0
             self._tell(running.number, running.name, verdict.result, verdict.why, steps)
         elif not loop.holds:
             self._tell(running.number, running.name, verdict.result, verdict.why, 0)
         elif verdict.result in FAILURES:
             self._tell(running.number, HOLD, verdict.result, verdict.why, 0)
 
+    def _make_way(self, number: int, name: str, sight: Sight) -> None:
+        """End the running move; tell it, unless a set-point gives way to the next of its topic."""
+        running, loop = self._running, self._loop
+        if running is None or running.name != name or name not in SET_POINTS:
+            self.end(Verdict(Result.ABORTED, f'replaced by command {number}'), sight)
+        else:
+            self.replaced += loop is None or not loop.holds
+            self._running = self._loop = None
+        self._failed = Status(0)
+
     def _follow(self, wave: Wave) -> None:
         self.wave = wave
         self.is_new = True
 
     def _jog(self, number: int, command: Jog, sight: Sight) -> None:
-        """Start to jog, go on with it, or end it; another rate is another move."""
+        """Start to jog, go on with it, at another rate or not, or end it."""
         running, move = self._running, command.move
         jogs = running is not None and running.name == 'jog'
         if move is None:
@@ -164,15 +182,22 @@ class Motion:
             else:
                 self._tell(number, 'jog', Result.DONE, 'no jog was running', 0)
             return
-        goes_on = jogs and command.frequency_hz == self._jog_hz
-        if not goes_on:
-            self.end(Verdict(Result.ABORTED, f'replaced by command {number}'), sight)
-            self._failed = Status(0)
-            self._running = Running(number, 'jog', move.direction)
-            self._jog_hz = command.frequency_hz
-            self._follow(move.wave)
+        if running is None or not jogs:
+            self._make_way(number, 'jog', sight)
+            self._jog_at(command.frequency_hz, move, Running(number, 'jog', move.direction))
+        elif command.frequency_hz != self._jog_hz:
+            self.replaced += 1
+            steps = running.steps + sight.cycles
+            running = replace(running, direction=move.direction, steps=steps)
+            self._jog_at(command.frequency_hz, move, running)
         self._jog_ends_ns = sight.time_ns + to_nanoseconds(self._parameters.jog.timeout)
         self._stop_beyond_soft_limit(sight)
+
+    def _jog_at(self, frequency_hz: float, move: Move, running: Running) -> None:
+        """Step at another rate from now on."""
+        self._running = running
+        self._jog_hz = frequency_hz
+        self._follow(move.wave)
 
     def _end_jog(self, why: str, sight: Sight) -> None:
         self._follow(level(sight.voltage_v))

@@ -121,15 +121,15 @@ class Event:
     message: str = ''
 
     def to_json(self) -> str:
-        """Return the event as the text of ``~/event``."""
+        """Return the event as the text of ``~/event``: the reason first, some tools cut a text."""
         return json.dumps(
             {
-                'time_ns': self.time_ns,
-                'number': self.number,
-                'command': self.command,
-                'result': self.result.value,
-                'steps': self.steps,
                 'message': self.message,
+                'result': self.result.value,
+                'command': self.command,
+                'number': self.number,
+                'steps': self.steps,
+                'time_ns': self.time_ns,
             }
         )
 

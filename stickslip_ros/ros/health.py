@@ -74,6 +74,7 @@ def drive_status(name: str, session: Session, refusals: RefusalCount) -> Diagnos
         'status': f'0x{int(session.status):08x}',
         'commands_refused': str(session.bench.refused),
         'messages_refused': str(refusals.messages),
+        'setpoints_replaced': str(session.bench.replaced),
     }
     title = f'{name}: drive'
     if session.failure is not None:

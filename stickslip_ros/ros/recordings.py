@@ -17,10 +17,15 @@ T = TypeVar('T')
 
 
 def open_recording(session: Session, channels: Mapping[str, Channel]) -> RunWriter:
-    """Start the file of a recording; one whose drive need not keep a pace loses nothing."""
+    """
+    Start the file of a recording; one whose drive need not keep a pace loses nothing.
+
+    Its path is absolute: whoever asks for a recording may be in another folder.
+
+    """
     parameters = session.parameters
     waits = session.pacer.real_time_factor == 0.0
-    return RunWriter(run_path(parameters), parameters, wait=waits, channels=channels)
+    return RunWriter(run_path(parameters).absolute(), parameters, wait=waits, channels=channels)
 
 
 def close_recording(writer: RunWriter, logger: Any) -> str:

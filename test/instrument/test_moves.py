@@ -70,14 +70,52 @@ def test_a_jog_runs_on_while_it_is_renewed_and_stops_when_it_is_not(bench_with):
     np.testing.assert_array_equal(told.trace[36 * 50 :, VOLTAGE], told.trace[-1, VOLTAGE])
 
 
-def test_a_jog_of_zero_ends_it_and_another_rate_is_another_move(bench_with):
+def test_a_jog_goes_on_at_another_rate_counts_all_its_steps_and_ends_by_zero(bench_with):
     requests = {0: [jog(500.0)], 4 * MS: [jog(-1000.0)], 8 * MS: [jog(0.0)], 9 * MS: [jog(0.0)]}
-    told = drive_bench(bench_with(), 12 * MS, requests)
-    assert [(e.number, e.result, e.message) for e in told.events] == [
-        (1, Result.ABORTED, 'replaced by command 2'),
-        (2, Result.DONE, 'ended by command 3'),
-        (4, Result.DONE, 'no jog was running'),
+    bench = bench_with()
+    told = drive_bench(bench, 12 * MS, requests)
+    assert [(e.number, e.result, e.message, e.steps) for e in told.events] == [
+        (1, Result.DONE, 'ended by command 3', 2 + 4),
+        (4, Result.DONE, 'no jog was running', 0),
     ]
+    assert bench.replaced == 1
+
+
+@pytest.mark.parametrize(
+    ('request_of', 'values'),
+    [
+        (lambda value: Request('voltage', (value,)), (100.0, 200.0, 20.0)),
+        (lambda value: Request('position', (value, 0.0, 0.0)), (50e-6, -50e-6, 50e-9)),
+        (lambda value: Request('preload', (value,)), (0.6, 0.4, 0.52)),
+    ],
+    ids=['voltage', 'position', 'preload'],
+)
+def test_a_set_point_that_the_next_of_its_topic_replaces_is_counted_not_told(
+    bench_with, request_of, values
+):
+    bench = bench_with(amplifier__bandwidth=300.0, stand__preload_rate=2.0)
+    streamed = {n * MS: [request_of(value)] for n, value in enumerate(values)}
+    told = drive_bench(bench, 300 * MS, streamed)
+    assert [(e.number, e.result) for e in told.events] == [(3, Result.DONE)]
+    assert bench.replaced == 2
+
+
+@pytest.mark.parametrize(
+    'move',
+    [
+        steps(100),
+        Request('sawtooth', (300.0, 1000.0, 100.0)),
+        waveform((0.0, 0.0), (1.0, 100.0)),
+    ],
+    ids=['steps', 'sawtooth', 'waveform'],
+)
+def test_a_move_of_a_given_extent_that_the_next_of_its_kind_cuts_off_is_told(bench_with, move):
+    bench = bench_with()
+    told = drive_bench(bench, 10 * MS, {0: [move], 5 * MS: [move]})
+    [event] = told.events
+    assert (event.number, event.result) == (1, Result.ABORTED)
+    assert event.message == 'replaced by command 2'
+    assert bench.replaced == 0
 
 
 def test_a_waveform_is_played_once_with_straight_lines_and_then_held(bench_with):

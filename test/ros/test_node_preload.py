@@ -28,14 +28,15 @@ def test_a_preload_command_is_carried_out_at_its_rate_and_told_by_status_and_eve
 
 
 def test_a_second_preload_command_replaces_the_first(launch: Callable[..., Any]):
-    stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 0.01})
+    stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 0.2})
     stand.operator.command_preload(PRELOAD_N)
     stand.operator.spin_until(
         lambda: stand.operator.status == IDLE | Status.PRELOADING, 'the preloading bit'
     )
-    stand.operator.command_preload(0.1)
+    stand.operator.command_preload(0.45)
     event = stand.operator.wait_for_event('preload', 0)
-    assert (event['result'], event['message']) == ('ABORTED', 'replaced by command 2')
+    assert (event['result'], event['number']) == ('DONE', 2)
+    assert stand.drive.session.bench.replaced == 1
 
 
 @pytest.mark.parametrize('law', specs()['contact.law'].choices)

@@ -281,3 +281,14 @@ def test_as_fast_as_possible_waits_for_the_disk_and_loses_nothing(
     assert {channel.gaps for channel in recording.channels} == {0}
     position = recording.series('position')
     assert len(position) == round(position.time_s[-1] * 1e3) >= 1000
+
+
+def test_the_answer_names_the_file_wherever_it_is_read(
+    launch: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.chdir(tmp_path)
+    stand = launch({'record.directory': 'here', 'record.name': 'run'})
+    for wanted in (True, False):
+        answer = stand.operator.set_recording(wanted=wanted)
+        assert answer.message == str(tmp_path / 'here' / 'run.mcap')
+    assert Recording(answer.message).metadata
