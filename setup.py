@@ -82,9 +82,9 @@ setup(
     },
     entry_points={
         'console_scripts': [
-            'stickslip = stickslip_ros.cli:main',
-            'drive = stickslip_ros.ros.main:main',
-            'position_controller = stickslip_ros.ros.position_controller:main',
+            'stickslip = stickslip_ros.entry:stickslip',
+            'drive = stickslip_ros.entry:drive',
+            'position_controller = stickslip_ros.entry:position_controller',
         ],
     },
     zip_safe=False,  # numba keeps its compiled kernels beside the source

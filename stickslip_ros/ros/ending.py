@@ -1,12 +1,34 @@
-"""The end of an executable: once, however many signals arrive at whatever moment."""
+"""
+The end of an executable: once, however many signals arrive at whatever moment.
 
+This module imports neither rclpy nor anything else that takes time, so that an executable can
+heed signals before it imports such things.
+
+"""
+
+import os
 import signal
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
+from contextlib import contextmanager
 from queue import SimpleQueue
 from types import FrameType
+from typing import TYPE_CHECKING
 
-from rclpy.executors import Executor
-from rclpy.node import Node
+from stickslip_ros.errors import StickSlipError
+
+if TYPE_CHECKING:
+    from rclpy.executors import Executor
+    from rclpy.node import Node
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+"""What ends an executable."""
+BY_SIGNAL = 128
+"""Exit status of what a signal has cut short, less the number of the signal."""
+STDERR = 2
+
+
+class StillBusy(StickSlipError):
+    """Something of a node could not be stopped; only the end of the process stops it."""
 
 
 class Ending:
@@ -38,6 +60,37 @@ class Ending:
             self._news.get()
 
 
+def leave_on_signals(name: str, *, is_well: bool) -> None:
+    """
+    Have the first SIGINT or SIGTERM end the process at once, with one line.
+
+    For the time before there is anything to close, such as that of imports: an exception would
+    leave a traceback, or be lost in a callback of the import system.
+
+    Parameters
+    ----------
+    name : str
+        The executable, for the line.
+    is_well : bool
+        Whether a signal is how this executable ends: status 0, else 128 plus the signal's number.
+
+    """
+
+    def leave(number: int, _frame: FrameType | None) -> None:
+        line = f'{name}: ended by {signal.Signals(number).name} before it had started\n'
+        os.write(STDERR, line.encode())
+        os._exit(0 if is_well else BY_SIGNAL + number)
+
+    for number in SIGNALS:
+        signal.signal(number, leave)
+
+
+def heed_signals_as_usual() -> None:
+    """Have SIGINT raise KeyboardInterrupt and SIGTERM kill, as in any Python."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
 def end_on_signals() -> Ending:
     """Return an ending that SIGINT and SIGTERM ask for, as often as they like."""
     ending = Ending()
@@ -45,41 +98,59 @@ def end_on_signals() -> Ending:
     def end(_number: int, _frame: FrameType | None) -> None:
         ending.set()
 
-    signal.signal(signal.SIGINT, end)
-    signal.signal(signal.SIGTERM, end)
+    for number in SIGNALS:
+        signal.signal(number, end)
     return ending
 
 
-def spin_until(ending: Ending, node: Node, executor: Executor) -> None:
+def ignore_signals() -> None:
     """
-    Run a node until its end is asked for, then destroy it.
+    Have the system ignore SIGINT and SIGTERM until the process is gone.
 
-    The executor has a thread of its own and sleeps until there is work: the calling thread, which
-    is the only one to see signals, waits for the end.
+    A handler, even one that does nothing, would not do: an interpreter that ends gives every
+    signal that has one back to its default, which is death, and then takes some 0.1 s more to end.
+    Not to be called by a handler: Python complains of another signal that has come meanwhile.
+
+    """
+    for number in SIGNALS:
+        signal.signal(number, signal.SIG_IGN)
+
+
+_expendable: list[None] = []
+
+
+@contextmanager
+def expendable() -> Iterator[None]:
+    """Do what a process that is to end may drop: it takes long and leaves nothing to close."""
+    _expendable.append(None)
+    try:
+        yield
+    finally:
+        _expendable.pop()
+
+
+def is_expendable() -> bool:
+    """Tell whether such a thing is being done."""
+    return bool(_expendable)
+
+
+def spin_until(ending: Ending, node: 'Node', executor: 'Executor') -> None:
+    """
+    Run a node until its end is asked for, then destroy it; the executor remains.
+
+    The executor sleeps until there is work: whoever asks for the end wakes it with a task, since
+    after ``wake()`` an executor without work sleeps again.
 
     Raises
     ------
     Exception
-        What a callback raised; it ends the node.
+        What a callback raised, or the node when it was destroyed.
 
     """
     executor.add_node(node)
-
-    def spin() -> None:
-        try:
-            while not ending.is_set():
-                executor.spin_once()
-        finally:
-            ending.set()
-
-    with ThreadPoolExecutor(1, 'executor') as threads:
-        spinning = threads.submit(spin)
-        ending.wait()
-        executor.create_task(_do_nothing)  # after wake() a node without work would sleep again
-        spinning.result()
-    node.destroy_node()
-    executor.shutdown()
-
-
-def _do_nothing() -> None:
-    """Be the work that lets an executor look around."""
+    try:
+        while not ending.is_set():
+            executor.spin_once()
+    finally:
+        executor.remove_node(node)
+        node.destroy_node()

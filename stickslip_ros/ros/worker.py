@@ -14,6 +14,7 @@ from stickslip_ros.recording.cdr import pack_string
 from stickslip_ros.recording.cdr_fields import HEADER, NS_PER_S
 from stickslip_ros.recording.feed import Feed, Packed
 from stickslip_ros.recording.run_writer import NOTE_KEY, RunWriter, pack_effect
+from stickslip_ros.ros.ending import expendable
 from stickslip_ros.ros.orders import Order
 
 Publish = Callable[[Packed], None]
@@ -64,7 +65,8 @@ class Worker:
         self._schedule = _schedule_of(parameters)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
-        Bench(parameters).update(self._block_ns)  # compiles the kernels now
+        with expendable():
+            Bench(parameters).update(self._block_ns)  # compiles the kernels now
         self.bench = Bench(parameters)
         self.status = self.bench.status
         self.writer: RunWriter | None = None

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import subprocess
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 from contexts import open_context
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 
@@ -181,6 +183,47 @@ def stand(launch: Callable[..., Stand]) -> Stand:
 def manual(launch: Callable[..., Stand]) -> Stand:
     """Give a stand that waits, unconfigured, for a lifecycle manager."""
     return launch({'autostart': False}, wait=False)
+
+
+@pytest.fixture
+def start(domain: int, tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Give a function that starts the executable; what still runs at the end is killed."""
+    started: list[subprocess.Popen[str]] = []
+
+    def start_process(*words: str) -> subprocess.Popen[str]:
+        process = subprocess.Popen(
+            words,
+            env={**os.environ, 'ROS_DOMAIN_ID': str(domain)},
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        started.append(process)
+        return process
+
+    yield start_process
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+@pytest.fixture
+def meet(domain: int) -> Iterator[Callable[..., Operator]]:
+    """Give a function that gives an operator who hears the drive."""
+    met: list[tuple[Operator, Context]] = []
+
+    def meet_drive(namespace: str = '', *, wait: bool = True) -> Operator:
+        context = open_context(domain, namespace)
+        met.append((Operator(context), context))
+        if wait:
+            met[-1][0].wait_for_drive()
+        return met[-1][0]
+
+    yield meet_drive
+    for operator, context in met:
+        operator.close()
+        context.try_shutdown()
 
 
 @pytest.fixture(scope='session')

@@ -1,85 +1,19 @@
 """The executables: one process each, ended cleanly by signals, recordings complete."""
 
-import os
 import signal
 import subprocess
-import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import rclpy
+from executables import CLI_DRIVE, CONTROLLER, DRIVE, end
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
-from rclpy.context import Context
-from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.topics import NODE_NAME
-from stickslip_ros.ros.operator import Operator
 from stickslip_ros.ros.timeliness import KNOWS_SLICES, SLICE_S, slice_s
-
-#: A process compiles nothing here, but loads kernels and finds its peers.
-END_TIMEOUT_S = 20.0
-MAIN = (sys.executable, '-m', 'stickslip_ros.ros.main')
-CONTROLLER = (sys.executable, '-m', 'stickslip_ros.ros.position_controller')
-CLI_DRIVE = (str(Path(sys.executable).with_name('stickslip')), 'drive')
-
-
-@pytest.fixture
-def start(domain: int, tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
-    """Give a function that starts the executable; what still runs at the end is killed."""
-    started: list[subprocess.Popen[str]] = []
-
-    def start_process(*words: str) -> subprocess.Popen[str]:
-        process = subprocess.Popen(
-            words,
-            env={**os.environ, 'ROS_DOMAIN_ID': str(domain)},
-            cwd=tmp_path,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        started.append(process)
-        return process
-
-    yield start_process
-    for process in started:
-        process.kill()
-        process.communicate()
-
-
-@pytest.fixture
-def meet(domain: int) -> Iterator[Callable[..., Operator]]:
-    """Give a function that gives an operator who hears the drive."""
-    met: list[tuple[Operator, Context]] = []
-
-    def meet_drive(namespace: str = '', *, wait: bool = True) -> Operator:
-        context = Context()
-        rclpy.init(
-            args=['--ros-args', '-r', f'__ns:={namespace}'] if namespace else [],
-            context=context,
-            domain_id=domain,
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
-        met.append((Operator(context), context))
-        if wait:
-            met[-1][0].wait_for_drive()
-        return met[-1][0]
-
-    yield meet_drive
-    for operator, context in met:
-        operator.close()
-        context.try_shutdown()
-
-
-def end(process: subprocess.Popen[str], *signals: int) -> tuple[int, str]:
-    """Send signals; give exit status and what stands on stderr."""
-    for number in signals:
-        process.send_signal(number)
-    _, errors = process.communicate(timeout=END_TIMEOUT_S)
-    return process.returncode, errors
 
 
 @pytest.mark.parametrize(
@@ -95,7 +29,7 @@ def end(process: subprocess.Popen[str], *signals: int) -> tuple[int, str]:
 def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
     start: Callable, meet: Callable, tmp_path: Path, signals: tuple[int, ...]
 ):
-    process = start(*MAIN, '--ros-args', '-p', f'record.directory:={tmp_path}/runs')
+    process = start(*DRIVE, '--ros-args', '-p', f'record.directory:={tmp_path}/runs')
     operator = meet()
     path = operator.set_recording(wanted=True).message
     operator.command_sawtooth(300.0, 500.0, 0.0)
@@ -115,7 +49,7 @@ def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
 @pytest.mark.parametrize(
     ('words', 'name'),
     [
-        ((*MAIN, '--ros-args', '-p', 'autostart:=false'), NODE_NAME),
+        ((*DRIVE, '--ros-args', '-p', 'autostart:=false'), NODE_NAME),
         (CONTROLLER, 'position_controller'),
     ],
     ids=['drive', 'controller'],
@@ -154,7 +88,7 @@ def test_a_signal_ends_a_node_that_has_nothing_to_do(
 def test_a_refused_parameter_is_one_clear_line_and_status_2(
     start: Callable, assignment: str, line: str
 ):
-    assert_is_refused(start(*MAIN, '--ros-args', '-p', assignment), line)
+    assert_is_refused(start(*DRIVE, '--ros-args', '-p', assignment), line)
 
 
 @pytest.mark.parametrize(
@@ -189,7 +123,7 @@ def assert_is_refused(process: subprocess.Popen[str], line: str) -> None:
 @pytest.mark.skipif(not KNOWS_SLICES, reason='Linux grants slices from 6.12 on')
 def test_what_wakes_the_drive_has_short_slices(start: Callable, meet: Callable):
     """Only threads that libraries start when they are imported have others."""
-    process = start(*MAIN)
+    process = start(*DRIVE)
     meet()
     threads = list(Path(f'/proc/{process.pid}/task').iterdir())
     prompt = {each for each in threads if slice_s(int(each.name)) == pytest.approx(SLICE_S)}
@@ -200,7 +134,7 @@ def test_what_wakes_the_drive_has_short_slices(start: Callable, meet: Callable):
 
 
 def test_a_transition_that_does_not_fit_does_not_end_the_process(start: Callable, meet: Callable):
-    process = start(*MAIN)
+    process = start(*DRIVE)
     operator = meet()
     request = ChangeState.Request(transition=Transition(id=Transition.TRANSITION_CONFIGURE))
     future = operator.ask(ChangeState, 'change_state', request)
