@@ -1,7 +1,7 @@
 """The topics of a node: offered as declared, unless their quality of service is overridden."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -22,13 +22,17 @@ from stickslip_ros.errors import StickSlipError, UnknownName
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.feed import Packed
-from stickslip_ros.recording.topics import SUBSCRIBED, TOPICS, Topic
+from stickslip_ros.recording.topics import READINGS, SUBSCRIBED, TOPICS, Topic
+from stickslip_ros.ros.gaps import SequenceGaps
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile, to_qos
 
 POLICIES = (QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
 """What ``qos_overrides.<topic>.<publisher or subscription>.*`` may change."""
 REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, InvalidQosOverridesError)
 """What rclpy raises when it does not take an override."""
+
+SHARED = 'diagnostics'
+"""Key of the topic on which every node may publish."""
 
 OnMessage = Callable[[Topic, Any], None]
 
@@ -50,6 +54,8 @@ class Connections:
     ----------
     misfits : Counter of str
         Endpoints of others with which a quality of service did not agree, by topic.
+    intruders : tuple of str
+        Who else has the name of the node or publishes its readings, in words.
 
     """
 
@@ -58,7 +64,14 @@ class Connections:
         self._on_message = on_message
         self._overrides = overrides
         self._offered: dict[str, Any] = {}
+        self._gaps: dict[str, SequenceGaps] = {}
         self.misfits: Counter[str] = Counter()
+        self.intruders: tuple[str, ...] = ()
+
+    @property
+    def lost(self) -> dict[str, int]:
+        """Commands since the configuration that never came, by topic, where there are any."""
+        return {name: gaps.lost for name, gaps in self._gaps.items() if gaps.lost}
 
     def fit(self, parameters: Parameters) -> bool:
         """Tell whether exactly the topics that exist under these parameters are offered."""
@@ -76,6 +89,7 @@ class Connections:
         """
         self.release()
         self.misfits.clear()
+        self._gaps.clear()
         for topic in TOPICS:
             if topic.exists(parameters):
                 self._offered[topic.key] = self._open(topic)
@@ -105,11 +119,47 @@ class Connections:
         if publisher is not None:
             publisher.publish(message)
 
+    def look_around(self) -> None:
+        """Ask the graph for who else is there: settle what was lost, warn of intruders."""
+        for topic in TOPICS:
+            if topic.name in self._gaps:
+                there = self._node.get_publishers_info_by_topic(self._resolved(topic))
+                self._gaps[topic.name].settle({bytes(each.endpoint_gid) for each in there})
+        seen = tuple(self._intruders())
+        for each in seen:
+            if each not in self.intruders:
+                self._node.get_logger().warning(each)
+        self.intruders = seen
+
+    def _intruders(self) -> Iterator[str]:
+        """Give what is wrong with the names in the graph."""
+        node = self._node
+        own = (node.get_name(), node.get_namespace())
+        if node.get_node_names_and_namespaces().count(own) > 1:
+            name = node.get_fully_qualified_name()
+            yield f'another node is called {name} too; start one of them with -r __ns:=/other'
+        for topic in READINGS:
+            if topic.key == SHARED or topic.key not in self._offered:
+                continue
+            name = self._resolved(topic)
+            if node.count_publishers(name) > 1:
+                others = self._publishers(name)
+                others.subtract([own])
+                words = ', '.join(f'{space.rstrip("/")}/{who}' for who, space in others.elements())
+                yield f'{words} publishes on {name} too; start one of the two in another namespace'
+
+    def _publishers(self, name: str) -> Counter[tuple[str, str]]:
+        there = self._node.get_publishers_info_by_topic(name)
+        return Counter((each.node_name, each.node_namespace) for each in there)
+
+    def _resolved(self, topic: Topic) -> str:
+        return str(self._node.resolve_topic_name(topic.name))
+
     def channels(self) -> dict[str, Channel]:
         """Return what a recording holds: names and quality of service as they are, by key."""
         return {
             topic.key: Channel(
-                self._node.resolve_topic_name(topic.name),
+                self._resolved(topic),
                 topic.type_name,
                 to_qos(self._offered[topic.key].qos_profile),
             )
@@ -135,12 +185,18 @@ class Connections:
                 return self._node.create_lifecycle_publisher(
                     message_type, topic.name, profile, **options
                 )
-            callback = partial(self._on_message, topic)
+            gaps = self._gaps[topic.name] = SequenceGaps()
+            callback = partial(self._hear, topic, gaps)
             return self._node.create_subscription(
                 message_type, topic.name, callback, profile, **options
             )
         except REFUSALS as error:
             raise StickSlipError(f'{topic.name} cannot be offered: {error}') from error
+
+    def _hear(self, topic: Topic, gaps: SequenceGaps, message: Any, origin: Any) -> None:
+        """Note which message of its publisher came, and hand it over."""
+        gaps.take(origin['publication_sequence_number'])
+        self._on_message(topic, message)
 
     def _note_misfit(self, topic: Topic, event: Any) -> None:
         """Count and tell that another node's endpoint does not fit."""

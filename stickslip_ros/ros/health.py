@@ -1,9 +1,13 @@
 """Diagnostics: does the drive keep up, is it refused, is it broken, does the disk keep up."""
 
-from collections.abc import Mapping
+import threading
+from collections import deque
+from collections.abc import Callable
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
+from stickslip_ros.instrument.reports import Event
+from stickslip_ros.ros.connections import Connections
 from stickslip_ros.ros.pacing import PaceReport
 from stickslip_ros.ros.session import Session
 from stickslip_ros.ros.worker import Faults
@@ -19,20 +23,61 @@ QUEUE_SHARE = 0.5
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
-class RefusalCount:
+class Refusals:
     """
-    What was refused, and what of it since the last report.
+    What was refused: counted, and told to the log once per name and report.
+
+    Parameters
+    ----------
+    on_line : callable
+        Called, in any thread, when there is a line for the log.
 
     Attributes
     ----------
     messages : int
         Messages and calls that the node refused before they reached the drive.
+    lines : deque of str
+        What the log has not been told yet.
 
     """
 
-    def __init__(self) -> None:
+    def __init__(self, on_line: Callable[[], object]) -> None:
         self.messages = 0
+        self.lines: deque[str] = deque()
+        self._on_line = on_line
         self._reported = 0
+        self._held_back: dict[str, int] = {}
+        self._lock = threading.Lock()
+
+    def refuse(self, name: str, line: str) -> None:
+        """Note that the node has refused a message or a call of this name."""
+        self.messages += 1
+        self._tell(name, line)
+
+    def note(self, event: Event) -> None:
+        """Note the end of a command that the drive has refused, or that has failed."""
+        start = f'{event.command} (command {event.number})'
+        self._tell(event.command, f'{start} {event.result.value}: {event.message}')
+
+    def _tell(self, name: str, line: str) -> None:
+        with self._lock:
+            is_first = name not in self._held_back
+            self._held_back[name] = 0 if is_first else self._held_back[name] + 1
+        if is_first:
+            self.lines.append(line)
+            self._on_line()
+
+    def turn_over(self) -> None:
+        """Say how many were held back since the last call; the next of each name is told."""
+        with self._lock:
+            held_back, self._held_back = self._held_back, {}
+        self.lines.extend(
+            f'{name}: {count} more refused or failed, counted in /diagnostics'
+            for name, count in held_back.items()
+            if count
+        )
+        if self.lines:
+            self._on_line()
 
     def news(self, commands: int) -> int:
         """Return how many refusals were not reported before, with those of the drive itself."""
@@ -66,7 +111,7 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
     return _status(f'{name}: time', level, message, values)
 
 
-def drive_status(name: str, session: Session, refusals: RefusalCount) -> DiagnosticStatus:
+def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticStatus:
     """Return the state of the drive and what was refused."""
     news = refusals.news(session.bench.refused)
     values = {
@@ -91,14 +136,19 @@ def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
     return _status(f'{name}: faults', WARN if faults else OK, message, values)
 
 
-def connection_status(name: str, misfits: Mapping[str, int]) -> DiagnosticStatus:
-    """Return with how many endpoints of others the quality of service did not agree."""
+def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
+    """Return what is wrong with the endpoints of others, and how many commands were lost."""
+    misfits, lost = connections.misfits, connections.lost
     values = {topic: str(count) for topic, count in misfits.items()}
-    count = sum(misfits.values())
-    if count:
-        message = f'{count} of incompatible quality of service since the configuration'
-        return _status(f'{name}: connections', WARN, message, values)
-    return _status(f'{name}: connections', OK, 'compatible', values)
+    values.update({f'{topic} lost': str(count) for topic, count in lost.items()})
+    problems = list(connections.intruders)
+    if misfits:
+        count = sum(misfits.values())
+        problems.append(f'{count} of incompatible quality of service since the configuration')
+    if lost:
+        problems.append(f'{sum(lost.values())} commands lost since the configuration')
+    message = '; '.join(problems) or 'compatible'
+    return _status(f'{name}: connections', WARN if problems else OK, message, values)
 
 
 def recorder_status(name: str, session: Session) -> DiagnosticStatus:

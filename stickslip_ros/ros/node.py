@@ -18,6 +18,7 @@ from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import NODE_NAME, Topic
 from stickslip_ros.ros import health
 from stickslip_ros.ros.connections import Connections
+from stickslip_ros.ros.greeting import at_start, when_active
 from stickslip_ros.ros.orders import AT_ONCE
 from stickslip_ros.ros.parameter_bridge import (
     check_clock_of,
@@ -67,14 +68,16 @@ class StickSlipDrive(LifecycleNode):
         )
         self._active: Session | None = None
         self._session: Session | None = None
-        self._refusals = health.RefusalCount()
+        self._refusals = health.Refusals(self.create_guard_condition(self._log_refusals).trigger)
         self._is_putting_back = False
         self._answer_misfits()
         overrides = hand_over_overrides(self)
         parameters = declare_parameters(self)
+        self.get_logger().info(at_start(self))
         self._topics = Connections(self, self._on_message, overrides)
         acts = {'set_recording': self._set_recording, 'clear_faults': self._clear_faults}
-        self._services_offered = Services(self, lambda: self.session, self._note_refusal, acts)
+        refuse = self._refusals.refuse
+        self._services_offered = Services(self, lambda: self.session, refuse, acts)
         self._timer: Any = None
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._after_parameters)
@@ -137,10 +140,17 @@ class StickSlipDrive(LifecycleNode):
             return FAILURE
         session.start()
         self._active = session
+        self.get_logger().info(when_active(self, session.parameters, session.bench))
         return result
 
     def _build(self, parameters: Any) -> Session:
-        return Session(parameters, self._topics.publish, self._on_faults, self._on_lost_recording)
+        return Session(
+            parameters,
+            self._topics.publish,
+            self._on_faults,
+            self._on_lost_recording,
+            self._refusals.note,
+        )
 
     def _up_to_date(self) -> Session:
         """Return the drive, built anew if its parameters were changed while it was inactive."""
@@ -200,7 +210,7 @@ class StickSlipDrive(LifecycleNode):
         try:
             self._take(topic, message)
         except StickSlipError as error:
-            self._note_refusal(f'{topic.name} refused: {error}')
+            self._refusals.refuse(topic.name, f'{topic.name} refused: {error}')
 
     def _take(self, topic: Topic, message: Any) -> None:
         """Hand a message to the drive; one that makes no sense counts as received."""
@@ -215,9 +225,11 @@ class StickSlipDrive(LifecycleNode):
             raise
         session.receive(request)
 
-    def _note_refusal(self, message: str) -> None:
-        self._refusals.messages += 1
-        self.get_logger().warning(message)
+    def _log_refusals(self) -> None:
+        """Write what was refused into the log, in a thread that may wait for it."""
+        lines = self._refusals.lines
+        while lines:
+            self.get_logger().warning(lines.popleft())
 
     def _on_parameters(self, changes: list[Parameter]) -> SetParametersResult:
         return judge_changes(self, changes, frozen=self._active is not None)
@@ -252,9 +264,11 @@ class StickSlipDrive(LifecycleNode):
             self._send_diagnostics([health.recorder_status(self._full_name, self._session)])
 
     def _publish_diagnostics(self) -> None:
+        self._refusals.turn_over()
         session = self._active
         if session is None:
             return
+        self._topics.look_around()
         name = self._full_name
         self._send_diagnostics(
             [
@@ -262,7 +276,7 @@ class StickSlipDrive(LifecycleNode):
                 health.drive_status(name, session, self._refusals),
                 health.fault_status(name, session.faults),
                 health.recorder_status(name, session),
-                health.connection_status(name, self._topics.misfits),
+                health.connection_status(name, self._topics),
             ]
         )
 

@@ -20,6 +20,7 @@ from stickslip_ros.instrument.remote_loop import RemoteLoop
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.topics import COMMAND, LATCHED, STREAM
 from stickslip_ros.ros.executable import run_node
+from stickslip_ros.ros.greeting import at_start
 from stickslip_ros.ros.interface import to_profile
 from stickslip_ros.ros.lockstep import Commands, LockstepClient
 from stickslip_ros.ros.parameter_bridge import declare_controller_parameters
@@ -47,6 +48,7 @@ class PositionController(Node):
             node_name, automatically_declare_parameters_from_overrides=True, **node_arguments
         )
         parameters = declare_controller_parameters(self)
+        self.get_logger().info(at_start(self))
         self.loop = RemoteLoop(
             LoopSettings(
                 gain_m_per_v=parameters.gain,

@@ -29,7 +29,7 @@ class Services:
     get_session : callable
         Returns the running drive, or refuses.
     on_refusal : callable
-        Hears why something was refused.
+        Hears what was refused, and why.
     acts : mapping of str to callable
         What only the node can do, by the name of the service.
 
@@ -39,7 +39,7 @@ class Services:
         self,
         node: Node,
         get_session: Callable[[], Session],
-        on_refusal: Callable[[str], None],
+        on_refusal: Callable[[str, str], None],
         acts: Mapping[str, Act],
     ) -> None:
         self._node = node
@@ -69,7 +69,7 @@ class Services:
         except StickSlipError as error:
             response.success = False
             response.message = f'{name} refused: {error}'
-            self._on_refusal(response.message)
+            self._on_refusal(name, response.message)
         return response
 
 

@@ -10,7 +10,7 @@ from enum import Enum, auto
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import Status
+from stickslip_ros.instrument.reports import Event, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
@@ -46,6 +46,8 @@ class Session:
         Receives the faults of the moment whenever they change, on the session's thread.
     on_failure : callable
         Receives a recording that has just failed, on the session's thread.
+    on_trouble : callable
+        Receives the event of a command that was refused or has failed, on the session's thread.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class Session:
         publish: Publish,
         on_faults: Callable[[Faults], None] = lambda _: None,
         on_failure: Callable[[RunWriter], None] = lambda _: None,
+        on_trouble: Callable[[Event], None] = lambda _: None,
     ) -> None:
         self.parameters = parameters
         lockstep = parameters.sim.lockstep
@@ -67,7 +70,7 @@ class Session:
             parameters.sim.block, 0.0 if lockstep else parameters.sim.real_time_factor
         )
         self.failure: BaseException | None = None
-        self._worker = Worker(parameters, publish, on_faults, on_failure)
+        self._worker = Worker(parameters, publish, on_faults, on_failure, on_trouble)
         self._changed = threading.Condition()
         self._permit = Permit(parameters.block_ns, lockstep=lockstep)
         self._orders = Orders(by_topic=lockstep)

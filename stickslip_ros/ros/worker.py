@@ -17,6 +17,8 @@ from stickslip_ros.recording.run_writer import NOTE_KEY, RunWriter, pack_effect
 from stickslip_ros.ros.ending import expendable
 from stickslip_ros.ros.orders import Order
 
+UNTROUBLED = (Result.DONE, Result.ABORTED)
+"""Results of commands that neither were refused nor have failed."""
 Publish = Callable[[Packed], None]
 Faults = dict[str, Scalar]
 """Values of the faults that there are, by name."""
@@ -36,6 +38,8 @@ class Worker:
         Receives the faults of the moment whenever they change.
     on_failure : callable
         Receives a recording that has just failed.
+    on_trouble : callable
+        Receives the event of each command that was refused or has failed.
 
     Attributes
     ----------
@@ -61,6 +65,7 @@ class Worker:
         publish: Publish,
         on_faults: Callable[[Faults], None],
         on_failure: Callable[[RunWriter], None] = lambda _: None,
+        on_trouble: Callable[[Event], None] = lambda _: None,
     ) -> None:
         self._schedule = _schedule_of(parameters)
         self._block_ns = parameters.block_ns
@@ -75,6 +80,7 @@ class Worker:
         self._publish = publish
         self._on_faults = on_faults
         self._on_failure = on_failure
+        self._on_trouble = on_trouble
         self._seen_faults: FaultParameters | None = None
         self._told_faults: Faults = {}
 
@@ -141,6 +147,9 @@ class Worker:
         if self._keeps_clock:
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, _pack_clock(time_ns)))
+        for event in output.events:
+            if event.result not in UNTROUBLED:
+                self._on_trouble(event)
         for packed in self._feed.pack(output):
             self._publish(packed)
             if self.writer is not None:

@@ -1,0 +1,136 @@
+"""The node says what it is and does, who is in its way, and what it refuses; each line once."""
+
+import re
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import PointStamped
+from std_msgs.msg import Float64
+
+import stickslip_ros
+from stickslip_ros.recording.topics import COMMAND
+
+REFUSED_V = 1e6
+FLOOD = 300
+
+
+class Log:
+    """What stands on stderr, collected while a test looks."""
+
+    def __init__(self, capfd: pytest.CaptureFixture[str]) -> None:
+        self._capfd = capfd
+        self._text = ''
+
+    def lines(self, *words: str) -> list[str]:
+        """Give the lines so far with all of these words."""
+        self._text += self._capfd.readouterr().err
+        return [each for each in self._text.splitlines() if all(word in each for word in words)]
+
+
+@pytest.fixture
+def log(capfd: pytest.CaptureFixture[str]) -> Log:
+    return Log(capfd)
+
+
+def connections(stand: Any) -> Callable[[], DiagnosticStatus]:
+    """Listen to diagnostics; give a function that gives the newest part on connections."""
+    heard = stand.listen('diagnostics')
+    empty = DiagnosticStatus()
+
+    def newest() -> DiagnosticStatus:
+        parts = (part for array in reversed(heard) for part in array.status)
+        return next((part for part in parts if part.name.endswith(': connections')), empty)
+
+    return newest
+
+
+def test_it_says_who_it_is_and_a_command_that_is_true(launch: Callable[..., Any], log: Log):
+    stand = launch(namespace='/left', rules=('command/voltage:=volts',), wait=False)
+    [start] = log.lines(f'stickslip_ros {stickslip_ros.__version__}, ROS 2 ')
+    assert f': /left/stickslip_drive, domain {stand.domain}, discovery LOCALHOST' in start
+    [active] = log.lines('active: 1 kHz blocks, in real time, preload 0.5 N; try: ')
+    command = r'ros2 topic pub --once (\S+) std_msgs/msg/Float64 "\{data: (\S+)\}"'
+    topic, voltage_v = re.search(command, active).groups()
+    node = stand.operator.node
+    publisher = node.create_publisher(Float64, topic, COMMAND.depth)
+    stand.operator.spin_until(lambda: publisher.get_subscription_count() == 1, topic)
+    stand.operator.shake_hands()
+    publisher.publish(Float64(data=float(voltage_v)))
+    assert stand.operator.wait_for_event('voltage', 0)['result'] == 'DONE'
+
+
+def test_in_lockstep_it_says_what_it_waits_for(launch: Callable[..., Any], log: Log):
+    launch({'sim.lockstep': True}, namespace='/left', wait=False)
+    assert log.lines(
+        'active: 1 kHz blocks, in lockstep,', 'waits for grants on /left/command/grant'
+    )
+
+
+def test_a_second_drive_of_the_same_name_is_told(launch: Callable[..., Any], log: Log):
+    stand = launch()
+    newest = connections(stand)
+    launch(wait=False)
+    named = 'another node is called /stickslip_drive too'
+    stand.operator.spin_until(lambda: named in newest().message, 'the warning')
+    assert newest().level == DiagnosticStatus.WARN
+    assert '/stickslip_drive publishes on /position too' in newest().message
+    assert log.lines('WARN', named)
+
+
+def test_another_publisher_of_a_reading_is_told_once_and_while_it_is_there(stand: Any, log: Log):
+    newest = connections(stand)
+    node = stand.operator.node
+    publisher = node.create_publisher(PointStamped, 'position', 1)
+    words = '/operator publishes on /position too'
+    stand.operator.spin_until(lambda: words in newest().message, 'the warning')
+    before = newest()
+    stand.operator.spin_until(lambda: newest() is not before, 'the next diagnostics')
+    assert len(log.lines('WARN', words)) == 1
+    node.destroy_publisher(publisher)
+    stand.operator.spin_until(lambda: newest().message == 'compatible', 'the end of the warning')
+
+
+def test_refusals_are_told_and_those_that_are_held_back_are_counted(stand: Any, log: Log):
+    operator = stand.operator
+    for number in range(1, FLOOD + 1):
+        operator.command_voltage(REFUSED_V)
+        if number % (COMMAND.depth // 2) == 0:
+            operator.spin_until(lambda: len(operator.events) == number, 'events')  # noqa: B023
+
+    def told() -> int:
+        first = log.lines('WARN', 'voltage (command', "above the amplifier's 300 V")
+        more = [re.search(r'voltage: (\d+) more refused', each) for each in log.lines('more')]
+        return len(first) + sum(int(each[1]) for each in more if each)
+
+    operator.spin_until(lambda: told() >= FLOOD, 'the last line')
+    assert told() == FLOOD
+    assert len(log.lines('WARN', 'voltage')) < FLOOD / 3
+
+
+def test_commands_that_a_full_queue_loses_are_counted(stand: Any):
+    newest = connections(stand)
+    stand.operator.spin_until(lambda: bool(newest().name), 'diagnostics')  # knows the publisher
+    stand.operator.command_voltage(1.0)
+    stand.operator.wait_for_event('voltage', 0)
+    is_held, goes_on = threading.Event(), threading.Event()
+
+    def hold() -> None:
+        is_held.set()
+        goes_on.wait()
+
+    stand.drive.create_guard_condition(hold).trigger()
+    stand.operator.spin_until(is_held.is_set, 'the executor')
+    try:
+        for _ in range(COMMAND.depth + FLOOD):
+            stand.operator.command_voltage(1.0)
+    finally:
+        goes_on.set()
+    told = f'{FLOOD} commands lost since the configuration'
+    stand.operator.spin_until(lambda: newest().message == told, told)
+    assert newest().level == DiagnosticStatus.WARN
+    assert [(each.key, each.value) for each in newest().values] == [
+        ('command/voltage lost', str(FLOOD))
+    ]
