@@ -1,4 +1,4 @@
-"""The executables: each heeds Ctrl-C before it imports what takes a second or more."""
+"""The executables: each heeds Ctrl-C, and says what it can, before it imports what takes long."""
 
 import sys
 
@@ -10,6 +10,11 @@ from stickslip_ros.ros.ending import heed_signals_as_usual, leave_on_signals
 def drive() -> int:
     """Run the node; return its exit status."""
     leave_on_signals('drive', is_well=True)
+    from stickslip_ros.ros.command_line import DRIVE, answer
+
+    status = answer(DRIVE, sys.argv[1:])
+    if status is not None:
+        return status
     from stickslip_ros.ros.main import main
 
     return main()
@@ -18,6 +23,11 @@ def drive() -> int:
 def position_controller() -> int:
     """Run the controller; return its exit status."""
     leave_on_signals('position_controller', is_well=True)
+    from stickslip_ros.ros.command_line import CONTROLLER, answer
+
+    status = answer(CONTROLLER, sys.argv[1:])
+    if status is not None:
+        return status
     from stickslip_ros.ros.position_controller import main
 
     return main()
@@ -27,6 +37,12 @@ def stickslip() -> int:
     """Run a verb; return its exit status."""
     runs_node = sys.argv[1:2] == ['drive']
     leave_on_signals('stickslip', is_well=runs_node)
+    if runs_node:
+        from stickslip_ros.ros.command_line import DRIVE, answer, of_verb
+
+        status = answer(DRIVE._replace(name='stickslip'), of_verb(sys.argv[2:]))
+        if status is not None:
+            return status
     from stickslip_ros.cli.main import main
 
     if not runs_node:

@@ -2,7 +2,7 @@
 
 from stickslip_ros.parameters.actuation_groups import ActuatorParameters, AmplifierParameters
 from stickslip_ros.parameters.contact_groups import ContactParameters, FrictionLawParameters
-from stickslip_ros.parameters.controller_group import ControllerParameters
+from stickslip_ros.parameters.controller_group import ControllerParameters, controller_parameters
 from stickslip_ros.parameters.fault_group import FaultParameters
 from stickslip_ros.parameters.fields import Scalar, Spec, declared_by, find
 from stickslip_ros.parameters.motion_groups import (
@@ -50,6 +50,7 @@ __all__ = [
     'StandParameters',
     'StepParameters',
     'TraceParameters',
+    'controller_parameters',
     'declared_by',
     'describe',
     'dump_yaml',

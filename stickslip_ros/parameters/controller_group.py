@@ -1,10 +1,11 @@
 """Parameters of the position controller, a node of its own: read once, at its start."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters.actuation_groups import ActuatorParameters, AmplifierParameters
-from stickslip_ros.parameters.fields import ASSUMED, Checked, quantity, switch
+from stickslip_ros.parameters.fields import ASSUMED, Checked, declared_by, find, quantity, switch
 from stickslip_ros.parameters.motion_groups import StepParameters
 from stickslip_ros.parameters.stand_groups import SimParameters
 
@@ -111,3 +112,19 @@ class ControllerParameters(Checked):
             limit = f'not below voltage_max, {self.voltage_max:g} V'
             mend = 'lower it or raise the other'
             raise OutOfRange('voltage_min', self.voltage_min, 'V', limit, mend)
+
+
+def controller_parameters(given: Mapping[str, object]) -> ControllerParameters:
+    """
+    Return the parameters of the controller with some values that were given at its start.
+
+    Raises
+    ------
+    UnknownName, WrongKind, OutOfRange
+        If a name is not declared, or a value not allowed.
+
+    """
+    declared = declared_by(ControllerParameters)
+    for name in given:
+        find(declared, name, f'known are {", ".join(declared)}')
+    return ControllerParameters(**given)  # type: ignore[arg-type]

@@ -18,16 +18,15 @@ from stickslip_ros.parameters import (
     Parameters,
     Scalar,
     Spec,
+    controller_parameters,
     declared_by,
     describe,
-    find,
     spec_of,
     specs,
 )
+from stickslip_ros.ros.command_line import FOREIGN, QOS_PREFIX
 
 SIM_TIME, CLOCK = 'use_sim_time', 'sim.publish_clock'
-FOREIGN = (SIM_TIME, 'start_type_description_service')
-QOS_PREFIX = 'qos_overrides.'
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:
@@ -91,9 +90,7 @@ def declare_controller_parameters(node: Node) -> ControllerParameters:
     for name in given.keys() & specs().keys():
         node.undeclare_parameter(name)
         del given[name]
-    for name in given:
-        find(declared, name, f'known are {", ".join(declared)}')
-    parameters = ControllerParameters(**given)
+    parameters = controller_parameters(given)
     declare(node, declared, {name: getattr(parameters, name) for name in declared})
     return parameters
 
