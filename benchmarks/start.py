@@ -12,7 +12,7 @@ from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
 
 ROOT = Path(__file__).resolve().parent.parent
-CODE = 'import sys; from stickslip_ros.cli import main; sys.exit(main(sys.argv[1:]))'
+CODE = 'import sys; from stickslip_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
 WORDS = ['simulate', '--preload=0.7', '--amplitude=130e-9', '--steps=200', '--json']
 COLD_ROUNDS = 3
 

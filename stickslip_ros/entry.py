@@ -2,7 +2,7 @@
 
 import sys
 
-from stickslip_ros.ros.ending import heed_signals_as_usual, leave_on_signals
+from stickslip_ros.ros.ending import leave_on_signals
 
 # ruff: noqa: PLC0415 - that is what this module is for
 
@@ -37,6 +37,10 @@ def stickslip() -> int:
     """Run a verb; return its exit status."""
     runs_node = sys.argv[1:2] == ['drive']
     leave_on_signals('stickslip', is_well=runs_node)
+    from stickslip_ros.cli.program import REFUSED, has_streams, run_verb
+
+    if not has_streams():
+        return REFUSED
     if runs_node:
         from stickslip_ros.ros.command_line import DRIVE, answer, of_verb
 
@@ -45,6 +49,4 @@ def stickslip() -> int:
             return status
     from stickslip_ros.cli.main import main
 
-    if not runs_node:
-        heed_signals_as_usual()
-    return main()
+    return main() if runs_node else run_verb(main)

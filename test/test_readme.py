@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip_ros.cli import main
+from stickslip_ros.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADING = '## From a recording to a report'

@@ -12,9 +12,6 @@ from rich.table import Table
 
 from stickslip_ros.parameters import Parameters, load_yaml, parse_assignments
 
-STOPPED = 130
-"""Exit status of a program that Ctrl-C has stopped."""
-
 
 def add_json(parser: argparse.ArgumentParser) -> None:
     """Add ``--json``, which every verb has."""

@@ -2,12 +2,10 @@
 
 import argparse
 import shlex
-import sys
 from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.common import (
-    STOPPED,
     add_json,
     add_parameters,
     add_workers,
@@ -17,7 +15,6 @@ from stickslip_ros.cli.common import (
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
-from stickslip_ros.study.batch import Interrupted
 from stickslip_ros.study.comparison.compare import Shift, compare
 from stickslip_ros.study.comparison.model import MODEL, ModelSettings
 from stickslip_ros.study.comparison.result import Comparison
@@ -68,11 +65,7 @@ def add_verb(verbs: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compare, write and print."""
     _check(arguments)
-    try:
-        comparison = _compare(arguments)
-    except Interrupted as interrupted:
-        sys.stderr.write(f'stickslip: {interrupted}\n')
-        return STOPPED
+    comparison = _compare(arguments)
     if arguments.report is not None:
         write_report(comparison, arguments.report, command_line(arguments))
     if arguments.json:

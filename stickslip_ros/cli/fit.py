@@ -1,7 +1,6 @@
 """``stickslip fit``: parameters of the drive from measured forces, with error bars."""
 
 import argparse
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.cli.common import (
-    STOPPED,
     add_json,
     add_parameters,
     add_workers,
@@ -20,7 +18,6 @@ from stickslip_ros.cli.common import (
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters, parse_assignments
-from stickslip_ros.study.batch import Interrupted
 from stickslip_ros.study.fitting.coverage import Coverage, coverage_of
 from stickslip_ros.study.fitting.figure import check_picture, draw_fit
 from stickslip_ros.study.fitting.fit import STARTS, Estimate, Fit, fit_drive
@@ -40,7 +37,7 @@ def add_verb(verbs: Any) -> None:
         'is estimated from the residuals. The search runs from the present values and from a '
         'Latin hypercube in the bounds; the best minimum counts. Quantities of '
         f'{", ".join(FITTED_GROUPS)} may be freed. Freeing contact.rms_height sets '
-        f'contact.prefactor to 0, which would hide it. Exit status {STOPPED} after Ctrl-C.',
+        'contact.prefactor to 0, which would hide it.',
     )
     parser.add_argument('points', type=Path, metavar='FILE', help='CSV file of measured forces')
     parser.add_argument(
@@ -118,11 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
     names = [name.strip() for name in arguments.free.split(',') if name.strip()]
     starts, bounds = parse_assignments(arguments.start), parse_assignments(arguments.bounds)
     stand, free, notes = choose_free(chosen_parameters(arguments), names, starts, bounds)
-    try:
-        fit, coverage = _fit(stand, free, points, arguments)
-    except Interrupted as interrupted:
-        sys.stderr.write(f'stickslip: {interrupted}\n')
-        return STOPPED
+    fit, coverage = _fit(stand, free, points, arguments)
     content = as_object(fit, notes, coverage)
     _write(fit, content, arguments)
     if arguments.json:

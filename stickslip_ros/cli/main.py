@@ -1,4 +1,4 @@
-"""Parser and entry point of ``stickslip``."""
+"""The parser of ``stickslip``, and what becomes of a command line."""
 
 import argparse
 import os
@@ -28,7 +28,11 @@ from stickslip_ros.cli import (
     validate,
     zero_amplitude,
 )
+from stickslip_ros.cli.program import REFUSED
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.ros.ending import STOPPED
+from stickslip_ros.stopping import heed_stop
+from stickslip_ros.study.batch import Interrupted
 
 VERBS = (
     contact,
@@ -51,7 +55,6 @@ VERBS = (
     parameters,
     interface,
 )
-REFUSED = 2
 NEGATIVE_NUMBER = re.compile(r'-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf|-nan', re.IGNORECASE)
 
 DESCRIPTION = """\
@@ -79,7 +82,8 @@ examples:
   stickslip validate --out runs/validation
   stickslip figures --out runs/figures --only fig2,fig7
 
-'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed, 2 refused.
+'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed, 2 refused,
+130 stopped by Ctrl-C or SIGTERM, which end the node (drive) with 0.
 """
 
 
@@ -100,7 +104,7 @@ def build_parser() -> argparse.ArgumentParser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """
-    Run a verb; the entry point of ``stickslip``.
+    Run a verb.
 
     Parameters
     ----------
@@ -110,7 +114,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0 done, 1 a check failed, 2 refused.
+        Exit status: 0 done, 1 a check failed, 2 refused, 130 stopped.
 
     """
     words = _join_negative_numbers(sys.argv[1:] if arguments is None else arguments)
@@ -119,8 +123,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         build_parser().error(f'unrecognized arguments: {" ".join(rest)}')
     parsed.ros_arguments = rest
     try:
+        heed_stop()
         status = int(parsed.run(parsed))
         sys.stdout.flush()
+    except Interrupted as stopped:
+        sys.stderr.write(f'stickslip: {stopped}\n')
+        return STOPPED
+    except KeyboardInterrupt:
+        sys.stderr.write('stickslip: stopped\n')
+        return STOPPED
     except StickSlipError as error:
         sys.stderr.write(f'stickslip: {error}\n')
         return REFUSED

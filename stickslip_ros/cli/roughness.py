@@ -13,6 +13,7 @@ from stickslip_ros.cli.common import (
     print_json,
     print_table,
 )
+from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.study.ensemble import Ensemble, rough_line_ensemble
 from stickslip_ros.study.roughness_figure import Samples, draw_roughness, sample_roughness
@@ -52,7 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.seed is not None:
         parameters = parameters.updated({'contact.line_seed': arguments.seed})
     samples = sample_roughness(parameters)
-    ensemble = rough_line_ensemble(parameters, arguments.realisations)
+    with shown_progress('lines', quiet=arguments.json) as progress:
+        ensemble = rough_line_ensemble(parameters, arguments.realisations, progress=progress)
     picture = arguments.out / PICTURE
     draw_roughness(samples, ensemble, picture)
     if arguments.json:

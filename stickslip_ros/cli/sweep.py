@@ -1,12 +1,10 @@
 """``stickslip sweep``: the drive at every combination of values, in one table."""
 
 import argparse
-import sys
 from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.common import (
-    STOPPED,
     add_json,
     add_parameters,
     add_workers,
@@ -17,7 +15,6 @@ from stickslip_ros.cli.common import (
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.parameters import spec_of
 from stickslip_ros.study.axes import Axis, parse_axis, parse_varied
-from stickslip_ros.study.batch import Interrupted
 from stickslip_ros.study.journal import Journal, Row
 from stickslip_ros.study.sweep import (
     AMPLITUDE,
@@ -41,8 +38,7 @@ def add_verb(verbs: Any) -> None:
         'VALUES are a list, 0.1,0.4, or a range start:stop:count with both ends, 0:160e-9:33; '
         'one that begins with a minus needs an equals sign before it, --frequency=-500,500. '
         f'A run ends when it is steady: {STEADY_RULE}; --steps sets a number instead. Finished '
-        'runs are kept in FILE.journal: after Ctrl-C or a crash the same command goes on. Exit '
-        f'status {STOPPED} after Ctrl-C.',
+        'runs are kept in FILE.journal: after Ctrl-C or a crash the same command goes on.',
     )
     parser.add_argument('--preload', metavar=VALUES, help='varies stand.preload, N')
     parser.add_argument(
@@ -94,15 +90,11 @@ def run(arguments: argparse.Namespace) -> int:
     check_table_path(arguments.output)
     sweep = chosen_sweep(arguments)
     journal_path = arguments.output.with_name(f'{arguments.output.name}.journal')
-    try:
-        with Journal(journal_path, sweep.identity(), fresh=arguments.fresh) as journal:
-            resumed = len(journal.rows)
-            rows = _run(sweep, journal, arguments)
-            write_table(rows, arguments.output, sweep.parameters)
-            journal.remove()
-    except Interrupted as interrupted:
-        sys.stderr.write(f'stickslip: {interrupted}\n')
-        return STOPPED
+    with Journal(journal_path, sweep.identity(), fresh=arguments.fresh) as journal:
+        resumed = len(journal.rows)
+        rows = _run(sweep, journal, arguments)
+        write_table(rows, arguments.output, sweep.parameters)
+        journal.remove()
     if arguments.json:
         file = str(arguments.output)
         print_json({'file': file, 'stop_rule': stop_rule(sweep.steps), 'rows': rows})

@@ -19,6 +19,7 @@ from stickslip_ros.recording.schemas import SCHEMAS
 from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.tally import ChannelSummary, Tally
 from stickslip_ros.recording.trace import split_columns
+from stickslip_ros.stopping import heed_stop
 
 
 class Recording:
@@ -212,6 +213,7 @@ class Recording:
                 for schema, channel, message in reader.iter_messages(
                     topics, log_time_order=log_time_order
                 ):
+                    heed_stop()
                     if before.pop(channel.topic, None) == message.sequence:
                         continue
                     last[channel.topic] = message.sequence

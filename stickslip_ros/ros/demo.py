@@ -133,7 +133,7 @@ def run_demo(parameters: Parameters, folder: Path) -> DemoSummary:
 
 @contextmanager
 def drive_process(settings: Path, domain: int) -> Iterator[subprocess.Popen[bytes]]:
-    """Run the node in a process of its own; it is ended with the context."""
+    """Run the node in a process of its own; it is ended with the context, and in its own way."""
     command = [sys.executable, '-W', EARLY_KNOCK, '-m', 'stickslip_ros.ros.main']
     command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
@@ -141,7 +141,10 @@ def drive_process(settings: Path, domain: int) -> Iterator[subprocess.Popen[byte
     try:
         yield process
     finally:
-        if process.poll() is None:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(END_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
 

@@ -8,7 +8,7 @@ heed signals before it imports such things.
 
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from queue import SimpleQueue
 from types import FrameType
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 """What ends an executable."""
-BY_SIGNAL = 128
-"""Exit status of what a signal has cut short, less the number of the signal."""
+STOPPED = 130
+"""Exit status of a verb that a signal has stopped."""
 STDERR = 2
 
 
@@ -72,34 +72,33 @@ def leave_on_signals(name: str, *, is_well: bool) -> None:
     name : str
         The executable, for the line.
     is_well : bool
-        Whether a signal is how this executable ends: status 0, else 128 plus the signal's number.
+        Whether a signal is how this executable ends: status 0, else 130.
 
     """
 
     def leave(number: int, _frame: FrameType | None) -> None:
         line = f'{name}: ended by {signal.Signals(number).name} before it had started\n'
         os.write(STDERR, line.encode())
-        os._exit(0 if is_well else BY_SIGNAL + number)
+        os._exit(0 if is_well else STOPPED)
 
     for number in SIGNALS:
         signal.signal(number, leave)
 
 
-def heed_signals_as_usual() -> None:
-    """Have SIGINT raise KeyboardInterrupt and SIGTERM kill, as in any Python."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+def on_signals(act: Callable[[], None]) -> None:
+    """Have every SIGINT and SIGTERM do something that may interrupt itself."""
+
+    def handle(_number: int, _frame: FrameType | None) -> None:
+        act()
+
+    for number in SIGNALS:
+        signal.signal(number, handle)
 
 
 def end_on_signals() -> Ending:
     """Return an ending that SIGINT and SIGTERM ask for, as often as they like."""
     ending = Ending()
-
-    def end(_number: int, _frame: FrameType | None) -> None:
-        ending.set()
-
-    for number in SIGNALS:
-        signal.signal(number, end)
+    on_signals(ending.set)
     return ending
 
 

@@ -23,6 +23,7 @@ from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
 from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.requests import to_message
+from stickslip_ros.stopping import heed_stop
 
 TIMEOUT_S = 30.0
 LISTEN_DEPTH = 10_000
@@ -132,6 +133,7 @@ class Operator:
         """
         end_s = monotonic() + timeout_s
         while not condition():
+            heed_stop()
             if monotonic() > end_s:
                 raise StickSlipError(f'{what} did not come within {timeout_s:g} s')
             self._executor.spin_once(timeout_sec=0.05)

@@ -17,6 +17,7 @@ from stickslip_ros.ros.environment import stay_on_this_host
 from stickslip_ros.ros.lockstep import Commands
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.ros.position_controller import PositionController
+from stickslip_ros.stopping import heed_stop
 
 TARGETS_M = (100e-9, 1e-6, 10e-6, 100e-6)
 LOAD_N = 0.05
@@ -193,6 +194,7 @@ def _run(stand: Parameters, controller: ScriptedController, context: Context) ->
     silent, readings = 0, 0
     try:
         while not controller.is_done:
+            heed_stop()
             executor.spin_once(timeout_sec=SPIN_S)
             silent = 0 if controller.readings > readings else silent + 1
             readings = controller.readings

@@ -7,11 +7,13 @@ The results come in the order of the cases and do not depend on who computed the
 
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, as_completed, wait
-from contextlib import contextmanager
+from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
+from queue import Empty, SimpleQueue
 from typing import TypeVar
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.cluster import cluster_executor
 from stickslip_ros.study.journal import Journal, Row
 
@@ -20,6 +22,8 @@ Progress = Callable[[int, int], None]
 Keep = Callable[[int, Row], None]
 
 WORKERS_MAX = 1024
+LOOK_S = 0.1
+"""Time after which a batch looks whether somebody wants it to end."""
 
 
 class Interrupted(StickSlipError):
@@ -74,7 +78,8 @@ def run_batch(
     Raises
     ------
     Interrupted
-        If Ctrl-C was pressed: begun cases are finished, in threads, and kept.
+        If Ctrl-C was pressed: begun cases, in threads, end as soon as they heed it or are done,
+        and what is done is kept.
     StickSlipError
         If a case is refused, the journal cannot be written or the cluster fails; what was
         finished before is kept.
@@ -129,9 +134,13 @@ def _run(
     """Run all cases; whatever ends it before, keep what has been finished."""
     futures: dict[Future[Row], int] = {}
     try:
+        ended: SimpleQueue[Future[Row]] = SimpleQueue()
         for index, case in todo.items():
-            futures[executor.submit(task, case)] = index
-        for future in as_completed(futures):
+            future = executor.submit(task, case)
+            futures[future] = index
+            future.add_done_callback(ended.put)
+        for _ in todo:
+            future = _next(ended)
             keep(futures[future], future.result())
     except BaseException:
         begun = [future for future in futures if not future.cancel()]
@@ -140,3 +149,11 @@ def _run(
             if not future.cancelled() and future.exception() is None:
                 keep(futures[future], future.result())
         raise
+
+
+def _next(ended: 'SimpleQueue[Future[Row]]') -> 'Future[Row]':
+    """Wait for a case to end, as long as nobody asks the batch to end."""
+    while True:
+        heed_stop()
+        with suppress(Empty):
+            return ended.get(timeout=LOOK_S)

@@ -18,6 +18,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.checks import check_request
 from stickslip_ros.instrument.commands import Move, Request
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.ramps import (
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
@@ -129,6 +130,7 @@ class _Run:
         most = steps or STEADY_STEPS_MAX
         loss_j = 0.0
         while (done := self._state.clock.cycle) < most:
+            heed_stop()
             enough = not steps and done >= STEADY_STEPS_MIN
             if enough and is_steady(self._plant, np.concatenate(self._logs)):
                 break

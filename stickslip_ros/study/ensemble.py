@@ -21,6 +21,7 @@ from stickslip_ros.contact.profile import Array, PowerProfile, Profile, rough_pr
 from stickslip_ros.contact.roughness import rough_prefactor_1d
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import ContactParameters, Parameters
+from stickslip_ros.stopping import heed_stop
 
 LOADS_N = tuple(float(load_n) for load_n in np.logspace(-2.0, 0.0, 13))
 """Normal forces from 0.01 to 1 N, six per decade: the loads of the stand and a decade below."""
@@ -145,6 +146,7 @@ def rough_line_ensemble(
     equivalent = np.stack((loads, *_figures(pressed)))
     rows = []
     for index in range(realisations):
+        heed_stop()
         line = profile_of(contact, index)
         forces_n = normal_force(line, elasticity, depths_m)
         rows.append(np.stack((forces_n, *_figures(_press(line, contact, loads)))))

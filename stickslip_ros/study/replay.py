@@ -22,6 +22,7 @@ from stickslip_ros.recording.run_file import PARAMETERS_FILE
 from stickslip_ros.recording.run_storage import CLOSING_RECORD
 from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import recorded_channels
+from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.drive_input import DriveInput
 
 NANOSECONDS_PER_SECOND = 1_000_000_000
@@ -268,6 +269,7 @@ def _run(
     waiting = sorted(due)
     writer.begin(bench.time_ns, bench.status)
     while bench.time_ns < end_ns:
+        heed_stop()
         requests: list[Request] = []
         while waiting and waiting[0] <= bench.time_ns:
             requests += due[waiting.pop(0)]

@@ -18,6 +18,7 @@ from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.feed import Feed
 from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.ramps import (
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
@@ -150,6 +151,7 @@ def _drive(
     logs: list[Array] = []
     done = 0
     while True:
+        heed_stop()
         if writer is not None:
             writer.write_requests(requests, bench.time_ns)
         output = bench.update(bench.time_ns + bench.parameters.block_ns, requests)

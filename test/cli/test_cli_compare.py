@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from stickslip_ros.cli import main
-from stickslip_ros.cli.main import build_parser
+from stickslip_ros.cli.main import build_parser, main
 from stickslip_ros.study.experiment import POINT_COLUMNS, TIME_COLUMNS
 
 PAGE = (Path(__file__).resolve().parents[2] / 'docs/compare.md').read_text(encoding='utf-8')

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from stickslip_ros.cli import main
+from stickslip_ros.cli.main import main
 
 #: The reference has six digits, or five behind the point.
 RELATIVE = 1e-5

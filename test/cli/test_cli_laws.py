@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip_ros.cli import main
+from stickslip_ros.cli.main import main
 from stickslip_ros.parameters import specs
 
 VARIANTS = {*specs()['contact.profile'].choices, *specs()['contact.law'].choices} - {'mdr'}

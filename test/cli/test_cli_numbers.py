@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from stickslip_ros.cli import main
+from stickslip_ros.cli.main import main
 
 
 def test_a_negative_frequency_in_e_notation_goes_backwards(capsys: pytest.CaptureFixture[str]):

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from stickslip_ros.cli import main
+from stickslip_ros.cli.main import main
 
 
 @pytest.fixture(scope='module')

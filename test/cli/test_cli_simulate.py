@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip_ros.cli import main
+from stickslip_ros.cli.main import main
 from stickslip_ros.recording.reader import Recording
 
 KEYS = {

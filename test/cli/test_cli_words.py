@@ -12,9 +12,8 @@ import pytest
 import yaml
 
 import stickslip_ros
-from stickslip_ros.cli import main
 from stickslip_ros.cli.drive import ros_arguments
-from stickslip_ros.cli.main import VERBS, build_parser
+from stickslip_ros.cli.main import VERBS, build_parser, main
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import ControllerParameters, Parameters, load_yaml, specs
 

@@ -5,6 +5,7 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.build import history_of, plant_of, state_at_rest
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.figures.rounded_wave import (
     PIECES,
     RoundedWave,
@@ -62,6 +63,7 @@ def run_rounded(
     state = state_at_rest(plant, history, parameters.stand.preload)
     log: Array = np.empty((0, 3))
     while len(log) < STEADY_STEPS_MAX and not is_steady(plant, log):
+        heed_stop()
         window = np.empty((STEADY_WINDOW, 3))
         state = ride_pieces(plant, history, state, voltages_v, spans_s, window)
         log = np.concatenate((log, window))

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.validation.contact_case import contact_case
 from stickslip_ros.study.validation.energy import energy
 from stickslip_ros.study.validation.findings import Findings
@@ -47,4 +48,9 @@ def validate(families: Sequence[Family] | None = None) -> tuple[Findings, ...]:
         FAMILIES if None.
 
     """
-    return tuple(family() for family in (FAMILIES if families is None else families))
+    return tuple(_heeding(family) for family in (FAMILIES if families is None else families))
+
+
+def _heeding(family: Family) -> Findings:
+    heed_stop()
+    return family()

@@ -1,0 +1,57 @@
+"""What may be read, and where may be written: asked before the work begins."""
+
+import os
+from pathlib import Path
+
+from stickslip_ros.errors import RecordingError
+
+
+def readable(path: Path) -> Path:
+    """
+    Return a path if what is there has an end; what is missing is left to whoever opens it.
+
+    Raises
+    ------
+    RecordingError
+        If it is a device, a pipe or a socket, whose reading may never end.
+
+    """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise RecordingError(path, 'is a device or a pipe, not a file', 'copy it to a file first')
+    return path
+
+
+def make_folder(folder: Path) -> None:
+    """
+    Make sure that files can be written to a folder, which is made if it is not there.
+
+    Raises
+    ------
+    RecordingError
+        If it is something else, or cannot be made or written.
+
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        problem = f'cannot be made ({error.strerror})'
+        raise RecordingError(folder, problem, 'choose another folder') from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise RecordingError(folder, 'cannot be written', 'choose another folder')
+
+
+def make_room(path: Path) -> None:
+    """
+    Make sure that a file can be written, or written anew; its folder is made.
+
+    Raises
+    ------
+    RecordingError
+        If a folder or a device is there, or its folder cannot be written.
+
+    """
+    if path.is_dir():
+        raise RecordingError(path, 'is a folder', 'choose another name')
+    if path.exists() and not path.is_file():
+        raise RecordingError(path, 'is a device or a pipe, not a file', 'choose another name')
+    make_folder(path.parent)

@@ -1,0 +1,37 @@
+"""
+The end that a user asks for with Ctrl-C, heeded where nothing is half done.
+
+An exception that a signal raises at any moment may strike between a kernel and its caller, which
+numba does not survive, or in a place where Python only prints it. So no signal raises one: long
+work calls ``heed_stop`` between two of its steps, in whatever thread it runs.
+
+"""
+
+import sys
+from threading import Event
+from typing import Any
+
+_asked = Event()
+
+
+def request_stop() -> None:
+    """Ask all work of this process to end, also that of compiling kernels."""
+    _asked.set()
+    events: Any = sys.modules.get('numba.core.event')
+    if events is not None:
+        ways = {'on_start': lambda *_: heed_stop(), 'on_end': lambda *_: None}
+        events.register('numba:run_pass', type('Stop', (events.Listener,), ways)())
+
+
+def heed_stop() -> None:
+    """
+    End the work here if somebody asked for it.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If so.
+
+    """
+    if _asked.is_set():
+        raise KeyboardInterrupt

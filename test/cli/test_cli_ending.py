@@ -1,0 +1,205 @@
+"""Every verb as a process: stopped by a signal it ends in one line, and streams may be closed."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from stickslip_ros.cli.main import VERBS, main
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_storage import CLOSING_RECORD
+
+STICKSLIP = Path(sys.executable).with_name('stickslip')
+PATIENCE_S = 120.0
+"""For a machine that is busy; nothing here takes more than seconds of processor time."""
+LOOK_S = 0.005
+TICKS_PER_S = os.sysconf('SC_CLK_TCK')
+LOST_STEPS = '1000000'
+"""Steps that nobody waits for."""
+
+Reached = Callable[[int, Path], bool]
+
+
+def knows_signals(pid: int, folder: Path) -> bool:
+    """Tell whether a process catches SIGTERM: the first thing that it does by itself."""
+    for line in Path(f'/proc/{pid}/status').read_text().splitlines():
+        if line.startswith('SigCgt:'):
+            return bool(int(line.split()[1], 16) >> (signal.SIGTERM - 1) & 1)
+    return False
+
+
+def has_worked(seconds: float) -> Reached:
+    """Return whether a process has used so much processor time."""
+
+    def reached(pid: int, folder: Path) -> bool:
+        fields = Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()
+        return (int(fields[11]) + int(fields[12])) / TICKS_PER_S > seconds
+
+    return reached
+
+
+def has_written(name: str, size_bytes: int = 1) -> Reached:
+    """Return whether a file in the folder has come to a size."""
+
+    def reached(pid: int, folder: Path) -> bool:
+        file = folder / name
+        return file.exists() and file.stat().st_size >= size_bytes
+
+    return reached
+
+
+SIMULATE = ['simulate', '--voltage', '300', '--steps', LOST_STEPS, '-o', 'run.mcap']
+SWEEP = ['sweep', '--amplitude', '1e-9:160e-9:3000', '--steps', '3000', '-o', 'table.csv']
+MOMENTS: list[tuple[list[str], Reached]] = [
+    (['contact', '--normal-force', '0.2'], knows_signals),
+    (SIMULATE, has_written('run.mcap', 300_000)),
+    (SWEEP, has_written('table.csv.journal', 2_000)),
+    (['zero-amplitude', '--steps', LOST_STEPS], has_worked(4.0)),
+    (['compare', 'points.csv', 'model', '--steps', LOST_STEPS], has_worked(4.0)),
+    (['fit', 'points.csv', '--free', 'contact.friction', '--starts', '1000'], has_worked(4.0)),
+    (['drive'], knows_signals),
+    (['demo', '--out', '.'], has_written('demo.mcap')),
+    (['positioning', '--out', '.', '--targets', '1.0'], has_written('positioning.mcap')),
+    (['info', 'none.mcap'], knows_signals),
+    (['plot', 'none.mcap'], knows_signals),
+    (['recover', 'none.mcap'], knows_signals),
+    (['replay', 'voltage.csv', '-o', 'again.mcap'], has_written('again.mcap', 300_000)),
+    (['roughness', '--realisations', LOST_STEPS], has_worked(4.0)),
+    (['laws', '--amplitudes', '1000'], has_worked(3.5)),
+    (['laws', '--amplitudes', '1000'], has_worked(5.0)),
+    (['figures', '--only', 'fig2', '--points', '1000'], has_worked(4.0)),
+    (['validate', '--out', '.'], has_worked(2.0)),
+    (['parameters'], knows_signals),
+    (['interface'], knows_signals),
+]
+
+
+def test_the_table_has_every_verb():
+    modules = {verb.__name__.rpartition('.')[2].replace('_', '-') for verb in VERBS}
+    assert {words[0] for words, _ in MOMENTS} == modules
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Give a folder with the files that verbs want to read."""
+    rows = '\n'.join(f'{0.2 + 0.1 * i},{60e-9 + i * 1e-8},0.05' for i in range(8))
+    header = 'preload_n,amplitude_m,force_n'
+    (tmp_path / 'points.csv').write_text(f'{header}\n{rows}\n', encoding='utf-8')
+    wave = 'time_s,voltage_v\n0.0,0.0\n1000.0,300.0\n'
+    (tmp_path / 'voltage.csv').write_text(wave, encoding='utf-8')
+    return tmp_path
+
+
+def stopped(
+    words: list[str], folder: Path, reached: Reached, number: signal.Signals, domain: int
+) -> tuple[int, str]:
+    """Start a verb, send it a signal twice at a moment; return its status and its errors."""
+    environment = {
+        **os.environ,
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_DOMAIN_ID': str(domain),
+        'ROS_LOG_DIR': str(folder / 'log'),
+    }
+    with subprocess.Popen(
+        [STICKSLIP, *words],
+        cwd=folder,
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        give_up_s = time.monotonic() + PATIENCE_S
+        while not reached(process.pid, folder):
+            assert time.monotonic() < give_up_s
+            assert process.poll() is None, process.communicate()
+            time.sleep(LOOK_S)
+        process.send_signal(number)
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=PATIENCE_S)
+    return process.returncode, errors
+
+
+NAMES = [f'{place} {words[0]}' for place, (words, _) in enumerate(MOMENTS)]
+
+
+@pytest.mark.usefixtures('compiled_kernels')
+@pytest.mark.parametrize('place', range(len(MOMENTS)), ids=NAMES)
+def test_a_stopped_verb_ends_in_one_line_and_leaves_whole_files(
+    place: int, folder: Path, domain: int
+):
+    words, reached = MOMENTS[place]
+    number = (signal.SIGINT, signal.SIGTERM)[place % 2]
+    status, errors = stopped(words, folder, reached, number, domain)
+    *before, last = errors.splitlines()
+    assert last.startswith('stickslip: ')
+    assert not [line for line in before if '[INFO]' not in line]  # what the node logs
+    assert status == (0 if words[0] == 'drive' else 130)
+    for file in folder.glob('*.mcap'):
+        assert CLOSING_RECORD in Recording(file).metadata
+    for file in folder.glob('*.journal'):
+        kept = len(file.read_text(encoding='utf-8').splitlines()) - 1
+        assert f'stopped after {kept} of' in last
+        assert str(file.name) in last
+
+
+def program(verb: str, grace_s: float) -> subprocess.CompletedProcess[str]:
+    """Run a process whose verb sends itself SIGINT and then does something of its own."""
+    code = (
+        'import os, signal, sys\n'
+        'from stickslip_ros.cli import program\n'
+        f'program.GRACE_S = {grace_s}\n'
+        'def main():\n'
+        '    os.kill(os.getpid(), signal.SIGINT)\n'
+        f'    {verb}\n'
+        'sys.exit(program.run_verb(main))\n'
+    )
+    return subprocess.run(
+        [sys.executable, '-c', code],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
+
+
+def test_a_verb_that_heeds_nothing_is_cut_off():
+    ended = program('while True: pass', 0.1)
+    assert ended.returncode == 130
+    assert ended.stderr == (
+        'stickslip: stopped in the midst of its work: what it was writing is not whole\n'
+    )
+
+
+def test_a_verb_that_was_done_gives_its_own_status():
+    ended = program('return 1', PATIENCE_S)
+    assert (ended.returncode, ended.stderr) == (1, '')
+
+
+@pytest.mark.parametrize('verb', ['parameters', 'drive'])
+def test_a_closed_output_is_refused_in_one_line(verb: str):
+    ended = shell(verb, '>&-')
+    assert ended.returncode == 2
+    assert ended.stderr == (
+        'stickslip: standard output is closed; send it to a file, or to /dev/null\n'
+    )
+
+
+@pytest.mark.parametrize('closed', ['<&-', '2>&-', '<&- 2>&-'])
+def test_other_streams_may_be_closed(closed: str, capsys: pytest.CaptureFixture[str]):
+    main(['parameters'])
+    assert shell('parameters', closed).stdout == capsys.readouterr().out
+
+
+def shell(verb: str, redirection: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        ['/bin/sh', '-c', f'exec "$0" "$@" {redirection}', STICKSLIP, verb],
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_S,
+        check=False,
+    )
