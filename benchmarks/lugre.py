@@ -22,9 +22,12 @@ from benchmarks.clock import Array, Program, in_turn
 from benchmarks.outcome import Outcome, Row
 from benchmarks.rival import Grid, path_of
 from benchmarks.sizes import Sizes
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.parameters import Parameters
+
+friction_limit = entry_point(friction_limit)
 
 LUGRE = {
     'contact.law': 'lugre',

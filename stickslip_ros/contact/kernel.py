@@ -1,43 +1,67 @@
-"""How every kernel of the package is compiled, and where the machine code is kept."""
+"""How every kernel of the package is compiled."""
 
-import hashlib
-import os
-import tempfile
 from collections.abc import Callable
-from functools import lru_cache
-from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numba
+from numba.core.registry import CPUDispatcher
+
+from stickslip_ros.contact.kernel_cache import CONFIG, KernelCache
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 
-CONFIG: Any = numba.config
-"""Settings of numba; its attributes are made at run time."""
-
 OPTIONS: dict[str, Any] = {
-    'cache': True,
     'nogil': True,
     'error_model': 'numpy',
     'forceinline': True,
     '_nrt': False,
 }
-"""Compiled once and kept on disk; without the GIL; IEEE division; calls folded into the loop;
-without numba's memory runtime, which spends two thirds of the time on counting references."""
+"""Without the GIL; IEEE division; calls folded into the loop; without numba's memory runtime,
+which spends two thirds of the time on counting references."""
 
-KERNEL_FOLDERS = ('contact', 'drive', 'instrument')
-"""Sub-packages whose sources a compiled kernel may depend on."""
+FOR_KERNELS: dict[str, Any] = {'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
+"""Without the code that takes arguments from Python: for a hundred fields of records it takes
+longer to compile than the kernel."""
+
+
+class EntryPoint(CPUDispatcher):
+    """A kernel that Python calls."""
+
+    def enable_caching(self) -> None:
+        """Keep the machine code where the package keeps it."""
+        self._cache = KernelCache(self.py_func, 'entry')
+
+
+class InnerKernel(CPUDispatcher):
+    """A kernel that only kernels can call: a call from Python would end the process."""
+
+    def enable_caching(self) -> None:
+        """Keep the machine code where the package keeps it."""
+        self._cache = KernelCache(self.py_func, 'kernel')
+
+    def __call__(self, *_arguments: Any, **_named: Any) -> Any:
+        """Refuse a call from Python."""
+        raise TypeError(not_for_python(self))
+
+
+def not_for_python(inner: Any) -> str:
+    """Return why Python does not call a kernel, and what to do."""
+    name = inner.py_func.__name__
+    return (
+        f'{name} is compiled for other kernels only; call entry_point({name}), or '
+        f'in_python({name}) if it calls no other kernel'
+    )
 
 
 def kernel(function: Function) -> Function:
     """
-    Compile a function to machine code, with the same options everywhere.
+    Compile a function to machine code for other kernels, with the same options everywhere.
 
     Kernels take SI floats and NamedTuples and never raise. They cannot allocate: without the
-    memory runtime a kernel that tries to does not compile.
+    memory runtime a kernel that tries to does not compile. Python calls an ``entry_point``.
 
     """
-    return _compile(function, OPTIONS)
+    return _compile(function, InnerKernel, OPTIONS | FOR_KERNELS)
 
 
 def kernel_apart(function: Function) -> Function:
@@ -47,46 +71,25 @@ def kernel_apart(function: Function) -> Function:
     What it keeps in registers is not taken from the loops of its callers.
 
     """
-    return _compile(function, OPTIONS | {'forceinline': False})
+    return _compile(function, InnerKernel, OPTIONS | FOR_KERNELS | {'forceinline': False})
 
 
-def _compile(function: Function, options: dict[str, Any]) -> Function:
-    usual_dir = CONFIG.CACHE_DIR
-    CONFIG.CACHE_DIR = str(cache_dir())
-    try:
-        compiled: Function = numba.njit(**options)(function)
-    finally:
-        CONFIG.CACHE_DIR = usual_dir
-    return compiled
+def entry_point(function: Function) -> Function:
+    """Compile a function, or another time a kernel, for Python as well as for kernels."""
+    return _compile(in_python(function), EntryPoint, OPTIONS)
 
 
-@lru_cache(maxsize=1)
-def cache_dir() -> Path:
-    """
-    Return the folder of the compiled kernels.
-
-    numba looks only at the file of a function to see whether its machine code is stale, not at
-    the files of the kernels that it calls. So the folder is named after all of their sources.
-
-    """
-    package = Path(__file__).resolve().parent.parent
-    digest = hashlib.sha256()
-    for folder in KERNEL_FOLDERS:
-        for source in sorted((package / folder).glob('*.py')):
-            digest.update(source.read_bytes())
-    name = f'stickslip_ros-{digest.hexdigest()[:16]}'
-    return _writable(package) / name
+def in_python(function: Function) -> Function:
+    """Return a kernel as it was written, for Python to interpret."""
+    plain: Function = getattr(function, 'py_func', function)
+    return plain
 
 
-def _writable(package: Path) -> Path:
-    """Return the first place that can be written: asked for, package, user cache, temporary."""
-    asked = [Path(CONFIG.CACHE_DIR)] if CONFIG.CACHE_DIR else []
-    user = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache')
-    for place in (*asked, package / '__pycache__', user):
-        try:
-            place.mkdir(parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(place, os.W_OK):
-            return place
-    return Path(tempfile.gettempdir())
+def _compile(
+    function: Function, kind: type[EntryPoint | InnerKernel], options: dict[str, Any]
+) -> Function:
+    compiled: Any = numba.njit(**options)(function)
+    if not CONFIG.DISABLE_JIT:
+        compiled.__class__ = kind
+        compiled.enable_caching()
+    return cast('Function', compiled)

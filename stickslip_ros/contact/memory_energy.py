@@ -1,6 +1,6 @@
 """Kernel: the energy of a contact that remembers turning points, lost and stored."""
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.memory import Memory, U, branch_loss
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.virgin import (
@@ -11,7 +11,7 @@ from stickslip_ros.contact.virgin import (
 )
 
 
-@kernel
+@entry_point
 def lost_energy(curve: VirginCurve, stack: Array, memory: Memory) -> float:
     """Return the friction loss since the start, J."""
     travel_m = abs(memory.u_m - stack[memory.depth, U])

@@ -6,7 +6,8 @@ from typing import Any, Final, TypeAlias
 import numba
 import numpy as np
 
-from stickslip_ros.contact.kernel import CONFIG
+from stickslip_ros.contact.kernel import InnerKernel, not_for_python
+from stickslip_ros.contact.kernel_cache import CONFIG
 
 STATE: Final = 2
 """Place of the state among the arguments of every repeated kernel."""
@@ -27,15 +28,22 @@ class Repeated:
 
     Parameters
     ----------
-    compiled : kernel
+    compiled : entry point
         Its third argument is the state, and it returns the next one.
     records : int
         Number of its leading arguments that are NamedTuples. The others, numbers and arrays,
         must be of the same types in every call.
 
+    Raises
+    ------
+    TypeError
+        If only kernels can call it.
+
     """
 
     def __init__(self, compiled: Code, records: int) -> None:
+        if isinstance(compiled, InnerKernel):
+            raise TypeError(not_for_python(compiled))
         self._compiled = compiled
         self._records = records
         self._known: list[object] = [object()] * records

@@ -10,7 +10,7 @@ goes while its normal force changes.
 
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.memory import Memory, U
 from stickslip_ros.contact.profile import Array
 
@@ -147,7 +147,7 @@ def elongation(stack: Array, memory: Memory, threshold_m: float) -> float:
     return memory.u_m - stack[0, U]
 
 
-@kernel
+@entry_point
 def take_over(
     bank: SpringBank,
     compliance: float,

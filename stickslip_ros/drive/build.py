@@ -6,6 +6,7 @@ from functools import lru_cache
 
 from stickslip_ros.contact.bank import Group, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
+from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.laws import LAW_NUMBERS, FrictionLaw
 from stickslip_ros.contact.presliding import Presliding, presliding
 from stickslip_ros.contact.reaction import (
@@ -116,7 +117,7 @@ def plant_of(parameters: Parameters) -> Plant:
 def with_ideal(plant: Plant) -> Plant:
     """Return a plant that knows whether it is ideal."""
     feet_are_one = is_linear(plant.piezo) and not plant.feet.separate
-    ideal = feet_are_one and is_direct(plant) and not plant.stuck
+    ideal = feet_are_one and in_python(is_direct)(plant) and not plant.stuck
     return plant._replace(ideal=ideal)
 
 
@@ -230,7 +231,8 @@ def state_at_rest(plant: Plant, history: DriveHistory, preload_n: float) -> Stat
     """Return the drive at rest, with relaxed contacts; the history is emptied."""
     contact = relaxed(history.contact, preload_n)
     history.feet.states[:] = 0.0
-    split_feet(plant, history, contact, 0.0)
+    if plant.feet.separate:
+        split_feet(plant, history, contact, 0.0)
     rest(plant, history.piezo)
     return State(
         clock=Clock(0.0, 0, 0.0, 0.0),

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from stickslip_ros.contact.bank import Group
+from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.memory import CAPACITY
 from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.profile import Array
@@ -129,6 +130,6 @@ def onto_springs_of_feet(plant: Plant, history: FeetHistory, whole: ContactState
         own = History(history.stacks[foot], history.springs[foot])
         state = plain_state_of(history.states, foot, whole.preload_n)
         state = onto_springs(plain_contact_of(plant, foot), own, state)
-        keep_state(history.states, foot, state)
+        in_python(keep_state)(history.states, foot, state)
         on_springs = on_springs or state.on_springs
     return whole._replace(on_springs=on_springs)

@@ -1,6 +1,6 @@
 """Kernel: make six feet out of one that has stood for them all."""
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import Memory, move
 from stickslip_ros.contact.memory import U as TURN
@@ -17,7 +17,7 @@ from stickslip_ros.drive.records import DriveHistory, Plant
 from stickslip_ros.drive.stages import FEET, GROUP, PART
 
 
-@kernel
+@entry_point
 def split_feet(plant: Plant, history: DriveHistory, whole: ContactState, foot_m: float) -> float:
     """
     Give each foot its share of the history of all; return the sum of their forces, N.

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.reaction import contact_lost, contact_stored
 from stickslip_ros.drive.feet import lost_by_feet, stored_by_feet
 from stickslip_ros.drive.records import DriveHistory, Plant, State, Sums
@@ -49,33 +49,29 @@ class EnergyLedger:
 
 def take_ledger(plant: Plant, history: DriveHistory, state: State) -> EnergyLedger:
     """Compute every term of the balance from the state."""
+    stored_j, lost_j = energies_of_contacts(plant, history, state)
     return EnergyLedger(
         feet_work_j=state.sums.feet_work_j,
         load_work_j=state.sums.load_work_j,
         kinetic_j=0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s,
         cell_j=cell_energy(plant, state.position_m),
-        contact_stored_j=stored_in_contacts(plant, history, state),
-        contact_lost_j=lost_in_contacts(plant, history, state),
+        contact_stored_j=stored_j,
+        contact_lost_j=lost_j,
         damping_lost_j=state.sums.damping_lost_j,
         stops_j=stops_energy(plant, state.position_m),
         stuck_lost_j=state.sums.stuck_lost_j,
     )
 
 
-@kernel
-def stored_in_contacts(plant: Plant, history: DriveHistory, state: State) -> float:
-    """Return the elastic energy in the contacts, J."""
+@entry_point
+def energies_of_contacts(plant: Plant, history: DriveHistory, state: State) -> tuple[float, float]:
+    """Return the elastic energy in the contacts, and the friction loss in them so far, J."""
     if plant.feet.separate:
-        return stored_by_feet(plant, history.feet, state.contact.preload_n)
-    return contact_stored(plant.contact, history.contact, state.contact)
-
-
-@kernel
-def lost_in_contacts(plant: Plant, history: DriveHistory, state: State) -> float:
-    """Return the friction loss in the contacts since the start, J."""
-    if plant.feet.separate:
-        return lost_by_feet(plant, history.feet, state.contact.preload_n)
-    return contact_lost(plant.contact, history.contact, state.contact)
+        preload_n = state.contact.preload_n
+        stored_j = stored_by_feet(plant, history.feet, preload_n)
+        return stored_j, lost_by_feet(plant, history.feet, preload_n)
+    stored_j = contact_stored(plant.contact, history.contact, state.contact)
+    return stored_j, contact_lost(plant.contact, history.contact, state.contact)
 
 
 @kernel

@@ -11,7 +11,7 @@ the feet, the feet drag the contacts, and the contacts pull the runner.
 
 import math
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import remembers_turns
 from stickslip_ros.drive.actuation import longest_on_slope, ride_through, slewed_voltage
@@ -55,7 +55,7 @@ def ride(
     return state
 
 
-@kernel
+@entry_point
 def advance(
     plant: Plant,
     history: DriveHistory,

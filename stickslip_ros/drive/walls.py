@@ -1,6 +1,6 @@
 """Kernel: the springs that the runner meets: the load cell, fixed or touched, and end stops."""
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import in_python, kernel
 from stickslip_ros.drive.records import Plant, State
 
 MARGIN_STEPS = 4.0
@@ -31,7 +31,6 @@ def wall_force(plant: Plant, position_m: float) -> float:
     return plant.walls.cell_n_per_m * pressed_m + stops_force(plant, position_m)
 
 
-@kernel
 def cell_energy(plant: Plant, position_m: float) -> float:
     """Return the elastic energy of the load cell, J."""
     pressed_m = max(position_m - plant.walls.gap_m, 0.0)
@@ -39,12 +38,11 @@ def cell_energy(plant: Plant, position_m: float) -> float:
     return 0.5 * plant.cell_n_per_m * position_m * position_m + one_sided_j
 
 
-@kernel
 def stops_energy(plant: Plant, position_m: float) -> float:
     """Return the elastic energy of the end stops, J."""
     if plant.walls.stop_n_per_m == 0.0:
         return 0.0
-    force_n = stops_force(plant, position_m)
+    force_n = in_python(stops_force)(plant, position_m)
     return 0.5 * force_n * force_n / plant.walls.stop_n_per_m
 
 

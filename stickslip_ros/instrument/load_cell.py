@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.repeated import Repeated
 from stickslip_ros.instrument.display import (
@@ -162,7 +162,7 @@ def _cell_of(setting: LoadCellParameters, rate_hz: float) -> Cell:
     )
 
 
-@kernel
+@entry_point
 def read_forces(
     cell: Cell,
     fault: Fault,

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.instrument.display import Fault, displayed, standing
 
@@ -81,7 +81,7 @@ class Beam(NamedTuple):
     standing: float = 0.0
 
 
-@kernel
+@entry_point
 def read_positions(
     optics: Optics,
     fault: Fault,

@@ -1,6 +1,6 @@
 """Kernel: advance the drive sample by sample and write down the truth."""
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.plant import advance
 from stickslip_ros.drive.records import DriveHistory, Plant, State, Wave
@@ -8,7 +8,7 @@ from stickslip_ros.drive.walls import cell_force
 from stickslip_ros.instrument.reports import FOOT, FORCE, POSITION, VOLTAGE
 
 
-@kernel
+@entry_point
 def observe(
     plant: Plant,
     history: DriveHistory,

@@ -12,7 +12,7 @@ from stickslip_ros.drive.build import (
     plant_of,
     state_at_rest,
 )
-from stickslip_ros.drive.ledger import lost_in_contacts, take_ledger
+from stickslip_ros.drive.ledger import energies_of_contacts, take_ledger
 from stickslip_ros.drive.plant import advance
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.checks import check_request
@@ -156,7 +156,7 @@ class _Run:
         """Advance by some cycles; return the friction loss in them, J."""
         log = np.empty((cycles, 3))
         first = self._state.clock.cycle
-        before_j = lost_in_contacts(self._plant, self._history, self._state)
+        _, before_j = energies_of_contacts(self._plant, self._history, self._state)
         time_s = cycles * self._wave.period_s - self._state.clock.ramp_s
         while self._state.clock.cycle < first + cycles:
             self._state = advance(
@@ -164,5 +164,5 @@ class _Run:
             )
             time_s = ROUNDING_S
         self._logs.append(np.roll(log, -(first % cycles), axis=0))
-        after_j = lost_in_contacts(self._plant, self._history, self._state)
+        _, after_j = energies_of_contacts(self._plant, self._history, self._state)
         return float(after_j - before_j)

@@ -1,5 +1,6 @@
 """What the log of a drive's ramps says: force, step length, whether they are steady."""
 
+from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START
 from stickslip_ros.drive.records import Plant
@@ -44,12 +45,12 @@ def is_steady(plant: Plant, ramps: Array) -> bool:
 
 def mean_force_n(plant: Plant, ramps: Array) -> float:
     """Return the force in the load cell at the mean position of the last cycle, N."""
-    return cell_force(plant, float(ramps[-1, RAMP_MEAN]))
+    return in_python(cell_force)(plant, float(ramps[-1, RAMP_MEAN]))
 
 
 def start_force_n(plant: Plant, ramps: Array) -> float:
     """Return the force in the load cell at the start of the last ramp, its fall being over, N."""
-    return cell_force(plant, float(ramps[-1, RAMP_START]))
+    return in_python(cell_force)(plant, float(ramps[-1, RAMP_START]))
 
 
 def step_length_m(ramps: Array) -> float:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import CAPACITY, Memory, move, relax
 from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import Presliding
@@ -65,7 +65,7 @@ class SpringBank:
         return Sample(float(np.sum(self.force_n)), stored_j, self.lost_j)
 
 
-@kernel
+@entry_point
 def follow(curve, stack, memory: Memory, turns, samples) -> Memory:
     """Move to each of ``turns``; rows of ``samples`` receive force, stored and lost energy."""
     for i in range(len(turns)):
@@ -76,7 +76,7 @@ def follow(curve, stack, memory: Memory, turns, samples) -> Memory:
     return memory
 
 
-@kernel
+@entry_point
 def follow_force(curve, stack, memory: Memory, turns, forces, errors) -> Memory:
     """Move to each of ``turns``; note the force and the bound of its error behind each."""
     for i in range(len(turns)):

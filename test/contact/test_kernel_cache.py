@@ -1,90 +1,263 @@
-"""Where machine code is kept: a folder per version of the sources, where it can be written."""
+"""Where machine code is kept, and whose: a folder per version of the sources, closed to others."""
 
+import os
+import pickle
 import shutil
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 
+import numba
 import pytest
+from numba.core.caching import FunctionCache
 
-from stickslip_ros.contact import kernel as kernel_module
-from stickslip_ros.contact.kernel import CONFIG, KERNEL_FOLDERS, cache_dir
+from stickslip_ros.contact import kernel_cache
+from stickslip_ros.contact.kernel import entry_point, in_python, kernel
+from stickslip_ros.contact.kernel_cache import CONFIG, KERNEL_FOLDERS, cache_folders, why_not_kept
+from stickslip_ros.contact.repeated import Repeated
 
 # Where it is read once, a test may ask again.
-fresh_cache_dir = cache_dir.__wrapped__
+fresh_folders = cache_folders.__wrapped__
+MINE = os.geteuid()
+NOBODY = 65534
+
+
+@entry_point
+def twice(value):
+    return 2.0 * value
+
+
+@kernel
+def thrice(value):
+    return 3.0 * value
 
 
 @pytest.fixture
 def package(tmp_path, monkeypatch) -> Path:
-    """Give a copy of the kernel sources that the function takes for its own package."""
-    original = Path(kernel_module.__file__).resolve().parent.parent
+    """Give a copy of the kernel sources that the functions take for their own package."""
+    original = Path(kernel_cache.__file__).resolve().parent.parent
     copy = tmp_path / 'package'
     for folder in KERNEL_FOLDERS:
         shutil.copytree(original / folder, copy / folder, ignore=shutil.ignore_patterns('__*__'))
-    monkeypatch.setattr(kernel_module, '__file__', str(copy / 'contact/kernel.py'))
+    monkeypatch.setattr(kernel_cache, '__file__', str(copy / 'contact/kernel_cache.py'))
     monkeypatch.setattr(CONFIG, 'CACHE_DIR', '')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'user'))
     return copy
 
 
 def test_the_folder_lies_in_the_package_if_that_can_be_written(package):
-    assert fresh_cache_dir().parent == package / '__pycache__'
-    assert fresh_cache_dir().name.startswith('stickslip_ros-')
+    folders = fresh_folders()
+    assert folders.write.parent == package / '__pycache__'
+    assert folders.write.name.startswith('stickslip_ros-')
+    assert folders.read == (folders.write,)
+    assert folders.write.stat().st_mode & 0o022 == 0
+    assert not why_not_kept()
 
 
 def test_the_folder_stays_the_same_while_the_sources_do(package):
-    before = fresh_cache_dir()
+    before = fresh_folders()
     (package / 'README.md').write_text('no source', encoding='utf-8')
-    assert fresh_cache_dir() == before
+    assert fresh_folders() == before
 
 
 @pytest.mark.parametrize(
     'source', ['contact/memory.py', 'drive/plant.py', 'instrument/optics.py', 'drive/new.py']
 )
 def test_a_changed_source_gets_another_folder(source, package):
-    before = fresh_cache_dir()
+    before = fresh_folders().write
     with (package / source).open('a', encoding='utf-8') as file:
         file.write('# another line\n')
-    after = fresh_cache_dir()
+    after = fresh_folders().write
     assert after.parent == before.parent
     assert after.name != before.name
 
 
 def test_a_place_that_is_asked_for_comes_first(package, tmp_path, monkeypatch):
     monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(tmp_path / 'asked/for'))
-    assert fresh_cache_dir().parent == tmp_path / 'asked/for'
+    assert fresh_folders().write.parent == tmp_path / 'asked/for'
 
 
 def test_a_place_that_cannot_be_made_is_passed_over(package, tmp_path, monkeypatch):
     # A file where a folder should be stops root too.
     (tmp_path / 'asked').write_text('', encoding='utf-8')
     monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(tmp_path / 'asked'))
-    assert fresh_cache_dir().parent == package / '__pycache__'
+    assert fresh_folders().write.parent == package / '__pycache__'
 
-    (package / '__pycache__').rmdir()
+    shutil.rmtree(package / '__pycache__')
     (package / '__pycache__').write_text('', encoding='utf-8')
-    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'user'))
-    assert fresh_cache_dir().parent == tmp_path / 'user'
+    assert fresh_folders().write.parent == tmp_path / 'user'
 
     monkeypatch.delenv('XDG_CACHE_HOME')
     monkeypatch.setenv('HOME', str(tmp_path / 'home'))
-    assert fresh_cache_dir().parent == tmp_path / 'home/.cache'
+    assert fresh_folders().write.parent == tmp_path / 'home/.cache'
 
 
-def test_a_place_that_cannot_be_written_is_passed_over(package, tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        kernel_module.os, 'access', lambda place, mode: Path(place) == tmp_path / 'user'
+@pytest.mark.parametrize('mode', [0o777, 0o770, 0o702])
+def test_a_folder_that_others_can_write_is_passed_over(mode, package, tmp_path):
+    folder = fresh_folders().write
+    folder.chmod(mode)
+    assert fresh_folders().read == (tmp_path / 'user' / folder.name,)
+
+
+def test_a_folder_with_a_file_that_others_can_write_is_passed_over(package, tmp_path):
+    folder = fresh_folders().write
+    (folder / 'kernel.nbi').touch()
+    (folder / 'kernel.nbi').chmod(0o666)
+    assert fresh_folders().read == (tmp_path / 'user' / folder.name,)
+
+
+def test_a_link_to_a_folder_is_passed_over(package, tmp_path):
+    folder = fresh_folders().write
+    folder.rename(tmp_path / 'elsewhere')
+    folder.symlink_to(tmp_path / 'elsewhere')
+    assert fresh_folders().read == (tmp_path / 'user' / folder.name,)
+
+
+def test_a_folder_of_another_user_is_passed_over_and_one_of_root_is_read(
+    package, tmp_path, monkeypatch
+):
+    folder = fresh_folders().write
+    monkeypatch.setattr(kernel_cache.os, 'geteuid', lambda: MINE + 1)
+    monkeypatch.setattr(kernel_cache, 'ROOT', MINE + 2)
+    (tmp_path / 'user').write_text('', encoding='utf-8')
+    assert fresh_folders() == ((), None)
+    monkeypatch.setattr(kernel_cache, 'ROOT', MINE)
+    assert fresh_folders() == ((folder,), None)
+    folder.chmod(0o775)
+    assert fresh_folders() == ((), None)
+
+
+def test_an_own_folder_that_cannot_be_written_is_read(package, tmp_path, monkeypatch):
+    folder = fresh_folders().write
+    monkeypatch.setattr(kernel_cache.os, 'access', lambda place, _: place != folder)
+    own = tmp_path / 'user' / folder.name
+    assert fresh_folders() == ((folder, own), own)
+
+
+def test_without_a_folder_kernels_are_compiled_and_it_is_said(package, tmp_path, monkeypatch):
+    (package / '__pycache__').write_text('', encoding='utf-8')
+    (tmp_path / 'user').write_text('', encoding='utf-8')
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    before = sorted(tmp_path.rglob('*'))
+    assert fresh_folders() == ((), None)
+    assert entry_point(lambda value: 4.0 * value)(1.5) == 6.0
+    assert sorted(tmp_path.rglob('*')) == before
+    why = why_not_kept()
+    assert str(tmp_path / 'user') in why
+    assert 'set NUMBA_CACHE_DIR' in why
+    assert '\n' not in why
+
+
+class Payload:
+    """What an attacker leaves where numba unpickles: it makes a file."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.mark),)
+
+
+def _plant(index: Path, mark: Path) -> None:
+    """Write the index of a kernel's cache as numba reads it, with a payload."""
+    index.parent.mkdir(parents=True, exist_ok=True)
+    index.write_bytes(pickle.dumps(numba.__version__) + pickle.dumps(Payload(mark)))
+
+
+def _index_in(folder: Path) -> Path:
+    store = kernel_cache._Store(in_python(twice), 'entry', folder)
+    return Path(store._cache_file._index_path)
+
+
+def _call_anew() -> float:
+    return entry_point(twice)(1.5)
+
+
+def test_what_another_user_has_put_into_a_cache_is_not_executed(package, tmp_path, monkeypatch):
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    mark, folder = tmp_path / 'executed', fresh_folders().write
+    _plant(_index_in(folder), mark)
+    folder.chmod(0o777)
+    assert _call_anew() == 3.0
+    assert not mark.exists()
+
+    # The payload works: where only this user can have put it, it is executed.
+    folder.chmod(0o700)
+    _index_in(folder).chmod(0o600)
+    with pytest.raises(TypeError):
+        _call_anew()
+    assert mark.exists()
+
+
+def test_nothing_is_looked_for_in_the_common_temporary_folder(package, tmp_path, monkeypatch):
+    temporary, mark = tmp_path / 'temporary', tmp_path / 'executed'
+    folder = temporary / fresh_folders().write.name
+    shutil.rmtree(package / '__pycache__')
+    for blocked in (package / '__pycache__', tmp_path / 'user'):
+        blocked.write_text('', encoding='utf-8')
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    monkeypatch.setattr(tempfile, 'tempdir', str(temporary))
+    _plant(_index_in(folder), mark)
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(folder))  # the place and form of numba itself
+    _plant(Path(FunctionCache(in_python(twice))._cache_file._index_path), mark)
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', '')
+    folder.chmod(0o700)
+    assert _call_anew() == 3.0
+    assert not mark.exists()
+
+
+AS_ANOTHER_USER = """
+import os, sys, json
+import numba
+from stickslip_ros.contact import kernel_cache
+from stickslip_ros.contact.kernel import entry_point
+import little
+name = kernel_cache._name()
+kernel_cache._name = lambda: name  # another user need not see the package
+numba.njit(lambda x: 2.0 * x)(1.0)  # nor the folders of what is imported to compile
+user = int(sys.argv[1])
+if user:
+    os.setgroups([])
+    os.setgid(user)
+    os.setuid(user)
+half = entry_point(little.half)
+print(json.dumps([half(3.0), sum(half.stats.cache_hits.values()), half.stats.cache_path]))
+"""
+
+
+def _as_user(user: int, place: Path) -> str:
+    unusable = {'HOME': '/dev/null', 'XDG_CACHE_HOME': '/dev/null'}
+    environment = {**os.environ, **unusable, 'NUMBA_CACHE_DIR': str(place / 'cache')}
+    done = subprocess.run(
+        [sys.executable, '-c', AS_ANOTHER_USER, str(user)],
+        cwd=place,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
     )
-    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'user'))
-    assert fresh_cache_dir().parent == tmp_path / 'user'
+    return done.stdout
 
 
-def test_the_temporary_folder_is_the_last_resort(package, tmp_path, monkeypatch):
-    monkeypatch.setattr(kernel_module.os, 'access', lambda place, mode: False)
-    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'user'))
-    monkeypatch.setattr(kernel_module.tempfile, 'gettempdir', lambda: str(tmp_path / 'temporary'))
-    assert fresh_cache_dir().parent == tmp_path / 'temporary'
+if MINE == 0:  # only root can be two users
+
+    def test_kernels_that_root_has_compiled_are_read_by_others_and_not_written():
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder)
+            place.chmod(0o755)
+            (place / 'little.py').write_text('def half(x):\n    return 0.5 * x\n')
+            assert _as_user(0, place).startswith('[1.5, 0, "')
+            files = sorted((place / 'cache').rglob('*'))
+            assert len(files) == 3
+            assert _as_user(NOBODY, place) == '[1.5, 1, null]\n'
+            files[0].chmod(0o777)
+            assert _as_user(NOBODY, place) == '[1.5, 0, null]\n'
 
 
-def test_compiling_a_kernel_leaves_the_settings_of_numba_as_they_were():
-    before = CONFIG.CACHE_DIR
-    twice = kernel_module.kernel(lambda value: 2.0 * value)
-    assert before == CONFIG.CACHE_DIR
-    assert twice(1.5) == 3.0
+def test_python_cannot_call_a_kernel_of_kernels_by_mistake():
+    assert entry_point(thrice)(1.5) == in_python(thrice)(1.5) == 4.5
+    for mistake in (lambda: thrice(1.5), lambda: Repeated(thrice, records=0)):
+        with pytest.raises(TypeError, match=r'thrice .* other kernels only; call entry_point'):
+            mistake()

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.indentation import indent, normal_force
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.line_profile import (
     LineProfile,
     line_places,
@@ -23,6 +24,8 @@ from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import ContactParameters, Parameters
 from stickslip_ros.study.sawtooth_run import run_sawtooth
+
+virgin_force = entry_point(virgin_force)
 
 FRICTION = 0.3
 LENGTH_M, RADIUS_M = 1e-3, 0.5e-3

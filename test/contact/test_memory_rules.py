@@ -9,11 +9,15 @@ from scipy.integrate import quad
 from spring_bank import Guide
 
 from stickslip_ros.contact.elasticity import effective_elasticity
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import U, fresh_stack, move, relax
 from stickslip_ros.contact.memory_energy import lost_energy
 from stickslip_ros.contact.presliding import presliding
 from stickslip_ros.contact.profile import smooth_profile
 from stickslip_ros.contact.virgin import TABLE_ERROR, tabulate, virgin_force
+
+virgin_force = entry_point(virgin_force)
+move = entry_point(move)
 
 ROUNDING = 1e-12
 """A few operations on doubles, relative to the full-slip force."""

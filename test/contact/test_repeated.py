@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.repeated import Repeated, kinds_of
 
 
@@ -26,7 +26,7 @@ class Changing(NamedTuple):
     steps: int
 
 
-@kernel
+@entry_point
 def go_on(
     constants: Constants, ring: Any, state: Changing, wave: Inner, way: float, out: Any
 ) -> Changing:
@@ -37,7 +37,7 @@ def go_on(
     return Changing(level, state.steps + wave.count + constants.inner.count)
 
 
-@kernel
+@entry_point
 def widen(constants: Inner, ring: Any, state: Changing) -> Changing:
     """Return a float where an integer may have been."""
     return Changing(state.level + 0.5 * constants.rate, state.steps)

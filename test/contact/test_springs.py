@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from stickslip_ros.contact.bank import BANK_ERROR, Group, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.indentation import indent
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import fresh_stack, move, relax
 from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import presliding
@@ -23,6 +24,13 @@ from stickslip_ros.contact.springs import (
 from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import ContactParameters
+
+depth_at = entry_point(depth_at)
+drag = entry_point(drag)
+friction_limit = entry_point(friction_limit)
+move = entry_point(move)
+stored_energy = entry_point(stored_energy)
+stored_in_springs = entry_point(stored_in_springs)
 
 CONTACT = ContactParameters()
 ELASTICITY = elasticity_of(CONTACT)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.virgin import (
     CELLS,
     TABLE_ERROR,
@@ -20,7 +20,7 @@ BETWEEN_NODES = np.linspace(0.0, 1.1, 10 * CELLS + 7)
 """Displacements, in units of the displacement of full slip, that rarely meet a node."""
 
 
-@kernel
+@entry_point
 def _look_up(curve: VirginCurve, u_m, force_n, stiffness, energy_j):
     for i in range(len(u_m)):
         force_n[i] = virgin_force(curve, u_m[i])

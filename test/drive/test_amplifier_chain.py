@@ -5,12 +5,16 @@ import math
 import numpy as np
 import pytest
 
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.drive.amplifier import ARRIVED_SHARE, FALL_SHARE, has_arrived, low_pass, wanted
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.plant import RAMP_MEAN, RAMP_START
 from stickslip_ros.drive.records import Clock
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.parameters import Parameters
+
+low_pass = entry_point(low_pass)
+wanted = entry_point(wanted)
 
 WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
 SLEW = 150e6

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.piezo import (
     DRIVING_M,
@@ -19,6 +20,10 @@ from stickslip_ros.drive.piezo import (
 from stickslip_ros.drive.stages_build import fresh_piezo
 from stickslip_ros.drive.waveform import level
 from stickslip_ros.parameters import Parameters
+
+displace = entry_point(displace)
+free_ring = entry_point(free_ring)
+prepare_step = entry_point(prepare_step)
 
 GAIN = Parameters().actuator.gain
 STEP_V = 100.0

@@ -5,10 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.piezo import hysteresis, rest
 from stickslip_ros.drive.stages_build import fresh_piezo
 from stickslip_ros.parameters import Parameters
+
+hysteresis = entry_point(hysteresis)
 
 LOW_V, HIGH_V = -20.0, 130.0
 RANGE_V = HIGH_V - LOW_V

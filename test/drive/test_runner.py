@@ -5,12 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.virgin import virgin_force
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.records import Plant
 from stickslip_ros.drive.runner import force_on_runner, kick_after, kick_before
 from stickslip_ros.drive.waveform import level
+
+virgin_force = entry_point(virgin_force)
 
 MASS_KG, CELL_N_PER_M = 3e-3, 1e5
 OMEGA = math.sqrt(CELL_N_PER_M / MASS_KG)
@@ -18,7 +20,7 @@ ORDER_2 = (3.8, 4.2)
 """Half the step, a quarter of the error; the next order is within five per cent here."""
 
 
-@kernel
+@entry_point
 def _oscillate(plant: Plant, position_m, velocity_m_per_s, load_n, dt_s, steps):
     force_n = force_on_runner(plant, position_m, 0.0, load_n)
     for _ in range(steps):

@@ -5,9 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.drive.plant import RAMP_MEAN
 from stickslip_ros.drive.walls import cell_energy, cell_force, stops_energy, stops_force
 from stickslip_ros.drive.waveform import level, sawtooth
+
+cell_force = in_python(cell_force)
+stops_force = in_python(stops_force)
 
 WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
 BACK = sawtooth(0.0, 300.0, -1000.0, 0)

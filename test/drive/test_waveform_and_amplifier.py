@@ -5,12 +5,20 @@ import math
 import numpy as np
 import pytest
 
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.drive.actuator import foot_displacement
 from stickslip_ros.drive.amplifier import SETTLED_V, clamp, follow
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.plant import ride
 from stickslip_ros.drive.records import ENDLESS, Clock
 from stickslip_ros.drive.waveform import CORNER_S, level, ramp_is_over, sawtooth, target
+
+clamp = entry_point(clamp)
+follow = entry_point(follow)
+foot_displacement = entry_point(foot_displacement)
+ramp_is_over = entry_point(ramp_is_over)
+ride = entry_point(ride)
+target = entry_point(target)
 
 SLEW = 150e6
 ROUNDING = 1e-12

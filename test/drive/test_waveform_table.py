@@ -5,9 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.drive.amplifier import has_arrived
 from stickslip_ros.drive.records import Clock
 from stickslip_ros.drive.waveform import is_missed, missing, sawtooth, table, target
+
+is_missed = entry_point(is_missed)
+target = entry_point(target)
 
 ROWS = [(0.0, 0.0), (1e-3, 200.0), (1.5e-3, 200.0), (4e-3, 50.0)]
 ROUNDING = 1e-9

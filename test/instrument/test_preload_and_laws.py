@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
@@ -10,6 +11,8 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import FORCE, POSITION, Result, Status
 from stickslip_ros.parameters import Parameters, specs
 from stickslip_ros.study.sawtooth_run import run_sawtooth, voltage_for
+
+friction_limit = entry_point(friction_limit)
 
 LAWS = specs()['contact.law'].choices
 PROFILES = specs()['contact.profile'].choices

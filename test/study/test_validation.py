@@ -9,6 +9,7 @@ import pytest
 
 from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.hemisphere import elasticity_of
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.laws import deflect
 from stickslip_ros.contact.self_affine import Spectrum
 from stickslip_ros.contact.springs import drag
@@ -43,6 +44,9 @@ from stickslip_ros.study.validation.springs import Springs, pull
 from stickslip_ros.study.validation.tables import tables
 from stickslip_ros.study.validation.tangential import tangential
 from stickslip_ros.study.validation.three_dimensions import three_dimensions
+
+drag = entry_point(drag)
+deflect = entry_point(deflect)
 
 DOCUMENT = Path(__file__).parents[2] / 'docs' / 'validation.md'
 PACKAGE = 'stickslip_ros.study.validation'

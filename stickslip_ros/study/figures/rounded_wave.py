@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START, ride
 from stickslip_ros.drive.records import DriveHistory, Plant, State
@@ -137,7 +137,7 @@ def time_constant_s(bandwidth_hz: float) -> float:
     return 1.0 / (2.0 * math.pi * bandwidth_hz)
 
 
-@kernel
+@entry_point
 def ride_pieces(
     plant: Plant,
     history: DriveHistory,

@@ -4,6 +4,7 @@ from math import sqrt
 
 import numpy as np
 
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import ContactModel
 from stickslip_ros.contact.springs import SpringBank, drag, stored_in_springs
@@ -11,6 +12,9 @@ from stickslip_ros.drive.build import contact_model
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.validation.histories import History
 from stickslip_ros.study.validation.stand import FRICTION
+
+drag = entry_point(drag)
+stored_in_springs = entry_point(stored_in_springs)
 
 LIMIT_PER_PRELOAD = FRICTION * 2.0 * sqrt(2.0)
 """Full slip of all six contacts per preload: mu times the sum of Eq. 19."""

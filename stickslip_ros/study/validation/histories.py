@@ -4,12 +4,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import fresh_stack, move, relax
 from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.virgin import CELLS, VirginCurve, tabulate
 from stickslip_ros.study.validation.checks import Tolerance
+
+move = entry_point(move)
+stored_energy = entry_point(stored_energy)
 
 SPHERE_TABLE = 1.5 * 0.2079 * CELLS**-1.5
 """Error of the table for a sphere, of the maximal force: 1.2e-6. The stiffness 1.5 sqrt(1 - s)

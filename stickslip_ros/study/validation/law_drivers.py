@@ -4,9 +4,11 @@ import math
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.laws import LUGRE, FrictionLaw, deflect
 from stickslip_ros.contact.profile import Array
+
+deflect = entry_point(deflect)
 
 COULOMB_N = 1.0
 SIGMA_0, SIGMA_1, SIGMA_2 = 1e5, math.sqrt(1e5), 0.4
@@ -36,7 +38,7 @@ def plain_law(number: int) -> FrictionLaw:
     return FrictionLaw(number, SIGMA_0, 0.0, 0.0, 1.0, STRIBECK_M_PER_S, BREAKAWAY)
 
 
-@kernel
+@entry_point
 def pull_mass(
     law: FrictionLaw,
     spring_n_per_m: float,

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import CAPACITY, Memory, fresh_stack, move, relax
 from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.profile import Array
@@ -57,7 +57,7 @@ class RingDown(NamedTuple):
     unbounded: Array
 
 
-@kernel
+@entry_point
 def follow(
     curve: VirginCurve, stack: Array, memory: Memory, places_m: Array, log: Array
 ) -> Memory:

@@ -9,6 +9,7 @@ with it. What happens while the preload changes is in ``preload_ramp``.
 import numpy as np
 
 from stickslip_ros.contact.bank import BANK_ERROR, SPRINGS
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import move
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import (
@@ -31,6 +32,10 @@ from stickslip_ros.study.validation.findings import Findings
 from stickslip_ros.study.validation.histories import remember_all, zigzag
 from stickslip_ros.study.validation.preload_ramp import preload_ramp, ramp_panel
 from stickslip_ros.study.validation.tangential import MU_FN
+
+move = entry_point(move)
+drag = entry_point(drag)
+react = entry_point(react)
 
 PRELOADS_N = (0.1, 0.5, 1.0, 2.0)
 SEED, TURNS, STEPS = 20140, 60, 8
