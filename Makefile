@@ -27,7 +27,7 @@ unexport LD_LIBRARY_PATH _ROS_WHEELS_BOOTSTRAP_COMPLETE ROS_DISTRO VIRTUAL_ENV
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench colcon lock clean
+.PHONY: help setup demo test fuzz lint bench colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -40,6 +40,9 @@ demo: $(VENV)/project.stamp ## run the instrument once: runs/demo.mcap and runs/
 
 test: $(VENV)/project.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile $(ARGS)
+
+fuzz: $(VENV)/project.stamp ## random real-valued commands on every stand; ARGS='--seconds 600'
+	$(BIN)/python test/fuzz $(ARGS)
 
 lint: $(VENV)/project.stamp ## style, types, import contracts and package.xml
 	$(BIN)/ruff check .

@@ -14,6 +14,7 @@ a pair is forgotten.
 
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -202,9 +203,10 @@ def _forget(curve: VirginCurve, stack: Array, memory: Memory) -> Memory:
     """Halve a full stack by forgetting the pairs of turning points that matter least."""
     allowance_n = FORGET_START * curve.force_max_n
     depth = memory.depth
-    while depth > len(stack) // 2:
+    while depth > len(stack) // 2 and allowance_n < math.inf:
         depth = _sweep(curve, stack, depth, allowance_n)
         allowance_n *= 4.0
+    depth = min(depth, len(stack) // 2)  # of forces that are no numbers nothing is forgotten
     force_n = memory.force_n + stack[depth, ERROR] - stack[memory.depth, ERROR]
     error_n = max(memory.error_n, 2.0 * allowance_n / 4.0)
     return Memory(memory.u_m, force_n, depth, memory.sense, memory.lost_j, memory.base_j, error_n)

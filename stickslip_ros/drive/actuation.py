@@ -12,6 +12,7 @@ import math
 
 from stickslip_ros.contact.kernel import kernel, kernel_apart
 from stickslip_ros.drive.amplifier import clamp, low_pass
+from stickslip_ros.drive.passes import may_pass
 from stickslip_ros.drive.piezo import SCALARS, SLEWED_V, displace, fastest_m_per_s, prepare_step
 from stickslip_ros.drive.records import DriveHistory, Plant, State
 from stickslip_ros.drive.step import VERLET_REFINEMENT, step
@@ -19,8 +20,8 @@ from stickslip_ros.drive.step import VERLET_REFINEMENT, step
 SLEW_REFINEMENT = 64
 """Steps during a fall are so many times shorter: the feet cross the whole presliding range in
 two microseconds, and their work is an integral over that range."""
-SLEW_STEPS_MIN = 6.0
-"""Steps in which the feet of a slewing amplifier cross the presliding range, at least."""
+SLOPE_STEPS_MIN = 6.0
+"""Long steps in which feet that follow a steep slope cross the presliding range, at least."""
 CROSSING_S = 3.2e-4
 """Feet that are rounded off, or ring, go at most sim.dt/CROSSING_S of the presliding range in one
 step: a 64th of it at the default of 5 us."""
@@ -43,11 +44,11 @@ def slewed_voltage(plant: Plant, history: DriveHistory, state: State) -> float:
 @kernel
 def longest_on_slope(plant: Plant, rate_v_per_s: float) -> float:
     """Return the longest step along a straight voltage that the feet follow in proportion, s."""
-    if abs(rate_v_per_s) < plant.slew_v_per_s:
-        return plant.dt_s
+    falls = abs(rate_v_per_s) >= plant.slew_v_per_s
+    longest_s = plant.dt_s / SLEW_REFINEMENT if falls else plant.dt_s
     foot_m_per_s = plant.gain_m_per_v * abs(rate_v_per_s)
-    travel_m = plant.contact.curve.limit_m / SLEW_STEPS_MIN
-    return min(plant.dt_s / SLEW_REFINEMENT, travel_m / foot_m_per_s)
+    travel_m = plant.contact.curve.limit_m / SLOPE_STEPS_MIN
+    return longest_s if foot_m_per_s * longest_s <= travel_m else travel_m / foot_m_per_s
 
 
 @kernel_apart
@@ -63,7 +64,7 @@ def ride_through(
     """Advance along a straight stretch of the voltage before the low-pass."""
     tau_s = plant.amplifier.tau_s
     left_s, input_v = stretch_s, start_v
-    while left_s > 0.0:
+    while left_s > 0.0 and may_pass(history):
         dt_s, steps, left_s = _burst(plant, history, state, input_v, rate_v_per_s, left_s)
         ring = prepare_step(plant, history.piezo, dt_s)
         share = -math.expm1(-dt_s / tau_s) if tau_s > 0.0 else 1.0
@@ -89,7 +90,7 @@ def _burst(
     left_s: float,
 ) -> tuple[float, int, float]:
     """Return length and number of the next equal steps, and the time that is left after them."""
-    if plant.ideal:
+    if plant.ideal and abs(rate_v_per_s) >= plant.slew_v_per_s:
         longest_s = longest_on_slope(plant, rate_v_per_s)
     else:
         longest_s = _longest_in_burst(plant, history, state, input_v, rate_v_per_s)

@@ -22,6 +22,8 @@ AIM_OF_CONVERTER = 0.5
 """The same with a converter, whose level may be half its step off the command."""
 ARRIVED_SHARE = 1e-4
 """Behind a low-pass the voltage has arrived within this share of the range."""
+ROUNDING_SHARE = 1e-9
+"""A low-pass whose gap exceeds the aim by this share has arrived: that is rounding, no time."""
 AHEAD = 1e-9
 """Share of its step by which the converter is read ahead, past a level it has just reached."""
 
@@ -39,34 +41,38 @@ def wanted(plant: Plant, wave: Wave, clock: Clock) -> tuple[float, float, float]
     if not plant.amplifier.on:
         return plant.voltage_min_v, 0.0, corner_s
     if plant.amplifier.resolution_v > 0.0:
-        return _convert(plant, target_v, slope_v_per_s, corner_s)
+        return _convert(plant, target_v, slope_v_per_s, corner_s, clock.ramp_s)
     return target_v, slope_v_per_s, corner_s
 
 
 @kernel
 def _convert(
-    plant: Plant, target_v: float, slope_v_per_s: float, corner_s: float
+    plant: Plant, target_v: float, slope_v_per_s: float, corner_s: float, clock_s: float
 ) -> tuple[float, float, float]:
     """
     Return the level of the converter, no slope, and the time until the next level.
 
-    A staircase finer than the steps of the drive is the straight line: no step would see its
-    treads.
+    A staircase finer than the steps of the drive, or than rounding, is the straight line: no step
+    would see its treads. A level so near that the clock would not move has been reached.
 
     """
     step_v = plant.amplifier.resolution_v
     if slope_v_per_s == 0.0:
         return round(target_v / step_v) * step_v, 0.0, corner_s
-    if step_v < abs(slope_v_per_s) * plant.dt_s / VERLET_REFINEMENT:
+    if step_v < max(abs(slope_v_per_s) * plant.dt_s / VERLET_REFINEMENT, SETTLED_V):
         return target_v, slope_v_per_s, corner_s
-    level = round(target_v / step_v + math.copysign(AHEAD, slope_v_per_s))
+    level = float(round(target_v / step_v + math.copysign(AHEAD, slope_v_per_s)))
     next_v = (level + math.copysign(0.5, slope_v_per_s)) * step_v
-    return level * step_v, 0.0, min(corner_s, (next_v - target_v) / slope_v_per_s)
+    next_s = (next_v - target_v) / slope_v_per_s
+    if clock_s + next_s <= clock_s:
+        level += math.copysign(1.0, slope_v_per_s)
+        next_s += step_v / abs(slope_v_per_s)
+    return level * step_v, 0.0, min(corner_s, next_s)
 
 
 @kernel
 def follow(
-    plant: Plant, voltage_v: float, target_v: float, slope_v_per_s: float
+    plant: Plant, voltage_v: float, target_v: float, slope_v_per_s: float, clock_s: float
 ) -> tuple[float, float, float]:
     """
     Return how the output runs on: voltage now (V), its rate (V/s), time until it changes (s).
@@ -79,18 +85,19 @@ def follow(
         Output so far, V; before the low-pass if there is one.
     target_v, slope_v_per_s : float
         Wanted voltage and its slope.
+    clock_s : float
+        Time since the wave's ramp began, s: a voltage that will be caught before it moves is.
 
     """
     wanted_v = clamp(plant, target_v)
     gap_v = wanted_v - voltage_v
     slew = plant.slew_v_per_s
-    if abs(gap_v) <= SETTLED_V:
-        return wanted_v, min(max(slope_v_per_s, -slew), slew), math.inf
     rate_v_per_s = math.copysign(slew, gap_v)
     closing_v_per_s = rate_v_per_s - slope_v_per_s
-    if closing_v_per_s * gap_v <= 0.0:
-        return voltage_v, rate_v_per_s, math.inf
-    return voltage_v, rate_v_per_s, gap_v / closing_v_per_s
+    caught_s = gap_v / closing_v_per_s if closing_v_per_s * gap_v > 0.0 else math.inf
+    if abs(gap_v) <= SETTLED_V or clock_s + caught_s <= clock_s:
+        return wanted_v, min(max(slope_v_per_s, -slew), slew), math.inf
+    return voltage_v, rate_v_per_s, caught_s
 
 
 @kernel
@@ -113,7 +120,8 @@ def time_to_settle(
     aim = AIM_OF_CONVERTER if plant.amplifier.resolution_v > 0.0 else AIM
     aim_v = aim * _fall_gap(plant, wave)
     off_v = abs(output_v - input_v + rate_v_per_s * tau_s)
-    return tau_s * math.log(off_v / aim_v) if off_v > aim_v > 0.0 else math.inf
+    settles = off_v > (1.0 + ROUNDING_SHARE) * aim_v > 0.0
+    return tau_s * math.log(off_v / aim_v) if settles else math.inf
 
 
 @kernel

@@ -26,6 +26,7 @@ from stickslip_ros.drive.feet_build import (
     with_gains,
 )
 from stickslip_ros.drive.feet_split import split_feet
+from stickslip_ros.drive.passes import LEFT, PASSES_MIN, fresh_passes
 from stickslip_ros.drive.piezo import rest
 from stickslip_ros.drive.records import Clock, DriveHistory, Plant, State, Sums
 from stickslip_ros.drive.stages import Feet
@@ -224,7 +225,9 @@ def change_preload(
 
 def history_of(plant: Plant) -> DriveHistory:
     """Return the arrays in which a drive remembers, empty."""
-    return DriveHistory(fresh_history(plant.contact), fresh_feet(plant.feet), fresh_piezo())
+    return DriveHistory(
+        fresh_history(plant.contact), fresh_feet(plant.feet), fresh_piezo(), fresh_passes()
+    )
 
 
 def state_at_rest(plant: Plant, history: DriveHistory, preload_n: float) -> State:
@@ -234,6 +237,7 @@ def state_at_rest(plant: Plant, history: DriveHistory, preload_n: float) -> Stat
     if plant.feet.separate:
         split_feet(plant, history, contact, 0.0)
     rest(plant, history.piezo)
+    history.passes[LEFT] = PASSES_MIN
     return State(
         clock=Clock(0.0, 0, 0.0, 0.0),
         voltage_v=plant.rest_v,

@@ -19,6 +19,7 @@ from stickslip_ros.contact.reaction import move_on_stack
 from stickslip_ros.drive.actuator import foot_displacement
 from stickslip_ros.drive.amplifier import clamp
 from stickslip_ros.drive.oscillator import Propagator, propagator
+from stickslip_ros.drive.passes import may_pass
 from stickslip_ros.drive.records import DriveHistory, Plant, State, Sums, at_voltage
 from stickslip_ros.drive.runner import force_far_from_walls
 from stickslip_ros.drive.walls import is_near_wall
@@ -71,12 +72,12 @@ def glide_along(
     Returns
     -------
     tuple of State and float
-        State after, and the time that is left because a wall is near, s.
+        State after, and the time that is left because a wall is near or no pass is left, s.
 
     """
     state = at_voltage(state, start_v)
     left_s = stretch_s
-    while left_s > 0.0:
+    while left_s > 0.0 and may_pass(history):
         h_s = left_s
         if left_s > longest_s:
             h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
@@ -84,6 +85,8 @@ def glide_along(
             return state, left_s
         state, done_s = glide(plant, history, state, rate_v_per_s, load_n, h_s)
         left_s = left_s - done_s if done_s < left_s else 0.0
+    if left_s > 0.0:
+        return state, left_s
     return at_voltage(state, clamp(plant, start_v + rate_v_per_s * stretch_s)), 0.0
 
 
@@ -197,7 +200,7 @@ def _time_to_turn(slide: Slide, omega_squared: float, longest_s: float) -> float
         )
         slope = speeding + t * (jerk + t * (0.5 * snap + t * SIXTH * crackle))
         time_s -= value / slope
-    return time_s if 0.0 < time_s < longest_s else longest_s
+    return max(time_s, RESTING * longest_s) if 0.0 < time_s < longest_s else longest_s
 
 
 @kernel

@@ -25,6 +25,7 @@ from stickslip_ros.drive.amplifier import (
     wanted,
 )
 from stickslip_ros.drive.glide import glide_along
+from stickslip_ros.drive.passes import allow_passes, has_given_up, may_pass
 from stickslip_ros.drive.records import Clock, DriveHistory, Plant, State, Wave
 from stickslip_ros.drive.waveform import ramp_is_over
 
@@ -88,14 +89,19 @@ def advance(
 
     """
     remaining_s = duration_s
-    while remaining_s > 0.0:
+    allow_passes(plant, history, len(wave.rows), duration_s)
+    while remaining_s > 0.0 and may_pass(history):
         target_v, slope_v_per_s, corner_s = wanted(plant, wave, state.clock)
         output_v = slewed_voltage(plant, history, state)
-        start_v, rate_v_per_s, caught_s = follow(plant, output_v, target_v, slope_v_per_s)
+        start_v, rate_v_per_s, caught_s = follow(
+            plant, output_v, target_v, slope_v_per_s, state.clock.ramp_s
+        )
         before_v = state.voltage_v
         settled_s = time_to_settle(plant, wave, before_v, start_v, rate_v_per_s)
         stretch_s = min(remaining_s, corner_s, caught_s, settled_s)
         state = ride(plant, history, state, start_v, rate_v_per_s, load_n, stretch_s)
+        if has_given_up(history):
+            return state
         if is_direct(plant):
             gap_v = clamp(plant, target_v + slope_v_per_s * stretch_s) - state.voltage_v
             fall_is_over = caught_s < math.inf and abs(gap_v) <= SETTLED_V

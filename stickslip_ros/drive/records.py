@@ -86,12 +86,15 @@ class DriveHistory(NamedTuple):
         The feet one by one; valid while they are separate.
     piezo : array, shape (4, 64)
         Amplifier and piezo: rows SCALARS to SHARES of ``piezo``.
+    passes : array of int, shape (2,)
+        Passes of the loops over time: columns LEFT and MADE of ``passes``.
 
     """
 
     contact: History
     feet: FeetHistory
     piezo: Array
+    passes: Array
 
 
 class Wave(NamedTuple):

@@ -90,6 +90,11 @@ class Bench:
         """Where the energy went since the start or the last reset."""
         return self._stand.ledger
 
+    @property
+    def passes_made(self) -> int:
+        """Passes that the loops over time have made: what the drive has cost so far."""
+        return self._stand.passes_made
+
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """
         Carry out requests at the present time, then advance to ``until_ns``.

@@ -16,9 +16,9 @@ from stickslip_ros.drive.build import (
 )
 from stickslip_ros.drive.faults import apply_faults
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
+from stickslip_ros.drive.passes import MADE, check_motion
 from stickslip_ros.drive.records import State, Wave
 from stickslip_ros.drive.waveform import missing
-from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.instrument.scope import observe
 from stickslip_ros.parameters import FaultParameters, Parameters
@@ -64,6 +64,11 @@ class Stand:
     def ledger(self) -> EnergyLedger:
         """Where the energy went since the start or the last reset."""
         return take_ledger(self.plant, self._history, self.state)
+
+    @property
+    def passes_made(self) -> int:
+        """Passes that the loops over time have made: what the drive has cost so far."""
+        return int(self._history.passes[MADE])
 
     @property
     def is_preloaded(self) -> bool:
@@ -129,11 +134,7 @@ class Stand:
             trace,
             self._ramps,
         )
-        if not math.isfinite(self.state.position_m + self.state.velocity_m_per_s):
-            raise StickSlipError(
-                f'the motion is no longer finite, at a load of {self.load_n:g} N; '
-                'lower sim.dt, or bring mass, damping and stiffnesses nearer to each other'
-            )
+        check_motion(self._history, self.state, self.load_n)
         return trace
 
     def ramps_since(self, wave: Wave, cycle: int) -> Array:

@@ -13,6 +13,7 @@ from stickslip_ros.drive.build import (
     state_at_rest,
 )
 from stickslip_ros.drive.ledger import energies_of_contacts, take_ledger
+from stickslip_ros.drive.passes import check_motion
 from stickslip_ros.drive.plant import advance
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.checks import check_request
@@ -94,7 +95,7 @@ def run_drive(
     Raises
     ------
     StickSlipError
-        If amplitude, frequency or steps are refused.
+        If amplitude, frequency or steps are refused, or the integration has failed.
 
     """
     if amplitude_m == 0.0:
@@ -162,6 +163,7 @@ class _Run:
             self._state = advance(
                 self._plant, self._history, self._state, self._wave, 0.0, time_s, log
             )
+            check_motion(self._history, self._state, 0.0)
             time_s = ROUNDING_S
         self._logs.append(np.roll(log, -(first % cycles), axis=0))
         _, after_j = energies_of_contacts(self._plant, self._history, self._state)

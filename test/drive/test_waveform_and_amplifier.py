@@ -87,23 +87,23 @@ def test_the_amplifier_stays_in_its_range(plant):
     assert [clamp(plant, volt) for volt in (-1.0, 0.0, 150.0, 300.0, 301.0)] == [
         0.0, 0.0, 150.0, 300.0, 300.0,
     ]  # fmt: skip
-    assert follow(plant, 300.0, 500.0, 0.0) == (300.0, 0.0, math.inf)
+    assert follow(plant, 300.0, 500.0, 0.0, 0.0) == (300.0, 0.0, math.inf)
 
 
 def test_a_settled_amplifier_takes_the_slope_of_the_command(plant):
-    assert follow(plant, 50.0, 50.0 + 0.5 * SETTLED_V, 3e5) == (
+    assert follow(plant, 50.0, 50.0 + 0.5 * SETTLED_V, 3e5, 0.0) == (
         50.0 + 0.5 * SETTLED_V,
         3e5,
         math.inf,
     )
-    assert follow(plant, 50.0, 50.0, 2.0 * SLEW)[1] == SLEW
-    assert follow(plant, 50.0, 50.0, -2.0 * SLEW)[1] == -SLEW
+    assert follow(plant, 50.0, 50.0, 2.0 * SLEW, 0.0)[1] == SLEW
+    assert follow(plant, 50.0, 50.0, -2.0 * SLEW, 0.0)[1] == -SLEW
 
 
 @pytest.mark.parametrize('slope', [0.0, 3e5, -3e5])
 @pytest.mark.parametrize(('voltage_v', 'target_v'), [(300.0, 0.0), (0.0, 300.0), (20.0, 21.0)])
 def test_the_amplifier_catches_up_exactly_when_it_says(voltage_v, target_v, slope, plant):
-    now_v, rate, caught_s = follow(plant, voltage_v, target_v, slope)
+    now_v, rate, caught_s = follow(plant, voltage_v, target_v, slope, 0.0)
     assert now_v == voltage_v
     assert rate == math.copysign(SLEW, target_v - voltage_v)
     reached_v = now_v + rate * caught_s
@@ -112,12 +112,12 @@ def test_the_amplifier_catches_up_exactly_when_it_says(voltage_v, target_v, slop
 
 
 def test_the_full_fall_takes_two_microseconds(plant):
-    assert follow(plant, 300.0, 0.0, 0.0)[2] == pytest.approx(2e-6, rel=ROUNDING, abs=0.0)
+    assert follow(plant, 300.0, 0.0, 0.0, 0.0)[2] == pytest.approx(2e-6, rel=ROUNDING, abs=0.0)
 
 
 @pytest.mark.parametrize('slope', [SLEW, 2.0 * SLEW])
 def test_a_command_that_runs_away_is_never_caught(slope, plant):
-    assert follow(plant, 0.0, 100.0, slope) == (0.0, SLEW, math.inf)
+    assert follow(plant, 0.0, 100.0, slope, 0.0) == (0.0, SLEW, math.inf)
 
 
 def test_the_voltage_of_a_drive_is_the_sawtooth_with_finite_falls(drive):

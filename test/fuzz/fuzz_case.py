@@ -1,0 +1,210 @@
+"""One random case: a stand, a program of random commands, and what is asked of their run."""
+
+import math
+import shlex
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from fuzz_stands import drawn, stand_of
+
+from stickslip_ros.drive.ledger import EnergyLedger
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.reports import FORCE, POSITION, TIME, Event, Result
+from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, spec_of
+
+COMMANDS = 12
+BLOCKS_BETWEEN = 3
+PASSES_PER_S = 2e8
+"""Passes of the loops over time that a simulated second may take."""
+RESIDUAL = 3e-3
+"""Largest error of the energy balance, relative to all work in and out, and of one presliding."""
+AT_REST = EnergyLedger(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+Numbers = Callable[[np.random.Generator, Parameters], tuple[float, ...]]
+
+
+@dataclass
+class Outcome:
+    """
+    What a run of a case came to.
+
+    Attributes
+    ----------
+    problems : list of str
+        What is wrong; empty if all is well.
+    commands : Counter
+        Commands by name.
+    refused : int
+        Commands of them that the bench refused.
+    passes_per_s : float
+        Passes of the loops over time per simulated second.
+    residual : float
+        Error of the energy balance, relative to the energy that went in or out.
+
+    """
+
+    problems: list[str] = field(default_factory=list)
+    commands: Counter[str] = field(default_factory=Counter)
+    refused: int = 0
+    passes_per_s: float = 0.0
+    residual: float = 0.0
+
+
+def command_line(stand: str, seed: int) -> str:
+    """Return the command that repeats a case."""
+    return f'make fuzz ARGS="--stand {shlex.quote(stand)} --case {seed}"'
+
+
+def run_case(stand: str, seed: int) -> Outcome:
+    """Run a case twice, and judge it."""
+    rng = np.random.default_rng([seed, *stand.encode()])
+    try:
+        parameters = stand_of(stand, rng)
+    except StickSlipError as error:
+        return Outcome([f'the stand is refused: {error}'])
+    program = [
+        (_request(rng, parameters), int(rng.integers(BLOCKS_BETWEEN + 1))) for _ in range(COMMANDS)
+    ]
+    outcome = Outcome(commands=Counter(request.name for request, _ in program))
+    first, second = _Run(parameters), _Run(parameters)
+    try:
+        first.go(program)
+        second.go(program)
+    except StickSlipError as error:
+        outcome.problems.append(str(error))
+        return outcome
+    outcome.refused = first.bench.refused
+    outcome.passes_per_s = first.passes_per_s
+    outcome.residual = first.residual
+    outcome.problems += first.problems
+    if first.bytes_told != second.bytes_told:
+        outcome.problems.append('played again, it gives other bytes')
+    if outcome.passes_per_s > PASSES_PER_S:
+        outcome.problems.append(f'{outcome.passes_per_s:.3g} passes per simulated second')
+    if outcome.residual > RESIDUAL:
+        outcome.problems.append(f'energy balance is {outcome.residual:.3g} off')
+    return outcome
+
+
+class _Run:
+    """A bench that is led through a program."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self.bench = Bench(parameters)
+        self.problems: list[str] = []
+        self.bytes_told: list[bytes] = []
+        self.residual = 0.0
+        self._passes = 0
+        self._flow_j = 0.0
+
+    def go(self, program: list[tuple[Request, int]]) -> None:
+        for request, blocks in program:
+            requests = [request]
+            for _ in range(blocks):
+                self._update(requests)
+                requests = []
+            for each in requests:
+                self.bench.accept(each)
+        self._update([])
+
+    @property
+    def passes_per_s(self) -> float:
+        return self._passes / (self.bench.time_ns * 1e-9)
+
+    def _update(self, requests: list[Request]) -> None:
+        bench = self.bench
+        before, made = bench.ledger, bench.passes_made
+        output = bench.update(bench.time_ns + bench.parameters.block_ns, requests)
+        readings, after = output.readings, bench.ledger
+        self._passes += bench.passes_made - made
+        trace = readings.trace[:, TIME:POSITION]
+        truth = (readings.truth_position_m, readings.truth_force_n, readings.voltage_v)
+        if not (np.isfinite(trace).all() and np.isfinite(truth).all()):
+            self.problems.append(f'not finite at {bench.time_ns} ns')
+        if np.isinf(readings.trace[:, POSITION : FORCE + 1]).any():
+            self.problems.append(f'an infinite reading at {bench.time_ns} ns')
+        told: tuple[Event, ...] = output.events
+        self.bytes_told += [readings.trace.tobytes(), output.ramps.tobytes(), repr(told).encode()]
+        if any(event.command == 'reset' and event.result is Result.DONE for event in told):
+            self._flow_j, before = 0.0, AT_REST
+        self._flow_j += abs(after.feet_work_j - before.feet_work_j)
+        self._flow_j += abs(after.load_work_j - before.load_work_j)
+        if not math.isfinite(after.residual_j):
+            self.problems.append(f'the energy is not finite at {bench.time_ns} ns')
+        elif bench.parameters.contact.law == 'mdr':
+            scale_j = self._flow_j + bench.plant.contact.curve.energy_max_j
+            self.residual = max(self.residual, abs(after.residual_j) / scale_j)
+
+
+def _request(rng: np.random.Generator, parameters: Parameters) -> Request:
+    name = str(rng.choice(sorted((*NUMBERS, 'fault'))))
+    if name == 'fault':
+        return Request('fault', settings=_settings(rng))
+    return Request(name, NUMBERS[name](rng, parameters))
+
+
+def _settings(rng: np.random.Generator) -> tuple[tuple[str, Scalar], ...]:
+    """Draw one fault, or its end."""
+    names = [n for n in FaultParameters.__dataclass_fields__ if spec_of(f'fault.{n}').live]
+    name = f'fault.{rng.choice(names)}'
+    spec = spec_of(name)
+    if spec.choices:
+        return ((name, str(rng.choice(spec.choices))),)
+    if spec.kind is bool:
+        return ((name, bool(rng.integers(2))),)
+    if spec.kind is int:
+        return ((name, int(rng.integers(int(spec.minimum or 0), int(spec.maximum or 0) + 1))),)
+    spans = {'fault.missed_steps': 1.0, 'fault.command_delay': 5e-3}
+    return ((name, float(rng.uniform(0.0, spans.get(name, 1e-6)))),)
+
+
+def _voltage(rng: np.random.Generator, parameters: Parameters) -> float:
+    amplifier = parameters.amplifier
+    return float(rng.uniform(amplifier.voltage_min, amplifier.voltage_max))
+
+
+def _frequency(rng: np.random.Generator, parameters: Parameters) -> float:
+    return drawn(rng, (1.0, parameters.amplifier.frequency_max)) * float(rng.choice([-1.0, 1.0]))
+
+
+def _sawtooth(rng: np.random.Generator, parameters: Parameters) -> tuple[float, ...]:
+    amplifier = parameters.amplifier
+    range_v = amplifier.voltage_max - amplifier.voltage_min
+    largest_v = drawn(rng, (1e-3, 1.0)) * range_v
+    return (largest_v, _frequency(rng, parameters), float(rng.integers(0, 40)))
+
+
+def _waveform(rng: np.random.Generator, parameters: Parameters) -> tuple[float, ...]:
+    """Draw rows that are far apart or dense, and now and then one on top of the other."""
+    rows = int(rng.integers(2, 30))
+    gaps_s = [drawn(rng, (1e-12 if rng.random() < 0.2 else 1e-6, 3e-3)) for _ in range(rows - 1)]
+    times_s = np.concatenate(([0.0], np.cumsum(gaps_s)))
+    times_s *= drawn(rng, (0.1, 1e3)) if rng.random() < 0.2 else 1.0
+    return tuple(x for t in times_s for x in (float(t), _voltage(rng, parameters)))
+
+
+def _signed(rng: np.random.Generator, low: float, high: float) -> float:
+    return drawn(rng, (low, high)) * float(rng.choice([-1.0, 1.0]))
+
+
+NUMBERS: Mapping[str, Numbers] = {
+    'voltage': lambda rng, p: (_voltage(rng, p),),
+    'sawtooth': _sawtooth,
+    'steps': lambda rng, _: (float(rng.integers(-50, 51)),),
+    'jog': lambda rng, p: (_frequency(rng, p) if rng.random() < 0.9 else 0.0,),
+    'waveform': _waveform,
+    'position': lambda rng, _: (_signed(rng, 1e-10, 1e-5), 0.0, 0.0),
+    'load': lambda rng, _: (_signed(rng, 1e-6, 0.5), 0.0, 0.0, 0.0, 0.0, 0.0),
+    'preload': lambda rng, p: (drawn(rng, (0.01, p.stand.preload_limit)),),
+    'stop': lambda *_: (),
+    'reset': lambda *_: (),
+    'zero_position': lambda *_: (),
+    'tare_force': lambda *_: (),
+    'enable_amplifier': lambda rng, _: (float(rng.random() < 0.8),),
+    'clear_faults': lambda *_: (),
+}
+"""The numbers of each command but ``fault``."""

@@ -1,0 +1,54 @@
+"""A seeded share of ``make fuzz``, and commands that have hung before."""
+
+from collections import Counter
+
+import pytest
+from fuzz_case import NUMBERS, run_case
+from fuzz_stands import CHOICES, CONFIG, LAW_SPANS, SPANS, STANDS
+
+from stickslip_ros.instrument.checks import CHECKS
+from stickslip_ros.parameters import load_yaml, specs
+from stickslip_ros.study.sawtooth_run import run_sawtooth
+
+SEEDS = (1, 2)
+GROUPS = ('actuator', 'amplifier', 'friction_law', 'interferometer', 'load_cell', 'runner')
+NOT_DRAWN = {
+    'amplifier.frequency_max',  # only refuses
+    'amplifier.voltage_initial',  # follows from the range
+    'amplifier.voltage_max',  # the stand 'bipolar'
+    'amplifier.voltage_min',
+    'friction_law.bristle_stiffness',  # 0 is that of the sticking contacts
+}
+COMMANDS_MIN = 30
+"""Commands of each kind that the share holds, at least."""
+
+
+def test_every_stage_profile_law_and_command_has_its_stand():
+    drawn = SPANS.keys() | CHOICES.keys() | LAW_SPANS.keys()
+    declared = {name for name in specs() if name.partition('.')[0] in GROUPS}
+    assert declared - drawn == NOT_DRAWN
+    assert set(CHOICES['contact.law']) == set(specs()['contact.law'].choices)
+    assert set(CHOICES['contact.profile']) == set(specs()['contact.profile'].choices)
+    assert NUMBERS.keys() == CHECKS.keys()
+
+
+@pytest.mark.parametrize('seed', SEEDS)
+def test_random_real_valued_commands_end_stay_finite_and_repeat_on_every_stand(seed):
+    commands = Counter()
+    problems = {}
+    for stand in STANDS:
+        outcome = run_case(stand, seed)
+        commands += outcome.commands
+        if outcome.problems:
+            problems[stand] = outcome.problems
+    assert not problems
+    assert min(commands[name] for name in (*NUMBERS, 'fault')) >= COMMANDS_MIN
+
+
+def test_a_fall_that_settles_within_rounding_of_its_aim_ends():
+    stand = load_yaml(CONFIG / 'realistic.yaml')
+    assert run_sawtooth(stand, 113.76725643485543, 1153.3955451232346, 50).steps == 50
+
+
+def test_a_voltage_that_meets_a_command_too_steep_for_the_clock_to_tell_ends():
+    assert run_case('actuator.capacitance', 1).problems == []
