@@ -63,6 +63,7 @@ class Container:
         self._secured = 0
         self._chunk_end_ns = 0
         self._stream = _create(path)
+        self._identity = _identity(os.fstat(self._stream.fileno()))
         self._indexes: ChunkIndexes | None = None
         with self._discarding():
             self._writer = make_writer(self._stream, form.compression)
@@ -126,8 +127,25 @@ class Container:
         self.sync()
 
     def sync(self) -> None:
-        """Have the operating system bring to the disk what it was handed."""
+        """
+        Have the operating system bring to the disk what it was handed.
+
+        Raises
+        ------
+        RecordingError
+            If the file is no longer where it was made: what it holds will be gone when it ends.
+
+        """
         os.fsync(self._stream.fileno())
+        try:
+            is_there = _identity(self.path.lstat()) == self._identity
+        except OSError:
+            is_there = False
+        if not is_there:
+            problem = 'it was deleted, moved or replaced while it was written'
+            raise RecordingError(
+                self.path, problem, 'record anew, and leave the file in its place'
+            )
 
     def finish(self, metadata: Mapping[str, Mapping[str, str]]) -> None:
         """Write closing metadata, the last chunk, the summary and the end; close the file."""
@@ -177,6 +195,11 @@ def _create(path: Path) -> BinaryIO:
         else:
             problem, mend = f'it cannot be made ({error.strerror})', 'choose another folder'
         raise RecordingError(path, problem, mend) from error
+
+
+def _identity(status: os.stat_result) -> tuple[int, int]:
+    """Return what makes a file the same one, whatever its name."""
+    return status.st_dev, status.st_ino
 
 
 def _write_at(handle: int, data: bytes, offset: int) -> None:

@@ -109,9 +109,22 @@ class Recorder:
         return [self._layout.part(number) for number in range(self._storage.parts)]
 
     @property
+    def place(self) -> str:
+        """What there is on the disk: a file, the directory of a bag, or the parts of a run."""
+        parts = [path for path in self.files if path.exists()]
+        if self._layout.bag or not parts:
+            return str(self.path)
+        return str(parts[0]) if len(parts) == 1 else f'{parts[0]} to {parts[-1].name}'
+
+    @property
     def written(self) -> int:
         """Messages handed to the file."""
         return self._written
+
+    @property
+    def stored(self) -> int:
+        """Messages in all files together, with those that every part repeats."""
+        return self._storage.stored
 
     @property
     def secured(self) -> int:

@@ -74,7 +74,7 @@ class RunStorage:
     ) -> None:
         layout.refuse_existing()
         self.parts = 0
-        self.written = self.secured = 0
+        self.written = self.secured = self.stored = 0
         self._layout = layout
         self._channels = channels
         self._form = form
@@ -113,7 +113,7 @@ class RunStorage:
             self._start_ns = message.time_ns
         elif self._is_full(message.time_ns):
             self._go_on_in_next(message.time_ns)
-        self._container.write(message)
+        self._store(message)
         self.written += 1
         if message.channel_id in self._latched:
             self._latched[message.channel_id] = message
@@ -162,12 +162,20 @@ class RunStorage:
         except BaseException:
             self._end_file('')
             raise
-        self._end_file(following.path.name)
+        try:
+            self._end_file(following.path.name)
+        except BaseException:
+            following.abandon()
+            raise
         self._container = following
         self._start_ns = time_ns
         for latched in self._latched.values():
             if latched is not None:
-                self._container.write(latched._replace(time_ns=time_ns))
+                self._store(latched._replace(time_ns=time_ns))
+
+    def _store(self, message: Stored) -> None:
+        self._container.write(message)
+        self.stored += 1
 
     def _end_file(self, next_name: str) -> None:
         own = {FOLLOWED_BY: next_name} if self._layout.numbered else {}

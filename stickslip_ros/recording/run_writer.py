@@ -82,6 +82,11 @@ class RunWriter:
         for request in requests:
             self.write(pack_effect(request, time_ns))
 
+    def check(self) -> None:
+        """Raise what has ended the writing, such as a full disk, if anything has."""
+        if self.recorder.error is not None:
+            raise self.recorder.error
+
     def close(self) -> None:
         """Write what is queued and finish the file."""
         self.recorder.close()

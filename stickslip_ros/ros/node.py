@@ -1,5 +1,6 @@
 """The lifecycle node: commands in, readings out; the drive itself runs in a session."""
 
+from contextlib import suppress
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -204,7 +205,8 @@ class StickSlipDrive(LifecycleNode):
         if session.failure is not None:
             self.get_logger().error(f'the drive had stopped: {session.failure}')
         if writer is not None:
-            close_recording(writer, self.get_logger())
+            with suppress(StickSlipError):  # a recording that has failed has been told of
+                close_recording(writer, session, self.get_logger())
 
     def _on_message(self, topic: Topic, message: Any) -> None:
         try:

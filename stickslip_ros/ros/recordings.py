@@ -28,16 +28,25 @@ def open_recording(session: Session, channels: Mapping[str, Channel]) -> RunWrit
     return RunWriter(run_path(parameters).absolute(), parameters, wait=waits, channels=channels)
 
 
-def close_recording(writer: RunWriter, logger: Any) -> str:
-    """Finish a file; the drive does not wait for the disk, the caller does. Return its path."""
+def close_recording(writer: RunWriter, session: Session, logger: Any) -> str:
+    """
+    Finish a file; the drive does not wait for the disk, the caller does. Return its path.
+
+    Raises
+    ------
+    StickSlipError
+        If it has failed, which the drive then says too.
+
+    """
     writer.close()
     recorder = writer.recorder
     if recorder.error is not None:
-        logger.error(f'{recorder.path} is incomplete: {recorder.error}')
+        session.lose_recording(writer)
+        raise StickSlipError(_why_not_recording(session))
     logger.info(
-        f'recorded {recorder.path}: {recorder.written} messages, {recorder.dropped} dropped'
+        f'recorded {recorder.place}: {recorder.stored} messages, {recorder.dropped} dropped'
     )
-    return str(recorder.path)
+    return recorder.place
 
 
 def start_recording(session: Session, channels: Mapping[str, Channel]) -> str:
@@ -58,7 +67,7 @@ def start_recording(session: Session, channels: Mapping[str, Channel]) -> str:
     except StickSlipError:
         writer.close()
         raise
-    return str(writer.recorder.path)
+    return writer.recorder.place
 
 
 def end_recording(session: Session, logger: Any) -> str:
@@ -68,13 +77,13 @@ def end_recording(session: Session, logger: Any) -> str:
     Raises
     ------
     StickSlipError
-        If the drive does not record.
+        If the drive does not record, or the recording has failed.
 
     """
     if session.writer is None:
         raise StickSlipError(_why_not_recording(session))
     ended = await_reply(session.exchange_recording(None))
-    return '' if ended is None else close_recording(ended, logger)
+    return '' if ended is None else close_recording(ended, session, logger)
 
 
 def _why_not_recording(session: Session) -> str:

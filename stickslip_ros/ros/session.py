@@ -142,6 +142,10 @@ class Session:
         """Record into ``writer`` from a tick on; the reply is the recording so far."""
         return self._put(Order(due_ns, writer=writer))
 
+    def lose_recording(self, writer: RunWriter) -> None:
+        """Say of a recording that has been exchanged that it has failed."""
+        self._worker.lose(writer)
+
     def receive(self, request: Request | None) -> None:
         """Take what came on a command topic; None for a message that made no sense."""
         with self._changed:

@@ -158,13 +158,18 @@ class Worker:
 
     def _watch_recording(self) -> None:
         """Let go of a recording that the disk has ended, and say so; nothing else changes."""
-        if self.writer is None or self.writer.recorder.error is None:
-            return
-        self.failed, self.writer = self.writer, None
-        why = str(self.failed.recorder.error)
+        writer = self.writer
+        if writer is not None and writer.recorder.error is not None:
+            self.writer = None
+            self.lose(writer)
+
+    def lose(self, writer: RunWriter) -> None:
+        """Say that a recording has failed."""
+        self.failed = writer
+        why = str(writer.recorder.error)
         event = Event(self.bench.time_ns, 0, 'recording', Result.RECORDING_FAILED, message=why)
         self._publish(Packed('event', event.time_ns, pack_string(event.to_json())))
-        self._on_failure(self.failed)
+        self._on_failure(writer)
 
 
 def _pack_clock(time_ns: int) -> bytes:

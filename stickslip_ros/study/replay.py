@@ -173,8 +173,7 @@ def _record(
 ) -> Path:
     with RunWriter(output, stand, wait=True, channels=channels) as writer:
         _run(Bench(stand), writer, due, end_ns, progress)
-    if writer.recorder.error is not None:
-        raise writer.recorder.error
+    writer.check()
     return writer.recorder.path
 
 
@@ -277,6 +276,7 @@ def _run(
         output = bench.update(bench.time_ns + bench.parameters.block_ns, requests)
         for packed in feed.pack(output):
             writer.write(packed)
+        writer.check()
         if progress is not None:
             progress(bench.time_ns, end_ns)
     for time_ns in waiting:  # asked after the last block: of a held drive, for example

@@ -120,8 +120,7 @@ def run_sawtooth(
     else:
         with RunWriter(path, parameters, wait=True) as writer:
             ramps = _drive(bench, request, writer, progress)
-        if writer.recorder.error is not None:
-            raise writer.recorder.error
+        writer.check()
     return _summarise(bench, request, ramps, time.perf_counter() - start_s, path)
 
 
@@ -174,6 +173,7 @@ def _drive(
 def _write(writer: RunWriter, feed: Feed, output: Output) -> None:
     for packed in feed.pack(output):
         writer.write(packed)
+    writer.check()
 
 
 def _summarise(

@@ -1,5 +1,6 @@
 """What was put is soon on the disk, and when that happens leaves no trace in the file."""
 
+import shutil
 import time
 from collections.abc import Callable
 from itertools import pairwise
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 from mcap.reader import make_reader
 
+from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
 from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.recover import recover_file
@@ -91,3 +93,51 @@ def test_an_idle_recorder_leaves_its_file_alone(tmp_path: Path):
         while time.monotonic() < deadline_s:
             assert path.stat().st_mtime_ns == before
     assert recorder.secured == recorder.written == 1
+
+
+def delete_folder(path: Path) -> None:
+    shutil.rmtree(path.parent)
+
+
+def move(path: Path) -> None:
+    path.rename(path.with_name('moved.mcap'))
+
+
+def replace_by_link(path: Path) -> None:
+    target = path.with_name('elsewhere.mcap')
+    path.rename(target)
+    path.symlink_to(target)
+
+
+def replace_by_copy(path: Path) -> None:
+    copy = path.with_name('copy.mcap')
+    shutil.copy(path, copy)
+    copy.replace(path)
+
+
+@pytest.mark.parametrize('harm', [delete_folder, move, replace_by_link, replace_by_copy])
+@pytest.mark.parametrize('flush_period_s', [0.05, 1000.0], ids=['meanwhile', 'at the end'])
+def test_a_file_that_does_not_stay_in_its_place_fails_the_recording(
+    tmp_path: Path, harm: Callable[[Path], None], flush_period_s: float
+):
+    path = tmp_path / 'runs' / 'run.mcap'
+    with Recorder(path, [VOLTAGE], form=FileForm(flush_period_s=flush_period_s)) as recorder:
+        put_all(recorder, range(10))
+        harm(path)
+        put_all(recorder, range(10, 20))
+        if flush_period_s < 1.0:
+            wait_for(lambda: recorder.error is not None)
+        else:
+            assert recorder.error is None
+    assert isinstance(recorder.error, RecordingError)
+    assert 'it was deleted, moved or replaced while it was written' in str(recorder.error)
+
+
+def test_a_part_that_does_not_stay_in_its_place_fails_the_recording(tmp_path: Path):
+    form = FileForm(split_duration_s=0.1, flush_period_s=0.1)
+    with Recorder(tmp_path / 'run.mcap', [VOLTAGE], form=form) as recorder:
+        put_all(recorder, range(10))
+        wait_for(lambda: recorder.secured > 0)
+        move(tmp_path / 'run_0.mcap')
+        put_all(recorder, range(200, 210))
+    assert 'run_0.mcap: it was deleted, moved' in str(recorder.error)

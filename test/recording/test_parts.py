@@ -1,12 +1,15 @@
 """A run in parts: each part is a recording, all parts together are the run."""
 
+import dataclasses
 from pathlib import Path
 
 import pytest
+import yaml
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
 from stickslip_ros.recording import messages as m
+from stickslip_ros.recording.bag_metadata import METADATA_FILE, ROOT
 
 MS_NS = 1_000_000
 STATUS = Channel('/status', m.UINT32, Qos(1, latched=True))
@@ -101,6 +104,19 @@ def test_equal_runs_give_equal_parts(split: Path, tmp_path: Path):
     record(tmp_path / 'run.mcap', FORM)
     for file in split.parent.iterdir():
         assert (tmp_path / file.name).read_bytes() == file.read_bytes()
+
+
+def test_the_recorder_tells_of_files_that_exist_and_counts_what_is_in_them(tmp_path: Path):
+    recorder = record(tmp_path / 'run.mcap', FORM)
+    assert recorder.place == f'{tmp_path}/run_0.mcap to run_3.mcap'
+    in_files = sum(
+        channel.messages for part in recorder.files for channel in Recording(part).channels
+    )
+    assert recorder.stored == in_files == recorder.written + 2 * 3  # latched, in later parts
+    bag = record(tmp_path / 'bag.mcap', dataclasses.replace(FORM, bag=True))
+    assert Path(bag.place) == tmp_path / 'bag'
+    described = yaml.safe_load((tmp_path / 'bag' / METADATA_FILE).read_text())[ROOT]
+    assert bag.stored == described['message_count'] == recorder.stored
 
 
 def test_a_missing_part_is_named(parts: Path):

@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -93,6 +94,43 @@ def test_two_recordings_without_a_name_are_two_files(stand: Any, tmp_path: Path)
     ]
     info = '/stickslip_drive/info'
     assert starts[0][info] < starts[1][info]
+
+
+@pytest.mark.parametrize('flush_period_s', [0.1, 60.0], ids=['meanwhile', 'at the end'])
+def test_a_deleted_recording_has_failed_and_the_drive_goes_on(
+    launch: Callable[..., Any], tmp_path: Path, flush_period_s: float
+):
+    folder = tmp_path / 'runs'
+    values = {'record.directory': str(folder), 'record.flush_period': flush_period_s}
+    stand = launch(values)
+    assert stand.operator.set_recording(wanted=True).success
+    shutil.rmtree(folder)
+    if flush_period_s < 1.0:
+        stand.operator.wait_for_event('recording', 0)
+    answer = stand.operator.set_recording(wanted=False)
+    assert not answer.success
+    assert 'it was deleted, moved or replaced while it was written' in answer.message
+    event = stand.operator.wait_for_event('recording', 0)
+    assert event['result'] == 'RECORDING_FAILED'
+    assert stand.operator.set_recording(wanted=True).success
+    assert stand.operator.set_recording(wanted=False).success
+    assert [each['command'] for each in stand.operator.events] == ['recording']
+
+
+def test_a_recording_in_parts_is_told_by_names_that_exist(
+    launch: Callable[..., Any], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+):
+    values = {'record.split_duration': 0.1, 'record.flush_period': 0.1, 'record.name': 'run'}
+    stand = launch(values)
+    assert stand.operator.set_recording(wanted=True).message == f'{tmp_path}/run_0.mcap'
+    stand.operator.spin_for(0.25)
+    parts = stand.operator.set_recording(wanted=False).message
+    first, last = parts.split(' to ')
+    assert first == f'{tmp_path}/run_0.mcap'
+    files = sorted(tmp_path.glob('run_*.mcap'), key=lambda file: int(file.stem[4:]))
+    assert files[-1].name == last
+    counts = [channel.messages for file in files for channel in Recording(file).channels]
+    assert f'recorded {parts}: {sum(counts)} messages, 0 dropped' in capfd.readouterr().err
 
 
 def test_an_existing_file_is_not_overwritten(launch: Callable[..., Any], tmp_path: Path):

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from stickslip_ros.drive.ledger import EnergyLedger
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.study.ramps import STEADY_STEPS_MAX, STEADY_STEPS_MIN
 from stickslip_ros.study.sawtooth_run import (
@@ -164,3 +164,13 @@ def test_a_stroke_beyond_the_amplifier_is_refused(stroke_m, stand):
         f'amplitude {stroke_m:.6g} m is above the 1.6e-07 m that the amplifier reaches; '
         'lower it, or give it in metres'
     )
+
+
+def test_a_run_whose_recording_is_deleted_ends_and_says_so(stand, tmp_path):
+    path = tmp_path / 'run.mcap'
+
+    def delete(done: int, wanted: int) -> None:
+        path.unlink(missing_ok=True)
+
+    with pytest.raises(RecordingError, match='it was deleted, moved or replaced'):
+        run_sawtooth(stand, 300.0, 1000.0, 20, path=path, progress=delete)
