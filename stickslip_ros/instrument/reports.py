@@ -37,7 +37,7 @@ RESULT_TEXTS = {
     Result.TIMEOUT: 'closed loop gave up: closed_loop.timeout passed before it was in position',
     Result.NO_SENSOR: 'closed loop gave up: the position reading is no number',
     Result.AMPLIFIER_DISABLED: 'refused or stopped: the amplifier is off',
-    Result.RECORDING_FAILED: 'full disk or lost file: the recording has stopped, the drive has not',
+    Result.RECORDING_FAILED: 'full disk or lost file: recording has stopped, the drive goes on',
 }
 
 
