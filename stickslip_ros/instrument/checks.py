@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.waveform import level, sawtooth, table
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.instrument.commands import (
@@ -67,21 +68,33 @@ def check_request(request: Request, parameters: Parameters) -> Command:
         known = ', '.join((*CHECKS, 'fault'))
         raise UnknownName('command', request.name, f'use {known}')
     labels, check = CHECKS[request.name]
-    if labels != (ANY,) and len(request.values) != len(labels):
+    if labels == (ANY,):
+        return check(parameters, _finite(request))
+    if len(request.values) != len(labels):
         expected = f'a list of {len(labels)} numbers' if labels else 'empty'
         mend = f'send [{", ".join(labels)}]'
         raise WrongKind(request.name, list(request.values[:8]), expected, mend)
     for index, value in enumerate(request.values):
         if not math.isfinite(value):
-            label = f'number {index + 1}' if labels == (ANY,) else labels[index]
-            name = _full_label(request.name, label)
+            name = _full_label(request.name, labels[index])
             raise WrongKind(name, value, 'a finite number', 'send a number')
     return check(parameters, *request.values)
 
 
+def _finite(request: Request) -> Array:
+    """Return the numbers of a request at once: there may be many, and the drive waits for it."""
+    numbers = np.asarray(request.values, dtype=float)
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if len(bad):
+        index = int(bad[0])
+        name = f'{request.name} number {index + 1}'
+        raise WrongKind(name, float(numbers[index]), 'a finite number', 'send a number')
+    return numbers
+
+
 def _full_label(command: str, label: str) -> str:
     """Return the name of a number in a message: ``sawtooth amplitude``, but ``voltage``."""
-    name = label if label.startswith('number') else label.partition(' ')[0]
+    name = label.partition(' ')[0]
     return name if name == command else f'{command} {name}'
 
 
@@ -144,12 +157,12 @@ def _check_jog(parameters: Parameters, frequency_hz: float) -> Jog:
     return Jog(_stepping('jog', parameters, amplitude_v, frequency_hz, 0), frequency_hz)
 
 
-def _check_waveform(parameters: Parameters, *numbers: float) -> Move:
+def _check_waveform(parameters: Parameters, numbers: Array) -> Move:
     rows, rest = divmod(len(numbers), 2)
     if rest or not 2 <= rows <= ROWS_MAX:
         expected = f'2 to {ROWS_MAX} rows of time and voltage'
-        raise WrongKind('waveform', list(numbers[:8]), expected, 'send [t0, V0, t1, V1, ...]')
-    wave = np.array(numbers).reshape(rows, 2)
+        raise WrongKind('waveform', numbers[:8].tolist(), expected, 'send [t0, V0, t1, V1, ...]')
+    wave = numbers.reshape(rows, 2)
     if wave[0, 0] != 0.0:
         mend = 'let the first row be the start'
         raise OutOfRange('waveform time of row 1', float(wave[0, 0]), 's', 'not 0 s', mend)

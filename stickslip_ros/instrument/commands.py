@@ -1,6 +1,6 @@
 """What an operator may ask of the drive: requests as they come, commands once checked."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from stickslip_ros.drive.records import Wave
@@ -16,15 +16,16 @@ class Request:
     ----------
     name : str
         ``fault``, or one of ``checks.CHECKS``.
-    values : tuple of float
-        Its numbers, in the order of the topic; rows of a waveform one after another.
+    values : sequence of float
+        Its numbers, in the order of the topic; rows of a waveform one after another. An
+        ``array.array`` where there may be many.
     settings : tuple of (str, value)
         Of ``fault``: full names of parameters ``fault.*`` and their new values.
 
     """
 
     name: str
-    values: tuple[float, ...] = ()
+    values: Sequence[float] = ()
     settings: tuple[tuple[str, Scalar], ...] = ()
 
 

@@ -1,7 +1,7 @@
 """From the bench's output to packed messages: the same bytes go to a topic and to a file."""
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -91,9 +91,9 @@ def pack_note(request: Request) -> bytes:
     return pack_string(json.dumps(content))
 
 
-def _pack_waveform(values: tuple[float, ...]) -> bytes:
+def _pack_waveform(values: Sequence[float]) -> bytes:
     """Return rows of time and voltage; what is not made of rows goes as one row."""
-    array = np.array(values)
+    array = np.asarray(values)
     if len(values) % 2 == 0:
         return pack_float64_array(array.reshape(-1, 2), ('row', 'time[s],voltage[V]'))
     return pack_float64_array(array, ('time[s],voltage[V]',))

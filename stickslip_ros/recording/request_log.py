@@ -1,7 +1,8 @@
 """What a recording was asked: every request, at the tick at which it took effect."""
 
 import json
-from collections.abc import Iterator
+from array import array
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from stickslip_ros.errors import RecordingError
@@ -78,14 +79,14 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
 
 def request_of(topic: Topic, message: Message) -> Request:
     """Return what a recorded message of a command topic asked for."""
-    values: tuple[float, ...]
+    values: Sequence[float]
     match message:
         case WrenchMessage():
             values = (*message.force, *message.torque)
         case PointMessage():
             values = (message.x, message.y, message.z)
         case ArrayMessage():
-            values = tuple(message.data.ravel().tolist())
+            values = array('d', message.data.tobytes())
         case _:
             values = (float(message),)
     return Request(topic.request, values)

@@ -10,6 +10,10 @@ NODE_NAME = 'stickslip_drive'
 SUBSCRIBED, PUBLISHED = 'subscribed', 'published'
 COMMAND = Qos(depth=100)
 STREAM = Qos(depth=100)
+LONG_COMMAND = Qos(depth=2)
+"""Of messages of megabytes: what waits in a queue of the network is memory of the node."""
+WAVEFORM_ROWS_MAX = 100_000
+"""Rows that a message may have; a measured voltage that is replayed from a file may be longer."""
 LATCHED = Qos(depth=1, latched=True)
 EVENTS = Qos(depth=100)
 
@@ -104,8 +108,9 @@ TOPICS = (
         'command/waveform',
         'std_msgs/msg/Float64MultiArray',
         SUBSCRIBED,
-        COMMAND,
-        'rows of time s, voltage V, played once; times rise from 0, straight lines in between',
+        LONG_COMMAND,
+        'rows of time s, voltage V, played once; times rise from 0, straight lines in between; '
+        f'at most {WAVEFORM_ROWS_MAX} rows',
     ),
     Topic(
         'target',

@@ -15,6 +15,9 @@ AT_ONCE = -2
 NEXT_BLOCK = -1
 """Due time of what shall happen with the next block."""
 
+LEAST_NUMBERS = 100
+"""Numbers whose memory an order takes besides its own."""
+
 _RANKS = {topic.request: rank for rank, topic in enumerate(COMMANDS)}
 
 
@@ -57,6 +60,11 @@ class Order:
             self.reply.set_exception(why)
 
     @property
+    def numbers(self) -> int:
+        """Its share of what may wait."""
+        return LEAST_NUMBERS + (0 if self.request is None else len(self.request.values))
+
+    @property
     def rank(self) -> int:
         """Place of its topic among the command topics; what has none comes first."""
         return -1 if self.request is None else _RANKS.get(self.request.name, -1)
@@ -72,10 +80,16 @@ class Orders:
         Whether orders of one block are sorted by their topics, so that it does not matter in
         which order the network delivered them.
 
+    Attributes
+    ----------
+    numbers : int
+        Numbers that the waiting orders hold, each order at least LEAST_NUMBERS.
+
     """
 
     def __init__(self, *, by_topic: bool) -> None:
         self._waiting: deque[Order] = deque()
+        self.numbers = 0
         self._by_topic = by_topic
 
     def __iter__(self) -> Iterator[Order]:
@@ -84,6 +98,7 @@ class Orders:
     def put(self, order: Order) -> Order:
         """Add an order; return it."""
         self._waiting.append(order)
+        self.numbers += order.numbers
         return order
 
     def take(self, now_ns: int) -> list[Order]:
@@ -93,6 +108,7 @@ class Orders:
         for order in self._waiting:
             (due if order.due_ns <= now_ns else later).append(order)
         self._waiting = deque(later)
+        self.numbers -= sum(order.numbers for order in due)
         if self._by_topic:
             due.sort(key=lambda order: order.rank)
         return [order for order in due if order.reply.set_running_or_notify_cancel()]
@@ -105,6 +121,7 @@ class Orders:
         """Cancel everything; recordings that were to begin are closed."""
         while self._waiting:
             order = self._waiting.popleft()
+            self.numbers -= order.numbers
             order.reply.cancel()
             if order.writer is not None:
                 order.writer.close()

@@ -2,7 +2,7 @@
 
 import math
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from std_msgs.msg import MultiArrayDimension
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import to_nanoseconds
-from stickslip_ros.recording.topics import Topic
+from stickslip_ros.recording.topics import WAVEFORM_ROWS_MAX, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES
 from stickslip_ros.ros.permit import Grant
 
@@ -34,9 +34,12 @@ def to_request(topic: Topic, message: Any) -> Request:
     ------
     WrongKind
         If the layout of a waveform says anything but rows of time and voltage.
+    OutOfRange
+        If a waveform has too many rows for a message.
 
     """
     if topic.request == 'waveform':
+        _check_length(len(message.data) // ROW)
         _check_rows(message)
     return Request(topic.request, _READ[topic.type_name](message))
 
@@ -80,6 +83,13 @@ def to_message(topic: Topic, value: Any) -> Any:
     message = MESSAGE_TYPES[topic.type_name]()
     _WRITE[topic.type_name](message, value)
     return message
+
+
+def _check_length(rows: int) -> None:
+    if rows > WAVEFORM_ROWS_MAX:
+        limit = f'above the {WAVEFORM_ROWS_MAX} of a message'
+        mend = 'send fewer, or play the whole from a file with `stickslip replay`'
+        raise OutOfRange('waveform rows', rows, '', limit, mend)
 
 
 def _check_rows(message: Any) -> None:
@@ -130,10 +140,10 @@ def _read_wrench(message: Any) -> tuple[float, ...]:
     return (force.x, force.y, force.z, torque.x, torque.y, torque.z)
 
 
-_READ: Mapping[str, Callable[[Any], tuple[float, ...]]] = {
+_READ: Mapping[str, Callable[[Any], Sequence[float]]] = {
     'std_msgs/msg/Float64': lambda message: (message.data,),
     'std_msgs/msg/Int32': lambda message: (float(message.data),),
-    'std_msgs/msg/Float64MultiArray': lambda message: tuple(message.data),
+    'std_msgs/msg/Float64MultiArray': lambda message: message.data,  # an array.array
     'geometry_msgs/msg/PointStamped': _read_point,
     'geometry_msgs/msg/WrenchStamped': _read_wrench,
 }

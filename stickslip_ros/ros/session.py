@@ -7,7 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from enum import Enum, auto
 
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Event, Status
@@ -21,6 +21,8 @@ from stickslip_ros.ros.worker import Faults, Publish, Worker
 LONG_PAUSE_S = 0.2
 """A longer pause ends at once when the drive is stopped or held; sleeping is more exact."""
 HOLD_TIMEOUT_S = 10.0
+WAITING_MAX = 2_000_000
+"""Numbers that commands may hold while they wait: those of ten of the longest waveforms."""
 
 
 class Turn(Enum):
@@ -147,10 +149,19 @@ class Session:
         self._worker.lose(writer)
 
     def receive(self, request: Request | None) -> None:
-        """Take what came on a command topic; None for a message that made no sense."""
+        """
+        Take what came on a command topic; None for a message that made no sense.
+
+        Raises
+        ------
+        OutOfRange
+            If too much waits already: time is held, or the drive cannot follow.
+
+        """
         with self._changed:
             self._permit.count_command()
             if request is not None:
+                _check_waiting(self._orders.numbers)
                 self._orders.put(Order(NEXT_BLOCK, request=request))
             self._changed.notify_all()
 
@@ -276,6 +287,12 @@ class Session:
                 order.refuse(why)
             while self._steps:
                 self._steps.popleft().set_exception(why)
+
+
+def _check_waiting(numbers: int) -> None:
+    if numbers >= WAITING_MAX:
+        limit = f'not below the {WAITING_MAX} that may wait for the next block'
+        raise OutOfRange('numbers of commands', numbers, '', limit, 'let simulated time run first')
 
 
 def require(session: Session | None, state: str) -> Session:

@@ -13,7 +13,7 @@ from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.cdr import pack_string
 from stickslip_ros.recording.cdr_fields import HEADER, NS_PER_S
 from stickslip_ros.recording.feed import Feed, Packed
-from stickslip_ros.recording.run_writer import NOTE_KEY, RunWriter, pack_effect
+from stickslip_ros.recording.run_writer import COMMAND_KEYS, RunWriter, pack_effect
 from stickslip_ros.ros.ending import expendable
 from stickslip_ros.ros.orders import Order
 
@@ -124,11 +124,13 @@ class Worker:
 
     def _obey(self, request: Request) -> StickSlipError | None:
         """Hand a request to the bench and note it; return what is to be said of a refusal."""
-        packed = pack_effect(request, self.bench.time_ns)
-        if packed.key == NOTE_KEY:
-            self._publish(packed)
-        if self.writer is not None:
-            self.writer.write(packed)
+        is_noted = request.name not in COMMAND_KEYS
+        if is_noted or self.writer is not None:
+            packed = pack_effect(request, self.bench.time_ns)
+            if is_noted:
+                self._publish(packed)
+            if self.writer is not None:
+                self.writer.write(packed)
         refused = self.bench.refused
         self.bench.accept(request)
         if self.bench.refused > refused:

@@ -1,6 +1,7 @@
 """Runs a recording again: the same requests at the same ticks, on the same stand or another."""
 
 import math
+from array import array
 from collections import defaultdict
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -153,7 +154,7 @@ def replay_input(
 
     """
     rows = np.column_stack((given.time_s, given.voltage_v))
-    request = Request('waveform', tuple(rows.ravel().tolist()))
+    request = Request('waveform', array('d', rows.tobytes()))
     check_request(request, stand)
     stand = stand.updated({'amplifier.voltage_initial': float(given.voltage_v[0])})
     blocks = math.ceil(float(given.time_s[-1]) * NANOSECONDS_PER_SECOND / stand.trace_period_ns)

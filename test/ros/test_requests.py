@@ -7,7 +7,7 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from stickslip_ros.errors import OutOfRange, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.recording.topics import COMMANDS, Topic
+from stickslip_ros.recording.topics import COMMANDS, WAVEFORM_ROWS_MAX, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES
 from stickslip_ros.ros.permit import Grant
 from stickslip_ros.ros.requests import to_grant, to_message, to_request
@@ -45,7 +45,8 @@ def test_a_value_goes_through_its_message_to_the_request(
 ):
     message = to_message(topic_of(name), value)
     assert isinstance(message, MESSAGE_TYPES[topic_of(name).type_name])
-    assert to_request(topic_of(name), message) == Request(name, values)
+    request = to_request(topic_of(name), message)
+    assert Request(request.name, tuple(request.values)) == Request(name, values)
 
 
 def test_every_command_topic_is_covered():
@@ -80,7 +81,7 @@ def test_all_coordinates_of_a_target_reach_the_request():
 )
 def test_a_waveform_is_taken_as_rows(message: Float64MultiArray):
     request = to_request(topic_of('waveform'), message)
-    assert request.values == tuple(message.data)
+    assert tuple(request.values) == tuple(message.data)
 
 
 @pytest.mark.parametrize(
@@ -111,6 +112,18 @@ def test_a_waveform_is_taken_as_rows(message: Float64MultiArray):
 def test_a_layout_that_is_not_rows_of_two_is_refused(message: Float64MultiArray):
     with pytest.raises(WrongKind, match='rows of two; say'):
         to_request(topic_of('waveform'), message)
+
+
+def test_the_numbers_of_a_waveform_are_not_copied_and_too_many_are_refused():
+    longest = waveform([], 2 * WAVEFORM_ROWS_MAX)
+    assert to_request(topic_of('waveform'), longest).values is longest.data
+    longer = waveform([], 2 * (WAVEFORM_ROWS_MAX + 1))
+    with pytest.raises(OutOfRange) as caught:
+        to_request(topic_of('waveform'), longer)
+    assert str(caught.value) == (
+        'waveform rows 100001 is above the 100000 of a message; '
+        'send fewer, or play the whole from a file with `stickslip replay`'
+    )
 
 
 def test_a_grant_is_rounded_to_nanoseconds():

@@ -1,13 +1,15 @@
 """A session answers every order, whatever happens to it."""
 
+from array import array
 from collections.abc import Iterator
 
 import pytest
 
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.feed import Packed
+from stickslip_ros.recording.topics import WAVEFORM_ROWS_MAX
 from stickslip_ros.ros.session import Session, require
 
 TIMEOUT_S = 20.0
@@ -65,3 +67,19 @@ def test_stopping_does_not_wait_for_a_slow_pace():
     session.stop()
     assert thread is not None
     assert not thread.is_alive()
+
+
+def test_commands_that_wait_while_time_is_held_take_bounded_memory(session: Session):
+    longest = Request('waveform', array('d', bytes(8 * 2 * WAVEFORM_ROWS_MAX)))
+    session.set_paused(wanted=True)
+
+    def fill() -> None:
+        for _ in range(10):
+            session.receive(longest)
+        with pytest.raises(OutOfRange, match='may wait for the next block; let simulated time'):
+            session.receive(longest)
+
+    fill()
+    session.step().result(TIMEOUT_S)
+    fill()
+    session.receive(None)  # what made no sense takes no memory
