@@ -99,7 +99,7 @@ class _Run:
         self.bytes_told: list[bytes] = []
         self.residual = 0.0
         self._passes = 0
-        self._flow_j = 0.0
+        self._flow_j = self._presliding_j = 0.0
 
     def go(self, program: list[tuple[Request, int]]) -> None:
         for request, blocks in program:
@@ -136,7 +136,9 @@ class _Run:
         if not math.isfinite(after.residual_j):
             self.problems.append(f'the energy is not finite at {bench.time_ns} ns')
         elif bench.parameters.contact.law == 'mdr':
-            scale_j = self._flow_j + bench.plant.contact.curve.energy_max_j
+            presliding_j = bench.plant.contact.curve.energy_max_j
+            self._presliding_j = max(self._presliding_j, presliding_j)
+            scale_j = self._flow_j + self._presliding_j
             self.residual = max(self.residual, abs(after.residual_j) / scale_j)
 
 
