@@ -30,6 +30,7 @@ from stickslip_ros.ros.parameter_bridge import (
     live_defaults,
     live_settings,
     read_parameters,
+    with_numbers,
 )
 from stickslip_ros.ros.recordings import (
     await_reply,
@@ -80,6 +81,7 @@ class StickSlipDrive(LifecycleNode):
         refuse = self._refusals.refuse
         self._services_offered = Services(self, lambda: self.session, refuse, acts)
         self._timer: Any = None
+        self.add_pre_set_parameters_callback(with_numbers)
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._after_parameters)
         if parameters.autostart and self.trigger_configure() == SUCCESS:

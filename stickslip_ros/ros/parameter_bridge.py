@@ -197,6 +197,27 @@ def _check_new_clock(node: Node, new: Mapping[str, object]) -> None:
     check_clock(publishes=publishes, follows=follows)
 
 
+def with_numbers(changes: list[Parameter]) -> list[Parameter]:
+    """
+    Return changes in which a text that is a number has become one, where a number is declared.
+
+    ``ros2 param load`` and ``set`` make a text of 1e-8, whose exponent YAML 1.1 does not read
+    without a point; load reads 1.0e-8, writes it as Python does, 1e-08, and reads that.
+
+    """
+    return [_with_number(each) for each in changes]
+
+
+def _with_number(change: Parameter) -> Parameter:
+    is_text = change.type_ == Parameter.Type.STRING
+    if not is_text or change.name not in specs() or spec_of(change.name).kind is not float:
+        return change
+    try:
+        return Parameter(change.name, value=float(change.value))
+    except ValueError:
+        return change
+
+
 def live_settings(changes: list[Parameter]) -> tuple[tuple[str, Scalar], ...]:
     """Return those of some changes that a running drive takes: faults."""
     return tuple(

@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 from rcl_interfaces.msg import ParameterType
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
-from rclpy.parameter import Parameter
+from rclpy.parameter import Parameter, parameter_dict_from_yaml_file
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
-from stickslip_ros.parameters import Parameters, describe, specs
+from stickslip_ros.parameters import Parameters, describe, dump_yaml, specs
 from stickslip_ros.recording.reader import Recording
 
 KINDS = {
@@ -168,3 +168,32 @@ def test_a_bad_value_at_the_start_is_refused(
     with pytest.raises(refusal) as caught:
         launch(values, wait=False)
     assert message in str(caught.value)
+
+
+def test_what_we_write_can_be_loaded_as_ros2_param_load_does_it(manual: Any, tmp_path: Path):
+    small = {
+        'actuator.gain': 1e-9,
+        'interferometer.resolution': 5e-12,
+        'stand.stop_stiffness': 1e8,
+    }
+    wanted = Parameters().updated({**small, 'autostart': False, 'record.directory': str(tmp_path)})
+    path = tmp_path / 'stand.yaml'
+    path.write_text(dump_yaml(wanted, ''))
+    loaded = parameter_dict_from_yaml_file(str(path), use_wildcard=True)
+    del loaded['autostart']  # can never change
+    request = SetParameters.Request(parameters=list(loaded.values()))
+    results = manual.call(SetParameters, 'set_parameters', request).results
+    assert [result.reason for result in results if not result.successful] == []
+    assert {name: manual.drive.get_parameter(name).value for name in specs()} == wanted.flat()
+
+
+@pytest.mark.parametrize('text', ['1e-8', '1.0e-8', '1e-08'])
+def test_a_text_that_is_a_number_is_taken_for_one(manual: Any, text: str):
+    assert set_parameter(manual, 'actuator.gain', text).successful
+    assert manual.drive.get_parameter('actuator.gain').value == 1e-8
+
+
+def test_a_text_that_is_none_or_a_number_out_of_range_is_refused(manual: Any):
+    for text in ('much', 'nan', '1e300'):
+        assert not set_parameter(manual, 'actuator.gain', text).successful
+    assert set_parameter(manual, 'record.name', '1e-8').successful
