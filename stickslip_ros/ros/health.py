@@ -108,6 +108,8 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         level, message = ERROR, f'real-time factor {kept} instead of {wanted:g}'
     elif report.overruns:
         level, message = WARN, f'{report.overruns} of {report.ticks} ticks late'
+    if session.take_preload_ramp() and level != OK:
+        message += '; a preload on its way steps every spring'
     return _status(f'{name}: time', level, message, values)
 
 

@@ -107,6 +107,11 @@ class Session:
         """The faults of the moment."""
         return self._worker.faults
 
+    def take_preload_ramp(self) -> bool:
+        """Tell whether a preload was on its way in a block since the last call."""
+        ramped, self._worker.preload_ramped = self._worker.preload_ramped, False
+        return ramped
+
     @property
     def is_paused(self) -> bool:
         """Whether simulated time is held by ``~/set_paused``."""

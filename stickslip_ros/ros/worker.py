@@ -8,7 +8,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
-from stickslip_ros.instrument.reports import Event, Output, Result
+from stickslip_ros.instrument.reports import Event, Output, Result, Status
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.cdr import pack_string
 from stickslip_ros.recording.cdr_fields import HEADER, NS_PER_S
@@ -17,6 +17,7 @@ from stickslip_ros.recording.run_writer import COMMAND_KEYS, RunWriter, pack_eff
 from stickslip_ros.ros.ending import expendable
 from stickslip_ros.ros.orders import Order
 
+PRELOADING = int(Status.PRELOADING)
 UNTROUBLED = (Result.DONE, Result.ABORTED)
 """Results of commands that neither were refused nor have failed."""
 Publish = Callable[[Packed], None]
@@ -51,6 +52,8 @@ class Worker:
         The recording that the disk has ended, until another one begins.
     status : Status
         Of the drive, as last told.
+    preload_ramped : bool
+        Whether a preload was on its way in any block; whoever reads it sets it back.
 
     Raises
     ------
@@ -74,6 +77,7 @@ class Worker:
             Bench(parameters).update(self._block_ns)  # compiles the kernels now
         self.bench = Bench(parameters)
         self.status = self.bench.status
+        self.preload_ramped = False
         self.writer: RunWriter | None = None
         self.failed: RunWriter | None = None
         self._feed = Feed(parameters)
@@ -146,6 +150,8 @@ class Worker:
 
     def _tell(self, output: Output) -> None:
         self.status = output.status
+        if int(output.status) & PRELOADING:
+            self.preload_ramped = True
         if self._keeps_clock:
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, _pack_clock(time_ns)))

@@ -8,11 +8,13 @@ from typing import Any
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import pack_float64
 from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.ros.health import FACTOR_SHARE, pace_status, recorder_status
+from stickslip_ros.ros.orders import NEXT_BLOCK, Order
 from stickslip_ros.ros.pacing import PaceReport
 from stickslip_ros.ros.session import Session
 
@@ -190,6 +192,15 @@ def test_the_level_of_a_pace(changes: dict[str, Any], level: bytes):
     session = Session(Parameters(), lambda _: None)
     status = pace_status('x', replace(PACE, **changes), session)
     assert status.level == level
+
+
+def test_what_is_behind_because_of_a_preload_on_its_way_says_so_once():
+    session = Session(Parameters(), lambda _: None)
+    late = replace(PACE, real_time_factor=0.5, missing_s=0.5)
+    session._worker.advance([Order(NEXT_BLOCK, Request('preload', (0.6,)))])
+    messages = [pace_status('x', late, session).message for _ in range(2)]
+    slow = 'real-time factor 0.5000 instead of 1'
+    assert messages == [f'{slow}; a preload on its way steps every spring', slow]
 
 
 def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path):
