@@ -15,7 +15,7 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import NoReturn
 
-from stickslip_ros.ros.ending import STOPPED, ignore_signals, on_signals
+from stickslip_ros.ros.ending import STOPPED, end_on_signals, ignore_signals
 from stickslip_ros.stopping import request_stop
 
 REFUSED = 2
@@ -37,19 +37,22 @@ def run_verb(main: Callable[[], int]) -> int:
         Runs the verb and returns its status; it heeds stickslip_ros.stopping.
 
     """
-    news: SimpleQueue[int | None] = SimpleQueue()
-    on_signals(lambda: news.put(None))
-    Thread(target=lambda: news.put(_status_of(main)), name='verb', daemon=True).start()
-    status = news.get()
+    ending = end_on_signals()
+    status: SimpleQueue[int] = SimpleQueue()
+
+    def run() -> None:
+        status.put(_status_of(main))
+        ending.set()
+
+    Thread(target=run, name='verb', daemon=True).start()
+    ending.wait()
     ignore_signals()
-    if status is not None:
-        return status
-    request_stop()
-    with suppress(Empty):
-        while status is None:
-            status = news.get(timeout=GRACE_S)
-        return status
-    return _end_at_once()
+    if status.empty():
+        request_stop()
+    try:
+        return status.get(timeout=GRACE_S)
+    except Empty:
+        _end_at_once()
 
 
 def _status_of(main: Callable[[], int]) -> int:

@@ -25,6 +25,7 @@ class Result(Enum):
     NO_SENSOR = 'NO_SENSOR'
     AMPLIFIER_DISABLED = 'AMPLIFIER_DISABLED'
     RECORDING_FAILED = 'RECORDING_FAILED'
+    DRIVE_FAILED = 'DRIVE_FAILED'
 
 
 RESULT_TEXTS = {
@@ -38,6 +39,7 @@ RESULT_TEXTS = {
     Result.NO_SENSOR: 'closed loop gave up: the position reading is no number',
     Result.AMPLIFIER_DISABLED: 'refused or stopped: the amplifier is off',
     Result.RECORDING_FAILED: 'full disk or lost file: recording has stopped, the drive goes on',
+    Result.DRIVE_FAILED: 'the drive has stopped; the node leaves its active state: unconfigured',
 }
 
 

@@ -8,9 +8,8 @@ heed signals before it imports such things.
 
 import os
 import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from queue import SimpleQueue
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import TYPE_CHECKING
 
@@ -33,17 +32,18 @@ class StillBusy(StickSlipError):
 
 class Ending:
     """
-    What ``threading.Event`` is, for signal handlers.
+    What ``threading.Event`` is, for signal handlers; for the rest of the life of a process.
 
     A second signal may interrupt the handler of the first, and one Ctrl-C often makes two: from
     the terminal and from the launch file, or from ``timeout`` to the process and to its group.
-    The lock inside an event would then wait for itself; ``SimpleQueue.put`` is reentrant.
+    The lock inside an event would then wait for itself; writing into a pipe is reentrant.
 
     """
 
     def __init__(self) -> None:
-        self._news: SimpleQueue[None] = SimpleQueue()
         self._is_set = False
+        self._reading, self.writing = os.pipe()
+        os.set_blocking(self.writing, False)
 
     def is_set(self) -> bool:
         """Tell whether the end has been asked for."""
@@ -52,12 +52,13 @@ class Ending:
     def set(self) -> None:
         """Ask for the end, from any thread or signal handler, as often as one likes."""
         self._is_set = True
-        self._news.put(None)
+        with suppress(BlockingIOError):  # a full pipe wakes up too
+            os.write(self.writing, b'.')
 
     def wait(self) -> None:
         """Wait, in one thread, until the end has been asked for; signals are handled meanwhile."""
         while not self._is_set:
-            self._news.get()
+            os.read(self._reading, 1)
 
 
 def leave_on_signals(name: str, *, is_well: bool) -> None:
@@ -85,20 +86,23 @@ def leave_on_signals(name: str, *, is_well: bool) -> None:
         signal.signal(number, leave)
 
 
-def on_signals(act: Callable[[], None]) -> None:
-    """Have every SIGINT and SIGTERM do something that may interrupt itself."""
+def end_on_signals() -> Ending:
+    """
+    Return an ending that SIGINT and SIGTERM ask for, as often as they like.
 
-    def handle(_number: int, _frame: FrameType | None) -> None:
-        act()
+    Of two signals that come together, Linux may give both to a thread that is running. Python
+    notes them there, but has them handled by the main thread, which sleeps on: nothing has
+    interrupted it. The byte that Python writes into the pipe wakes it up.
+
+    """
+    ending = Ending()
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        ending.set()
 
     for number in SIGNALS:
-        signal.signal(number, handle)
-
-
-def end_on_signals() -> Ending:
-    """Return an ending that SIGINT and SIGTERM ask for, as often as they like."""
-    ending = Ending()
-    on_signals(ending.set)
+        signal.signal(number, end)
+    signal.set_wakeup_fd(ending.writing, warn_on_full_buffer=False)
     return ending
 
 

@@ -17,6 +17,8 @@ FACTOR_SHARE = 0.9
 """Share of the wanted real-time factor below which a report is an error."""
 MISSING_BLOCKS = 2.0
 """Blocks that must be missing as well: a slow pace has few in a report."""
+BLOCK_MAX_S = 1.0
+"""Wall-clock time above which a block of the drive is an error, while it lasts."""
 QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
@@ -126,9 +128,22 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
     title = f'{name}: drive'
     if session.failure is not None:
         return _status(title, ERROR, f'stopped: {session.failure}', values)
+    if is_long(session):
+        return _status(title, ERROR, long_block(session), values)
     if news:
         return _status(title, WARN, f'{news} refused since the last report', values)
     return _status(title, OK, 'running', values)
+
+
+def is_long(session: Session) -> bool:
+    """Tell whether the present block of a drive takes longer than it should."""
+    return session.busy_s > BLOCK_MAX_S
+
+
+def long_block(session: Session) -> str:
+    """Say how long the present block of a drive has lasted."""
+    at_s = session.bench.time_ns * 1e-9
+    return f'the block at {at_s:.9g} s has not ended in {session.busy_s:.1f} s'
 
 
 def fault_status(name: str, faults: Faults) -> DiagnosticStatus:

@@ -18,7 +18,9 @@ from stickslip_ros.recording.run_file import info_json
 from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import NODE_NAME, Topic
 from stickslip_ros.ros import health
+from stickslip_ros.ros.answers import answer_everything
 from stickslip_ros.ros.connections import Connections
+from stickslip_ros.ros.ending import StillBusy
 from stickslip_ros.ros.greeting import at_start, when_active
 from stickslip_ros.ros.orders import AT_ONCE
 from stickslip_ros.ros.parameter_bridge import (
@@ -46,6 +48,7 @@ from stickslip_ros.ros.worker import Faults
 
 DIAGNOSTICS_PERIOD_S = 1.0
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+ERROR = TransitionCallbackReturn.ERROR
 
 
 class StickSlipDrive(LifecycleNode):
@@ -72,7 +75,7 @@ class StickSlipDrive(LifecycleNode):
         self._session: Session | None = None
         self._refusals = health.Refusals(self.create_guard_condition(self._log_refusals).trigger)
         self._is_putting_back = False
-        self._answer_misfits()
+        answer_everything(self)
         overrides = hand_over_overrides(self)
         parameters = declare_parameters(self)
         self.get_logger().info(at_start(self))
@@ -82,24 +85,13 @@ class StickSlipDrive(LifecycleNode):
         self._services_offered = Services(self, lambda: self.session, refuse, acts)
         self._timer: Any = None
         self.add_pre_set_parameters_callback(with_numbers)
+        self._failed = self.create_guard_condition(self._leave_active)
+        self._stuck: list[StillBusy] = []
+        self._told_block_ns = -1
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._after_parameters)
         if parameters.autostart and self.trigger_configure() == SUCCESS:
             self.trigger_activate()
-
-    def _answer_misfits(self) -> None:
-        """Refuse a transition that does not fit the state: rclpy would let it end the process."""
-        change_state = self._service_change_state.callback
-
-        def guarded(request: Any, response: Any) -> Any:
-            try:
-                return change_state(request, response)
-            except RuntimeError as error:  # the base of rclpy's RCLError
-                self.get_logger().warning(f'transition refused: {error}')
-                response.success = False
-                return response
-
-        self._service_change_state.callback = guarded
 
     @property
     def session(self) -> Session:
@@ -153,6 +145,7 @@ class StickSlipDrive(LifecycleNode):
             self._on_faults,
             self._on_lost_recording,
             self._refusals.note,
+            self._on_failed_drive,
         )
 
     def _up_to_date(self) -> Session:
@@ -167,9 +160,8 @@ class StickSlipDrive(LifecycleNode):
         return old
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Stop the drive and finish its recording; its state stays."""
-        self._halt()
-        return super().on_deactivate(state)
+        """Stop the drive and finish its recording; its state stays, unless it has failed."""
+        return super().on_deactivate(state) if self._halt() else ERROR
 
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Give up the drive, its topics and its services."""
@@ -183,13 +175,23 @@ class StickSlipDrive(LifecycleNode):
         return SUCCESS
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Return to the unconfigured state after a failed transition."""
+        """Return to the unconfigured state after a failed transition, or a failed drive."""
         return self.on_shutdown(state)
 
     def destroy_node(self) -> None:
-        """Finish the recording before the node goes, whatever state it is in."""
+        """
+        Finish the recording before the node goes, whatever state it is in.
+
+        Raises
+        ------
+        StillBusy
+            If a block of the drive has never ended; the node is gone all the same.
+
+        """
         self._halt()
         super().destroy_node()
+        if self._stuck:
+            raise self._stuck[0]
 
     def _release(self) -> None:
         self._session = None
@@ -199,16 +201,32 @@ class StickSlipDrive(LifecycleNode):
             self.destroy_timer(self._timer)
             self._timer = None
 
-    def _halt(self) -> None:
+    def _halt(self) -> bool:
+        """Stop the drive, finish its recording; tell whether the drive was well."""
         session, self._active = self._active, None
         if session is None:
-            return
+            return True
         writer = session.stop()
-        if session.failure is not None:
-            self.get_logger().error(f'the drive had stopped: {session.failure}')
         if writer is not None:
             with suppress(StickSlipError):  # a recording that has failed has been told of
                 close_recording(writer, session, self.get_logger())
+        if isinstance(session.failure, StillBusy):
+            self.get_logger().error(f'the drive is left alone: {session.failure}')
+            self._stuck.append(session.failure)
+        return session.failure is None
+
+    def _on_failed_drive(self) -> None:
+        """Tell at once that the drive has failed, on its thread; the executor does the rest."""
+        session = self._session
+        if session is not None:
+            self.get_logger().error(f'the drive has stopped: {session.failure}')
+            self._send_diagnostics([health.drive_status(self._full_name, session, self._refusals)])
+        self._failed.trigger()
+
+    def _leave_active(self) -> None:
+        """Leave the active state by its error transition: rclpy has no other way into it."""
+        if self._active is not None and self._active.failure is not None:
+            self.trigger_deactivate()
 
     def _on_message(self, topic: Topic, message: Any) -> None:
         try:
@@ -274,6 +292,7 @@ class StickSlipDrive(LifecycleNode):
             return
         self._topics.look_around()
         name = self._full_name
+        self._watch_block(session)
         self._send_diagnostics(
             [
                 health.pace_status(name, session.pacer.report(), session),
@@ -283,6 +302,12 @@ class StickSlipDrive(LifecycleNode):
                 health.connection_status(name, self._topics),
             ]
         )
+
+    def _watch_block(self, session: Session) -> None:
+        """Log a block that takes too long, once, while it lasts."""
+        if health.is_long(session) and session.bench.time_ns != self._told_block_ns:
+            self._told_block_ns = session.bench.time_ns
+            self.get_logger().error(health.long_block(session))
 
     @property
     def _full_name(self) -> str:

@@ -19,6 +19,7 @@ from stickslip_ros.instrument.position_loop import Level, LoopSettings, Steps
 from stickslip_ros.instrument.remote_loop import RemoteLoop
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.topics import COMMAND, LATCHED, STREAM
+from stickslip_ros.ros.answers import answer_everything
 from stickslip_ros.ros.executable import run_node
 from stickslip_ros.ros.greeting import at_start
 from stickslip_ros.ros.interface import to_profile
@@ -47,6 +48,7 @@ class PositionController(Node):
         super().__init__(
             node_name, automatically_declare_parameters_from_overrides=True, **node_arguments
         )
+        answer_everything(self)
         parameters = declare_controller_parameters(self)
         self.get_logger().info(at_start(self))
         self.loop = RemoteLoop(

@@ -13,6 +13,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Event, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.ros.ending import StillBusy
 from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
 from stickslip_ros.ros.pacing import Pacer
 from stickslip_ros.ros.permit import Grant, Permit
@@ -23,6 +24,7 @@ LONG_PAUSE_S = 0.2
 HOLD_TIMEOUT_S = 10.0
 WAITING_MAX = 2_000_000
 """Numbers that commands may hold while they wait: those of ten of the longest waveforms."""
+STOP_TIMEOUT_S = 5.0
 
 
 class Turn(Enum):
@@ -50,6 +52,13 @@ class Session:
         Receives a recording that has just failed, on the session's thread.
     on_trouble : callable
         Receives the event of a command that was refused or has failed, on the session's thread.
+    on_end : callable
+        Called, on the session's thread, when the drive has failed: `failure` says why.
+
+    Attributes
+    ----------
+    failure : BaseException or None
+        Why there will be no further tick.
 
     Raises
     ------
@@ -65,6 +74,7 @@ class Session:
         on_faults: Callable[[Faults], None] = lambda _: None,
         on_failure: Callable[[RunWriter], None] = lambda _: None,
         on_trouble: Callable[[Event], None] = lambda _: None,
+        on_end: Callable[[], None] = lambda: None,
     ) -> None:
         self.parameters = parameters
         lockstep = parameters.sim.lockstep
@@ -73,13 +83,14 @@ class Session:
         )
         self.failure: BaseException | None = None
         self._worker = Worker(parameters, publish, on_faults, on_failure, on_trouble)
+        self._on_end = on_end
         self._changed = threading.Condition()
         self._permit = Permit(parameters.block_ns, lockstep=lockstep)
         self._orders = Orders(by_topic=lockstep)
         self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
         self._is_ending = False
-        self._is_busy = False
+        self._busy_since_s: float | None = None
         self._thread: threading.Thread | None = None
 
     @property
@@ -117,6 +128,12 @@ class Session:
         """Whether simulated time is held by ``~/set_paused``."""
         return self._permit.is_paused
 
+    @property
+    def busy_s(self) -> float:
+        """How long the present block lasts by now, s; 0 between two blocks."""
+        since_s = self._busy_since_s
+        return 0.0 if since_s is None else time.monotonic() - since_s
+
     def start(self) -> None:
         """Begin to tick, neither paused nor granted anything."""
         self._is_ending = False
@@ -126,12 +143,22 @@ class Session:
         self._thread.start()
 
     def stop(self) -> RunWriter | None:
-        """End the thread after its present tick; return the recording, still to be closed."""
+        """
+        End the thread after its present tick; return the recording, still to be closed.
+
+        A tick that does not end is left alone: it hangs in a kernel, which nothing can interrupt.
+        `failure` says so then.
+
+        """
         with self._changed:
             self._is_ending = True
             self._changed.notify_all()
         if self._thread is not None:
-            self._thread.join()
+            self._thread.join(STOP_TIMEOUT_S)
+            if self._thread.is_alive():
+                self.failure = StillBusy(
+                    f'the present block has not ended in {STOP_TIMEOUT_S:g} s'
+                )
             self._thread = None
         self._orders.withdraw_all()
         while self._steps:
@@ -189,7 +216,9 @@ class Session:
         with self._changed:
             self._permit.is_paused = wanted
             self._changed.notify_all()
-            if wanted and not self._changed.wait_for(lambda: not self._is_busy, HOLD_TIMEOUT_S):
+            if wanted and not self._changed.wait_for(
+                lambda: self._busy_since_s is None, HOLD_TIMEOUT_S
+            ):
                 raise StickSlipError(f'the present block has not ended in {HOLD_TIMEOUT_S:g} s')
 
     def step(self) -> 'Future[None]':
@@ -228,7 +257,10 @@ class Session:
         except BaseException as error:
             self.failure = error
             self._refuse_all(error)
-            raise
+            self._on_end()
+            self._worker.tell_failure(error)
+            if not isinstance(error, StickSlipError):
+                raise
         finally:
             self._rest()
 
@@ -238,7 +270,7 @@ class Session:
             while (turn := self._next_turn()) is None:
                 self.pacer.hold()
                 self._changed.wait()
-            self._is_busy = turn is not Turn.END
+            self._busy_since_s = None if turn is Turn.END else time.monotonic()
             return turn
 
     def _next_turn(self) -> Turn | None:
@@ -274,7 +306,7 @@ class Session:
     def _rest(self) -> None:
         """Tell who waits for it that nothing is being done."""
         with self._changed:
-            self._is_busy = False
+            self._busy_since_s = None
             self._changed.notify_all()
 
     def _sleep(self, pause_s: float) -> None:
@@ -320,5 +352,5 @@ def require(session: Session | None, state: str) -> Session:
     if session is None:
         raise StickSlipError(f'the node is {state}, not active; activate it first')
     if session.failure is not None:
-        raise StickSlipError(f'the drive has stopped: {session.failure}; restart the node')
+        raise StickSlipError(f'the drive has stopped: {session.failure}; configure the node anew')
     return session

@@ -106,6 +106,14 @@ class Worker:
         self._tell(self.bench.update(now_ns + self._block_ns))
         _answer(orders)
 
+    def tell_failure(self, error: BaseException) -> None:
+        """Tell, on the topic of events and in the recording, that the drive has stopped."""
+        event = Event(self.bench.time_ns, 0, 'drive', Result.DRIVE_FAILED, message=str(error))
+        packed = Packed('event', event.time_ns, pack_string(event.to_json()))
+        if self.writer is not None:
+            self.writer.write(packed)
+        self._publish(packed)
+
     def _carry_out(self, orders: list[Order], scheduled: Iterable[Request] = ()) -> None:
         """Do what is due at the present time: recordings first, then the schedule's faults."""
         for order in orders:

@@ -14,6 +14,7 @@ import pytest
 from contexts import open_context
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import Log
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -96,6 +97,14 @@ class Stand:
             profile,
         )
         return heard
+
+    def listen_to_log(self) -> list[str]:
+        """Collect what the drive writes into its log from now on."""
+        lines: list[str] = []
+        self.operator.node.create_subscription(
+            Log, '/rosout', lambda message: lines.append(message.msg), LISTEN_DEPTH
+        )
+        return lines
 
     def call(self, service_type: Any, name: str, request: Any) -> Any:
         """Call a service of the drive and give its answer."""

@@ -1,5 +1,6 @@
 """An executable ends once and cleanly, however many signals arrive at whatever moment."""
 
+import subprocess
 import sys
 import threading
 from collections.abc import Callable, Iterator
@@ -74,3 +75,19 @@ def test_what_a_callback_raises_ends_the_node(node: Node):
     ):
         spin_until(Ending(), node, executor)
     assert not list(node.timers)
+
+
+def test_a_signal_that_the_system_gives_to_another_thread_wakes_the_waiting_one():
+    program = """
+import signal, threading, time
+from stickslip_ros.ros.ending import end_on_signals
+
+def take_signal():
+    time.sleep(0.2)  # the main thread most likely waits by then; if not, it has it easier
+    signal.pthread_kill(threading.get_ident(), signal.SIGINT)
+
+ending = end_on_signals()
+threading.Thread(target=take_signal).start()
+ending.wait()
+"""
+    subprocess.run([sys.executable, '-c', program], check=True, timeout=END_TIMEOUT_S)

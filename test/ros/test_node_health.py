@@ -132,7 +132,7 @@ def test_a_drive_that_has_failed_is_an_error_with_its_reason(stand: Any, recwarn
     answer = stand.operator.trigger('stop')
     assert not answer.success
     assert answer.message == (
-        'stop refused: the drive has stopped: broken on purpose; restart the node'
+        'stop refused: the drive has stopped: broken on purpose; configure the node anew'
     )
 
 

@@ -53,7 +53,7 @@ def test_when_the_drive_fails_every_waiting_order_is_refused_with_the_reason():
     session.start()
     with pytest.raises(StickSlipError, match='the drive has stopped: the network is gone'):
         waiting.result(TIMEOUT_S)
-    with pytest.raises(StickSlipError, match='restart the node'):
+    with pytest.raises(StickSlipError, match='configure the node anew'):
         require(session, 'active')
     session.stop()
 
