@@ -20,6 +20,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
+from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.requests import to_message
@@ -269,8 +270,7 @@ class Operator:
 
     def close(self) -> None:
         """Leave the stand."""
-        self._executor.shutdown()
-        self.node.destroy_node()
+        end_node(self._executor, self.node)
 
     def _take(self, key: str, taker: Callable[[Any], None] | None, message: Any) -> None:
         self.received[key] += 1

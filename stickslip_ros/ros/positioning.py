@@ -13,6 +13,7 @@ from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.environment import stay_on_this_host
 from stickslip_ros.ros.lockstep import Commands
 from stickslip_ros.ros.node import StickSlipDrive
@@ -202,7 +203,5 @@ def _run(stand: Parameters, controller: ScriptedController, context: Context) ->
                 silence_s = SPIN_S * SILENCE_SPINS
                 raise StickSlipError(f'the drive gave no reading for {silence_s:g} s')
     finally:
-        drive.destroy_node()
-        controller.destroy_node()
-        executor.shutdown()
+        end_node(executor, drive, controller)
     return controller.legs

@@ -20,6 +20,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 
 from stickslip_ros.recording.topics import NODE_NAME, TOPICS
+from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.ros.operator import Operator
@@ -128,8 +129,7 @@ class Stand:
             return
         self._ended.set()
         self._thread.join()
-        self.drive.destroy_node()
-        self._executor.shutdown()
+        end_node(self._executor, self.drive)
         self._context.try_shutdown()
         self.operator.close()
         self._operator_context.try_shutdown()

@@ -17,11 +17,13 @@ from rclpy.node import Node
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover_run import recover
+from stickslip_ros.ros.ending import end_node
 
 PROCESSES, NODES_EACH = 2, 10
 #: What a machine that is busy with other tests may need to write, beyond the flush period.
 BUSY_S = 0.6
 TIMEOUT_S = 90.0
+SPIN_S = 0.2
 NS_PER_S = 1_000_000_000
 
 
@@ -37,12 +39,19 @@ class Listener:
     def __init__(self, domain: int, number: int) -> None:
         self.heard: list[int] = []
         self._context = open_context(killed_nodes.domain_of(domain, number), '')
-        self._node = Node('listener', context=self._context)
+        # Nodes of one name in one process would share one publisher of logs, in one's context:
+        # rcl gives it away with whichever of them ends first.
+        self._node = Node(f'listener{number}', context=self._context, enable_rosout=False)
         self._node.create_subscription(PointStamped, f'/n{number}/position', self._take, 1000)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._executor.spin, daemon=True)
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
+
+    def _spin(self) -> None:
+        while not self._ended.is_set():
+            self._executor.spin_once(timeout_sec=SPIN_S)
 
     def _take(self, message: PointStamped) -> None:
         stamp = message.header.stamp
@@ -50,9 +59,9 @@ class Listener:
 
     def close(self) -> None:
         """Hear no more."""
-        self._executor.shutdown()
+        self._ended.set()
         self._thread.join()
-        self._node.destroy_node()
+        end_node(self._executor, self._node)
         self._context.try_shutdown()
 
 

@@ -15,6 +15,7 @@ from test_node_determinism import without_wall_time
 
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.lockstep import LockstepClient
 
 BLOCK_S = 1e-3
@@ -192,8 +193,7 @@ class Controller:
 
     def close(self) -> None:
         self.client.close()
-        self._executor.shutdown()
-        self.node.destroy_node()
+        end_node(self._executor, self.node)
 
 
 def controlled_run(launch: Callable[..., Any], path: Path, seed: int) -> bytes:
@@ -249,8 +249,7 @@ def test_a_client_in_another_namespace_and_with_a_longer_block(launch: Callable[
     assert seen_s == pytest.approx([5e-3, 10e-3, 15e-3, 20e-3])
     assert client.granted_ns == 25 * BLOCK_NS
     client.close()
-    executor.shutdown()
-    node.destroy_node()
+    end_node(executor, node)
 
 
 def test_a_client_refuses_a_command_that_there_is_not(launch: Callable[..., Any]):

@@ -24,6 +24,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from type_description_interfaces.srv import GetTypeDescription
 
+from stickslip_ros.ros.ending import end_node
+
 #: An answer to a client that DDS has not made known yet is lost.
 ASK_AGAIN_S = 0.5
 NAMES = ['', '/', 'a b', '..', 'x' * 5000, 'use_sim_time', 'qos_overrides./position.depth']
@@ -121,8 +123,7 @@ def asked(
     assert client.spin_until(lambda: request.param in client.node.get_node_names())
     assert client.spin_until(lambda: client.offered() >= requests.keys())
     yield client, requests
-    client.executor.shutdown()
-    client.node.destroy_node()
+    end_node(client.executor, client.node)
     client.context.try_shutdown()
     status, errors = end(process, signal.SIGINT)
     assert status == 0
