@@ -78,4 +78,5 @@ def test_what_a_configured_drive_consists_of_is_kept_from_collections():
     for kept, collected in told:
         assert kept > 50_000
         assert collected < 0.02 * kept
-    assert told[-1][0] < 1.02 * told[0][0]  # a configuration leaves nothing behind for ever
+    # The second configuration still makes things that last; none leaves anything behind for ever.
+    assert told[-1][0] < 1.002 * told[1][0]
