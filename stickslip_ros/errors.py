@@ -5,9 +5,22 @@ class StickSlipError(Exception):
     """Base of every error that this package raises on purpose."""
 
 
+QUOTED, PROBLEM = 60, 300
+"""Characters of a value that a message quotes, and of a problem, which may quote a file."""
+
+
+def quoted(value: object) -> str:
+    """Give a value as Python writes it, of a long one the beginning."""
+    return _begin(repr(value), QUOTED)
+
+
+def _begin(text: str, length: int) -> str:
+    return text if len(text) <= length else f'{text[:length]}...'
+
+
 def _shown(value: object, unit: str) -> str:
     """Give a value as a reader wants it, with its unit behind it."""
-    text = f'{value:.6g}' if isinstance(value, float) else repr(value)
+    text = f'{value:.6g}' if isinstance(value, float) else quoted(value)
     return f'{text} {unit}' if unit else text
 
 
@@ -54,7 +67,7 @@ class UnknownName(StickSlipError, KeyError):
     """
 
     def __init__(self, kind: str, name: str, mend: str) -> None:
-        super().__init__(f'{kind} {name!r} is not known; {mend}')
+        super().__init__(f'{kind} {quoted(name)} is not known; {mend}')
         self.name = name
 
     def __str__(self) -> str:
@@ -80,7 +93,7 @@ class WrongKind(StickSlipError, TypeError):
     """
 
     def __init__(self, name: str, value: object, expected: str, mend: str) -> None:
-        super().__init__(f'{name} {value!r} is not {expected}; {mend}')
+        super().__init__(f'{name} {quoted(value)} is not {expected}; {mend}')
         self.name = name
         self.value = value
 
@@ -101,5 +114,5 @@ class RecordingError(StickSlipError):
     """
 
     def __init__(self, path: object, problem: str, mend: str) -> None:
-        super().__init__(f'{path}: {problem}; {mend}')
+        super().__init__(f'{path}: {_begin(problem, PROBLEM)}; {mend}')
         self.path = path

@@ -40,18 +40,27 @@ def make_folder(folder: Path) -> None:
         raise RecordingError(folder, 'cannot be written', 'choose another folder')
 
 
-def make_room(path: Path) -> None:
+def make_room(path: Path, *, is_new: bool = False) -> None:
     """
-    Make sure that a file can be written, or written anew; its folder is made.
+    Make sure that a file can be written; its folder is made.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    is_new : bool
+        Whether an older one would not be replaced.
 
     Raises
     ------
     RecordingError
-        If a folder or a device is there, or its folder cannot be written.
+        If a folder or a device is there, or an older file, or the folder cannot be written.
 
     """
     if path.is_dir():
         raise RecordingError(path, 'is a folder', 'choose another name')
+    if is_new and path.exists():
+        raise RecordingError(path, 'it exists and is not overwritten', 'choose another name')
     if path.exists() and not path.is_file():
         raise RecordingError(path, 'is a device or a pipe, not a file', 'choose another name')
     make_folder(path.parent)

@@ -10,7 +10,24 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from stickslip_ros.parameters import Parameters, load_yaml, parse_assignments
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.parameters import Parameters, load_values, parse_assignments
+
+
+def to_path(text: str) -> Path:
+    """
+    Return a path as it is typed; of ``.`` and ``..``, which have no name, the whole one.
+
+    Raises
+    ------
+    RecordingError
+        If it is empty.
+
+    """
+    if not text:
+        raise RecordingError("''", 'is empty', 'give a path')
+    path = Path(text)
+    return path if path.name not in {'', '..'} else path.resolve()
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
@@ -28,7 +45,10 @@ def add_workers(parser: argparse._ActionsContainer) -> None:
 def add_parameters(parser: argparse.ArgumentParser) -> None:
     """Add the arguments that choose parameters."""
     parser.add_argument(
-        '--params', type=Path, metavar='FILE', help='ROS parameter file, as config/test_stand.yaml'
+        '--params',
+        type=to_path,
+        metavar='FILE',
+        help='ROS parameter file, as config/test_stand.yaml',
     )
     parser.add_argument(
         '--set',
@@ -50,8 +70,13 @@ def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
         If a name or a value is refused.
 
     """
-    base = load_yaml(arguments.params) if arguments.params else Parameters()
-    return base.updated(parse_assignments(arguments.assignments))
+    return Parameters().updated(chosen_values(arguments))
+
+
+def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
+    """Return the parameters that a command line names, whether or not they are the defaults."""
+    values = load_values(arguments.params) if arguments.params else {}
+    return {**values, **parse_assignments(arguments.assignments)}
 
 
 def print_json(content: Any) -> None:

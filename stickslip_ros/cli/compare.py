@@ -12,9 +12,11 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
-from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.files import make_room
 from stickslip_ros.study.comparison.compare import Shift, compare
 from stickslip_ros.study.comparison.model import MODEL, ModelSettings
 from stickslip_ros.study.comparison.result import Comparison
@@ -39,7 +41,7 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument('a', metavar='A', help='recording, table or experiment file')
     parser.add_argument('b', metavar='B', nargs='?', help=f'another one, or the word {MODEL}')
     parser.add_argument(
-        '--report', type=Path, metavar='FILE', help='write a page of HTML, to read or to print'
+        '--report', type=to_path, metavar='FILE', help='write a page of HTML, to read or to print'
     )
     moved = parser.add_mutually_exclusive_group()
     moved.add_argument('--shift', type=float, metavar='SECONDS', help='add this to the times of B')
@@ -113,8 +115,6 @@ def _check(arguments: argparse.Namespace) -> None:
     report, shift_s = arguments.report, arguments.shift
     if report is not None and report.suffix.lower() not in SUFFIXES:
         raise WrongKind('report', str(report), 'an .html file', 'end its name so')
-    if report is not None and report.is_dir():
-        raise RecordingError(report, 'is a folder', 'choose another name')
     if shift_s is not None and not abs(shift_s) <= SECONDS_MAX:
         limit = f'not within {SECONDS_MAX:g} s'
         raise OutOfRange('shift', shift_s, 's', limit, 'give seconds that B lags behind')
@@ -128,6 +128,8 @@ def _check(arguments: argparse.Namespace) -> None:
         if value and arguments.b != MODEL:
             mend = f'write the word {MODEL} for B, or leave it away'
             raise OutOfRange(name, str(value), '', 'without effect on files', mend)
+    if report is not None:
+        make_room(report)
 
 
 def _print(comparison: Comparison, report: Path | None) -> None:

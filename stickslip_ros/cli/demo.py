@@ -10,7 +10,9 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    to_path,
 )
+from stickslip_ros.files import make_folder
 from stickslip_ros.study.run_figure import draw_run
 
 CHECK_FAILED = 1
@@ -25,7 +27,7 @@ def add_verb(verbs: Any) -> None:
         'burst, a direct-voltage ramp, an external load. Writes DIR/demo.mcap and DIR/demo.png.',
     )
     parser.add_argument(
-        '--out', type=Path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
+        '--out', type=to_path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
     )
     add_parameters(parser)
     add_json(parser)
@@ -36,7 +38,9 @@ def run(arguments: argparse.Namespace) -> int:
     """Run the demo, print its table, draw its picture."""
     from stickslip_ros.ros.demo import run_demo  # noqa: PLC0415 - other verbs do without ROS
 
-    summary = run_demo(chosen_parameters(arguments), arguments.out)
+    parameters = chosen_parameters(arguments)
+    make_folder(arguments.out)
+    summary = run_demo(parameters, arguments.out)
     picture = arguments.out / 'demo.png'
     title = 'Saw-tooth burst, direct-voltage ramp and external load on the virtual stand'
     draw_run(Path(summary.recording), picture, title)

@@ -12,8 +12,10 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
+from stickslip_ros.files import make_folder
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.figures.make import make_tables, write_figure
 from stickslip_ros.study.figures.registry import FIGURES, chosen_figures
@@ -33,12 +35,12 @@ def add_verb(verbs: Any) -> None:
     )
     parser.add_argument(
         '--out',
-        type=Path,
+        type=to_path,
         default=Path('runs/figures'),
         metavar='DIR',
         help='default: %(default)s',
     )
-    parser.add_argument('--only', default='', metavar='NAME,…', help='default: all figures')
+    parser.add_argument('--only', metavar='NAME,…', help='default: all figures')
     parser.add_argument(
         '--points',
         type=int,
@@ -55,7 +57,8 @@ def add_verb(verbs: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the drive, write the files, name them."""
     parameters = chosen_parameters(arguments)
-    figures = chosen_figures([name for name in arguments.only.split(',') if name])
+    figures = chosen_figures(None if arguments.only is None else arguments.only.split(','))
+    make_folder(arguments.out)
     with shown_progress('runs', quiet=arguments.json) as progress:
         tables = make_tables(
             figures,

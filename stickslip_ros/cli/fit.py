@@ -2,7 +2,6 @@
 
 import argparse
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange
@@ -39,7 +39,7 @@ def add_verb(verbs: Any) -> None:
         f'{", ".join(FITTED_GROUPS)} may be freed. Freeing contact.rms_height sets '
         'contact.prefactor to 0, which would hide it.',
     )
-    parser.add_argument('points', type=Path, metavar='FILE', help='CSV file of measured forces')
+    parser.add_argument('points', type=to_path, metavar='FILE', help='CSV file of measured forces')
     parser.add_argument(
         '--free',
         required=True,
@@ -92,14 +92,14 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         '-o',
         '--output',
-        type=Path,
+        type=to_path,
         action='append',
         default=[],
         metavar='FILE',
         help='.json: everything; .yaml: the fitted stand for --params; may be repeated',
     )
     parser.add_argument(
-        '--figure', type=Path, metavar='FILE', help='.png, .svg or .pdf of points and model'
+        '--figure', type=to_path, metavar='FILE', help='.png, .svg or .pdf of points and model'
     )
 
 

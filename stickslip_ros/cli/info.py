@@ -5,7 +5,7 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from stickslip_ros.cli.common import add_json, print_json, print_table
+from stickslip_ros.cli.common import add_json, print_json, print_table, to_path
 from stickslip_ros.parameters import parse_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
@@ -18,7 +18,7 @@ def add_verb(verbs: Any) -> None:
         help='topics, counts, rates, gaps and parameters of a recording',
         description='Say what is in an MCAP file, a bag directory, or a run in parts.',
     )
-    parser.add_argument('file', type=Path, help='a file, a bag directory, or a run in parts')
+    parser.add_argument('file', type=to_path, help='a file, a bag directory, or a run in parts')
     add_json(parser)
     parser.set_defaults(run=run)
 

@@ -11,9 +11,11 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.files import make_folder
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.law_comparison import (
     AMPLITUDE_MAX_M,
@@ -35,7 +37,7 @@ def add_verb(verbs: Any) -> None:
         'stiffness and limit from the contact model, unless friction_law.* says otherwise.',
     )
     parser.add_argument(
-        '--out', type=Path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
+        '--out', type=to_path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
     )
     parser.add_argument(
         '--amplitudes', type=int, default=16, metavar='N', help='default: %(default)s'
@@ -51,6 +53,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.amplitudes < 1:
         mend = 'give the number of amplitudes up to 160 nm'
         raise OutOfRange('--amplitudes', arguments.amplitudes, '', 'below 1', mend)
+    make_folder(arguments.out)
     with shown_progress('runs', quiet=arguments.json) as progress:
         points = compare_laws(parameters, arguments.amplitudes, progress)
     write_points(points, arguments.out / 'laws.csv')

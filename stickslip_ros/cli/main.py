@@ -118,12 +118,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     """
     words = _join_negative_numbers(sys.argv[1:] if arguments is None else arguments)
-    parsed, rest = build_parser().parse_known_args(words)
-    if rest and not (getattr(parsed, 'takes_ros_arguments', False) and rest[0] == '--ros-args'):
-        build_parser().error(f'unrecognized arguments: {" ".join(rest)}')
-    parsed.ros_arguments = rest
     try:
         heed_stop()
+        parsed = _parse(words)
         status = int(parsed.run(parsed))
         sys.stdout.flush()
     except Interrupted as stopped:
@@ -143,6 +140,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stderr.write(f'stickslip: {name}{error.strerror}; choose another path\n')
         return REFUSED
     return status
+
+
+def _parse(words: Sequence[str]) -> argparse.Namespace:
+    parser = build_parser()
+    parsed, rest = parser.parse_known_args(words)
+    if rest and not (getattr(parsed, 'takes_ros_arguments', False) and rest[0] == '--ros-args'):
+        parser.error(f'unrecognized arguments: {" ".join(rest)}')
+    parsed.ros_arguments = rest
+    return parsed
 
 
 def _join_negative_numbers(words: Sequence[str]) -> list[str]:

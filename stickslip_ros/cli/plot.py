@@ -5,7 +5,8 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from stickslip_ros.cli.common import add_json, print_json, print_table
+from stickslip_ros.cli.common import add_json, print_json, print_table, to_path
+from stickslip_ros.files import make_room
 from stickslip_ros.study.comparison.words import with_unit
 from stickslip_ros.study.run_plot import RunPlot, plot_run
 from stickslip_ros.study.run_quantities import RUN_QUANTITIES
@@ -21,7 +22,7 @@ def add_verb(verbs: Any) -> None:
         'below, the status bits; dotted, the ends of commands. However many samples there are, '
         'no peak is lost.',
     )
-    parser.add_argument('file', type=Path, help='the recording')
+    parser.add_argument('file', type=to_path, help='the recording')
     parser.add_argument(
         '--window',
         metavar='LENGTH@START',
@@ -31,7 +32,7 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument(
         '-o',
         '--output',
-        type=Path,
+        type=to_path,
         metavar='FILE',
         help='.png, .svg or .pdf (default: beside the recording, as PNG)',
     )
@@ -42,7 +43,9 @@ def add_verb(verbs: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Draw and print."""
     window = None if arguments.window is None else parse_window(arguments.window)
-    picture = arguments.output or arguments.file.with_suffix('.png')
+    picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
+    if arguments.output:
+        make_room(picture)
     plot = plot_run(arguments.file, picture, window)
     if arguments.json:
         told = dataclasses.asdict(plot)

@@ -10,8 +10,10 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    to_path,
 )
 from stickslip_ros.errors import WrongKind
+from stickslip_ros.files import make_folder
 from stickslip_ros.study.positioning_figure import draw_positioning, largest_errors_m
 
 CHECK_FAILED = 1
@@ -41,7 +43,7 @@ def add_verb(verbs: Any) -> None:
         '--load', type=float, default=0.05, metavar='N', help='load at the end (default: 0.05)'
     )
     parser.add_argument(
-        '--out', type=Path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
+        '--out', type=to_path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
     )
     add_parameters(parser)
     add_json(parser)
@@ -54,7 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
 
     recording = arguments.out / 'positioning.mcap'
     targets_m = _targets(arguments.targets)
-    legs = run_positioning(chosen_parameters(arguments), recording, targets_m, arguments.load)
+    parameters = chosen_parameters(arguments)
+    make_folder(arguments.out)
+    legs = run_positioning(parameters, recording, targets_m, arguments.load)
     # A load pushes the runner away at first; from then on the target must be held again.
     holds = [
         (leg.start_s + SETTLE_S if leg.load_n else leg.arrival_s, leg.end_s, leg.target_m)

@@ -5,7 +5,8 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
-from stickslip_ros.cli.common import add_json, print_json, print_table
+from stickslip_ros.cli.common import add_json, print_json, print_table, to_path
+from stickslip_ros.files import make_folder
 from stickslip_ros.recording.cdr_fields import NS_PER_S
 from stickslip_ros.recording.recover import Recovery
 from stickslip_ros.recording.recover_run import recover
@@ -19,9 +20,15 @@ def add_verb(verbs: Any) -> None:
         description='Copy what can be read of an MCAP file or a bag into a finished, indexed one. '
         'The original is only read; nothing is overwritten.',
     )
-    parser.add_argument('file', type=Path, help='an MCAP file, a bag directory, or a run in parts')
     parser.add_argument(
-        '-o', '--out', type=Path, metavar='OUT', help='the copy; FILE.recovered.mcap if not given'
+        'file', type=to_path, help='an MCAP file, a bag directory, or a run in parts'
+    )
+    parser.add_argument(
+        '-o',
+        '--out',
+        type=to_path,
+        metavar='OUT',
+        help='the copy; FILE.recovered.mcap if not given',
     )
     add_json(parser)
     parser.set_defaults(run=run)
@@ -29,6 +36,8 @@ def add_verb(verbs: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Recover and print."""
+    if arguments.out:
+        make_folder(arguments.out.parent)
     recoveries, written = recover(arguments.file, arguments.out)
     if arguments.json:
         print_json(_result(recoveries, written))

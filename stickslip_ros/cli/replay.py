@@ -8,12 +8,15 @@ from typing import Any
 from stickslip_ros.cli.common import (
     add_json,
     add_parameters,
+    chosen_values,
     print_json,
     print_table,
+    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.parameters import Parameters, load_yaml, parse_assignments
+from stickslip_ros.files import make_room
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.drive_input import DriveInput, is_run, read_drive_input
 from stickslip_ros.study.replay import Replay, replay, replay_input
 
@@ -31,8 +34,8 @@ def add_verb(verbs: Any) -> None:
         'another stand would have done. A table of voltages or strokes over time (CSV, Parquet, '
         'or a topic of an MCAP file) is played as a waveform.',
     )
-    parser.add_argument('file', type=Path, help='recording, or table with time_s and voltage_v')
-    parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='recording to write')
+    parser.add_argument('file', type=to_path, help='recording, or table with time_s and voltage_v')
+    parser.add_argument('-o', '--output', type=to_path, metavar='FILE', help='recording to write')
     parser.add_argument(
         '--topic', default='', metavar='NAME', help='topic of an MCAP file that gives the voltage'
     )
@@ -57,14 +60,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.output is None:
         with tempfile.TemporaryDirectory() as folder:
             return _run(arguments, Path(folder) / 'replay.mcap', is_kept=False)
+    make_room(arguments.output, is_new=True)
     return _run(arguments, arguments.output, is_kept=True)
 
 
 def _run(arguments: argparse.Namespace, output: Path, *, is_kept: bool) -> int:
-    changes: dict[str, object] = {}
-    if arguments.params:
-        changes.update(load_yaml(arguments.params).changed())
-    changes.update(parse_assignments(arguments.assignments))
+    changes = chosen_values(arguments)
     with shown_progress('simulated ms', quiet=arguments.json) as progress:
 
         def show(now_ns: int, end_ns: int) -> None:
@@ -84,7 +85,7 @@ def _run(arguments: argparse.Namespace, output: Path, *, is_kept: bool) -> int:
         print_json({**_as_object(result), 'output': str(output) if is_kept else ''})
     else:
         _print(result, str(output) if is_kept else 'not kept')
-    expected = not changes and not arguments.from_rest and result.compared
+    expected = not result.changed and not arguments.from_rest and result.compared
     return CHECK_FAILED if expected and not result.identical else 0
 
 

@@ -12,9 +12,11 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.files import make_folder
 from stickslip_ros.study.ensemble import Ensemble, rough_line_ensemble
 from stickslip_ros.study.roughness_figure import Samples, draw_roughness, sample_roughness
 
@@ -32,7 +34,7 @@ def add_verb(verbs: Any) -> None:
         f'the same rms height and Hurst exponent. Writes DIR/{PICTURE}.',
     )
     parser.add_argument(
-        '--out', type=Path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
+        '--out', type=to_path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
     )
     parser.add_argument(
         '--realisations',
@@ -52,6 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     parameters = chosen_parameters(arguments)
     if arguments.seed is not None:
         parameters = parameters.updated({'contact.line_seed': arguments.seed})
+    make_folder(arguments.out)
     samples = sample_roughness(parameters)
     with shown_progress('lines', quiet=arguments.json) as progress:
         ensemble = rough_line_ensemble(parameters, arguments.realisations, progress=progress)

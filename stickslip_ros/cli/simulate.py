@@ -1,7 +1,6 @@
 """``stickslip simulate``: a saw-tooth run of the whole stand, without ROS."""
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.common import (
@@ -10,8 +9,10 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
+from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.sawtooth_run import SawtoothRun, run_sawtooth, voltage_for
 
@@ -47,7 +48,9 @@ def add_verb(verbs: Any) -> None:
     parser.add_argument(
         '--free', action='store_true', help='no load cell: sets load_cell.contact=absent'
     )
-    parser.add_argument('-o', '--output', type=Path, metavar='FILE', help='record the run as MCAP')
+    parser.add_argument(
+        '-o', '--output', type=to_path, metavar='FILE', help='record the run as MCAP'
+    )
     add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)
@@ -59,6 +62,8 @@ def run(arguments: argparse.Namespace) -> int:
     voltage_v = arguments.voltage
     if voltage_v is None:
         voltage_v = voltage_for(parameters, arguments.amplitude)
+    if arguments.output:
+        make_room(arguments.output, is_new=True)
     with shown_progress('steps', quiet=arguments.json) as progress:
         result = run_sawtooth(
             parameters,

@@ -11,6 +11,7 @@ from stickslip_ros.cli.common import (
     chosen_parameters,
     print_json,
     print_table,
+    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.parameters import spec_of
@@ -64,7 +65,7 @@ def add_verb(verbs: Any) -> None:
         '--free', action='store_true', help='no load cell: sets load_cell.contact=absent'
     )
     parser.add_argument(
-        '-o', '--output', type=Path, required=True, metavar='FILE', help='.csv or .parquet'
+        '-o', '--output', type=to_path, required=True, metavar='FILE', help='.csv or .parquet'
     )
     _add_who(parser)
     add_parameters(parser)

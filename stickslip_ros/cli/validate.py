@@ -10,7 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from stickslip_ros.cli.common import add_json, print_json
+from stickslip_ros.cli.common import add_json, print_json, to_path
+from stickslip_ros.files import make_folder
 from stickslip_ros.study.validation.checks import Check
 from stickslip_ros.study.validation.families import validate
 from stickslip_ros.study.validation.findings import Findings, failed_checks
@@ -40,7 +41,7 @@ def add_verb(verbs: Any) -> None:
     )
     parser.add_argument(
         '--out',
-        type=Path,
+        type=to_path,
         default=DEFAULT_FOLDER,
         metavar='DIR',
         help='folder for table and plots (default: %(default)s)',
@@ -51,6 +52,7 @@ def add_verb(verbs: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Check, write and print."""
+    make_folder(arguments.out)
     findings = validate()
     files = write_report(findings, arguments.out)
     failed = failed_checks(findings)

@@ -100,7 +100,7 @@ def plant_of(parameters: Parameters) -> Plant:
             damping_n_s_per_m=parameters.runner.damping,
             cell_n_per_m=cell_n_per_m,
             gain_m_per_v=parameters.actuator.gain,
-            rest_v=parameters.amplifier.voltage_initial,
+            rest_v=float(parameters.amplifier.voltage_initial),
             voltage_min_v=parameters.amplifier.voltage_min,
             voltage_max_v=parameters.amplifier.voltage_max,
             slew_v_per_s=slew_of(parameters),

@@ -7,17 +7,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-import yaml
-
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
+from stickslip_ros.files import readable
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.parameters import Scalar, spec_of, specs, to_nanoseconds
+from stickslip_ros.parameters import Scalar, read_yaml, spec_of, specs, to_nanoseconds
 
 PREFIX = 'fault.'
 FAULTS = tuple(name for name, spec in specs().items() if spec.live)
 """Full names of the faults, in the order of declaration."""
-SHOWN = 60
-"""Characters of a bad value that a message shows."""
 FORM = 'write - {at: 0.5, set: {fault.interferometer: freeze}} or - {at: 1.0, clear: true}'
 
 
@@ -64,7 +61,7 @@ def read_schedule(path: Path) -> FaultSchedule:
 
     """
     try:
-        text = path.read_text(encoding='utf-8')
+        text = readable(path).read_text(encoding='utf-8')
     except OSError as error:
         problem = f'cannot be read ({error.strerror})'
         raise RecordingError(path, problem, 'check fault.schedule') from None
@@ -87,15 +84,11 @@ def parse_schedule(text: str, origin: str) -> FaultSchedule:
         Name of the source, for messages.
 
     """
-    try:
-        document = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        problem = f'is not YAML ({" ".join(str(error).split())})'
-        raise RecordingError(origin, problem, FORM) from None
+    document = read_yaml(text, origin, FORM)
     if not document:
         raise RecordingError(origin, 'holds no entry', f'{FORM}, or set fault.schedule to empty')
     if not isinstance(document, list):
-        raise WrongKind(origin, _short(document), 'a list of entries', FORM)
+        raise WrongKind(origin, document, 'a list of entries', FORM)
     return FaultSchedule(
         _entry(item, f'{origin}: entry {number}') for number, item in enumerate(document, start=1)
     )
@@ -103,7 +96,7 @@ def parse_schedule(text: str, origin: str) -> FaultSchedule:
 
 def _entry(item: object, place: str) -> Entry:
     if not isinstance(item, dict) or set(item) not in ({'at', 'set'}, {'at', 'clear'}):
-        raise WrongKind(place, _short(item), 'a time with either set or clear', FORM)
+        raise WrongKind(place, item, 'a time with either set or clear', FORM)
     at_ns = _time_ns(item['at'], f'{place}: at')
     if 'clear' not in item:
         return Entry(at_ns, Request('fault', settings=_settings(item['set'], place)))
@@ -127,8 +120,11 @@ def _time_ns(value: object, name: str) -> int:
 
 def _settings(table: object, place: str) -> tuple[tuple[str, Scalar], ...]:
     if not isinstance(table, Mapping) or not table:
-        raise WrongKind(f'{place}: set', _short(table), 'a table of faults', FORM)
-    return tuple(_setting(str(key), value, place) for key, value in table.items())
+        raise WrongKind(f'{place}: set', table, 'a table of faults', FORM)
+    settings = [_setting(str(key), value, place) for key, value in table.items()]
+    if len(dict(settings)) < len(settings):
+        raise WrongKind(f'{place}: set', table, 'a table with each fault once', FORM)
+    return tuple(settings)
 
 
 def _setting(key: str, value: object, place: str) -> tuple[str, Scalar]:
@@ -138,9 +134,3 @@ def _setting(key: str, value: object, place: str) -> tuple[str, Scalar]:
         mend = f'did you mean {near[0]}?' if near else f'use {", ".join(FAULTS)}'
         raise UnknownName(f'{place}: fault', key, mend)
     return name, spec_of(name).check(f'{place}: {name}', value)
-
-
-def _short(value: object) -> object:
-    """Return a value as YAML has read it, or the beginning of a long one."""
-    text = repr(value)
-    return value if len(text) <= SHOWN else f'{text[:SHOWN]}...'

@@ -78,7 +78,7 @@ class Motion:
         self._parameters = parameters
         self._tell = tell
         self.replaced = 0
-        self.reset(parameters.amplifier.voltage_initial)
+        self.reset(float(parameters.amplifier.voltage_initial))
 
     def reset(self, voltage_v: float) -> None:
         """Forget every move and hold a voltage."""

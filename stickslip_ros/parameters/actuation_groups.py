@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.parameters.fields import ASSUMED, Checked, count, quantity
+from stickslip_ros.parameters.fields import ASSUMED, Checked, Unchosen, count, quantity
 
 
 @dataclass(frozen=True)
@@ -13,7 +13,7 @@ class AmplifierParameters(Checked):
     voltage_min: float = quantity(0.0, 'V', -1e3, 999.0, 'Section 2', 'lowest output')
     voltage_max: float = quantity(300.0, 'V', -999.0, 1e3, 'Section 2', 'highest output')
     voltage_initial: float = quantity(
-        0.0,
+        Unchosen(0.0),
         'V',
         -1e3,
         1e3,

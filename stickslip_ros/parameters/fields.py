@@ -15,6 +15,10 @@ ASSUMED = 'assumed'
 TABLE_1 = 'Table 1'
 
 
+class Unchosen(float):
+    """A default that nobody has chosen: something that knows better may replace it."""
+
+
 @dataclass(frozen=True)
 class Spec:
     """
@@ -94,6 +98,8 @@ class Spec:
 
 
 def _to_float(name: str, value: object) -> float:
+    if isinstance(value, Unchosen):
+        return value
     try:
         number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):

@@ -4,14 +4,17 @@ import json
 from collections.abc import Iterator
 from pathlib import Path
 
-import yaml
-
-from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind
+from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
+from stickslip_ros.files import readable
 from stickslip_ros.parameters.fields import Scalar, Spec
+from stickslip_ros.parameters.strict_yaml import read_yaml
 from stickslip_ros.parameters.tree import Parameters, specs
 
 ROS_KEY = 'ros__parameters'
 ANY_NODE = '/**'
+CONTROLLER = 'position_controller'
+"""Node whose section may stand in the file of a drive, and is passed over."""
+MEND = 'compare it with config/test_stand.yaml'
 
 
 def format_value(value: Scalar) -> str:
@@ -81,19 +84,24 @@ def load_yaml(path: Path) -> Parameters:
     Raises
     ------
     RecordingError
-        If the file cannot be read or is not YAML.
+        If the file cannot be read, is not YAML, or says something twice.
     UnknownName, WrongKind, OutOfRange
         If the file holds what the package does not know or allow.
 
     """
+    return Parameters().updated(load_values(path))
+
+
+def load_values(path: Path) -> dict[str, object]:
+    """Return what a ROS parameter file gives, by name and unchecked; otherwise as above."""
     try:
-        text = path.read_text(encoding='utf-8')
+        text = readable(path).read_text(encoding='utf-8')
     except OSError as error:
         problem = f'cannot be read ({error.strerror})'
         raise RecordingError(path, problem, 'check the path') from None
     except UnicodeDecodeError:
         raise RecordingError(path, 'is not text in UTF-8', 'give a ROS parameter file') from None
-    return parse_yaml(text, str(path))
+    return _values(read_yaml(text, str(path), MEND) or {}, str(path))
 
 
 def parse_yaml(text: str, origin: str) -> Parameters:
@@ -108,28 +116,39 @@ def parse_yaml(text: str, origin: str) -> Parameters:
         Name of the source for messages.
 
     """
-    try:
-        return Parameters().updated(_values(yaml.safe_load(text) or {}, origin))
-    except StickSlipError:
-        raise
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        problem = f'is not YAML ({" ".join(str(error).split())})'
-        raise RecordingError(origin, problem, 'compare it with config/test_stand.yaml') from None
+    return Parameters().updated(_values(read_yaml(text, origin, MEND) or {}, origin))
 
 
 def _values(document: object, origin: str) -> dict[str, object]:
-    values: dict[str, object] = {}
+    """Return the parameters of the one drive of a file; what it says itself outweighs ``/**``."""
+    sections: dict[str, dict[str, object]] = {}
     for node, body in _items(document, origin):
         if not isinstance(body, dict) or set(body) != {ROS_KEY}:
             mend = f'{origin} needs {ROS_KEY}: right below a node name'
             raise UnknownName('section', node, mend)
-        values.update(_flatten(body[ROS_KEY], '', origin))
+        if node.rpartition('/')[2] != CONTROLLER:
+            sections[node] = _flat(body[ROS_KEY], origin)
+    values = sections.pop(ANY_NODE, {})
+    if len(sections) > 1:
+        problem = f'is for several drives: {" and ".join(sections)}'
+        raise RecordingError(origin, problem, f'keep one, or {ANY_NODE} for what all share')
+    for own in sections.values():
+        values |= own
+    return values
+
+
+def _flat(section: object, origin: str) -> dict[str, object]:
+    values: dict[str, object] = {}
+    for name, value in _flatten(section, '', origin):
+        if name in values:
+            raise RecordingError(origin, f'gives {name} twice', 'keep one of the two')
+        values[name] = value
     return values
 
 
 def _items(node: object, origin: str) -> Iterator[tuple[str, object]]:
     if not isinstance(node, dict):
-        raise WrongKind(origin, node, 'a table of names', 'compare it with config/test_stand.yaml')
+        raise WrongKind(origin, node, 'a table of names', MEND)
     yield from ((str(key), value) for key, value in node.items())
 
 

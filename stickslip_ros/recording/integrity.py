@@ -14,6 +14,7 @@ from mcap.opcode import Opcode
 from mcap.reader import McapReader, SeekingReader
 
 from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.files import readable
 
 MAGIC: Final = b'\x89MCAP0\r\n'
 SQLITE_MAGIC: Final = b'SQLite format 3\0'
@@ -117,7 +118,7 @@ def check_profile(path: Path, reader: McapReader) -> None:
 
 def _open(path: Path) -> BinaryIO:
     try:
-        return path.open('rb')
+        return readable(path).open('rb')
     except (OSError, ValueError) as error:
         problem = error.strerror if isinstance(error, OSError) else str(error)
         raise RecordingError(

@@ -12,6 +12,7 @@ from mcap.records import Message
 from mcap.writer import Writer
 
 from stickslip_ros.errors import RecordingError
+from stickslip_ros.files import readable
 from stickslip_ros.recording.chunks import COMPRESSIONS
 from stickslip_ros.recording.integrity import (
     MAGIC,
@@ -149,7 +150,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
 def _mapped(path: Path) -> Iterator[Bytes]:
     """Give the bytes of a file without reading them all at once."""
     try:
-        with path.open('rb') as stream, _map(stream) as data:
+        with readable(path).open('rb') as stream, _map(stream) as data:
             yield data
     except OSError as error:
         raise RecordingError(

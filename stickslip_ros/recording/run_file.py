@@ -10,6 +10,7 @@ from pathlib import Path
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.files import readable
 from stickslip_ros.instrument.reports import STATUS_TEXTS, TRACE_COLUMNS
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.channels import Channel, Qos
@@ -119,7 +120,7 @@ def _experiment_of(parameters: Parameters) -> dict[str, tuple[str, bytes]]:
         return {}
     path = Path(parameters.record.experiment)
     try:
-        return {EXPERIMENT_FILE: ('text/csv', path.read_bytes())}
+        return {EXPERIMENT_FILE: ('text/csv', readable(path).read_bytes())}
     except OSError as error:
         problem = f'cannot be read ({error.strerror})'
         raise RecordingError(path, problem, 'check record.experiment') from None

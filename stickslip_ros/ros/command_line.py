@@ -10,6 +10,7 @@ from typing import NamedTuple
 import yaml
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.files import readable
 from stickslip_ros.parameters import (
     ControllerParameters,
     Parameters,
@@ -129,7 +130,7 @@ def _given(program: Program, words: Sequence[str]) -> Iterator[tuple[str, object
 def _in_file(path: Path) -> dict[str, object]:
     """Return what a parameter file has for every node; of a bad file nothing: ROS tells why."""
     try:
-        document = yaml.safe_load(path.read_text(encoding='utf-8'))
+        document = yaml.safe_load(readable(path).read_text(encoding='utf-8'))
         return dict(_flat(document['/**']['ros__parameters']))
     except (OSError, ValueError, TypeError, LookupError, AttributeError, yaml.YAMLError):
         return {}

@@ -7,6 +7,7 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.files import readable
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import RUN_RECORD
@@ -78,7 +79,7 @@ def read_drive_input(
         If the file cannot be read, or has no such columns or topic.
 
     """
-    if path.suffix.lower() == MCAP or path.is_dir():
+    if readable(path).suffix.lower() == MCAP or path.is_dir():
         if not topic:
             mend = 'name the topic of the voltage with --topic'
             raise RecordingError(path, 'is no run of this package', mend)

@@ -12,6 +12,7 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.files import readable
 from stickslip_ros.parameters import Spec, spec_of
 from stickslip_ros.study.sweep import AMPLITUDE, FREQUENCY
 
@@ -97,7 +98,7 @@ def read_experiment(path: Path) -> Experiment:
 
     """
     try:
-        content = path.read_bytes()
+        content = readable(path).read_bytes()
     except OSError as error:
         problem = f'cannot be read ({error.strerror})'
         raise RecordingError(path, problem, 'check the path') from None

@@ -118,10 +118,10 @@ def replay(
     due: defaultdict[int, list[Request]] = defaultdict(list)
     for time_ns, request in recorded_requests(recording):
         due[time_ns - begin_ns].append(request)
-    changed = dict(changes or {})
-    _refuse_schedule(changed)
-    stand = parameters.updated(changed)
-    checked = {name: stand.flat()[name] for name in changed}
+    stand = parameters.updated(changes or {})
+    before, after = parameters.flat(), stand.flat()
+    checked = {name: after[name] for name in changes or {} if after[name] != before[name]}
+    _refuse_schedule(checked)
     channels = _channels_for(recording, stand)
     written = _record(stand, output, channels, due, last_ns - begin_ns, progress)
     difference = compare_data(recording, Recording(written))

@@ -15,7 +15,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.checks import check_request
 from stickslip_ros.instrument.commands import Move, Request
 from stickslip_ros.instrument.reports import Output, Status
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, Unchosen
 from stickslip_ros.recording.feed import Feed
 from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.stopping import heed_stop
@@ -128,12 +128,14 @@ def start_on_wave(parameters: Parameters, request: Request) -> Parameters:
     """
     Return parameters whose drive rests at the first voltage of a wave, unless one was chosen.
 
-    A saw-tooth backwards starts at its upper end; resting there, a run backwards is the mirror
+    Whoever gives ``amplifier.voltage_initial`` has chosen it, also at the default. A saw-tooth
+    backwards starts at its upper end; resting there, a run backwards is the mirror
     image of the run forwards.
 
     """
     command = check_request(request, parameters)
-    if 'amplifier.voltage_initial' in parameters.changed() or not isinstance(command, Move):
+    is_chosen = not isinstance(parameters.amplifier.voltage_initial, Unchosen)
+    if is_chosen or not isinstance(command, Move):
         return parameters
     return parameters.updated({'amplifier.voltage_initial': command.wave.start_v})
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import stickslip_ros
 from stickslip_ros.errors import RecordingError, WrongKind
+from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.extras import load_extra
 from stickslip_ros.study.journal import Row
@@ -26,15 +27,14 @@ def check_table_path(path: Path) -> None:
     MissingExtra
         If Parquet is asked for and its package is not installed.
     RecordingError
-        If its place is taken by a folder.
+        If it cannot be written.
 
     """
     if path.suffix not in {CSV, PARQUET}:
         raise WrongKind('output', str(path), 'a .csv or .parquet file', 'end its name so')
-    if path.is_dir():
-        raise RecordingError(path, 'is a folder', 'choose another name')
     if path.suffix == PARQUET:
         load_extra('a Parquet file', 'pyarrow')
+    make_room(path)
 
 
 def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None:

@@ -51,6 +51,20 @@ def test_a_replay_says_that_the_data_are_identical(run: Path, capsys: pytest.Cap
     assert told['requests'] == 1
 
 
+def test_a_value_that_is_the_default_is_a_change_where_the_recording_has_another(
+    folder: Path, capsys: pytest.CaptureFixture
+):
+    words = ['--voltage', '100', '--steps', '3', '--set', 'stand.preload=0.25']
+    assert main(['simulate', *words, '-o', 'run.mcap']) == 0
+    (folder / 'stand.yaml').write_text('/**: {ros__parameters: {stand: {preload: 0.5}}}')
+    capsys.readouterr()
+    assert main(['replay', 'run.mcap', '--params', 'stand.yaml', '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['changed'] == {'stand.preload': 0.5}
+    assert main(['replay', 'run.mcap', '--set', 'stand.preload=0.25', '--json']) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told['changed'], told['identical']) == ({}, True)
+
+
 def test_another_stand_is_told_with_what_changed(run: Path, capsys: pytest.CaptureFixture):
     capsys.readouterr()
     assert main(['replay', str(run), '--set', 'stand.preload=0.25', '--json']) == 0

@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import json
+import os
 import re
 from dataclasses import fields
 from pathlib import Path
@@ -252,3 +253,81 @@ def test_the_node_gets_a_text_as_a_text_whatever_it_looks_like(text: str):
 def test_the_node_gets_numbers_and_switches_as_such(assignment: str, value: Any):
     [*_, word] = drive_arguments('--set', assignment)
     assert yaml.safe_load(word.partition(':=')[2]) == value
+
+
+READING = {
+    'compare': ['{}', 'model'],
+    'fit': ['{}', '--free', 'contact.friction'],
+    'info': ['{}'],
+    'plot': ['{}'],
+    'recover': ['{}'],
+    'replay': ['{}', '-o', 'new.mcap'],
+    'parameters': ['--params', '{}'],
+    'simulate': ['--voltage', '10', '-o', 'new.mcap', '--set', 'record.experiment={}'],
+}
+"""Words that have each verb read a file."""
+
+
+@pytest.mark.parametrize('verb', READING)
+@pytest.mark.parametrize(
+    'path', ['', '.', '..', '/', '/dev/full', '/dev/zero', 'pipe', 'pipe.parquet']
+)
+def test_what_is_no_file_is_refused_in_one_line(
+    capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str, path: str
+):
+    monkeypatch.chdir(tmp_path)
+    if path.startswith('pipe'):
+        os.mkfifo(path)
+    if verb == 'simulate' and not path:
+        return  # no experiment
+    assert main([verb, *(word.format(path) for word in READING[verb])]) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert line.startswith('stickslip: ')
+    assert ';' in line
+
+
+WRITING = {
+    'simulate': (['--voltage', '10', '-o'], 'run_sawtooth'),
+    'replay': (['voltage.csv', '-o'], 'replay_input'),
+    'sweep': (['--amplitude', '1e-9', '-o'], 'run_sweep'),
+    'fit': (['points.csv', '--free', 'contact.friction', '-o'], 'fit_drive'),
+    'compare': (['points.csv', 'model', '--report'], 'compare'),
+    'roughness': (['--out'], 'sample_roughness'),
+    'laws': (['--out'], 'compare_laws'),
+    'figures': (['--out'], 'make_tables'),
+    'validate': (['--out'], 'validate'),
+}
+"""Words that have each verb write, and the work that it would do before."""
+SUFFIXES = {'sweep': '.csv', 'fit': '.json', 'compare': '.html'}
+
+
+@pytest.mark.parametrize('verb', WRITING)
+@pytest.mark.parametrize('place', ['{}', 'taken/new{}', '/dev/null', '/proc/new/new{}'])
+def test_what_cannot_be_written_is_refused_before_the_work(
+    capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str, place: str
+):
+    words, work = WRITING[verb]
+    path = place.format(SUFFIXES.get(verb, ''))
+    monkeypatch.chdir(tmp_path)
+    Path('taken').write_text('')
+    Path('points.csv').write_text('preload_n,amplitude_m,force_n\n' + '0.5,1e-7,0.1\n' * 3)
+    monkeypatch.setattr(f'stickslip_ros.cli.{verb}.{work}', None)
+    if path.startswith('.'):
+        Path(path).mkdir()
+    assert main([verb, *words, path]) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert 'choose another' in line or 'end its name so' in line or 'give a path' in line
+
+
+def test_figures_of_no_name_are_refused(capsys: Any):
+    assert main(['figures', '--only', '']) == 2
+    assert "figure '' is not known; use fig2" in capsys.readouterr().err
+
+
+def test_a_long_value_is_quoted_in_part(capsys: Any, tmp_path: Path):
+    file = tmp_path / 'nothing.csv'
+    file.write_bytes(bytes(40_000))
+    assert main(['compare', str(file), 'model']) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert len(line) < 600 + len(str(file))
+    assert '...' in line

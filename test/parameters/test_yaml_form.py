@@ -134,6 +134,64 @@ def test_a_text_on_which_the_reader_stumbles_is_refused_too(text):
         parse_yaml(text, 'run.yaml')
 
 
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        (
+            _under_node('    stand:\n      preload: 0.1\n    stand:\n      preload: 0.2\n'),
+            "run.yaml: line 5: 'stand' stands in line 3 too; keep one of the two",
+        ),
+        (
+            _under_node('    stand: {preload: 0.1, preload: 0.2}\n'),
+            "line 3: 'preload' stands in line 3 too; keep one of the two",
+        ),
+        ('/**: {}\n/**: {}\n', "line 2: '/**' stands in line 1 too; keep one of the two"),
+        (
+            _under_node('    stand.preload: 0.1\n    stand:\n      preload: 0.1\n'),
+            'run.yaml: gives stand.preload twice; keep one of the two',
+        ),
+        (
+            _under_node('    sim:\n      seed: 1:30\n'),
+            "line 4: YAML reads 1:30 as 90, in base 60; write 90, or '1:30' for a text",
+        ),
+        (
+            _under_node('    stand:\n      preload: 1:30.5\n'),
+            "YAML reads 1:30.5 as 90.5, in base 60; write 90.5, or '1:30.5' for a text",
+        ),
+        (
+            _under_node('    sim: &x {seed: 1}\n    stand: *x\n'),
+            'line 4: has the alias *x; write out what it stands for',
+        ),
+        (
+            'left: {ros__parameters: {}}\nright: {ros__parameters: {}}\n',
+            'run.yaml: is for several drives: left and right; keep one, or /** for what all share',
+        ),
+    ],
+)
+def test_what_is_said_twice_or_read_otherwise_than_it_looks_is_refused(text, message):
+    with pytest.raises(RecordingError) as caught:
+        parse_yaml(text, 'run.yaml')
+    assert message in str(caught.value)
+
+
+def test_a_text_in_quotes_is_a_text():
+    assert parse_yaml(_under_node("    record: {name: '1:30'}\n"), '').record.name == '1:30'
+
+
+def test_a_drive_outweighs_what_all_share_and_the_controller_is_passed_over():
+    text = (
+        '/left/stickslip_drive: {ros__parameters: {stand: {preload: 0.2}}}\n'
+        '/**: {ros__parameters: {stand: {preload: 0.1}, sim: {seed: 7}}}\n'
+        '/left/position_controller: {ros__parameters: {gain: 1e-9}}\n'
+    )
+    assert parse_yaml(text, 'run.yaml').changed() == {'stand.preload': 0.2, 'sim.seed': 7}
+
+
+def test_a_file_that_never_ends_is_refused():
+    with pytest.raises(RecordingError, match='is a device or a pipe, not a file; copy it to a'):
+        load_yaml(Path('/dev/zero'))
+
+
 def test_a_file_that_cannot_be_read_is_refused_with_the_reason(tmp_path):
     with pytest.raises(RecordingError, match=r'cannot be read \(No such file .*check the path'):
         load_yaml(tmp_path / 'missing.yaml')

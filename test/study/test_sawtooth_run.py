@@ -2,12 +2,14 @@
 
 import dataclasses
 import math
+import pickle
 
 import pytest
 
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.parameters import AmplifierParameters, Parameters, dump_yaml, parse_yaml
 from stickslip_ros.study.ramps import STEADY_STEPS_MAX, STEADY_STEPS_MIN
 from stickslip_ros.study.sawtooth_run import (
     SawtoothRun,
@@ -134,6 +136,25 @@ def test_a_drive_rests_where_its_wave_starts_unless_told_otherwise(stand):
     chosen = stand.updated({'amplifier.voltage_initial': 100.0})
     assert start_on_wave(chosen, backwards) == chosen
     assert start_on_wave(stand, Request('stop')) == stand
+
+
+@pytest.mark.parametrize(
+    'chosen',
+    [
+        Parameters(amplifier=AmplifierParameters(voltage_initial=0.0)),
+        Parameters().updated({'amplifier.voltage_initial': 0.0}),
+        Parameters().updated({'amplifier.voltage_initial': '0.0'}),
+        parse_yaml('/**: {ros__parameters: {amplifier: {voltage_initial: 0.0}}}', 'text'),
+        parse_yaml(dump_yaml(Parameters(), ''), 'a file with every parameter'),
+    ],
+)
+def test_a_default_that_was_chosen_counts_and_others_leave_the_choice_open(chosen):
+    backwards = Request('sawtooth', (240.0, -100.0, 5.0))
+    chosen = pickle.loads(pickle.dumps(chosen.updated({'amplifier.slew_rate': 1e7})))
+    assert start_on_wave(chosen, backwards) is chosen
+    assert chosen == Parameters().updated({'amplifier.slew_rate': 1e7})
+    unchosen = pickle.loads(pickle.dumps(Parameters().updated({'amplifier.slew_rate': 1e7})))
+    assert start_on_wave(unchosen, backwards).amplifier.voltage_initial == 240.0
 
 
 def test_the_residual_is_relative_to_the_work_of_the_feet():

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.files import readable
 from stickslip_ros.recording.integrity import MAGIC
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
@@ -135,7 +136,7 @@ def _load(path: Path) -> PointTable | TimeRun:
     if path.suffix == PARQUET and path.is_file():
         return read_sweep(path)
     try:
-        with path.open('rb') as file:
+        with readable(path).open('rb') as file:
             start = file.read(len(MAGIC))
     except OSError as error:
         problem = f'cannot be read ({error.strerror})'

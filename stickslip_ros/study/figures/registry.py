@@ -15,9 +15,9 @@ FIGURES = {
 }
 
 
-def chosen_figures(names: Sequence[str] = ()) -> list[StudyFigure]:
+def chosen_figures(names: Sequence[str] | None = None) -> list[StudyFigure]:
     """
-    Return the figures of these names; all without any.
+    Return the figures of these names; all for None.
 
     Raises
     ------
@@ -25,7 +25,8 @@ def chosen_figures(names: Sequence[str] = ()) -> list[StudyFigure]:
         If there is no such figure.
 
     """
-    for name in names:
+    chosen = dict.fromkeys(FIGURES if names is None else names)
+    for name in chosen:
         if name not in FIGURES:
             raise UnknownName('figure', name, f'use {", ".join(FIGURES)}')
-    return [FIGURES[name] for name in dict.fromkeys(names)] if names else list(FIGURES.values())
+    return [FIGURES[name] for name in chosen]

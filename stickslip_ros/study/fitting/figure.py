@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import UnknownName
+from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import run_batch
 from stickslip_ros.study.fitting.fit import Fit
@@ -26,9 +27,10 @@ DOTS_PER_INCH = 120
 
 
 def check_picture(path: Path) -> None:
-    """Refuse a picture of a kind that cannot be drawn, before the work is done."""
+    """Refuse a picture that cannot be drawn or written, before the work is done."""
     if path.suffix.lower() not in SUFFIXES:
         raise UnknownName('kind of picture', path.suffix, f'use {", ".join(SUFFIXES)}')
+    make_room(path)
 
 
 def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None:

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 import stickslip_ros
-from stickslip_ros.errors import RecordingError, WrongKind
+from stickslip_ros.errors import WrongKind
+from stickslip_ros.files import make_room
 from stickslip_ros.parameters import dump_yaml
 from stickslip_ros.study.fitting.coverage import Coverage
 from stickslip_ros.study.fitting.fit import Estimate, Fit
@@ -82,13 +83,12 @@ def check_output(path: Path) -> None:
     WrongKind
         If its name has another ending.
     RecordingError
-        If its place is taken by a folder.
+        If it cannot be written.
 
     """
     if path.suffix.lower() not in {*JSON, *YAML}:
         raise WrongKind('output', str(path), 'a .json or .yaml file', 'end its name so')
-    if path.is_dir():
-        raise RecordingError(path, 'is a folder', 'choose another name')
+    make_room(path)
 
 
 def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str) -> None:
