@@ -34,6 +34,8 @@ END_TIMEOUT_S = 20.0
 DOMAINS = 100
 EARLY_KNOCK = 'ignore:failed to send response:RuntimeWarning'
 """What rclpy warns of when an answer meets nobody; the operator then knocks again."""
+POSITIONS_KEPT = 10_000
+"""Positions that the node keeps for an operator whom other processes hold up: 10 s of them."""
 NANO = 1e-9
 POSITIONS_NEEDED = 0.99
 """Share of the recorded positions that the operator must have received for a pass."""
@@ -136,6 +138,7 @@ def drive_process(settings: Path, domain: int) -> Iterator[subprocess.Popen[byte
     """Run the node in a process of its own; it is ended with the context, and in its own way."""
     command = [sys.executable, '-W', EARLY_KNOCK, '-m', 'stickslip_ros.ros.main']
     command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
+    command += ['-p', f'qos_overrides./position.publisher.depth:={POSITIONS_KEPT}']
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
     process = subprocess.Popen(command, env=environment)
     try:

@@ -64,12 +64,19 @@ def record(path: Path, parameters: Parameters, pace: str, ticks: int, tell) -> N
                     tell(put, writer.recorder.secured)
 
 
+def waited_ns(pid: int) -> int:
+    """Give how long the threads of a process could have run, and had no processor."""
+    files = Path(f'/proc/{pid}/task').glob('*/schedstat')
+    return sum(int(file.read_text().split()[1]) for file in files)
+
+
 def _run_child(path: Path, number: int, pace: str, pipe: int) -> None:
     # What the system was handed survives a kill; a busy disk would only hold the writer up.
     os.fsync = lambda _file: None
 
     def tell(put: int, secured: int) -> None:
-        os.write(pipe, b'%d %d %d\n' % (time.monotonic_ns(), put, secured))
+        numbers = time.monotonic_ns(), put, secured, waited_ns(os.getpid())
+        os.write(pipe, b'%d %d %d %d\n' % numbers)
 
     record(path, parameters_of(number), pace, TICKS, tell)
 
@@ -86,7 +93,7 @@ def _kill(number: int, path: Path, moment_s: float) -> dict:
     with os.fdopen(reading, 'rb') as told:
         lines = [told.readline()]
         time.sleep(moment_s)
-        killed_ns = time.monotonic_ns()
+        killed_ns, all_waited_ns = time.monotonic_ns(), waited_ns(child)
         os.kill(child, signal.SIGKILL)
         lines += told.readlines()
     _, status = os.waitpid(child, 0)
@@ -97,6 +104,7 @@ def _kill(number: int, path: Path, moment_s: float) -> dict:
         'pace': pace,
         'killed': os.WIFSIGNALED(status),
         'killed_ns': killed_ns,
+        'waited_ns': all_waited_ns,
         'rows': rows,
     }
 

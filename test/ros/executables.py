@@ -10,7 +10,7 @@ from itertools import cycle
 from pathlib import Path
 
 #: A process compiles nothing here, but loads kernels and finds its peers.
-END_TIMEOUT_S = 20.0
+END_TIMEOUT_S = 60.0
 BIN = Path(sys.executable).parent
 DRIVE = (str(BIN / 'drive'),)
 CONTROLLER = (str(BIN / 'position_controller'),)

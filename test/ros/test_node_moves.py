@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from contexts import queues_of
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
@@ -72,7 +73,7 @@ def test_a_negative_frequency_moves_the_runner_backwards(launch: Callable[..., A
 def test_force_is_stiffness_times_position_within_the_noise(
     launch: Callable[..., Any], stamp_ns: Callable
 ):
-    stand = launch(DAMPED)
+    stand = launch({**DAMPED, **queues_of('position', 'force')})
     heard = stand.listen('force')
     stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
     stand.operator.wait_for_event('sawtooth', 0)
@@ -100,7 +101,7 @@ def test_a_voltage_is_reached_and_held(stand: Any):
 def test_a_slow_amplifier_is_still_moving_when_a_voltage_is_on_its_way(
     launch: Callable[..., Any],
 ):
-    stand = launch({'amplifier.slew_rate': 5000.0})
+    stand = launch({**queues_of('voltage'), 'amplifier.slew_rate': 5000.0})
     heard = stand.listen('piezo')
     stand.operator.command_voltage(AMPLITUDE_V)
     event = stand.operator.wait_for_event('voltage', 0)

@@ -60,8 +60,10 @@ def test_a_remapped_command_reaches_the_drive(launch: Callable[..., Any]):
 def test_two_drives_have_their_own_seed_motion_and_time(
     launch: Callable[..., Any], tmp_path: Path
 ):
-    left = launch({'sim.seed': 1}, '/left')
-    right = launch({'sim.seed': 2, 'stand.preload': 0.25}, '/right')
+    kept = {'record.on_start': True, 'interferometer.resolution': 0.0}
+    left = launch({**kept, 'record.name': 'left', 'sim.seed': 1}, '/left')
+    values = {'record.name': 'right', 'sim.seed': 2, 'stand.preload': 0.25}
+    right = launch({**kept, **values}, '/right')
     left.operator.switch('set_paused', wanted=True)
     held_ns = left.drive.session.bench.time_ns
     right.operator.command_sawtooth(300.0, 1000.0, STEPS)
@@ -73,11 +75,13 @@ def test_two_drives_have_their_own_seed_motion_and_time(
     right.operator.trigger('stop')
     assert left.drive.session.faults == {}
     assert left.operator.events == []
-    noise = [
-        {time: stand.operator.positions[time] for time in sorted(stand.operator.positions)[:5]}
-        for stand in (left, right)
-    ]
-    assert set(noise[0].values()) != set(noise[1].values())
+    first = {}
+    for name, stand in (('left', left), ('right', right)):
+        assert stand.operator.set_recording(wanted=False).success
+        series = Recording(tmp_path / f'{name}.mcap').series('position')
+        first[name] = (series.time_s[0], series.value[0])
+    assert first['left'][0] == first['right'][0]  # both stand still then
+    assert first['left'][1] != first['right'][1]
 
 
 @pytest.mark.parametrize('namespace', ['/left', '/left/arm'])

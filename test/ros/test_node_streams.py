@@ -5,10 +5,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from contexts import queues_of
 
+QUEUES = queues_of('position', 'force', 'trace')
 #: A stamp in s as a double: half the last digit at 100 s.
 STAMP_TOLERANCE_S = 1e-14 * 100.0
 COLUMNS = 't[s],voltage[V],foot[m],position[m],force[N]'
+
+
+@pytest.fixture
+def stand(launch: Callable[..., Any]) -> Any:
+    return launch(QUEUES)
 
 
 def table(message: Any) -> np.ndarray:
@@ -20,7 +27,7 @@ def table(message: Any) -> np.ndarray:
 def test_stamps_rise_by_the_block_without_a_hole(
     launch: Callable[..., Any], stamp_ns: Callable, block_s: float
 ):
-    stand = launch({'sim.block': block_s})
+    stand = launch({**QUEUES, 'sim.block': block_s})
     position, force = stand.listen('position'), stand.listen('force')
     stand.operator.spin_until(lambda: min(len(position), len(force)) >= 50, 'readings')
     for heard in (position, force):
@@ -72,7 +79,7 @@ def test_no_sample_is_missing_within_and_between_blocks(stand: Any):
 
 @pytest.mark.parametrize('rate_hz', [10e3, 100e3])
 def test_the_rate_of_the_trace_is_the_parameter(launch: Callable[..., Any], rate_hz: float):
-    stand = launch({'trace.sample_rate': rate_hz, 'trace.period': 0.02})
+    stand = launch({**QUEUES, 'trace.sample_rate': rate_hz, 'trace.period': 0.02})
     heard = stand.listen('trace')
     stand.operator.spin_until(lambda: len(heard) >= 3, 'traces')
     time_s = np.concatenate([table(each)[:, 0] for each in heard])
