@@ -9,7 +9,7 @@ import matplotlib.font_manager  # noqa: F401 - a process that finds no font cach
 import pytest
 from hypothesis import HealthCheck, settings
 
-from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.compilation import compile_kernels
 from stickslip_ros.parameters import Parameters
 
 # The same examples in every run and on every machine, however slow it is: a failure found once
@@ -40,7 +40,7 @@ def _plain_terminal() -> Iterator[None]:
 @pytest.fixture(scope='session')
 def compiled_kernels() -> None:
     """Compile before a time limit runs, and before a dozen processes would do it at once."""
-    Bench(Parameters()).update(1_000_000)
+    compile_kernels(Parameters())
 
 
 @pytest.fixture(scope='session')

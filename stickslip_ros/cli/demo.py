@@ -1,6 +1,8 @@
 """``stickslip demo``: node and operator as two processes, topics between them, a recording."""
 
 import argparse
+import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     parameters = chosen_parameters(arguments)
     make_folder(arguments.out)
-    summary = run_demo(parameters, arguments.out)
+    summary = run_demo(parameters, arguments.out, _say_unless(arguments.json))
     picture = arguments.out / 'demo.png'
     title = 'Saw-tooth burst, direct-voltage ramp and external load on the virtual stand'
     draw_run(Path(summary.recording), picture, title)
@@ -49,6 +51,11 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         _print(summary, picture)
     return 0 if summary.passed else CHECK_FAILED
+
+
+def _say_unless(quiet: bool) -> Callable[[str], None]:
+    """Return what says on standard error what is being done."""
+    return (lambda _: None) if quiet else (lambda line: print(line, file=sys.stderr, flush=True))
 
 
 def _print(summary: Any, picture: Path) -> None:

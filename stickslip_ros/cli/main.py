@@ -4,7 +4,7 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import stickslip_ros
 from stickslip_ros.cli import (
@@ -28,7 +28,10 @@ from stickslip_ros.cli import (
     validate,
     zero_amplitude,
 )
+from stickslip_ros.cli import compile as compilation
 from stickslip_ros.cli.program import REFUSED
+from stickslip_ros.contact.kernel import compilation_told
+from stickslip_ros.contact.kernel_cache import why_not_kept
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.ros.ending import STOPPED
 from stickslip_ros.stopping import heed_stop
@@ -54,6 +57,7 @@ VERBS = (
     validate,
     parameters,
     interface,
+    compilation,
 )
 NEGATIVE_NUMBER = re.compile(r'-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf|-nan', re.IGNORECASE)
 
@@ -81,6 +85,7 @@ examples:
   stickslip replay runs/free.mcap --set stand.preload=0.25 -o runs/what_if.mcap
   stickslip validate --out runs/validation
   stickslip figures --out runs/figures --only fig2,fig7
+  stickslip compile --timings
 
 'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed, 2 refused,
 130 stopped by Ctrl-C or SIGTERM, which end the node (drive) with 0.
@@ -121,7 +126,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         heed_stop()
         parsed = _parse(words)
-        status = int(parsed.run(parsed))
+        with compilation_told(_tell_compilation_of(parsed)):
+            status = int(parsed.run(parsed))
         sys.stdout.flush()
     except Interrupted as stopped:
         sys.stderr.write(f'stickslip: {stopped}\n')
@@ -149,6 +155,17 @@ def _parse(words: Sequence[str]) -> argparse.Namespace:
         parser.error(f'unrecognized arguments: {" ".join(rest)}')
     parsed.ros_arguments = rest
     return parsed
+
+
+def _tell_compilation_of(parsed: argparse.Namespace) -> Callable[[int], None]:
+    """Return what says that a verb compiles, unless it says so itself."""
+
+    def tell(done: int) -> None:
+        line = why_not_kept() or ('compiling kernels, once' if sys.stderr.isatty() else '')
+        if done == 0 and line and parsed.run not in (compilation.run, drive.run):
+            sys.stderr.write(f'stickslip: {line}\n')
+
+    return tell
 
 
 def _join_negative_numbers(words: Sequence[str]) -> list[str]:

@@ -1,9 +1,11 @@
 """How every kernel of the package is compiled."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import event
 from numba.core.registry import CPUDispatcher
 
 from stickslip_ros.contact.kernel_cache import CONFIG, KernelCache
@@ -93,3 +95,27 @@ def _compile(
         compiled.__class__ = kind
         compiled.enable_caching()
     return cast('Function', compiled)
+
+
+@contextmanager
+def compilation_told(tell: Callable[[int], None]) -> Iterator[None]:
+    """Call a function before each kernel that is compiled meanwhile, with how many were before."""
+    with event.install_listener('numba:compile', _Counter(tell)):
+        yield
+
+
+class _Counter(event.Listener):
+    """Counts kernels; numba compiles functions of its own beside them."""
+
+    def __init__(self, tell: Callable[[int], None]) -> None:
+        self._tell = tell
+        self._done = 0
+
+    def on_start(self, news: Any) -> None:
+        """Tell of the next kernel."""
+        if isinstance(news.data['dispatcher'], EntryPoint | InnerKernel):
+            self._tell(self._done)
+            self._done += 1
+
+    def on_end(self, news: Any) -> None:
+        """Say nothing: kernels end within others."""

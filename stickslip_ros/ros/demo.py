@@ -1,10 +1,11 @@
 """The main job in one function: a node in its own process, commanded from this one."""
 
+import math
 import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
 from stickslip_ros.ros.environment import stay_on_this_host
+from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.operator import Operator
 
 FREQUENCY_HZ = 500.0
@@ -98,7 +100,9 @@ class DemoSummary:
         return whole and self.exit_status == 0
 
 
-def run_demo(parameters: Parameters, folder: Path) -> DemoSummary:
+def run_demo(
+    parameters: Parameters, folder: Path, say: Callable[[str], None] = lambda _: None
+) -> DemoSummary:
     """
     Run the drive as a process of its own and command it over topics.
 
@@ -108,11 +112,13 @@ def run_demo(parameters: Parameters, folder: Path) -> DemoSummary:
         The stand.
     folder : Path
         Receives ``demo.mcap`` (an older one is replaced) and the parameters.
+    say : callable
+        Receives a line for every thing that is begun.
 
     Raises
     ------
     StickSlipError
-        If the node does not start or does not answer.
+        If the node ends or refuses to start, or does not answer once it has started.
 
     """
     stay_on_this_host()
@@ -124,13 +130,39 @@ def run_demo(parameters: Parameters, folder: Path) -> DemoSummary:
     settings = folder / 'demo_parameters.yaml'
     settings.write_text(dump_yaml(parameters, 'Parameters of the demo.'), encoding='utf-8')
     domain = int(os.environ.get('ROS_DOMAIN_ID') or 1 + os.getpid() % DOMAINS)
+    say('starting the drive, a process of its own')
     with drive_process(settings, domain) as process, operator(domain) as stand:
+        await_start(stand, process)
         stand.wait_for_drive()
+        say(f'commanding it: {STEPS} steps, a voltage ramp, a load')
         marks = _session(stand, parameters)
         process.send_signal(signal.SIGINT)
         exit_status = process.wait(END_TIMEOUT_S)
     topics = {key: channel.topic for key, channel in recorded_channels(parameters).items()}
     return _summarise(stand, marks, Recording(file), topics, exit_status)
+
+
+def await_start(stand: Operator, process: 'subprocess.Popen[bytes]') -> None:
+    """
+    Wait for a drive that starts, as long as its process lives; compiling kernels takes its time.
+
+    A drive answers as soon as it is active, or has refused to be.
+
+    Raises
+    ------
+    StickSlipError
+        If the process ends, or the drive is not active when it answers.
+
+    """
+    handshake = Handshake(stand.node, NODE_NAME)
+    stand.spin_until(
+        lambda: process.poll() is not None or handshake.knock(), 'the drive', math.inf
+    )
+    handshake.close()
+    if process.returncode is not None:
+        raise StickSlipError(f'the drive ended with status {process.returncode}; its log says why')
+    if handshake.state != 'active':
+        raise StickSlipError(f'the drive is {handshake.state}, not active; its log says why')
 
 
 @contextmanager

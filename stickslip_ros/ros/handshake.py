@@ -26,6 +26,11 @@ class Handshake:
     drive : str
         Name of the drive's node, with its namespace if that is not the one of ``node``.
 
+    Attributes
+    ----------
+    state : str
+        What the drive answered: the state of its lifecycle.
+
     """
 
     def __init__(self, node: Node, drive: str) -> None:
@@ -33,6 +38,7 @@ class Handshake:
         self._client = node.create_client(GetState, f'{drive}/get_state')
         self._asked_s = -RETRY_S
         self._is_answered = False
+        self.state = ''
 
     def knock(self) -> bool:
         """Call, unless that was done just now; tell whether an answer has come."""
@@ -47,5 +53,6 @@ class Handshake:
         """Take the client away."""
         self._node.destroy_client(self._client)
 
-    def _note(self, _: Any) -> None:
+    def _note(self, answer: Any) -> None:
         self._is_answered = True
+        self.state = answer.result().current_state.label

@@ -10,8 +10,10 @@ from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
 
+from stickslip_ros.contact.kernel import compilation_told
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.compilation import told
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.run_file import info_json
@@ -139,14 +141,15 @@ class StickSlipDrive(LifecycleNode):
         return result
 
     def _build(self, parameters: Any) -> Session:
-        return Session(
-            parameters,
-            self._topics.publish,
-            self._on_faults,
-            self._on_lost_recording,
-            self._refusals.note,
-            self._on_failed_drive,
-        )
+        with compilation_told(told(self.get_logger().warning)):
+            return Session(
+                parameters,
+                self._topics.publish,
+                self._on_faults,
+                self._on_lost_recording,
+                self._refusals.note,
+                self._on_failed_drive,
+            )
 
     def _up_to_date(self) -> Session:
         """Return the drive, built anew if its parameters were changed while it was inactive."""

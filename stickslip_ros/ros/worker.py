@@ -7,6 +7,7 @@ from pathlib import Path
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.compilation import compile_kernels
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
 from stickslip_ros.instrument.reports import Event, Output, Result, Status
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
@@ -74,7 +75,7 @@ class Worker:
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
         with expendable():
-            Bench(parameters).update(self._block_ns)  # compiles the kernels now
+            compile_kernels(parameters)
         self.bench = Bench(parameters)
         self.status = self.bench.status
         self.preload_ramped = False

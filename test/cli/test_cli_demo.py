@@ -20,7 +20,9 @@ STICKSLIP = Path(sys.executable).with_name('stickslip')
 
 
 @pytest.fixture(scope='module')
-def demo(tmp_path_factory: pytest.TempPathFactory, domain: int) -> tuple[Any, Path]:
+def demo(
+    tmp_path_factory: pytest.TempPathFactory, domain: int, compiled_kernels: None
+) -> tuple[Any, Path]:
     """Run the demo once; give the ended process and its folder."""
     folder = tmp_path_factory.mktemp('demo')
     environment = {

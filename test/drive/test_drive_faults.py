@@ -6,8 +6,6 @@ import pytest
 from stickslip_ros.drive.build import change_preload
 from stickslip_ros.drive.faults import apply_faults, separate_feet
 from stickslip_ros.drive.feet import DEPTH, PLACE
-from stickslip_ros.drive.feet_split import split_feet
-from stickslip_ros.drive.plant import advance
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange
 
@@ -169,14 +167,6 @@ def test_faults_come_and_go_in_any_order_and_the_balance_closes(drive):
         assert _residual(machine) < RESIDUAL
     assert machine.plant.feet.dead == 0
     assert not machine.plant.stuck
-
-
-def test_no_fault_compiles_anything(drive):
-    machine = drive().start(WAVE, [1e-3])
-    compiled = [len(kernel.signatures) for kernel in (advance, split_feet)]
-    for faults in ({'dead_foot': 6}, {'runner_stuck': True}, {'amplifier_on': False}):
-        _apply(machine, **faults).run(WAVE, [1e-4])
-    assert [len(kernel.signatures) for kernel in (advance, split_feet)] == compiled
 
 
 def test_coulombs_law_does_not_say_how_feet_share_a_load(drive):

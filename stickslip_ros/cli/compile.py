@@ -1,0 +1,57 @@
+"""``stickslip compile``: the kernels, before somebody waits for them."""
+
+import argparse
+import sys
+import time
+from typing import Any
+
+from stickslip_ros.cli.common import add_json, print_json
+from stickslip_ros.contact.kernel import compilation_told
+from stickslip_ros.contact.kernel_cache import cache_folders
+from stickslip_ros.instrument.compilation import compile_kernels, told
+from stickslip_ros.parameters import Parameters
+
+NOT_KEPT = 1
+
+
+def add_verb(verbs: Any) -> None:
+    """Add the verb to the parser."""
+    parser = verbs.add_parser(
+        'compile',
+        help='compile the kernels now, so that the first run need not',
+        description='Compile the kernels of the drive and keep them on the disk, as part of an '
+        'installation. What root has compiled, every user of the machine may read. Exit status 1 '
+        'if there is no folder to keep them in.',
+    )
+    parser.add_argument(
+        '--timings', action='store_true', help='print how many were compiled, and the time'
+    )
+    add_json(parser)
+    parser.set_defaults(run=run)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Compile; say something only where there is something to do."""
+    compiled = 0
+    tell = told(lambda line: print(line, file=sys.stderr, flush=True))
+
+    def count(done: int) -> None:
+        nonlocal compiled
+        compiled = done + 1
+        tell(done)
+
+    start_s, start_cpu_s = time.perf_counter(), time.process_time()
+    with compilation_told(count):
+        compile_kernels(Parameters())
+    wall_s, processor_s = time.perf_counter() - start_s, time.process_time() - start_cpu_s
+    folder = cache_folders().write
+    if arguments.json:
+        kept = str(folder) if folder else None
+        print_json(
+            {'kernels': compiled, 'wall_s': wall_s, 'processor_s': processor_s, 'folder': kept}
+        )
+    elif arguments.timings or compiled:
+        print(f'{compiled} kernels compiled in {wall_s:.1f} s, {processor_s:.1f} s of a processor')
+    if compiled and folder is None:
+        return NOT_KEPT
+    return 0
