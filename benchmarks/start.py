@@ -1,25 +1,76 @@
-"""How long ``stickslip simulate`` takes as a whole process, with and without compiled kernels."""
+"""How long the first things take as whole processes, with and without compiled kernels."""
 
 import os
+import resource
 import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.clock import Program, in_turn
 from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
 
 ROOT = Path(__file__).resolve().parent.parent
-CODE = 'import sys; from stickslip_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
-WORDS = ['simulate', '--preload=0.7', '--amplitude=130e-9', '--steps=200', '--json']
-COLD_ROUNDS = 3
+IMPORTS = 'import numpy, numba'
+SIMULATE = """
+import sys
+from stickslip_ros.cli.main import main
+sys.exit(main(['simulate', '--preload=0.7', '--amplitude=130e-9', '--steps=200', '--json']))
+"""
+NODE = """
+import os
+os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
+import rclpy
+from stickslip_ros.ros.node import StickSlipDrive
+rclpy.init(args=['--ros-args', '--log-level', 'error'])
+drive = StickSlipDrive()
+assert drive.session
+os._exit(0)
+"""
+"""Until the drive is active."""
+COLD_ROUNDS = 2
+NOTE = 'ratio of the seconds to the first row; the empty cache is a fresh NUMBA_CACHE_DIR'
 
 
-def simulate(cache: Path | None = None) -> str:
-    """Run ``stickslip simulate`` in a process with a kernel cache; return what it prints."""
-    return _process(['-c', CODE, *WORDS], cache)
+class Process:
+    """
+    A Python program that is run again and again.
+
+    Parameters
+    ----------
+    code : str
+        The program.
+    cache : Path or None
+        Its kernel cache; that of the package if None.
+    is_cold : bool
+        Whether the cache is emptied before every run.
+
+    Attributes
+    ----------
+    processor_s : list of float
+        Processor seconds of every run.
+
+    """
+
+    def __init__(self, code: str, cache: Path | None, *, is_cold: bool = False) -> None:
+        self._code = code
+        self._cache = cache
+        self._is_cold = is_cold
+        self.processor_s: list[float] = []
+
+    def __call__(self) -> None:
+        """Run the program and wait for its end."""
+        if self._is_cold and self._cache is not None:
+            shutil.rmtree(self._cache, ignore_errors=True)
+        environment = os.environ | ({'NUMBA_CACHE_DIR': str(self._cache)} if self._cache else {})
+        command = [sys.executable, '-c', self._code]
+        before_s = _processor_s_of_children()
+        subprocess.run(command, cwd=ROOT, env=environment, check=True, stdout=subprocess.DEVNULL)
+        self.processor_s.append(_processor_s_of_children() - before_s)
 
 
 def run(sizes: Sizes) -> Outcome:
@@ -27,36 +78,35 @@ def run(sizes: Sizes) -> Outcome:
     with tempfile.TemporaryDirectory() as folder:
         kept = Path(folder, 'kept') if sizes.cold else None
         emptied = Path(folder, 'emptied')
-
-        def cold() -> str:
-            shutil.rmtree(emptied, ignore_errors=True)
-            return simulate(emptied)
-
-        names = ['stickslip simulate, kernels cached', 'import numpy and numba']
-        programs = [
-            Program(lambda: simulate(kept), 1.0),
-            Program(lambda: _process(['-c', 'import numpy, numba'], kept), 1.0),
-        ]
+        processes = {
+            'stickslip simulate, kernels cached': Process(SIMULATE, kept),
+            'import numpy and numba': Process(IMPORTS, kept),
+            'node until active, kernels cached': Process(NODE, kept),
+        }
         if sizes.cold:
-            names.append('stickslip simulate, empty cache')
-            programs.append(Program(cold, 1.0))
+            processes |= {
+                'stickslip simulate, empty cache': Process(SIMULATE, emptied, is_cold=True),
+                'node until active, empty cache': Process(NODE, emptied, is_cold=True),
+            }
+        programs = [Program(process, 1.0) for process in processes.values()]
         times = in_turn(programs, Sizes(rounds=min(sizes.rounds, COLD_ROUNDS), least_s=0.0))
     rows: list[Row] = [
-        {'process': name, 'seconds': times.median(i), **times.ratio(i)}
-        for i, name in enumerate(names)
+        {
+            'process': name,
+            'processor_seconds': float(np.median(process.processor_s[1:])),
+            'seconds': times.median(i),
+            **times.ratio(i),
+        }
+        for i, (name, process) in enumerate(processes.items())
     ]
     return Outcome(
-        'Whole processes: the standard case from the command line',
+        'Whole processes: the standard case from the command line, and the node',
         rows,
         [],
-        ['ratio to the run with cached kernels; the empty cache is a fresh NUMBA_CACHE_DIR'],
+        [NOTE],
     )
 
 
-def _process(arguments: list[str], cache: Path | None) -> str:
-    environment = os.environ | ({'NUMBA_CACHE_DIR': str(cache)} if cache else {})
-    command = [sys.executable, *arguments]
-    done = subprocess.run(
-        command, cwd=ROOT, env=environment, check=True, stdout=subprocess.PIPE, text=True
-    )
-    return done.stdout
+def _processor_s_of_children() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime

@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[1]
 WORKSPACE = ROOT / '.colcon'
 COLCON = Path(sys.prefix) / 'bin' / 'colcon'
 START_LIMIT_S = 60.0  # a cold import of numba, and discovery
-STOP_LIMIT_S = 60.0  # a signal is seen once the kernels are compiled, 20 s in a fresh install
+STOP_LIMIT_S = 60.0
 DOMAIN = str(100 + os.getpid() % 100)  # apart from what else runs on this machine
 
 

@@ -76,6 +76,7 @@ def _print(summary: Any, picture: Path) -> None:
             f'{summary.positions_equal} of {summary.positions_recorded}',
             '',
         ),
+        ('positions altered on the way', str(summary.positions_altered), ''),
         ('node ended with status', str(summary.exit_status), ''),
     ]
     print_table('The drive, commanded over topics', rows)

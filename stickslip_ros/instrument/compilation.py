@@ -7,7 +7,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 
-KERNELS = 113
+KERNELS = 116
 """What ``compile_kernels`` compiles where nothing is compiled yet."""
 TOLD_EVERY = 20
 """Kernels after which it is told again how far the compilation is."""
