@@ -221,10 +221,8 @@ def _session(stand: Operator, parameters: Parameters) -> dict[str, int]:
         stand.wait_for_event('voltage', len(stand.events))
         stand.spin_for(LEVEL_S)
     stand.spin_for(PAUSE_S)
-    marks['load_ns'] = max(stand.positions)
     stand.command_load(LOAD_N)
     stand.spin_for(LOAD_S)
-    marks['unload_ns'] = max(stand.positions)
     stand.command_load(0.0)
     stand.spin_for(LOAD_S)
     stand.set_recording(wanted=False)
@@ -252,13 +250,15 @@ def _summarise(
     times = [part[title] for part in stand.diagnostics if title in part]
     start_s = (summaries['/command/sawtooth'].first_ns or 0) * NANO
     first_s, end_s = start_s + 1.0 / FREQUENCY_HZ, marks['burst_end_ns'] * NANO
+    load = summaries[topics['load']]
+    loaded, unloaded = (_at(position, (t or 0) * NANO) for t in (load.first_ns, load.last_ns))
     origin, first, end = (_at(position, time_s) for time_s in (start_s, first_s, end_s))
     return DemoSummary(
         steps=marks['steps'],
         mean_step_m=(end - origin) / STEPS,
         first_step_m=first - origin,
         force_n=_at(force, end_s),
-        load_motion_m=recorded[marks['unload_ns']] - recorded[marks['load_ns']],
+        load_motion_m=unloaded - loaded,
         real_time_factor=sum(float(t['real_time_factor']) for t in times) / len(times),
         lateness_mean_us=max(float(t['lateness_mean_us']) for t in times),
         lateness_p99_us=max(float(t['lateness_p99_us']) for t in times),
