@@ -11,7 +11,13 @@ import sys
 from threading import Event
 from typing import Any
 
+from stickslip_ros.errors import StickSlipError
+
 _asked = Event()
+
+
+class Stopped(StickSlipError):
+    """Work has ended because somebody asked for it; the message says what is kept."""
 
 
 def request_stop() -> None:

@@ -28,11 +28,10 @@ SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'compare',
-        help='lay runs, sweeps, experiments and the model beside each other',
         description='Compare A with B, each a recording (MCAP), a table of a sweep (CSV, '
         'Parquet) or an experiment file (CSV, see docs/compare.md). Tables are compared by '
         'amplitude and preload, runs over time. The word model for B runs the drive at the '

@@ -14,11 +14,10 @@ from stickslip_ros.parameters import Parameters
 NOT_KEPT = 1
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'compile',
-        help='compile the kernels now, so that the first run need not',
         description='Compile the kernels of the drive and keep them on the disk, as part of an '
         'installation. What root has compiled, every user of the machine may read. Exit status 1 '
         'if there is no folder to keep them in.',
@@ -27,7 +26,7 @@ def add_verb(verbs: Any) -> None:
         '--timings', action='store_true', help='print how many were compiled, and the time'
     )
     add_json(parser)
-    parser.set_defaults(run=run)
+    parser.set_defaults(run=run, tells_compilation=True)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -18,11 +18,10 @@ from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters import spec_of
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'contact',
-        help='indentation, contact radius and presliding of one hemisphere',
         description='Solve the contact of one hemisphere under a constant normal force.',
     )
     parser.add_argument(

@@ -20,11 +20,10 @@ from stickslip_ros.study.run_figure import draw_run
 CHECK_FAILED = 1
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'demo',
-        help='run the node, command it over topics, record, summarise, draw (needs rclpy)',
         description='Start the node as a process of its own; from here, over topics: a saw-tooth '
         'burst, a direct-voltage ramp, an external load. Writes DIR/demo.mcap and DIR/demo.png.',
     )

@@ -7,17 +7,16 @@ from stickslip_ros.cli.common import add_json, add_parameters, chosen_parameters
 from stickslip_ros.parameters import format_value, parse_assignments, spec_of
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'drive',
-        help='run the ROS 2 node (needs rclpy)',
         description='Run the node until Ctrl-C. Further arguments go to ROS, '
         'as in: stickslip drive --ros-args -r __ns:=/left',
     )
     add_parameters(parser)
     add_json(parser)
-    parser.set_defaults(run=run, takes_ros_arguments=True)
+    parser.set_defaults(run=run, tells_compilation=True, takes_ros_arguments=True)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -23,11 +23,10 @@ from stickslip_ros.study.figures.study_figure import StudyFigure
 from stickslip_ros.study.figures.table import Table
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'figures',
-        help="simulate the paper's figures, and what it leaves open",
         description="Run the drive for the paper's Figs 2, 6 and 7, for damping, frequency, "
         'load-cell stiffness and slew rate, and for a rounded saw-tooth. Writes for each figure '
         'DIR/NAME.csv (all digits, SI), DIR/NAME.png, DIR/NAME.svg, and DIR/NAME.md with the '

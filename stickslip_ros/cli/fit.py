@@ -27,11 +27,10 @@ from stickslip_ros.study.fitting.report import as_object, check_output, write_fi
 from stickslip_ros.study.fitting.warnings import warnings_of
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'fit',
-        help='fit parameters of the drive to measured forces, with error bars',
         description='Fit parameters of the drive to measured mean forces by weighted least '
         f'squares. The points stand in a CSV file; {EXAMPLE}. Without standard errors the noise '
         'is estimated from the residuals. The search runs from the present values and from a '

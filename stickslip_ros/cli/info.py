@@ -11,11 +11,10 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'info',
-        help='topics, counts, rates, gaps and parameters of a recording',
         description='Say what is in an MCAP file, a bag directory, or a run in parts.',
     )
     parser.add_argument('file', type=to_path, help='a file, a bag directory, or a run in parts')

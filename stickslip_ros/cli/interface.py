@@ -27,11 +27,10 @@ Stamps and recorded times are simulated time, from 0 at the configuration.
 """
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'interface',
-        help='print topics, services, events and parameters as a page of documentation',
         description='Print the ROS interface as Markdown.',
     )
     add_json(parser)

@@ -27,11 +27,10 @@ from stickslip_ros.study.law_comparison import (
 )
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'laws',
-        help='generated force of every profile and friction law over amplitude and preload',
         description='Run the drive with every contact profile and every rival friction law at '
         '0.1, 0.5 and 1 N. Writes DIR/laws.csv and DIR/laws.png. The rival laws take their '
         'stiffness and limit from the contact model, unless friction_law.* says otherwise.',

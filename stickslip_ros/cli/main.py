@@ -4,61 +4,41 @@ import argparse
 import os
 import re
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from importlib import import_module
+from typing import Any
 
 import stickslip_ros
-from stickslip_ros.cli import (
-    compare,
-    contact,
-    demo,
-    drive,
-    figures,
-    fit,
-    info,
-    interface,
-    laws,
-    parameters,
-    plot,
-    positioning,
-    recover,
-    replay,
-    roughness,
-    simulate,
-    sweep,
-    validate,
-    zero_amplitude,
-)
-from stickslip_ros.cli import compile as compilation
 from stickslip_ros.cli.program import REFUSED
-from stickslip_ros.contact.kernel import compilation_told
-from stickslip_ros.contact.kernel_cache import why_not_kept
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.ros.ending import STOPPED
-from stickslip_ros.stopping import heed_stop
-from stickslip_ros.study.batch import Interrupted
+from stickslip_ros.stopping import Stopped, heed_stop
 
-VERBS = (
-    contact,
-    simulate,
-    sweep,
-    zero_amplitude,
-    compare,
-    fit,
-    drive,
-    demo,
-    positioning,
-    info,
-    plot,
-    recover,
-    replay,
-    roughness,
-    laws,
-    figures,
-    validate,
-    parameters,
-    interface,
-    compilation,
-)
+VERBS = {
+    'contact': 'indentation, contact radius and presliding of one hemisphere',
+    'simulate': 'drive the stand with a saw-tooth and report force and step length',
+    'sweep': 'run the drive at every combination of values and write a table',
+    'zero-amplitude': 'find the stroke below which a free runner makes no steps',
+    'compare': 'lay runs, sweeps, experiments and the model beside each other',
+    'fit': 'fit parameters of the drive to measured forces, with error bars',
+    'drive': 'run the ROS 2 node (needs rclpy)',
+    'demo': 'run the node, command it over topics, record, summarise, draw (needs rclpy)',
+    'positioning': 'let the position controller drive to targets, record, draw (needs rclpy)',
+    'info': 'topics, counts, rates, gaps and parameters of a recording',
+    'plot': 'draw position, force, voltage and foot of a recording against time',
+    'recover': 'make an unfinished, cut or damaged recording readable again',
+    'replay': 'run a recording again, or drive the stand with a measured voltage',
+    'roughness': 'press random rough lines and set them against the equivalent profile',
+    'laws': 'generated force of every profile and friction law over amplitude and preload',
+    'figures': "simulate the paper's figures, and what it leaves open",
+    'validate': 'check the contact mechanics against closed forms, springs and 3-D solutions',
+    'parameters': 'print all parameters with units and sources as a ROS parameter file',
+    'interface': 'print topics, services, events and parameters as a page of documentation',
+    'compile': 'compile the kernels now, so that the first run need not',
+}
+"""What each verb does; its module is imported when it is asked for."""
 NEGATIVE_NUMBER = re.compile(r'-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf|-nan', re.IGNORECASE)
 
 DESCRIPTION = """\
@@ -92,8 +72,8 @@ examples:
 """
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """Return the parser with all verbs."""
+def build_parser(asked: Collection[str] = VERBS) -> argparse.ArgumentParser:
+    """Return the parser, which knows all verbs by name and the arguments of those asked for."""
     parser = argparse.ArgumentParser(
         prog='stickslip',
         description=DESCRIPTION,
@@ -102,9 +82,18 @@ def build_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument('--version', action='version', version=stickslip_ros.__version__)
     verbs = parser.add_subparsers(title='verbs', metavar='VERB', required=True)
-    for verb in VERBS:
-        verb.add_verb(verbs)
+    for verb, summary in VERBS.items():
+        add_parser = partial(verbs.add_parser, help=summary)
+        if verb in asked:
+            module_of(verb).add_verb(add_parser)
+        else:
+            add_parser(verb)
     return parser
+
+
+def module_of(verb: str) -> Any:
+    """Return the module of a verb."""
+    return import_module(f'stickslip_ros.cli.{verb.replace("-", "_")}')
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -126,10 +115,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         heed_stop()
         parsed = _parse(words)
-        with compilation_told(_tell_compilation_of(parsed)):
+        heed_stop()
+        with _compilation_told(parsed):
             status = int(parsed.run(parsed))
         sys.stdout.flush()
-    except Interrupted as stopped:
+    except Stopped as stopped:
         sys.stderr.write(f'stickslip: {stopped}\n')
         return STOPPED
     except KeyboardInterrupt:
@@ -149,7 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parse(words: Sequence[str]) -> argparse.Namespace:
-    parser = build_parser()
+    parser = build_parser(words[:1])
     parsed, rest = parser.parse_known_args(words)
     if rest and not (getattr(parsed, 'takes_ros_arguments', False) and rest[0] == '--ros-args'):
         parser.error(f'unrecognized arguments: {" ".join(rest)}')
@@ -157,15 +147,22 @@ def _parse(words: Sequence[str]) -> argparse.Namespace:
     return parsed
 
 
-def _tell_compilation_of(parsed: argparse.Namespace) -> Callable[[int], None]:
-    """Return what says that a verb compiles, unless it says so itself."""
+@contextmanager
+def _compilation_told(parsed: argparse.Namespace) -> Iterator[None]:
+    """Say that a verb compiles, unless it has no kernels or says so itself."""
+    if 'numba' not in sys.modules or getattr(parsed, 'tells_compilation', False):
+        yield
+        return
+    from stickslip_ros.contact.kernel import compilation_told  # noqa: PLC0415 - most do without
+    from stickslip_ros.contact.kernel_cache import why_not_kept  # noqa: PLC0415
 
     def tell(done: int) -> None:
         line = why_not_kept() or ('compiling kernels, once' if sys.stderr.isatty() else '')
-        if done == 0 and line and parsed.run not in (compilation.run, drive.run):
+        if done == 0 and line:
             sys.stderr.write(f'stickslip: {line}\n')
 
-    return tell
+    with compilation_told(tell):
+        yield
 
 
 def _join_negative_numbers(words: Sequence[str]) -> list[str]:

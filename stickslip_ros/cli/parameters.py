@@ -13,11 +13,10 @@ Written by: stickslip parameters > config/test_stand.yaml
 """
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'parameters',
-        help='print all parameters with units and sources as a ROS parameter file',
         description='Print a ROS parameter file with every parameter, its unit and its source.',
     )
     add_parameters(parser)

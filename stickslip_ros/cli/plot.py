@@ -13,11 +13,10 @@ from stickslip_ros.study.run_quantities import RUN_QUANTITIES
 from stickslip_ros.study.time_window import parse_window
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'plot',
-        help='draw position, force, voltage and foot of a recording against time',
         description='Draw a recording: the trace where there is one, else the topics at 1 kHz; '
         'below, the status bits; dotted, the ends of commands. However many samples there are, '
         'no peak is lost.',

@@ -23,11 +23,10 @@ SETTLE_S = 0.2
 """Time after the load has come in which the controller may take it back."""
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'positioning',
-        help='let the position controller drive the node to targets, record, draw (needs rclpy)',
         description='Drive and position_controller in lockstep, over topics: the same bytes on '
         'every machine. Goes to the targets one after the other, then an external load comes. '
         f'Passes if every target is held within {TOLERANCE_M * 1e9:g} nm of the true position. '

@@ -12,11 +12,10 @@ from stickslip_ros.recording.recover import Recovery
 from stickslip_ros.recording.recover_run import recover
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'recover',
-        help='make an unfinished, cut or damaged recording readable again',
         description='Copy what can be read of an MCAP file or a bag into a finished, indexed one. '
         'The original is only read; nothing is overwritten.',
     )

@@ -24,11 +24,10 @@ CHECK_FAILED = 1
 NANO = 1e-9
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'replay',
-        help='run a recording again, or drive the stand with a measured voltage',
         description='Without --set, the requests of a recording give the same data again, byte '
         'for byte; the exit status is 1 if they do not. With --set or --params they answer what '
         'another stand would have done. A table of voltages or strokes over time (CSV, Parquet, '

@@ -24,11 +24,10 @@ DEFAULT_REALISATIONS = 100
 PICTURE = 'roughness.png'
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'roughness',
-        help='press random rough lines and set them against the equivalent profile',
         description='Make random self-affine lines and a surface, check their spectra, and '
         'compare the contact of the lines with that of the equivalent rough profile, which has '
         f'the same rms height and Hurst exponent. Writes DIR/{PICTURE}.',

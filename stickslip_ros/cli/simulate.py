@@ -19,11 +19,10 @@ from stickslip_ros.study.sawtooth_run import SawtoothRun, run_sawtooth, voltage_
 DEFAULT_FREQUENCY_HZ = 1000.0
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'simulate',
-        help='drive the stand with a saw-tooth and report force and step length',
         description='Drive the virtual stand with a saw-tooth, without ROS. Generated force is '
         'k x, the force in the load-cell spring.',
     )

@@ -30,11 +30,10 @@ from stickslip_ros.study.sweep_table import check_table_path, write_table
 VALUES = 'VALUES'
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'sweep',
-        help='run the drive at every combination of values and write a table',
         description='Run the drive alone, without sensors, at every combination of values. '
         'VALUES are a list, 0.1,0.4, or a range start:stop:count with both ends, 0:160e-9:33; '
         'one that begins with a minus needs an equals sign before it, --frequency=-500,500. '

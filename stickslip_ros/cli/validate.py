@@ -30,11 +30,10 @@ WIDTH = 120
 """Columns of the table where no terminal says how many it has."""
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'validate',
-        help='check the contact mechanics against closed forms, springs and 3-D solutions',
         description='Compare the contact mechanics with closed forms, springs stepped one by one, '
         'a 3-D half-space solution and published numbers. Writes validation.md, validation.csv '
         'and validation.png. Exit status 1 if a check fails.',

@@ -22,11 +22,10 @@ from stickslip_ros.study.zero_amplitude import (
 DEFAULT_FREQUENCY_HZ = 200.0
 
 
-def add_verb(verbs: Any) -> None:
+def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
-    parser = verbs.add_parser(
+    parser = add_parser(
         'zero-amplitude',
-        help='find the stroke below which a free runner makes no steps',
         description="Find the 0-amplitude of a free runner in two ways. Edeler's: a straight "
         f'line through the step lengths at {FIT_POINTS} amplitudes, from half-way between the '
         'first that steps and the full stroke up to the full stroke, extrapolated to zero. '

@@ -12,8 +12,8 @@ from contextlib import contextmanager, suppress
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
-from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.stopping import heed_stop
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.stopping import Stopped, heed_stop
 from stickslip_ros.study.cluster import cluster_executor
 from stickslip_ros.study.journal import Journal, Row
 
@@ -26,7 +26,7 @@ LOOK_S = 0.1
 """Time after which a batch looks whether somebody wants it to end."""
 
 
-class Interrupted(StickSlipError):
+class Interrupted(Stopped):
     """
     Somebody stopped a batch with Ctrl-C.
 

@@ -5,6 +5,8 @@ import contextlib
 import json
 import os
 import re
+import subprocess
+import sys
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -14,7 +16,7 @@ import yaml
 
 import stickslip_ros
 from stickslip_ros.cli.drive import ros_arguments
-from stickslip_ros.cli.main import VERBS, build_parser, main
+from stickslip_ros.cli.main import VERBS, build_parser, main, module_of
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import ControllerParameters, Parameters, load_yaml, specs
 
@@ -37,8 +39,31 @@ NAMES = list(parsers())
 
 
 def test_every_verb_has_the_name_of_its_module():
-    modules = [verb.__name__.rpartition('.')[2] for verb in VERBS]
-    assert [name.replace('-', '_') for name in NAMES] == modules
+    assert [name.replace('-', '_') for name in NAMES] == [
+        module_of(verb).__name__.rpartition('.')[2] for verb in VERBS
+    ]
+
+
+@pytest.mark.parametrize(
+    ('words', 'spared'),
+    [
+        ((), ('numba', 'scipy', 'matplotlib', 'rich', 'numpy', 'yaml', 'rclpy')),
+        (('contact', '--normal-force', '0.1'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
+        (('recover', '--help'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
+        (('simulate', '--help'), ('matplotlib', 'rclpy')),
+    ],
+)
+def test_a_verb_imports_no_more_than_it_needs(words: tuple[str, ...], spared: tuple[str, ...]):
+    program = (
+        'import sys; from stickslip_ros.cli.main import main\n'
+        f'try: main({list(words or ["--help"])})\n'
+        'except SystemExit: pass\n'
+        f'print([each for each in {spared} if each in sys.modules])'
+    )
+    told = subprocess.run(
+        [sys.executable, '-c', program], capture_output=True, text=True, check=True, timeout=60.0
+    )
+    assert told.stdout.splitlines()[-1] == '[]'
 
 
 def test_help_names_every_verb(capsys: Any):
