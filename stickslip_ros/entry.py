@@ -47,6 +47,8 @@ def stickslip() -> int:
         status = answer(DRIVE._replace(name='stickslip'), of_verb(sys.argv[2:]))
         if status is not None:
             return status
-    from stickslip_ros.cli.main import main
+    from stickslip_ros.cli.main import VERBS, main, module_of
 
+    for verb in VERBS.keys() & set(sys.argv[1:2]):
+        module_of(verb)
     return main() if runs_node else run_verb(main)

@@ -4,6 +4,7 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.build import history_of, plant_of, state_at_rest
+from stickslip_ros.drive.passes import check_motion
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.figures.rounded_wave import (
@@ -66,5 +67,6 @@ def run_rounded(
         heed_stop()
         window = np.empty((STEADY_WINDOW, 3))
         state = ride_pieces(plant, history, state, voltages_v, spans_s, window)
+        check_motion(history, state, 0.0)
         log = np.concatenate((log, window))
     return mean_force_n(plant, log), step_length_m(log), is_steady(plant, log)

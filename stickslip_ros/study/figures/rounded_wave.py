@@ -15,6 +15,7 @@ import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.drive.passes import allow_passes
 from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START, ride
 from stickslip_ros.drive.records import DriveHistory, Plant, State
 
@@ -171,6 +172,7 @@ def ride_pieces(
         for i in range(pieces):
             start_v, end_v = voltages_v[i], voltages_v[(i + 1) % pieces]
             rate_v_per_s = (end_v - start_v) / spans_s[i]
+            allow_passes(plant, history, 0, spans_s[i])
             state = ride(plant, history, state, start_v, rate_v_per_s, 0.0, spans_s[i])
             whole_s += spans_s[i]
         log[period, RAMP_MEAN] = (state.sums.position_m_s - before_m_s) / whole_s
