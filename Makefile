@@ -39,7 +39,7 @@ demo: $(VENV)/kernels.stamp ## run the instrument once: runs/demo.mcap and runs/
 	$(BIN)/stickslip demo $(ARGS)
 
 test: $(VENV)/kernels.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --max-worker-restart=0 $(ARGS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart=0 $(ARGS)
 
 fuzz: $(VENV)/kernels.stamp ## random real-valued commands on every stand; ARGS='--seconds 600'
 	$(BIN)/python test/fuzz $(ARGS)

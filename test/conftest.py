@@ -25,7 +25,19 @@ settings.load_profile('deterministic')
 
 ROS_DOMAINS = range(1, 21)
 """Domains of test runs; others follow from them, so that nobody meets by chance."""
+LONGEST = (
+    'test_benchmarks.py',
+    'test_cli_ending.py',
+    'test_fit.py',
+    'test_cli_compile.py',
+    'test_node_kill.py',
+)
 WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the files that take longest, so that no worker is left alone with one."""
+    items.sort(key=lambda item: item.path.name not in LONGEST)
 
 
 @pytest.fixture(scope='session', autouse=True)
