@@ -73,18 +73,22 @@ def check_motion(history: DriveHistory, state: State, load_n: float) -> None:
         With the state that led there.
 
     """
-    where = (
+    if history.passes[LEFT] < 0:
+        raise StickSlipError(
+            f'time stands still after {history.passes[MADE]} passes, {_place(state, load_n)}; '
+            'bring sim.dt, bandwidth, resonance and preload nearer to their defaults, and report '
+            'this line'
+        )
+    if not math.isfinite(state.position_m + state.velocity_m_per_s):
+        raise StickSlipError(
+            f'the motion is no longer finite, {_place(state, load_n)}; lower sim.dt, or bring '
+            'mass, damping and stiffnesses nearer to each other'
+        )
+
+
+def _place(state: State, load_n: float) -> str:
+    return (
         f'at {state.voltage_v!r} V, foot {state.foot_m!r} m, runner {state.position_m!r} m and '
         f'{state.velocity_m_per_s!r} m/s, load {load_n!r} N, {state.clock.ramp_s!r} s into ramp '
         f'{state.clock.cycle}'
     )
-    if history.passes[LEFT] < 0:
-        raise StickSlipError(
-            f'time stands still after {history.passes[MADE]} passes, {where}; bring sim.dt, '
-            'bandwidth, resonance and preload nearer to their defaults, and report this line'
-        )
-    if not math.isfinite(state.position_m + state.velocity_m_per_s):
-        raise StickSlipError(
-            f'the motion is no longer finite, {where}; lower sim.dt, or bring mass, damping and '
-            'stiffnesses nearer to each other'
-        )
