@@ -13,7 +13,7 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import lugre, octave, paper, report, scaling, speed, start
+from benchmarks import in_c, lugre, octave, paper, report, scaling, speed, start
 from benchmarks.node import busy, cpu, drift, latency, lockstep, recording, soak
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
@@ -23,6 +23,7 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'paper': paper.run_equivalent,
     'paper-line': paper.run_line,
     'octave': octave.run,
+    'c': in_c.run,
     'lugre': lugre.run,
     'cycles': scaling.run_cycles,
     'reversals': scaling.run_reversals,

@@ -48,7 +48,7 @@ class Ours:
         self.history = history_of(self.plant)
         self.work_s = cycles * PERIOD_S
         self._preload_n = parameters.stand.preload
-        self._wave = sawtooth(0.0, voltage_for(parameters, AMPLITUDE_M), FREQUENCY_HZ, cycles)
+        self.wave = sawtooth(0.0, voltage_for(parameters, AMPLITUDE_M), FREQUENCY_HZ, cycles)
         self._log = np.zeros((cycles, 3))
         self._state: State = state_at_rest(self.plant, self.history, self._preload_n)
 
@@ -58,7 +58,7 @@ class Ours:
         state = state._replace(clock=clock_at_start(state))
         time_s = self.work_s
         while state.clock.cycle < len(self._log):
-            state = advance(self.plant, self.history, state, self._wave, 0.0, time_s, self._log)
+            state = advance(self.plant, self.history, state, self.wave, 0.0, time_s, self._log)
             time_s = ROUNDING_S
         self._state = state
         return self.plant.cell_n_per_m * self._log[:, RAMP_MEAN]

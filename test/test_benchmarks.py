@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import report, rival
+from benchmarks import in_c, report, rival
 from benchmarks.__main__ import BENCHMARKS, LONG, main
 from benchmarks.case import ACCURACY, Ours, cheapest, standard_case, worst_error
 from benchmarks.clock import Program, in_turn
 from benchmarks.lugre import LUGRE, scipy_runner
 from benchmarks.rival import GROUPS, HALVES, SIX, Grid, Rival
-from benchmarks.sizes import Sizes
+from benchmarks.sizes import TINY, Sizes
 from stickslip_ros.drive.build import contacts_of
 
 pytestmark = pytest.mark.timeout(900)  # a cold cache of kernels, then all that TIMEOUT_S allows
@@ -150,10 +150,23 @@ def test_every_benchmark_runs_and_has_rows(results, name):
         assert all(row[key] > 0.0 for key in row if key.startswith(('ratio', 'times')))
 
 
-@pytest.mark.parametrize('name', ['speed', 'lugre', 'octave'])
+@pytest.mark.parametrize('name', ['speed', 'c', 'lugre', 'octave'])
 def test_what_a_table_calls_accurate_is(results, name):
     for row in results['benchmarks'][name]['rows']:
         assert row.get('worst_error') is None or row['worst_error'] <= ACCURACY
+
+
+def test_the_drive_in_c_gives_the_bits_of_ours(results):
+    differences = {row['program']: row['difference'] for row in results['benchmarks']['c']['rows']}
+    exact = {in_c.AS_WRITTEN: 0.0, 'ours': 0.0}
+    assert all(value <= exact.get(name, ROUNDING) for name, value in differences.items())
+
+
+def test_a_machine_without_a_c_compiler_leaves_c_out(monkeypatch):
+    monkeypatch.setattr(in_c.shutil, 'which', lambda name: None)
+    outcome = in_c.run(TINY)
+    assert outcome.rows == []
+    assert outcome.notes == ['left out: no C compiler is on the path']
 
 
 def test_the_results_of_a_run_have_the_documented_shape(results):
