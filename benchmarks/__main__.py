@@ -1,19 +1,22 @@
 """
 ``python -m benchmarks [NAME ...]``: all benchmarks, or some; all of them write the results.
 
-The long ones run only when they are named, and are written into the results by themselves.
+The long ones run only when they are named, and are written into the results by themselves. With
+``--against COMMIT`` this tree is compared with a commit, beside the benchmarks that are named.
 
 """
 
 import argparse
+import subprocess
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 
-from benchmarks import in_c, lugre, octave, paper, report, scaling, speed, start
+from benchmarks import against, in_c, lugre, octave, paper, report, scaling, speed, start
 from benchmarks.node import busy, cpu, drift, latency, lockstep, recording, soak
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
@@ -54,19 +57,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument('names', nargs='*', metavar='NAME', help=', '.join(known))
     parser.add_argument('--tiny', action='store_true', help='only see whether they run')
     parser.add_argument('--out', type=Path, help='write the results to this file instead')
+    parser.add_argument('--against', metavar='COMMIT', help='compare this tree with a commit')
     chosen = parser.parse_args(arguments)
     for name in chosen.names:
         if name not in known:
             parser.error(f'no benchmark {name}; there are {", ".join(known)}')
+    names = chosen.names
+    if chosen.against is not None:
+        try:
+            commit = against.commit_of(chosen.against)
+        except subprocess.CalledProcessError:
+            parser.error(f'no commit {chosen.against}')
+        known = {**known, 'against': partial(against.run, commit)}
+        names = [*names, 'against']
     sizes = TINY if chosen.tiny else FULL
-    results = run(chosen.names or list(BENCHMARKS), sizes)
+    results = run(names or list(BENCHMARKS), sizes, known)
     if chosen.out is not None:
         report.write_results(results, chosen.out)
     elif not chosen.tiny:
-        report.keep(results, is_whole=not chosen.names)
+        report.keep(results, is_whole=not names)
 
 
-def run(names: Sequence[str], sizes: Sizes) -> dict[str, Any]:
+def run(
+    names: Sequence[str], sizes: Sizes, known: Mapping[str, Callable[[Sizes], Outcome]]
+) -> dict[str, Any]:
     """Run some benchmarks, print their tables and return the results."""
     console = Console()
     if not console.is_terminal:
@@ -74,7 +88,7 @@ def run(names: Sequence[str], sizes: Sizes) -> dict[str, Any]:
     results = report.no_results()
     for name in names:
         start_s = time.perf_counter()
-        outcome = (BENCHMARKS | LONG)[name](sizes)
+        outcome = known[name](sizes)
         seconds = time.perf_counter() - start_s
         report.show(outcome, console)
         console.print(f'  {name} took {seconds:.1f} s', style='dim', highlight=False)

@@ -36,6 +36,10 @@ COLD_ROUNDS = 2
 NOTE = 'ratio of the seconds to the first row; the empty cache is a fresh NUMBA_CACHE_DIR'
 
 
+class ProgramError(Exception):
+    """A program has failed; the message is the last line that it said."""
+
+
 class Process:
     """
     A Python program that is run again and again.
@@ -66,11 +70,40 @@ class Process:
         """Run the program and wait for its end."""
         if self._is_cold and self._cache is not None:
             shutil.rmtree(self._cache, ignore_errors=True)
-        environment = os.environ | ({'NUMBA_CACHE_DIR': str(self._cache)} if self._cache else {})
-        command = [sys.executable, '-c', self._code]
-        before_s = _processor_s_of_children()
-        subprocess.run(command, cwd=ROOT, env=environment, check=True, stdout=subprocess.DEVNULL)
-        self.processor_s.append(_processor_s_of_children() - before_s)
+        self.processor_s.append(run_python(self._code, ROOT, self._cache)[0])
+
+
+def run_python(code: str, tree: Path, cache: Path | None) -> tuple[float, str]:
+    """
+    Run a program with the modules of a tree; return its processor seconds and what it printed.
+
+    Parameters
+    ----------
+    code : str
+        The program.
+    tree : Path
+        Where ``stickslip_ros`` and ``benchmarks`` are taken from.
+    cache : Path or None
+        The kernel cache; that of the tree if None.
+
+    Raises
+    ------
+    ProgramError
+        If it fails.
+
+    """
+    environment = os.environ | {'PYTHONPATH': str(tree)}
+    if cache is not None:
+        environment['NUMBA_CACHE_DIR'] = str(cache)
+    command = [sys.executable, '-c', code]
+    before_s = _processor_s_of_children()
+    done = subprocess.run(
+        command, cwd=tree, env=environment, check=False, capture_output=True, text=True
+    )
+    if done.returncode:
+        said = done.stderr.strip().splitlines() or ['']
+        raise ProgramError(f'status {done.returncode}: {said[-1]}')
+    return _processor_s_of_children() - before_s, done.stdout
 
 
 def run(sizes: Sizes) -> Outcome:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import in_c, report, rival
+from benchmarks import against, in_c, report, rival
 from benchmarks.__main__ import BENCHMARKS, LONG, main
 from benchmarks.case import ACCURACY, Ours, cheapest, standard_case, worst_error
 from benchmarks.clock import Program, in_turn
@@ -282,6 +282,46 @@ def test_an_unknown_benchmark_is_refused(capsys):
     with pytest.raises(SystemExit):
         main(['no-such'])
     assert 'no benchmark no-such' in capsys.readouterr().err
+
+
+def test_an_unknown_commit_is_refused(capsys):
+    with pytest.raises(SystemExit):
+        main(['--against', 'no-such'])
+    assert 'no commit no-such' in capsys.readouterr().err
+
+
+@pytest.fixture
+def two_trees(tmp_path):
+    """Give a repository whose commit simulates and has no node; its tree takes longer."""
+    files = {
+        'stickslip_ros/__init__.py': '',
+        'benchmarks/__init__.py': '',
+        'stickslip_ros/cli/main.py': 'def main(words):\n    sum(range(20_000_000))\n',
+        'benchmarks/case.py': 'standard_case, Ours = dict, lambda *_: lambda: sum(range(9999))\n',
+    }
+    for name, text in files.items():
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    identity = ('-c', 'user.name=test', '-c', 'user.email=test@localhost')
+    against.git(tmp_path, 'init', '--quiet')
+    against.git(tmp_path, 'add', '.')
+    against.git(tmp_path, *identity, 'commit', '--quiet', '--message', 'The older one')
+    path = tmp_path / 'stickslip_ros/cli/main.py'
+    path.write_text(path.read_text().replace('20_', '60_'))
+    return tmp_path
+
+
+def test_a_tree_is_compared_with_a_commit_in_what_both_can_do(two_trees):
+    commit = against.commit_of('HEAD', two_trees)
+    outcome = against.run(commit, TINY, two_trees)
+    rows = {row['what']: row for row in outcome.rows}
+    assert set(rows) == {'simulate', 'drive, default step, a cycle', 'drive, sim.dt=5e-6, a cycle'}
+    assert rows['simulate']['ratio'] > 1.0
+    left_out = [note for note in outcome.notes if 'left out' in note]
+    assert len(left_out) == 2
+    assert all('this tree: status 1: ModuleNotFoundError: No module' in note for note in left_out)
+    assert against.git(two_trees, 'worktree', 'list').count('\n') == 0
 
 
 def test_the_octave_script_is_named_after_its_function():
