@@ -156,6 +156,8 @@ def _quiet_surroundings(
         patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('log')))
         patch.delenv('ROS_DOMAIN_ID', raising=False)
         patch.delenv('ROS_NAMESPACE', raising=False)
+        gc.collect()
+        gc.freeze()  # each stand that is closed collects garbage: not through what others have left
         yield
 
 
