@@ -1,5 +1,6 @@
 """How much work a benchmark does: enough to measure, or just enough to run."""
 
+import os
 from dataclasses import dataclass
 
 MICRO = 1e-6
@@ -42,6 +43,8 @@ class Sizes:
         Turns of the node and of bare loops.
     settle_s, turn_s : float
         Time before such a turn is measured, and its length.
+    others : int
+        Processes that compute beside the node where the machine is to be busy.
     commands : int
         Commands whose latency is measured, all turns together.
     lockstep_s : float
@@ -76,6 +79,7 @@ class Sizes:
     node_rounds: int = 3
     settle_s: float = 0.4
     turn_s: float = 2.0
+    others: int = os.cpu_count() or 1
     commands: int = 201
     lockstep_s: float = 0.5
     drift_s: float = 10.0
@@ -105,11 +109,12 @@ TINY = Sizes(
     node_rounds=1,
     settle_s=0.05,
     turn_s=0.2,
+    others=1,
     commands=4,
     lockstep_s=0.1,
-    drift_s=1.0,
-    long_drift_s=1.0,
-    soak_s=1.5,
-    sample_s=0.3,
+    drift_s=0.5,
+    long_drift_s=0.5,
+    soak_s=1.0,
+    sample_s=0.2,
     real_time=('chrt', '--other', '0'),
 )

@@ -27,8 +27,8 @@ ROOT = Path(__file__).resolve().parents[1]
 TIMEOUT_S = 240.0
 """For all processes together; less than what pytest allows, so that it is told what they said."""
 TAIL_CHARACTERS = 8000
-APART = {'node-recording', 'node-lockstep', 'node-latency', 'node-drift'}
-"""Benchmarks that are run in processes of their own."""
+APART = ['node-recording', 'node-lockstep', 'node-latency', 'node-drift', *LONG]
+"""Benchmarks that are run in a process of their own."""
 CYCLES = 10
 FEW_CYCLES = 3
 GRID = Grid(springs=120, step_s=1e-6, fall_steps=16)
@@ -78,14 +78,9 @@ def failure_of(process, log, end_s):
 
 @pytest.fixture(scope='module')
 def parts(tmp_path_factory, compiled_kernels):
-    """Run all benchmarks, those that mostly wait for their processes beside one another."""
+    """Run all benchmarks, half of those that mostly wait for their processes beside the rest."""
     folder = tmp_path_factory.mktemp('benchmarks')
-    groups = [
-        [name for name in BENCHMARKS if name not in APART],
-        ['node-recording'],
-        ['node-lockstep', 'node-latency', 'node-drift'],
-        list(LONG),
-    ]
+    groups = [[name for name in BENCHMARKS if name not in APART], APART]
     assert {name for group in groups for name in group} == set(BENCHMARKS) | set(LONG)
     files = [folder / f'{number}.json' for number in range(len(groups))]
     logs = [file.with_suffix('.log') for file in files]
@@ -103,11 +98,9 @@ def parts(tmp_path_factory, compiled_kernels):
 
 @pytest.fixture(scope='module')
 def results(parts):
-    whole = dict(parts[0])
-    whole['benchmarks'] = {}
-    for part in parts[:-1]:
-        whole['benchmarks'] |= part['benchmarks']
-    return whole
+    first, apart = parts
+    assert first['long'] == {}
+    return first | {'benchmarks': first['benchmarks'] | apart['benchmarks']}
 
 
 @pytest.fixture(scope='module')
@@ -123,7 +116,7 @@ def forces_of(loop, which, cycles=CYCLES):
 
 @pytest.fixture(scope='module')
 def long_results(parts):
-    return parts[-1]
+    return parts[-1] | {'benchmarks': {}}
 
 
 def assert_has_the_documented_shape(results):
@@ -176,8 +169,12 @@ def test_the_results_of_a_run_have_the_documented_shape(results):
 @pytest.mark.parametrize('name', sorted(LONG))
 def test_every_long_benchmark_runs_and_says_when_and_where(long_results, name):
     assert_has_the_documented_shape(long_results)
-    assert long_results['benchmarks'] == {}
     assert long_results['long'][name]['rows']
+
+
+def test_short_and_long_benchmarks_are_told_apart(parts):
+    assert {name for part in parts for name in part['benchmarks']} == set(BENCHMARKS)
+    assert {name for part in parts for name in part['long']} == set(LONG)
 
 
 def test_the_kept_results_have_that_shape_and_name_every_benchmark():

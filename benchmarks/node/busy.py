@@ -1,6 +1,5 @@
 """Lateness of the node and of bare loops while other processes use the machine."""
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -12,12 +11,10 @@ from benchmarks.outcome import Outcome
 from benchmarks.sizes import Sizes
 
 PLAIN_DRIVE = 'the node, not prompt'
-OTHERS_PER_CORE = 1
 
 
 def run(sizes: Sizes) -> Outcome:
     """Run nodes and bare loops in turn, with others all the time."""
-    others = OTHERS_PER_CORE * (os.cpu_count() or 1)
     makers: list[Callable[[], Program]] = [
         lambda: Drive(DRIVE),
         lambda: Drive(PLAIN_DRIVE, prompt=False),
@@ -28,11 +25,11 @@ def run(sizes: Sizes) -> Outcome:
     makers += [lambda form=form: BareLoop(form, *FORMS[form]) for form in (OBJECTS, PLAIN)]
     with ExitStack() as stack:
         programs = opened(stack, makers)
-        stack.enter_context(company(others))
+        stack.enter_context(company(sizes.others))
         turns = in_turn(programs, sizes.node_rounds, sizes.settle_s, sizes.turn_s)
     named = {program.name: its for program, its in zip(programs, turns, strict=True)}
     return Outcome(
-        f'Lateness of ticks at 1 kHz beside {others} processes that compute all the time',
+        f'Lateness of ticks at 1 kHz beside {sizes.others} processes that compute all the time',
         lateness_rows(named),
         [],
         [

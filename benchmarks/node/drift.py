@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from functools import lru_cache
 
 import numpy as np
 
@@ -51,7 +52,9 @@ def drift_of(delays_s: Sequence[float]) -> tuple[float, float]:
     return float(np.min(last) - np.min(first)), float(np.std(deviations))
 
 
+@lru_cache
 def _run(sizes: Sizes, seconds: float) -> Outcome:
+    """Run all at once; the tiny long run is the short one."""
     makers: list[Callable[[], Program]] = [lambda: Drive(DRIVE)]
     makers += [
         lambda name=name, pace=pace: BareLoop(name, '--pace', pace, '--topics', 'position')

@@ -157,7 +157,7 @@ def _quiet_surroundings(
         patch.delenv('ROS_DOMAIN_ID', raising=False)
         patch.delenv('ROS_NAMESPACE', raising=False)
         gc.collect()
-        gc.freeze()  # each stand that is closed collects garbage: not through what others have left
+        gc.freeze()  # a stand that is closed collects garbage: of its own, not all there was
         yield
 
 
