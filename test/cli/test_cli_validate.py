@@ -9,6 +9,7 @@ from stickslip_ros.study.validation.checks import Tolerance, compare
 from stickslip_ros.study.validation.findings import Findings
 from stickslip_ros.study.validation.normal_load import normal_load
 from stickslip_ros.study.validation.roughness import roughness
+from stickslip_ros.study.validation.three_dimensions import three_dimensions
 
 FAMILIES = 'stickslip_ros.study.validation.families.FAMILIES'
 FILES = ['validation.csv', 'validation.md', 'validation.png']
@@ -19,7 +20,8 @@ def wrong() -> Findings:
     return Findings('Wrong', (compare('a [bold] length', 'a ruler', 1.0, 1.1, 'm', tolerance),))
 
 
-def test_all_checks_pass_and_files_are_written(capsys, tmp_path):
+def test_all_checks_pass_and_files_are_written(capsys, monkeypatch, tmp_path):
+    monkeypatch.setattr(FAMILIES, (normal_load, three_dimensions))
     assert main(['validate', '--out', str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert 'all passed' in printed

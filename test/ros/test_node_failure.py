@@ -24,6 +24,7 @@ HANGS = """
 import sys
 import numba, numpy
 from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.ros import executable, session
 from stickslip_ros.ros.main import main
 from stickslip_ros.ros.node import StickSlipDrive
 
@@ -45,13 +46,13 @@ def watch(self, watch=StickSlipDrive._publish_diagnostics):
     hang()
 
 if {where!r} == 'drive':
-    Bench.update = update
+    Bench.update, session.STOP_TIMEOUT_S = update, 1.0
 else:
-    StickSlipDrive._publish_diagnostics = watch
+    StickSlipDrive._publish_diagnostics, executable.CLOSING_S = watch, 2.0
 values = 'record.on_start:=true', 'record.flush_period:=0.1', 'record.directory:={folder}'
 sys.exit(main(['drive', '--ros-args', *(word for value in values for word in ('-p', value))]))
 """
-"""The executable, with a compiled kernel that never ends in one of its threads."""
+"""The executable, less patient, with a compiled kernel that never ends in one of its threads."""
 
 
 def part_of(stand: Any, heard: list[Any], name: str, level: bytes) -> DiagnosticStatus:

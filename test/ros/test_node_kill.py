@@ -19,7 +19,7 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover_run import recover
 from stickslip_ros.ros.ending import end_node
 
-PROCESSES, NODES_EACH = 2, 10
+PROCESSES, NODES_EACH = 2, 6
 #: What a machine that is busy with other tests may need to write, beyond the flush period.
 BUSY_S = 0.6
 TIMEOUT_S = 90.0

@@ -27,11 +27,10 @@ ROUNDING = 1e-6
 """Of a fit to the same data in other words: the tolerance of the search."""
 DOF = 3
 """Five points, two parameters."""
-SETS, SETS_INSIDE = 40, 34
-"""With 95 % coverage fewer of 40 come about with a chance of 0.34 %; the seed is fixed. Studies of
-100 data sets and more are in docs/fit.md."""
-FEW_SETS, FEW_INSIDE = 30, 25
-"""The same for 30, with a chance of 0.33 %."""
+SETS, SETS_INSIDE = 30, 25
+"""With 95 % coverage fewer of 30 come about with a chance of 0.33 %; of intervals half as wide as
+they should be, which hold two thirds, so many with one of 4 %. The seed is fixed. Studies of 100
+data sets and more are in docs/fit.md."""
 
 
 @pytest.fixture(scope='module')
@@ -46,7 +45,7 @@ def fitted(truth: Parameters, points: Points, names: str = '', starts: int = 1, 
     start = {name: text for name, text in beside.items() if name in free_names}
     bounds = {name.replace('__', '.'): text for name, text in values.items()}
     stand, free, _ = choose_free(truth, free_names, start, bounds)
-    return fit_drive(stand, free, points, starts=starts, workers=2)
+    return fit_drive(stand, free, points, starts=starts, workers=1)
 
 
 @pytest.fixture(scope='module')
@@ -160,7 +159,7 @@ def test_a_linear_coordinate_gives_the_same_estimate_and_error(truth, noisy):
 
 def test_the_truth_lies_in_the_intervals_as_often_as_they_promise(truth):
     fit = fitted(truth, exact_points(truth))
-    found = coverage_of(fit, SETS, workers=2)
+    found = coverage_of(fit, SETS, workers=1)
     assert binom.cdf(SETS_INSIDE - 1, SETS, 0.95) < 0.004
     for one in found:
         assert one.sets == SETS
@@ -177,9 +176,8 @@ def test_synthetic_data_depend_on_nothing_but_the_seed(truth):
 
 def test_estimated_noise_covers_the_truth_too(truth):
     fit = fitted(truth, noisy_points(truth, 4, known=False), 'runner.damping')
-    [one] = coverage_of(fit, FEW_SETS, workers=2)
-    assert binom.cdf(FEW_INSIDE - 1, FEW_SETS, 0.95) < 0.004
-    assert one.inside >= FEW_INSIDE
+    [one] = coverage_of(fit, SETS, workers=1)
+    assert one.inside >= SETS_INSIDE
 
 
 def test_the_interval_of_a_share_is_that_of_clopper_and_pearson():

@@ -222,10 +222,12 @@ def test_a_value_is_shown_with_the_prefix_that_suits_it(value, unit, text):
 
 
 def test_table_and_page_are_written_and_written_again_alike(findings, tmp_path):
-    first = write_report(findings, tmp_path / 'a' / 'b')
-    again = write_report(findings, tmp_path / 'c')
-    assert [path.name for path in first] == ['validation.md', 'validation.csv', 'validation.png']
-    assert first[2].read_bytes().startswith(PNG_START)
+    files = write_report(findings, tmp_path / 'a' / 'b')
+    assert [path.name for path in files] == ['validation.md', 'validation.csv', 'validation.png']
+    assert files[0].read_text(encoding='utf-8') == markdown_text(findings)
+    assert files[1].read_text(encoding='utf-8') == csv_text(findings)
+    assert files[2].read_bytes().startswith(PNG_START)
+    first, again = (write_report(findings[:3], tmp_path / folder) for folder in 'cd')
     assert [p.read_bytes() for p in first] == [p.read_bytes() for p in again]
 
 

@@ -1,11 +1,14 @@
 """The 0-amplitude, against the reference numbers of a free runner at 200 Hz."""
 
 import dataclasses
+from functools import cache
 
 import pytest
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.study.zero_amplitude import STEP_MIN_M, zero_amplitude
+
+zero_amplitude = cache(zero_amplitude)  # several tests look at the same
 
 REFERENCE_M = 0.5e-9
 """References are given to the nanometre."""
