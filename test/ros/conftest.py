@@ -12,6 +12,7 @@ os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'  # before rclpy is imp
 
 import pytest
 from contexts import open_context
+from executables import await_network
 from lifecycle_msgs.msg import State, Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.msg import Log
@@ -26,6 +27,7 @@ from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.ros.operator import Operator
 
 SPIN_S = 0.02
+REPORT_S = 0.2
 LISTEN_DEPTH = 10_000
 NS_PER_S = 1_000_000_000
 
@@ -197,9 +199,16 @@ def manual(launch: Callable[..., Stand]) -> Stand:
 
 
 @pytest.fixture
-def start(domain: int, tmp_path: Path) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+def started() -> list[subprocess.Popen[str]]:
+    """Give the processes that a test has started."""
+    return []
+
+
+@pytest.fixture
+def start(
+    domain: int, tmp_path: Path, started: list[subprocess.Popen[str]]
+) -> Iterator[Callable[..., subprocess.Popen[str]]]:
     """Give a function that starts the executable; what still runs at the end is killed."""
-    started: list[subprocess.Popen[str]] = []
 
     def start_process(*words: str) -> subprocess.Popen[str]:
         process = subprocess.Popen(
@@ -220,11 +229,13 @@ def start(domain: int, tmp_path: Path) -> Iterator[Callable[..., subprocess.Pope
 
 
 @pytest.fixture
-def meet(domain: int) -> Iterator[Callable[..., Operator]]:
+def meet(domain: int, started: list[subprocess.Popen[str]]) -> Iterator[Callable[..., Operator]]:
     """Give a function that gives an operator who hears the drive."""
     met: list[tuple[Operator, Context]] = []
 
     def meet_drive(namespace: str = '', *, wait: bool = True) -> Operator:
+        for process in started:
+            await_network(process)
         context = open_context(domain, namespace)
         met.append((Operator(context), context))
         if wait:
@@ -235,6 +246,12 @@ def meet(domain: int) -> Iterator[Callable[..., Operator]]:
     for operator, context in met:
         operator.close()
         context.try_shutdown()
+
+
+@pytest.fixture
+def frequent_diagnostics(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have drives report often, for tests that wait for some reports."""
+    monkeypatch.setattr('stickslip_ros.ros.node.DIAGNOSTICS_PERIOD_S', REPORT_S)
 
 
 @pytest.fixture(scope='session')

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from itertools import cycle
 from pathlib import Path
 
@@ -35,6 +36,27 @@ def await_handlers(process: subprocess.Popen[str]) -> None:
             return
         time.sleep(1e-3)
     raise TimeoutError(f'{process.args} does not handle SIGTERM; status {process.poll()}')
+
+
+def await_network(process: subprocess.Popen[str]) -> None:
+    """
+    Wait until a process has threads of DDS, unless it ends.
+
+    Who opens a context before it may hear of it only with the next announcement, 3 s later.
+
+    """
+    deadline_s = time.monotonic() + END_TIMEOUT_S
+    while process.poll() is None:
+        names = []
+        with suppress(OSError):  # a thread may end meanwhile
+            names += [
+                name.read_text() for name in Path(f'/proc/{process.pid}/task').glob('*/comm')
+            ]
+        if any(name.startswith('dds') for name in names):
+            return
+        if time.monotonic() > deadline_s:
+            raise TimeoutError(f'{process.args} has no threads of DDS')
+        time.sleep(1e-2)
 
 
 def pelt(process: subprocess.Popen[str], pauses_s: Iterator[float]) -> tuple[int, str]:

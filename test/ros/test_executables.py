@@ -21,10 +21,9 @@ from stickslip_ros.ros.timeliness import KNOWS_SLICES, SLICE_S, slice_s
     [
         (signal.SIGINT,),
         (signal.SIGTERM,),
-        (signal.SIGINT, signal.SIGINT),
         (signal.SIGINT, signal.SIGTERM) * 50,
     ],
-    ids=['SIGINT', 'SIGTERM', 'SIGINT twice', 'a hundred'],
+    ids=['SIGINT', 'SIGTERM', 'a hundred'],
 )
 def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
     start: Callable, meet: Callable, tmp_path: Path, signals: tuple[int, ...]

@@ -17,6 +17,8 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover_run import recover
 from stickslip_ros.ros.executable import CUT, LAST_S
 
+pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
+
 WHY = 'the force on foot 3 is not finite'
 #: Beyond what closing may take: what a busy machine needs to hear of it.
 BUSY_S = 10.0

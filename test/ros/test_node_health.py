@@ -18,6 +18,8 @@ from stickslip_ros.ros.orders import NEXT_BLOCK, Order
 from stickslip_ros.ros.pacing import PaceReport
 from stickslip_ros.ros.session import Session
 
+pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
+
 TIME_KEYS = {
     'real_time_factor',
     'real_time_factor_wanted',

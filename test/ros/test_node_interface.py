@@ -12,6 +12,8 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters, specs
 from stickslip_ros.recording.topics import COMMANDS, READINGS, SERVICES, TOPICS, Topic
 
+pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
+
 IDLE = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
 #: Parameters under which every topic exists.
 ALL_TOPICS = {'sim.publish_truth': True, 'sim.publish_clock': True, 'sim.lockstep': True}

@@ -13,6 +13,8 @@ from std_msgs.msg import Float64
 
 from stickslip_ros.ros.interface import MESSAGE_TYPES
 
+pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
+
 BEST_EFFORT = {'qos_overrides./position.publisher.reliability': 'best_effort'}
 
 

@@ -13,6 +13,8 @@ from std_msgs.msg import Float64
 import stickslip_ros
 from stickslip_ros.recording.topics import COMMAND
 
+pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
+
 REFUSED_V = 1e6
 FLOOD = 300
 
@@ -74,9 +76,11 @@ def test_a_second_drive_of_the_same_name_is_told(launch: Callable[..., Any], log
     newest = connections(stand)
     launch(wait=False)
     named = 'another node is called /stickslip_drive too'
-    stand.operator.spin_until(lambda: named in newest().message, 'the warning')
+    published = '/stickslip_drive publishes on /position too'
+    stand.operator.spin_until(
+        lambda: named in newest().message and published in newest().message, 'the warning'
+    )
     assert newest().level == DiagnosticStatus.WARN
-    assert '/stickslip_drive publishes on /position too' in newest().message
     assert log.lines('WARN', named)
 
 
