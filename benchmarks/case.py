@@ -6,10 +6,9 @@ from typing import TypeVar
 import numpy as np
 
 from benchmarks.clock import Array
-from stickslip_ros.drive.build import clock_at_start, history_of, plant_of, state_at_rest
+from stickslip_ros.drive.advance import RAMP_MEAN, advance
+from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import take_ledger
-from stickslip_ros.drive.plant import RAMP_MEAN, advance
-from stickslip_ros.drive.records import State
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.sawtooth_run import relative_residual, voltage_for
@@ -32,7 +31,7 @@ def standard_case(changes: Mapping[str, object] | None = None) -> Parameters:
 
 class Ours:
     """
-    The drive alone: ``plant.advance`` over some cycles, from rest.
+    The drive alone: ``advance`` over some cycles, from rest.
 
     Parameters
     ----------
@@ -44,28 +43,27 @@ class Ours:
     """
 
     def __init__(self, parameters: Parameters, cycles: int) -> None:
-        self.plant = plant_of(parameters)
-        self.history = history_of(self.plant)
+        self.plants = plant_of(parameters)
         self.work_s = cycles * PERIOD_S
         self._preload_n = parameters.stand.preload
         self.wave = sawtooth(0.0, voltage_for(parameters, AMPLITUDE_M), FREQUENCY_HZ, cycles)
         self._log = np.zeros((cycles, 3))
-        self._state: State = state_at_rest(self.plant, self.history, self._preload_n)
+        self._states = state_at_rest(self.plants, self._preload_n)
 
     def __call__(self) -> Array:
         """Run, and return the mean force of every cycle, N."""
-        state = state_at_rest(self.plant, self.history, self._preload_n)
-        state = state._replace(clock=clock_at_start(state))
+        states = state_at_rest(self.plants, self._preload_n)
+        start_clock(states)
         time_s = self.work_s
-        while state.clock.cycle < len(self._log):
-            state = advance(self.plant, self.history, state, self.wave, 0.0, time_s, self._log)
+        while states[0].clock.cycle < len(self._log):
+            advance(self.plants, states, self.wave, 0.0, time_s, self._log)
             time_s = ROUNDING_S
-        self._state = state
-        return self.plant.cell_n_per_m * self._log[:, RAMP_MEAN]
+        self._states = states
+        return np.asarray(self.plants[0].cell_n_per_m * self._log[:, RAMP_MEAN])
 
     def energy_residual(self) -> float:
         """Return what the energy balance of the last run misses, relative to the feet's work."""
-        return abs(relative_residual(take_ledger(self.plant, self.history, self._state)))
+        return abs(relative_residual(take_ledger(self.plants, self._states)))
 
 
 def last_error(forces_n: Array, reference_n: Array) -> float:

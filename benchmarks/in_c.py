@@ -14,7 +14,8 @@ from benchmarks.case import PERIOD_S, ROUNDING_S, Ours, ours_at, standard_case, 
 from benchmarks.clock import Array, Program, in_turn
 from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
-from stickslip_ros.drive.plant import RAMP_MEAN
+from stickslip_ros.drive.advance import RAMP_MEAN
+from stickslip_ros.drive.records import ALL
 
 SOURCE = Path(__file__).resolve().with_name('drive.c')
 FAST = ('-O3', '-march=native', '-fno-tree-slp-vectorize')
@@ -110,9 +111,9 @@ class InC:
     """
 
     def __init__(self, library: ctypes.CDLL, ours: Ours) -> None:
-        plant, curve = ours.plant, ours.plant.contact.curve
-        assert plant.ideal
-        assert not plant.walls.exist
+        plant = ours.plants[0]
+        curve = plant.contacts[ALL].curve
+        assert plant.glides
         self.work_s = ours.work_s
         self.state = CState()
         self._advance = library.advance

@@ -25,6 +25,7 @@ from benchmarks.sizes import Sizes
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.build import plant_of
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.parameters import Parameters
 
 friction_limit = entry_point(friction_limit)
@@ -57,9 +58,9 @@ def rates(_t: float, y: Array, foot_m_per_s: float, mass: float, cell: float, la
 
 def scipy_runner(parameters: Parameters, cycles: int) -> Callable[[str, float], Array]:
     """Return a function of method and tolerance that gives the mean force of every cycle, N."""
-    plant = plant_of(parameters)
-    law = plant.contact.law
-    coulomb_n = friction_limit(plant.contact.bank, parameters.stand.preload)
+    plant = plant_of(parameters)[0]
+    law = plant.contacts[ALL].law
+    coulomb_n = friction_limit(plant.contacts[ALL].bank, parameters.stand.preload)
     constants = np.array(
         [
             law.bristle_n_per_m, law.bristle_n_s_per_m, law.viscous_n_s_per_m,

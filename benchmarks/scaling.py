@@ -12,10 +12,11 @@ from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
 from stickslip_ros.contact.bank import spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of
-from stickslip_ros.contact.memory import Memory, fresh_stack, move, relax
-from stickslip_ros.contact.springs import SpringBank, drag
-from stickslip_ros.contact.virgin import VirginCurve
+from stickslip_ros.contact.memory import fresh_memory, move
+from stickslip_ros.contact.record import Record
+from stickslip_ros.contact.springs import drag
 from stickslip_ros.drive.build import groups_of, plant_of
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.study.drive_run import run_drive
 
 LARGEST, SMALLEST, PROBE = 0.9, 0.1, 0.05
@@ -47,39 +48,36 @@ def run_cycles(sizes: Sizes) -> Outcome:
 
 
 @numba.njit
-def remember(curve: VirginCurve, stack: Array, memory: Memory, reversals: int) -> Memory:
+def remember(curve: Record, memory: Record, reversals: int) -> None:
     """Turn round many times, with ever smaller amplitudes."""
     sense = 1.0
     for i in range(reversals):
         share = LARGEST + (SMALLEST - LARGEST) * i / reversals
-        memory = move(curve, stack, memory, sense * share * curve.limit_m)
+        move(curve, memory, sense * share * curve.limit_m)
         sense = -sense
-    return move(curve, stack, memory, 0.0)
+    move(curve, memory, 0.0)
 
 
 @numba.njit
-def probe(curve: VirginCurve, stack: Array, memory: Memory, moves: int) -> Memory:
+def probe(curve: Record, memory: Record, moves: int) -> None:
     """Go to and fro inside all that is remembered."""
     reach_m = PROBE * curve.limit_m
     for i in range(moves):
         phase = (i + MOVES_PER_TURN) % (4 * MOVES_PER_TURN)
         steps = abs(phase - 2 * MOVES_PER_TURN) - MOVES_PER_TURN
-        memory = move(curve, stack, memory, reach_m * steps / MOVES_PER_TURN)
-    return memory
+        move(curve, memory, reach_m * steps / MOVES_PER_TURN)
 
 
 def run_reversals(sizes: Sizes) -> Outcome:
     """Time of one motion of the contact against the number of reversals that it has seen."""
-    curve = plant_of(standard_case()).contact.curve
+    curve = plant_of(standard_case())[0].contacts[ALL].curve
     counts = (0, *sizes.scaling)
     programs, depths = [], []
     for reversals in counts:
-        stack = fresh_stack()
-        memory = remember(curve, stack, relax(stack, 0.0), reversals)
-        depths.append(memory.depth)
-        programs.append(
-            Program(lambda s=stack, m=memory: probe(curve, s, m, PROBE_MOVES), PROBE_MOVES)
-        )
+        memory = fresh_memory()
+        remember(curve, memory, reversals)
+        depths.append(int(memory.depth))
+        programs.append(Program(lambda m=memory: probe(curve, m, PROBE_MOVES), PROBE_MOVES))
     times = in_turn(programs, sizes)
     rows: list[Row] = [
         {
@@ -99,7 +97,7 @@ def run_reversals(sizes: Sizes) -> Outcome:
 
 
 @numba.njit
-def shake(bank: SpringBank, forces_n: Array, reach_m: float, drags: int) -> float:
+def shake(bank: Record, forces_n: Array, reach_m: float, drags: int) -> float:
     """Drag a bank of springs to and fro at constant preload."""
     total_n = 0.0
     for i in range(drags):
@@ -111,7 +109,7 @@ def shake(bank: SpringBank, forces_n: Array, reach_m: float, drags: int) -> floa
 def run_springs(sizes: Sizes) -> Outcome:
     """Time against springs: linear in the bank, which serves changing loads; constant else."""
     parameters = standard_case()
-    reach_m = 0.5 * plant_of(parameters).contact.curve.limit_m
+    reach_m = 0.5 * plant_of(parameters)[0].contacts[ALL].curve.limit_m
     names: list[str] = []
     programs = []
     for springs in (n for n in sizes.scaling if n <= 1000):
@@ -123,7 +121,7 @@ def run_springs(sizes: Sizes) -> Outcome:
             springs,
         )
         forces_n = np.zeros_like(bank.heights_m)
-        names.append(f'bank of {forces_n.size} springs, a step')
+        names.append(f'bank of {bank.first[bank.groups]} springs, a step')
         programs.append(Program(lambda b=bank, q=forces_n: shake(b, q, reach_m, DRAGS), DRAGS))
     shapes = ('smooth', 'rough', 'rough_line')
     for shape in shapes:

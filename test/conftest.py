@@ -59,7 +59,7 @@ def _plain_terminal() -> Iterator[None]:
 @pytest.fixture(scope='session')
 def compiled_kernels() -> None:
     """Compile before a time limit runs, and before a dozen processes would do it at once."""
-    compile_kernels(Parameters())
+    compile_kernels()
 
 
 @pytest.fixture(scope='session')

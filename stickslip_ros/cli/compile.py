@@ -9,7 +9,6 @@ from stickslip_ros.cli.common import add_json, print_json
 from stickslip_ros.contact.kernel import compilation_told
 from stickslip_ros.contact.kernel_cache import cache_folders
 from stickslip_ros.instrument.compilation import compile_kernels, told
-from stickslip_ros.parameters import Parameters
 
 NOT_KEPT = 1
 
@@ -41,7 +40,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     start_s, start_cpu_s = time.perf_counter(), time.process_time()
     with compilation_told(count):
-        compile_kernels(Parameters())
+        compile_kernels()
     wall_s, processor_s = time.perf_counter() - start_s, time.process_time() - start_cpu_s
     folder = cache_folders().write
     if arguments.json:

@@ -15,7 +15,8 @@ import numpy as np
 
 from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.profile import Array, Profile
-from stickslip_ros.contact.springs import SpringBank
+from stickslip_ros.contact.record import Record, record
+from stickslip_ros.contact.springs import GROUPS_MAX, SPRINGS_IN_ALL, bank_kind
 
 SPRINGS = 64
 """Springs per group of equal contacts. Against the continuum the force is then exact to
@@ -52,7 +53,7 @@ def spring_bank(
     friction: float,
     preload_max_n: float,
     springs: int = SPRINGS,
-) -> SpringBank:
+) -> Record:
     """
     Choose the springs of a drive.
 
@@ -67,7 +68,7 @@ def spring_bank(
     preload_max_n : float
         Largest preload that the bank can carry, N.
     springs : int
-        Springs per group.
+        Springs per group; a record of BANK has room for SPRINGS_IN_ALL.
 
     Raises
     ------
@@ -81,13 +82,46 @@ def spring_bank(
     slope = np.cumsum(normal, axis=1)
     steps_n = slope[:, :-1] * np.diff(heights_m, axis=1)
     area_n = np.concatenate((np.zeros((len(groups), 1)), np.cumsum(steps_n, axis=1)), axis=1)
-    return SpringBank(
-        heights_m=heights_m,
-        normal_n_per_m=normal,
-        shear_n_per_m=2.0 * elasticity.shear_pa * widths_m,
-        area_n=area_n,
-        slope_n_per_m=slope,
-        shares=np.array([group.contacts * group.share for group in groups]),
+    return bank_of_rows(
+        heights_m,
+        normal,
+        2.0 * elasticity.shear_pa * widths_m,
+        area_n,
+        slope,
+        shares=[group.contacts * group.share for group in groups],
+        friction=friction,
+    )
+
+
+def bank_of_rows(
+    heights_m: Array,
+    normal_n_per_m: Array,
+    shear_n_per_m: Array,
+    area_n: Array,
+    slope_n_per_m: Array,
+    *,
+    shares: Sequence[float],
+    friction: float,
+) -> Record:
+    """Return a bank whose springs lie in arrays of shape (groups, springs of each group)."""
+    groups, springs = heights_m.shape
+    room = max(groups * springs, SPRINGS_IN_ALL)
+
+    def flat(rows: Array) -> Array:
+        return np.pad(rows.ravel(), (0, room - rows.size))
+
+    firsts = np.full(GROUPS_MAX + 1, groups * springs)
+    firsts[:groups] = springs * np.arange(groups)
+    return record(
+        bank_kind(room),
+        groups=groups,
+        first=firsts,
+        heights_m=flat(heights_m),
+        normal_n_per_m=flat(normal_n_per_m),
+        shear_n_per_m=flat(shear_n_per_m),
+        area_n=flat(area_n),
+        slope_n_per_m=flat(slope_n_per_m),
+        shares=np.pad(np.array(shares), (0, GROUPS_MAX - groups)),
         friction=friction,
     )
 

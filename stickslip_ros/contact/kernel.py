@@ -59,8 +59,9 @@ def kernel(function: Function) -> Function:
     """
     Compile a function to machine code for other kernels, with the same options everywhere.
 
-    Kernels take SI floats and NamedTuples and never raise. They cannot allocate: without the
-    memory runtime a kernel that tries to does not compile. Python calls an ``entry_point``.
+    Kernels take SI floats, records, and NamedTuples of a few numbers, and never raise. They cannot
+    allocate: without the memory runtime a kernel that tries to does not compile. Python calls an
+    ``entry_point``.
 
     """
     return _compile(function, InnerKernel, OPTIONS | FOR_KERNELS)

@@ -13,9 +13,9 @@ taken exactly, so the stiffest bristles cannot make a step unstable.
 """
 
 import math
-from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.record import COUNT, FLOAT, Record, kind
 
 MDR, COULOMB, DAHL, LUGRE, EPM = range(5)
 LAW_NUMBERS = {'mdr': MDR, 'coulomb': COULOMB, 'dahl': DAHL, 'lugre': LUGRE, 'epm': EPM}
@@ -25,40 +25,40 @@ SHARE_MIN = 1e-6
 """Plastic share of a step that is elastic up to its middle but ends beyond steady sliding."""
 
 
-class FrictionLaw(NamedTuple):
-    """
-    Constants of a friction law.
+LAW = kind(
+    number=COUNT,
+    bristle_n_per_m=FLOAT,
+    bristle_n_s_per_m=FLOAT,
+    viscous_n_s_per_m=FLOAT,
+    static_ratio=FLOAT,
+    stribeck_m_per_s=FLOAT,
+    breakaway_ratio=FLOAT,
+)
+"""
+Constants of a friction law.
 
-    Attributes
-    ----------
-    number : int
-        MDR, COULOMB, DAHL, LUGRE or EPM.
-    bristle_n_per_m : float
-        sigma0, stiffness of the bristles.
-    bristle_n_s_per_m : float
-        sigma1, damping of the bristles.
-    viscous_n_s_per_m : float
-        sigma2, viscous friction.
-    static_ratio : float
-        Fs/Fc, static over Coulomb friction, >= 1.
-    stribeck_m_per_s : float
-        vs, Stribeck velocity.
-    breakaway_ratio : float
-        z_ba/z_ss of EPM, in [0, 1): bristles deflected less are elastic.
+Fields
+------
+number : int
+    MDR, COULOMB, DAHL, LUGRE or EPM.
+bristle_n_per_m : float
+    sigma0, stiffness of the bristles.
+bristle_n_s_per_m : float
+    sigma1, damping of the bristles.
+viscous_n_s_per_m : float
+    sigma2, viscous friction.
+static_ratio : float
+    Fs/Fc, static over Coulomb friction, >= 1.
+stribeck_m_per_s : float
+    vs, Stribeck velocity.
+breakaway_ratio : float
+    z_ba/z_ss of EPM, in [0, 1): bristles deflected less are elastic.
 
-    """
-
-    number: int
-    bristle_n_per_m: float
-    bristle_n_s_per_m: float
-    viscous_n_s_per_m: float
-    static_ratio: float
-    stribeck_m_per_s: float
-    breakaway_ratio: float
+"""
 
 
 @kernel
-def steady_deflection(law: FrictionLaw, coulomb_n: float, v_m_per_s: float) -> float:
+def steady_deflection(law: Record, coulomb_n: float, v_m_per_s: float) -> float:
     """Return g(v) = |z_ss|, the deflection of steady sliding, m."""
     if law.number == DAHL:
         return coulomb_n / law.bristle_n_per_m
@@ -68,7 +68,7 @@ def steady_deflection(law: FrictionLaw, coulomb_n: float, v_m_per_s: float) -> f
 
 
 @kernel
-def plastic_share(law: FrictionLaw, z_m: float, v_m_per_s: float, steady_m: float) -> float:
+def plastic_share(law: Record, z_m: float, v_m_per_s: float, steady_m: float) -> float:
     """Return alpha: 0 where bristles are elastic, 1 where they slide; 1 but for EPM."""
     if law.number != EPM:
         return 1.0
@@ -86,14 +86,14 @@ def plastic_share(law: FrictionLaw, z_m: float, v_m_per_s: float, steady_m: floa
 
 @kernel
 def deflect(
-    law: FrictionLaw, coulomb_n: float, z_m: float, du_m: float, dt_s: float
+    law: Record, coulomb_n: float, z_m: float, du_m: float, dt_s: float
 ) -> tuple[float, float, float]:
     """
     Drag the bristles for one step.
 
     Parameters
     ----------
-    law : FrictionLaw
+    law : record of LAW
         Dahl, LuGre or EPM.
     coulomb_n : float
         Fc, N.

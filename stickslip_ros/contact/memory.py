@@ -9,19 +9,17 @@ springs, at a cost that does not depend on how many there are.
 
 The stack is bounded. When it is full, the pairs of turning points that matter least are
 forgotten; the signed force error of that is known and kept for each turning point, and it is
-steered so that it never exceeds ``Memory.error_n``, which starts at zero and grows only when
-a pair is forgotten.
+steered so that it never exceeds ``error_n``, which starts at zero and grows only when a pair is
+forgotten.
 
 """
 
 import math
-from typing import NamedTuple
-
-import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.virgin import VirginCurve, virgin_energy, virgin_force
+from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind, record
+from stickslip_ros.contact.virgin import virgin_energy, virgin_force
 
 CAPACITY = 1024
 """Turning points that a stack holds."""
@@ -29,21 +27,21 @@ FORGET_START = 1e-12
 """First allowance for a forgotten pair, relative to the maximal force; quadrupled as needed."""
 
 U, FORCE, ERROR = 0, 1, 2
-"""Columns of the stack: displacement (m), force (N), known force error (N)."""
+"""Columns of ``turns``: displacement (m), force (N), known force error (N)."""
 
 
-class Memory(NamedTuple):
+def memory_kind(capacity: int) -> Kind:
     """
-    State of the contact besides its stack of turning points.
+    Return the type of a memory that holds so many turning points.
 
-    Attributes
-    ----------
+    Fields
+    ------
     u_m : float
         Relative displacement of the runner against the feet, m.
     force_n : float
         Sum of the spring forces T, N; the runner feels -T.
     depth : int
-        Turning points on the stack; row 0 of the stack is the virgin origin.
+        Turning points on the stack; row 0 of ``turns`` is the virgin origin.
     sense : float
         +1 or -1: the direction in which the current branch runs.
     lost_j : float
@@ -52,85 +50,97 @@ class Memory(NamedTuple):
         Loss of the current branch from its turning point to the start of that stretch, J.
     error_n : float
         Bound of the force error by forgotten turning points, N.
+    turns : array, shape (capacity, 3)
+        The stack.
 
     """
-
-    u_m: float
-    force_n: float
-    depth: int
-    sense: float
-    lost_j: float
-    base_j: float
-    error_n: float
-
-
-def fresh_stack() -> Array:
-    """Return an empty stack of turning points, shape (CAPACITY, 3)."""
-    return np.zeros((CAPACITY, 3))
+    return kind(
+        u_m=FLOAT,
+        force_n=FLOAT,
+        depth=COUNT,
+        sense=FLOAT,
+        lost_j=FLOAT,
+        base_j=FLOAT,
+        error_n=FLOAT,
+        turns=(FLOAT, (capacity, 3)),
+    )
 
 
-def relax(stack: Array, u_m: float) -> Memory:
-    """Empty the stack and return the state of a contact brought together at u_m without shear."""
-    stack[:] = 0.0
-    stack[0, U] = u_m
-    return Memory(float(u_m), 0.0, 0, 1.0, 0.0, 0.0, 0.0)
+MEMORY = memory_kind(CAPACITY)
+
+
+def fresh_memory(u_m: float = 0.0, capacity: int = CAPACITY) -> Record:
+    """Return the memory of a contact that was brought together at a displacement, m."""
+    memory = record(memory_kind(capacity), u_m=u_m, sense=1.0)
+    memory.turns[0, U] = u_m
+    return memory
 
 
 @kernel
-def move(curve: VirginCurve, stack: Array, memory: Memory, u_m: float) -> Memory:
+def set_memory(
+    memory: Record, u_m: float, force_n: float, sense: float, lost_j: float, base_j: float
+) -> None:
+    """Let a contact forget all turning points, and be at a place with a force and a loss."""
+    memory.u_m = u_m
+    memory.force_n = force_n
+    memory.depth = 0
+    memory.sense = sense
+    memory.lost_j = lost_j
+    memory.base_j = base_j
+    memory.error_n = 0.0
+
+
+@kernel
+def move(curve: Record, memory: Record, u_m: float) -> None:
     """
-    Return the state after a monotonic motion to u_m; O(1) amortised.
+    Move a contact monotonically to u_m; O(1) amortised.
 
     Parameters
     ----------
-    curve : VirginCurve
+    curve : record of CURVE
         The operator.
-    stack : array, shape (CAPACITY, 3)
-        Turning points; changed in place.
-    memory : Memory
-        State before.
+    memory : record of MEMORY
+        Changed in place.
     u_m : float
         New displacement, m.
 
     """
     if (u_m - memory.u_m) * memory.sense < 0.0:
-        memory = _reverse(curve, stack, memory, u_m)
-    while memory.depth > 0 and memory.sense * (u_m - stack[memory.depth, U]) >= loop_length(
-        stack, memory.depth
+        _reverse(curve, memory, u_m)
+    while memory.depth > 0 and memory.sense * (u_m - memory.turns[memory.depth, U]) >= loop_length(
+        memory.turns, memory.depth
     ):
-        memory = _close_loop(curve, stack, memory)
+        _close_loop(curve, memory)
     if memory.depth == 0:
-        memory = _follow_virgin(curve, stack, memory, u_m)
-    return Memory(
-        u_m,
-        _branch_force(curve, stack, memory, u_m),
-        memory.depth,
-        memory.sense,
-        memory.lost_j,
-        memory.base_j,
-        memory.error_n,
-    )
+        memory.force_n = _follow_virgin(curve, memory, u_m)
+    else:
+        travel_m = memory.sense * (u_m - memory.turns[memory.depth, U])
+        folded_n = memory.sense * 2.0 * virgin_force(curve, 0.5 * travel_m)
+        memory.force_n = memory.turns[memory.depth, FORCE] + folded_n
+    memory.u_m = u_m
 
 
 @kernel
-def _branch_force(curve: VirginCurve, stack: Array, memory: Memory, u_m: float) -> float:
-    """Return the force at u_m on the current branch, N."""
-    travel_m = memory.sense * (u_m - stack[memory.depth, U])
-    if memory.depth == 0:
-        return memory.sense * virgin_force(curve, travel_m)
-    half_n = virgin_force(curve, 0.5 * travel_m)
-    return stack[memory.depth, FORCE] + memory.sense * 2.0 * half_n
+def _follow_virgin(curve: Record, memory: Record, u_m: float) -> float:
+    """Return the force on the virgin curve, N: in full slip, past its end, its origin slides."""
+    offset_m = u_m - memory.turns[0, U]
+    memory.sense = 1.0 if offset_m >= 0.0 else -1.0
+    slip_m = max(abs(offset_m) - curve.limit_m, 0.0)
+    memory.turns[0, U] += memory.sense * slip_m
+    memory.lost_j += slip_m * curve.force_max_n
+    travel_m = memory.sense * (u_m - memory.turns[0, U])
+    return memory.sense * virgin_force(curve, travel_m)
 
 
 @kernel
-def loop_length(stack: Array, depth: int) -> float:
+def loop_length(turns: Array, depth: int) -> float:
     """Return the travel after which the loop of a turning point is closed, m."""
-    length_m = abs(stack[depth, U] - stack[depth - 1, U])
+    length_m = abs(turns[depth, U] - turns[depth - 1, U])
     return 2.0 * length_m if depth == 1 else length_m
 
 
 @kernel
-def branch_loss(curve: VirginCurve, depth: int, travel_m: float) -> float:
+def branch_loss(curve: Record, depth: int, travel_m: float) -> float:
     """Return the friction loss on a branch, from its turning point on, J."""
     if depth == 0:
         force_n = virgin_force(curve, travel_m)
@@ -141,79 +151,73 @@ def branch_loss(curve: VirginCurve, depth: int, travel_m: float) -> float:
 
 
 @kernel
-def _reverse(curve: VirginCurve, stack: Array, memory: Memory, u_m: float) -> Memory:
+def _reverse(curve: Record, memory: Record, u_m: float) -> None:
     """Turn round: remember the turning point, unless the branch is still in its linear core."""
-    travel_m = abs(memory.u_m - stack[memory.depth, U])
+    travel_m = abs(memory.u_m - memory.turns[memory.depth, U])
     core_m = curve.core_m if memory.depth == 0 else 2.0 * curve.core_m
     if travel_m > core_m:
-        return _push(curve, stack, memory)
-    crosses = memory.sense * (u_m - stack[memory.depth, U]) < 0.0
+        _push(curve, memory)
+        return
+    crosses = memory.sense * (u_m - memory.turns[memory.depth, U]) < 0.0
     if memory.depth == 0 or not crosses:
-        return memory
-    older = memory.depth - 1
-    resumed_j = branch_loss(curve, older, abs(stack[older + 1, U] - stack[older, U]))
-    lost_j = memory.lost_j - memory.base_j
-    return Memory(
-        memory.u_m, memory.force_n, older, -memory.sense, lost_j, resumed_j, memory.error_n
-    )
+        return
+    memory.lost_j -= memory.base_j
+    memory.sense = -memory.sense
+    _resume(curve, memory, memory.depth - 1)
 
 
 @kernel
-def _push(curve: VirginCurve, stack: Array, memory: Memory) -> Memory:
+def _push(curve: Record, memory: Record) -> None:
     """Put the present point on the stack and start a branch in the other direction."""
-    if memory.depth + 1 == len(stack):
-        memory = _forget(curve, stack, memory)
+    turns = memory.turns
+    if memory.depth + 1 == turns.shape[0]:
+        _forget(curve, memory)
     depth = memory.depth
-    travel_m = abs(memory.u_m - stack[depth, U])
-    lost_j = memory.lost_j + branch_loss(curve, depth, travel_m) - memory.base_j
-    stack[depth + 1, U] = memory.u_m
-    stack[depth + 1, FORCE] = memory.force_n
-    stack[depth + 1, ERROR] = stack[depth, ERROR]
-    return Memory(
-        memory.u_m, memory.force_n, depth + 1, -memory.sense, lost_j, 0.0, memory.error_n
-    )
+    travel_m = abs(memory.u_m - turns[depth, U])
+    memory.lost_j = memory.lost_j + branch_loss(curve, depth, travel_m) - memory.base_j
+    turns[depth + 1, U] = memory.u_m
+    turns[depth + 1, FORCE] = memory.force_n
+    turns[depth + 1, ERROR] = turns[depth, ERROR]
+    memory.depth = depth + 1
+    memory.sense = -memory.sense
+    memory.base_j = 0.0
 
 
 @kernel
-def _close_loop(curve: VirginCurve, stack: Array, memory: Memory) -> Memory:
+def _close_loop(curve: Record, memory: Record) -> None:
     """Wipe out the innermost loop and resume the branch that it interrupted."""
     depth = memory.depth
-    length_m = loop_length(stack, depth)
-    lost_j = memory.lost_j + branch_loss(curve, depth, length_m) - memory.base_j
-    older = max(depth - 2, 0)
-    resumed_j = branch_loss(curve, older, abs(stack[older + 1, U] - stack[older, U]))
-    return Memory(
-        memory.u_m, memory.force_n, older, memory.sense, lost_j, resumed_j, memory.error_n
-    )
+    loop_j = branch_loss(curve, depth, loop_length(memory.turns, depth))
+    memory.lost_j = memory.lost_j + loop_j - memory.base_j
+    _resume(curve, memory, max(depth - 2, 0))
 
 
 @kernel
-def _follow_virgin(curve: VirginCurve, stack: Array, memory: Memory, u_m: float) -> Memory:
-    """Prepare the virgin curve: in full slip, past its end, its origin slides along."""
-    offset_m = u_m - stack[0, U]
-    sense = 1.0 if offset_m >= 0.0 else -1.0
-    slip_m = max(abs(offset_m) - curve.limit_m, 0.0)
-    stack[0, U] += sense * slip_m
-    lost_j = memory.lost_j + slip_m * curve.force_max_n
-    return Memory(memory.u_m, memory.force_n, 0, sense, lost_j, memory.base_j, memory.error_n)
+def _resume(curve: Record, memory: Record, older: int) -> None:
+    """Go on along an older branch, from the turning point after it."""
+    travel_m = abs(memory.turns[older + 1, U] - memory.turns[older, U])
+    memory.base_j = branch_loss(curve, older, travel_m)
+    memory.depth = older
 
 
 @kernel
-def _forget(curve: VirginCurve, stack: Array, memory: Memory) -> Memory:
+def _forget(curve: Record, memory: Record) -> None:
     """Halve a full stack by forgetting the pairs of turning points that matter least."""
+    turns = memory.turns
+    half = turns.shape[0] // 2
     allowance_n = FORGET_START * curve.force_max_n
     depth = memory.depth
-    while depth > len(stack) // 2 and allowance_n < math.inf:
-        depth = _sweep(curve, stack, depth, allowance_n)
+    while depth > half and allowance_n < math.inf:
+        depth = _sweep(curve, turns, depth, allowance_n)
         allowance_n *= 4.0
-    depth = min(depth, len(stack) // 2)  # of forces that are no numbers nothing is forgotten
-    force_n = memory.force_n + stack[depth, ERROR] - stack[memory.depth, ERROR]
-    error_n = max(memory.error_n, 2.0 * allowance_n / 4.0)
-    return Memory(memory.u_m, force_n, depth, memory.sense, memory.lost_j, memory.base_j, error_n)
+    depth = min(depth, half)  # of forces that are no numbers nothing is forgotten
+    memory.force_n = memory.force_n + turns[depth, ERROR] - turns[memory.depth, ERROR]
+    memory.depth = depth
+    memory.error_n = max(memory.error_n, 2.0 * allowance_n / 4.0)
 
 
 @kernel
-def _sweep(curve: VirginCurve, stack: Array, depth: int, allowance_n: float) -> int:
+def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
     """
     Drop pairs of inner turning points, keeping each known force error within the allowance.
 
@@ -229,25 +233,25 @@ def _sweep(curve: VirginCurve, stack: Array, depth: int, allowance_n: float) -> 
         change_n = 0.0
         forgets = j + 2 <= depth
         if forgets:
-            outer_m = 0.5 * abs(stack[j, U] - stack[kept, U])
-            middle_m = 0.5 * abs(stack[j + 1, U] - stack[j, U])
-            inner_m = 0.5 * abs(stack[j + 2, U] - stack[j + 1, U])
+            outer_m = 0.5 * abs(turns[j, U] - turns[kept, U])
+            middle_m = 0.5 * abs(turns[j + 1, U] - turns[j, U])
+            inner_m = 0.5 * abs(turns[j + 2, U] - turns[j + 1, U])
             forces_n = (
                 virgin_force(curve, outer_m - middle_m + inner_m)
                 - virgin_force(curve, outer_m)
                 + virgin_force(curve, middle_m)
                 - virgin_force(curve, inner_m)
             )
-            change_n = 2.0 * forces_n * (1.0 if stack[j, U] > stack[kept, U] else -1.0)
-            total_n = stack[j + 2, ERROR] + shift_n + change_n
+            change_n = 2.0 * forces_n * (1.0 if turns[j, U] > turns[kept, U] else -1.0)
+            total_n = turns[j + 2, ERROR] + shift_n + change_n
             forgets = abs(change_n) <= allowance_n and abs(total_n) <= allowance_n
         if forgets:
             shift_n += change_n
             j += 2
         else:
             kept += 1
-            stack[kept, U] = stack[j, U]
-            stack[kept, FORCE] = stack[j, FORCE] + shift_n
-            stack[kept, ERROR] = stack[j, ERROR] + shift_n
+            turns[kept, U] = turns[j, U]
+            turns[kept, FORCE] = turns[j, FORCE] + shift_n
+            turns[kept, ERROR] = turns[j, ERROR] + shift_n
             j += 1
     return kept

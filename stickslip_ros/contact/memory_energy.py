@@ -1,25 +1,20 @@
 """Kernel: the energy of a contact that remembers turning points, lost and stored."""
 
-from stickslip_ros.contact.kernel import entry_point, kernel
-from stickslip_ros.contact.memory import Memory, U, branch_loss
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.virgin import (
-    VirginCurve,
-    virgin_energy,
-    virgin_force,
-    virgin_stiffness,
-)
+from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.memory import U, branch_loss
+from stickslip_ros.contact.record import Record
+from stickslip_ros.contact.virgin import virgin_energy, virgin_force, virgin_stiffness
 
 
-@entry_point
-def lost_energy(curve: VirginCurve, stack: Array, memory: Memory) -> float:
+@kernel
+def lost_energy(curve: Record, memory: Record) -> float:
     """Return the friction loss since the start, J."""
-    travel_m = abs(memory.u_m - stack[memory.depth, U])
+    travel_m = abs(memory.u_m - memory.turns[memory.depth, U])
     return memory.lost_j + branch_loss(curve, memory.depth, travel_m) - memory.base_j
 
 
 @kernel
-def stored_energy(curve: VirginCurve, stack: Array, memory: Memory) -> float:
+def stored_energy(curve: Record, memory: Record) -> float:
     """
     Return the elastic energy in the springs, J; O(depth).
 
@@ -30,24 +25,25 @@ def stored_energy(curve: VirginCurve, stack: Array, memory: Memory) -> float:
     e = u - u_0. The energy is the integral of p e^2 / 2.
 
     """
-    half_m = 0.5 * memory.sense * (memory.u_m - stack[memory.depth, U])
+    turns = memory.turns
+    half_m = 0.5 * memory.sense * (memory.u_m - turns[memory.depth, U])
     if memory.depth == 0:
         half_m *= 2.0
     energy_j = _energy_between(curve, 0.0, half_m, 1.0, 0.0)
     sense = memory.sense
     for k in range(memory.depth, 0, -1):
-        outer_m = 0.5 * abs(stack[k, U] - stack[k - 1, U])
+        outer_m = 0.5 * abs(turns[k, U] - turns[k - 1, U])
         if k == 1:
             outer_m *= 2.0
-        energy_j += _energy_between(curve, half_m, outer_m, -sense, memory.u_m - stack[k, U])
+        energy_j += _energy_between(curve, half_m, outer_m, -sense, memory.u_m - turns[k, U])
         sense = -sense
         half_m = outer_m
-    return energy_j + _energy_between(curve, half_m, curve.limit_m, 0.0, memory.u_m - stack[0, U])
+    return energy_j + _energy_between(curve, half_m, curve.limit_m, 0.0, memory.u_m - turns[0, U])
 
 
 @kernel
 def _energy_between(
-    curve: VirginCurve, inner_m: float, outer_m: float, slope: float, shift_m: float
+    curve: Record, inner_m: float, outer_m: float, slope: float, shift_m: float
 ) -> float:
     """Return the energy of the elements inner < w < outer with elongation slope w + shift, J."""
     moments = _moments(curve, outer_m)
@@ -60,7 +56,7 @@ def _energy_between(
 
 
 @kernel
-def _moments(curve: VirginCurve, w_m: float) -> tuple[float, float, float]:
+def _moments(curve: Record, w_m: float) -> tuple[float, float, float]:
     """Return the integrals of p, p w and p w^2 from 0 to w, with p = -T_v''."""
     force_n = virgin_force(curve, w_m)
     stiffness = virgin_stiffness(curve, w_m)

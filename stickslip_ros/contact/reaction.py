@@ -1,152 +1,102 @@
 """
-Kernel: how the contacts answer a relative motion, whatever law holds; one call for all.
+Kernel: how one contact answers a relative motion, whatever law holds.
 
-With the contact model (MDR) there are two ways. At constant preload the memory of turning points
-is exact and fast. While the preload changes, and until a full slip has wiped out what happened
-meanwhile, a bank of springs is right; it takes over from the turning points with the same force,
-and full slip is the same state for both. The rival laws know only the friction limit.
+A contact stands for all that share one displacement: the six of an ideal drive together, or that
+of a single foot. With the contact model (MDR) there are two ways. At constant preload the memory
+of turning points is exact and fast. While the preload changes, and until a full slip has wiped out
+what happened meanwhile, a bank of springs is right; it takes over from the turning points with the
+same force, and full slip is the same state for both. The rival laws know only the friction limit.
 
 """
 
-from typing import NamedTuple
-
-import numpy as np
-
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.laws import COULOMB, MDR, FrictionLaw, deflect
-from stickslip_ros.contact.memory import Memory, U, fresh_stack, move, relax
+from stickslip_ros.contact.laws import COULOMB, LAW, MDR, deflect
+from stickslip_ros.contact.memory import MEMORY, U, fresh_memory, move, set_memory
 from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind, record
 from stickslip_ros.contact.springs import (
+    BANK,
     SLIP_SLACK,
-    SpringBank,
+    SPRINGS_IN_ALL,
     drag,
     friction_limit,
     stored_in_springs,
     take_over,
 )
-from stickslip_ros.contact.virgin import VirginCurve, virgin_energy
+from stickslip_ros.contact.virgin import CURVE, virgin_energy
 
 ARRIVAL_SLACK = 1e-6
 """Share of a step by which a preload may miss its end, for the rounding of many steps."""
 
+CONTACT = kind(
+    curve=CURVE, bank=BANK, law=LAW, compliance=FLOAT, preload_n=FLOAT, preload_n_per_s=FLOAT
+)
+"""
+Constants of a contact.
 
-class ContactModel(NamedTuple):
-    """
-    Constants of all contacts together.
+Fields
+------
+curve : record of CURVE
+    Tangential behaviour at the preload ``preload_n``.
+bank : record of BANK
+    Springs for any preload.
+law : record of LAW
+    Which law holds, and the constants of the rival laws.
+compliance : float
+    mu C_M: presliding per depth.
+preload_n, preload_n_per_s : float
+    Preload to go to, and how fast.
 
-    Attributes
-    ----------
-    curve : VirginCurve
-        Tangential behaviour at the preload ``preload_n``.
-    bank : SpringBank
-        Springs for any preload.
-    law : FrictionLaw
-        Which law holds, and the constants of the rival laws.
-    compliance : float
-        mu C_M: presliding per depth.
-    preload_n, preload_n_per_s : float
-        Preload to go to, and how fast.
+"""
 
-    """
+CONTACT_STATE = kind(
+    memory=MEMORY,
+    on_springs=FLAG,
+    preload_n=FLOAT,
+    bristle_m=FLOAT,
+    springs_n=(FLOAT, (SPRINGS_IN_ALL,)),
+)
+"""
+What a contact remembers.
 
-    curve: VirginCurve
-    bank: SpringBank
-    law: FrictionLaw
-    compliance: float
-    preload_n: float
-    preload_n_per_s: float
+Fields
+------
+memory : record of MEMORY
+    Displacement, force, friction loss, and the turning points.
+on_springs : bool
+    Whether the springs, not the turning points, hold the history.
+preload_n : float
+    Present preload.
+bristle_m : float
+    Deflection of the bristles of a rival law.
+springs_n : array, shape (SPRINGS_IN_ALL,)
+    Tangential forces of the springs.
 
-
-class History(NamedTuple):
-    """
-    What the contacts remember, in arrays that kernels change in place.
-
-    Attributes
-    ----------
-    stack : array, shape (CAPACITY, 3)
-        Turning points.
-    springs : array, shape (groups, springs)
-        Tangential forces of the spring bank, N.
-
-    """
-
-    stack: Array
-    springs: Array
-
-
-class ContactState(NamedTuple):
-    """
-    State of the contacts besides their history.
-
-    Attributes
-    ----------
-    memory : Memory
-        Displacement, force, friction loss, and the state of the stack.
-    on_springs : bool
-        Whether the spring bank, not the stack, holds the history.
-    preload_n : float
-        Present preload.
-    bristle_m : float
-        Deflection of the bristles of a rival law.
-
-    """
-
-    memory: Memory
-    on_springs: bool
-    preload_n: float
-    bristle_m: float
+"""
 
 
-def fresh_history(model: ContactModel) -> History:
-    """Return the arrays of a history, empty."""
-    return History(fresh_stack(), np.zeros_like(model.bank.heights_m))
-
-
-def relaxed(history: History, preload_n: float) -> ContactState:
-    """Empty a history and return contacts without shear at the displacement 0."""
-    history.springs[:] = 0.0
-    return ContactState(relax(history.stack, 0.0), False, float(preload_n), 0.0)
-
-
-def onto_springs(model: ContactModel, history: History, state: ContactState) -> ContactState:
-    """
-    Return the state in which the springs have taken over from the stack, with the same force.
-
-    A state that is on springs already, or of a rival law, is returned as it is.
-
-    """
-    if state.on_springs or model.law.number != MDR:
-        return state
-    memory = state.memory
-    take_over(
-        model.bank, model.compliance, history.stack, memory, state.preload_n, history.springs
-    )
-    lost_j = lost_energy(model.curve, history.stack, memory)
-    memory = Memory(memory.u_m, memory.force_n, 0, memory.sense, lost_j, 0.0, 0.0)
-    return ContactState(memory, True, state.preload_n, state.bristle_m)
+def fresh_contact(preload_n: float) -> Record:
+    """Return what a contact without shear remembers, a record of CONTACT_STATE."""
+    return record(CONTACT_STATE, memory=fresh_memory(), preload_n=preload_n)
 
 
 @kernel
-def react(
-    model: ContactModel,
-    history: History,
-    state: ContactState,
-    u_m: float,
-    dt_s: float,
-    holding_n: float,
-) -> ContactState:
+def remembers_turns(contact: Record, state: Record) -> bool:
+    """Tell whether the turning points hold the history."""
+    return contact.law.number == MDR and not state.on_springs
+
+
+@kernel
+def react(contact: Record, state: Record, u_m: float, dt_s: float, holding_n: float) -> None:
     """
-    Return the contacts after one step.
+    Move a contact by one step.
 
     Parameters
     ----------
-    model : ContactModel
+    contact : record of CONTACT
         Constants.
-    history : History
+    state : record of CONTACT_STATE
         Changed in place.
-    state : ContactState
-        State before.
     u_m : float
         Relative displacement of the runner against the feet at the end of the step, m.
     dt_s : float
@@ -155,95 +105,92 @@ def react(
         Force with which the runner would keep the velocity of the feet, N; for Coulomb's law.
 
     """
-    if remembers_turns(model, state):
-        return move_on_stack(model, history, state, u_m)
-    preload_n = next_preload(model, state.preload_n, dt_s)
-    if model.law.number == MDR:
-        return _react_by_springs(model, history, state, u_m, preload_n)
-    return _react_by_law(model, state, u_m, dt_s, holding_n, preload_n)
+    if remembers_turns(contact, state):
+        move(contact.curve, state.memory, u_m)
+        return
+    preload_n = next_preload(contact, state.preload_n, dt_s)
+    if contact.law.number == MDR:
+        _react_by_springs(contact, state, u_m, preload_n)
+    else:
+        _react_by_law(contact, state, u_m, dt_s, holding_n, preload_n)
+    state.preload_n = preload_n
 
 
 @kernel
-def remembers_turns(model: ContactModel, state: ContactState) -> bool:
-    """Tell whether the stack of turning points holds the history."""
-    return model.law.number == MDR and not state.on_springs
-
-
-@kernel
-def move_on_stack(
-    model: ContactModel, history: History, state: ContactState, u_m: float
-) -> ContactState:
-    """Return contacts that remember turning points after a monotonic motion to u_m."""
-    memory = move(model.curve, history.stack, state.memory, u_m)
-    return ContactState(memory, False, state.preload_n, state.bristle_m)
-
-
-@kernel
-def next_preload(model: ContactModel, preload_n: float, dt_s: float) -> float:
+def next_preload(contact: Record, preload_n: float, dt_s: float) -> float:
     """Return the preload after a step towards the wanted one, N."""
-    largest_n = model.preload_n_per_s * dt_s
-    gap_n = model.preload_n - preload_n
+    largest_n = contact.preload_n_per_s * dt_s
+    gap_n = contact.preload_n - preload_n
     if abs(gap_n) <= largest_n * (1.0 + ARRIVAL_SLACK):
-        return model.preload_n
+        return contact.preload_n
     return preload_n + (largest_n if gap_n > 0.0 else -largest_n)
 
 
 @kernel
-def _react_by_springs(
-    model: ContactModel, history: History, state: ContactState, u_m: float, preload_n: float
-) -> ContactState:
-    """Drag the springs; hand back to the stack in the moment of full slip."""
-    old = state.memory
-    force_n, lost_j = drag(model.bank, history.springs, u_m - old.u_m, state.preload_n, preload_n)
-    lost_j += old.lost_j
-    slips = abs(force_n) >= (1.0 - SLIP_SLACK) * friction_limit(model.bank, preload_n)
-    if not slips or preload_n != model.preload_n:
-        memory = Memory(u_m, force_n, 0, old.sense, lost_j, 0.0, 0.0)
-        return ContactState(memory, True, preload_n, state.bristle_m)
+def _react_by_springs(contact: Record, state: Record, u_m: float, preload_n: float) -> None:
+    """Drag the springs; hand back to the turning points in the moment of full slip."""
+    curve, memory = contact.curve, state.memory
+    du_m = u_m - memory.u_m
+    force_n, lost_j = drag(contact.bank, state.springs_n, du_m, state.preload_n, preload_n)
+    lost_j += memory.lost_j
+    slips = abs(force_n) >= (1.0 - SLIP_SLACK) * friction_limit(contact.bank, preload_n)
+    state.on_springs = not slips or preload_n != contact.preload_n
+    if state.on_springs:
+        set_memory(memory, u_m, force_n, memory.sense, lost_j, 0.0)
+        return
     sense = 1.0 if force_n > 0.0 else -1.0
-    curve = model.curve
-    history.stack[0, U] = u_m - sense * curve.limit_m
     virgin_loss_j = 2.0 * virgin_energy(curve, curve.limit_m) - curve.limit_m * curve.force_max_n
-    memory = Memory(u_m, sense * curve.force_max_n, 0, sense, lost_j, virgin_loss_j, 0.0)
-    return ContactState(memory, False, preload_n, state.bristle_m)
+    memory.turns[0, U] = u_m - sense * curve.limit_m
+    set_memory(memory, u_m, sense * curve.force_max_n, sense, lost_j, virgin_loss_j)
 
 
 @kernel
 def _react_by_law(
-    model: ContactModel,
-    state: ContactState,
+    contact: Record,
+    state: Record,
     u_m: float,
     dt_s: float,
     holding_n: float,
     preload_n: float,
-) -> ContactState:
+) -> None:
     """Let a rival law answer."""
-    old = state.memory
-    du_m = u_m - old.u_m
-    limit_n = friction_limit(model.bank, preload_n)
-    bristle_m = state.bristle_m
-    if model.law.number == COULOMB:
+    memory = state.memory
+    du_m = u_m - memory.u_m
+    limit_n = friction_limit(contact.bank, preload_n)
+    if contact.law.number == COULOMB:
         force_n = min(max(holding_n, -limit_n), limit_n)
-        lost_j = 0.5 * (old.force_n + force_n) * du_m
+        lost_j = 0.5 * (memory.force_n + force_n) * du_m
     else:
-        bristle_m, force_n, lost_j = deflect(model.law, limit_n, bristle_m, du_m, dt_s)
-    memory = Memory(u_m, force_n, 0, old.sense, old.lost_j + lost_j, 0.0, 0.0)
-    return ContactState(memory, False, preload_n, bristle_m)
+        bristle_m, force_n, lost_j = deflect(contact.law, limit_n, state.bristle_m, du_m, dt_s)
+        state.bristle_m = bristle_m
+    set_memory(memory, u_m, force_n, memory.sense, memory.lost_j + lost_j, 0.0)
 
 
 @kernel
-def contact_lost(model: ContactModel, history: History, state: ContactState) -> float:
+def onto_springs(contact: Record, state: Record) -> None:
+    """Let the springs take over from the turning points, with the same force; once."""
+    if not remembers_turns(contact, state):
+        return
+    memory = state.memory
+    take_over(contact.bank, contact.compliance, memory, state.preload_n, state.springs_n)
+    lost_j = lost_energy(contact.curve, memory)
+    set_memory(memory, memory.u_m, memory.force_n, memory.sense, lost_j, 0.0)
+    state.on_springs = True
+
+
+@kernel
+def contact_lost(contact: Record, state: Record) -> float:
     """Return the friction loss since the start, J."""
-    if model.law.number != MDR or state.on_springs:
+    if not remembers_turns(contact, state):
         return state.memory.lost_j
-    return lost_energy(model.curve, history.stack, state.memory)
+    return lost_energy(contact.curve, state.memory)
 
 
 @kernel
-def contact_stored(model: ContactModel, history: History, state: ContactState) -> float:
-    """Return the elastic energy in the contacts, J."""
-    if model.law.number != MDR:
-        return 0.5 * model.law.bristle_n_per_m * (state.bristle_m * state.bristle_m)
+def contact_stored(contact: Record, state: Record) -> float:
+    """Return the elastic energy in the contact, J."""
+    if contact.law.number != MDR:
+        return 0.5 * contact.law.bristle_n_per_m * (state.bristle_m * state.bristle_m)
     if state.on_springs:
-        return stored_in_springs(model.bank, history.springs)
-    return stored_energy(model.curve, history.stack, state.memory)
+        return stored_in_springs(contact.bank, state.springs_n)
+    return stored_energy(contact.curve, state.memory)

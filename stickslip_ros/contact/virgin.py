@@ -10,13 +10,13 @@ table is itself a physically admissible friction law: it can never create energy
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import FLOAT, Record, kind, record
 
 CELLS = 4096
 """Cells of a table; the force is then exact to TABLE_ERROR of its maximum."""
@@ -25,37 +25,37 @@ TABLE_ERROR = 1.2e-6
 stiffness falls to zero like a square root."""
 
 
-class VirginCurve(NamedTuple):
-    """
-    Virgin curve of one Prandtl-Ishlinskii operator, tabulated.
+CURVE = kind(
+    cells=(FLOAT, (CELLS, 4)),
+    cells_per_m=FLOAT,
+    core_m=FLOAT,
+    limit_m=FLOAT,
+    force_max_n=FLOAT,
+    energy_max_j=FLOAT,
+)
+"""
+Virgin curve of one Prandtl-Ishlinskii operator, tabulated.
 
-    Attributes
-    ----------
-    cells : array of float, shape (CELLS, 4)
-        Per cell: force at its start (N), stiffness at its start (N/m), half the slope of the
-        stiffness (N/m^2), integral of the force up to its start (J).
-    cells_per_m : float
-        Inverse width of a cell, 1/m.
-    core_m : float
-        Width of the first cell, m: up to it the curve is linear, hence free of loss.
-    limit_m : float
-        Displacement from which the force is constant, m.
-    force_max_n : float
-        Force of full slip, N.
-    energy_max_j : float
-        Integral of the force from 0 to limit_m, J.
+Fields
+------
+cells : array, shape (CELLS, 4)
+    Per cell: force at its start (N), stiffness at its start (N/m), half the slope of the
+    stiffness (N/m^2), integral of the force up to its start (J).
+cells_per_m : float
+    Inverse width of a cell, 1/m.
+core_m : float
+    Width of the first cell, m: up to it the curve is linear, hence free of loss.
+limit_m : float
+    Displacement from which the force is constant, m.
+force_max_n : float
+    Force of full slip, N.
+energy_max_j : float
+    Integral of the force from 0 to limit_m, J.
 
-    """
-
-    cells: Array
-    cells_per_m: float
-    core_m: float
-    limit_m: float
-    force_max_n: float
-    energy_max_j: float
+"""
 
 
-def tabulate(contacts: Sequence[Presliding]) -> VirginCurve:
+def tabulate(contacts: Sequence[Presliding]) -> Record:
     """
     Return the virgin curve of contacts that share one displacement.
 
@@ -80,7 +80,7 @@ def tabulate(contacts: Sequence[Presliding]) -> VirginCurve:
     return _assemble(start * scale, end * scale, nodes_m[-1] / CELLS)
 
 
-def tabulate_each(contacts: Sequence[Presliding]) -> list[VirginCurve]:
+def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
     """
     Return the virgin curves of single contacts, which add up to ``tabulate`` of them all.
 
@@ -134,24 +134,25 @@ def _counted(contacts: Sequence[Presliding]) -> list[tuple[Presliding, int]]:
     return [(c, sum(other is c for other in contacts)) for c in found.values()]
 
 
-def _assemble(start: Array, end: Array, width_m: float) -> VirginCurve:
+def _assemble(start: Array, end: Array, width_m: float) -> Record:
     force_n = np.concatenate(([0.0], np.cumsum(0.5 * (start + end)) * width_m))
     half_slope = 0.5 * (end - start) / width_m
     gains_j = width_m * (force_n[:-1] + width_m * (start / 2.0 + width_m * half_slope / 3.0))
     energy_j = np.concatenate(([0.0], np.cumsum(gains_j)))
     cells = np.column_stack((force_n[:-1], start, half_slope, energy_j[:-1]))
-    return VirginCurve(
-        cells=np.ascontiguousarray(cells),
+    return record(
+        CURVE,
+        cells=cells,
         cells_per_m=1.0 / width_m,
         core_m=width_m,
         limit_m=width_m * len(start),
-        force_max_n=float(force_n[-1]),
-        energy_max_j=float(energy_j[-1]),
+        force_max_n=force_n[-1],
+        energy_max_j=energy_j[-1],
     )
 
 
 @kernel
-def virgin_force(curve: VirginCurve, displacement_m: float) -> float:
+def virgin_force(curve: Record, displacement_m: float) -> float:
     """Return T_v, N, at a displacement >= 0, m."""
     place = displacement_m * curve.cells_per_m
     if not place < len(curve.cells):  # beyond the table, or not a number
@@ -164,7 +165,7 @@ def virgin_force(curve: VirginCurve, displacement_m: float) -> float:
 
 
 @kernel
-def virgin_stiffness(curve: VirginCurve, displacement_m: float) -> float:
+def virgin_stiffness(curve: Record, displacement_m: float) -> float:
     """Return T_v', N/m, at a displacement >= 0, m."""
     place = displacement_m * curve.cells_per_m
     if not place < len(curve.cells):  # beyond the table, or not a number
@@ -175,7 +176,7 @@ def virgin_stiffness(curve: VirginCurve, displacement_m: float) -> float:
 
 
 @kernel
-def virgin_energy(curve: VirginCurve, displacement_m: float) -> float:
+def virgin_energy(curve: Record, displacement_m: float) -> float:
     """Return the integral of T_v from 0 to a displacement >= 0, J."""
     place = displacement_m * curve.cells_per_m
     if not place < len(curve.cells):  # beyond the table, or not a number

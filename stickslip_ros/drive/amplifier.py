@@ -6,10 +6,11 @@ In this order: the digital-to-analogue converter, range and slew rate, the low-p
 """
 
 import math
+from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.drive.records import Clock, Plant, State, Wave
-from stickslip_ros.drive.step import VERLET_REFINEMENT
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import target
 
 SETTLED_V = 1e-9
@@ -28,14 +29,63 @@ AHEAD = 1e-9
 """Share of its step by which the converter is read ahead, past a level it has just reached."""
 
 
+class Stretch(NamedTuple):
+    """
+    The straight stretch of the voltage that lies ahead.
+
+    Attributes
+    ----------
+    start_v, rate_v_per_s : float
+        Output of the amplifier before its low-pass, and its slope.
+    target_v, slope_v_per_s : float
+        What it is told, and the slope of that.
+    caught_s : float
+        Time until a slewing output has caught up; inf if it does not slew.
+    lasts_s : float
+        Time until the next corner.
+
+    """
+
+    start_v: float
+    rate_v_per_s: float
+    target_v: float
+    slope_v_per_s: float
+    caught_s: float
+    lasts_s: float
+
+
 @kernel
-def clamp(plant: Plant, voltage_v: float) -> float:
+def stretch_ahead(plant: Record, wave: Wave, clock: Record, output_v: float) -> Stretch:
+    """Return how the output, now at a voltage before the low-pass, runs on to its next corner."""
+    target_v, slope_v_per_s, corner_s = wanted(plant, wave, clock)
+    start_v, rate_v_per_s, caught_s = follow(
+        plant, output_v, target_v, slope_v_per_s, clock.ramp_s
+    )
+    lasts_s = min(corner_s, caught_s)
+    return Stretch(start_v, rate_v_per_s, target_v, slope_v_per_s, caught_s, lasts_s)
+
+
+@kernel
+def slewed_voltage(plant: Record, state: Record) -> float:
+    """Return the output of the amplifier before its low-pass, V."""
+    return state.piezo.slewed_v if plant.amplifier.tau_s > 0.0 else state.voltage_v
+
+
+@kernel
+def has_caught_up(plant: Record, ahead: Stretch, output_v: float, stretch_s: float) -> bool:
+    """Tell whether a slewing output has caught up at the end of a stretch; no low-pass."""
+    gap_v = clamp(plant, ahead.target_v + ahead.slope_v_per_s * stretch_s) - output_v
+    return ahead.caught_s < math.inf and abs(gap_v) <= SETTLED_V
+
+
+@kernel
+def clamp(plant: Record, voltage_v: float) -> float:
     """Return the voltage nearest to the wanted one that the amplifier can give, V."""
     return min(max(voltage_v, plant.voltage_min_v), plant.voltage_max_v)
 
 
 @kernel
-def wanted(plant: Plant, wave: Wave, clock: Clock) -> tuple[float, float, float]:
+def wanted(plant: Record, wave: Wave, clock: Record) -> tuple[float, float, float]:
     """Return what the amplifier is told: voltage (V), its slope (V/s), time to a corner (s)."""
     target_v, slope_v_per_s, corner_s = target(wave, clock)
     if not plant.amplifier.on:
@@ -47,7 +97,7 @@ def wanted(plant: Plant, wave: Wave, clock: Clock) -> tuple[float, float, float]
 
 @kernel
 def _convert(
-    plant: Plant, target_v: float, slope_v_per_s: float, corner_s: float, clock_s: float
+    plant: Record, target_v: float, slope_v_per_s: float, corner_s: float, clock_s: float
 ) -> tuple[float, float, float]:
     """
     Return the level of the converter, no slope, and the time until the next level.
@@ -59,7 +109,7 @@ def _convert(
     step_v = plant.amplifier.resolution_v
     if slope_v_per_s == 0.0:
         return round(target_v / step_v) * step_v, 0.0, corner_s
-    if step_v < max(abs(slope_v_per_s) * plant.dt_s / VERLET_REFINEMENT, SETTLED_V):
+    if step_v < max(abs(slope_v_per_s) * plant.short_s, SETTLED_V):
         return target_v, slope_v_per_s, corner_s
     level = float(round(target_v / step_v + math.copysign(AHEAD, slope_v_per_s)))
     next_v = (level + math.copysign(0.5, slope_v_per_s)) * step_v
@@ -72,14 +122,14 @@ def _convert(
 
 @kernel
 def follow(
-    plant: Plant, voltage_v: float, target_v: float, slope_v_per_s: float, clock_s: float
+    plant: Record, voltage_v: float, target_v: float, slope_v_per_s: float, clock_s: float
 ) -> tuple[float, float, float]:
     """
     Return how the output runs on: voltage now (V), its rate (V/s), time until it changes (s).
 
     Parameters
     ----------
-    plant : Plant
+    plant : record of PLANT
         Range and slew rate.
     voltage_v : float
         Output so far, V; before the low-pass if there is one.
@@ -102,16 +152,18 @@ def follow(
 
 @kernel
 def low_pass(
-    plant: Plant, output_v: float, from_v: float, to_v: float, h_s: float, share: float
+    plant: Record, output_v: float, from_v: float, to_v: float, h_s: float, share: float
 ) -> float:
     """Return the output after a step along a straight input; ``share`` is 1 - exp(-h/tau)."""
+    if plant.amplifier.tau_s == 0.0:
+        return to_v
     lag_v = (to_v - from_v) / h_s * plant.amplifier.tau_s
     return output_v + (to_v - from_v) + share * (from_v - lag_v - output_v)
 
 
 @kernel
 def time_to_settle(
-    plant: Plant, wave: Wave, output_v: float, input_v: float, rate_v_per_s: float
+    plant: Record, wave: Wave, output_v: float, input_v: float, rate_v_per_s: float
 ) -> float:
     """Return when a fall is over behind the low-pass, s, along a straight input; inf if it is."""
     tau_s = plant.amplifier.tau_s
@@ -126,7 +178,7 @@ def time_to_settle(
 
 @kernel
 def is_fall_over(
-    plant: Plant, wave: Wave, after: State, before_v: float, stretch_s: float
+    plant: Record, wave: Wave, after: Record, before_v: float, stretch_s: float
 ) -> bool:
     """Tell whether a fall has ended in a stretch, behind a converter or a low-pass."""
     target_v, slope_v_per_s, _ = target(wave, after.clock)
@@ -138,34 +190,35 @@ def is_fall_over(
 
 
 @kernel
-def _fall_gap(plant: Plant, wave: Wave) -> float:
+def _fall_gap(plant: Record, wave: Wave) -> float:
     return max(FALL_SHARE * abs(wave.rise_v), plant.amplifier.resolution_v)
 
 
 @kernel
-def is_direct(plant: Plant) -> bool:
+def is_direct(plant: Record) -> bool:
     """Tell whether there is neither a converter nor a low-pass."""
     return plant.amplifier.resolution_v == 0.0 and plant.amplifier.tau_s == 0.0
 
 
-def has_arrived(plant: Plant, wave: Wave, state: State) -> bool:
+def has_arrived(plants: Record, wave: Wave, states: Record) -> bool:
     """
     Tell whether a wave is over and the voltage has come to what is held after it.
 
     Parameters
     ----------
-    plant : Plant
+    plants, states : array of one record of PLANT, of STATE
         The drive.
     wave : Wave
         What it follows.
-    state : State
-        Where it is.
 
     """
+    if states['clock']['cycle'].item() < wave.cycles:
+        return False
+    plant = plants[0]
     held_v, step_v = wave.start_v, plant.amplifier.resolution_v
     if step_v > 0.0:
         held_v = round(held_v / step_v) * step_v
     held_v = min(max(held_v, plant.voltage_min_v), plant.voltage_max_v)
     range_v = plant.voltage_max_v - plant.voltage_min_v
     within_v = ARRIVED_SHARE * range_v if plant.amplifier.tau_s > 0.0 else SETTLED_V
-    return state.clock.cycle >= wave.cycles and abs(state.voltage_v - held_v) <= within_v
+    return bool(abs(states['voltage_v'].item() - held_v) <= within_v)

@@ -4,40 +4,26 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 
-from stickslip_ros.contact.bank import Group, spring_bank
+import numpy as np
+
+from stickslip_ros.contact.bank import Group, bank_of_rows, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.kernel import in_python
-from stickslip_ros.contact.laws import LAW_NUMBERS, FrictionLaw
+from stickslip_ros.contact.laws import LAW, LAW_NUMBERS, MDR
 from stickslip_ros.contact.presliding import Presliding, presliding
-from stickslip_ros.contact.reaction import (
-    ContactModel,
-    fresh_history,
-    onto_springs,
-    relaxed,
-)
-from stickslip_ros.contact.springs import SpringBank
-from stickslip_ros.contact.virgin import tabulate
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.reaction import CONTACT, fresh_contact
+from stickslip_ros.contact.record import Record, record, records
+from stickslip_ros.contact.springs import SPRINGS_IN_ALL
+from stickslip_ros.contact.virgin import tabulate, tabulate_each
 from stickslip_ros.drive.amplifier import is_direct
-from stickslip_ros.drive.feet_build import (
-    equal_feet,
-    fresh_feet,
-    onto_springs_of_feet,
-    with_curves,
-    with_gains,
-)
-from stickslip_ros.drive.feet_split import split_feet
-from stickslip_ros.drive.passes import LEFT, PASSES_MIN, fresh_passes
+from stickslip_ros.drive.feet import put_on_springs, share_out
+from stickslip_ros.drive.passes import PASSES_MIN
 from stickslip_ros.drive.piezo import rest
-from stickslip_ros.drive.records import Clock, DriveHistory, Plant, State, Sums
-from stickslip_ros.drive.stages import Feet
-from stickslip_ros.drive.stages_build import (
-    amplifier_of,
-    fresh_piezo,
-    is_linear,
-    piezo_of,
-    slew_of,
-    walls_of,
-)
+from stickslip_ros.drive.plant import VERLET_REFINEMENT
+from stickslip_ros.drive.records import ALL, CONTACTS, FEET, PLANT, STATE
+from stickslip_ros.drive.stages_build import amplifier_of, is_linear, piezo_of, slew_of, walls_of
+from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
 
 UPPER_CONTACTS = 2
@@ -51,8 +37,8 @@ PHASE_MAX = 1.1
 both; up to here the energy balances to a few 1e-3."""
 MODELS_KEPT = 64
 """Contact models kept for the next drive: a sweep over amplitudes has one for each preload."""
-SPRINGS_IN_ALL = 128
-"""Springs of all groups together: so many keep real time while the preload changes."""
+FEET_STREAM = 40
+"""Number of the random stream of the gains: sensors have others."""
 
 
 def groups_of(parameters: Parameters) -> list[Group]:
@@ -76,9 +62,9 @@ def contacts_of(parameters: Parameters) -> list[Presliding]:
     return contacts
 
 
-def plant_of(parameters: Parameters) -> Plant:
+def plant_of(parameters: Parameters) -> Record:
     """
-    Return the constant part of the drive.
+    Return the constant part of the drive, an array of one record of PLANT.
 
     Raises
     ------
@@ -87,42 +73,128 @@ def plant_of(parameters: Parameters) -> Plant:
 
     """
     attached = parameters.load_cell.contact == 'attached'
-    model, equal = _contacts(parameters)
-    feet = with_gains(equal, parameters)
-    cell_n_per_m = parameters.load_cell.stiffness if attached else 0.0
-    amplifier, piezo, walls = amplifier_of(parameters), piezo_of(parameters), walls_of(parameters)
-    stiffest_n_per_m = cell_n_per_m + walls.cell_n_per_m + walls.stop_n_per_m
-    return with_ideal(
-        Plant(
-            contact=model,
-            mass_kg=parameters.runner.mass,
-            per_kg=1.0 / parameters.runner.mass,
-            damping_n_s_per_m=parameters.runner.damping,
-            cell_n_per_m=cell_n_per_m,
-            gain_m_per_v=parameters.actuator.gain,
-            rest_v=float(parameters.amplifier.voltage_initial),
-            voltage_min_v=parameters.amplifier.voltage_min,
-            voltage_max_v=parameters.amplifier.voltage_max,
-            slew_v_per_s=slew_of(parameters),
-            dt_s=min(parameters.sim.dt, longest_step_s(parameters, model, stiffest_n_per_m)),
-            ideal=False,
-            stuck=False,
-            amplifier=amplifier,
-            piezo=piezo,
-            feet=feet,
-            walls=walls,
-        )
+    kept = _kept_contact(_contact_parameters(parameters))
+    plants = records(
+        PLANT,
+        mass_kg=parameters.runner.mass,
+        per_kg=1.0 / parameters.runner.mass,
+        damping_n_s_per_m=parameters.runner.damping,
+        cell_n_per_m=parameters.load_cell.stiffness if attached else 0.0,
+        gain_m_per_v=parameters.actuator.gain,
+        rest_v=parameters.amplifier.voltage_initial,
+        voltage_min_v=parameters.amplifier.voltage_min,
+        voltage_max_v=parameters.amplifier.voltage_max,
+        slew_v_per_s=slew_of(parameters),
+        amplifier=amplifier_of(parameters),
+        piezo=piezo_of(parameters),
+        walls=walls_of(parameters),
+        ratios=_ratios(parameters),
     )
+    plant = plants[0]
+    plant.contacts[ALL] = kept
+    _set_longest_step(plant, parameters)
+    if parameters.actuator.gain_tolerance:
+        separate_feet(plants, parameters)
+    set_ideal(plant)
+    return plants
 
 
-def with_ideal(plant: Plant) -> Plant:
-    """Return a plant that knows whether it is ideal."""
-    feet_are_one = is_linear(plant.piezo) and not plant.feet.separate
-    ideal = feet_are_one and in_python(is_direct)(plant) and not plant.stuck
-    return plant._replace(ideal=ideal)
+def set_ideal(plant: Record) -> None:
+    """Let a plant know whether it is ideal."""
+    feet_are_one = is_linear(plant.piezo) and not plant.separate
+    plant.ideal = feet_are_one and in_python(is_direct)(plant) and not plant.stuck
+    follows_model = plant.contacts[ALL].law.number == MDR
+    plant.glides = plant.ideal and follows_model and not plant.walls.exist
 
 
-def longest_step_s(parameters: Parameters, model: ContactModel, cell_n_per_m: float) -> float:
+def separate_feet(plants: Record, parameters: Parameters) -> None:
+    """Give each foot of a plant a contact of its own; from now on they are moved one by one."""
+    plant, groups = plants[0], groups_of(parameters)
+    shares = np.array([group.share for group in groups for _ in range(group.contacts)])
+    plant.separate = True
+    plant.parts[1:] = shares / shares.sum()
+    plant.groups[1:] = np.repeat(np.arange(len(groups)), [group.contacts for group in groups])
+    for k, share in enumerate(shares, start=1):
+        _set_contact_of_foot(plant, k, share, groups[plant.groups[k]].contacts)
+    _set_curves(plant, parameters)
+
+
+def _set_contact_of_foot(plant: Record, k: int, share: float, contacts: int) -> None:
+    """Give a foot its part of the springs and of the law of all."""
+    whole, own, part = plant.contacts[ALL], plant.contacts[k], plant.parts[k]
+    bank = whole.bank
+    row = slice(bank.first[plant.groups[k]], bank.first[plant.groups[k] + 1])
+    own.bank = bank_of_rows(
+        bank.heights_m[np.newaxis, row],
+        bank.normal_n_per_m[np.newaxis, row] / contacts,
+        bank.shear_n_per_m[np.newaxis, row] / contacts,
+        bank.area_n[np.newaxis, row] / contacts,
+        bank.slope_n_per_m[np.newaxis, row] / contacts,
+        shares=[share],
+        friction=bank.friction,
+    )
+    own.law = whole.law
+    for name in ('bristle_n_per_m', 'bristle_n_s_per_m', 'viscous_n_s_per_m'):
+        own.law[name] *= part
+    own.compliance = whole.compliance
+    own.preload_n, own.preload_n_per_s = whole.preload_n, whole.preload_n_per_s
+
+
+def _set_curves(plant: Record, parameters: Parameters) -> None:
+    """Give all contacts their virgin curves at the preload that the plant goes to."""
+    preload_n = float(plant.contacts[ALL].preload_n)
+    contacts = contacts_of(parameters.updated({'stand.preload': preload_n}))
+    plant.contacts[ALL].curve = tabulate(contacts)
+    if plant.separate:
+        for k, curve in enumerate(tabulate_each(contacts), start=1):
+            plant.contacts[k].curve = curve
+
+
+def _ratios(parameters: Parameters) -> Array:
+    """
+    Return the displacement of each foot per displacement of the mean foot, shape (CONTACTS,).
+
+    Raises
+    ------
+    OutOfRange
+        If they differ under Coulomb's law.
+
+    """
+    tolerance = parameters.actuator.gain_tolerance
+    if tolerance and parameters.contact.law == 'coulomb':
+        limit = 'not 0 under the rigid law of Coulomb, which does not say how feet share a load'
+        mend = 'set it to 0, or take another contact.law'
+        raise OutOfRange('actuator.gain_tolerance', tolerance, '', limit, mend)
+    ratios = np.ones(CONTACTS)
+    ratios[1:] = gain_ratios(tolerance, parameters.sim.seed) if tolerance else 1.0
+    return ratios
+
+
+def gain_ratios(tolerance: float, seed: int) -> Array:
+    """
+    Return the gain of each foot relative to the mean, shape (6,).
+
+    Parameters
+    ----------
+    tolerance : float
+        Largest deviation.
+    seed : int
+        Seed of the stand.
+
+    """
+    deviations = np.random.default_rng((seed, FEET_STREAM)).uniform(-1.0, 1.0, FEET)
+    deviations -= deviations.mean()
+    return 1.0 + tolerance * deviations / max(1.0, float(np.abs(deviations).max()))
+
+
+def _set_longest_step(plant: Record, parameters: Parameters) -> None:
+    cell_n_per_m = plant.cell_n_per_m + plant.walls.cell_n_per_m + plant.walls.stop_n_per_m
+    longest_s = longest_step_s(parameters, plant.contacts[ALL], float(cell_n_per_m))
+    plant.dt_s = min(parameters.sim.dt, longest_s)
+    plant.short_s = plant.dt_s / VERLET_REFINEMENT
+
+
+def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:
     """
     Return the longest step that resolves the fastest motion of the runner, s.
 
@@ -130,47 +202,46 @@ def longest_step_s(parameters: Parameters, model: ContactModel, cell_n_per_m: fl
     ----------
     parameters : Parameters
         Mass and damping of the runner.
-    model : ContactModel
-        The contacts; they are stiffest while everything sticks.
+    contact : record of CONTACT
+        All contacts; they are stiffest while everything sticks.
     cell_n_per_m : float
         Stiffness of load cell and end stops together, N/m.
 
     """
-    law, mass_kg = model.law, parameters.runner.mass
-    contact_n_per_m = max(float(model.curve.cells[0, 1]), law.bristle_n_per_m)
+    law, mass_kg = contact.law, parameters.runner.mass
+    contact_n_per_m = max(float(contact.curve.cells[0, 1]), float(law.bristle_n_per_m))
     omega_per_s = math.sqrt((cell_n_per_m + contact_n_per_m) / mass_kg)
-    law_n_s_per_m = law.bristle_n_s_per_m + law.viscous_n_s_per_m
+    law_n_s_per_m = float(law.bristle_n_s_per_m + law.viscous_n_s_per_m)
     gamma_per_s = (parameters.runner.damping + law_n_s_per_m) / mass_kg
     return PHASE_MAX / max(omega_per_s, gamma_per_s)
 
 
-def contact_model(parameters: Parameters) -> ContactModel:
-    """Return the constants of the six contacts; those of the last few stands are kept."""
-    return _contacts(parameters)[0]
+def all_contacts(parameters: Parameters) -> Record:
+    """Return the constants of the six contacts as one, a record of CONTACT."""
+    return _kept_contact(_contact_parameters(parameters)).copy()
 
 
-def _contacts(parameters: Parameters) -> tuple[ContactModel, Feet]:
+def _contact_parameters(parameters: Parameters) -> Parameters:
     contact, law = parameters.contact, parameters.friction_law
-    return _kept_contacts(Parameters(contact=contact, friction_law=law, stand=parameters.stand))
+    return Parameters(contact=contact, friction_law=law, stand=parameters.stand)
 
 
 @lru_cache(maxsize=MODELS_KEPT)
-def _kept_contacts(parameters: Parameters) -> tuple[ContactModel, Feet]:
+def _kept_contact(parameters: Parameters) -> Record:
     contacts = contacts_of(parameters)
     elasticity = elasticity_of(parameters.contact)
-    stand = parameters.stand
-    model = ContactModel(
+    return record(
+        CONTACT,
         curve=tabulate(contacts),
         bank=bank_of(parameters),
         law=law_of(parameters, contacts),
         compliance=parameters.contact.friction * elasticity.cattaneo_mindlin,
-        preload_n=stand.preload,
-        preload_n_per_s=stand.preload_rate,
+        preload_n=parameters.stand.preload,
+        preload_n_per_s=parameters.stand.preload_rate,
     )
-    return model, equal_feet(contacts, groups_of(parameters), model.bank)
 
 
-def bank_of(parameters: Parameters) -> SpringBank:
+def bank_of(parameters: Parameters) -> Record:
     """Return springs that carry any preload that the drive may come to."""
     stand = parameters.stand
     groups = groups_of(parameters)
@@ -183,11 +254,12 @@ def bank_of(parameters: Parameters) -> SpringBank:
     )
 
 
-def law_of(parameters: Parameters, contacts: Sequence[Presliding]) -> FrictionLaw:
+def law_of(parameters: Parameters, contacts: Sequence[Presliding]) -> Record:
     """Return the friction law; a bristle stiffness of 0 is that of the sticking contacts."""
     setting = parameters.friction_law
     stick_n_per_m = sum(contact.stick_stiffness_n_per_m for contact in contacts)
-    return FrictionLaw(
+    return record(
+        LAW,
         number=LAW_NUMBERS[parameters.contact.law],
         bristle_n_per_m=setting.bristle_stiffness or stick_n_per_m,
         bristle_n_s_per_m=setting.bristle_damping,
@@ -198,57 +270,31 @@ def law_of(parameters: Parameters, contacts: Sequence[Presliding]) -> FrictionLa
     )
 
 
-def with_preload(plant: Plant, parameters: Parameters, preload_n: float) -> Plant:
-    """Return a plant that goes to another preload; its virgin curve is the one of the new load."""
-    there = parameters.updated({'stand.preload': preload_n})
-    contacts = contacts_of(there)
-    model = plant.contact._replace(curve=tabulate(contacts), preload_n=preload_n)
-    stiffest_n_per_m = plant.cell_n_per_m + plant.walls.cell_n_per_m + plant.walls.stop_n_per_m
-    longest_s = longest_step_s(parameters, model, stiffest_n_per_m)
-    return plant._replace(
-        contact=model,
-        dt_s=min(parameters.sim.dt, longest_s),
-        feet=with_curves(plant.feet, contacts),
-    )
-
-
 def change_preload(
-    plant: Plant, history: DriveHistory, state: State, parameters: Parameters, preload_n: float
-) -> tuple[Plant, State]:
-    """Return plant and state that go to another preload: the springs take over on the way."""
-    if plant.feet.separate:
-        contact = onto_springs_of_feet(plant, history.feet, state.contact)
-    else:
-        contact = onto_springs(plant.contact, history.contact, state.contact)
-    return with_preload(plant, parameters, preload_n), state._replace(contact=contact)
+    plants: Record, states: Record, parameters: Parameters, preload_n: float
+) -> None:
+    """Let plant and state go to another preload: the springs take over on the way."""
+    plant = plants[0]
+    put_on_springs(plants, states)
+    plant.contacts['preload_n'] = preload_n
+    _set_curves(plant, parameters)
+    _set_longest_step(plant, parameters)
 
 
-def history_of(plant: Plant) -> DriveHistory:
-    """Return the arrays in which a drive remembers, empty."""
-    return DriveHistory(
-        fresh_history(plant.contact), fresh_feet(plant.feet), fresh_piezo(), fresh_passes()
-    )
+def state_at_rest(plants: Record, preload_n: float) -> Record:
+    """Return the drive at rest, with relaxed contacts: an array of one record of STATE."""
+    plant = plants[0]
+    states = records(STATE, voltage_v=plant.rest_v, preload_n=preload_n, passes_left=PASSES_MIN)
+    states['contacts'] = fresh_contact(preload_n)
+    if plant.separate:
+        share_out(plants, states)
+    rest(plant, states[0].piezo)
+    return states
 
 
-def state_at_rest(plant: Plant, history: DriveHistory, preload_n: float) -> State:
-    """Return the drive at rest, with relaxed contacts; the history is emptied."""
-    contact = relaxed(history.contact, preload_n)
-    history.feet.states[:] = 0.0
-    if plant.feet.separate:
-        split_feet(plant, history, contact, 0.0)
-    rest(plant, history.piezo)
-    history.passes[LEFT] = PASSES_MIN
-    return State(
-        clock=Clock(0.0, 0, 0.0, 0.0),
-        voltage_v=plant.rest_v,
-        foot_m=0.0,
-        position_m=0.0,
-        velocity_m_per_s=0.0,
-        contact=contact,
-        sums=Sums(0.0, 0.0, 0.0, 0.0, 0.0),
-    )
-
-
-def clock_at_start(state: State) -> Clock:
-    """Return the clock of a wave that begins now."""
-    return Clock(0.0, 0, state.position_m, state.sums.position_m_s)
+def start_clock(states: Record) -> None:
+    """Let a wave begin now."""
+    clocks = states['clock']
+    clocks['ramp_s'], clocks['cycle'] = 0.0, 0
+    clocks['start_m'] = states['position_m']
+    clocks['start_m_s'] = states['sums']['position_m_s']

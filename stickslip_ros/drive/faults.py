@@ -1,31 +1,32 @@
 """Faults of the drive that come and go while it runs."""
 
 from stickslip_ros.contact.laws import COULOMB
-from stickslip_ros.contact.memory import Memory
-from stickslip_ros.drive.build import with_ideal
-from stickslip_ros.drive.feet import OFFSET, PLACE
-from stickslip_ros.drive.feet_split import split_feet
-from stickslip_ros.drive.records import DriveHistory, Plant, State
-from stickslip_ros.drive.stages import RATIO
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.build import separate_feet, set_ideal
+from stickslip_ros.drive.feet import share_out
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import Parameters
 
 
 def apply_faults(
-    plant: Plant,
-    history: DriveHistory,
-    state: State,
+    plants: Record,
+    states: Record,
+    parameters: Parameters,
     *,
     dead_foot: int,
     runner_stuck: bool,
     amplifier_on: bool,
-) -> tuple[Plant, State]:
+) -> None:
     """
-    Return plant and state with the faults that there are now; those of before are mended.
+    Let a drive have the faults that there are now; those of before are mended.
 
     Parameters
     ----------
-    plant, history, state
-        The drive between two advances; the history is changed in place.
+    plants, states : array of one record of PLANT, of STATE
+        The drive between two advances; changed in place.
+    parameters : Parameters
+        Its stand.
     dead_foot : int
         Foot that stays where it is, 1 to 6, the two upper ones first; 0 is none. A foot that is
         mended follows again from where it is.
@@ -40,42 +41,35 @@ def apply_faults(
         If a foot dies under Coulomb's law, which then does not say how the feet share the load.
 
     """
-    if dead_foot != plant.feet.dead:
-        plant, state = _change_dead_foot(plant, history, state, dead_foot)
+    plant = plants[0]
+    if dead_foot != plant.dead:
+        _change_dead_foot(plants, states, parameters, dead_foot)
     if runner_stuck and not plant.stuck:
-        state = _stop_runner(plant, state)
-    amplifier = plant.amplifier._replace(on=bool(amplifier_on))
-    return with_ideal(plant._replace(amplifier=amplifier, stuck=bool(runner_stuck))), state
+        _stop_runner(plant, states[0])
+    plant.amplifier.on = amplifier_on
+    plant.stuck = runner_stuck
+    set_ideal(plant)
 
 
 def _change_dead_foot(
-    plant: Plant, history: DriveHistory, state: State, dead_foot: int
-) -> tuple[Plant, State]:
-    if plant.contact.law.number == COULOMB:
+    plants: Record, states: Record, parameters: Parameters, dead_foot: int
+) -> None:
+    plant, state = plants[0], states[0]
+    if plant.contacts[ALL].law.number == COULOMB:
         limit = 'not 0 under the rigid law of Coulomb, which does not say how feet share a load'
         raise OutOfRange('fault.dead_foot', dead_foot, '', limit, 'take another contact.law')
-    if not plant.feet.separate:
-        plant, state = separate_feet(plant, history, state)
-    states, mended = history.feet.states, plant.feet.dead
-    if mended:
-        foot = mended - 1
-        follows_m = plant.feet.numbers[foot, RATIO] * state.foot_m
-        states[foot, OFFSET] = states[foot, PLACE] - follows_m
+    if not plant.separate:
+        separate_feet(plants, parameters)
+        share_out(plants, states)
+    if plant.dead:
+        follows_m = plant.ratios[plant.dead] * state.foot_m
+        state.offsets_m[plant.dead] = state.places_m[plant.dead] - follows_m
     if dead_foot:
-        states[dead_foot - 1, OFFSET] = states[dead_foot - 1, PLACE]
-    return plant._replace(feet=plant.feet._replace(dead=int(dead_foot))), state
+        state.offsets_m[dead_foot] = state.places_m[dead_foot]
+    plant.dead = dead_foot
 
 
-def separate_feet(plant: Plant, history: DriveHistory, state: State) -> tuple[Plant, State]:
-    """Return a drive whose feet are moved one by one from now on, with the same force."""
-    whole = state.contact
-    total_n = split_feet(plant, history, whole, state.foot_m)
-    memory = Memory(whole.memory.u_m, total_n, 0, 1.0, 0.0, 0.0, 0.0)
-    plant = with_ideal(plant._replace(feet=plant.feet._replace(separate=True)))
-    return plant, state._replace(contact=whole._replace(memory=memory))
-
-
-def _stop_runner(plant: Plant, state: State) -> State:
+def _stop_runner(plant: Record, state: Record) -> None:
     kinetic_j = 0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s
-    sums = state.sums._replace(stuck_lost_j=state.sums.stuck_lost_j + kinetic_j)
-    return state._replace(velocity_m_per_s=0.0, sums=sums)
+    state.sums.stuck_lost_j += kinetic_j
+    state.velocity_m_per_s = 0.0

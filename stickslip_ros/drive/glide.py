@@ -15,15 +15,21 @@ from typing import NamedTuple
 
 from stickslip_ros.contact.branch import Branch, branch_towards, force_ahead, stiffness_on
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.reaction import move_on_stack
-from stickslip_ros.drive.actuator import foot_displacement
+from stickslip_ros.contact.memory import move
+from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.amplifier import clamp
 from stickslip_ros.drive.oscillator import Propagator, propagator
 from stickslip_ros.drive.passes import may_pass
-from stickslip_ros.drive.records import DriveHistory, Plant, State, Sums, at_voltage
+from stickslip_ros.drive.piezo import foot_displacement
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.runner import force_far_from_walls
 from stickslip_ros.drive.walls import is_near_wall
 
+SLEW_REFINEMENT = 64
+"""Steps during a fall are so many times shorter: the feet cross the whole presliding range in
+two microseconds, and their work is an integral over that range."""
+SLOPE_STEPS_MIN = 6.0
+"""Long steps in which feet that follow a steep slope cross the presliding range, at least."""
 RESTING = 1e-3
 """A sliding velocity below this share of what the step will add to it is no motion yet, and a
 loop that closes within this share of the step closes at once."""
@@ -56,60 +62,63 @@ class Slide(NamedTuple):
 
 
 @kernel
+def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
+    """Return the longest step along a straight voltage that the feet follow in proportion, s."""
+    falls = abs(rate_v_per_s) >= plant.slew_v_per_s
+    longest_s = plant.dt_s / SLEW_REFINEMENT if falls else plant.dt_s
+    foot_m_per_s = plant.gain_m_per_v * abs(rate_v_per_s)
+    travel_m = plant.contacts[ALL].curve.limit_m / SLOPE_STEPS_MIN
+    return longest_s if foot_m_per_s * longest_s <= travel_m else travel_m / foot_m_per_s
+
+
+@kernel
 def glide_along(
-    plant: Plant,
-    history: DriveHistory,
-    state: State,
+    plant: Record,
+    state: Record,
     start_v: float,
     rate_v_per_s: float,
     load_n: float,
     stretch_s: float,
-    longest_s: float,
-) -> tuple[State, float]:
+) -> float:
     """
     Advance along a straight stretch in long steps, which also end where the sliding turns.
 
     Returns
     -------
-    tuple of State and float
-        State after, and the time that is left because a wall is near or no pass is left, s.
+    float
+        Time that is left because a wall is near or no pass is left, s.
 
     """
-    state = at_voltage(state, start_v)
+    state.voltage_v = start_v
+    longest_s = longest_on_slope(plant, rate_v_per_s)
     left_s = stretch_s
-    while left_s > 0.0 and may_pass(history):
+    while left_s > 0.0 and may_pass(state):
         h_s = left_s
         if left_s > longest_s:
             h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
         if plant.walls.exist and is_near_wall(plant, state, load_n, h_s):
-            return state, left_s
-        state, done_s = glide(plant, history, state, rate_v_per_s, load_n, h_s)
+            return left_s
+        done_s = glide(plant, state, rate_v_per_s, load_n, h_s)
         left_s = left_s - done_s if done_s < left_s else 0.0
     if left_s > 0.0:
-        return state, left_s
-    return at_voltage(state, clamp(plant, start_v + rate_v_per_s * stretch_s)), 0.0
+        return left_s
+    state.voltage_v = clamp(plant, start_v + rate_v_per_s * stretch_s)
+    return 0.0
 
 
 @kernel
 def glide(
-    plant: Plant,
-    history: DriveHistory,
-    state: State,
-    rate_v_per_s: float,
-    load_n: float,
-    longest_s: float,
-) -> tuple[State, float]:
+    plant: Record, state: Record, rate_v_per_s: float, load_n: float, longest_s: float
+) -> float:
     """
-    Advance until a reversal of the sliding, at most by a given time; return state and time, s.
+    Advance until a reversal of the sliding, at most by a given time; return the time, s.
 
     Parameters
     ----------
-    plant : Plant
+    plant : record of PLANT
         The drive.
-    history : DriveHistory
-        What the contacts remember; changed in place.
-    state : State
-        State before; ``contact.on_springs`` is False.
+    state : record of STATE
+        Changed in place; the contacts remember turning points.
     rate_v_per_s : float
         Slope of the voltage.
     load_n : float
@@ -118,51 +127,57 @@ def glide(
         Time to advance if the sliding does not turn, s.
 
     """
-    curve, stack, memory = plant.contact.curve, history.contact.stack, state.contact.memory
+    curve, memory = plant.contacts[ALL].curve, state.contacts[ALL].memory
+    before_n, before_m = state.contact_n, memory.u_m
     foot_m_per_s = plant.gain_m_per_v * rate_v_per_s
     slide = _slide_now(plant, state, foot_m_per_s, load_n)
 
     rests = abs(slide.speed) < RESTING * abs(slide.speeding) * longest_s
-    branch = branch_towards(curve, stack, memory, slide.speeding if rests else slide.speed)
-    tangent = stiffness_on(curve, branch, memory.u_m)
+    branch = branch_towards(curve, memory, slide.speeding if rests else slide.speed)
+    tangent = stiffness_on(curve, branch, before_m)
     omega_squared = (plant.cell_n_per_m + tangent) * plant.per_kg
     turns = not rests and slide.speed * slide.speeding < 0.0
     h_s = _time_to_turn(slide, omega_squared, longest_s) if turns else longest_s
-    h_s = _time_to_close(slide, branch, memory.u_m, h_s)
+    h_s = _time_to_close(slide, branch, before_m, h_s)
 
     half = propagator(omega_squared, slide.gamma, 0.5 * h_s)
     y_middle, w_middle, y_end, w_end = _oscillate(slide, omega_squared, half, h_s)
 
     # What the tangent misses.
-    middle_n = force_ahead(curve, stack, memory, branch, memory.u_m + y_middle)
-    missed_middle = (middle_n - memory.force_n - tangent * y_middle) * plant.per_kg
+    middle_n = force_ahead(curve, memory, branch, before_m + y_middle)
+    missed_middle = (middle_n - before_n - tangent * y_middle) * plant.per_kg
     y_end -= 4.0 * SIXTH * h_s * half.impulse * missed_middle
 
     voltage_v = state.voltage_v + rate_v_per_s * h_s
     foot_m = foot_displacement(plant, voltage_v)
-    position_m = foot_m + memory.u_m + y_end
-    contact = move_on_stack(plant.contact, history.contact, state.contact, position_m - foot_m)
+    position_m = foot_m + before_m + y_end
+    move(curve, memory, position_m - foot_m)
 
-    missed_end = (contact.memory.force_n - memory.force_n - tangent * y_end) * plant.per_kg
+    missed_end = (memory.force_n - before_n - tangent * y_end) * plant.per_kg
     w_end -= (SIXTH * h_s) * (4.0 * half.velocity * missed_middle + missed_end)
     w_middle -= (SIXTH * h_s) * missed_middle
 
-    sums = _book(
-        plant, state, h_s, load_n, foot_m - state.foot_m, position_m, foot_m_per_s + w_end,
-        state.position_m + 0.5 * h_s * foot_m_per_s + y_middle, foot_m_per_s + w_middle,
-        middle_n, contact.memory.force_n,
+    middle_m = state.position_m + 0.5 * h_s * foot_m_per_s + y_middle
+    mean_n = (before_n + 4.0 * middle_n + memory.force_n) * SIXTH
+    state.sums.feet_work_j -= mean_n * (foot_m - state.foot_m)
+    _book(
+        plant, state, h_s, load_n, position_m, foot_m_per_s + w_end,
+        middle_m, foot_m_per_s + w_middle,
     )  # fmt: skip
-    return State(
-        state.clock, voltage_v, foot_m, position_m, foot_m_per_s + w_end, contact, sums
-    ), h_s
+    state.voltage_v = voltage_v
+    state.foot_m = foot_m
+    state.position_m = position_m
+    state.velocity_m_per_s = foot_m_per_s + w_end
+    state.contact_n = memory.force_n
+    return h_s
 
 
 @kernel
-def _slide_now(plant: Plant, state: State, foot_m_per_s: float, load_n: float) -> Slide:
+def _slide_now(plant: Record, state: Record, foot_m_per_s: float, load_n: float) -> Slide:
     """Return how the runner slides against the feet, and what pulls it."""
     gamma = plant.damping_n_s_per_m * plant.per_kg
     drag_n = plant.damping_n_s_per_m * foot_m_per_s
-    others_n = force_far_from_walls(plant, state.position_m, state.contact.memory.force_n, load_n)
+    others_n = force_far_from_walls(plant, state.position_m, state.contact_n, load_n)
     pull = (others_n - drag_n) * plant.per_kg
     pull_rate = -plant.cell_n_per_m * foot_m_per_s * plant.per_kg
     speed = state.velocity_m_per_s - foot_m_per_s
@@ -217,28 +232,20 @@ def _time_to_close(slide: Slide, branch: Branch, u_m: float, longest_s: float) -
 
 @kernel
 def _book(
-    plant: Plant,
-    before: State,
+    plant: Record,
+    state: Record,
     h_s: float,
     load_n: float,
-    foot_step_m: float,
     position_m: float,
     velocity_m_per_s: float,
     middle_m: float,
     middle_m_per_s: float,
-    middle_n: float,
-    contact_n: float,
-) -> Sums:
+) -> None:
     """Add one step to the integrals, each by Simpson's rule."""
-    sums = before.sums
-    mean_contact_n = (before.contact.memory.force_n + 4.0 * middle_n + contact_n) * SIXTH
-    v_0, v_half, v_1 = before.velocity_m_per_s, middle_m_per_s, velocity_m_per_s
+    sums = state.sums
+    v_0, v_half, v_1 = state.velocity_m_per_s, middle_m_per_s, velocity_m_per_s
     mean_square = (v_0 * v_0 + 4.0 * v_half * v_half + v_1 * v_1) * SIXTH
-    mean_m = (before.position_m + 4.0 * middle_m + position_m) * SIXTH
-    return Sums(
-        sums.feet_work_j - mean_contact_n * foot_step_m,
-        sums.load_work_j + load_n * (position_m - before.position_m),
-        sums.damping_lost_j + plant.damping_n_s_per_m * mean_square * h_s,
-        sums.position_m_s + mean_m * h_s,
-        sums.stuck_lost_j,
-    )
+    mean_m = (state.position_m + 4.0 * middle_m + position_m) * SIXTH
+    sums.load_work_j += load_n * (position_m - state.position_m)
+    sums.damping_lost_j += plant.damping_n_s_per_m * mean_square * h_s
+    sums.position_m_s += mean_m * h_s

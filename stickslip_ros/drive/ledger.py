@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 from stickslip_ros.contact.kernel import entry_point, kernel
-from stickslip_ros.contact.reaction import contact_lost, contact_stored
+from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.feet import lost_by_feet, stored_by_feet
-from stickslip_ros.drive.records import DriveHistory, Plant, State, Sums
 from stickslip_ros.drive.walls import cell_energy, stops_energy
 
 
@@ -47,51 +46,44 @@ class EnergyLedger:
         return self.feet_work_j + self.load_work_j - found_j - lost_j
 
 
-def take_ledger(plant: Plant, history: DriveHistory, state: State) -> EnergyLedger:
-    """Compute every term of the balance from the state."""
-    stored_j, lost_j = energies_of_contacts(plant, history, state)
+def take_ledger(plants: Record, states: Record) -> EnergyLedger:
+    """Compute every term of the balance, from arrays of one plant and one state."""
+    plant, state = plants[0], states[0]
+    stored_j, lost_j = energies_of_contacts(plants, states)
     return EnergyLedger(
-        feet_work_j=state.sums.feet_work_j,
-        load_work_j=state.sums.load_work_j,
-        kinetic_j=0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s,
+        feet_work_j=float(state.sums.feet_work_j),
+        load_work_j=float(state.sums.load_work_j),
+        kinetic_j=float(0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s),
         cell_j=cell_energy(plant, state.position_m),
         contact_stored_j=stored_j,
         contact_lost_j=lost_j,
-        damping_lost_j=state.sums.damping_lost_j,
+        damping_lost_j=float(state.sums.damping_lost_j),
         stops_j=stops_energy(plant, state.position_m),
-        stuck_lost_j=state.sums.stuck_lost_j,
+        stuck_lost_j=float(state.sums.stuck_lost_j),
     )
 
 
 @entry_point
-def energies_of_contacts(plant: Plant, history: DriveHistory, state: State) -> tuple[float, float]:
+def energies_of_contacts(plants: Record, states: Record) -> tuple[float, float]:
     """Return the elastic energy in the contacts, and the friction loss in them so far, J."""
-    if plant.feet.separate:
-        preload_n = state.contact.preload_n
-        stored_j = stored_by_feet(plant, history.feet, preload_n)
-        return stored_j, lost_by_feet(plant, history.feet, preload_n)
-    stored_j = contact_stored(plant.contact, history.contact, state.contact)
-    return stored_j, contact_lost(plant.contact, history.contact, state.contact)
+    return stored_by_feet(plants[0], states[0]), lost_by_feet(plants[0], states[0])
 
 
 @kernel
 def book(
-    plant: Plant,
-    before: State,
+    plant: Record,
+    state: Record,
     position_m: float,
     velocity_m_per_s: float,
     feet_work_j: float,
     load_n: float,
     dt_s: float,
-) -> Sums:
+) -> None:
     """Add one step to the integrals, each by the trapezoidal rule."""
-    sums = before.sums
-    v_0, v_1 = before.velocity_m_per_s, velocity_m_per_s
+    sums = state.sums
+    v_0, v_1 = state.velocity_m_per_s, velocity_m_per_s
     mean_square = 0.5 * (v_0 * v_0 + v_1 * v_1)
-    return Sums(
-        sums.feet_work_j + feet_work_j,
-        sums.load_work_j + load_n * (position_m - before.position_m),
-        sums.damping_lost_j + plant.damping_n_s_per_m * mean_square * dt_s,
-        sums.position_m_s + 0.5 * (before.position_m + position_m) * dt_s,
-        sums.stuck_lost_j,
-    )
+    sums.feet_work_j += feet_work_j
+    sums.load_work_j += load_n * (position_m - state.position_m)
+    sums.damping_lost_j += plant.damping_n_s_per_m * mean_square * dt_s
+    sums.position_m_s += 0.5 * (state.position_m + position_m) * dt_s

@@ -8,16 +8,10 @@ not do so, the loops end all the same, and the drive fails with the state that l
 
 import math
 
-import numpy as np
-
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.records import DriveHistory, Plant, State
+from stickslip_ros.contact.record import Record
 from stickslip_ros.errors import StickSlipError
 
-LEFT, MADE = 0, 1
-"""Columns of ``DriveHistory.passes``: passes that the loops may still make, below 0 once the drive
-has given up; passes made since the start."""
 PASSES_MIN = 100_000
 """Passes that any stretch of time may take, however short: its longest falls have a hundredth."""
 PASSES_PER_STEP = 1_000
@@ -26,43 +20,29 @@ PASSES_PER_ROW = 4
 """Passes that it may take besides, for each row of a waveform's table: 2 are needed."""
 
 
-def fresh_passes() -> Array:
-    """Return the count of a drive that has not begun, shape (2,)."""
-    return np.array([PASSES_MIN, 0], dtype=np.int64)
-
-
 @kernel
-def allow_passes(plant: Plant, history: DriveHistory, rows: int, duration_s: float) -> None:
+def allow_passes(plant: Record, state: Record, rows: int, duration_s: float) -> None:
     """Say how many passes a duration may take; none, if the drive has given up."""
-    passes = history.passes
-    if passes[LEFT] >= 0:
+    if state.passes_left >= 0:
         steps = int(min(duration_s / plant.dt_s, 1e12))
-        passes[LEFT] = PASSES_MIN + PASSES_PER_STEP * steps + PASSES_PER_ROW * rows
+        state.passes_left = PASSES_MIN + PASSES_PER_STEP * steps + PASSES_PER_ROW * rows
 
 
 @kernel
-def may_pass(history: DriveHistory) -> bool:
+def may_pass(state: Record) -> bool:
     """Count a pass; tell whether it may be made."""
-    history.passes[LEFT] -= 1
-    history.passes[MADE] += 1
-    return bool(history.passes[LEFT] >= 0)
+    state.passes_left -= 1
+    state.passes_made += 1
+    return bool(state.passes_left >= 0)
 
 
-@kernel
-def has_given_up(history: DriveHistory) -> bool:
-    """Tell whether the loops have made more passes than they may."""
-    return bool(history.passes[LEFT] < 0)
-
-
-def check_motion(history: DriveHistory, state: State, load_n: float) -> None:
+def check_motion(states: Record, load_n: float) -> None:
     """
     Refuse to go on with a drive that has given up, or whose motion is not finite.
 
     Parameters
     ----------
-    history : DriveHistory
-        Holds the count of passes.
-    state : State
+    states : array of one record of STATE
         Where the drive is.
     load_n : float
         External force on the runner, N.
@@ -73,22 +53,24 @@ def check_motion(history: DriveHistory, state: State, load_n: float) -> None:
         With the state that led there.
 
     """
-    if history.passes[LEFT] < 0:
+    if states['passes_left'].item() < 0:
         raise StickSlipError(
-            f'time stands still after {history.passes[MADE]} passes, {_place(state, load_n)}; '
+            f'time stands still after {states[0].passes_made} passes, {_place(states, load_n)}; '
             'bring sim.dt, bandwidth, resonance and preload nearer to their defaults, and report '
             'this line'
         )
-    if not math.isfinite(state.position_m + state.velocity_m_per_s):
+    if not math.isfinite(states['position_m'].item() + states['velocity_m_per_s'].item()):
         raise StickSlipError(
-            f'the motion is no longer finite, {_place(state, load_n)}; lower sim.dt, or bring '
+            f'the motion is no longer finite, {_place(states, load_n)}; lower sim.dt, or bring '
             'mass, damping and stiffnesses nearer to each other'
         )
 
 
-def _place(state: State, load_n: float) -> str:
+def _place(states: Record, load_n: float) -> str:
+    names = ('voltage_v', 'foot_m', 'position_m', 'velocity_m_per_s')
+    voltage_v, foot_m, position_m, velocity_m_per_s = (states[name].item() for name in names)
+    ramp_s, cycle, *_ = states['clock'].item()
     return (
-        f'at {state.voltage_v!r} V, foot {state.foot_m!r} m, runner {state.position_m!r} m and '
-        f'{state.velocity_m_per_s!r} m/s, load {load_n!r} N, {state.clock.ramp_s!r} s into ramp '
-        f'{state.clock.cycle}'
+        f'at {voltage_v!r} V, foot {foot_m!r} m, runner {position_m!r} m and '
+        f'{velocity_m_per_s!r} m/s, load {load_n!r} N, {ramp_s!r} s into ramp {cycle}'
     )

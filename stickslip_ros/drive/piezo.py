@@ -12,24 +12,20 @@ import math
 from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.plays import drag_plays
-from stickslip_ros.drive.records import Plant
+from stickslip_ros.drive.records import DECADES
 
-SCALARS, PLAYS, CREPT, SHARES = range(4)
-"""Rows of ``DriveHistory.piezo``: single numbers; outputs of the plays (V); displacements that the
-elements of creep have taken in (m); share of its way that each goes in the present step."""
-SLEWED_V, PLAYS_AT_REST_V, STATIC_M, DRIVING_M, RING_M, RING_M_PER_S = range(6)
-"""Columns of the row SCALARS: amplifier before its low-pass; sum of the plays at the start;
-displacement after hysteresis; after creep; after the resonance, and its velocity."""
-COLUMNS = 64
-"""Columns of ``DriveHistory.piezo``: no more plays than that."""
-DECADES = 6
-"""Elements of creep."""
 CREEP_FASTEST_S = 1e-2
 """Time constant of the fastest element of creep; each of the others is ten times slower."""
 SMALL_ANGLE = 1e-4
 """Below this sine and cosine are two terms of their series."""
+
+
+@kernel
+def foot_displacement(plant: Record, voltage_v: float) -> float:
+    """Return the displacement x_s of the feet from their place at rest, m; linear."""
+    return plant.gain_m_per_v * (voltage_v - plant.rest_v)
 
 
 class Ring(NamedTuple):
@@ -83,31 +79,31 @@ def free_ring(piezo_omega_per_s: float, damping_ratio: float, h_s: float) -> Rin
 
 
 @kernel
-def prepare_step(plant: Plant, memory: Array, h_s: float) -> Ring:
+def prepare_piezo(plant: Record, memory: Record, h_s: float) -> Ring:
     """Compute what all steps of one length share: the ring, and the shares of creep."""
     if plant.piezo.creep > 0.0:
         tau_s = CREEP_FASTEST_S
         for k in range(DECADES):
-            memory[SHARES, k] = -math.expm1(-h_s / tau_s)
+            memory.creep_shares[k] = -math.expm1(-h_s / tau_s)
             tau_s *= 10.0
     return free_ring(plant.piezo.omega_per_s, plant.piezo.damping_ratio, h_s)
 
 
 @kernel
-def displace(plant: Plant, memory: Array, voltage_v: float, ring: Ring, h_s: float) -> float:
+def displace(plant: Record, memory: Record, voltage_v: float, ring: Ring, h_s: float) -> float:
     """
     Return the displacement of the mean foot after a step, m.
 
     Parameters
     ----------
-    plant : Plant
+    plant : record of PLANT
         The drive.
-    memory : array, shape (4, COLUMNS)
+    memory : record of PIEZO_STATE
         Changed in place.
     voltage_v : float
         Output of the amplifier at the end of the step.
     ring : Ring
-        Of ``prepare_step``.
+        Of ``prepare_piezo``.
     h_s : float
         Time of the step, s.
 
@@ -116,66 +112,66 @@ def displace(plant: Plant, memory: Array, voltage_v: float, ring: Ring, h_s: flo
     driving_m = static_m
     if plant.piezo.creep > 0.0:
         driving_m += creep(plant, memory, static_m)
-    memory[SCALARS, STATIC_M] = static_m
+    memory.static_m = static_m
     foot_m = driving_m
     if plant.piezo.omega_per_s > 0.0:
         foot_m = _swing(plant, memory, driving_m, ring, h_s)
-    memory[SCALARS, DRIVING_M] = driving_m
+    memory.driving_m = driving_m
     return foot_m
 
 
 @kernel
-def hysteresis(plant: Plant, memory: Array, voltage_v: float) -> float:
+def hysteresis(plant: Record, memory: Record, voltage_v: float) -> float:
     """Return the displacement that belongs to a voltage, by the plays' memory, m."""
     piezo = plant.piezo
     if piezo.plays == 0:
-        return plant.gain_m_per_v * (voltage_v - plant.rest_v)
-    total_v = drag_plays(memory[PLAYS], piezo.plays, 1.0, piezo.play_v, voltage_v)
-    total_v -= memory[SCALARS, PLAYS_AT_REST_V]
+        return foot_displacement(plant, voltage_v)
+    total_v = drag_plays(memory.plays_v, piezo.plays, 1.0, piezo.play_v, voltage_v)
+    total_v -= memory.plays_at_rest_v
     linear_v = piezo.linear * (voltage_v - plant.rest_v)
-    return float(plant.gain_m_per_v * (linear_v + piezo.weight * total_v))
+    return plant.gain_m_per_v * (linear_v + piezo.weight * total_v)
 
 
 @kernel
-def creep(plant: Plant, memory: Array, static_m: float) -> float:
+def creep(plant: Record, memory: Record, static_m: float) -> float:
     """Return the displacement by creep after a step of the prepared length, m."""
-    mean_m = 0.5 * (memory[SCALARS, STATIC_M] + static_m)
+    mean_m = 0.5 * (memory.static_m + static_m)
     total_m = 0.0
     for k in range(DECADES):
-        memory[CREPT, k] += memory[SHARES, k] * (mean_m - memory[CREPT, k])
-        total_m += memory[CREPT, k]
-    return float(plant.piezo.creep * total_m)
+        memory.crept_m[k] += memory.creep_shares[k] * (mean_m - memory.crept_m[k])
+        total_m += memory.crept_m[k]
+    return plant.piezo.creep * total_m
 
 
 @kernel
-def _swing(plant: Plant, memory: Array, driving_m: float, ring: Ring, h_s: float) -> float:
+def _swing(plant: Record, memory: Record, driving_m: float, ring: Ring, h_s: float) -> float:
     """Return the displacement of the oscillator after a step in which its drive was straight."""
-    start_m = memory[SCALARS, DRIVING_M]
+    start_m = memory.driving_m
     rate_m_per_s = (driving_m - start_m) / h_s
     lag_m = 2.0 * plant.piezo.damping_ratio * rate_m_per_s / plant.piezo.omega_per_s
-    off_m = memory[SCALARS, RING_M] - start_m + lag_m
-    off_m_per_s = memory[SCALARS, RING_M_PER_S] - rate_m_per_s
+    off_m = memory.ring_m - start_m + lag_m
+    off_m_per_s = memory.ring_m_per_s - rate_m_per_s
     after_m = ring.m_per_m * off_m + ring.m_per_m_per_s * off_m_per_s
     after_m_per_s = ring.m_per_s_per_m * off_m + ring.m_per_s_per_m_per_s * off_m_per_s
-    memory[SCALARS, RING_M] = driving_m - lag_m + after_m
-    memory[SCALARS, RING_M_PER_S] = rate_m_per_s + after_m_per_s
-    return float(driving_m - lag_m + after_m)
+    memory.ring_m = driving_m - lag_m + after_m
+    memory.ring_m_per_s = rate_m_per_s + after_m_per_s
+    return driving_m - lag_m + after_m
 
 
 @kernel
-def fastest_m_per_s(plant: Plant, memory: Array, rate_v_per_s: float) -> float:
+def fastest_m_per_s(plant: Record, memory: Record, rate_v_per_s: float) -> float:
     """Return a bound of the speed of the mean foot while the voltage has a rate, m/s."""
     piezo = plant.piezo
     slope = plant.gain_m_per_v * (piezo.linear + piezo.plays * piezo.weight)
     speed_m_per_s = slope * abs(rate_v_per_s)
     if piezo.omega_per_s > 0.0:
-        off_m = memory[SCALARS, RING_M] - memory[SCALARS, DRIVING_M]
-        rung_m = abs(off_m) + abs(memory[SCALARS, RING_M_PER_S]) / piezo.omega_per_s
+        off_m = memory.ring_m - memory.driving_m
+        rung_m = abs(off_m) + abs(memory.ring_m_per_s) / piezo.omega_per_s
         speed_m_per_s = 2.0 * speed_m_per_s + piezo.omega_per_s * rung_m
-    return float(speed_m_per_s)
+    return speed_m_per_s
 
 
-def rest(plant: Plant, memory: Array) -> None:
+def rest(plant: Record, memory: Record) -> None:
     """
     Bring a piezo to rest at the voltage of the start, without creep and ringing.
 
@@ -183,9 +179,8 @@ def rest(plant: Plant, memory: Array) -> None:
     whole range is closed from its first turn on.
 
     """
-    memory[:] = 0.0
-    memory[SCALARS, SLEWED_V] = plant.rest_v
+    memory.slewed_v = plant.rest_v
     for j in range(plant.piezo.plays):
         half_v = (j + 1) * plant.piezo.play_v
-        memory[PLAYS, j] = min(plant.rest_v + half_v, plant.voltage_max_v - half_v)
-        memory[SCALARS, PLAYS_AT_REST_V] += memory[PLAYS, j]
+        memory.plays_v[j] = min(plant.rest_v + half_v, plant.voltage_max_v - half_v)
+        memory.plays_at_rest_v += memory.plays_v[j]

@@ -1,140 +1,96 @@
 """
-The drive: a voltage in, a runner motion out.
+The drive: a voltage in, a runner motion out. One short step of it, whatever its parts are like.
 
-The voltage is piecewise linear, and its corners are known in advance: those of the command,
-and the moment when a slewing amplifier has caught up. ``advance`` goes from corner to corner;
-between two of them ``ride`` takes steps, so no step ever straddles a corner: long ones of
-``glide_along`` while the drive is ideal, short ones otherwise. In each of them the voltage moves
-the feet, the feet drag the contacts, and the contacts pull the runner.
+The voltage moves the feet, the feet drag the contacts, and the contacts pull the runner.
 
 """
 
 import math
+from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import entry_point, kernel
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import remembers_turns
-from stickslip_ros.drive.actuation import longest_on_slope, ride_through, slewed_voltage
-from stickslip_ros.drive.amplifier import (
-    SETTLED_V,
-    clamp,
-    follow,
-    is_direct,
-    is_fall_over,
-    time_to_settle,
-    wanted,
-)
-from stickslip_ros.drive.glide import glide_along
-from stickslip_ros.drive.passes import allow_passes, has_given_up, may_pass
-from stickslip_ros.drive.records import Clock, DriveHistory, Plant, State, Wave
-from stickslip_ros.drive.waveform import ramp_is_over
+from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.amplifier import low_pass
+from stickslip_ros.drive.feet import drag_feet
+from stickslip_ros.drive.ledger import book
+from stickslip_ros.drive.piezo import Ring, displace, prepare_piezo
+from stickslip_ros.drive.runner import force_on_runner, holding_force, kick_after, kick_before
 
-RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
-"""Columns of the log of ramps: position after the fall, mean and final position, m."""
+VERLET_REFINEMENT = 8
+"""Steps of velocity Verlet are so many times shorter than the long ones: second order, no look
+ahead."""
+
+
+class Pace(NamedTuple):
+    """
+    What all steps of one length share.
+
+    Attributes
+    ----------
+    dt_s : float
+        Their length.
+    settling : float
+        Share of its way that the low-pass of the amplifier goes in one.
+    ring : Ring
+        What the resonance of the piezo does in one.
+
+    """
+
+    dt_s: float
+    settling: float
+    ring: Ring
 
 
 @kernel
-def ride(
-    plant: Plant,
-    history: DriveHistory,
-    state: State,
-    start_v: float,
-    rate_v_per_s: float,
-    load_n: float,
-    stretch_s: float,
-) -> State:
-    """Advance along a straight stretch of the voltage."""
-    left_s = stretch_s
-    if plant.ideal and remembers_turns(plant.contact, state.contact):
-        longest_s = longest_on_slope(plant, rate_v_per_s)
-        state, left_s = glide_along(
-            plant, history, state, start_v, rate_v_per_s, load_n, stretch_s, longest_s
-        )
-    if left_s > 0.0:
-        start_v += rate_v_per_s * (stretch_s - left_s)
-        state = ride_through(plant, history, state, start_v, rate_v_per_s, load_n, left_s)
-    return state
+def pace_of(plant: Record, state: Record, dt_s: float) -> Pace:
+    """Prepare steps of one length."""
+    tau_s = plant.amplifier.tau_s
+    settling = -math.expm1(-dt_s / tau_s) if tau_s > 0.0 else 1.0
+    return Pace(dt_s, settling, prepare_piezo(plant, state.piezo, dt_s))
 
 
-@entry_point
-def advance(
-    plant: Plant,
-    history: DriveHistory,
-    state: State,
-    wave: Wave,
-    load_n: float,
-    duration_s: float,
-    ramps: Array,
-) -> State:
+@kernel
+def step(
+    plant: Record, state: Record, from_v: float, to_v: float, load_n: float, pace: Pace
+) -> None:
     """
-    Advance the drive by a duration under a wave and a constant external load.
+    Advance the drive by one short step.
 
     Parameters
     ----------
-    plant : Plant
+    plant : record of PLANT
         The drive.
-    history : DriveHistory
-        What contacts and piezo remember; changed in place.
-    state : State
-        State before.
-    wave : Wave
-        Commanded voltage.
+    state : record of STATE
+        Changed in place.
+    from_v, to_v : float
+        Voltage before the low-pass of the amplifier, straight from one to the other.
     load_n : float
         External force on the runner, N.
-    duration_s : float
-        Time to advance, s.
-    ramps : array, shape (n, 3)
-        Row ``cycle % n`` receives each finished ramp: position at its start after the fall,
-        mean and final position, m.
+    pace : Pace
+        Length of the step, and what follows from it.
 
     """
-    remaining_s = duration_s
-    allow_passes(plant, history, len(wave.rows), duration_s)
-    while remaining_s > 0.0 and may_pass(history):
-        target_v, slope_v_per_s, corner_s = wanted(plant, wave, state.clock)
-        output_v = slewed_voltage(plant, history, state)
-        start_v, rate_v_per_s, caught_s = follow(
-            plant, output_v, target_v, slope_v_per_s, state.clock.ramp_s
-        )
-        before_v = state.voltage_v
-        settled_s = time_to_settle(plant, wave, before_v, start_v, rate_v_per_s)
-        stretch_s = min(remaining_s, corner_s, caught_s, settled_s)
-        state = ride(plant, history, state, start_v, rate_v_per_s, load_n, stretch_s)
-        if has_given_up(history):
-            return state
-        if is_direct(plant):
-            gap_v = clamp(plant, target_v + slope_v_per_s * stretch_s) - state.voltage_v
-            fall_is_over = caught_s < math.inf and abs(gap_v) <= SETTLED_V
-        else:
-            fall_is_over = is_fall_over(plant, wave, state, before_v, stretch_s)
-        state = tell_time(wave, state, stretch_s, fall_is_over, ramps)
-        remaining_s -= stretch_s
-    return state
+    dt_s = pace.dt_s
 
+    # Amplifier and feet.
+    voltage_v = low_pass(plant, state.voltage_v, from_v, to_v, dt_s, pace.settling)
+    foot_m = displace(plant, state.piezo, voltage_v, pace.ring, dt_s)
+    foot_m_per_s = (foot_m - state.foot_m) / dt_s
 
-@kernel
-def tell_time(
-    wave: Wave, state: State, stretch_s: float, fall_is_over: bool, ramps: Array
-) -> State:
-    """Move the clock on, and write down a ramp that is over."""
-    clock = state.clock
-    ramp_s = clock.ramp_s + stretch_s
-    start_m = state.position_m if fall_is_over else clock.start_m
-    clock = Clock(ramp_s, clock.cycle, start_m, clock.start_m_s)
-    if ramp_is_over(wave, clock):
-        row = clock.cycle % len(ramps)
-        ramps[row, RAMP_START] = clock.start_m
-        ramps[row, RAMP_MEAN] = (state.sums.position_m_s - clock.start_m_s) / wave.period_s
-        ramps[row, RAMP_END] = state.position_m
-        clock = Clock(
-            ramp_s - wave.period_s, clock.cycle + 1, state.position_m, state.sums.position_m_s
-        )
-    return State(
-        clock,
-        state.voltage_v,
-        state.foot_m,
-        state.position_m,
-        state.velocity_m_per_s,
-        state.contact,
-        state.sums,
-    )
+    # Runner, up to the middle of the step.
+    before_n = force_on_runner(plant, state.position_m, state.contact_n, load_n)
+    middle_m_per_s = kick_before(plant, state.velocity_m_per_s, before_n, dt_s)
+    position_m = state.position_m + dt_s * middle_m_per_s
+
+    # Contacts.
+    holding_n = holding_force(plant, position_m, middle_m_per_s, foot_m_per_s, load_n, dt_s)
+    feet_work_j = drag_feet(plant, state, position_m, foot_m, dt_s, holding_n)
+
+    # Runner, up to the end.
+    after_n = force_on_runner(plant, position_m, state.contact_n, load_n)
+    velocity_m_per_s = kick_after(plant, middle_m_per_s, after_n, dt_s)
+
+    # Ledger.
+    book(plant, state, position_m, velocity_m_per_s, feet_work_j, load_n, dt_s)
+    state.voltage_v, state.foot_m = voltage_v, foot_m
+    state.position_m, state.velocity_m_per_s = position_m, velocity_m_per_s

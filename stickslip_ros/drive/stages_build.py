@@ -2,19 +2,16 @@
 
 import math
 
-import numpy as np
-
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.piezo import COLUMNS, SHARES
-from stickslip_ros.drive.stages import Amplifier, Piezo, Walls
+from stickslip_ros.contact.record import Record, record
+from stickslip_ros.drive.records import AMPLIFIER, PIEZO, WALLS
 from stickslip_ros.parameters import Parameters
 
 
-def amplifier_of(parameters: Parameters) -> Amplifier:
+def amplifier_of(parameters: Parameters) -> Record:
     """Return what is not ideal about the amplifier."""
     setting = parameters.amplifier
     tau_s = 1.0 / (2.0 * math.pi * setting.bandwidth) if setting.bandwidth else 0.0
-    return Amplifier(on=True, resolution_v=setting.resolution, tau_s=tau_s)
+    return record(AMPLIFIER, on=True, resolution_v=setting.resolution, tau_s=tau_s)
 
 
 def slew_of(parameters: Parameters) -> float:
@@ -25,7 +22,7 @@ def slew_of(parameters: Parameters) -> float:
     return min(setting.slew_rate, setting.current_max / parameters.actuator.capacitance)
 
 
-def piezo_of(parameters: Parameters) -> Piezo:
+def piezo_of(parameters: Parameters) -> Record:
     """
     Return what is not ideal about the piezo.
 
@@ -40,7 +37,8 @@ def piezo_of(parameters: Parameters) -> Piezo:
     setting, amplifier = parameters.actuator, parameters.amplifier
     plays = setting.plays if setting.hysteresis else 0
     weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
-    return Piezo(
+    return record(
+        PIEZO,
         linear=1.0 - 0.5 * weight * plays,
         weight=weight,
         plays=plays,
@@ -51,21 +49,17 @@ def piezo_of(parameters: Parameters) -> Piezo:
     )
 
 
-def is_linear(piezo: Piezo) -> bool:
+def is_linear(piezo: Record) -> bool:
     """Tell whether the displacement is proportional to the voltage at every instant."""
-    return piezo.plays == 0 and piezo.creep == 0.0 and piezo.omega_per_s == 0.0
+    return bool(piezo.plays == 0 and piezo.creep == 0.0 and piezo.omega_per_s == 0.0)
 
 
-def fresh_piezo() -> Array:
-    """Return the array in which amplifier and piezo remember."""
-    return np.zeros((SHARES + 1, COLUMNS))
-
-
-def walls_of(parameters: Parameters) -> Walls:
+def walls_of(parameters: Parameters) -> Record:
     """Return the one-sided springs that the runner may run into."""
     stand, cell = parameters.stand, parameters.load_cell
     presses, stops = cell.contact == 'one_sided', stand.stop_stiffness > 0.0
-    return Walls(
+    return record(
+        WALLS,
         exist=presses or stops,
         cell_n_per_m=cell.stiffness if presses else 0.0,
         gap_m=cell.gap,

@@ -7,7 +7,8 @@ import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.records import ENDLESS, Clock, Wave
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.records import ENDLESS, Wave
 
 CORNER_S = 1e-15
 """A corner nearer than this has been reached: rounding, no time of the drive."""
@@ -76,7 +77,7 @@ def missing(wave: Wave, share: float, seed: int) -> Wave:
 
 
 @kernel
-def target(wave: Wave, clock: Clock) -> tuple[float, float, float]:
+def target(wave: Wave, clock: Record) -> tuple[float, float, float]:
     """Return the commanded voltage (V), its slope (V/s) and the time to its next corner (s)."""
     if clock.cycle >= wave.cycles:
         return wave.start_v, 0.0, math.inf
@@ -119,6 +120,6 @@ def is_missed(wave: Wave, cycle: int) -> bool:
 
 
 @kernel
-def ramp_is_over(wave: Wave, clock: Clock) -> bool:
+def ramp_is_over(wave: Wave, clock: Record) -> bool:
     """Tell whether the present ramp has come to its corner."""
     return clock.cycle < wave.cycles and wave.period_s - clock.ramp_s <= CORNER_S

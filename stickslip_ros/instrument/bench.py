@@ -5,15 +5,16 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.advance import TIME
 from stickslip_ros.drive.ledger import EnergyLedger
-from stickslip_ros.drive.records import Plant, State
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument import commands
 from stickslip_ros.instrument.checks import BeyondSoftLimit, check_request
 from stickslip_ros.instrument.closed_loop import Sight, Verdict
 from stickslip_ros.instrument.commands import Command, Request
 from stickslip_ros.instrument.motion import Motion
-from stickslip_ros.instrument.reports import TIME, Event, Output, Result, Status, bits_of
+from stickslip_ros.instrument.reports import Event, Output, Result, Status, bits_of
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import NANO, Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
@@ -76,14 +77,14 @@ class Bench:
         return self._motion.replaced + self._preloads_replaced
 
     @property
-    def plant(self) -> Plant:
-        """The drive as it is now."""
-        return self._stand.plant
+    def plant(self) -> Record:
+        """The drive as it is now, a record of PLANT."""
+        return self._stand.plants[0]
 
     @property
-    def state(self) -> State:
-        """The true state of the drive."""
-        return self._stand.state
+    def state(self) -> Record:
+        """The true state of the drive, a record of STATE; it goes on changing."""
+        return self._stand.states[0]
 
     @property
     def ledger(self) -> EnergyLedger:
@@ -128,7 +129,7 @@ class Bench:
         trace = self._stand.advance(wave, samples)
         np.multiply(self.time_ns + self._sample_times_ns[:samples], NANO, out=trace[:, TIME])
         self.time_ns = until_ns
-        readings = self._sensing.read(trace, until_ns, self.state.voltage_v, self.faults)
+        readings = self._sensing.read(trace, until_ns, self._stand.voltage_v, self.faults)
         if self._motion.is_running:
             self._motion.watch(self._sight())
         if self._preloading and self._stand.is_preloaded:
@@ -204,7 +205,7 @@ class Bench:
                 self._end_move(f'position zeroed by command {number}', closed_loop_only=True)
                 self._sensing.zero_position()
             case commands.TareForce():
-                self._sensing.load_cell.tare()
+                self._sensing.tare_force()
             case commands.EnableAmplifier():
                 self._enabled = command.wanted
                 self._apply_faults(self.faults)
@@ -254,14 +255,14 @@ class Bench:
             self._motion.is_new = False
             self._motion.wave = self._stand.wave_with(self._motion.wave, self.faults)
             self._stand.start_clock()
-        return self.state.clock.cycle
+        return self._stand.cycle
 
     def _sight(self) -> Sight:
         return Sight(
             time_ns=self.time_ns,
             position_m=self._sensing.position_m,
-            voltage_v=self.state.voltage_v,
-            cycles=0 if self._motion.is_new else self.state.clock.cycle,
+            voltage_v=self._stand.voltage_v,
+            cycles=0 if self._motion.is_new else self._stand.cycle,
             arrived=self._stand.has_arrived(self._motion.wave),
         )
 
@@ -284,7 +285,7 @@ class Bench:
     def _to_rest(self) -> None:
         self._stand.to_rest()
         self._sensing.reset()
-        self._motion.reset(self.state.voltage_v)
+        self._motion.reset(self._stand.voltage_v)
         self._apply_faults(self.faults)
 
     def _end_delayed(self, why: str) -> None:

@@ -7,13 +7,13 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 
-KERNELS = 116
+KERNELS = 117
 """What ``compile_kernels`` compiles where nothing is compiled yet."""
 TOLD_EVERY = 20
 """Kernels after which it is told again how far the compilation is."""
 
 
-def compile_kernels(parameters: Parameters) -> None:
+def compile_kernels() -> None:
     """
     Compile what is not compiled yet, or load it from the disk.
 
@@ -21,19 +21,16 @@ def compile_kernels(parameters: Parameters) -> None:
     another preload, a dead foot, the ledger. Nothing is compiled later, while time must not stand
     still. The kernels are the same for every stand.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        Any stand.
-
     """
+    parameters = Parameters()
     bench = Bench(parameters)
+    bench.update(parameters.block_ns)
     for request in (
         Request('preload', (parameters.stand.preload,)),
         Request('fault', settings=(('fault.dead_foot', 1),)),
     ):
         bench.accept(request)
-    bench.update(parameters.block_ns)
+    bench.update(2 * parameters.block_ns)
     _ = bench.ledger
 
 

@@ -1,29 +1,23 @@
 """Kernels: low-pass filters of a sensor, solved exactly from sample to sample."""
 
 import math
-from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.record import FLOAT, Record, kind, record
 
+SWING = kind(stay=FLOAT, gather=FLOAT, fall=FLOAT, keep=FLOAT)
+"""
+What a second-order low-pass keeps of its distance from the input after one sample.
 
-class Swing(NamedTuple):
-    """
-    What a second-order low-pass keeps of its distance from the input after one sample.
+Fields
+------
+stay, gather : float
+    Share of the distance that is left, and what a velocity adds to it.
+fall, keep : float
+    Velocity that a distance gives, and share of the velocity that is left. Velocities are divided
+    by the undamped angular frequency, so that they have the unit of the reading.
 
-    Attributes
-    ----------
-    stay, gather : float
-        Share of the distance that is left, and what a velocity adds to it.
-    fall, keep : float
-        Velocity that a distance gives, and share of the velocity that is left. Velocities are
-        divided by the undamped angular frequency, so that they have the unit of the reading.
-
-    """
-
-    stay: float
-    gather: float
-    fall: float
-    keep: float
+"""
 
 
 def low_pass_gain(bandwidth_hz: float, sample_rate_hz: float) -> float:
@@ -46,7 +40,7 @@ def low_pass_gain(bandwidth_hz: float, sample_rate_hz: float) -> float:
     return 1.0 - decay if bandwidth_hz > 0.0 else 1.0
 
 
-def swing_of(resonance_hz: float, damping_ratio: float, sample_rate_hz: float) -> Swing:
+def swing_of(resonance_hz: float, damping_ratio: float, sample_rate_hz: float) -> Record:
     """
     Return one sample of a second-order low-pass.
 
@@ -67,7 +61,13 @@ def swing_of(resonance_hz: float, damping_ratio: float, sample_rate_hz: float) -
     """
     angle = 2.0 * math.pi * resonance_hz / sample_rate_hz
     even, odd = _even_and_odd(damping_ratio, angle)
-    return Swing(even + damping_ratio * odd, odd, -odd, even - damping_ratio * odd)
+    return record(
+        SWING,
+        stay=even + damping_ratio * odd,
+        gather=odd,
+        fall=-odd,
+        keep=even - damping_ratio * odd,
+    )
 
 
 def _even_and_odd(zeta: float, angle: float) -> tuple[float, float]:
@@ -84,7 +84,7 @@ def _even_and_odd(zeta: float, angle: float) -> tuple[float, float]:
 
 
 @kernel
-def swing(setup: Swing, level: float, speed: float, target: float) -> tuple[float, float]:
+def swing(setup: Record, level: float, speed: float, target: float) -> tuple[float, float]:
     """Return level and speed of a second-order low-pass after one sample at an input."""
     distance = level - target
     return (

@@ -1,130 +1,185 @@
-"""The laser interferometer: true position of the runner in, reading out, with all its errors."""
+"""
+Kernel: the laser interferometer, from the true position of the runner to the reading.
+
+In this order: loss of the beam, cyclic error, drift of the zero, white noise, low-pass, samples of
+its own, latency, faults, zero, quantisation. docs/sensors.md has the formulas.
+
+"""
 
 import math
 
-import numpy as np
-
+from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.repeated import Repeated
-from stickslip_ros.instrument.display import (
-    INTERFEROMETER_STREAM,
-    NO_FAULT,
-    fault_of,
-)
+from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind, record
+from stickslip_ros.instrument.display import displayed, standing
 from stickslip_ros.instrument.filters import low_pass_gain
-from stickslip_ros.instrument.optics import Beam, Optics, read_positions
-from stickslip_ros.parameters import FaultParameters, InterferometerParameters, Parameters
+from stickslip_ros.parameters import InterferometerParameters
 
-DRIFT_STREAM = 1
-"""Number of the random walk below INTERFEROMETER_STREAM: it leaves the white noise alone."""
+ON_TIME = 1e-9
+"""A sample of its own that is late by less than this share of its period is on time."""
 
+OPTICS = kind(
+    step_max_m=FLOAT,
+    cyclic_error_m=FLOAT,
+    fringe_rad_per_m=FLOAT,
+    drift_m=FLOAT,
+    walk_m=FLOAT,
+    noise_m=FLOAT,
+    gain=FLOAT,
+    period=FLOAT,
+    lag=FLOAT,
+    resolution_m=FLOAT,
+)
+"""
+Constants of an interferometer; times in samples of the trace.
 
-class Interferometer:
-    """
-    Turn true positions into readings, sample by sample.
+Fields
+------
+step_max_m : float
+    Longest way of the runner in one sample that can be counted; inf is any.
+cyclic_error_m, fringe_rad_per_m : float
+    Amplitude of the cyclic error, and its phase per distance.
+drift_m, walk_m : float
+    Drift of the zero in one sample: the steady one, and the rms of the random one.
+noise_m : float
+    Standard deviation of the white noise of one sample.
+gain : float
+    Share of the way that the low-pass goes to its input in one sample.
+period, lag : float
+    Time between two samples of its own, 0 where it has none, and age of a reading.
+resolution_m : float
+    Quantisation step; 0 is none.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand; it uses ``interferometer``, ``trace.sample_rate`` and ``sim.seed``.
+"""
 
-    Notes
-    -----
-    In this order: loss of the beam, cyclic error, drift of the zero, white noise, low-pass,
-    samples of its own, latency, faults, zero, quantisation. docs/sensors.md has the formulas.
+BEAM = kind(
+    truth_m=FLOAT,
+    lost=FLAG,
+    wandered_m=FLOAT,
+    level_m=FLOAT,
+    counted_m=FLOAT,
+    sample=FLOAT,
+    held_m=FLOAT,
+    standing_m=FLOAT,
+    zero_m=FLOAT,
+)
+"""
+State of an interferometer between two samples of the trace.
 
-    """
+Fields
+------
+truth_m : float
+    True position at the last sample; not a number before the first one.
+lost : bool
+    Whether the beam was lost.
+wandered_m : float
+    Random drift of the zero up to now.
+level_m : float
+    Output of the low-pass.
+counted_m : float
+    The same as long as the beam is there; after that the last count.
+sample : float
+    Number of its own sample that is shown; counted from time 0, at which it saw rest.
+held_m : float
+    Value of that sample.
+standing_m : float
+    Value behind the display, before the zero is subtracted.
+zero_m : float
+    Value that is shown as 0.
 
-    def __init__(self, parameters: Parameters) -> None:
-        self._optics = _optics_of(parameters.interferometer, parameters.trace.sample_rate)
-        self._read = Repeated(read_positions, records=3)
-        self._seed = parameters.sim.seed
-        self._past = np.zeros(math.ceil(self._optics.lag) + 3)
-        self.reset()
-
-    def reset(self) -> None:
-        """Go back to the start: at rest at zero, the beam found, the same noise again."""
-        self._noise = np.random.default_rng((self._seed, INTERFEROMETER_STREAM))
-        self._walk = np.random.default_rng((self._seed, INTERFEROMETER_STREAM, DRIFT_STREAM))
-        self._past.fill(0.0)
-        self._samples = 0
-        self._beam = Beam()
-        self._fault = NO_FAULT
-        self._zero_m = 0.0
-        self._is_referenced = False
-
-    def zero(self) -> None:
-        """Make the present reading 0; a lost beam is found, and the count starts anew here."""
-        if self.beam_lost:
-            self._find_beam()
-        self._zero_m = self._beam.standing
-        self._is_referenced = True
-
-    @property
-    def beam_lost(self) -> bool:
-        """Whether the runner was too fast, so that the count stands still."""
-        return self._beam.lost > 0.0
-
-    @property
-    def is_referenced(self) -> bool:
-        """Whether the zero was set since the start or the last reset."""
-        return self._is_referenced
-
-    def read(self, truth: Array, fault: FaultParameters) -> Array:
-        """
-        Return the readings of consecutive true positions.
-
-        Parameters
-        ----------
-        truth : array, shape (samples,)
-            True positions of the runner, m, one per sample of the trace.
-        fault : FaultParameters
-            What is broken during these samples.
-
-        Returns
-        -------
-        array, shape (samples,)
-            Readings, m; not a number where the sensor dropped out.
-
-        """
-        readings = self._noise.standard_normal(len(truth))
-        walks = self._walk.standard_normal(len(truth) if self._optics.walk > 0.0 else 0)
-        self._fault = fault_of(fault.interferometer, fault.interferometer_offset)
-        self._beam = self._read(
-            self._optics,
-            self._fault,
-            self._beam,
-            self._zero_m,
-            self._samples,
-            np.array(truth, dtype=float),
-            walks,
-            self._past,
-            readings,
-        )
-        self._samples += len(truth)
-        return readings
-
-    def _find_beam(self) -> None:
-        level_m = self._beam.level
-        self._past.fill(level_m)
-        self._beam = self._beam._replace(
-            lost=0.0,
-            counted=level_m,
-            held=level_m,
-            standing=level_m + self._fault.offset,
-        )
+"""
 
 
-def _optics_of(setting: InterferometerParameters, rate_hz: float) -> Optics:
-    return Optics(
-        step_max=setting.velocity_max / rate_hz if setting.velocity_max > 0.0 else math.inf,
-        cyclic_error=setting.cyclic_error,
-        fringe=4.0 * math.pi / setting.wavelength,
-        drift=setting.drift / rate_hz,
-        walk=setting.random_walk / math.sqrt(rate_hz),
-        noise=setting.noise_density * math.sqrt(rate_hz / 2.0),
+def optics_of(setting: InterferometerParameters, rate_hz: float) -> Record:
+    """Return the constants of an interferometer, a record of OPTICS."""
+    return record(
+        OPTICS,
+        step_max_m=setting.velocity_max / rate_hz if setting.velocity_max > 0.0 else math.inf,
+        cyclic_error_m=setting.cyclic_error,
+        fringe_rad_per_m=4.0 * math.pi / setting.wavelength,
+        drift_m=setting.drift / rate_hz,
+        walk_m=setting.random_walk / math.sqrt(rate_hz),
+        noise_m=setting.noise_density * math.sqrt(rate_hz / 2.0),
         gain=low_pass_gain(setting.bandwidth, rate_hz),
         period=rate_hz / setting.sample_rate if setting.sample_rate > 0.0 else 0.0,
         lag=setting.latency * rate_hz,
-        resolution=setting.resolution,
+        resolution_m=setting.resolution,
     )
+
+
+def find_beam(beam: Record, fault: Record, past_m: Array) -> None:
+    """Find a lost beam: the count starts anew where the runner is."""
+    past_m.fill(beam.level_m)
+    beam.lost = False
+    beam.counted_m = beam.held_m = beam.level_m
+    beam.standing_m = beam.level_m + fault.offset
+
+
+@kernel
+def read_position(
+    optics: Record,
+    beam: Record,
+    fault: Record,
+    past_m: Array,
+    number: int,
+    truth_m: float,
+    noise: float,
+    walk: float,
+) -> float:
+    """
+    Return the reading of one sample, m.
+
+    Parameters
+    ----------
+    optics, beam, fault : record of OPTICS, BEAM, FAULT
+        Constants; state, which is changed; what is broken.
+    past_m : array
+        Ring of the latest counts, as long as the latency; changed in place.
+    number : int
+        Number of the sample, from 1 on.
+    truth_m : float
+        True position.
+    noise, walk : float
+        Unit noise of the reading, and of the random drift.
+
+    """
+    _count(optics, beam, number, truth_m, noise, walk)
+    past_m[number % len(past_m)] = beam.counted_m
+    time = number - optics.lag
+    if optics.period > 0.0:
+        newest = math.floor(time / optics.period + ON_TIME)
+        if newest > beam.sample:
+            beam.sample = float(newest)
+            beam.held_m = _remembered(past_m, min(beam.sample * optics.period, time))
+    else:
+        beam.held_m = _remembered(past_m, time)
+    beam.standing_m = standing(fault, beam.standing_m, beam.held_m + fault.offset)
+    return displayed(fault, beam.standing_m, beam.zero_m, optics.resolution_m)
+
+
+@kernel
+def _count(
+    optics: Record, beam: Record, number: int, truth_m: float, noise: float, walk: float
+) -> None:
+    """Advance from the light to the count."""
+    if abs(truth_m - beam.truth_m) > optics.step_max_m:
+        beam.lost = True
+    beam.truth_m = truth_m
+    beam.wandered_m += optics.walk_m * walk
+    seen_m = truth_m + (optics.drift_m * number + beam.wandered_m)
+    if optics.cyclic_error_m > 0.0:
+        seen_m += optics.cyclic_error_m * math.sin(optics.fringe_rad_per_m * truth_m)
+    beam.level_m += optics.gain * (seen_m + optics.noise_m * noise - beam.level_m)
+    if not beam.lost:
+        beam.counted_m = beam.level_m
+
+
+@kernel
+def _remembered(past_m: Array, time: float) -> float:
+    """Return the count at a time, in samples of the trace: linear between two of them."""
+    before = math.floor(time)
+    share = time - before
+    count_m = past_m[int(before) % len(past_m)]
+    if share > 0.0:
+        count_m += share * (past_m[(int(before) + 1) % len(past_m)] - count_m)
+    return float(count_m)

@@ -1,36 +1,31 @@
 """Kernel: a loop of hysteresis made of play operators (Prandtl-Ishlinskii)."""
 
-from typing import NamedTuple
-
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import FLOAT, Record, kind, record
 from stickslip_ros.drive.plays import drag_plays
 
 PLAYS = 16
 """Play operators of a loop; an even number, for which the weights below are exact."""
 
 
-class Loop(NamedTuple):
-    """
-    Constants of a loop.
+LOOP = kind(direct=FLOAT, weight=FLOAT, spacing=FLOAT)
+"""
+Constants of a loop.
 
-    Attributes
-    ----------
-    direct : float
-        Share of the input that passes without a loop.
-    weight : float
-        Share of the input that passes each play.
-    spacing : float
-        Distance between the half-widths of neighbouring plays, in the unit of the input.
+Fields
+------
+direct : float
+    Share of the input that passes without a loop.
+weight : float
+    Share of the input that passes each play; 0 is no loop.
+spacing : float
+    Distance between the half-widths of neighbouring plays, in the unit of the input.
 
-    """
-
-    direct: float
-    weight: float
-    spacing: float
+"""
 
 
-def loop_of(opening: float, full_scale: float) -> Loop:
+def loop_of(opening: float, full_scale: float) -> Record:
     """
     Return the loop that goes from -full_scale to full_scale with a gain of 1.
 
@@ -49,11 +44,13 @@ def loop_of(opening: float, full_scale: float) -> Loop:
     2 opening/N, and 1 - opening passes directly: this is the gain right after a reversal.
 
     """
-    return Loop(1.0 - opening, 2.0 * opening / PLAYS, full_scale / PLAYS)
+    return record(
+        LOOP, direct=1.0 - opening, weight=2.0 * opening / PLAYS, spacing=full_scale / PLAYS
+    )
 
 
 @kernel
-def follow(loop: Loop, plays: Array, value: float) -> float:
+def follow(loop: Record, plays: Array, value: float) -> float:
     """Return what the loop makes of its next input; ``plays`` is changed in place."""
     total = drag_plays(plays, len(plays), 0.5, loop.spacing, value)
-    return loop.direct * value + loop.weight * total
+    return float(loop.direct * value + loop.weight * total)

@@ -8,8 +8,7 @@ from typing import NamedTuple
 from stickslip_ros.contact.profile import Array
 
 TRACE_COLUMNS = ('t[s]', 'voltage[V]', 'foot[m]', 'position[m]', 'force[N]')
-"""Columns of a trace: time, piezo voltage, foot displacement, the two sensor readings."""
-TIME, VOLTAGE, FOOT, POSITION, FORCE = range(len(TRACE_COLUMNS))
+"""Columns of a trace, as ``drive.advance`` numbers them; the last two are sensor readings."""
 
 
 class Result(Enum):

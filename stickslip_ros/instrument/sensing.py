@@ -4,14 +4,117 @@ import math
 
 import numpy as np
 
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.instrument.interferometer import Interferometer
-from stickslip_ros.instrument.load_cell import LoadCell
-from stickslip_ros.instrument.reports import FORCE, POSITION, Readings, Status, bits_of
+from stickslip_ros.contact.record import COUNT, Record, kind, records
+from stickslip_ros.drive.advance import FORCE, POSITION
+from stickslip_ros.instrument.display import CONDITIONS, FAULT
+from stickslip_ros.instrument.interferometer import (
+    BEAM,
+    OPTICS,
+    find_beam,
+    optics_of,
+    read_position,
+)
+from stickslip_ros.instrument.load_cell import CELL, STRAIN, cell_of, read_force
+from stickslip_ros.instrument.reports import Readings, Status, bits_of
 from stickslip_ros.parameters import FaultParameters, Parameters
 
 SENSOR_PRESENT, IS_REFERENCED = int(Status.SENSOR_PRESENT), int(Status.IS_REFERENCED)
 BEAM_LOST, FORCE_OVERRANGE = int(Status.BEAM_LOST), int(Status.FORCE_OVERRANGE)
+INTERFEROMETER_STREAM, LOAD_CELL_STREAM = 1, 2
+"""Numbers of the random streams: sensors never share noise."""
+DRIFT_STREAM = 1
+"""Number of the random walk below INTERFEROMETER_STREAM: it leaves the white noise alone."""
+NUMBERS_AT_ONCE = 4096
+"""Random numbers that are drawn at once."""
+
+SENSORS = kind(
+    samples=COUNT,
+    optics=OPTICS,
+    beam=BEAM,
+    beam_fault=FAULT,
+    cell=CELL,
+    strain=STRAIN,
+    strain_fault=FAULT,
+)
+"""
+Interferometer and load cell.
+
+Fields
+------
+samples : int
+    Samples of the trace that they have read.
+optics, beam, beam_fault : record of OPTICS, BEAM, FAULT
+    Interferometer: constants, state, what is broken.
+cell, strain, strain_fault : record of CELL, STRAIN, FAULT
+    The same of the load cell.
+
+"""
+
+
+@entry_point
+def read_sensors(
+    sensors: Record, trace: Array, past_m: Array, noise_m: Array, noise_n: Array, walk: Array
+) -> None:
+    """
+    Replace true position and force in a trace by readings.
+
+    Parameters
+    ----------
+    sensors : array of one record of SENSORS
+        Changed in place.
+    trace : array, shape (samples, 5)
+        The truth; its last two columns are replaced.
+    past_m : array
+        Ring of the latest counts of the interferometer, as long as its latency; changed in place.
+    noise_m, noise_n, walk : array, shape (samples,)
+        Unit noise of both sensors and of the random drift of the interferometer.
+
+    """
+    both = sensors[0]
+    both.strain.overrange = False
+    for i in range(len(trace)):
+        both.samples += 1
+        trace[i, POSITION] = read_position(
+            both.optics,
+            both.beam,
+            both.beam_fault,
+            past_m,
+            both.samples,
+            trace[i, POSITION],
+            noise_m[i],
+            walk[i],
+        )
+        trace[i, FORCE] = read_force(
+            both.cell, both.strain, both.strain_fault, both.samples, trace[i, FORCE], noise_n[i]
+        )
+
+
+class Noise:
+    """
+    Normal random numbers, drawn many at once: the same ones, however many are taken at a time.
+
+    Parameters
+    ----------
+    seed : tuple of int
+        Seed and numbers of the stream.
+
+    """
+
+    def __init__(self, seed: tuple[int, ...]) -> None:
+        self._source = np.random.default_rng(seed)
+        self._drawn: Array = np.empty(0)
+        self._taken = 0
+
+    def take(self, count: int) -> Array:
+        """Return the next numbers, shape (count,)."""
+        if self._taken + count > len(self._drawn):
+            more = self._source.standard_normal(max(count, NUMBERS_AT_ONCE))
+            self._drawn = np.concatenate((self._drawn[self._taken :], more))
+            self._taken = 0
+        self._taken += count
+        return self._drawn[self._taken - count : self._taken]
 
 
 class Sensing:
@@ -21,7 +124,7 @@ class Sensing:
     Parameters
     ----------
     parameters : Parameters
-        The stand.
+        The stand; it uses ``interferometer``, ``load_cell``, ``trace.sample_rate``, ``sim.seed``.
 
     Attributes
     ----------
@@ -31,31 +134,65 @@ class Sensing:
     """
 
     def __init__(self, parameters: Parameters) -> None:
-        self.interferometer = Interferometer(parameters)
-        self.load_cell = LoadCell(parameters)
-        self.position_m = 0.0
+        rate_hz = parameters.trace.sample_rate
+        self._seed = parameters.sim.seed
+        self._first = records(
+            SENSORS,
+            optics=optics_of(parameters.interferometer, rate_hz),
+            cell=cell_of(parameters.load_cell, rate_hz),
+        )
+        self._first[0].beam.truth_m = math.nan
+        self._wanders = bool(self._first[0].optics.walk_m > 0.0)
+        self.reset()
 
     def reset(self) -> None:
-        """Go back to the state at the start."""
-        self.interferometer.reset()
-        self.load_cell.reset()
+        """Go back to the start: at rest at zero, no tare, the beam found, the same noise again."""
+        self._sensors = self._first.copy()
+        self._past_m = np.zeros(math.ceil(self._first[0].optics.lag) + 3)
+        self._noise_m = Noise((self._seed, INTERFEROMETER_STREAM))
+        self._noise_n = Noise((self._seed, LOAD_CELL_STREAM))
+        self._walk = Noise((self._seed, INTERFEROMETER_STREAM, DRIFT_STREAM))
+        self._faults = FaultParameters()
+        self._is_referenced = False
         self.position_m = 0.0
 
     def zero_position(self) -> None:
-        """Make the present position reading 0."""
-        self.interferometer.zero()
+        """Make the present position reading 0; a lost beam is found, the count starts anew."""
+        both = self._sensors[0]
+        if both.beam.lost:
+            find_beam(both.beam, both.beam_fault, self._past_m)
+        both.beam.zero_m = both.beam.standing_m
+        self._is_referenced = True
         self.position_m = 0.0
+
+    def tare_force(self) -> None:
+        """Make the present force reading 0."""
+        strain = self._sensors[0].strain
+        strain.zero_n = strain.standing_n
+
+    @property
+    def beam_lost(self) -> bool:
+        """Whether the runner was too fast, so that the count stands still."""
+        return bool(self._sensors['beam']['lost'].item())
+
+    @property
+    def overrange(self) -> bool:
+        """Whether a sample of the last block reached the end of the range of the load cell."""
+        return bool(self._sensors['strain']['overrange'].item())
 
     def read(
         self, trace: Array, time_ns: int, voltage_v: float, faults: FaultParameters
     ) -> Readings:
         """Replace true position and force in a trace by readings; return what is published."""
+        if faults is not self._faults:
+            self._break_down(faults)
         truth_m, truth_n = float(trace[-1, POSITION]), float(trace[-1, FORCE])
-        trace[:, POSITION] = self.interferometer.read(trace[:, POSITION], faults)
-        trace[:, FORCE] = self.load_cell.read(trace[:, FORCE], faults)
-        position_m = trace[:, POSITION]
-        mean_m = float(np.add.reduce(position_m)) / len(position_m)
-        self.position_m = math.nan if self.interferometer.beam_lost else mean_m
+        count = len(trace)
+        noise_m, noise_n = self._noise_m.take(count), self._noise_n.take(count)
+        walk = self._walk.take(count) if self._wanders else noise_m
+        read_sensors(self._sensors, trace, self._past_m, noise_m, noise_n, walk)
+        mean_m = float(np.add.reduce(trace[:, POSITION])) / count
+        self.position_m = math.nan if self.beam_lost else mean_m
         return Readings(
             time_ns=time_ns,
             position_m=float(trace[-1, POSITION]),
@@ -66,12 +203,20 @@ class Sensing:
             truth_force_n=truth_n,
         )
 
+    def _break_down(self, faults: FaultParameters) -> None:
+        self._faults = faults
+        broken = self._sensors[0]
+        broken.beam_fault.condition = CONDITIONS[faults.interferometer]
+        broken.beam_fault.offset = faults.interferometer_offset
+        broken.strain_fault.condition = CONDITIONS[faults.load_cell]
+        broken.strain_fault.offset = faults.load_cell_offset
+
     @property
     def status_bits(self) -> int:
         """Bits of Status that sensors set."""
         return bits_of(
             (SENSOR_PRESENT, not math.isnan(self.position_m)),
-            (IS_REFERENCED, self.interferometer.is_referenced),
-            (BEAM_LOST, self.interferometer.beam_lost),
-            (FORCE_OVERRANGE, self.load_cell.overrange),
+            (IS_REFERENCED, self._is_referenced),
+            (BEAM_LOST, self.beam_lost),
+            (FORCE_OVERRANGE, self.overrange),
         )

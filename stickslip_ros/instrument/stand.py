@@ -5,22 +5,15 @@ import math
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.repeated import Repeated
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.advance import observe_samples
 from stickslip_ros.drive.amplifier import has_arrived
-from stickslip_ros.drive.build import (
-    change_preload,
-    clock_at_start,
-    history_of,
-    plant_of,
-    state_at_rest,
-)
+from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.faults import apply_faults
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
-from stickslip_ros.drive.passes import MADE, check_motion
-from stickslip_ros.drive.records import State, Wave
+from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import missing
 from stickslip_ros.instrument.reports import TRACE_COLUMNS
-from stickslip_ros.instrument.scope import observe
 from stickslip_ros.parameters import FaultParameters, Parameters
 
 NANO = 1e-9
@@ -38,64 +31,73 @@ class Stand:
 
     Attributes
     ----------
-    plant : Plant
+    plants : array of one record of PLANT
         What does not change while the drive runs, but for preload and faults.
-    state : State
+    states : array of one record of STATE
         What does.
     load_n : float
         External force on the runner, N.
 
     """
 
-    state: State
+    plants: Record
+    states: Record
     load_n: float
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        self.plant = self._first_plant = plant_of(parameters)
-        self._history = history_of(self.plant)
+        self._first_plants = plant_of(parameters)
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
         self._sample_s = parameters.sample_ns * NANO
-        self._observe = Repeated(observe, records=4)
         self.to_rest()
 
     @property
     def ledger(self) -> EnergyLedger:
         """Where the energy went since the start or the last reset."""
-        return take_ledger(self.plant, self._history, self.state)
+        return take_ledger(self.plants, self.states)
 
     @property
     def passes_made(self) -> int:
         """Passes that the loops over time have made: what the drive has cost so far."""
-        return int(self._history.passes[MADE])
+        return int(self.states['passes_made'].item())
+
+    @property
+    def voltage_v(self) -> float:
+        """Output of the amplifier, V."""
+        return float(self.states['voltage_v'].item())
+
+    @property
+    def cycle(self) -> int:
+        """Ramps of the wave that are over."""
+        return int(self.states['clock']['cycle'].item())
 
     @property
     def is_preloaded(self) -> bool:
         """Whether the preload has come to the wanted one."""
-        return self.state.contact.preload_n == self.plant.contact.preload_n
+        return bool(self.states['preload_n'].item() == self._wanted_n)
 
     def to_rest(self) -> None:
         """Go back to the state at the start, without faults."""
         stand = self.parameters.stand
-        self.plant = self._first_plant
-        self.state = state_at_rest(self.plant, self._history, stand.preload)
+        self.plants = self._first_plants.copy()
+        self.states = state_at_rest(self.plants, stand.preload)
         self.load_n = 0.0
+        self._wanted_n = stand.preload
         if stand.preload_end:
             self.change_preload(stand.preload_end)
 
     def change_preload(self, preload_n: float) -> None:
         """Let the springs take over, and go to another preload, N."""
-        self.plant, self.state = change_preload(
-            self.plant, self._history, self.state, self.parameters, preload_n
-        )
+        change_preload(self.plants, self.states, self.parameters, preload_n)
+        self._wanted_n = preload_n
 
     def break_down(self, faults: FaultParameters, *, is_powered: bool) -> None:
         """Have these faults, and no others, from now on; without power, no voltage either."""
-        self.plant, self.state = apply_faults(
-            self.plant,
-            self._history,
-            self.state,
+        apply_faults(
+            self.plants,
+            self.states,
+            self.parameters,
             dead_foot=faults.dead_foot,
             runner_stuck=faults.runner_stuck,
             amplifier_on=is_powered,
@@ -107,11 +109,11 @@ class Stand:
 
     def start_clock(self) -> None:
         """Let a new wave begin now."""
-        self.state = self.state._replace(clock=clock_at_start(self.state))
+        start_clock(self.states)
 
     def has_arrived(self, wave: Wave) -> bool:
         """Tell whether a wave and the amplifier are at their end."""
-        return has_arrived(self.plant, wave, self.state)
+        return has_arrived(self.plants, wave, self.states)
 
     def advance(self, wave: Wave, samples: int) -> Array:
         """
@@ -124,23 +126,15 @@ class Stand:
 
         """
         trace = np.empty((samples, len(TRACE_COLUMNS)))
-        self.state = self._observe(
-            self.plant,
-            self._history,
-            self.state,
-            wave,
-            self.load_n,
-            self._sample_s,
-            trace,
-            self._ramps,
+        observe_samples(
+            self.plants, self.states, wave, self.load_n, self._sample_s, trace, self._ramps
         )
-        check_motion(self._history, self.state, self.load_n)
         return trace
 
     def ramps_since(self, wave: Wave, cycle: int) -> Array:
         """Return start, mean and end (m) of the ramps that ended from a cycle of a wave on."""
-        if cycle == self.state.clock.cycle or len(wave.rows) > 0:
+        now = self.cycle
+        if cycle == now or len(wave.rows) > 0:
             return NO_RAMPS
-        cycles = np.arange(cycle, self.state.clock.cycle)
-        ramps: Array = self._ramps[cycles % len(self._ramps)]
+        ramps: Array = self._ramps[np.arange(cycle, now) % len(self._ramps)]
         return ramps

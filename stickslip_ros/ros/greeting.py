@@ -32,7 +32,7 @@ def distribution() -> str:
 def when_active(node: Node, parameters: Parameters, bench: Bench) -> str:
     """Return how the drive runs and a command that it takes as it is."""
     rate = f'{1.0 / (KILO * parameters.sim.block):g} kHz blocks'
-    preload = f'preload {bench.state.contact.preload_n:g} N'
+    preload = f'preload {bench.state.preload_n:g} N'
     amplifier = parameters.amplifier
     start = f'active: {rate}, {_pace(parameters)}, {preload}'
     if parameters.sim.lockstep:

@@ -75,7 +75,7 @@ class Worker:
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
         with expendable():
-            compile_kernels(parameters)
+            compile_kernels()
         self.bench = Bench(parameters)
         self.status = self.bench.status
         self.preload_ramped = False

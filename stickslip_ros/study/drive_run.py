@@ -5,16 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.build import (
-    change_preload,
-    clock_at_start,
-    history_of,
-    plant_of,
-    state_at_rest,
-)
+from stickslip_ros.drive.advance import advance
+from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import energies_of_contacts, take_ledger
-from stickslip_ros.drive.passes import check_motion
-from stickslip_ros.drive.plant import advance
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.checks import check_request
 from stickslip_ros.instrument.commands import Move, Request
@@ -115,56 +108,51 @@ class _Run:
 
     def __init__(self, parameters: Parameters, move: Move) -> None:
         self._wave = move.wave
-        self._plant = plant_of(parameters)
-        self._history = history_of(self._plant)
-        preload_n = parameters.stand.preload
-        self._state = state_at_rest(self._plant, self._history, preload_n)
+        self._plants = plant_of(parameters)
+        self._states = state_at_rest(self._plants, parameters.stand.preload)
         if parameters.stand.preload_end:
-            end_n = parameters.stand.preload_end
-            self._plant, self._state = change_preload(
-                self._plant, self._history, self._state, parameters, end_n
-            )
-        self._state = self._state._replace(clock=clock_at_start(self._state))
+            change_preload(self._plants, self._states, parameters, parameters.stand.preload_end)
+        start_clock(self._states)
         self._logs: list[Array] = []
 
+    @property
+    def _cycle(self) -> int:
+        return int(self._states['clock']['cycle'].item())
+
     def go(self, amplitude_m: float, frequency_hz: float, steps: int) -> DriveRun:
-        most = steps or STEADY_STEPS_MAX
+        plant, most = self._plants[0], steps or STEADY_STEPS_MAX
         loss_j = 0.0
-        while (done := self._state.clock.cycle) < most:
+        while (done := self._cycle) < most:
             heed_stop()
             enough = not steps and done >= STEADY_STEPS_MIN
-            if enough and is_steady(self._plant, np.concatenate(self._logs)):
+            if enough and is_steady(plant, np.concatenate(self._logs)):
                 break
             cycles = min(STEADY_WINDOW, most - done)
             loss_j = self._advance(cycles) / cycles
         ramps = np.concatenate(self._logs)
         return DriveRun(
-            preload_n=self._state.contact.preload_n,
+            preload_n=float(self._states['preload_n'].item()),
             amplitude_m=amplitude_m,
             frequency_hz=frequency_hz,
-            force_mean_n=mean_force_n(self._plant, ramps),
-            force_ramp_start_n=start_force_n(self._plant, ramps),
+            force_mean_n=mean_force_n(plant, ramps),
+            force_ramp_start_n=start_force_n(plant, ramps),
             step_length_m=step_length_m(ramps),
             energy_loss_j=loss_j,
-            steady=is_steady(self._plant, ramps),
+            steady=is_steady(plant, ramps),
             steps=len(ramps),
-            energy_residual=relative_residual(
-                take_ledger(self._plant, self._history, self._state)
-            ),
+            energy_residual=relative_residual(take_ledger(self._plants, self._states)),
         )
 
     def _advance(self, cycles: int) -> float:
         """Advance by some cycles; return the friction loss in them, J."""
         log = np.empty((cycles, 3))
-        first = self._state.clock.cycle
-        _, before_j = energies_of_contacts(self._plant, self._history, self._state)
-        time_s = cycles * self._wave.period_s - self._state.clock.ramp_s
-        while self._state.clock.cycle < first + cycles:
-            self._state = advance(
-                self._plant, self._history, self._state, self._wave, 0.0, time_s, log
-            )
-            check_motion(self._history, self._state, 0.0)
+        first = self._cycle
+        _, before_j = energies_of_contacts(self._plants, self._states)
+        ramp_s = float(self._states['clock']['ramp_s'].item())
+        time_s = cycles * self._wave.period_s - ramp_s
+        while self._cycle < first + cycles:
+            advance(self._plants, self._states, self._wave, 0.0, time_s, log)
             time_s = ROUNDING_S
         self._logs.append(np.roll(log, -(first % cycles), axis=0))
-        _, after_j = energies_of_contacts(self._plant, self._history, self._state)
+        _, after_j = energies_of_contacts(self._plants, self._states)
         return float(after_j - before_j)

@@ -2,8 +2,8 @@
 
 from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START
-from stickslip_ros.drive.records import Plant
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START
 from stickslip_ros.drive.walls import cell_force
 
 STEADY_STEPS_MIN = 200
@@ -17,13 +17,13 @@ STEP_LENGTH_CYCLES = 10
 """Last cycles over which the step length is averaged."""
 
 
-def is_steady(plant: Plant, ramps: Array) -> bool:
+def is_steady(plant: Record, ramps: Array) -> bool:
     """
     Tell whether a run has become steady.
 
     Parameters
     ----------
-    plant : Plant
+    plant : record of PLANT
         The drive. With a load cell the mean force counts, which a one-sided one must show;
         without, the steps of the runner.
     ramps : array, shape (steps, 3)
@@ -40,17 +40,17 @@ def is_steady(plant: Plant, ramps: Array) -> bool:
         now = float(ends[-1] - ends[-1 - STEP_LENGTH_CYCLES])
         before = float(ends[-1 - STEADY_WINDOW] - ends[-1 - STEADY_WINDOW - STEP_LENGTH_CYCLES])
         touches = True
-    return touches and abs(now - before) <= STEADY_CHANGE * abs(now)
+    return bool(touches and abs(now - before) <= STEADY_CHANGE * abs(now))
 
 
-def mean_force_n(plant: Plant, ramps: Array) -> float:
+def mean_force_n(plant: Record, ramps: Array) -> float:
     """Return the force in the load cell at the mean position of the last cycle, N."""
-    return in_python(cell_force)(plant, float(ramps[-1, RAMP_MEAN]))
+    return float(in_python(cell_force)(plant, float(ramps[-1, RAMP_MEAN])))
 
 
-def start_force_n(plant: Plant, ramps: Array) -> float:
+def start_force_n(plant: Record, ramps: Array) -> float:
     """Return the force in the load cell at the start of the last ramp, its fall being over, N."""
-    return in_python(cell_force)(plant, float(ramps[-1, RAMP_START]))
+    return float(in_python(cell_force)(plant, float(ramps[-1, RAMP_START])))
 
 
 def step_length_m(ramps: Array) -> float:

@@ -99,7 +99,7 @@ def test_after_that_nothing_is_compiled(words, run, files, cold_demo):
 
 def test_what_is_missing_is_compiled_and_counted(run, environment, files, cold_demo):
     before = files()
-    [lost] = [file for file in before if file.name.startswith('scope.observe-')]
+    [lost] = [file for file in before if file.name.startswith('advance.observe-')]
     lost.unlink()
     done = run('compile', '--timings')
     assert done.returncode == 0
@@ -127,7 +127,7 @@ def test_where_nothing_can_be_kept_the_verb_says_so_and_fails(monkeypatch, capsy
     monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: Folders((), None))
     monkeypatch.setattr(compilation, 'cache_folders', lambda: Folders((), None))
     monkeypatch.setattr(
-        compilation, 'compile_kernels', lambda _: entry_point(lambda value: 2.0 * value)(1.5)
+        compilation, 'compile_kernels', lambda: entry_point(lambda value: 2.0 * value)(1.5)
     )
     assert main(['compile']) == 1
     why, progress = capsys.readouterr().err.splitlines()

@@ -7,7 +7,8 @@ import pytest
 from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.presliding import Presliding, presliding
-from stickslip_ros.contact.virgin import VirginCurve, tabulate
+from stickslip_ros.contact.record import Record
+from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.parameters import ContactParameters
 
 LOWER_N = math.sqrt(2.0) / 4.0
@@ -40,15 +41,15 @@ def contacts(request: pytest.FixtureRequest, hemisphere) -> list[Presliding]:
 
 
 @pytest.fixture(scope='session')
-def curve(contacts: list[Presliding]) -> VirginCurve:
+def curve(contacts: list[Presliding]) -> Record:
     return tabulate(contacts)
 
 
 @pytest.fixture(scope='session')
-def smooth_curve(hemisphere) -> VirginCurve:
+def smooth_curve(hemisphere) -> Record:
     return tabulate([hemisphere('smooth', LOWER_N)])
 
 
 @pytest.fixture(scope='session')
-def rough_curve(hemisphere) -> VirginCurve:
+def rough_curve(hemisphere) -> Record:
     return tabulate([hemisphere('rough', UPPER_N), hemisphere('rough', LOWER_N)])

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.memory import CAPACITY, Memory, move, relax
+from stickslip_ros.contact.memory import CAPACITY, fresh_memory, move
 from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import Presliding
-from stickslip_ros.contact.virgin import VirginCurve
+from stickslip_ros.contact.record import Record
 
 SPRINGS = 4000
 """Springs on one half of a contact."""
@@ -66,33 +66,30 @@ class SpringBank:
 
 
 @entry_point
-def follow(curve, stack, memory: Memory, turns, samples) -> Memory:
+def follow(curve: Record, memory: Record, turns, samples) -> None:
     """Move to each of ``turns``; rows of ``samples`` receive force, stored and lost energy."""
     for i in range(len(turns)):
-        memory = move(curve, stack, memory, turns[i])
+        move(curve, memory, turns[i])
         samples[i, 0] = memory.force_n
-        samples[i, 1] = stored_energy(curve, stack, memory)
-        samples[i, 2] = lost_energy(curve, stack, memory)
-    return memory
+        samples[i, 1] = stored_energy(curve, memory)
+        samples[i, 2] = lost_energy(curve, memory)
 
 
 @entry_point
-def follow_force(curve, stack, memory: Memory, turns, forces, errors) -> Memory:
+def follow_force(curve: Record, memory: Record, turns, forces, errors) -> None:
     """Move to each of ``turns``; note the force and the bound of its error behind each."""
     for i in range(len(turns)):
-        memory = move(curve, stack, memory, turns[i])
+        move(curve, memory, turns[i])
         forces[i] = memory.force_n
         errors[i] = memory.error_n
-    return memory
 
 
 class Guide:
-    """A memory with its stack, led along a history."""
+    """A memory that is led along a history."""
 
-    def __init__(self, curve: VirginCurve, rows: int = CAPACITY) -> None:
+    def __init__(self, curve: Record, rows: int = CAPACITY) -> None:
         self.curve = curve
-        self.stack = np.zeros((rows, 3))
-        self.memory = relax(self.stack, 0.0)
+        self.memory = fresh_memory(capacity=rows)
 
     def go(self, *turns_m: float) -> Sample:
         """Move from turn to turn; return what the last one left."""
@@ -101,11 +98,11 @@ class Guide:
     def walk(self, turns_m: np.ndarray) -> np.ndarray:
         """Move from turn to turn; return force, stored and lost energy of each, (n, 3)."""
         samples = np.zeros((len(turns_m), 3))
-        self.memory = follow(self.curve, self.stack, self.memory, turns_m, samples)
+        follow(self.curve, self.memory, turns_m, samples)
         return samples
 
     def forces(self, turns_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Move from turn to turn; return force and bound of its error of each, N."""
         forces, bounds = np.zeros(len(turns_m)), np.zeros(len(turns_m))
-        self.memory = follow_force(self.curve, self.stack, self.memory, turns_m, forces, bounds)
+        follow_force(self.curve, self.memory, turns_m, forces, bounds)
         return forces, bounds

@@ -10,7 +10,7 @@ from spring_bank import Guide
 
 from stickslip_ros.contact.elasticity import effective_elasticity
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.memory import U, fresh_stack, move, relax
+from stickslip_ros.contact.memory import U, fresh_memory, move, set_memory
 from stickslip_ros.contact.memory_energy import lost_energy
 from stickslip_ros.contact.presliding import presliding
 from stickslip_ros.contact.profile import smooth_profile
@@ -18,6 +18,8 @@ from stickslip_ros.contact.virgin import TABLE_ERROR, tabulate, virgin_force
 
 virgin_force = entry_point(virgin_force)
 move = entry_point(move)
+set_memory = entry_point(set_memory)
+lost_energy = entry_point(lost_energy)
 
 ROUNDING = 1e-12
 """A few operations on doubles, relative to the full-slip force."""
@@ -96,7 +98,7 @@ def test_full_slip_leaves_an_empty_stack_and_coulombs_force(guide, curve):
     slipped = guide.go(3.0 * curve.limit_m)
     assert guide.memory.depth == 0
     assert slipped.force_n == pytest.approx(curve.force_max_n, rel=ROUNDING, abs=0.0)
-    origin_m = guide.stack[0, U]
+    origin_m = guide.memory.turns[0, U]
     assert origin_m == pytest.approx(2.0 * curve.limit_m, rel=ROUNDING, abs=0.0)
 
 
@@ -172,20 +174,25 @@ def test_inside_the_linear_core_nothing_is_lost_and_nothing_remembered(guide, cu
 
 def test_the_place_of_the_relaxed_contact_does_not_matter(curve):
     start_m = 1e3 * curve.limit_m
-    stack = fresh_stack()
-    memory = relax(stack, start_m)
+    memory = fresh_memory(start_m)
     guide = Guide(curve)
     for share in (0.8, -0.4, 0.3, -1.7):
-        memory = move(curve, stack, memory, start_m + share * curve.limit_m)
+        move(curve, memory, start_m + share * curve.limit_m)
         expected = guide.go(share * curve.limit_m)
         # A thousand times the displacement costs three digits.
         assert memory.force_n == pytest.approx(expected.force_n, rel=1e-11, abs=0.0)
-    assert lost_energy(curve, stack, memory) == pytest.approx(expected.lost_j, rel=1e-9, abs=0.0)
+    assert lost_energy(curve, memory) == pytest.approx(expected.lost_j, rel=1e-9, abs=0.0)
 
 
-def test_relaxing_forgets_everything(guide, curve):
+def test_a_contact_that_is_set_to_rest_is_a_fresh_one(guide, curve):
     guide.go(*(np.array([0.6, -0.5, 0.4]) * curve.limit_m))
-    memory = relax(guide.stack, 0.25)
-    assert memory == (0.25, 0.0, 0, 1.0, 0.0, 0.0, 0.0)
-    assert np.count_nonzero(guide.stack) == 1
-    assert math.isclose(guide.stack[0, U], 0.25)
+    guide.memory.turns[0, U] = 0.25
+    set_memory(guide.memory, 0.25, 0.0, 1.0, 0.0, 0.0)
+    fresh = Guide(curve)
+    fresh.memory = fresh_memory(0.25)
+    assert fresh.memory.item()[:-1] == (0.25, 0.0, 0, 1.0, 0.0, 0.0, 0.0)
+    assert guide.memory.item()[:-1] == fresh.memory.item()[:-1]
+    assert np.count_nonzero(fresh.memory.turns) == 1
+    assert math.isclose(fresh.memory.turns[0, U], 0.25)
+    onward = 0.25 + np.array([0.5, -0.4, 0.3, 0.1, 0.2, -2.0]) * curve.limit_m
+    np.testing.assert_array_equal(guide.walk(onward), fresh.walk(onward))

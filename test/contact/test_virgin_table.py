@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.virgin import (
     CELLS,
     TABLE_ERROR,
-    VirginCurve,
     tabulate,
     virgin_energy,
     virgin_force,
@@ -21,7 +21,7 @@ BETWEEN_NODES = np.linspace(0.0, 1.1, 10 * CELLS + 7)
 
 
 @entry_point
-def _look_up(curve: VirginCurve, u_m, force_n, stiffness, energy_j):
+def _look_up(curve: Record, u_m, force_n, stiffness, energy_j):
     for i in range(len(u_m)):
         force_n[i] = virgin_force(curve, u_m[i])
         stiffness[i] = virgin_stiffness(curve, u_m[i])

@@ -5,42 +5,72 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from stickslip_ros.drive.build import clock_at_start, history_of, plant_of, state_at_rest
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.advance import advance
+from stickslip_ros.drive.build import (
+    plant_of,
+    separate_feet,
+    set_ideal,
+    start_clock,
+    state_at_rest,
+)
+from stickslip_ros.drive.feet import share_out
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
-from stickslip_ros.drive.plant import advance
-from stickslip_ros.drive.records import State, Wave
+from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.parameters import Parameters
 
 
 class Drive:
-    """A drive with its history, its log of ramps and its state, which starts at rest."""
+    """A drive with its log of ramps and its state, which starts at rest."""
 
     def __init__(self, ramps: int = 256, **changes: object) -> None:
         """Change parameters by their names with two underscores for the point."""
         values = {name.replace('__', '.'): value for name, value in changes.items()}
         self.parameters = Parameters().updated(values)
-        self.plant = plant_of(self.parameters)
-        self.history = history_of(self.plant)
-        preload_n = self.parameters.stand.preload
-        self.state: State = state_at_rest(self.plant, self.history, preload_n)
+        self.plants = plant_of(self.parameters)
+        self.states = state_at_rest(self.plants, self.parameters.stand.preload)
         self.ramps = np.zeros((ramps, 3))
 
     def run(self, wave: Wave, times_s: Iterable[float], load_n: float = 0.0) -> 'Drive':
         """Advance under a wave that goes on, piece of time by piece of time."""
         for time_s in times_s:
-            self.state = advance(
-                self.plant, self.history, self.state, wave, load_n, time_s, self.ramps
-            )
+            advance(self.plants, self.states, wave, load_n, time_s, self.ramps)
         return self
 
     def start(self, wave: Wave, times_s: Iterable[float], load_n: float = 0.0) -> 'Drive':
         """Advance under a wave that begins now."""
-        self.state = self.state._replace(clock=clock_at_start(self.state))
+        start_clock(self.states)
         return self.run(wave, times_s, load_n)
+
+    def separate(self) -> 'Drive':
+        """Move the feet one by one from now on."""
+        separate_feet(self.plants, self.parameters)
+        share_out(self.plants, self.states)
+        set_ideal(self.plant)
+        return self
+
+    @property
+    def plant(self) -> Record:
+        """Its constants."""
+        return self.plants[0]
+
+    @property
+    def state(self) -> Record:
+        """What goes on changing while it runs: copy it to compare it later."""
+        return self.states[0]
+
+    @property
+    def contacts(self) -> Record:
+        """What the contacts remember that it moves: all as one, or each foot."""
+        return self.state.contacts[1:] if self.plant.separate else self.state.contacts[: ALL + 1]
+
+    def has_state_of(self, other: 'Drive') -> bool:
+        """Tell whether another drive has the same state, to the bit."""
+        return np.array_equal(self.states, other.states)
 
     @property
     def ledger(self) -> EnergyLedger:
-        return take_ledger(self.plant, self.history, self.state)
+        return take_ledger(self.plants, self.states)
 
 
 @pytest.fixture(scope='session')

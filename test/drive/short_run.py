@@ -2,13 +2,14 @@
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numba
 import numpy as np
 
-from stickslip_ros.drive.build import history_of, plant_of, state_at_rest
-from stickslip_ros.drive.plant import advance
+from stickslip_ros.drive.advance import advance
+from stickslip_ros.drive.build import plant_of, state_at_rest
 from stickslip_ros.drive.waveform import missing, sawtooth
 from stickslip_ros.parameters import Parameters
 
@@ -30,15 +31,26 @@ def short_run(
 ) -> list[list[str]]:
     """Return every number of the state after each fifth of a millisecond, exactly."""
     parameters = Parameters().updated(values)
-    plant, ramps = plant_of(parameters), np.zeros((8, 3))
-    history = history_of(plant)
-    state = state_at_rest(plant, history, parameters.stand.preload)
+    plants, ramps = plant_of(parameters), np.zeros((8, 3))
+    states = state_at_rest(plants, parameters.stand.preload)
     wave = missing(sawtooth(0.0, 300.0, -1700.0, 4), 0.3, 1)
     lines = []
     for load_n in loads_n:
-        state = advance(plant, history, state, wave, load_n, 2e-4, ramps)
-        lines.append([*state.clock, *state[1:5], *state.contact.memory, *state.sums])
+        advance(plants, states, wave, load_n, 2e-4, ramps)
+        lines.append(list(_numbers(states.item())))
     return [[float(number).hex() for number in line] for line in [*lines, *ramps]]
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """Walk through all numbers of a record; zeros at the end of an array are left out."""
+    if isinstance(value, np.ndarray):
+        value = value if value.dtype.names else np.trim_zeros(value.ravel(), 'b')
+        value = value.tolist()
+    if isinstance(value, tuple | list):
+        for element in value:
+            yield from _numbers(element)
+    else:
+        yield value
 
 
 def all_runs() -> list[list[str]]:

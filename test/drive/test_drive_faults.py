@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive.build import change_preload
-from stickslip_ros.drive.faults import apply_faults, separate_feet
-from stickslip_ros.drive.feet import DEPTH, PLACE
+from stickslip_ros.drive.faults import apply_faults
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange
 
@@ -20,9 +20,7 @@ RESIDUAL = 1e-3
 
 
 def _apply(machine, **faults):
-    machine.plant, machine.state = apply_faults(
-        machine.plant, machine.history, machine.state, **(NO_FAULTS | faults)
-    )
+    apply_faults(machine.plants, machine.states, machine.parameters, **(NO_FAULTS | faults))
     return machine
 
 
@@ -34,7 +32,7 @@ def test_no_fault_changes_nothing(drive):
     machine, twin = (drive().start(WAVE, [3.3e-3]) for _ in range(2))
     _apply(machine).run(WAVE, [5e-3])
     twin.run(WAVE, [5e-3])
-    assert machine.state == twin.state
+    assert machine.has_state_of(twin)
     assert machine.plant.ideal
 
 
@@ -85,12 +83,12 @@ def test_six_feet_split_from_one_have_its_force_its_energy_and_its_turning_point
     profile, time_s, drive
 ):
     machine = drive(contact__profile=profile).start(WAVE, [time_s])
-    before, memory = machine.ledger, machine.state.contact.memory
-    machine.plant, machine.state = separate_feet(machine.plant, machine.history, machine.state)
-    limit_n = machine.plant.contact.curve.force_max_n
-    gained_n = machine.state.contact.memory.force_n - memory.force_n
+    before, memory = machine.ledger, machine.state.contacts[ALL].memory.copy()
+    machine.separate()
+    limit_n = machine.plant.contacts[ALL].curve.force_max_n
+    gained_n = machine.state.contact_n - memory.force_n
     assert abs(gained_n) < SAME_FORCE * limit_n
-    assert np.all(machine.history.feet.states[:, DEPTH] == memory.depth)
+    assert np.all(machine.contacts['memory']['depth'] == memory.depth)
     scale_j = max(before.feet_work_j, 1e-30)
     assert abs(machine.ledger.contact_lost_j - before.contact_lost_j) < 1e-12 * scale_j
     assert abs(machine.ledger.contact_stored_j - before.contact_stored_j) < 1e-9 * scale_j
@@ -98,7 +96,7 @@ def test_six_feet_split_from_one_have_its_force_its_energy_and_its_turning_point
 
 def test_a_split_drive_moves_on_like_the_one_it_was(drive):
     machine, twin = (drive(runner__damping=20.0).start(WAVE, [3.3e-3]) for _ in range(2))
-    machine.plant, machine.state = separate_feet(machine.plant, machine.history, machine.state)
+    machine.separate()
     for drive_ in (machine, twin):
         drive_.run(WAVE, [5e-3])
     assert machine.state.position_m == pytest.approx(twin.state.position_m, rel=VERLET)
@@ -107,19 +105,17 @@ def test_a_split_drive_moves_on_like_the_one_it_was(drive):
 
 def test_springs_are_split_with_their_force_and_their_energy(drive):
     machine = drive().start(WAVE, [3.3e-3])
-    machine.plant, machine.state = change_preload(
-        machine.plant, machine.history, machine.state, machine.parameters, 0.8
-    )
+    change_preload(machine.plants, machine.states, machine.parameters, 0.8)
     machine.run(WAVE, [2.6e-3])
-    assert machine.state.contact.on_springs
-    before, force_n = machine.ledger, machine.state.contact.memory.force_n
+    assert machine.contacts['on_springs'].all()
+    before, force_n = machine.ledger, machine.state.contact_n
     _apply(machine, dead_foot=2)
-    limit_n = machine.plant.contact.curve.force_max_n
-    assert abs(machine.state.contact.memory.force_n - force_n) < SAME_FORCE * limit_n
+    limit_n = machine.plant.contacts[ALL].curve.force_max_n
+    assert abs(machine.state.contact_n - force_n) < SAME_FORCE * limit_n
     assert machine.ledger.contact_stored_j == pytest.approx(before.contact_stored_j, rel=1e-12)
     assert machine.ledger.contact_lost_j == pytest.approx(before.contact_lost_j, rel=1e-12)
     machine.run(WAVE, [5e-3])
-    assert machine.state.contact.on_springs
+    assert machine.contacts['on_springs'].all()
     assert _residual(machine) < 5.0 * RESIDUAL
 
 
@@ -129,18 +125,18 @@ def test_a_dead_foot_stays_and_follows_again_from_where_it_is(law, tolerance, dr
     machine = drive(contact__law=law, actuator__gain_tolerance=tolerance, runner__damping=20.0)
     machine.start(WAVE, [3.3e-3])
     _apply(machine, dead_foot=4)
-    places_m = machine.history.feet.states[:, PLACE].copy()
+    places_m = machine.state.places_m[1:].copy()
     machine.run(WAVE, [0.3e-3])
-    moved = machine.history.feet.states[:, PLACE] != places_m
+    moved = machine.state.places_m[1:] != places_m
     assert moved.tolist() == [True, True, True, False, True, True]
     _apply(machine)
-    assert machine.history.feet.states[3, PLACE] == places_m[3]
+    assert machine.state.places_m[4] == places_m[3]
     machine.run(WAVE, [1e-9])
     # In a nanosecond the feet move by 0.2 pm.
-    assert machine.history.feet.states[3, PLACE] == pytest.approx(places_m[3], abs=1e-12)
+    assert machine.state.places_m[4] == pytest.approx(places_m[3], abs=1e-12)
     machine.run(WAVE, [0.2e-3])
-    ratio = machine.plant.feet.numbers[3, 3]
-    gained_m = machine.history.feet.states[3, PLACE] - places_m[3]
+    ratio = machine.plant.ratios[4]
+    gained_m = machine.state.places_m[4] - places_m[3]
     assert gained_m == pytest.approx(ratio * 160e-9 * 0.2, rel=1e-4)
     assert _residual(machine) < 2.0 * RESIDUAL
 
@@ -165,7 +161,7 @@ def test_faults_come_and_go_in_any_order_and_the_balance_closes(drive):
     ):
         _apply(_apply(machine, **faults), **faults).run(WAVE, [1.3e-3])
         assert _residual(machine) < RESIDUAL
-    assert machine.plant.feet.dead == 0
+    assert machine.plant.dead == 0
     assert not machine.plant.stuck
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip_ros.drive.plant import RAMP_MEAN
+from stickslip_ros.drive.advance import RAMP_MEAN
 from stickslip_ros.drive.waveform import level, sawtooth
 
 WAVE = sawtooth(0.0, 300.0, 1000.0, 0)

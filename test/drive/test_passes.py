@@ -2,15 +2,17 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.record import record
 from stickslip_ros.drive.amplifier import follow, time_to_settle, wanted
 from stickslip_ros.drive.build import plant_of
-from stickslip_ros.drive.passes import LEFT, MADE, PASSES_MIN, check_motion
-from stickslip_ros.drive.records import Clock
+from stickslip_ros.drive.passes import PASSES_MIN, check_motion
+from stickslip_ros.drive.records import ALL, CLOCK
 from stickslip_ros.drive.waveform import level, sawtooth, table
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
@@ -33,7 +35,7 @@ CLOCKS_S = st.floats(1e-9, 900.0)
 def test_a_voltage_is_caught_at_once_or_after_a_time_that_moves_the_clock(
     clock_s, voltage_v, gap_v, slope_v_per_s, stand
 ):
-    caught_s = follow(plant_of(stand), voltage_v, voltage_v + gap_v, slope_v_per_s, clock_s)[2]
+    caught_s = follow(plant_of(stand)[0], voltage_v, voltage_v + gap_v, slope_v_per_s, clock_s)[2]
     assert clock_s + caught_s > clock_s
 
 
@@ -46,10 +48,10 @@ def test_a_voltage_is_caught_at_once_or_after_a_time_that_moves_the_clock(
 def test_the_next_level_of_a_converter_comes_after_a_time_that_moves_the_clock(
     resolution_v, end_s, share, end_v
 ):
-    plant = plant_of(Parameters().updated({'amplifier.resolution': resolution_v}))
+    plant = plant_of(Parameters().updated({'amplifier.resolution': resolution_v}))[0]
     clock_s = share * end_s * (1.0 - 1e-12)
     wave = table([[0.0, 113.76725643485543], [end_s, end_v]])
-    level_v, _, next_s = wanted(plant, wave, Clock(clock_s, 0, 0.0, 0.0))
+    level_v, _, next_s = wanted(plant, wave, record(CLOCK, ramp_s=clock_s))
     assert clock_s + next_s > clock_s
     command_v = 113.76725643485543 + (end_v - 113.76725643485543) * clock_s / end_s
     assert abs(level_v - command_v) <= 1.5 * resolution_v + 1e-9
@@ -57,7 +59,7 @@ def test_the_next_level_of_a_converter_comes_after_a_time_that_moves_the_clock(
 
 @given(excess=st.floats(0.0, 1e-6), input_v=VOLTS)
 def test_a_low_pass_has_settled_or_takes_a_time_that_changes_its_output(excess, input_v):
-    plant = plant_of(Parameters().updated({'amplifier.bandwidth': 2e5}))
+    plant = plant_of(Parameters().updated({'amplifier.bandwidth': 2e5}))[0]
     aim_v = 0.999 * 0.01 * 300.0
     settled_s = time_to_settle(plant, WAVE, input_v + aim_v * (1.0 + excess), input_v, 0.0)
     assert settled_s == math.inf or settled_s > 1e-10 * plant.amplifier.tau_s
@@ -65,21 +67,26 @@ def test_a_low_pass_has_settled_or_takes_a_time_that_changes_its_output(excess, 
 
 def test_a_drive_whose_loops_stand_still_gives_up_and_says_where(drive):
     machine = drive()
-    curve = machine.plant.contact.curve._replace(limit_m=1e-40)
-    machine.plant = machine.plant._replace(contact=machine.plant.contact._replace(curve=curve))
-    machine.start(WAVE, [1e-4])
-    assert machine.history.passes[LEFT] < 0
-    assert machine.history.passes[MADE] > PASSES_MIN
+    machine.plant.contacts[ALL].curve.limit_m = 1e-40
+    with pytest.raises(StickSlipError, match='time stands still'):
+        machine.start(WAVE, [1e-4])
+    assert machine.state.passes_left < 0
+    assert machine.state.passes_made > PASSES_MIN
     assert machine.state.clock.ramp_s < 1e-6
     with pytest.raises(StickSlipError, match=r'time stands still after \d+ passes, at .* V, foot'):
-        check_motion(machine.history, machine.state, 0.25)
+        check_motion(machine.states, 0.25)
 
 
 def test_a_drive_that_has_given_up_makes_no_more_passes_until_it_rests_again(drive):
     machine = drive()
-    machine.history.passes[LEFT] = -1
-    before = machine.state
-    machine.start(WAVE, [1e-4, 1e-4])
-    assert machine.state._replace(clock=before.clock) == before
+    machine.state.passes_left = -1
+    before = machine.states.copy()
+    for _ in range(2):
+        with pytest.raises(StickSlipError, match='time stands still'):
+            machine.start(WAVE, [1e-4])
+    assert machine.state.passes_left < 0
+    for name in ('clock', 'passes_left', 'passes_made'):
+        machine.states[name] = before[name]
+    assert np.array_equal(machine.states, before)
     again = drive().start(level(0.0), [1e-4])
-    check_motion(again.history, again.state, 0.0)
+    check_motion(again.states, 0.0)

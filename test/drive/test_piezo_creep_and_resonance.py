@@ -6,24 +6,16 @@ import numpy as np
 import pytest
 
 from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.record import record
 from stickslip_ros.drive.build import plant_of
-from stickslip_ros.drive.piezo import (
-    DRIVING_M,
-    RING_M,
-    SCALARS,
-    STATIC_M,
-    displace,
-    free_ring,
-    prepare_step,
-    rest,
-)
-from stickslip_ros.drive.stages_build import fresh_piezo
+from stickslip_ros.drive.piezo import displace, free_ring, prepare_piezo, rest
+from stickslip_ros.drive.records import PIEZO_STATE
 from stickslip_ros.drive.waveform import level
 from stickslip_ros.parameters import Parameters
 
 displace = entry_point(displace)
 free_ring = entry_point(free_ring)
-prepare_step = entry_point(prepare_step)
+prepare_piezo = entry_point(prepare_piezo)
 
 GAIN = Parameters().actuator.gain
 STEP_V = 100.0
@@ -39,17 +31,17 @@ class Piezo:
 
     def __init__(self, **actuator: float) -> None:
         values = {f'actuator.{name}': value for name, value in actuator.items()}
-        self.plant = plant_of(Parameters().updated(values))
-        self.memory = fresh_piezo()
+        self.plant = plant_of(Parameters().updated(values))[0]
+        self.memory = record(PIEZO_STATE)
         rest(self.plant, self.memory)
 
     def jump(self) -> 'Piezo':
         """Be at STEP_V from now on, with the mass of the piezo still at rest."""
-        self.memory[SCALARS, STATIC_M] = self.memory[SCALARS, DRIVING_M] = STEP_M
+        self.memory.static_m = self.memory.driving_m = STEP_M
         return self
 
     def hold(self, time_s: float, voltage_v: float = STEP_V) -> float:
-        ring = prepare_step(self.plant, self.memory, time_s)
+        ring = prepare_piezo(self.plant, self.memory, time_s)
         return float(displace(self.plant, self.memory, voltage_v, ring, time_s))
 
 
@@ -131,7 +123,7 @@ def test_along_a_ramp_the_steps_do_not_matter():
 def test_in_the_end_the_resonance_has_a_gain_of_one():
     piezo = Piezo(resonance=1e5, damping_ratio=0.05).jump()
     assert piezo.hold(1.0) == pytest.approx(STEP_M, rel=1e-12, abs=0.0)
-    assert piezo.memory[SCALARS, RING_M] == pytest.approx(STEP_M, rel=1e-12, abs=0.0)
+    assert piezo.memory.ring_m == pytest.approx(STEP_M, rel=1e-12, abs=0.0)
 
 
 def test_the_feet_of_a_drive_ring_as_they_do_alone(drive):

@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.record import record
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.piezo import hysteresis, rest
-from stickslip_ros.drive.stages_build import fresh_piezo
+from stickslip_ros.drive.records import PIEZO_STATE
 from stickslip_ros.parameters import Parameters
 
 hysteresis = entry_point(hysteresis)
@@ -36,8 +37,8 @@ class Loop:
                     'actuator.plays': plays,
                 }
             )
-        )
-        self.memory = fresh_piezo()
+        )[0]
+        self.memory = record(PIEZO_STATE)
         rest(self.plant, self.memory)
 
     def to(self, *voltages_v: float) -> np.ndarray:

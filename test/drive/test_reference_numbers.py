@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
 from stickslip_ros.drive.waveform import sawtooth
 
 CELL_N_PER_M = 1e5

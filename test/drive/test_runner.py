@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.virgin import virgin_force
 from stickslip_ros.drive.build import plant_of
-from stickslip_ros.drive.records import Plant
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.runner import force_on_runner, kick_after, kick_before
 from stickslip_ros.drive.waveform import level
 
@@ -21,7 +22,7 @@ ORDER_2 = (3.8, 4.2)
 
 
 @entry_point
-def _oscillate(plant: Plant, position_m, velocity_m_per_s, load_n, dt_s, steps):
+def _oscillate(plant: Record, position_m, velocity_m_per_s, load_n, dt_s, steps):
     force_n = force_on_runner(plant, position_m, 0.0, load_n)
     for _ in range(steps):
         velocity_m_per_s = kick_before(plant, velocity_m_per_s, force_n, dt_s)
@@ -34,9 +35,9 @@ def _oscillate(plant: Plant, position_m, velocity_m_per_s, load_n, dt_s, steps):
 @pytest.fixture
 def oscillator(stand):
     def make(damping):
-        return plant_of(stand)._replace(
-            mass_kg=MASS_KG, cell_n_per_m=CELL_N_PER_M, damping_n_s_per_m=damping
-        )
+        plant = plant_of(stand)[0]
+        plant.mass_kg, plant.cell_n_per_m, plant.damping_n_s_per_m = MASS_KG, CELL_N_PER_M, damping
+        return plant
 
     return make
 
@@ -80,18 +81,18 @@ def test_an_undamped_runner_swings_a_million_steps_without_gain_or_loss(oscillat
 
 def test_a_load_below_friction_shifts_a_creeping_runner_along_the_virgin_curve(drive):
     machine = drive(load_cell__contact='absent', runner__damping=5000.0)
-    curve = machine.plant.contact.curve
+    curve = machine.plant.contacts[ALL].curve
     load_n = 0.5 * curve.force_max_n
     machine.start(level(0.0), [0.1], load_n)
     settled_n = virgin_force(curve, machine.state.position_m)
     # A hundred times the slowest time constant, damping over stiffness, has passed.
     assert settled_n == pytest.approx(load_n, rel=1e-9, abs=0.0)
-    assert machine.state.contact.memory.depth == 0
+    assert machine.state.contacts[ALL].memory.depth == 0
 
 
 def test_a_load_beyond_friction_accelerates_a_free_runner_by_the_rest(drive):
     machine = drive(load_cell__contact='absent')
-    friction_n = machine.plant.contact.curve.force_max_n
+    friction_n = machine.plant.contacts[ALL].curve.force_max_n
     assert friction_n == pytest.approx(0.3 * 2.0 * math.sqrt(2.0) * 0.5, rel=1e-12, abs=0.0)
     load_n = 2.0 * friction_n
     machine.start(level(0.0), [1e-3], load_n)
@@ -104,5 +105,5 @@ def test_a_load_beyond_friction_accelerates_a_free_runner_by_the_rest(drive):
 def test_a_drive_that_is_left_alone_stays_exactly_at_rest(drive):
     machine = drive().start(level(0.0), [1e-3] * 10)
     assert machine.state.position_m == machine.state.velocity_m_per_s == 0.0
-    assert not any(machine.state.sums)
+    assert not any(machine.state.sums.item())
     assert machine.ledger.residual_j == 0.0

@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 
-from stickslip_ros.drive.build import change_preload, plant_of
-from stickslip_ros.drive.faults import separate_feet
-from stickslip_ros.drive.feet import FORCE, PLACE
-from stickslip_ros.drive.feet_build import gain_ratios
-from stickslip_ros.drive.plant import RAMP_MEAN
-from stickslip_ros.drive.stages import RATIO
+from stickslip_ros.drive.advance import RAMP_MEAN
+from stickslip_ros.drive.build import change_preload, gain_ratios, plant_of
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
@@ -37,22 +33,17 @@ def _residual(machine):
     return abs(machine.ledger.residual_j / machine.ledger.feet_work_j)
 
 
-def _separate(machine):
-    machine.plant, machine.state = separate_feet(machine.plant, machine.history, machine.state)
-    return machine
-
-
 def _in_short_steps(machine):
-    machine.plant = machine.plant._replace(ideal=False)
+    machine.plant.ideal = machine.plant.glides = False
     return machine
 
 
 @pytest.mark.parametrize('profile', ['rough', 'smooth', 'rough_line'])
 def test_equal_feet_one_by_one_move_like_all_as_one(profile, drive):
     one = _in_short_steps(drive(contact__profile=profile)).start(WAVE, [RUN_S])
-    six = _separate(drive(contact__profile=profile)).start(WAVE, [RUN_S])
+    six = drive(contact__profile=profile).separate().start(WAVE, [RUN_S])
     assert six.state.position_m == pytest.approx(one.state.position_m, rel=SAME_STEPS, abs=0.0)
-    assert np.all(six.history.feet.states[:, PLACE] == six.state.foot_m)
+    assert np.all(six.state.places_m[1:] == six.state.foot_m)
     for term in ('feet_work_j', 'contact_stored_j', 'contact_lost_j', 'kinetic_j'):
         expected_j = getattr(one.ledger, term)
         scale_j = 1e-9 * one.ledger.feet_work_j
@@ -61,7 +52,7 @@ def test_equal_feet_one_by_one_move_like_all_as_one(profile, drive):
 
 def test_equal_feet_move_like_the_long_steps_do(drive):
     glided = drive(runner__damping=80.0).start(WAVE, [RUN_S])
-    six = _separate(drive(runner__damping=80.0)).start(WAVE, [RUN_S])
+    six = drive(runner__damping=80.0).separate().start(WAVE, [RUN_S])
     assert glided.plant.ideal
     assert not six.plant.ideal
     assert six.ramps[18, RAMP_MEAN] == pytest.approx(glided.ramps[18, RAMP_MEAN], rel=VERLET)
@@ -72,25 +63,23 @@ def test_equal_feet_share_the_bristles_of_a_rival_law(law, drive):
     changes = {'contact__law': law, 'friction_law__bristle_stiffness': 4e6}
     changes |= {'friction_law__bristle_damping': 5.0, 'friction_law__viscous': 2.0}
     one = drive(**changes).start(WAVE, [RUN_S])
-    six = _separate(_in_short_steps(drive(**changes))).start(WAVE, [RUN_S])
+    six = _in_short_steps(drive(**changes)).separate().start(WAVE, [RUN_S])
     # The fall takes other steps; the bristle's damping makes them of first order.
     assert six.state.position_m == pytest.approx(one.state.position_m, rel=5e-3, abs=0.0)
     assert six.ledger.contact_lost_j == pytest.approx(one.ledger.contact_lost_j, rel=5e-3)
 
 
 def test_equal_feet_go_to_another_preload_like_all_as_one(drive):
-    machines = [_in_short_steps(drive()), _separate(drive())]
+    machines = [_in_short_steps(drive()), drive().separate()]
     for machine in machines:
         machine.start(WAVE, [3.3e-3])
-        machine.plant, machine.state = change_preload(
-            machine.plant, machine.history, machine.state, machine.parameters, 0.52
-        )
-        machine.plant = machine.plant._replace(ideal=False)
-        assert machine.state.contact.on_springs
+        change_preload(machine.plants, machine.states, machine.parameters, 0.52)
+        assert not machine.plant.ideal
+        assert machine.contacts['on_springs'].all()
         machine.run(WAVE, [5e-3])
-        assert machine.state.contact.preload_n == pytest.approx(0.505, rel=1e-6)
+        assert machine.state.preload_n == pytest.approx(0.505, rel=1e-6)
         machine.run(WAVE, [0.02])
-        assert machine.state.contact.preload_n == 0.52
+        assert machine.state.preload_n == 0.52
         assert _residual(machine) < 1e-3
     one, six = machines
     # Each foot's springs take up their own misfit to the continuum, 2.5e-3 of the limit.
@@ -99,12 +88,10 @@ def test_equal_feet_go_to_another_preload_like_all_as_one(drive):
 
 def test_feet_that_differ_go_back_from_the_springs_to_their_turning_points(drive):
     machine = drive(actuator__gain_tolerance=0.1, stand__preload_rate=10.0).start(WAVE, [2e-3])
-    machine.plant, machine.state = change_preload(
-        machine.plant, machine.history, machine.state, machine.parameters, 0.45
-    )
+    change_preload(machine.plants, machine.states, machine.parameters, 0.45)
     machine.run(WAVE, [0.02])
-    assert machine.state.contact.preload_n == 0.45
-    assert not machine.state.contact.on_springs
+    assert machine.state.preload_n == 0.45
+    assert not machine.contacts['on_springs'].any()
     assert _residual(machine) < 1e-3
 
 
@@ -121,11 +108,11 @@ def test_gains_keep_mean_and_tolerance_and_come_from_the_seed(tolerance):
 
 def test_each_foot_goes_its_own_way(drive):
     machine = drive(actuator__gain_tolerance=0.1).start(WAVE, [0.5e-3])
-    ratios = machine.plant.feet.numbers[:, RATIO]
-    places_m = machine.history.feet.states[:, PLACE]
+    ratios = machine.plant.ratios[1:]
+    places_m = machine.state.places_m[1:]
     np.testing.assert_allclose(places_m, ratios * machine.state.foot_m, rtol=1e-12)
-    total_n = machine.history.feet.states[:, FORCE].sum()
-    assert machine.state.contact.memory.force_n == pytest.approx(total_n, rel=1e-12)
+    total_n = machine.contacts['memory']['force_n'].sum()
+    assert machine.state.contact_n == pytest.approx(total_n, rel=1e-12)
 
 
 def test_the_mirrored_drive_moves_in_the_mirror(drive):
@@ -168,10 +155,10 @@ def test_half_the_step_leaves_the_motion_with_everything_on(drive):
 
 
 def test_the_same_drive_moves_to_the_bit(drive):
-    states = [drive(**EVERYTHING).start(WAVE, [1e-3] * 3).state for _ in range(2)]
-    assert states[0] == states[1]
-    another = drive(**EVERYTHING, sim__seed=2).start(WAVE, [1e-3] * 3).state
-    assert another.position_m != states[0].position_m
+    one, same = (drive(**EVERYTHING).start(WAVE, [1e-3] * 3) for _ in range(2))
+    assert one.has_state_of(same)
+    another = drive(**EVERYTHING, sim__seed=2).start(WAVE, [1e-3] * 3)
+    assert another.state.position_m != one.state.position_m
 
 
 def test_coulombs_law_does_not_say_how_different_feet_share_a_load():

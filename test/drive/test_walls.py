@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stickslip_ros.contact.kernel import in_python
-from stickslip_ros.drive.plant import RAMP_MEAN
+from stickslip_ros.drive.advance import RAMP_MEAN
+from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.walls import cell_energy, cell_force, stops_energy, stops_force
 from stickslip_ros.drive.waveform import level, sawtooth
 
@@ -54,13 +55,13 @@ def test_a_runner_that_always_presses_moves_as_on_a_fixed_load_cell(drive):
 def test_far_from_its_load_cell_a_runner_is_free_to_the_bit(drive):
     free = drive(load_cell__contact='absent').start(WAVE, [0.02])
     far = drive(load_cell__contact='one_sided', load_cell__gap=1e-3).start(WAVE, [0.02])
-    assert far.state == free.state
+    assert far.has_state_of(free)
 
 
 def test_far_from_its_end_stops_a_runner_does_not_feel_them(drive):
     free = drive(load_cell__contact='absent').start(WAVE, [0.02])
     far = drive(load_cell__contact='absent', stand__stop_stiffness=1e5).start(WAVE, [0.02])
-    assert far.state == free.state
+    assert far.has_state_of(free)
 
 
 def test_a_runner_bounces_from_a_load_cell_within_half_a_swing(drive):
@@ -68,7 +69,7 @@ def test_a_runner_bounces_from_a_load_cell_within_half_a_swing(drive):
     machine = drive(
         **(FREE | {'load_cell__contact': 'one_sided'}), load_cell__gap=1e-5, load_cell__stiffness=k
     )
-    machine.state = machine.state._replace(velocity_m_per_s=speed)
+    machine.state.velocity_m_per_s = speed
     positions_m, step_s = [], 1e-6
     for _ in range(600):
         machine.run(level(0.0), [step_s])
@@ -88,7 +89,7 @@ def test_a_loaded_runner_comes_to_rest_in_the_end_stop(sign, drive):
         **FREE, stand__stop_stiffness=stiffness, runner__damping=60.0,
         stand__travel_max=stop_m, stand__travel_min=-stop_m,
     ).start(level(0.0), [0.05], sign * load_n)  # fmt: skip
-    friction_n = machine.plant.contact.curve.force_max_n
+    friction_n = machine.plant.contacts[ALL].curve.force_max_n
     pressed_m = sign * machine.state.position_m - stop_m
     assert pressed_m == pytest.approx(load_n / stiffness, rel=0.0, abs=friction_n / stiffness)
     assert abs(machine.ledger.residual_j) < RESIDUAL * machine.ledger.load_work_j
@@ -100,7 +101,7 @@ def test_a_drive_that_steps_into_its_end_stop_stays_there(wave, drive):
     changes |= {'stand__travel_min': -1e-6, 'stand__travel_max': 1e-6, 'runner__damping': 20.0}
     start_v = wave.start_v
     machine = drive(amplifier__voltage_initial=start_v, **changes).start(wave, [0.1])
-    friction_n = machine.plant.contact.curve.force_max_n
+    friction_n = machine.plant.contacts[ALL].curve.force_max_n
     pressed_m = abs(machine.state.position_m) - 1e-6
     assert 0.0 < pressed_m < friction_n / 1e6
     assert machine.ledger.stops_j > 0.0

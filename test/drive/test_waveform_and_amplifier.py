@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.drive.actuator import foot_displacement
+from stickslip_ros.contact.record import record
+from stickslip_ros.drive.advance import ride
 from stickslip_ros.drive.amplifier import SETTLED_V, clamp, follow
 from stickslip_ros.drive.build import plant_of
-from stickslip_ros.drive.plant import ride
-from stickslip_ros.drive.records import ENDLESS, Clock
+from stickslip_ros.drive.piezo import foot_displacement
+from stickslip_ros.drive.records import CLOCK, ENDLESS
 from stickslip_ros.drive.waveform import CORNER_S, level, ramp_is_over, sawtooth, target
 
 clamp = entry_point(clamp)
@@ -27,11 +28,11 @@ ROUNDING = 1e-12
 
 @pytest.fixture(scope='module')
 def plant(stand):
-    return plant_of(stand)
+    return plant_of(stand)[0]
 
 
 def _clock(ramp_s, cycle=0):
-    return Clock(ramp_s, cycle, 0.0, 0.0)
+    return record(CLOCK, ramp_s=ramp_s, cycle=cycle)
 
 
 def test_a_level_is_held_for_ever():
@@ -78,7 +79,8 @@ def test_a_ramp_is_over_at_its_corner():
 def test_the_foot_follows_the_voltage_in_proportion(plant):
     assert foot_displacement(plant, 0.0) == 0.0
     assert foot_displacement(plant, 300.0) == pytest.approx(160e-9, rel=ROUNDING, abs=0.0)
-    resting = plant._replace(rest_v=100.0)
+    resting = plant.copy()
+    resting.rest_v = 100.0
     assert foot_displacement(resting, 100.0) == 0.0
     assert foot_displacement(resting, 0.0) == pytest.approx(-160e-9 / 3.0, rel=ROUNDING, abs=0.0)
 
@@ -154,5 +156,5 @@ def test_a_level_is_reached_at_the_slew_rate(drive):
 
 def test_no_step_leaves_the_range_of_the_amplifier(plant, drive):
     machine = drive()
-    machine.state = ride(plant, machine.history, machine.state, 299.0, SLEW, 0.0, 1e-6)
+    ride(plant, machine.state, 299.0, SLEW, 0.0, 1e-6)
     assert machine.state.voltage_v == 300.0

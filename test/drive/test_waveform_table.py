@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.record import record
 from stickslip_ros.drive.amplifier import has_arrived
-from stickslip_ros.drive.records import Clock
+from stickslip_ros.drive.records import CLOCK
 from stickslip_ros.drive.waveform import is_missed, missing, sawtooth, table, target
 
 is_missed = entry_point(is_missed)
@@ -19,7 +20,7 @@ ROUNDING = 1e-9
 
 
 def _clock(ramp_s, cycle=0):
-    return Clock(ramp_s, cycle, 0.0, 0.0)
+    return record(CLOCK, ramp_s=ramp_s, cycle=cycle)
 
 
 def test_a_table_is_joined_by_straight_lines_and_its_rows_are_corners():
@@ -68,7 +69,7 @@ def test_a_drive_plays_a_table_once_and_holds(changes, piece_s, drive):
         times_s, voltages_v = np.transpose(ROWS)
         expected_v = np.interp(i * piece_s, times_s, voltages_v)
         assert machine.state.voltage_v == pytest.approx(expected_v, rel=ROUNDING, abs=1e-9)
-        assert has_arrived(machine.plant, wave, machine.state) == (i * piece_s >= 4e-3 - 1e-12)
+        assert has_arrived(machine.plants, wave, machine.states) == (i * piece_s >= 4e-3 - 1e-12)
     assert machine.state.clock.cycle == 1
 
 

@@ -9,11 +9,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from fuzz_stands import drawn, stand_of
 
+from stickslip_ros.drive.advance import FORCE, POSITION, TIME
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import FORCE, POSITION, TIME, Event, Result
+from stickslip_ros.instrument.reports import Event, Result
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, spec_of
 
 COMMANDS = 12
@@ -136,7 +137,7 @@ class _Run:
         if not math.isfinite(after.residual_j):
             self.problems.append(f'the energy is not finite at {bench.time_ns} ns')
         elif bench.parameters.contact.law == 'mdr':
-            presliding_j = bench.plant.contact.curve.energy_max_j
+            presliding_j = bench.plant.contacts[0].curve.energy_max_j
             self._presliding_j = max(self._presliding_j, presliding_j)
             scale_j = self._flow_j + self._presliding_j
             self.residual = max(self.residual, abs(after.residual_j) / scale_j)

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip_ros.instrument.interferometer import Interferometer
-from stickslip_ros.instrument.load_cell import LoadCell
+from stickslip_ros.drive.advance import FORCE, POSITION
+from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
+from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.parameters import FaultParameters, Parameters
 
 RATE_HZ = 50e3
@@ -15,7 +16,8 @@ SIGMAS = 5.0
 ROUNDING = 1e-12
 """A few dozen operations on doubles."""
 
-SENSORS = {'interferometer': Interferometer, 'load_cell': LoadCell}
+SENSORS = {'interferometer': POSITION, 'load_cell': FORCE}
+"""Columns of the trace that the sensors read."""
 PERFECT = {
     f'{sensor}.{name}': 0.0
     for sensor in SENSORS
@@ -36,27 +38,45 @@ EVERYTHING = {
 """Each error large enough to be seen in a few hundred samples."""
 
 
-def sensor_with(name: str, settings: dict[str, object]) -> Interferometer | LoadCell:
+class Sensor(Sensing):
+    """One of both sensors; the other one reads zeros."""
+
+    def __init__(self, name: str, parameters: Parameters) -> None:
+        super().__init__(parameters)
+        self._column = SENSORS[name]
+
+    def readings(self, truth: np.ndarray, faults: FaultParameters) -> np.ndarray:
+        """Return the readings of consecutive true values."""
+        trace = np.zeros((len(truth), len(TRACE_COLUMNS)))
+        trace[:, self._column] = truth
+        if len(truth):
+            self.read(trace, 0, 0.0, faults)
+        return trace[:, self._column]
+
+    @property
+    def is_referenced(self) -> bool:
+        return bool(self.status_bits & Status.IS_REFERENCED)
+
+
+def sensor_with(name: str, settings: Mapping[str, object]) -> Sensor:
     """Return a sensor that has no errors but those of ``settings``."""
-    return SENSORS[name](Parameters().updated(PERFECT | {'trace.sample_rate': RATE_HZ} | settings))
+    return Sensor(name, Parameters().updated(PERFECT | {'trace.sample_rate': RATE_HZ} | settings))
 
 
-def interferometer_with(**settings: float) -> Interferometer:
+def interferometer_with(**settings: float) -> Sensor:
     """Return an interferometer that has no errors but the given ones."""
     return sensor_with('interferometer', {f'interferometer.{k}': v for k, v in settings.items()})
 
 
-def load_cell_with(**settings: float) -> LoadCell:
+def load_cell_with(**settings: float) -> Sensor:
     """Return a load cell that has no errors but the given ones."""
     return sensor_with('load_cell', {f'load_cell.{k}': v for k, v in settings.items()})
 
 
-def sensor_with_everything(
-    name: str, changes: Mapping[str, float] | None = None
-) -> Interferometer | LoadCell:
+def sensor_with_everything(name: str, changes: Mapping[str, float] | None = None) -> Sensor:
     """Return a sensor with all of its errors at once, but for some changes."""
     settings = {'trace.sample_rate': RATE_HZ} | EVERYTHING | (changes or {})
-    return SENSORS[name](Parameters().updated(settings))
+    return Sensor(name, Parameters().updated(settings))
 
 
 def shaken(name: str, samples: int) -> np.ndarray:

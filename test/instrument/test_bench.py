@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from bench_runs import MS, drive_bench, load, sawtooth
 
-from stickslip_ros.drive.plant import RAMP_END, RAMP_START
+from stickslip_ros.drive.advance import FOOT, FORCE, POSITION, RAMP_END, RAMP_START, TIME, VOLTAGE
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import FOOT, FORCE, POSITION, TIME, VOLTAGE, Result, Status
+from stickslip_ros.instrument.reports import Result, Status
 
 READY = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
 """Bits of a stand on which nothing happens."""

@@ -6,9 +6,10 @@ from bench_runs import MS, drive_bench, load, sawtooth
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stickslip_ros.drive.advance import FORCE, POSITION
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import FORCE, POSITION, Result
+from stickslip_ros.instrument.reports import Result
 from stickslip_ros.parameters import Parameters
 
 RUN_NS = 20 * MS

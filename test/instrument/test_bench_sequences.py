@@ -7,9 +7,10 @@ from bench_runs import MS, drive_bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from stickslip_ros.drive.advance import POSITION
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import POSITION, Result, Status
+from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import Parameters
 
 BLOCKS = 8

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from bench_runs import MS, drive_bench
 
+from stickslip_ros.drive.advance import FOOT, POSITION, VOLTAGE
 from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.checks import check_request
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import FOOT, POSITION, VOLTAGE, Result, Status
+from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import Parameters
 
 FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}

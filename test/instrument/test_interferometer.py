@@ -29,20 +29,20 @@ def _assert_equal(readings, expected):
 
 def test_without_errors_it_reads_the_truth():
     truth = np.random.default_rng(0).normal(0.0, 1e-7, 1000)
-    _assert_equal(interferometer_with().read(truth, HEALTHY), truth)
+    _assert_equal(interferometer_with().readings(truth, HEALTHY), truth)
 
 
 def test_the_truth_itself_is_left_alone():
     truth = _ramp(100)
     truth.flags.writeable = False
-    interferometer_with(noise_density=1e-9, bandwidth=1e3).read(truth, HEALTHY)
+    interferometer_with(noise_density=1e-9, bandwidth=1e3).readings(truth, HEALTHY)
     _assert_equal(truth, _ramp(100))
 
 
 def test_a_step_is_answered_by_an_exponential_that_has_gone_63_percent_after_its_time():
     after = 40
     sensor = interferometer_with(bandwidth=RATE_HZ / (2.0 * math.pi * after))
-    readings = sensor.read(np.ones(200), HEALTHY)
+    readings = sensor.readings(np.ones(200), HEALTHY)
     _assert_equal(readings, 1.0 - np.exp(-np.arange(1, 201) / after))
     assert readings[after - 1] == pytest.approx(0.632, abs=5e-4)
 
@@ -51,7 +51,7 @@ def test_at_the_corner_the_reading_is_3_db_smaller_and_45_degrees_late():
     corner_hz, periods = 100.0, 40
     samples = round(periods * RATE_HZ / corner_hz)
     angle = 2.0 * math.pi * corner_hz * times(samples)
-    readings = interferometer_with(bandwidth=corner_hz).read(np.sin(angle), HEALTHY)
+    readings = interferometer_with(bandwidth=corner_hz).readings(np.sin(angle), HEALTHY)
     half = samples // 2
     response = 2.0 * np.mean(readings[half:] * np.exp(-1j * angle[half:])) * 1j
     # The input counts as constant between two samples: half a sample early, 0.36 degrees.
@@ -64,7 +64,7 @@ def test_the_cyclic_error_of_a_ramp_repeats_every_half_wavelength():
     amplitude, repeats, samples = 2e-9, 8, 1000
     truth = repeats * WAVELENGTH / 2.0 * np.arange(1, samples + 1) / samples
     sensor = interferometer_with(cyclic_error=amplitude, wavelength=WAVELENGTH)
-    spectrum = np.fft.rfft(sensor.read(truth, HEALTHY) - truth) * 2.0 / samples
+    spectrum = np.fft.rfft(sensor.readings(truth, HEALTHY) - truth) * 2.0 / samples
     assert np.argmax(np.abs(spectrum)) == repeats
     assert abs(spectrum[repeats]) == pytest.approx(amplitude, rel=1e-9)
     others = np.delete(np.abs(spectrum), repeats)
@@ -73,32 +73,32 @@ def test_the_cyclic_error_of_a_ramp_repeats_every_half_wavelength():
 
 def test_the_cyclic_error_is_none_where_the_runner_started():
     sensor = interferometer_with(cyclic_error=2e-9)
-    np.testing.assert_array_equal(sensor.read(np.zeros(10), HEALTHY), np.zeros(10))
+    np.testing.assert_array_equal(sensor.readings(np.zeros(10), HEALTHY), np.zeros(10))
 
 
 def test_the_cyclic_error_follows_the_runner_and_not_the_drift():
     drift, truth = 1e-3, np.full(1000, WAVELENGTH / 8.0)
     sensor = interferometer_with(cyclic_error=2e-9, wavelength=WAVELENGTH, drift=drift)
-    readings = sensor.read(truth, HEALTHY)
+    readings = sensor.readings(truth, HEALTHY)
     _assert_equal(readings, truth + 2e-9 + drift * times(1000))
 
 
 @pytest.mark.parametrize('drift', [1e-9, -3e-6])
 def test_the_zero_drifts_steadily(drift):
-    readings = interferometer_with(drift=drift).read(np.full(1000, 2e-8), HEALTHY)
+    readings = interferometer_with(drift=drift).readings(np.full(1000, 2e-8), HEALTHY)
     _assert_equal(readings, 2e-8 + drift * times(1000))
 
 
 @pytest.mark.parametrize('late', [0.0, 1e-6, 0.3, 1.0, 10.0, 10.3, 50.0, 2499.9999])
 def test_a_reading_is_as_old_as_the_latency_says_to_a_fraction_of_a_sample(late):
-    readings = interferometer_with(latency=late / RATE_HZ).read(_ramp(3000), HEALTHY)
+    readings = interferometer_with(latency=late / RATE_HZ).readings(_ramp(3000), HEALTHY)
     expected = VELOCITY * np.maximum(0.0, times(3000) - late / RATE_HZ)
     _assert_equal(readings, expected)
 
 
 def test_a_step_arrives_in_the_samples_on_both_sides_of_the_latency():
     truth = np.where(np.arange(100) < 20, 0.0, 1e-6)
-    readings = interferometer_with(latency=10.3 / RATE_HZ).read(truth, HEALTHY)
+    readings = interferometer_with(latency=10.3 / RATE_HZ).readings(truth, HEALTHY)
     np.testing.assert_array_equal(readings[:30], np.zeros(30))
     _assert_equal(readings[30:32], [0.7e-6, 1e-6])
 
@@ -113,24 +113,26 @@ def test_own_samples_are_held_until_the_next_one(rate_hz, late):
     newest = [max(0, math.floor((i - late) * step)) for i in range(1, samples + 1)]
     expected = VELOCITY * np.array(newest) / rate_hz
     atol = ROUNDING * VELOCITY * samples / RATE_HZ
-    readings = sensor.read(_ramp(samples), HEALTHY)
+    readings = sensor.readings(_ramp(samples), HEALTHY)
     np.testing.assert_allclose(readings, expected, rtol=0.0, atol=atol)
 
 
 @pytest.mark.parametrize('rate_hz', [50_000, 100_000, 10_000_000])
 def test_own_samples_at_a_multiple_of_the_rate_of_the_trace_change_nothing(rate_hz):
-    _assert_equal(interferometer_with(sample_rate=rate_hz).read(_ramp(500), HEALTHY), _ramp(500))
+    _assert_equal(
+        interferometer_with(sample_rate=rate_hz).readings(_ramp(500), HEALTHY), _ramp(500)
+    )
 
 
 def test_own_samples_faster_than_the_trace_show_the_newest_one():
     rate_hz = 70_000
-    readings = interferometer_with(sample_rate=rate_hz).read(_ramp(500), HEALTHY)
+    readings = interferometer_with(sample_rate=rate_hz).readings(_ramp(500), HEALTHY)
     _assert_equal(readings, VELOCITY * (np.arange(1, 501) * 7 // 5) / rate_hz)
 
 
 def test_a_sample_of_its_own_that_is_late_by_a_hair_is_the_count_of_that_time():
     period = 100_000.0 * (1.0 + 5e-10)
-    readings = interferometer_with(sample_rate=RATE_HZ / period).read(_ramp(100_000), HEALTHY)
+    readings = interferometer_with(sample_rate=RATE_HZ / period).readings(_ramp(100_000), HEALTHY)
     np.testing.assert_array_equal(readings[:-1], np.zeros(99_999))
     assert readings[-1] == pytest.approx(_ramp(100_000)[-1], rel=ROUNDING)
 
@@ -138,7 +140,7 @@ def test_a_sample_of_its_own_that_is_late_by_a_hair_is_the_count_of_that_time():
 @given(st.floats(1e-3, 1e7), st.floats(0.0, 2e-3))
 def test_a_reading_is_never_older_than_latency_and_period_together(rate_hz, latency_s):
     sensor = interferometer_with(sample_rate=rate_hz, latency=latency_s)
-    age_s = times(300) - sensor.read(_ramp(300), HEALTHY) / VELOCITY
+    age_s = times(300) - sensor.readings(_ramp(300), HEALTHY) / VELOCITY
     slack_s = 1e-8 * (1.0 / RATE_HZ + 1.0 / rate_hz)
     arrived = times(300) > latency_s
     assert np.all(age_s[arrived] >= latency_s - slack_s)
@@ -152,7 +154,7 @@ def _limited(**settings):
 def test_a_runner_just_below_the_limit_keeps_the_beam():
     sensor = _limited()
     truth = np.concatenate([_ramp(100), _ramp(100)[::-1]]) * (1.0 - JUST)
-    _assert_equal(sensor.read(truth, HEALTHY), truth)
+    _assert_equal(sensor.readings(truth, HEALTHY), truth)
     assert not sensor.beam_lost
 
 
@@ -161,7 +163,7 @@ def test_a_runner_just_above_the_limit_loses_the_beam_and_the_reading_stands(sig
     sensor = _limited()
     slow, fast = 0.5 * _ramp(100), (1.0 + JUST) * _ramp(100)
     truth = sign * np.concatenate([slow, slow[-1] + fast])
-    readings = sensor.read(truth, HEALTHY)
+    readings = sensor.readings(truth, HEALTHY)
     _assert_equal(readings[:100], truth[:100])
     np.testing.assert_array_equal(readings[100:], np.full(100, readings[99]))
     assert sensor.beam_lost
@@ -169,99 +171,99 @@ def test_a_runner_just_above_the_limit_loses_the_beam_and_the_reading_stands(sig
 
 def test_a_lost_beam_stays_lost_when_the_runner_stops():
     sensor = _limited(noise_density=1e-12)
-    sensor.read(np.zeros(10), HEALTHY)
-    jump = sensor.read(np.full(10, 1e-6), HEALTHY)
-    later = sensor.read(np.full(1000, 1e-6), HEALTHY)
+    sensor.readings(np.zeros(10), HEALTHY)
+    jump = sensor.readings(np.full(10, 1e-6), HEALTHY)
+    later = sensor.readings(np.full(1000, 1e-6), HEALTHY)
     assert sensor.beam_lost
     np.testing.assert_array_equal(later, np.full(1000, jump[0]))
 
 
 def test_the_first_sample_has_no_velocity():
     sensor = _limited()
-    sensor.read(np.full(10, 1.0), HEALTHY)
+    sensor.readings(np.full(10, 1.0), HEALTHY)
     assert not sensor.beam_lost
 
 
 def test_zeroing_finds_the_beam_and_counts_anew_from_there():
     sensor = _limited()
-    sensor.read(np.repeat([0.0, 1e-3], 10), HEALTHY)
-    sensor.zero()
+    sensor.readings(np.repeat([0.0, 1e-3], 10), HEALTHY)
+    sensor.zero_position()
     assert not sensor.beam_lost
-    readings = sensor.read(1e-3 + 0.5 * _ramp(100), HEALTHY)
+    readings = sensor.readings(1e-3 + 0.5 * _ramp(100), HEALTHY)
     np.testing.assert_allclose(readings, 0.5 * _ramp(100), rtol=0.0, atol=ROUNDING * 1e-3)
 
 
 def test_a_beam_found_while_the_runner_is_too_fast_is_lost_again():
     sensor = _limited()
     truth = 2.0 * _ramp(20)
-    sensor.read(truth[:10], HEALTHY)
-    sensor.zero()
-    np.testing.assert_array_equal(sensor.read(truth[10:], HEALTHY), np.zeros(10))
+    sensor.readings(truth[:10], HEALTHY)
+    sensor.zero_position()
+    np.testing.assert_array_equal(sensor.readings(truth[10:], HEALTHY), np.zeros(10))
     assert sensor.beam_lost
 
 
 def test_reset_finds_the_beam():
     sensor = _limited()
-    sensor.read(np.repeat([0.0, 1e-3], 10), HEALTHY)
+    sensor.readings(np.repeat([0.0, 1e-3], 10), HEALTHY)
     sensor.reset()
     assert not sensor.beam_lost
-    _assert_equal(sensor.read(0.5 * _ramp(10), HEALTHY), 0.5 * _ramp(10))
+    _assert_equal(sensor.readings(0.5 * _ramp(10), HEALTHY), 0.5 * _ramp(10))
 
 
 def test_with_a_latency_the_last_counts_still_arrive_after_the_beam_is_lost():
     sensor = _limited(latency=5.0 / RATE_HZ)
     slow = 0.5 * _ramp(20)
-    readings = sensor.read(np.concatenate([slow, np.full(20, 1e-3)]), HEALTHY)
+    readings = sensor.readings(np.concatenate([slow, np.full(20, 1e-3)]), HEALTHY)
     _assert_equal(readings[:25], np.concatenate([np.zeros(5), slow]))
     np.testing.assert_array_equal(readings[25:], np.full(15, readings[24]))
-    sensor.zero()
-    after = sensor.read(1e-3 + 0.5 * _ramp(20), HEALTHY)
+    sensor.zero_position()
+    after = sensor.readings(1e-3 + 0.5 * _ramp(20), HEALTHY)
     expected = np.concatenate([np.zeros(5), 0.5 * _ramp(15)])
     np.testing.assert_allclose(after, expected, rtol=0.0, atol=ROUNDING * 1e-3)
 
 
 def test_between_own_samples_zeroing_finds_the_beam_too():
     sensor = _limited(sample_rate=RATE_HZ / 5.0)
-    sensor.read(np.repeat([0.0, 1e-3], [1, 6]), HEALTHY)
-    sensor.zero()
-    readings = sensor.read(np.full(20, 1e-3), HEALTHY)
+    sensor.readings(np.repeat([0.0, 1e-3], [1, 6]), HEALTHY)
+    sensor.zero_position()
+    readings = sensor.readings(np.full(20, 1e-3), HEALTHY)
     np.testing.assert_array_equal(readings, np.zeros(20))
 
 
 def test_zeroing_finds_the_beam_under_a_jump_of_the_reading():
     sensor, jump = _limited(), FaultParameters(interferometer_offset=1e-6)
-    sensor.read(np.repeat([0.0, 1e-3], 10), jump)
-    sensor.zero()
-    np.testing.assert_array_equal(sensor.read(np.full(5, 1e-3), jump), np.zeros(5))
+    sensor.readings(np.repeat([0.0, 1e-3], 10), jump)
+    sensor.zero_position()
+    np.testing.assert_array_equal(sensor.readings(np.full(5, 1e-3), jump), np.zeros(5))
     expected = np.full(5, -1e-6)
-    readings = sensor.read(np.full(5, 1e-3), HEALTHY)
+    readings = sensor.readings(np.full(5, 1e-3), HEALTHY)
     np.testing.assert_allclose(readings, expected, rtol=0.0, atol=ROUNDING * 1e-3)
 
 
 def test_a_reset_empties_the_way_of_late_counts():
     sensor = interferometer_with(latency=5.0 / RATE_HZ)
-    sensor.read(np.full(20, 1e-6), HEALTHY)
+    sensor.readings(np.full(20, 1e-6), HEALTHY)
     sensor.reset()
-    np.testing.assert_array_equal(sensor.read(np.full(5, 1e-6), HEALTHY), np.zeros(5))
+    np.testing.assert_array_equal(sensor.readings(np.full(5, 1e-6), HEALTHY), np.zeros(5))
 
 
 def test_a_frozen_reading_is_zero_after_zeroing_even_if_the_beam_was_lost():
     sensor, frozen = _limited(), FaultParameters(interferometer='freeze')
-    sensor.read(np.full(5, 1e-7), HEALTHY)
-    sensor.read(np.full(5, 1e-3), frozen)
+    sensor.readings(np.full(5, 1e-7), HEALTHY)
+    sensor.readings(np.full(5, 1e-3), frozen)
     assert sensor.beam_lost
-    sensor.zero()
-    np.testing.assert_array_equal(sensor.read(np.full(5, 1e-3), frozen), np.zeros(5))
+    sensor.zero_position()
+    np.testing.assert_array_equal(sensor.readings(np.full(5, 1e-3), frozen), np.zeros(5))
     assert not sensor.beam_lost
-    np.testing.assert_array_equal(sensor.read(np.full(5, 1e-3), HEALTHY), np.zeros(5))
+    np.testing.assert_array_equal(sensor.readings(np.full(5, 1e-3), HEALTHY), np.zeros(5))
 
 
 def test_it_is_referenced_from_zeroing_until_a_reset():
     sensor = interferometer_with()
     assert not sensor.is_referenced
-    sensor.zero()
+    sensor.zero_position()
     assert sensor.is_referenced
-    sensor.read(_ramp(10), HEALTHY)
+    sensor.readings(_ramp(10), HEALTHY)
     assert sensor.is_referenced
     sensor.reset()
     assert not sensor.is_referenced

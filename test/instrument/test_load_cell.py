@@ -33,13 +33,13 @@ def _way(*corners):
 
 def test_without_errors_it_reads_the_truth():
     truth = np.random.default_rng(0).normal(0.0, 0.1, 1000)
-    _assert_equal(load_cell_with().read(truth, HEALTHY), truth)
+    _assert_equal(load_cell_with().readings(truth, HEALTHY), truth)
 
 
 def test_a_step_is_answered_by_an_exponential_that_has_gone_63_percent_after_its_time():
     after = 40
     sensor = load_cell_with(bandwidth=RATE_HZ / (2.0 * math.pi * after))
-    readings = sensor.read(np.ones(200), HEALTHY)
+    readings = sensor.readings(np.ones(200), HEALTHY)
     _assert_equal(readings, 1.0 - np.exp(-np.arange(1, 201) / after))
     assert readings[after - 1] == pytest.approx(0.632, abs=5e-4)
 
@@ -56,7 +56,7 @@ def test_the_resonance_is_the_second_order_system_that_scipy_holds_from_sample_t
     numerator, denominator, _ = signal.cont2discrete(system, 1.0 / RATE_HZ, method='zoh')
     # scipy answers in the sample after the input, the sensor in the same one.
     expected = signal.lfilter(numerator.ravel()[1:], denominator, force)
-    readings = sensor.read(force, HEALTHY)
+    readings = sensor.readings(force, HEALTHY)
     # Coefficients of a filter that swings for 5000 samples lose six digits; ours do not.
     np.testing.assert_allclose(readings, expected, rtol=0.0, atol=1e-6 * np.max(np.abs(force)))
 
@@ -64,7 +64,7 @@ def test_the_resonance_is_the_second_order_system_that_scipy_holds_from_sample_t
 def test_the_resonance_rings_at_its_frequency_and_overshoots_as_its_damping_says():
     resonance_hz, damping_ratio = 500.0, 0.1
     sensor = load_cell_with(resonance=resonance_hz, damping_ratio=damping_ratio, bandwidth=7.0)
-    readings = sensor.read(np.ones(2000), HEALTHY)
+    readings = sensor.readings(np.ones(2000), HEALTHY)
     root = math.sqrt(1.0 - damping_ratio**2)
     # 101 samples per period: the highest one is at most half a sample from the top.
     top = 1.0 + math.exp(-math.pi * damping_ratio / root)
@@ -81,7 +81,7 @@ def test_at_its_resonance_it_reads_one_over_twice_the_damping_ratio():
     angle = 2.0 * math.pi * resonance_hz * times(samples)
     sensor = load_cell_with(resonance=resonance_hz, damping_ratio=damping_ratio)
     half = samples // 2
-    readings = sensor.read(np.sin(angle), HEALTHY)[half:]
+    readings = sensor.readings(np.sin(angle), HEALTHY)[half:]
     response = 2.0 * np.mean(readings * np.exp(-1j * angle[half:])) * 1j
     assert abs(response) == pytest.approx(1.0 / (2.0 * damping_ratio), rel=1e-3)
     # The input counts as constant between two samples: half a sample early, 1.8 degrees.
@@ -91,7 +91,7 @@ def test_at_its_resonance_it_reads_one_over_twice_the_damping_ratio():
 @pytest.mark.parametrize('opening', [0.001, OPENING, 0.4])
 def test_the_loop_of_the_whole_range_is_as_open_in_the_middle_as_declared(opening):
     sensor = load_cell_with(hysteresis=opening, range=RANGE)
-    readings = sensor.read(_way(1.0, -1.0, 1.0), HEALTHY)
+    readings = sensor.readings(_way(1.0, -1.0, 1.0), HEALTHY)
     down, up = readings[2 * QUARTER], readings[4 * QUARTER]
     assert down - up == pytest.approx(opening * RANGE, rel=ROUNDING)
     assert down == pytest.approx(-up, rel=ROUNDING)
@@ -99,14 +99,14 @@ def test_the_loop_of_the_whole_range_is_as_open_in_the_middle_as_declared(openin
 
 def test_the_loop_goes_through_the_ends_of_the_range_with_a_gain_of_one():
     sensor = load_cell_with(hysteresis=OPENING, range=RANGE)
-    readings = sensor.read(_way(1.0, -1.0, 1.0, -1.0), HEALTHY)
+    readings = sensor.readings(_way(1.0, -1.0, 1.0, -1.0), HEALTHY)
     ends = readings[[QUARTER, 3 * QUARTER, 5 * QUARTER, 7 * QUARTER]]
     _assert_equal(ends, RANGE * np.array([1.0, -1.0, 1.0, -1.0]))
 
 
 def test_the_loop_is_nowhere_wider_than_in_the_middle():
     sensor = load_cell_with(hysteresis=OPENING, range=RANGE)
-    readings = sensor.read(_way(1.0, -1.0, 1.0), HEALTHY)
+    readings = sensor.readings(_way(1.0, -1.0, 1.0), HEALTHY)
     down, up = readings[QUARTER : 3 * QUARTER + 1], readings[3 * QUARTER :]
     width = down[::-1] - up
     assert np.max(width) == pytest.approx(width[QUARTER], rel=ROUNDING)
@@ -118,17 +118,17 @@ def test_the_loop_is_nowhere_wider_than_in_the_middle():
 def test_a_second_turn_of_the_loop_is_the_first_again():
     sensor = load_cell_with(hysteresis=OPENING, range=RANGE)
     turn = _way(1.0, -1.0, 1.0)
-    sensor.read(turn, HEALTHY)
-    first = sensor.read(turn[QUARTER + 1 :], HEALTHY)
-    _assert_equal(sensor.read(turn[QUARTER + 1 :], HEALTHY), first)
+    sensor.readings(turn, HEALTHY)
+    first = sensor.readings(turn[QUARTER + 1 :], HEALTHY)
+    _assert_equal(sensor.readings(turn[QUARTER + 1 :], HEALTHY), first)
 
 
 @pytest.mark.parametrize('inner', [0.1, 0.5, 0.9])
 def test_a_small_loop_closes_and_is_forgotten(inner):
     sensor = load_cell_with(hysteresis=OPENING, range=RANGE)
-    straight = sensor.read(_way(1.0, -1.0), HEALTHY)
+    straight = sensor.readings(_way(1.0, -1.0), HEALTHY)
     sensor.reset()
-    detour = sensor.read(_way(1.0, 0.0, inner, 0.0, -1.0), HEALTHY)
+    detour = sensor.readings(_way(1.0, 0.0, inner, 0.0, -1.0), HEALTHY)
     _assert_equal(
         np.delete(detour, np.s_[-QUARTER - 2 * round(inner * QUARTER) : -QUARTER]), straight
     )
@@ -138,7 +138,7 @@ def test_a_small_loop_closes_and_is_forgotten(inner):
 
 def test_right_after_a_reversal_the_gain_is_one_without_the_opening():
     sensor = load_cell_with(hysteresis=OPENING, range=RANGE)
-    readings = sensor.read(_way(1.0, 0.99), HEALTHY)
+    readings = sensor.readings(_way(1.0, 0.99), HEALTHY)
     gain = (readings[QUARTER] - readings[-1]) / (0.01 * RANGE)
     assert gain == pytest.approx(1.0 - OPENING, rel=1e-9)
 
@@ -147,13 +147,13 @@ def test_right_after_a_reversal_the_gain_is_one_without_the_opening():
 def test_within_the_range_a_reading_is_off_by_half_the_opening_at_most(shares):
     sensor = load_cell_with(hysteresis=OPENING, range=RANGE)
     truth = RANGE * np.array(shares)
-    error = np.abs(sensor.read(truth, HEALTHY) - truth)
+    error = np.abs(sensor.readings(truth, HEALTHY) - truth)
     assert np.max(error) <= 0.5 * OPENING * RANGE * (1.0 + ROUNDING)
 
 
 @pytest.mark.parametrize('drift', [1e-3, -2.0])
 def test_the_zero_drifts_steadily(drift):
-    readings = load_cell_with(drift=drift).read(np.full(1000, 0.02), HEALTHY)
+    readings = load_cell_with(drift=drift).readings(np.full(1000, 0.02), HEALTHY)
     _assert_equal(readings, 0.02 + drift * times(1000))
 
 
@@ -161,17 +161,17 @@ def test_the_zero_drifts_steadily(drift):
 def test_beyond_its_range_the_reading_stands_at_the_end_and_the_flag_tells(sign):
     sensor = load_cell_with(range=RANGE)
     inside, beyond = sign * _way(0.999), sign * RANGE * np.linspace(1.001, 3.0, 50)
-    _assert_equal(sensor.read(inside, HEALTHY), inside)
+    _assert_equal(sensor.readings(inside, HEALTHY), inside)
     assert not sensor.overrange
-    _assert_equal(sensor.read(beyond, HEALTHY), np.full(50, sign * RANGE))
+    _assert_equal(sensor.readings(beyond, HEALTHY), np.full(50, sign * RANGE))
     assert sensor.overrange
-    _assert_equal(sensor.read(inside, HEALTHY), inside)
+    _assert_equal(sensor.readings(inside, HEALTHY), inside)
     assert not sensor.overrange
 
 
 def test_one_sample_at_the_end_of_the_range_is_enough_for_the_flag():
     sensor = load_cell_with(range=RANGE)
-    sensor.read(np.array([0.0, RANGE, 0.0]), HEALTHY)
+    sensor.readings(np.array([0.0, RANGE, 0.0]), HEALTHY)
     assert sensor.overrange
     sensor.reset()
     assert not sensor.overrange
@@ -180,15 +180,15 @@ def test_one_sample_at_the_end_of_the_range_is_enough_for_the_flag():
 def test_without_a_range_it_never_saturates():
     sensor = load_cell_with()
     truth = np.array([1e9, -1e9])
-    _assert_equal(sensor.read(truth, HEALTHY), truth)
+    _assert_equal(sensor.readings(truth, HEALTHY), truth)
     assert not sensor.overrange
 
 
 def test_the_tare_takes_from_one_side_of_the_range_and_adds_to_the_other():
     sensor = load_cell_with(range=RANGE)
-    sensor.read(np.full(5, 0.25 * RANGE), HEALTHY)
-    sensor.tare()
-    readings = sensor.read(RANGE * np.array([0.25, 2.0, -2.0]), HEALTHY)
+    sensor.readings(np.full(5, 0.25 * RANGE), HEALTHY)
+    sensor.tare_force()
+    readings = sensor.readings(RANGE * np.array([0.25, 2.0, -2.0]), HEALTHY)
     _assert_equal(readings, RANGE * np.array([0.0, 0.75, -1.25]))
 
 
@@ -196,14 +196,14 @@ def test_a_jump_and_a_drift_of_the_zero_can_overload_it():
     range_n, drift = 0.05, 1e3
     sensor = load_cell_with(range=range_n, drift=drift)
     drifted = np.minimum(drift * times(10), range_n)
-    _assert_equal(sensor.read(np.zeros(10), HEALTHY), drifted)
+    _assert_equal(sensor.readings(np.zeros(10), HEALTHY), drifted)
     assert sensor.overrange
     sensor.reset()
     jump = FaultParameters(load_cell_offset=-range_n)
     # From the first sample on, the drift takes the jump back.
-    _assert_equal(sensor.read(np.zeros(2), jump), drift * times(2) - range_n)
+    _assert_equal(sensor.readings(np.zeros(2), jump), drift * times(2) - range_n)
     assert not sensor.overrange
     sensor.reset()
     against = FaultParameters(load_cell_offset=-2.0 * range_n)
-    np.testing.assert_array_equal(sensor.read(np.zeros(2), against), np.full(2, -range_n))
+    np.testing.assert_array_equal(sensor.readings(np.zeros(2), against), np.full(2, -range_n))
     assert sensor.overrange

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from bench_runs import MS, drive_bench, sawtooth
 
+from stickslip_ros.drive.advance import POSITION, VOLTAGE
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import POSITION, VOLTAGE, Result, Status
+from stickslip_ros.instrument.reports import Result, Status
 
 FREE = {'load_cell.contact': 'absent', 'interferometer.noise_density': 0.0}
 SOFT = {**FREE, 'limits.soft_min': -1e-6, 'limits.soft_max': 1e-6}

@@ -5,10 +5,11 @@ import pytest
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.springs import friction_limit
+from stickslip_ros.drive.advance import FORCE, POSITION
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import FORCE, POSITION, Result, Status
+from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import Parameters, specs
 from stickslip_ros.study.sawtooth_run import run_sawtooth, voltage_for
 
@@ -48,30 +49,30 @@ def test_a_preload_command_goes_there_at_its_rate_and_ends_with_an_event():
     bench = Bench(quiet(stand__preload=0.5, stand__preload_rate=10.0))
     outputs = advance(bench, 1, [Request('preload', (0.8,))])
     assert outputs[-1].status & Status.PRELOADING
-    assert bench.state.contact.preload_n == pytest.approx(0.51, rel=1e-9)
+    assert bench.state.preload_n == pytest.approx(0.51, rel=1e-9)
     outputs += advance(bench, 30)
     events = [event for output in outputs for event in output.events]
     assert [(e.command, e.result, e.time_ns) for e in events] == [
         ('preload', Result.DONE, 30_000_000)
     ]
-    assert bench.state.contact.preload_n == 0.8
+    assert bench.state.preload_n == 0.8
     assert not outputs[-1].status & Status.PRELOADING
 
 
 def test_the_force_does_not_jump_when_the_springs_take_over_or_hand_back():
     bench = Bench(quiet(stand__preload=0.2, stand__preload_rate=5.0))
     advance(bench, 50, [FALL])
-    before_n = bench.state.contact.memory.force_n
+    before_n = bench.state.contact_n
     bench.accept(Request('preload', (0.2000001,)))
-    assert bench.state.contact.on_springs
+    assert bench.state.contacts[0].on_springs
     advance(bench, 1)
-    assert not bench.state.contact.on_springs, 'a full slip must have handed back'
+    assert not bench.state.contacts[0].on_springs, 'a full slip must have handed back'
     twin = Bench(quiet(stand__preload=0.2, stand__preload_rate=5.0))
     advance(twin, 50, [FALL])
-    assert twin.state.contact.memory.force_n == before_n
+    assert twin.state.contact_n == before_n
     advance(twin, 1)
-    limit_n = friction_limit(bench.plant.contact.bank, 0.2)
-    difference_n = bench.state.contact.memory.force_n - twin.state.contact.memory.force_n
+    limit_n = friction_limit(bench.plant.contacts[0].bank, 0.2)
+    difference_n = bench.state.contact_n - twin.state.contact_n
     assert abs(difference_n) <= BANK_TOLERANCE * limit_n
 
 
@@ -126,7 +127,7 @@ def test_coulomb_friction_holds_the_runner_still_under_a_load_below_its_limit():
 def test_coulomb_friction_lets_go_above_its_limit():
     bench = Bench(quiet(contact__law='coulomb', load_cell__contact='absent'))
     advance(bench, 10, [Request('load', (0.5, 0.0, 0.0, 0.0, 0.0, 0.0))])
-    excess_n = 0.5 - friction_limit(bench.plant.contact.bank, 0.5)
+    excess_n = 0.5 - friction_limit(bench.plant.contacts[0].bank, 0.5)
     expected_m = 0.5 * excess_n / 3e-3 * 0.01**2
     # Velocity Verlet is exact for a constant force but for its first step.
     assert bench.state.position_m == pytest.approx(expected_m, rel=2e-3)
@@ -167,12 +168,12 @@ def test_a_preload_out_of_range_is_refused_and_changes_nothing(value, said):
     (event,) = output.events
     assert event.result is Result.INVALID_PARAMETER
     assert said in event.message
-    assert bench.state.contact.preload_n == 0.5
-    assert not bench.state.contact.on_springs
+    assert bench.state.preload_n == 0.5
+    assert not bench.state.contacts[0].on_springs
 
 
 def test_a_motion_that_is_no_longer_finite_is_told_instead_of_published():
     bench = Bench(quiet())
-    bench._stand.state = bench.state._replace(velocity_m_per_s=float('nan'))
+    bench.state.velocity_m_per_s = float('nan')
     with pytest.raises(StickSlipError, match=r'no longer finite, .*; lower sim\.dt'):
         advance(bench, 1)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy import signal
-from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, SENSORS, SIGMAS, sensor_with
+from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, SENSORS, SIGMAS, Sensor, sensor_with
 
 from stickslip_ros.parameters import Parameters
 
@@ -19,7 +19,7 @@ AVERAGES = 2 ** np.arange(0, 13, 2)
 
 def _at_rest(name, settings, samples=SAMPLES):
     full = {f'{name}.{k}': v for k, v in settings.items()}
-    return sensor_with(name, full).read(np.zeros(samples), HEALTHY)
+    return sensor_with(name, full).readings(np.zeros(samples), HEALTHY)
 
 
 def _density(readings):
@@ -105,9 +105,9 @@ def test_the_allan_deviation_of_a_random_walk_grows_with_the_root_of_the_time():
 def test_a_random_walk_has_its_rms_after_a_second():
     walk, second = 1e-9, round(RATE_HZ)
     ends = [
-        sensor_with('interferometer', {'interferometer.random_walk': walk, 'sim.seed': seed}).read(
-            np.zeros(second), HEALTHY
-        )[-1]
+        sensor_with(
+            'interferometer', {'interferometer.random_walk': walk, 'sim.seed': seed}
+        ).readings(np.zeros(second), HEALTHY)[-1]
         for seed in range(200)
     ]
     assert abs(np.mean(np.square(ends)) / walk**2 - 1.0) < SIGMAS * math.sqrt(2.0 / len(ends))
@@ -130,7 +130,7 @@ def test_no_two_random_streams_have_anything_in_common():
     for seed in (0, 2):
         for name in SENSORS:
             settings = {f'{name}.noise_density': DENSITY[name], 'sim.seed': seed}
-            streams.append(sensor_with(name, settings).read(np.zeros(SAMPLES), HEALTHY))
+            streams.append(sensor_with(name, settings).readings(np.zeros(SAMPLES), HEALTHY))
     assert _correlation([steps, *streams]) < SIGMAS / math.sqrt(SAMPLES)
 
 
@@ -165,4 +165,4 @@ def test_without_further_errors_the_bytes_are_those_of_the_first_version(name, s
     parameters = Parameters().updated({f'{name}.{k}': v for k, v in changes.items()})
     truth = {'interferometer': 1e-6, 'load_cell': 0.2}[name] * np.sin(np.arange(3000) / 70.0)
     expected = _old_readings(parameters, name, stream, truth)
-    assert SENSORS[name](parameters).read(truth, HEALTHY).tobytes() == expected.tobytes()
+    assert Sensor(name, parameters).readings(truth, HEALTHY).tobytes() == expected.tobytes()

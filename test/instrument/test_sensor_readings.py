@@ -11,6 +11,7 @@ from sensor_setups import (
     ROUNDING,
     SENSORS,
     SIGMAS,
+    Sensor,
     sensor_with,
     sensor_with_everything,
     shaken,
@@ -20,7 +21,7 @@ from stickslip_ros.parameters import FaultParameters, Parameters, Spec, specs
 
 UNLIKELY = 1e-6
 """Probability below which an agreement is none; the seed is fixed."""
-ZEROING = {'interferometer': 'zero', 'load_cell': 'tare'}
+ZEROING = {'interferometer': 'zero_position', 'load_cell': 'tare_force'}
 BLOCK = 50
 
 
@@ -47,7 +48,7 @@ def _noisy(name, **settings):
 def test_every_reading_is_a_multiple_of_the_resolution_next_to_the_truth(name, resolution):
     samples = 20_000
     truth = np.random.default_rng(0).normal(0.0, 1e4 * resolution, samples)
-    readings = sensor_with(name, {f'{name}.resolution': resolution}).read(truth, HEALTHY)
+    readings = sensor_with(name, {f'{name}.resolution': resolution}).readings(truth, HEALTHY)
     np.testing.assert_array_equal(readings, np.rint(readings / resolution) * resolution)
     errors = (readings - truth) / resolution
     # 1e5 steps have five digits of the sixteen.
@@ -60,7 +61,7 @@ def test_every_reading_is_a_multiple_of_the_resolution_next_to_the_truth(name, r
 
 def test_the_low_pass_works_on_unrounded_values(name):
     sensor = sensor_with(name, {f'{name}.bandwidth': 10.0, f'{name}.resolution': 1e-3})
-    readings = sensor.read(np.full(100_000, 9e-4), HEALTHY)
+    readings = sensor.readings(np.full(100_000, 9e-4), HEALTHY)
     assert readings[0] == 0.0
     assert readings[-1] == 1e-3
 
@@ -68,34 +69,34 @@ def test_the_low_pass_works_on_unrounded_values(name):
 @pytest.mark.parametrize('resolution', [1e-30, 5e-324])
 def test_a_resolution_far_below_the_reading_is_no_worse_than_none(name, resolution):
     truth = np.array([1e-7, -3e-8])
-    readings = sensor_with(name, {f'{name}.resolution': resolution}).read(truth, HEALTHY)
+    readings = sensor_with(name, {f'{name}.resolution': resolution}).readings(truth, HEALTHY)
     np.testing.assert_allclose(readings, truth, rtol=ROUNDING)
 
 
 def test_zeroing_makes_the_present_reading_zero_with_the_noise_that_is_in_it(name):
     plain, zeroed = _noisy(name), _noisy(name)
     truth = np.full(BLOCK, 3e-4)
-    present = plain.read(truth, HEALTHY)[-1]
-    zeroed.read(truth, HEALTHY)
+    present = plain.readings(truth, HEALTHY)[-1]
+    zeroed.readings(truth, HEALTHY)
     _zero(name, zeroed)
-    expected = plain.read(truth, HEALTHY) - present
-    np.testing.assert_array_equal(zeroed.read(truth, HEALTHY), expected)
+    expected = plain.readings(truth, HEALTHY) - present
+    np.testing.assert_array_equal(zeroed.readings(truth, HEALTHY), expected)
 
 
 def test_zeroing_twice_takes_the_later_reading(name):
     sensor = sensor_with(name, {})
     for level in (1e-4, 3e-4):
-        sensor.read(np.full(BLOCK, level), HEALTHY)
+        sensor.readings(np.full(BLOCK, level), HEALTHY)
         _zero(name, sensor)
-    readings = sensor.read(np.full(BLOCK, 4e-4), HEALTHY)
+    readings = sensor.readings(np.full(BLOCK, 4e-4), HEALTHY)
     np.testing.assert_allclose(readings, 1e-4, rtol=ROUNDING)
 
 
 def test_readings_are_on_the_grid_after_zeroing_too(name):
     sensor = _noisy(name, resolution=1e-9)
-    sensor.read(np.full(BLOCK, 1.2345e-6), HEALTHY)
+    sensor.readings(np.full(BLOCK, 1.2345e-6), HEALTHY)
     _zero(name, sensor)
-    readings = sensor.read(np.full(BLOCK, 1.2345e-6), HEALTHY)
+    readings = sensor.readings(np.full(BLOCK, 1.2345e-6), HEALTHY)
     np.testing.assert_array_equal(readings, np.rint(readings / 1e-9) * 1e-9)
 
 
@@ -103,7 +104,7 @@ def test_zeroing_before_the_first_reading_changes_nothing(name):
     plain, zeroed = _noisy(name), _noisy(name)
     _zero(name, zeroed)
     truth = np.full(BLOCK, 3e-4)
-    np.testing.assert_array_equal(zeroed.read(truth, HEALTHY), plain.read(truth, HEALTHY))
+    np.testing.assert_array_equal(zeroed.readings(truth, HEALTHY), plain.readings(truth, HEALTHY))
 
 
 @pytest.mark.parametrize('word', ['none', 'freeze', 'dropout'])
@@ -113,8 +114,8 @@ def test_after_a_fault_the_sensor_reads_as_if_it_had_gone_on_all_the_time(name, 
     fault = _fault(name, word, offset)
     for i, block in enumerate(np.split(shaken(name, 20 * BLOCK), 20)):
         broken = 5 <= i < 12
-        readings = faulty.read(block, fault if broken else HEALTHY)
-        expected = healthy.read(block, HEALTHY)
+        readings = faulty.readings(block, fault if broken else HEALTHY)
+        expected = healthy.readings(block, HEALTHY)
         if broken and (word, offset) != ('none', 0.0):
             assert not np.array_equal(readings, expected)
         else:
@@ -123,26 +124,28 @@ def test_after_a_fault_the_sensor_reads_as_if_it_had_gone_on_all_the_time(name, 
 
 def test_a_frozen_reading_stands_at_the_last_one(name):
     sensor, frozen = _noisy(name), _fault(name, 'freeze')
-    last = sensor.read(np.full(BLOCK, 1e-4), HEALTHY)[-1]
+    last = sensor.readings(np.full(BLOCK, 1e-4), HEALTHY)[-1]
     for _ in range(3):
-        readings = sensor.read(np.full(BLOCK, 2e-4), frozen)
+        readings = sensor.readings(np.full(BLOCK, 2e-4), frozen)
         np.testing.assert_array_equal(readings, np.full(BLOCK, last))
 
 
 def test_a_sensor_frozen_from_the_start_on_reads_zero(name):
-    readings = _noisy(name).read(np.full(BLOCK, 1e-4), _fault(name, 'freeze'))
+    readings = _noisy(name).readings(np.full(BLOCK, 1e-4), _fault(name, 'freeze'))
     np.testing.assert_array_equal(readings, np.zeros(BLOCK))
 
 
 def test_a_frozen_reading_does_not_jump_either(name):
     sensor = _noisy(name)
-    last = sensor.read(np.full(BLOCK, 1e-4), HEALTHY)[-1]
-    readings = sensor.read(np.full(BLOCK, 1e-4), _fault(name, 'freeze', 1e-3))
+    last = sensor.readings(np.full(BLOCK, 1e-4), HEALTHY)[-1]
+    readings = sensor.readings(np.full(BLOCK, 1e-4), _fault(name, 'freeze', 1e-3))
     np.testing.assert_array_equal(readings, np.full(BLOCK, last))
 
 
 def test_a_sensor_that_dropped_out_reads_no_number(name):
-    readings = _noisy(name, resolution=1e-9).read(np.zeros(BLOCK), _fault(name, 'dropout', 1e-3))
+    readings = _noisy(name, resolution=1e-9).readings(
+        np.zeros(BLOCK), _fault(name, 'dropout', 1e-3)
+    )
     assert np.all(np.isnan(readings))
 
 
@@ -151,39 +154,39 @@ def test_a_jump_is_added_to_the_reading_before_it_is_quantised(name, offset):
     plain, jumped = _noisy(name), _noisy(name)
     coarse = _noisy(name, resolution=1e-6)
     truth, fault = np.full(BLOCK, 1e-4), _fault(name, offset=offset)
-    shifted = plain.read(truth, HEALTHY) + offset
-    np.testing.assert_array_equal(jumped.read(truth, fault), shifted)
-    np.testing.assert_array_equal(coarse.read(truth, fault), np.rint(shifted / 1e-6) * 1e-6)
+    shifted = plain.readings(truth, HEALTHY) + offset
+    np.testing.assert_array_equal(jumped.readings(truth, fault), shifted)
+    np.testing.assert_array_equal(coarse.readings(truth, fault), np.rint(shifted / 1e-6) * 1e-6)
 
 
 def test_the_fault_of_one_sensor_is_none_of_the_other(name):
     (other,) = set(SENSORS) - {name}
     truth, fault = np.full(BLOCK, 1e-4), _fault(other, 'dropout', 1e-3)
     np.testing.assert_array_equal(
-        _noisy(name).read(truth, fault), _noisy(name).read(truth, HEALTHY)
+        _noisy(name).readings(truth, fault), _noisy(name).readings(truth, HEALTHY)
     )
 
 
 def test_zeroing_under_a_jump_makes_the_reading_zero_and_the_end_of_the_jump_is_seen(name):
     sensor, jump = sensor_with(name, {}), _fault(name, offset=1e-3)
-    sensor.read(np.zeros(BLOCK), jump)
+    sensor.readings(np.zeros(BLOCK), jump)
     _zero(name, sensor)
-    np.testing.assert_array_equal(sensor.read(np.zeros(BLOCK), jump), np.zeros(BLOCK))
-    np.testing.assert_array_equal(sensor.read(np.zeros(BLOCK), HEALTHY), np.full(BLOCK, -1e-3))
+    np.testing.assert_array_equal(sensor.readings(np.zeros(BLOCK), jump), np.zeros(BLOCK))
+    np.testing.assert_array_equal(sensor.readings(np.zeros(BLOCK), HEALTHY), np.full(BLOCK, -1e-3))
 
 
 def test_zeroing_while_dropped_out_takes_what_the_sensor_would_read(name):
     sensor = sensor_with(name, {})
-    sensor.read(np.full(BLOCK, 1e-4), _fault(name, 'dropout'))
+    sensor.readings(np.full(BLOCK, 1e-4), _fault(name, 'dropout'))
     _zero(name, sensor)
-    np.testing.assert_array_equal(sensor.read(np.full(BLOCK, 1e-4), HEALTHY), np.zeros(BLOCK))
+    np.testing.assert_array_equal(sensor.readings(np.full(BLOCK, 1e-4), HEALTHY), np.zeros(BLOCK))
 
 
 @pytest.fixture(scope='module')
 def whole():
     """Give the readings of one long call, with all errors."""
     return {
-        name: sensor_with_everything(name).read(shaken(name, 600), HEALTHY) for name in SENSORS
+        name: sensor_with_everything(name).readings(shaken(name, 600), HEALTHY) for name in SENSORS
     }
 
 
@@ -191,14 +194,14 @@ def whole():
 def test_blocks_of_any_size_give_the_bytes_of_one_long_call(name, whole, cuts):
     sensor = sensor_with_everything(name)
     parts = np.split(shaken(name, 600), sorted(cuts))
-    readings = np.concatenate([sensor.read(part, HEALTHY) for part in parts])
+    readings = np.concatenate([sensor.readings(part, HEALTHY) for part in parts])
     assert readings.tobytes() == whole[name].tobytes()
 
 
 def test_a_column_of_a_trace_is_read_like_an_array_of_its_own(name, whole):
     trace = np.zeros((600, 5))
     trace[:, 3] = shaken(name, 600)
-    readings = sensor_with_everything(name).read(trace[:, 3], HEALTHY)
+    readings = sensor_with_everything(name).readings(trace[:, 3], HEALTHY)
     assert readings.tobytes() == whole[name].tobytes()
 
 
@@ -206,11 +209,11 @@ def test_a_column_of_a_trace_is_read_like_an_array_of_its_own(name, whole):
 def test_a_reset_sensor_gives_the_same_bytes_again(name, word, whole):
     sensor = sensor_with_everything(name)
     truth = shaken(name, 600)
-    sensor.read(truth, _fault(name, word, 1e-3))
+    sensor.readings(truth, _fault(name, word, 1e-3))
     _zero(name, sensor)
-    sensor.read(truth[:77], _fault(name, word))
+    sensor.readings(truth[:77], _fault(name, word))
     sensor.reset()
-    assert sensor.read(truth, HEALTHY).tobytes() == whole[name].tobytes()
+    assert sensor.readings(truth, HEALTHY).tobytes() == whole[name].tobytes()
 
 
 @pytest.mark.parametrize('setting', EVERYTHING)
@@ -219,7 +222,7 @@ def test_each_of_all_errors_at_once_changes_the_readings(setting, whole):
     # Without a range there is no hysteresis either.
     off = {'load_cell.hysteresis': 0.0} if setting == 'load_cell.range' else {}
     sensor = sensor_with_everything(name, {setting: 0.0} | off)
-    assert not np.array_equal(sensor.read(shaken(name, 600), HEALTHY), whole[name])
+    assert not np.array_equal(sensor.readings(shaken(name, 600), HEALTHY), whole[name])
 
 
 def _values(spec: Spec) -> st.SearchStrategy:
@@ -240,7 +243,6 @@ SETTINGS = st.fixed_dictionaries(
 def test_any_allowed_setting_gives_readings_that_are_numbers(name, settings, full_scale_n):
     if settings.get('load_cell.hysteresis'):
         settings['load_cell.range'] = full_scale_n
-    sensor = SENSORS[name](
-        Parameters().updated(settings | {'trace.period': 0.1, 'sim.block': 0.1})
-    )
-    assert np.all(np.isfinite(sensor.read(shaken(name, 200), HEALTHY)))
+    whole = {'trace.period': 0.1, 'sim.block': 0.1}
+    sensor = Sensor(name, Parameters().updated(settings | whole))
+    assert np.all(np.isfinite(sensor.readings(shaken(name, 200), HEALTHY)))

@@ -24,7 +24,7 @@ def test_a_preload_command_is_carried_out_at_its_rate_and_told_by_status_and_eve
     event = stand.operator.wait_for_event('preload', 0)
     assert event['result'] == 'DONE'
     stand.operator.spin_until(lambda: stand.operator.status == IDLE, 'the end of the preloading')
-    assert stand.drive.session.bench.state.contact.preload_n == PRELOAD_N
+    assert stand.drive.session.bench.state.preload_n == PRELOAD_N
 
 
 def test_a_second_preload_command_replaces_the_first(launch: Callable[..., Any]):

@@ -17,9 +17,9 @@ from stickslip_ros.study.sawtooth_run import run_sawtooth
 
 STIFFNESS_N_PER_M, GAP_M = 1e5, 2e-7
 PRESSED = {'load_cell.contact': 'one_sided', 'load_cell.gap': GAP_M}
-HELD = plant_of(Parameters())
-FREE = plant_of(Parameters().updated({'load_cell.contact': 'absent'}))
-BEHIND_GAP = plant_of(Parameters().updated(PRESSED))
+HELD = plant_of(Parameters())[0]
+FREE = plant_of(Parameters().updated({'load_cell.contact': 'absent'}))[0]
+BEHIND_GAP = plant_of(Parameters().updated(PRESSED))[0]
 ROUNDING = 1e-12
 SAME_FORCE = 2e-3
 """A one-sided load cell is met in short steps, a fixed one in long ones."""

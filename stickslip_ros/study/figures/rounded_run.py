@@ -3,7 +3,7 @@
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.build import history_of, plant_of, state_at_rest
+from stickslip_ros.drive.build import plant_of, state_at_rest
 from stickslip_ros.drive.passes import check_motion
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.stopping import heed_stop
@@ -59,14 +59,13 @@ def run_rounded(
     voltages_v, spans_s = wave.table(pieces)
     voltages_v += parameters.amplifier.voltage_min
     parameters = parameters.updated({'amplifier.voltage_initial': float(voltages_v[0])})
-    plant = plant_of(parameters)
-    history = history_of(plant)
-    state = state_at_rest(plant, history, parameters.stand.preload)
+    plants = plant_of(parameters)
+    plant, states = plants[0], state_at_rest(plants, parameters.stand.preload)
     log: Array = np.empty((0, 3))
     while len(log) < STEADY_STEPS_MAX and not is_steady(plant, log):
         heed_stop()
         window = np.empty((STEADY_WINDOW, 3))
-        state = ride_pieces(plant, history, state, voltages_v, spans_s, window)
-        check_motion(history, state, 0.0)
+        ride_pieces(plants, states, voltages_v, spans_s, window)
+        check_motion(states, 0.0)
         log = np.concatenate((log, window))
     return mean_force_n(plant, log), step_length_m(log), is_steady(plant, log)

@@ -15,9 +15,9 @@ import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START, ride
 from stickslip_ros.drive.passes import allow_passes
-from stickslip_ros.drive.plant import RAMP_END, RAMP_MEAN, RAMP_START, ride
-from stickslip_ros.drive.records import DriveHistory, Plant, State
 
 PIECES = 64
 """Pieces of the fall; after it come twice as many."""
@@ -140,31 +140,22 @@ def time_constant_s(bandwidth_hz: float) -> float:
 
 @entry_point
 def ride_pieces(
-    plant: Plant,
-    history: DriveHistory,
-    state: State,
-    voltages_v: Array,
-    spans_s: Array,
-    log: Array,
-) -> State:
+    plants: Record, states: Record, voltages_v: Array, spans_s: Array, log: Array
+) -> None:
     """
     Advance the drive along a wave in pieces, one period per row of the log.
 
     Parameters
     ----------
-    plant : Plant
-        The drive.
-    history : DriveHistory
-        What the contacts remember; changed in place.
-    state : State
-        State before, at the first voltage.
+    plants, states : array of one record of PLANT, of STATE
+        The drive, at the first voltage; its state is changed in place.
     voltages_v, spans_s : array, shape (n,)
         Start and length of each piece; the last one leads back to the first voltage.
     log : array, shape (periods, 3)
         Receives position at the start, mean and final position of each period, m.
 
     """
-    pieces = len(spans_s)
+    plant, state, pieces = plants[0], states[0], len(spans_s)
     for period in range(len(log)):
         log[period, RAMP_START] = state.position_m
         before_m_s = state.sums.position_m_s
@@ -172,9 +163,8 @@ def ride_pieces(
         for i in range(pieces):
             start_v, end_v = voltages_v[i], voltages_v[(i + 1) % pieces]
             rate_v_per_s = (end_v - start_v) / spans_s[i]
-            allow_passes(plant, history, 0, spans_s[i])
-            state = ride(plant, history, state, start_v, rate_v_per_s, 0.0, spans_s[i])
+            allow_passes(plant, state, 0, spans_s[i])
+            ride(plant, state, start_v, rate_v_per_s, 0.0, spans_s[i])
             whole_s += spans_s[i]
         log[period, RAMP_MEAN] = (state.sums.position_m_s - before_m_s) / whole_s
         log[period, RAMP_END] = state.position_m
-    return state

@@ -6,9 +6,9 @@ import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import ContactModel
-from stickslip_ros.contact.springs import SpringBank, drag, stored_in_springs
-from stickslip_ros.drive.build import contact_model
+from stickslip_ros.contact.record import Record
+from stickslip_ros.contact.springs import drag, stored_in_springs
+from stickslip_ros.drive.build import all_contacts
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.validation.histories import History
 from stickslip_ros.study.validation.stand import FRICTION
@@ -20,10 +20,10 @@ LIMIT_PER_PRELOAD = FRICTION * 2.0 * sqrt(2.0)
 """Full slip of all six contacts per preload: mu times the sum of Eq. 19."""
 
 
-def model_at(preload_n: float, profile: str = 'rough') -> ContactModel:
+def model_at(preload_n: float, profile: str = 'rough') -> Record:
     """Return the contacts of the drive at a preload."""
     values = {'contact.profile': profile, 'stand.preload': preload_n}
-    return contact_model(Parameters().updated(values))
+    return all_contacts(Parameters().updated(values))
 
 
 def random_turns(seed: int, count: int) -> tuple[float, ...]:
@@ -31,7 +31,7 @@ def random_turns(seed: int, count: int) -> tuple[float, ...]:
     return tuple(np.random.default_rng(seed).uniform(-1.0, 1.0, count))
 
 
-def drag_along(bank: SpringBank, displacements_m: Array, preloads_n: Array) -> History:
+def drag_along(bank: Record, displacements_m: Array, preloads_n: Array) -> History:
     """Return the answer of a bank, from unloaded springs at the first place and preload."""
     springs_n = np.zeros_like(bank.heights_m)
     place_m, preload_n, lost_j = displacements_m[0], preloads_n[0], 0.0

@@ -31,10 +31,10 @@ def coulomb() -> list[Check]:
     free_m = 0.5 * SHARES[0] * limit_n / MASS_KG * time_s**2
     excess_n = (SHARES[1] - 1.0) * limit_n
     moved_m = 0.5 * excess_n / MASS_KG * time_s**2
-    slides_n = sliding.state.contact.memory.force_n
+    slides_n = float(sliding.state.contact_n)
     free = Scale(free_m, 'the way without friction')
     half, more = 'Coulomb, load of half the limit', 'Coulomb, load of 1.2 limits'
-    rest_m = resting.state.position_m
+    rest_m = float(resting.state.position_m)
     return [
         compare_worst(f'{half}: motion', 'rest', [0.0], [rest_m], 'm', STILL, free),
         compare(f'{more}: force', 'mu 2 sqrt2 F_p', limit_n, slides_n, 'N', ROUNDING),
@@ -42,7 +42,7 @@ def coulomb() -> list[Check]:
             f'{more}: motion',
             '(F_ext - mu 2 sqrt2 F_p) t^2/(2 m)',
             moved_m,
-            sliding.state.position_m,
+            float(sliding.state.position_m),
             'm',
             FIRST_STEP,
         ),

@@ -5,15 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.memory import fresh_stack, move, relax
+from stickslip_ros.contact.memory import fresh_memory, move
 from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.virgin import CELLS, VirginCurve, tabulate
+from stickslip_ros.contact.record import Record
+from stickslip_ros.contact.virgin import CELLS, tabulate
 from stickslip_ros.study.validation.checks import Tolerance
 
 move = entry_point(move)
 stored_energy = entry_point(stored_energy)
+lost_energy = entry_point(lost_energy)
 
 SPHERE_TABLE = 1.5 * 0.2079 * CELLS**-1.5
 """Error of the table for a sphere, of the maximal force: 1.2e-6. The stiffness 1.5 sqrt(1 - s)
@@ -52,15 +54,14 @@ def remember(contact: Presliding, displacements_m: Array) -> History:
     return remember_all(tabulate([contact]), displacements_m)
 
 
-def remember_all(curve: VirginCurve, displacements_m: Array) -> History:
+def remember_all(curve: Record, displacements_m: Array) -> History:
     """Return the answer of the memory kernel for contacts that are tabulated together."""
-    stack = fresh_stack()
-    memory = relax(stack, 0.0)
+    memory = fresh_memory()
     rows = []
     for place_m in displacements_m:
-        memory = move(curve, stack, memory, float(place_m))
-        stored_j = stored_energy(curve, stack, memory)
-        rows.append((memory.force_n, stored_j, lost_energy(curve, stack, memory)))
+        move(curve, memory, float(place_m))
+        stored_j = stored_energy(curve, memory)
+        rows.append((memory.force_n, stored_j, lost_energy(curve, memory)))
     forces_n, stored, lost = np.array(rows).T
     return History(displacements_m, forces_n, stored, lost)
 

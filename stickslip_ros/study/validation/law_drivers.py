@@ -5,8 +5,9 @@ import math
 import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.laws import LUGRE, FrictionLaw, deflect
+from stickslip_ros.contact.laws import LAW, LUGRE, deflect
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import Record, record
 
 deflect = entry_point(deflect)
 
@@ -26,21 +27,35 @@ POSITION, SPEED, FRICTION = range(3)
 """Columns of a log."""
 
 
-def benchmark_law(number: int) -> FrictionLaw:
+def benchmark_law(number: int) -> Record:
     """Return a law with the constants of the benchmark."""
-    return FrictionLaw(
-        number, SIGMA_0, SIGMA_1, SIGMA_2, STATIC_RATIO, STRIBECK_M_PER_S, BREAKAWAY
+    return record(
+        LAW,
+        number=number,
+        bristle_n_per_m=SIGMA_0,
+        bristle_n_s_per_m=SIGMA_1,
+        viscous_n_s_per_m=SIGMA_2,
+        static_ratio=STATIC_RATIO,
+        stribeck_m_per_s=STRIBECK_M_PER_S,
+        breakaway_ratio=BREAKAWAY,
     )
 
 
-def plain_law(number: int) -> FrictionLaw:
+def plain_law(number: int) -> Record:
     """Return a law without any damping and without more static than Coulomb friction."""
-    return FrictionLaw(number, SIGMA_0, 0.0, 0.0, 1.0, STRIBECK_M_PER_S, BREAKAWAY)
+    return record(
+        LAW,
+        number=number,
+        bristle_n_per_m=SIGMA_0,
+        static_ratio=1.0,
+        stribeck_m_per_s=STRIBECK_M_PER_S,
+        breakaway_ratio=BREAKAWAY,
+    )
 
 
 @entry_point
 def pull_mass(
-    law: FrictionLaw,
+    law: Record,
     spring_n_per_m: float,
     mean_n: float,
     wave_n: float,
@@ -53,7 +68,7 @@ def pull_mass(
 
     Parameters
     ----------
-    law : FrictionLaw
+    law : record of LAW
         Friction on the mass, with Fc = COULOMB_N.
     spring_n_per_m, mean_n, wave_n, wave_hz, dt_s : float
         Spring, force (it rises to its mean in a period, then oscillates), step of Verlet.
@@ -113,7 +128,7 @@ def lugre_drift_m() -> float:
     return STATIC_RATIO / SIGMA_0 * math.log((square - least**2) / (square - most**2))
 
 
-def trace(law: FrictionLaw, displacements_m: Array, dt_s: float = 1e-3) -> tuple[Array, Array]:
+def trace(law: Record, displacements_m: Array, dt_s: float = 1e-3) -> tuple[Array, Array]:
     """Return friction, N, and loss so far, J, along displacements from 0 with Fc = COULOMB_N."""
     z_m = lost_j = 0.0
     rows = []

@@ -5,10 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.memory import CAPACITY, Memory, fresh_stack, move, relax
+from stickslip_ros.contact.memory import CAPACITY, fresh_memory, move
 from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.virgin import VirginCurve, tabulate
+from stickslip_ros.contact.record import Record
+from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.study.validation.checks import (
     ROUNDING,
     Check,
@@ -58,16 +59,13 @@ class RingDown(NamedTuple):
 
 
 @entry_point
-def follow(
-    curve: VirginCurve, stack: Array, memory: Memory, places_m: Array, log: Array
-) -> Memory:
+def follow(curve: Record, memory: Record, places_m: Array, log: Array) -> None:
     """Move from place to place and log force, error bound and depth."""
     for i in range(len(places_m)):
-        memory = move(curve, stack, memory, places_m[i])
+        move(curve, memory, places_m[i])
         log[i, 0] = memory.force_n
         log[i, 1] = memory.error_n
         log[i, 2] = memory.depth
-    return memory
 
 
 def run_ring_down(profile: str) -> RingDown:
@@ -79,9 +77,9 @@ def run_ring_down(profile: str) -> RingDown:
     out_m = np.linspace(0.0, limit_m, WAY_OUT, dtype=np.float64)
     places_m = np.concatenate((turns_m, out_m))
     logs = []
-    for stack in (fresh_stack(), np.zeros((len(places_m) + 1, 3))):
+    for capacity in (CAPACITY, len(places_m) + 1):
         log = np.zeros((len(places_m), 3))
-        follow(curve, stack, relax(stack, 0.0), places_m, log)
+        follow(curve, fresh_memory(capacity=capacity), places_m, log)
         logs.append(log)
     return RingDown(contact, turns_m, out_m, *logs)
 

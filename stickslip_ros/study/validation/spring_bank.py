@@ -12,15 +12,8 @@ from stickslip_ros.contact.bank import BANK_ERROR, SPRINGS
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import move
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import (
-    ContactState,
-    fresh_history,
-    onto_springs,
-    react,
-    relaxed,
-)
-from stickslip_ros.contact.springs import drag
-from stickslip_ros.drive.build import SPRINGS_IN_ALL
+from stickslip_ros.contact.reaction import fresh_contact, onto_springs, react
+from stickslip_ros.contact.springs import SPRINGS_IN_ALL, drag
 from stickslip_ros.study.validation.bank_history import (
     LIMIT_PER_PRELOAD,
     drag_along,
@@ -36,6 +29,7 @@ from stickslip_ros.study.validation.tangential import MU_FN
 move = entry_point(move)
 drag = entry_point(drag)
 react = entry_point(react)
+onto_springs = entry_point(onto_springs)
 
 PRELOADS_N = (0.1, 0.5, 1.0, 2.0)
 SEED, TURNS, STEPS = 20140, 60, 8
@@ -129,19 +123,17 @@ def _hand_over() -> list[Check]:
 def _all_hand_overs(preload_n: float) -> list[tuple[float, float, float, float]]:
     """Return, per turn, forces before and after both hand-overs, N."""
     model = model_at(preload_n)
-    history = fresh_history(model)
-    memory = relaxed(history, preload_n).memory
+    contact = fresh_contact(preload_n)
     rows = []
     for place_m in random_path(model.curve.limit_m)[STEPS::STEPS]:
-        memory = move(model.curve, history.stack, memory, float(place_m))
-        there = history._replace(stack=history.stack.copy())
-        state = onto_springs(model, there, ContactState(memory, False, preload_n, 0.0))
-        after_n, _ = drag(model.bank, there.springs, 0.0, preload_n, preload_n)
+        move(model.curve, contact.memory, float(place_m))
+        there = contact.copy()
+        onto_springs(model, there)
+        after_n, _ = drag(model.bank, there.springs_n, 0.0, preload_n, preload_n)
         far_m = float(place_m) - np.sign(place_m) * FAR * model.curve.limit_m
-        slipping_n, _ = drag(
-            model.bank, there.springs.copy(), far_m - place_m, preload_n, preload_n
-        )
-        back = react(model, there, state, far_m, STEP_S, 0.0)
-        back_n = np.nan if back.on_springs else back.memory.force_n
-        rows.append((memory.force_n, after_n, slipping_n, back_n))
+        springs_n = there.springs_n.copy()
+        slipping_n, _ = drag(model.bank, springs_n, far_m - place_m, preload_n, preload_n)
+        react(model, there, far_m, STEP_S, 0.0)
+        back_n = np.nan if there.on_springs else there.memory.force_n
+        rows.append((contact.memory.force_n, after_n, slipping_n, back_n))
     return rows
