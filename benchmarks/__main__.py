@@ -32,6 +32,7 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'reversals': scaling.run_reversals,
     'springs': scaling.run_springs,
     'threads': scaling.run_threads,
+    'sweeps': scaling.run_sweeps,
     'start': start.run,
     'node-cpu': cpu.run_cpu,
     'node-lateness': cpu.run_lateness,

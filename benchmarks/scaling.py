@@ -1,7 +1,10 @@
-"""What the cost depends on: cycles, past reversals, springs, threads."""
+"""What the cost depends on: cycles, past reversals, springs, threads, set-up of a sweep."""
 
+import math
 import os
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from itertools import count
 
 import numba
 import numpy as np
@@ -17,7 +20,10 @@ from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.springs import drag
 from stickslip_ros.drive.build import groups_of, plant_of
 from stickslip_ros.drive.records import ALL
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.axes import Axis
 from stickslip_ros.study.drive_run import run_drive
+from stickslip_ros.study.sweep import Sweep, run_sweep
 
 LARGEST, SMALLEST, PROBE = 0.9, 0.1, 0.05
 """Amplitudes of past reversals and of the probing motion, relative to full slip."""
@@ -25,6 +31,12 @@ PROBE_MOVES = 20_000
 MOVES_PER_TURN = 8
 DRAGS = 2000
 EFFICIENCY = 0.85
+SWEEP_CASES = 64
+SHARING = 8
+"""Cases of a sweep that have the same preload."""
+GOLDEN_RATIO = 0.5 * (1.0 + math.sqrt(5.0))
+SET_UP_SHARE = 0.15
+CASE_COST = 1.2
 LINEAR = 1.2
 """A cost that is constant but for noise changes by less than this factor."""
 
@@ -192,6 +204,69 @@ def run_threads(sizes: Sizes) -> Outcome:
             f'load of the machine before: {load:.2g}; others on it lower the efficiency',
         ],
     )
+
+
+def run_sweeps(sizes: Sizes) -> Outcome:
+    """Sweeps on one thread against the drive alone, and how much of a case is its set-up."""
+    drives = [
+        Ours(standard_case(dict(case.values)), sizes.cycles)
+        for case in _sweep(np.linspace(0.1, 1.0, SWEEP_CASES), 1, sizes.cycles).cases()
+    ]
+    programs = [Program(lambda: [drive() for drive in drives], SWEEP_CASES)]
+    names = {1: 'a new preload for every case', SHARING: f'one for every {SHARING} cases'}
+    preloads_n = _new_preloads()
+    for sharing in names:
+        for steps in (sizes.cycles, 1):
+
+            def sweep(sharing: int = sharing, steps: int = steps) -> object:
+                chosen_n = [next(preloads_n) for _ in range(SWEEP_CASES // sharing)]
+                return run_sweep(_sweep(chosen_n, sharing, steps), workers=1)
+
+            programs.append(Program(sweep, SWEEP_CASES))
+    cpu_s = in_turn(programs, sizes).cpu_seconds
+    rows: list[Row] = []
+    verdicts: list[Verdict] = []
+    for i, name in enumerate(names.values()):
+        whole_s, one_step_s = cpu_s[1 + 2 * i], cpu_s[2 + 2 * i]
+        share, ratios = float(np.median(one_step_s / whole_s)), whole_s / cpu_s[0]
+        cost = float(np.median(ratios))
+        rows.append(
+            {
+                'sweep': name,
+                'cpu_ms_per_case': float(np.median(whole_s)) * 1e3,
+                'set_up_ms': float(np.median(one_step_s)) * 1e3,
+                'set_up_share': share,
+                'ratio': cost,
+                'ratio_low': float(ratios.min()),
+                'ratio_high': float(ratios.max()),
+            }
+        )
+        verdicts += [
+            Verdict(f'share of set-up, {name}', SET_UP_SHARE, share, at_most=True),
+            Verdict(f'cost over the drive alone, {name}', CASE_COST, cost, at_most=True),
+        ]
+    return Outcome(
+        f'Sweeps of {SWEEP_CASES} cases of {sizes.cycles} steps, and their set-up',
+        rows,
+        verdicts,
+        [
+            'processor time; ratio: to plant.advance alone, over as many cycles at such preloads',
+            'set-up: the same sweep with one step; new preloads in every turn, so none is kept',
+        ],
+    )
+
+
+def _sweep(preloads_n: Iterable[float], sharing: int, steps: int) -> Sweep:
+    """Return so many preloads, each with several dampings, at one stroke."""
+    preloads = Axis('stand.preload', tuple(map(float, preloads_n)))
+    dampings = Axis('runner.damping', tuple(float(i) for i in range(sharing)))
+    return Sweep(Parameters(), (preloads, dampings), (FREQUENCY_HZ,), (AMPLITUDE_M,), steps)
+
+
+def _new_preloads() -> Iterator[float]:
+    """Give preloads from 0.1 to 1 N, evenly spread, none of them twice."""
+    for i in count():
+        yield 0.1 + 0.9 * (i * GOLDEN_RATIO % 1.0)
 
 
 def _constant(words: str, seconds: Array) -> Verdict:

@@ -9,6 +9,7 @@ bank itself, so that full slip is exactly mu F_n.
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,8 @@ BANK_ERROR = 2.5e-3
 """With the 21 springs that each of six different rough lines gets, it is 1.5e-2."""
 GRADING = 2.0
 """Class boundaries grow like this power of their number: fine where small preloads press."""
+CLASSES_KEPT = 32
+"""Groups whose classes are kept for the next drive: they carry any preload up to the largest."""
 
 
 class Group(NamedTuple):
@@ -126,10 +129,11 @@ def bank_of_rows(
     )
 
 
+@lru_cache(maxsize=CLASSES_KEPT)
 def _classes(
     group: Group, elasticity: Elasticity, preload_max_n: float, springs: int
 ) -> tuple[Array, Array]:
-    """Return mean height and half width of each class of springs, all contacts together."""
+    """Return mean height and half width of each class of springs; not to be written."""
     profile = group.profile
     area_m2 = group.share * preload_max_n / (2.0 * elasticity.normal_pa)
     deepest_m = profile.depth_for(area_m2)

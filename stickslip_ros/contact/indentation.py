@@ -2,10 +2,14 @@
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 
 from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.profile import Array, Profile
 from stickslip_ros.errors import OutOfRange
+
+INDENTATIONS_KEPT = 64
+"""Solutions kept for the next drive: a sweep over friction has two for each preload."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +50,10 @@ def normal_force(profile: Profile, elasticity: Elasticity, depth_m: Array | floa
     return 2.0 * elasticity.normal_pa * profile.pressed_area_at(depth_m)
 
 
+@lru_cache(maxsize=INDENTATIONS_KEPT, typed=True)
 def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> Indentation:
     """
-    Solve the normal problem for a given force.
+    Solve the normal problem for a given force; the last few solutions are kept.
 
     Parameters
     ----------

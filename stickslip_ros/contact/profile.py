@@ -1,5 +1,6 @@
 """Profiles of the one-dimensional foundation: what every profile can tell, and power laws."""
 
+import functools
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -21,6 +22,9 @@ class Profile(Protocol):
     it touches at a depth: at constant load the order of the springs does not matter.
 
     """
+
+    def __hash__(self) -> int:
+        """Return a hash, by which what was solved for a profile is kept."""
 
     def half_width(self, depth_m: Array | float) -> Array:
         """Return half the length in contact, m, at a depth >= 0 (any shape); a for one patch."""
@@ -141,13 +145,14 @@ def _solve_power_sum(
     log_target = np.log(np.where(positive, target, 1.0))
     # No term alone may exceed the total: the smallest single-term solution is an upper bound.
     terms = list(zip(prefactors, exponents, strict=True))
-    log_x = np.min([(log_target - np.log(q)) / n for q, n in terms], axis=0)
+    log_x = functools.reduce(np.minimum, [(log_target - np.log(q)) / n for q, n in terms])
     for _ in range(NEWTON_ITERATIONS):
         values = [q * np.exp(n * log_x) for q, n in terms]
-        sums = np.sum(values, axis=0)
-        slope = np.sum([n * v for v, (_, n) in zip(values, terms, strict=True)], axis=0) / sums
+        sums = functools.reduce(np.add, values)
+        slopes = [n * v for v, (_, n) in zip(values, terms, strict=True)]
+        slope = functools.reduce(np.add, slopes) / sums
         change = (np.log(sums) - log_target) / slope
         log_x = log_x - change
-        if np.all(np.abs(change) < NEWTON_TOLERANCE * (1.0 + np.abs(log_x))):
+        if (np.abs(change) < NEWTON_TOLERANCE * (1.0 + np.abs(log_x))).all():
             break
     return np.where(positive, np.exp(log_x), 0.0)

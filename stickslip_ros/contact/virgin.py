@@ -10,6 +10,7 @@ table is itself a physically admissible friction law: it can never create energy
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -23,6 +24,8 @@ CELLS = 4096
 TABLE_ERROR = 1.2e-6
 """Largest error of the table, relative to the maximal force; worst for smooth spheres, whose
 stiffness falls to zero like a square root."""
+STIFFNESSES_KEPT = 8
+"""Contacts whose stiffness is kept for their own tables, beside that of all of them."""
 
 
 CURVE = kind(
@@ -74,7 +77,7 @@ def tabulate(contacts: Sequence[Presliding]) -> Record:
     nodes_m = _nodes(contacts)
     stiffness = np.zeros(CELLS + 1)
     for contact, count in _counted(contacts):
-        stiffness += count * contact.tangential_stiffness(nodes_m)
+        stiffness += count * _stiffness(contact, nodes_m[-1])
     start, end = _cells_of(stiffness)
     scale = _scale(contacts, start, end)
     return _assemble(start * scale, end * scale, nodes_m[-1] / CELLS)
@@ -98,7 +101,7 @@ def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
     nodes_m = _nodes(contacts)
     shares, stiffness = {}, np.zeros(CELLS + 1)
     for contact, count in _counted(contacts):
-        shares[id(contact)] = contact.tangential_stiffness(nodes_m)
+        shares[id(contact)] = _stiffness(contact, nodes_m[-1])
         stiffness += count * shares[id(contact)]
     scale = _scale(contacts, *_cells_of(stiffness))
     curves = {}
@@ -109,8 +112,17 @@ def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
 
 
 def _nodes(contacts: Sequence[Presliding]) -> Array:
-    limit_m = max(contact.max_displacement_m for contact in contacts)
+    return _grid(max(contact.max_displacement_m for contact in contacts))
+
+
+def _grid(limit_m: float) -> Array:
     return np.linspace(0.0, limit_m, CELLS + 1, dtype=np.float64)
+
+
+@lru_cache(maxsize=STIFFNESSES_KEPT)
+def _stiffness(contact: Presliding, limit_m: float) -> Array:
+    """Return the stiffness of a contact at the nodes up to a limit, N/m; not to be written."""
+    return contact.tangential_stiffness(_grid(limit_m))
 
 
 def _cells_of(stiffness: Array) -> tuple[Array, Array]:

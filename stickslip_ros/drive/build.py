@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -37,6 +38,8 @@ PHASE_MAX = 1.1
 both; up to here the energy balances to a few 1e-3."""
 MODELS_KEPT = 64
 """Contact models kept for the next drive: a sweep over amplitudes has one for each preload."""
+BARE = Parameters()
+"""What contacts are kept by, but for contact, friction law and stand."""
 FEET_STREAM = 40
 """Number of the random stream of the gains: sensors have others."""
 
@@ -223,7 +226,7 @@ def all_contacts(parameters: Parameters) -> Record:
 
 def _contact_parameters(parameters: Parameters) -> Parameters:
     contact, law = parameters.contact, parameters.friction_law
-    return Parameters(contact=contact, friction_law=law, stand=parameters.stand)
+    return replace(BARE, contact=contact, friction_law=law, stand=parameters.stand)
 
 
 @lru_cache(maxsize=MODELS_KEPT)

@@ -5,6 +5,7 @@ import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
@@ -87,14 +88,12 @@ class Spec:
     def _check_bounds(self, name: str, value: Scalar) -> None:
         if isinstance(value, bool | str):
             return
-        for bound, broken, side, verb in (
-            (self.minimum, self.minimum is not None and value < self.minimum, 'below', 'raise'),
-            (self.maximum, self.maximum is not None and value > self.maximum, 'above', 'lower'),
-        ):
-            if broken:
-                word = 'minimum' if side == 'below' else 'maximum'
-                limit = f'{side} the {word} {bound:g} {self.unit}'.rstrip()
-                raise OutOfRange(name, value, self.unit, limit, f'{verb} it')
+        if self.minimum is not None and value < self.minimum:
+            limit = f'below the minimum {self.minimum:g} {self.unit}'.rstrip()
+            raise OutOfRange(name, value, self.unit, limit, 'raise it')
+        if self.maximum is not None and value > self.maximum:
+            limit = f'above the maximum {self.maximum:g} {self.unit}'.rstrip()
+            raise OutOfRange(name, value, self.unit, limit, 'lower it')
 
 
 def _to_float(name: str, value: object) -> float:
@@ -198,12 +197,8 @@ class Checked:
 
     def __post_init__(self) -> None:
         """Check every declared field, then what the fields must keep together."""
-        for field in dataclasses.fields(self):  # type: ignore[arg-type]
-            spec = field.metadata.get('spec')
-            if spec is not None:
-                name = f'{self.group()}.{field.name}' if self.group() else field.name
-                value = spec.check(name, getattr(self, field.name))
-                object.__setattr__(self, field.name, value)
+        for field, name, spec in _named_specs(type(self)):  # type: ignore[arg-type]
+            object.__setattr__(self, field, spec.check(name, getattr(self, field)))
         self.check_together()
 
     @classmethod
@@ -214,6 +209,18 @@ class Checked:
 
     def check_together(self) -> None:
         """Check what single bounds cannot say; groups override it."""
+
+
+@cache
+def _named_specs(group: type[Checked]) -> tuple[tuple[str, str, Spec], ...]:
+    """Return field, full name and declaration of what a group declares itself."""
+    prefix = f'{group.group()}.' if group.group() else ''
+    fields = dataclasses.fields(group)  # type: ignore[arg-type]
+    return tuple(
+        (field.name, prefix + field.name, field.metadata['spec'])
+        for field in fields
+        if 'spec' in field.metadata
+    )
 
 
 def declared_by(group: type, prefix: str = '') -> dict[str, Spec]:

@@ -9,6 +9,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
+from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import TypeVar
 
@@ -22,6 +23,8 @@ Progress = Callable[[int, int], None]
 Keep = Callable[[int, Row], None]
 
 WORKERS_MAX = 1024
+SUBMITTED_MAX = 4 * WORKERS_MAX
+"""Cases that wait or run at a time: enough for every worker, however many cases there are."""
 LOOK_S = 0.1
 """Time after which a batch looks whether somebody wants it to end."""
 
@@ -99,12 +102,12 @@ def run_batch(
         rows[index] = row
         tell()
 
-    todo = {index: case for index, case in enumerate(cases) if index not in rows}
+    todo = [index for index in range(len(cases)) if index not in rows]
     try:
         tell()
         if todo:
             with _executor(workers, scheduler) as executor:
-                _run(executor, task, todo, keep)
+                _run(executor, task, ((index, cases[index]) for index in todo), keep)
     except KeyboardInterrupt:
         raise Interrupted(rows, len(cases), journal) from None
     return [rows[index] for index in range(len(cases))]
@@ -129,19 +132,25 @@ def _executor(workers: int, scheduler: str) -> Iterator[Executor]:
 
 
 def _run(
-    executor: Executor, task: Callable[[Case], Row], todo: dict[int, Case], keep: Keep
+    executor: Executor, task: Callable[[Case], Row], todo: Iterator[tuple[int, Case]], keep: Keep
 ) -> None:
-    """Run all cases; whatever ends it before, keep what has been finished."""
+    """Run all cases, another one for each that has ended; keep what has been finished."""
     futures: dict[Future[Row], int] = {}
-    try:
-        ended: SimpleQueue[Future[Row]] = SimpleQueue()
-        for index, case in todo.items():
+    ended: SimpleQueue[Future[Row]] = SimpleQueue()
+
+    def submit(most: int) -> None:
+        for index, case in islice(todo, most):
             future = executor.submit(task, case)
             futures[future] = index
             future.add_done_callback(ended.put)
-        for _ in todo:
+
+    try:
+        submit(SUBMITTED_MAX)
+        while futures:
             future = _next(ended)
             keep(futures[future], future.result())
+            del futures[future]
+            submit(1)
     except BaseException:
         begun = [future for future in futures if not future.cancel()]
         wait(begun)

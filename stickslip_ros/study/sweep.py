@@ -164,7 +164,7 @@ def run_case(parameters: Parameters, steps: int, columns: tuple[str, ...], case:
     """
     values = dict(case.values)
     there = parameters.updated(values)
-    run = dataclasses.asdict(run_drive(there, case.amplitude_m, case.frequency_hz, steps))
+    run = vars(run_drive(there, case.amplitude_m, case.frequency_hz, steps))
     varied = {column_name(name): values[name] for name in columns}
     measured = {RENAMED.get(name, name): value for name, value in run.items()}
     return {**varied, **measured, 'stop_rule': stop_rule(steps)}

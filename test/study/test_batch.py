@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study import cluster
+from stickslip_ros.study import batch, cluster
 from stickslip_ros.study.batch import Interrupted, run_batch
 from stickslip_ros.study.cluster import ClusterError
 from stickslip_ros.study.extras import MissingExtra
@@ -73,6 +73,28 @@ def test_a_case_that_ends_first_does_not_come_first():
         return third(case)
 
     assert run_batch(task, CASES[:2], workers=2) == ROWS[:2]
+
+
+class Taken(list):
+    """Cases, and how many of them were taken."""
+
+    count = 0
+
+    def __getitem__(self, index):
+        self.count += 1
+        return super().__getitem__(index)
+
+
+def test_few_cases_are_submitted_at_a_time_however_many_there_are(monkeypatch):
+    monkeypatch.setattr(batch, 'SUBMITTED_MAX', 3)
+    cases = Taken(CASES)
+    waiting = []
+    rows = run_batch(
+        third, cases, workers=2, progress=lambda done, _: waiting.append(cases.count - done)
+    )
+    assert rows == ROWS
+    assert cases.count == len(CASES)
+    assert max(waiting) == 2  # the third has just ended
 
 
 def test_no_cases_are_no_rows():
@@ -302,7 +324,8 @@ def drive(count: int):
     return partial(run_case, Parameters(), 10, ()), cases
 
 
-def test_a_cluster_of_two_processes_gives_the_same_to_the_bit(scheduler, tmp_path):
+def test_a_cluster_of_two_processes_gives_the_same_to_the_bit(scheduler, tmp_path, monkeypatch):
+    monkeypatch.setattr(batch, 'SUBMITTED_MAX', 5)
     task, cases = drive(12)
     with Journal(tmp_path / 'j', dataclasses.replace(IDENTITY, cases=12)) as journal:
         there = run_batch(task, cases, journal=journal, scheduler=scheduler)

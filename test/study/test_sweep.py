@@ -9,6 +9,7 @@ import sys
 import pyarrow.parquet
 import pytest
 
+from stickslip_ros.contact import profile
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.parameters import spec_of
 from stickslip_ros.study.axes import Axis, column_name, parse_axis, parse_varied
@@ -20,6 +21,8 @@ from stickslip_ros.study.sweep_table import check_table_path, write_table
 PRELOAD = spec_of('stand.preload')
 FORCE_ERROR = 0.01
 """Of a reference force that is given to the millinewton."""
+GROUPS, INDENTING, TABULATING = 2, 2, 1
+"""Groups of equal contacts, and what is solved for each: depth and radius; the virgin curve."""
 COLUMNS = [
     'preload_n', 'amplitude_m', 'frequency_hz', 'force_mean_n', 'force_ramp_start_n',
     'step_length_m', 'energy_loss_per_step_j', 'steady', 'steps', 'energy_residual', 'stop_rule',
@@ -104,6 +107,27 @@ def test_a_sweep_is_the_full_product_with_amplitude_fastest(short):
     assert cases[2].values == (('contact.friction', 0.2), ('stand.preload', 0.5))
     assert cases[6].values == (('contact.friction', 0.3), ('stand.preload', 0.1))
     assert len(set(cases)) == 12
+
+
+def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch):
+    solved = []
+    solve = profile._solve_power_sum
+    monkeypatch.setattr(
+        profile, '_solve_power_sum', lambda *all: solved.append(all) or solve(*all)
+    )
+
+    def solves_of(**changes):
+        values = {'stand.preload': 0.4321} | {
+            name.replace('_', '.', 1): changes[name] for name in changes
+        }
+        solved.clear()
+        run_case(stand, 1, (), Case(tuple(values.items()), 60e-9, 1000.0))
+        return len(solved)
+
+    assert solves_of() >= GROUPS * (INDENTING + TABULATING)
+    assert solves_of(runner_damping=1.0) == 0
+    assert solves_of(contact_friction=0.29) == GROUPS * TABULATING
+    assert solves_of(stand_preload=0.5321) == GROUPS * (INDENTING + TABULATING)
 
 
 def test_a_sweep_without_variation_is_one_run(stand):
