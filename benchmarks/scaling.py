@@ -16,8 +16,8 @@ from benchmarks.sizes import Sizes
 from stickslip_ros.contact.bank import spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of
 from stickslip_ros.contact.memory import fresh_memory, move
-from stickslip_ros.contact.record import Record
-from stickslip_ros.contact.springs import drag
+from stickslip_ros.contact.record import Record, record
+from stickslip_ros.contact.springs import drag, springs_kind
 from stickslip_ros.drive.build import groups_of, plant_of
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.parameters import Parameters
@@ -109,11 +109,11 @@ def run_reversals(sizes: Sizes) -> Outcome:
 
 
 @numba.njit
-def shake(bank: Record, forces_n: Array, reach_m: float, drags: int) -> float:
+def shake(bank: Record, springs: Record, reach_m: float, drags: int) -> float:
     """Drag a bank of springs to and fro at constant preload."""
     total_n = 0.0
     for i in range(drags):
-        force_n, _ = drag(bank, forces_n, reach_m if i % 2 else -reach_m, PRELOAD_N, PRELOAD_N)
+        force_n, _ = drag(bank, springs, reach_m if i % 2 else -reach_m, PRELOAD_N, PRELOAD_N)
         total_n += force_n
     return total_n
 
@@ -132,9 +132,9 @@ def run_springs(sizes: Sizes) -> Outcome:
             PRELOAD_N,
             springs,
         )
-        forces_n = np.zeros_like(bank.heights_m)
+        state = record(springs_kind(len(bank.heights_m)))
         names.append(f'bank of {bank.first[bank.groups]} springs, a step')
-        programs.append(Program(lambda b=bank, q=forces_n: shake(b, q, reach_m, DRAGS), DRAGS))
+        programs.append(Program(lambda b=bank, s=state: shake(b, s, reach_m, DRAGS), DRAGS))
     shapes = ('smooth', 'rough', 'rough_line')
     for shape in shapes:
         ours = Ours(standard_case({'contact.profile': shape}), sizes.cycles)

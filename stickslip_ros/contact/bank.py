@@ -87,7 +87,7 @@ def spring_bank(
     area_n = np.concatenate((np.zeros((len(groups), 1)), np.cumsum(steps_n, axis=1)), axis=1)
     return bank_of_rows(
         heights_m,
-        normal,
+        friction * normal,
         2.0 * elasticity.shear_pa * widths_m,
         area_n,
         slope,
@@ -98,7 +98,7 @@ def spring_bank(
 
 def bank_of_rows(
     heights_m: Array,
-    normal_n_per_m: Array,
+    limit_n_per_m: Array,
     shear_n_per_m: Array,
     area_n: Array,
     slope_n_per_m: Array,
@@ -120,8 +120,9 @@ def bank_of_rows(
         groups=groups,
         first=firsts,
         heights_m=flat(heights_m),
-        normal_n_per_m=flat(normal_n_per_m),
+        limit_n_per_m=flat(limit_n_per_m),
         shear_n_per_m=flat(shear_n_per_m),
+        per_shear_m_per_n=flat(np.where(shear_n_per_m > 0.0, 1.0 / shear_n_per_m, 0.0)),
         area_n=flat(area_n),
         slope_n_per_m=flat(slope_n_per_m),
         shares=np.pad(np.array(shares), (0, GROUPS_MAX - groups)),

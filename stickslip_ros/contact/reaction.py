@@ -17,7 +17,7 @@ from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind, record
 from stickslip_ros.contact.springs import (
     BANK,
     SLIP_SLACK,
-    SPRINGS_IN_ALL,
+    SPRINGS,
     drag,
     friction_limit,
     stored_in_springs,
@@ -54,7 +54,7 @@ CONTACT_STATE = kind(
     on_springs=FLAG,
     preload_n=FLOAT,
     bristle_m=FLOAT,
-    springs_n=(FLOAT, (SPRINGS_IN_ALL,)),
+    springs=SPRINGS,
 )
 """
 What a contact remembers.
@@ -69,8 +69,8 @@ preload_n : float
     Present preload.
 bristle_m : float
     Deflection of the bristles of a rival law.
-springs_n : array, shape (SPRINGS_IN_ALL,)
-    Tangential forces of the springs.
+springs : record of SPRINGS
+    Forces of the springs.
 
 """
 
@@ -131,7 +131,7 @@ def _react_by_springs(contact: Record, state: Record, u_m: float, preload_n: flo
     """Drag the springs; hand back to the turning points in the moment of full slip."""
     curve, memory = contact.curve, state.memory
     du_m = u_m - memory.u_m
-    force_n, lost_j = drag(contact.bank, state.springs_n, du_m, state.preload_n, preload_n)
+    force_n, lost_j = drag(contact.bank, state.springs, du_m, state.preload_n, preload_n)
     lost_j += memory.lost_j
     slips = abs(force_n) >= (1.0 - SLIP_SLACK) * friction_limit(contact.bank, preload_n)
     state.on_springs = not slips or preload_n != contact.preload_n
@@ -172,7 +172,7 @@ def onto_springs(contact: Record, state: Record) -> None:
     if not remembers_turns(contact, state):
         return
     memory = state.memory
-    take_over(contact.bank, contact.compliance, memory, state.preload_n, state.springs_n)
+    take_over(contact.bank, contact.compliance, memory, state.preload_n, state.springs)
     lost_j = lost_energy(contact.curve, memory)
     set_memory(memory, memory.u_m, memory.force_n, memory.sense, lost_j, 0.0)
     state.on_springs = True
@@ -192,5 +192,5 @@ def contact_stored(contact: Record, state: Record) -> float:
     if contact.law.number != MDR:
         return 0.5 * contact.law.bristle_n_per_m * (state.bristle_m * state.bristle_m)
     if state.on_springs:
-        return stored_in_springs(contact.bank, state.springs_n)
+        return stored_in_springs(contact.bank, state.springs)
     return stored_energy(contact.curve, state.memory)

@@ -33,8 +33,10 @@ def bank_kind(springs: int) -> Kind:
         Number of the first spring of each group; after the last group, of all springs.
     heights_m : array, shape (springs,)
         Depth at which a spring begins to press, rising within a group.
-    normal_n_per_m, shear_n_per_m : array, shape (springs,)
-        Stiffnesses, all contacts of a group together.
+    limit_n_per_m : array, shape (springs,)
+        Growth of the friction limit with the depth, mu E* dx, all contacts of a group together.
+    shear_n_per_m, per_shear_m_per_n : array, shape (springs,)
+        Tangential stiffness G* dx of them together, and its inverse; 0 where there is no spring.
     area_n, slope_n_per_m : array, shape (springs,)
         Normal force of the group when a spring begins to press, and stiffness from there on: a
         table of the normal law.
@@ -49,8 +51,9 @@ def bank_kind(springs: int) -> Kind:
         groups=COUNT,
         first=(COUNT, (GROUPS_MAX + 1,)),
         heights_m=per_spring,
-        normal_n_per_m=per_spring,
+        limit_n_per_m=per_spring,
         shear_n_per_m=per_spring,
+        per_shear_m_per_n=per_spring,
         area_n=per_spring,
         slope_n_per_m=per_spring,
         shares=(FLOAT, (GROUPS_MAX,)),
@@ -61,23 +64,55 @@ def bank_kind(springs: int) -> Kind:
 BANK = bank_kind(SPRINGS_IN_ALL)
 
 
+def springs_kind(springs: int) -> Kind:
+    """
+    Return the type of what so many springs remember.
+
+    Fields
+    ------
+    forces_n : array, shape (springs,)
+        Tangential forces. Springs that nothing presses have none.
+    losses_j : array, shape (springs,)
+        Friction losses in the last step.
+    last : array of int, shape (6,)
+        Highest spring of each group that was pressed then.
+
+    """
+    per_spring = (FLOAT, (springs,))
+    return kind(forces_n=per_spring, losses_j=per_spring, last=(COUNT, (GROUPS_MAX,)))
+
+
+SPRINGS = springs_kind(SPRINGS_IN_ALL)
+
+
+@kernel
+def last_pressed(bank: Record, group: int, preload_n: float, near: int) -> int:
+    """Return the highest spring of a group that a preload presses, looked for near another one."""
+    force_n = bank.shares[group] * preload_n
+    last = min(max(near, bank.first[group]), bank.first[group + 1] - 1)
+    while last > bank.first[group] and bank.area_n[last] > force_n:
+        last -= 1
+    while last + 1 < bank.first[group + 1] and bank.area_n[last + 1] <= force_n:
+        last += 1
+    return last
+
+
+@kernel
+def depth_of(bank: Record, group: int, preload_n: float, last: int) -> float:
+    """Return the indentation depth of a group whose highest pressed spring is known, m."""
+    force_n = bank.shares[group] * preload_n
+    return bank.heights_m[last] + (force_n - bank.area_n[last]) / bank.slope_n_per_m[last]
+
+
 @kernel
 def depth_at(bank: Record, group: int, preload_n: float) -> float:
     """Return the indentation depth of a group at a preload, m: the inverse normal law."""
-    force_n = bank.shares[group] * preload_n
-    low, high = bank.first[group], bank.first[group + 1] - 1
-    while low < high:
-        middle = (low + high + 1) // 2
-        if bank.area_n[middle] <= force_n:
-            low = middle
-        else:
-            high = middle - 1
-    return bank.heights_m[low] + (force_n - bank.area_n[low]) / bank.slope_n_per_m[low]
+    return depth_of(bank, group, preload_n, last_pressed(bank, group, preload_n, 0))
 
 
 @kernel
 def drag(
-    bank: Record, forces_n: Array, du_m: float, before_n: float, after_n: float
+    bank: Record, springs: Record, du_m: float, before_n: float, after_n: float
 ) -> tuple[float, float]:
     """
     Drag all springs, while the preload goes from one value to another.
@@ -86,8 +121,8 @@ def drag(
     ----------
     bank : record of BANK
         Constants.
-    forces_n : array, shape (springs,)
-        Tangential forces; changed in place.
+    springs : record of SPRINGS
+        Changed in place.
     du_m : float
         Change of the relative displacement, m.
     before_n, after_n : float
@@ -102,31 +137,82 @@ def drag(
     total_n = 0.0
     lost_j = 0.0
     for group in range(bank.groups):
-        old_m = depth_at(bank, group, before_n)
-        new_m = depth_at(bank, group, after_n) if after_n != before_n else old_m
-        for i in range(bank.first[group], bank.first[group + 1]):
-            height_m = bank.heights_m[i]
-            stiffness = bank.friction * bank.normal_n_per_m[i]
-            old_limit_n = stiffness * max(old_m - height_m, 0.0)
-            limit_n = stiffness * max(new_m - height_m, 0.0)
-            shear = bank.shear_n_per_m[i]
-            trial_n = forces_n[i] + shear * du_m
-            force_n = min(max(trial_n, -limit_n), limit_n)
-            onset_n = min(max(trial_n, -old_limit_n), old_limit_n)
-            if trial_n != force_n:
-                lost_j += 0.5 * (onset_n + force_n) * (trial_n - force_n) / shear
-            forces_n[i] = force_n
-            total_n += force_n
+        last = last_pressed(bank, group, before_n, springs.last[group])
+        old_m = new_m = depth_of(bank, group, before_n, last)
+        springs.last[group] = last
+        if after_n != before_n:
+            springs.last[group] = last_pressed(bank, group, after_n, last)
+            new_m = depth_of(bank, group, after_n, springs.last[group])
+            last = max(last, springs.last[group])
+        own = slice(bank.first[group], last + 1)
+        _drag_group(
+            bank.heights_m[own],
+            bank.limit_n_per_m[own],
+            bank.shear_n_per_m[own],
+            bank.per_shear_m_per_n[own],
+            springs.forces_n[own],
+            springs.losses_j[own],
+            du_m,
+            old_m,
+            new_m,
+        )
+        force_n, loss_j = _sums(springs.forces_n[own], springs.losses_j[own])
+        total_n += force_n
+        lost_j += loss_j
     return total_n, lost_j
 
 
 @kernel
-def stored_in_springs(bank: Record, forces_n: Array) -> float:
+def _drag_group(
+    heights_m: Array,
+    limit_n_per_m: Array,
+    shear_n_per_m: Array,
+    per_shear_m_per_n: Array,
+    forces_n: Array,
+    losses_j: Array,
+    du_m: float,
+    old_m: float,
+    new_m: float,
+) -> None:
+    """Drag the springs of a group one by one, without a sum: so several go at a time."""
+    for i in range(len(heights_m)):
+        limit_n = limit_n_per_m[i] * max(new_m - heights_m[i], 0.0)
+        old_limit_n = limit_n_per_m[i] * max(old_m - heights_m[i], 0.0)
+        trial_n = forces_n[i] + shear_n_per_m[i] * du_m
+        force_n = min(max(trial_n, -limit_n), limit_n)
+        onset_n = min(max(trial_n, -old_limit_n), old_limit_n)
+        losses_j[i] = 0.5 * (onset_n + force_n) * (trial_n - force_n) * per_shear_m_per_n[i]
+        forces_n[i] = force_n
+
+
+@kernel
+def _sums(forces_n: Array, losses_j: Array) -> tuple[float, float]:
+    """Return both sums, four springs at a time: in the same order on every processor."""
+    a_n = b_n = c_n = d_n = 0.0
+    a_j = b_j = c_j = d_j = 0.0
+    fours = len(forces_n) // 4
+    for i in range(fours):
+        k = 4 * i
+        a_n += forces_n[k]
+        b_n += forces_n[k + 1]
+        c_n += forces_n[k + 2]
+        d_n += forces_n[k + 3]
+        a_j += losses_j[k]
+        b_j += losses_j[k + 1]
+        c_j += losses_j[k + 2]
+        d_j += losses_j[k + 3]
+    for i in range(4 * fours, len(forces_n)):
+        a_n += forces_n[i]
+        a_j += losses_j[i]
+    return (a_n + b_n) + (c_n + d_n), (a_j + b_j) + (c_j + d_j)
+
+
+@kernel
+def stored_in_springs(bank: Record, springs: Record) -> float:
     """Return the elastic energy of the springs, J."""
     energy_j = 0.0
     for i in range(bank.first[bank.groups]):
-        if bank.shear_n_per_m[i] > 0.0:
-            energy_j += 0.5 * forces_n[i] * forces_n[i] / bank.shear_n_per_m[i]
+        energy_j += 0.5 * springs.forces_n[i] * springs.forces_n[i] * bank.per_shear_m_per_n[i]
     return energy_j
 
 
@@ -159,7 +245,7 @@ def elongation(memory: Record, threshold_m: float) -> float:
 
 @kernel
 def take_over(
-    bank: Record, compliance: float, memory: Record, preload_n: float, forces_n: Array
+    bank: Record, compliance: float, memory: Record, preload_n: float, springs: Record
 ) -> None:
     """
     Load the springs as the turning points say, with the same sum of forces.
@@ -174,7 +260,7 @@ def take_over(
         The turning points.
     preload_n : float
         Present preload, N.
-    forces_n : array, shape (springs,)
+    springs : record of SPRINGS
         Receives the tangential forces.
 
     Notes
@@ -183,6 +269,7 @@ def take_over(
     displacement of all springs, found by bisection, takes that up: the force does not jump.
 
     """
+    forces_n = springs.forces_n
     for group in range(bank.groups):
         depth_m = depth_at(bank, group, preload_n)
         for i in range(bank.first[group], bank.first[group + 1]):
@@ -196,7 +283,7 @@ def take_over(
             low_m = middle_m
         else:
             high_m = middle_m
-    drag(bank, forces_n, 0.5 * (low_m + high_m), preload_n, preload_n)
+    drag(bank, springs, 0.5 * (low_m + high_m), preload_n, preload_n)
 
 
 @kernel
@@ -207,7 +294,7 @@ def _shifted_sum(bank: Record, forces_n: Array, preload_n: float, shift_m: float
         depth_m = depth_at(bank, group, preload_n)
         for i in range(bank.first[group], bank.first[group + 1]):
             pressed_m = max(depth_m - bank.heights_m[i], 0.0)
-            limit_n = bank.friction * bank.normal_n_per_m[i] * pressed_m
+            limit_n = bank.limit_n_per_m[i] * pressed_m
             trial_n = forces_n[i] + bank.shear_n_per_m[i] * shift_m
             total_n += min(max(trial_n, -limit_n), limit_n)
     return total_n

@@ -129,7 +129,7 @@ def _set_contact_of_foot(plant: Record, k: int, share: float, contacts: int) -> 
     row = slice(bank.first[plant.groups[k]], bank.first[plant.groups[k] + 1])
     own.bank = bank_of_rows(
         bank.heights_m[np.newaxis, row],
-        bank.normal_n_per_m[np.newaxis, row] / contacts,
+        bank.limit_n_per_m[np.newaxis, row] / contacts,
         bank.shear_n_per_m[np.newaxis, row] / contacts,
         bank.area_n[np.newaxis, row] / contacts,
         bank.slope_n_per_m[np.newaxis, row] / contacts,

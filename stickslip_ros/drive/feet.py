@@ -154,7 +154,7 @@ def _share_springs(plant: Record, state: Record, k: int) -> float:
     first = bank.first[group]
     total_n = 0.0
     for i in range(bank.first[group + 1] - first):
-        force_n = state.contacts[ALL].springs_n[first + i] / count
-        state.contacts[k].springs_n[i] = force_n
+        force_n = state.contacts[ALL].springs.forces_n[first + i] / count
+        state.contacts[k].springs.forces_n[i] = force_n
         total_n += force_n
     return total_n

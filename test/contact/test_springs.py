@@ -14,10 +14,12 @@ from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import fresh_memory, move
 from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import presliding
+from stickslip_ros.contact.record import record
 from stickslip_ros.contact.springs import (
     depth_at,
     drag,
     friction_limit,
+    springs_kind,
     stored_in_springs,
     take_over,
 )
@@ -66,8 +68,8 @@ def virgin_curve(preload_n):
 BANK = bank()
 
 
-def empty():
-    return np.zeros_like(BANK.heights_m)
+def empty(of=BANK):
+    return record(springs_kind(len(of.heights_m)))
 
 
 def springs_of(group):
@@ -76,8 +78,8 @@ def springs_of(group):
 
 @given(preloads)
 def test_full_slip_has_exactly_the_friction_of_all_contacts(preload_n):
-    forces_n = empty()
-    force_n, _ = drag(BANK, forces_n, 1e-5, preload_n, preload_n)
+    springs = empty()
+    force_n, _ = drag(BANK, springs, 1e-5, preload_n, preload_n)
     assert force_n == pytest.approx(FRICTION * 2 * math.sqrt(2) * preload_n, rel=ROUNDING)
     assert friction_limit(BANK, preload_n) == pytest.approx(force_n, rel=ROUNDING)
 
@@ -93,28 +95,28 @@ def test_depth_is_that_of_the_continuum(preload_n):
 @settings(max_examples=60)
 def test_random_histories_at_constant_load_agree_with_the_turning_points(preload_n, strokes):
     curve = virgin_curve(preload_n)
-    memory, forces_n = fresh_memory(), empty()
+    memory, springs = fresh_memory(), empty()
     lost_j = before_m = 0.0
     for u_m in np.array(strokes) * curve.limit_m:
         move(curve, memory, u_m)
-        force_n, loss_j = drag(BANK, forces_n, u_m - before_m, preload_n, preload_n)
+        force_n, loss_j = drag(BANK, springs, u_m - before_m, preload_n, preload_n)
         lost_j, before_m = lost_j + loss_j, u_m
         assert abs(force_n - memory.force_n) <= BANK_ERROR * curve.force_max_n
     scale_j = curve.force_max_n * curve.limit_m
     assert abs(lost_j - lost_energy(curve, memory)) <= ENERGY_ERROR * len(strokes) * scale_j
     stored_j = stored_energy(curve, memory)
-    assert abs(stored_in_springs(BANK, forces_n) - stored_j) <= ENERGY_ERROR * scale_j
+    assert abs(stored_in_springs(BANK, springs) - stored_j) <= ENERGY_ERROR * scale_j
 
 
 @given(preloads, strokes)
 @settings(max_examples=60)
 def test_taking_over_from_the_turning_points_keeps_the_force(preload_n, strokes):
     curve = virgin_curve(preload_n)
-    memory, forces_n = fresh_memory(), empty()
+    memory, springs = fresh_memory(), empty()
     for u_m in np.array(strokes) * curve.limit_m:
         move(curve, memory, u_m)
-    take_over(BANK, COMPLIANCE, memory, preload_n, forces_n)
-    force_n, loss_j = drag(BANK, forces_n, 0.0, preload_n, preload_n)
+    take_over(BANK, COMPLIANCE, memory, preload_n, springs)
+    force_n, loss_j = drag(BANK, springs, 0.0, preload_n, preload_n)
     assert abs(force_n - memory.force_n) <= ROUNDING * curve.force_max_n
     assert loss_j == 0.0
 
@@ -122,37 +124,37 @@ def test_taking_over_from_the_turning_points_keeps_the_force(preload_n, strokes)
 @given(strokes, st.lists(preloads, min_size=41, max_size=41))
 @settings(max_examples=60)
 def test_no_spring_exceeds_its_limit_and_friction_never_gives_energy(strokes, loads):
-    forces_n = empty()
+    springs = empty()
     for stroke, before_n, after_n in zip(strokes, loads, loads[1:], strict=False):
-        _, loss_j = drag(BANK, forces_n, 2e-7 * stroke, before_n, after_n)
+        _, loss_j = drag(BANK, springs, 2e-7 * stroke, before_n, after_n)
         assert loss_j >= 0.0
         for group in range(2):
             own = springs_of(group)
             pressed_m = depth_at(BANK, group, after_n) - BANK.heights_m[own]
-            limit_n = FRICTION * BANK.normal_n_per_m[own] * np.maximum(pressed_m, 0.0)
-            assert np.all(np.abs(forces_n[own]) <= limit_n * (1 + ROUNDING))
+            limit_n = BANK.limit_n_per_m[own] * np.maximum(pressed_m, 0.0)
+            assert np.all(np.abs(springs.forces_n[own]) <= limit_n * (1 + ROUNDING))
 
 
 def test_springs_that_lose_contact_forget_and_come_back_unloaded():
-    forces_n = empty()
-    drag(BANK, forces_n, 3e-8, 1.0, 1.0)
-    loaded_n = forces_n.copy()
-    drag(BANK, forces_n, 0.0, 1.0, 0.1)
+    springs = empty()
+    drag(BANK, springs, 3e-8, 1.0, 1.0)
+    loaded_n = springs.forces_n.copy()
+    drag(BANK, springs, 0.0, 1.0, 0.1)
     upper = springs_of(0)
     high = BANK.heights_m[upper] > depth_at(BANK, 0, 0.1)
     assert np.any(loaded_n[upper][high] > 0.0)
-    assert np.all(forces_n[upper][high] == 0.0)
-    drag(BANK, forces_n, 0.0, 0.1, 1.0)
-    assert np.all(forces_n[upper][high] == 0.0)
+    assert np.all(springs.forces_n[upper][high] == 0.0)
+    drag(BANK, springs, 0.0, 0.1, 1.0)
+    assert np.all(springs.forces_n[upper][high] == 0.0)
 
 
 def test_a_lighter_load_lets_springs_slip_back_to_the_new_limit_and_loses_what_they_held():
-    forces_n = empty()
-    drag(BANK, forces_n, 1e-5, 1.0, 1.0)
-    before_j = stored_in_springs(BANK, forces_n)
-    force_n, loss_j = drag(BANK, forces_n, 0.0, 1.0, 0.5)
+    springs = empty()
+    drag(BANK, springs, 1e-5, 1.0, 1.0)
+    before_j = stored_in_springs(BANK, springs)
+    force_n, loss_j = drag(BANK, springs, 0.0, 1.0, 0.5)
     assert force_n == pytest.approx(friction_limit(BANK, 0.5), rel=ROUNDING)
-    assert loss_j == pytest.approx(before_j - stored_in_springs(BANK, forces_n), rel=1e-9)
+    assert loss_j == pytest.approx(before_j - stored_in_springs(BANK, springs), rel=1e-9)
 
 
 def test_more_springs_come_closer_with_the_square_of_their_number():
@@ -166,7 +168,7 @@ def test_more_springs_come_closer_with_the_square_of_their_number():
         for u_m in displacements_m:
             memory = fresh_memory()
             move(curve, memory, u_m)
-            force_n, _ = drag(few, np.zeros_like(few.heights_m), u_m, preload_n, preload_n)
+            force_n, _ = drag(few, empty(few), u_m, preload_n, preload_n)
             worst = max(worst, abs(force_n - memory.force_n))
         errors.append(worst)
     ratios = np.array(errors[:-1]) / np.array(errors[1:])
@@ -177,7 +179,7 @@ def test_more_springs_come_closer_with_the_square_of_their_number():
 def test_energy_balances_while_displacement_and_load_change_together():
     # Trapezoids over 4000 steps of a smooth path.
     tolerance = 1e-4
-    forces_n = empty()
+    springs = empty()
     steps = 4000
     angle = np.linspace(0.0, 4.0 * np.pi, steps + 1)
     u_m = 1.2e-7 * np.sin(angle)
@@ -185,11 +187,11 @@ def test_energy_balances_while_displacement_and_load_change_together():
     work_j = lost_j = force_n = 0.0
     for i in range(steps):
         du_m = u_m[i + 1] - u_m[i]
-        new_n, loss_j = drag(BANK, forces_n, du_m, preload_n[i], preload_n[i + 1])
+        new_n, loss_j = drag(BANK, springs, du_m, preload_n[i], preload_n[i + 1])
         work_j += 0.5 * (force_n + new_n) * du_m
         lost_j += loss_j
         force_n = new_n
-    assert work_j == pytest.approx(lost_j + stored_in_springs(BANK, forces_n), rel=tolerance)
+    assert work_j == pytest.approx(lost_j + stored_in_springs(BANK, springs), rel=tolerance)
 
 
 def test_a_preload_beyond_the_profile_is_refused_before_a_bank_is_made():

@@ -6,8 +6,8 @@ import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import Record
-from stickslip_ros.contact.springs import drag, stored_in_springs
+from stickslip_ros.contact.record import Record, record
+from stickslip_ros.contact.springs import drag, springs_kind, stored_in_springs
 from stickslip_ros.drive.build import all_contacts
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.validation.histories import History
@@ -33,12 +33,12 @@ def random_turns(seed: int, count: int) -> tuple[float, ...]:
 
 def drag_along(bank: Record, displacements_m: Array, preloads_n: Array) -> History:
     """Return the answer of a bank, from unloaded springs at the first place and preload."""
-    springs_n = np.zeros_like(bank.heights_m)
+    springs = record(springs_kind(len(bank.heights_m)))
     place_m, preload_n, lost_j = displacements_m[0], preloads_n[0], 0.0
     rows = []
     for next_m, next_n in zip(displacements_m, preloads_n, strict=True):
-        force_n, loss_j = drag(bank, springs_n, next_m - place_m, preload_n, next_n)
+        force_n, loss_j = drag(bank, springs, next_m - place_m, preload_n, next_n)
         place_m, preload_n, lost_j = next_m, next_n, lost_j + loss_j
-        rows.append((force_n, stored_in_springs(bank, springs_n), lost_j))
+        rows.append((force_n, stored_in_springs(bank, springs), lost_j))
     forces_n, stored, lost = np.array(rows).T
     return History(displacements_m, forces_n, stored, lost)

@@ -129,10 +129,10 @@ def _all_hand_overs(preload_n: float) -> list[tuple[float, float, float, float]]
         move(model.curve, contact.memory, float(place_m))
         there = contact.copy()
         onto_springs(model, there)
-        after_n, _ = drag(model.bank, there.springs_n, 0.0, preload_n, preload_n)
+        after_n, _ = drag(model.bank, there.springs, 0.0, preload_n, preload_n)
         far_m = float(place_m) - np.sign(place_m) * FAR * model.curve.limit_m
-        springs_n = there.springs_n.copy()
-        slipping_n, _ = drag(model.bank, springs_n, far_m - place_m, preload_n, preload_n)
+        springs = there.springs.copy()
+        slipping_n, _ = drag(model.bank, springs, far_m - place_m, preload_n, preload_n)
         react(model, there, far_m, STEP_S, 0.0)
         back_n = np.nan if there.on_springs else there.memory.force_n
         rows.append((contact.memory.force_n, after_n, slipping_n, back_n))
