@@ -31,6 +31,8 @@ CONFIG: Any = numba.config
 """Settings of numba; its attributes are made at run time."""
 KERNEL_FOLDERS = ('contact', 'drive', 'instrument')
 """Sub-packages whose sources a compiled kernel may depend on."""
+ALL_KEPT = 'all'
+"""Name of the file that says so."""
 ROOT = 0
 PRIVATE, READABLE, FILE_MODE = 0o700, 0o755, 0o644
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
@@ -72,6 +74,19 @@ def cache_folders() -> Folders:
         if is_own and os.access(folder, os.W_OK):
             return Folders(tuple(read), folder)
     return Folders(tuple(read), None)
+
+
+def note_all_kept() -> None:
+    """Note in the folder that takes new kernels that all kernels of the package are there."""
+    folder = cache_folders().write
+    if folder is not None and not are_all_kept():
+        with suppress(OSError):
+            (folder / ALL_KEPT).touch(FILE_MODE)
+
+
+def are_all_kept() -> bool:
+    """Tell whether all kernels of the package have been compiled into a folder that is read."""
+    return any((folder / ALL_KEPT).exists() for folder in cache_folders().read)
 
 
 def why_not_kept() -> str:

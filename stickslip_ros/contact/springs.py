@@ -107,7 +107,9 @@ def depth_of(bank: Record, group: int, preload_n: float, last: int) -> float:
 @kernel
 def depth_at(bank: Record, group: int, preload_n: float) -> float:
     """Return the indentation depth of a group at a preload, m: the inverse normal law."""
-    return depth_of(bank, group, preload_n, last_pressed(bank, group, preload_n, 0))
+    return depth_of(
+        bank, group, preload_n, last_pressed(bank, group, preload_n, bank.first[group])
+    )
 
 
 @kernel
@@ -270,12 +272,13 @@ def take_over(
 
     """
     forces_n = springs.forces_n
+    high_m = 0.0
     for group in range(bank.groups):
         depth_m = depth_at(bank, group, preload_n)
+        high_m = max(high_m, compliance * depth_m)
         for i in range(bank.first[group], bank.first[group + 1]):
             threshold_m = compliance * max(depth_m - bank.heights_m[i], 0.0)
             forces_n[i] = bank.shear_n_per_m[i] * elongation(memory, threshold_m)
-    high_m = compliance * depth_at(bank, 0, preload_n)
     low_m = -high_m
     for _ in range(SHIFT_ITERATIONS):
         middle_m = 0.5 * (low_m + high_m)

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 
-from stickslip_ros.contact.kernel_cache import why_not_kept
+from stickslip_ros.contact.kernel_cache import note_all_kept, why_not_kept
+from stickslip_ros.drive.build import plant_of
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 
-KERNELS = 117
-"""What ``compile_kernels`` compiles where nothing is compiled yet."""
+KERNELS, IDEAL_KERNELS = 120, 56
+"""What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet."""
 TOLD_EVERY = 20
 """Kernels after which it is told again how far the compilation is."""
 
@@ -22,19 +23,32 @@ def compile_kernels() -> None:
     still. The kernels are the same for every stand.
 
     """
-    parameters = Parameters()
-    bench = Bench(parameters)
-    bench.update(parameters.block_ns)
+    bench = compile_ideal_kernels()
     for request in (
-        Request('preload', (parameters.stand.preload,)),
+        Request('preload', (bench.parameters.stand.preload,)),
         Request('fault', settings=(('fault.dead_foot', 1),)),
     ):
         bench.accept(request)
-    bench.update(2 * parameters.block_ns)
+    bench.update(2 * bench.parameters.block_ns)
     _ = bench.ledger
+    note_all_kept()
 
 
-def told(say: Callable[[str], None]) -> Callable[[int], None]:
+def compile_ideal_kernels() -> Bench:
+    """Do the same for the kernels of an ideal drive and its sensors; return the bench."""
+    bench = Bench(Parameters())
+    bench.update(bench.parameters.block_ns)
+    return bench
+
+
+def needs_all_kernels(parameters: Parameters) -> bool:
+    """Tell whether a stand needs more than the kernels of an ideal drive, from its start on."""
+    if parameters.stand.preload_end or parameters.fault.schedule or parameters.fault.names:
+        return True
+    return not plant_of(parameters)[0].glides
+
+
+def told(say: Callable[[str], None], kernels: int = KERNELS) -> Callable[[int], None]:
     """
     Return what to tell of compiled kernels, as ``compilation_told`` does, to put it into words.
 
@@ -42,6 +56,8 @@ def told(say: Callable[[str], None]) -> Callable[[int], None]:
     ----------
     say : callable
         Receives a line at the first kernel, and after every ``TOLD_EVERY``.
+    kernels : int
+        How many there are to compile, at most.
 
     """
 
@@ -49,6 +65,6 @@ def told(say: Callable[[str], None]) -> Callable[[int], None]:
         if done == 0 and (why := why_not_kept()):
             say(why)
         if done % TOLD_EVERY == 0:
-            say(f'compiling kernels, once: {done} of {max(KERNELS, done)}')
+            say(f'compiling kernels, once: {done} of {max(kernels, done)}')
 
     return tell

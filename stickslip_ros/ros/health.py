@@ -130,6 +130,8 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
         return _status(title, ERROR, f'stopped: {session.failure}', values)
     if is_long(session):
         return _status(title, ERROR, long_block(session), values)
+    if held := session.held:
+        return _status(title, WARN, f'{held} commands wait for kernels, which compile', values)
     if news:
         return _status(title, WARN, f'{news} refused since the last report', values)
     return _status(title, OK, 'running', values)

@@ -24,6 +24,7 @@ from stickslip_ros.ros.answers import answer_everything
 from stickslip_ros.ros.connections import Connections
 from stickslip_ros.ros.ending import StillBusy
 from stickslip_ros.ros.greeting import at_start, when_active
+from stickslip_ros.ros.kernels import kernels_for
 from stickslip_ros.ros.orders import AT_ONCE
 from stickslip_ros.ros.parameter_bridge import (
     check_clock_of,
@@ -141,7 +142,9 @@ class StickSlipDrive(LifecycleNode):
         return result
 
     def _build(self, parameters: Any) -> Session:
-        with compilation_told(told(self.get_logger().warning)):
+        if self._session is not None:
+            self._session.kernels.release()
+        with compilation_told(told(self.get_logger().warning, kernels_for(parameters))):
             return Session(
                 parameters,
                 self._topics.publish,
@@ -192,11 +195,15 @@ class StickSlipDrive(LifecycleNode):
 
         """
         self._halt()
+        if self._session is not None:
+            self._session.kernels.release()
         super().destroy_node()
         if self._stuck:
             raise self._stuck[0]
 
     def _release(self) -> None:
+        if self._session is not None:
+            self._session.kernels.release()
         self._session = None
         self._topics.release()
         self._services_offered.release()

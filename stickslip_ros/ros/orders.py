@@ -1,7 +1,7 @@
 """What a drive was told to do and has not done yet."""
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 
@@ -19,6 +19,10 @@ LEAST_NUMBERS = 100
 """Numbers whose memory an order takes besides its own."""
 
 _RANKS = {topic.request: rank for rank, topic in enumerate(COMMANDS)}
+
+
+LetsWait = Callable[[Request | None, bool], bool]
+"""Whether a request must wait for more than its time, given whether one before it does."""
 
 
 @dataclass
@@ -79,6 +83,8 @@ class Orders:
     by_topic : bool
         Whether orders of one block are sorted by their topics, so that it does not matter in
         which order the network delivered them.
+    lets_wait : callable
+        Tells whether a request must wait for more than its time.
 
     Attributes
     ----------
@@ -87,10 +93,11 @@ class Orders:
 
     """
 
-    def __init__(self, *, by_topic: bool) -> None:
+    def __init__(self, *, by_topic: bool, lets_wait: LetsWait = lambda *_: False) -> None:
         self._waiting: deque[Order] = deque()
         self.numbers = 0
         self._by_topic = by_topic
+        self._lets_wait = lets_wait
 
     def __iter__(self) -> Iterator[Order]:
         return iter(tuple(self._waiting))
@@ -102,16 +109,27 @@ class Orders:
         return order
 
     def take(self, now_ns: int) -> list[Order]:
-        """Take what is due at a simulated time and was not withdrawn."""
+        """Take what is due at a simulated time, need not wait and was not withdrawn."""
         due: list[Order] = []
         later: list[Order] = []
-        for order in self._waiting:
-            (due if order.due_ns <= now_ns else later).append(order)
+        for order, waits in self._with_waits():
+            (due if order.due_ns <= now_ns and not waits else later).append(order)
         self._waiting = deque(later)
         self.numbers -= sum(order.numbers for order in due)
         if self._by_topic:
             due.sort(key=lambda order: order.rank)
         return [order for order in due if order.reply.set_running_or_notify_cancel()]
+
+    def held(self, now_ns: int) -> int:
+        """Return how many are due but must wait for more than their time."""
+        return sum(waits and order.due_ns <= now_ns for order, waits in self._with_waits())
+
+    def _with_waits(self) -> Iterator[tuple[Order, bool]]:
+        after = False
+        for order in tuple(self._waiting):
+            waits = self._lets_wait(order.request, after)
+            after = after or waits
+            yield order, waits
 
     def take_urgent(self) -> list[Order]:
         """Take what waits for no block."""

@@ -13,7 +13,8 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Event, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.run_writer import RunWriter
-from stickslip_ros.ros.ending import StillBusy
+from stickslip_ros.ros.ending import StillBusy, expendable
+from stickslip_ros.ros.kernels import Kernels
 from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
 from stickslip_ros.ros.pacing import Pacer
 from stickslip_ros.ros.permit import Grant, Permit
@@ -59,6 +60,8 @@ class Session:
     ----------
     failure : BaseException or None
         Why there will be no further tick.
+    kernels : Kernels
+        The kernels that it has, and those that are being compiled.
 
     Raises
     ------
@@ -82,11 +85,13 @@ class Session:
             parameters.sim.block, 0.0 if lockstep else parameters.sim.real_time_factor
         )
         self.failure: BaseException | None = None
-        self._worker = Worker(parameters, publish, on_faults, on_failure, on_trouble)
         self._on_end = on_end
         self._changed = threading.Condition()
+        with expendable():
+            self.kernels = Kernels(parameters, self._look_again)
+        self._worker = Worker(parameters, publish, on_faults, on_failure, on_trouble)
         self._permit = Permit(parameters.block_ns, lockstep=lockstep)
-        self._orders = Orders(by_topic=lockstep)
+        self._orders = Orders(by_topic=lockstep, lets_wait=self.kernels.lets_wait)
         self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
         self._is_ending = False
@@ -241,6 +246,21 @@ class Session:
             self._changed.notify_all()
             return reply
 
+    @property
+    def held(self) -> int:
+        """How many commands wait for kernels that are being compiled."""
+        with self._changed:
+            return self._orders.held(self.bench.time_ns)
+
+    def _waits_for_kernels(self, now_ns: int) -> bool:
+        """Tell whether simulated time waits: what is not paced must not depend on compiling."""
+        is_paced = self.pacer.real_time_factor > 0.0
+        return not (is_paced or self.kernels.are_ready) and self._orders.held(now_ns) > 0
+
+    def _look_again(self) -> None:
+        with self._changed:
+            self._changed.notify_all()
+
     def _put(self, order: Order) -> 'Future[RunWriter | None]':
         with self._changed:
             self._orders.put(order)
@@ -278,6 +298,8 @@ class Session:
         now_ns = self.bench.time_ns
         if self._is_ending:
             return Turn.END
+        if self._waits_for_kernels(now_ns):
+            return None
         if self._permit.allows(now_ns):
             self._due = self._orders.take(now_ns)
             return Turn.ADVANCE

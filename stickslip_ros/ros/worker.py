@@ -7,7 +7,6 @@ from pathlib import Path
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.compilation import compile_kernels
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
 from stickslip_ros.instrument.reports import Event, Output, Result, Status
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
@@ -15,7 +14,6 @@ from stickslip_ros.recording.cdr import pack_string
 from stickslip_ros.recording.cdr_fields import HEADER, NS_PER_S
 from stickslip_ros.recording.feed import Feed, Packed
 from stickslip_ros.recording.run_writer import COMMAND_KEYS, RunWriter, pack_effect
-from stickslip_ros.ros.ending import expendable
 from stickslip_ros.ros.orders import Order
 
 PRELOADING = int(Status.PRELOADING)
@@ -74,8 +72,6 @@ class Worker:
         self._schedule = _schedule_of(parameters)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
-        with expendable():
-            compile_kernels()
         self.bench = Bench(parameters)
         self.status = self.bench.status
         self.preload_ramped = False
