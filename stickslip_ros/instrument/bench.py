@@ -3,10 +3,7 @@
 from collections import deque
 from collections.abc import Iterable
 
-import numpy as np
-
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.advance import TIME
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument import commands
@@ -14,9 +11,9 @@ from stickslip_ros.instrument.checks import BeyondSoftLimit, check_request
 from stickslip_ros.instrument.closed_loop import Sight, Verdict
 from stickslip_ros.instrument.commands import Command, Request
 from stickslip_ros.instrument.motion import Motion
-from stickslip_ros.instrument.reports import Event, Output, Result, Status, bits_of
+from stickslip_ros.instrument.reports import Event, Output, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
-from stickslip_ros.instrument.stand import NANO, Stand
+from stickslip_ros.instrument.stand import Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
 
 DELAYED = frozenset(
@@ -57,8 +54,6 @@ class Bench:
         self._enabled = True
         self._is_faulty = False
         self._block_ns, self._sample_ns = parameters.block_ns, parameters.sample_ns
-        samples = self._block_ns // self._sample_ns
-        self._sample_times_ns = self._sample_ns * np.arange(1, samples + 1)
         self._stand = Stand(parameters)
         self._sensing = Sensing(parameters)
         self._motion = Motion(parameters, self._tell)
@@ -127,7 +122,6 @@ class Bench:
         first_cycle = self._start_wave()
         wave = self._motion.wave
         trace = self._stand.advance(wave, samples)
-        np.multiply(self.time_ns + self._sample_times_ns[:samples], NANO, out=trace[:, TIME])
         self.time_ns = until_ns
         readings = self._sensing.read(trace, until_ns, self._stand.voltage_v, self.faults)
         if self._motion.is_running:
@@ -157,6 +151,8 @@ class Bench:
 
     def _deliver(self) -> None:
         """Carry out the delayed requests whose time has come, in the order of that time."""
+        if not self._delayed:
+            return
         due = sorted(each for each in self._delayed if each[0] <= self.time_ns)
         for each in due:
             self._delayed.remove(each)
@@ -269,15 +265,16 @@ class Bench:
     @property
     def status(self) -> Status:
         """State of the drive now, bit by bit."""
-        bits = self._sensing.status_bits | bits_of(
-            (MOVE_DELAYED, bool(self._delayed)),
-            (AMPLIFIER_ENABLED, self._is_powered()),
-            (LOADED, self._stand.load_n != 0.0),
-            (REFUSED, self._last_refused),
-            (PRELOADING, not self._stand.is_preloaded),
-            (FAULT, self._is_faulty),
+        bits = (
+            self._sensing.status_bits
+            | int(self._motion.status)
+            | MOVE_DELAYED * bool(self._delayed)
+            | AMPLIFIER_ENABLED * self._is_powered()
+            | LOADED * (self._stand.load_n != 0.0)
+            | REFUSED * self._last_refused
+            | PRELOADING * (not self._stand.is_preloaded)
+            | FAULT * self._is_faulty
         )
-        bits |= int(self._motion.status)
         if bits != self._told_bits:
             self._told_bits, self._told_status = bits, Status(bits)
         return self._told_status

@@ -87,11 +87,6 @@ STATUS_TEXTS = {
 }
 
 
-def bits_of(*flags: tuple[int, bool]) -> int:
-    """Return the bits that are set, as a number: a flag costs more than all the rest."""
-    return sum(bit for bit, is_set in flags if is_set)
-
-
 @dataclass(frozen=True)
 class Event:
     """

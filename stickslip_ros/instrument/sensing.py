@@ -7,7 +7,7 @@ import numpy as np
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import COUNT, Record, kind, records
-from stickslip_ros.drive.advance import FORCE, POSITION
+from stickslip_ros.drive.advance import FORCE, POSITION, TIME
 from stickslip_ros.instrument.display import CONDITIONS, FAULT
 from stickslip_ros.instrument.interferometer import (
     BEAM,
@@ -17,7 +17,7 @@ from stickslip_ros.instrument.interferometer import (
     read_position,
 )
 from stickslip_ros.instrument.load_cell import CELL, STRAIN, cell_of, read_force
-from stickslip_ros.instrument.reports import Readings, Status, bits_of
+from stickslip_ros.instrument.reports import Readings, Status
 from stickslip_ros.parameters import FaultParameters, Parameters
 
 SENSOR_PRESENT, IS_REFERENCED = int(Status.SENSOR_PRESENT), int(Status.IS_REFERENCED)
@@ -28,6 +28,7 @@ DRIFT_STREAM = 1
 """Number of the random walk below INTERFEROMETER_STREAM: it leaves the white noise alone."""
 NUMBERS_AT_ONCE = 4096
 """Random numbers that are drawn at once."""
+NANO = 1e-9
 
 SENSORS = kind(
     samples=COUNT,
@@ -55,17 +56,26 @@ cell, strain, strain_fault : record of CELL, STRAIN, FAULT
 
 @entry_point
 def read_sensors(
-    sensors: Record, trace: Array, past_m: Array, noise_m: Array, noise_n: Array, walk: Array
+    sensors: Record,
+    start_ns: int,
+    sample_ns: int,
+    trace: Array,
+    past_m: Array,
+    noise_m: Array,
+    noise_n: Array,
+    walk: Array,
 ) -> None:
     """
-    Replace true position and force in a trace by readings.
+    Replace true position and force in a trace by readings, and fill in the times.
 
     Parameters
     ----------
     sensors : array of one record of SENSORS
         Changed in place.
+    start_ns, sample_ns : int
+        Time of the trace before its first sample, and between two.
     trace : array, shape (samples, 5)
-        The truth; its last two columns are replaced.
+        The truth; its first column is filled, its last two are replaced.
     past_m : array
         Ring of the latest counts of the interferometer, as long as its latency; changed in place.
     noise_m, noise_n, walk : array, shape (samples,)
@@ -76,6 +86,7 @@ def read_sensors(
     both.strain.overrange = False
     for i in range(len(trace)):
         both.samples += 1
+        trace[i, TIME] = (start_ns + (i + 1) * sample_ns) * NANO
         trace[i, POSITION] = read_position(
             both.optics,
             both.beam,
@@ -135,6 +146,7 @@ class Sensing:
 
     def __init__(self, parameters: Parameters) -> None:
         rate_hz = parameters.trace.sample_rate
+        self._sample_ns = parameters.sample_ns
         self._seed = parameters.sim.seed
         self._first = records(
             SENSORS,
@@ -190,7 +202,16 @@ class Sensing:
         count = len(trace)
         noise_m, noise_n = self._noise_m.take(count), self._noise_n.take(count)
         walk = self._walk.take(count) if self._wanders else noise_m
-        read_sensors(self._sensors, trace, self._past_m, noise_m, noise_n, walk)
+        read_sensors(
+            self._sensors,
+            time_ns - count * self._sample_ns,
+            self._sample_ns,
+            trace,
+            self._past_m,
+            noise_m,
+            noise_n,
+            walk,
+        )
         mean_m = float(np.add.reduce(trace[:, POSITION])) / count
         self.position_m = math.nan if self.beam_lost else mean_m
         return Readings(
@@ -214,9 +235,9 @@ class Sensing:
     @property
     def status_bits(self) -> int:
         """Bits of Status that sensors set."""
-        return bits_of(
-            (SENSOR_PRESENT, not math.isnan(self.position_m)),
-            (IS_REFERENCED, self._is_referenced),
-            (BEAM_LOST, self.beam_lost),
-            (FORCE_OVERRANGE, self.overrange),
+        return (
+            SENSOR_PRESENT * (not math.isnan(self.position_m))
+            | IS_REFERENCED * self._is_referenced
+            | BEAM_LOST * self.beam_lost
+            | FORCE_OVERRANGE * self.overrange
         )
