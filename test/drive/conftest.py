@@ -64,10 +64,6 @@ class Drive:
         """What the contacts remember that it moves: all as one, or each foot."""
         return self.state.contacts[1:] if self.plant.separate else self.state.contacts[: ALL + 1]
 
-    def has_state_of(self, other: 'Drive') -> bool:
-        """Tell whether another drive has the same state, to the bit."""
-        return np.array_equal(self.states, other.states)
-
     @property
     def ledger(self) -> EnergyLedger:
         return take_ledger(self.plants, self.states)

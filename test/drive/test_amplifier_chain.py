@@ -36,7 +36,7 @@ def test_a_limited_current_is_a_lower_slew_rate_and_nothing_else(drive):
     limited = drive(amplifier__current_max=0.25).start(WAVE, [0.01])
     slower = drive(amplifier__slew_rate=5e7).start(WAVE, [0.01])
     assert limited.plant.ideal
-    assert limited.has_state_of(slower)
+    assert limited.state == slower.state
 
 
 @pytest.mark.parametrize('pieces', [1, 3, 50])

@@ -32,7 +32,7 @@ def test_no_fault_changes_nothing(drive):
     machine, twin = (drive().start(WAVE, [3.3e-3]) for _ in range(2))
     _apply(machine).run(WAVE, [5e-3])
     twin.run(WAVE, [5e-3])
-    assert machine.has_state_of(twin)
+    assert machine.state == twin.state
     assert machine.plant.ideal
 
 

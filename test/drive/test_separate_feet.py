@@ -155,10 +155,10 @@ def test_half_the_step_leaves_the_motion_with_everything_on(drive):
 
 
 def test_the_same_drive_moves_to_the_bit(drive):
-    one, same = (drive(**EVERYTHING).start(WAVE, [1e-3] * 3) for _ in range(2))
-    assert one.has_state_of(same)
-    another = drive(**EVERYTHING, sim__seed=2).start(WAVE, [1e-3] * 3)
-    assert another.state.position_m != one.state.position_m
+    states = [drive(**EVERYTHING).start(WAVE, [1e-3] * 3).state for _ in range(2)]
+    assert states[0] == states[1]
+    another = drive(**EVERYTHING, sim__seed=2).start(WAVE, [1e-3] * 3).state
+    assert another.position_m != states[0].position_m
 
 
 def test_coulombs_law_does_not_say_how_different_feet_share_a_load():

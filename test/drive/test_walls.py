@@ -55,13 +55,13 @@ def test_a_runner_that_always_presses_moves_as_on_a_fixed_load_cell(drive):
 def test_far_from_its_load_cell_a_runner_is_free_to_the_bit(drive):
     free = drive(load_cell__contact='absent').start(WAVE, [0.02])
     far = drive(load_cell__contact='one_sided', load_cell__gap=1e-3).start(WAVE, [0.02])
-    assert far.has_state_of(free)
+    assert far.state == free.state
 
 
 def test_far_from_its_end_stops_a_runner_does_not_feel_them(drive):
     free = drive(load_cell__contact='absent').start(WAVE, [0.02])
     far = drive(load_cell__contact='absent', stand__stop_stiffness=1e5).start(WAVE, [0.02])
-    assert far.has_state_of(free)
+    assert far.state == free.state
 
 
 def test_a_runner_bounces_from_a_load_cell_within_half_a_swing(drive):
