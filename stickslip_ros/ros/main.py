@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Sequence
 
+from stickslip_ros.contact.kernel import leave_out_blas
 from stickslip_ros.ros.executable import run_node
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.ros.timeliness import Keeper
@@ -23,6 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 after a clean end, 2 if a parameter was refused.
 
     """
+    leave_out_blas()
     return run_node('drive', make_drive, arguments)
 
 

@@ -259,3 +259,24 @@ def test_python_cannot_call_a_kernel_of_kernels_by_mistake():
     assert entry_point(thrice)(1.5) == in_python(thrice)(1.5) == 4.5
     with pytest.raises(TypeError, match=r'thrice .* other kernels only; call entry_point'):
         thrice(1.5)
+
+
+LEAVE_OUT = """
+import sys
+from stickslip_ros.contact.kernel import leave_out_blas
+leave_out_blas()
+from stickslip_ros.instrument.compilation import compile_kernels
+compile_kernels()
+assert 'numba.np.arraymath' in sys.modules
+assert 'scipy.linalg' not in sys.modules
+import numpy as np
+import scipy.linalg
+print(scipy.linalg.det(np.eye(2)))
+"""
+
+
+def test_kernels_need_no_blas_and_others_can_still_import_it(compiled_kernels):
+    ended = subprocess.run(
+        [sys.executable, '-c', LEAVE_OUT], capture_output=True, text=True, check=True
+    )
+    assert ended.stdout == '1.0\n'
