@@ -55,7 +55,7 @@ def run_cycles(sizes: Sizes) -> Outcome:
         'Time per cycle against the number of cycles',
         rows,
         [_constant('time per cycle, largest over smallest', times.seconds)],
-        [f'plant.advance, default step; ratio to {sizes.scaling[0]} cycles'],
+        [f'drive.advance, default step; ratio to {sizes.scaling[0]} cycles'],
     )
 
 
@@ -138,7 +138,7 @@ def run_springs(sizes: Sizes) -> Outcome:
     shapes = ('smooth', 'rough', 'rough_line')
     for shape in shapes:
         ours = Ours(standard_case({'contact.profile': shape}), sizes.cycles)
-        names.append(f'plant.advance, {shape}, a cycle')
+        names.append(f'drive.advance, {shape}, a cycle')
         programs.append(Program(ours, sizes.cycles))
     times = in_turn(programs, sizes)
     first = len(names) - len(shapes)
@@ -173,7 +173,7 @@ def run_threads(sizes: Sizes) -> Outcome:
 
     rows: list[Row] = []
     efficiencies = []
-    for name, job in (('plant.advance', advance), ('run_drive', with_set_up)):
+    for name, job in (('drive.advance', advance), ('run_drive', with_set_up)):
         with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(2) as two:
             programs = [
                 Program(lambda p=pool, j=job: list(p.map(j, range(2))), 2.0) for pool in (one, two)
@@ -250,7 +250,7 @@ def run_sweeps(sizes: Sizes) -> Outcome:
         rows,
         verdicts,
         [
-            'processor time; ratio: to plant.advance alone, over as many cycles at such preloads',
+            'processor time; ratio: to drive.advance alone, over as many cycles at such preloads',
             'set-up: the same sweep with one step; new preloads in every turn, so none is kept',
         ],
     )

@@ -62,7 +62,7 @@ def run(sizes: Sizes) -> Outcome:
     fast = max(
         float(row['times_real_time']) for row in rows if float(row['worst_error']) <= ACCURACY
     )
-    words = 'plant.advance, times real time, within 1e-3'
+    words = 'drive.advance, times real time, within 1e-3'
     return Outcome(
         'Speed and accuracy of the standard case (equivalent rough profile)',
         rows,
@@ -90,7 +90,7 @@ def _drives(
     for step_s in sizes.steps_s:
         ours = Ours(standard_case({'sim.dt': step_s}), sizes.cycles)
         forces_n = ours()
-        names.append(('plant.advance', f'{step_s * 1e6:g} us'))
+        names.append(('drive.advance', f'{step_s * 1e6:g} us'))
         programs.append(Program(ours, ours.work_s))
         accuracies.append(
             {
