@@ -104,10 +104,11 @@ def plant_of(parameters: Parameters) -> Record:
 
 def set_ideal(plant: Record) -> None:
     """Let a plant know whether it is ideal."""
-    feet_are_one = is_linear(plant.piezo) and not plant.separate
-    plant.ideal = feet_are_one and in_python(is_direct)(plant) and not plant.stuck
-    follows_model = plant.contacts[ALL].law.number == MDR
-    plant.glides = plant.ideal and follows_model and not plant.walls.exist
+    feet_are_one = is_linear(plant['piezo']) and not plant['separate']
+    ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
+    follows_model = plant['contacts'][ALL]['law']['number'] == MDR
+    plant['ideal'] = ideal
+    plant['glides'] = ideal and follows_model and not plant['walls']['exist']
 
 
 def separate_feet(plants: Record, parameters: Parameters) -> None:
@@ -191,10 +192,11 @@ def gain_ratios(tolerance: float, seed: int) -> Array:
 
 
 def _set_longest_step(plant: Record, parameters: Parameters) -> None:
-    cell_n_per_m = plant.cell_n_per_m + plant.walls.cell_n_per_m + plant.walls.stop_n_per_m
-    longest_s = longest_step_s(parameters, plant.contacts[ALL], float(cell_n_per_m))
-    plant.dt_s = min(parameters.sim.dt, longest_s)
-    plant.short_s = plant.dt_s / VERLET_REFINEMENT
+    walls = plant['walls']
+    cell_n_per_m = plant['cell_n_per_m'] + walls['cell_n_per_m'] + walls['stop_n_per_m']
+    longest_s = longest_step_s(parameters, plant['contacts'][ALL], float(cell_n_per_m))
+    plant['dt_s'] = min(parameters.sim.dt, longest_s)
+    plant['short_s'] = plant['dt_s'] / VERLET_REFINEMENT
 
 
 def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:
@@ -211,10 +213,10 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
         Stiffness of load cell and end stops together, N/m.
 
     """
-    law, mass_kg = contact.law, parameters.runner.mass
-    contact_n_per_m = max(float(contact.curve.cells[0, 1]), float(law.bristle_n_per_m))
+    law, mass_kg = contact['law'], parameters.runner.mass
+    contact_n_per_m = max(float(contact['curve']['cells'][0, 1]), float(law['bristle_n_per_m']))
     omega_per_s = math.sqrt((cell_n_per_m + contact_n_per_m) / mass_kg)
-    law_n_s_per_m = float(law.bristle_n_s_per_m + law.viscous_n_s_per_m)
+    law_n_s_per_m = float(law['bristle_n_s_per_m'] + law['viscous_n_s_per_m'])
     gamma_per_s = (parameters.runner.damping + law_n_s_per_m) / mass_kg
     return PHASE_MAX / max(omega_per_s, gamma_per_s)
 
@@ -286,12 +288,18 @@ def change_preload(
 
 def state_at_rest(plants: Record, preload_n: float) -> Record:
     """Return the drive at rest, with relaxed contacts: an array of one record of STATE."""
-    plant = plants[0]
-    states = records(STATE, voltage_v=plant.rest_v, preload_n=preload_n, passes_left=PASSES_MIN)
-    states['contacts'] = fresh_contact(preload_n)
-    if plant.separate:
+    states = _fresh_states(preload_n).copy()
+    states['voltage_v'] = plants['rest_v']
+    if plants['separate'].item():
         share_out(plants, states)
-    rest(plant, states[0].piezo)
+    rest(plants[0], states[0]['piezo'])
+    return states
+
+
+@lru_cache(maxsize=MODELS_KEPT)
+def _fresh_states(preload_n: float) -> Record:
+    states = records(STATE, preload_n=preload_n, passes_left=PASSES_MIN)
+    states['contacts'] = fresh_contact(preload_n)
     return states
 
 

@@ -51,7 +51,7 @@ def piezo_of(parameters: Parameters) -> Record:
 
 def is_linear(piezo: Record) -> bool:
     """Tell whether the displacement is proportional to the voltage at every instant."""
-    return bool(piezo.plays == 0 and piezo.creep == 0.0 and piezo.omega_per_s == 0.0)
+    return not (piezo['plays'] or piezo['creep'] or piezo['omega_per_s'])
 
 
 def walls_of(parameters: Parameters) -> Record:
