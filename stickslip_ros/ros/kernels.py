@@ -71,7 +71,10 @@ class Kernels:
             return
         compile_ideal_kernels()
         self._process = subprocess.Popen(
-            [sys.executable, '-c', COMPILE], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            [sys.executable, '-c', COMPILE],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            start_new_session=True,  # a Ctrl-C is for the drive, which then ends it
         )
         threading.Thread(
             target=self._follow, args=(self._process,), name='stickslip kernels', daemon=True
