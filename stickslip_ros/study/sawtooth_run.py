@@ -15,7 +15,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.checks import check_request
 from stickslip_ros.instrument.commands import Move, Request
 from stickslip_ros.instrument.reports import Output, Status
-from stickslip_ros.parameters import Parameters, Unchosen
+from stickslip_ros.parameters import Parameters, Unchosen, spec_of
 from stickslip_ros.recording.feed import Feed
 from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.stopping import heed_stop
@@ -113,13 +113,13 @@ def run_sawtooth(
     request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
     parameters = start_on_wave(parameters, request)
     Bench(parameters).update(parameters.block_ns)  # compiles, so that wall_s does not
-    bench = Bench(parameters)
+    bench = Bench(parameters if path else _in_long_blocks(parameters))
     start_s = time.perf_counter()
     if path is None:
-        ramps = _drive(bench, request, None, progress)
+        ramps = _drive(bench, request, None, progress, parameters.block_ns)
     else:
         with RunWriter(path, parameters, wait=True) as writer:
-            ramps = _drive(bench, request, writer, progress)
+            ramps = _drive(bench, request, writer, progress, parameters.block_ns)
         writer.check()
     return _summarise(bench, request, ramps, time.perf_counter() - start_s, path)
 
@@ -140,10 +140,28 @@ def start_on_wave(parameters: Parameters, request: Request) -> Parameters:
     return parameters.updated({'amplifier.voltage_initial': command.wave.start_v})
 
 
+def _in_long_blocks(parameters: Parameters) -> Parameters:
+    """Return parameters with the longest blocks: what nobody records is looked at seldom."""
+    longest_s = parameters.trace.period
+    if longest_s > (spec_of('sim.block').maximum or 0.0):
+        return parameters
+    return parameters.updated({'sim.block': longest_s})
+
+
 def _drive(
-    bench: Bench, request: Request, writer: RunWriter | None, progress: Progress | None
+    bench: Bench,
+    request: Request,
+    writer: RunWriter | None,
+    progress: Progress | None,
+    block_ns: int,
 ) -> Array:
-    """Update block by block until the saw-tooth has ended; return the log of its ramps."""
+    """
+    Update block by block until the saw-tooth has ended; return the log of its ramps.
+
+    The bench may have longer blocks than asked for: it takes them while the end is far, and ends
+    at the same time.
+
+    """
     feed = Feed(bench.parameters)
     if writer is not None:
         writer.begin(bench.time_ns, bench.status)
@@ -155,7 +173,10 @@ def _drive(
         heed_stop()
         if writer is not None:
             writer.write_requests(requests, bench.time_ns)
-        output = bench.update(bench.time_ns + bench.parameters.block_ns, requests)
+        sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(request.values[1])
+        is_far = sure_s > 2.0 * bench.parameters.sim.block
+        step_ns = bench.parameters.block_ns if is_far else block_ns
+        output = bench.update(bench.time_ns + step_ns, requests)
         requests = []
         if writer is not None:
             _write(writer, feed, output)
