@@ -131,7 +131,8 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
     if is_long(session):
         return _status(title, ERROR, long_block(session), values)
     if held := session.held:
-        return _status(title, WARN, f'{held} commands wait for kernels, which compile', values)
+        why = f'{held} commands wait for kernels, which are being compiled'
+        return _status(title, WARN, why, values)
     if news:
         return _status(title, WARN, f'{news} refused since the last report', values)
     return _status(title, OK, 'running', values)

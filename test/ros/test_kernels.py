@@ -7,7 +7,7 @@ import pytest
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.compilation import IDEAL_KERNELS, KERNELS, needs_all_kernels
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.ros import kernels
+from stickslip_ros.ros import health, kernels
 from stickslip_ros.ros.kernels import Kernels, kernels_for
 from stickslip_ros.ros.session import Session
 
@@ -92,6 +92,8 @@ def test_a_paced_drive_goes_on_while_a_preload_waits_for_kernels(waiting):
     for _ in range(3):
         session.submit(VOLTAGE).result(TIMEOUT_S)
     assert session.held == 2
+    told = health.drive_status('drive', session, health.Refusals(lambda: None))
+    assert told.message == '2 commands wait for kernels, which are being compiled'
     assert not preload.done()
     assert not reset.done()
     waiting(session)
