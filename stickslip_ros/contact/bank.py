@@ -122,7 +122,11 @@ def bank_of_rows(
         heights_m=flat(heights_m),
         limit_n_per_m=flat(limit_n_per_m),
         shear_n_per_m=flat(shear_n_per_m),
-        per_shear_m_per_n=flat(np.where(shear_n_per_m > 0.0, 1.0 / shear_n_per_m, 0.0)),
+        per_shear_m_per_n=flat(
+            np.divide(
+                1.0, shear_n_per_m, out=np.zeros_like(shear_n_per_m), where=shear_n_per_m > 0.0
+            )
+        ),
         area_n=flat(area_n),
         slope_n_per_m=flat(slope_n_per_m),
         shares=np.pad(np.array(shares), (0, GROUPS_MAX - groups)),

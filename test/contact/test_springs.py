@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip_ros.contact.bank import BANK_ERROR, Group, spring_bank
+from stickslip_ros.contact.bank import BANK_ERROR, Group, bank_of_rows, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.indentation import indent
 from stickslip_ros.contact.kernel import entry_point
@@ -192,6 +192,18 @@ def test_energy_balances_while_displacement_and_load_change_together():
         lost_j += loss_j
         force_n = new_n
     assert work_j == pytest.approx(lost_j + stored_in_springs(BANK, springs), rel=tolerance)
+
+
+def test_a_class_without_a_spring_has_no_force_and_no_energy():
+    heights_m, stiffness = np.array([[0.0, 1e-9]]), np.array([[1e6, 0.0]])
+    rows = (heights_m, FRICTION * stiffness, stiffness, np.array([[0.0, 1e-3]]))
+    few = bank_of_rows(*rows, np.array([[1e6, 1e6]]), shares=[1.0], friction=FRICTION)
+    springs = empty(few)
+    force_n, loss_j = drag(few, springs, 1e-6, 0.5, 0.4)
+    assert force_n == springs.forces_n[0] == pytest.approx(FRICTION * 0.4, rel=ROUNDING)
+    assert springs.forces_n[1] == springs.losses_j[1] == 0.0
+    assert 0.0 < loss_j < np.inf
+    assert stored_in_springs(few, springs) == pytest.approx(0.5 * force_n**2 / 1e6, rel=ROUNDING)
 
 
 def test_a_preload_beyond_the_profile_is_refused_before_a_bank_is_made():
