@@ -113,10 +113,6 @@ def check_name(name: str) -> None:
             raise OutOfRange('record.name', name, '', limit, 'give a name such as run_7')
 
 
-def _begin(name: str) -> str:
-    return name.partition('.')[0].lower()
-
-
 def _size_bytes(name: str) -> int:
     return len(name.encode(errors='surrogatepass'))
 
