@@ -3,12 +3,12 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.record import record
-from stickslip_ros.drive.amplifier import follow, time_to_settle, wanted
+from stickslip_ros.drive.amplifier import follow, low_pass, time_to_settle, wanted
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.passes import PASSES_MIN, check_motion
 from stickslip_ros.drive.records import ALL, CLOCK
@@ -17,6 +17,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
 
 follow = entry_point(follow)
+low_pass = entry_point(low_pass)
 time_to_settle = entry_point(time_to_settle)
 wanted = entry_point(wanted)
 
@@ -62,6 +63,22 @@ def test_a_low_pass_has_settled_or_takes_a_time_that_changes_its_output(excess, 
     aim_v = 0.999 * 0.01 * 300.0
     settled_s = time_to_settle(plant, WAVE, input_v + aim_v * (1.0 + excess), input_v, 0.0)
     assert settled_s == math.inf or settled_s > 1e-10 * plant.amplifier.tau_s
+
+
+@given(
+    resolution_v=st.floats(-12.0, 1.0).map(lambda power: 10.0**power),
+    excess=st.floats(0.0, 1e-3),
+    input_v=VOLTS,
+)
+@example(resolution_v=3.9736276651942805e-08, excess=1e-6, input_v=189.34856083100485)
+def test_behind_a_fine_converter_too(resolution_v, excess, input_v):
+    values = {'amplifier.bandwidth': 99442.54981051518, 'amplifier.resolution': resolution_v}
+    plant = plant_of(Parameters().updated(values))[0]
+    output_v = input_v + 0.5 * resolution_v * (1.0 + excess)
+    settled_s = time_to_settle(plant, level(input_v), output_v, input_v, 0.0)
+    share = -math.expm1(-settled_s / plant.amplifier.tau_s)
+    next_v = low_pass(plant, output_v, input_v, input_v, settled_s, share)
+    assert settled_s == math.inf or abs(next_v - output_v) > 0.5e-9
 
 
 def test_a_drive_whose_loops_stand_still_gives_up_and_says_where(drive):
