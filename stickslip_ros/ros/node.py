@@ -142,8 +142,6 @@ class StickSlipDrive(LifecycleNode):
         return result
 
     def _build(self, parameters: Any) -> Session:
-        if self._session is not None:
-            self._session.kernels.release()
         with compilation_told(told(self.get_logger().warning, kernels_for(parameters))):
             return Session(
                 parameters,
@@ -160,7 +158,9 @@ class StickSlipDrive(LifecycleNode):
         parameters = read_parameters(self)
         old = self._session
         if old is None or old.failure is not None or differ_when_built(old.parameters, parameters):
-            old = self._session = self._build(parameters)
+            new = self._build(parameters)  # a refused one leaves the old one as it is
+            self._give_up_drive()
+            old = self._session = new
         if not self._topics.fit(parameters):
             self._topics.offer(parameters)
         return old
@@ -195,16 +195,18 @@ class StickSlipDrive(LifecycleNode):
 
         """
         self._halt()
-        if self._session is not None:
-            self._session.kernels.release()
+        self._give_up_drive()
         super().destroy_node()
         if self._stuck:
             raise self._stuck[0]
 
-    def _release(self) -> None:
+    def _give_up_drive(self) -> None:
         if self._session is not None:
             self._session.kernels.release()
         self._session = None
+
+    def _release(self) -> None:
+        self._give_up_drive()
         self._topics.release()
         self._services_offered.release()
         if self._timer is not None:

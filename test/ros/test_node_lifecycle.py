@@ -106,6 +106,23 @@ def test_a_drive_that_is_activated_again_goes_on_where_it_stopped(manual: Any):
     assert manual.drive.session.bench.state.voltage_v == stopped.voltage_v == 150.0
 
 
+def test_a_drive_outlives_a_refused_rebuild_and_its_kernels_go_with_it(manual: Any):
+    manual.change_state('configure')
+    kept = manual.drive._session
+    assert manual.operator.set_parameter('fault.schedule', '/none.yaml').successful
+    assert not manual.change_state('activate')
+    assert manual.drive._session is kept
+    assert not kept.kernels._is_released
+    assert manual.operator.set_parameter('fault.schedule', '').successful
+    assert manual.change_state('activate')
+    assert manual.drive.session is kept
+    manual.change_state('deactivate')
+    assert manual.operator.set_parameter('stand.preload', 0.25).successful
+    assert manual.change_state('activate')
+    assert manual.drive.session is not kept
+    assert kept.kernels._is_released
+
+
 def test_cleanup_takes_topics_and_services_away_and_configure_begins_anew(
     launch: Callable[..., Any], tmp_path: Path
 ):
