@@ -3,7 +3,7 @@
 import os
 from dataclasses import dataclass
 
-MICRO = 1e-6
+from stickslip_ros.units import MICRO
 
 
 @dataclass(frozen=True)

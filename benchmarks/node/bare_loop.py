@@ -25,7 +25,6 @@ from benchmarks.node.spinning import own_words, ros, spinning
 from benchmarks.node.traffic import (
     BLOCK_NS,
     DEPTH,
-    NS_PER_S,
     TYPES,
     Fresh,
     Objects,
@@ -35,6 +34,7 @@ from benchmarks.node.traffic import (
     Traffic,
 )
 from stickslip_ros.ros.timeliness import be_prompt, keep_what_there_is
+from stickslip_ros.units import NS_PER_S
 
 PERIOD_S = BLOCK_NS / NS_PER_S
 METRES_PER_VOLT = 1e-9

@@ -20,8 +20,9 @@ from std_msgs.msg import Float64MultiArray
 from benchmarks.node.bare_loop import Loop
 from benchmarks.node.process import serve
 from benchmarks.node.spinning import own_words, ros, spinning, wait_for
-from benchmarks.node.traffic import BLOCK_NS, DEPTH, NS_PER_S, TYPES, Objects
+from benchmarks.node.traffic import BLOCK_NS, DEPTH, TYPES, Objects
 from stickslip_ros.ros.timeliness import be_prompt
+from stickslip_ros.units import NS_PER_S
 
 BLOCK_S = BLOCK_NS / NS_PER_S
 RATE_HZ = 50e3

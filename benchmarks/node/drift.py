@@ -11,10 +11,10 @@ from benchmarks.node.lateness import summary
 from benchmarks.node.programs import BareLoop, Drive, Program, opened
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
+from stickslip_ros.units import MICRO
 
 DRIVE = 'the node'
 BLOCK_US = 1000.0
-MICRO = 1e-6
 RIVALS = {
     'bare loop, absolute deadlines': 'absolute',
     'bare loop, sleeps a period per tick': 'relative',

@@ -10,9 +10,8 @@ from benchmarks.node.process import Helper
 from benchmarks.node.programs import BareLoop, Drive, Program, opened
 from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
+from stickslip_ros.units import MILLI, NANO
 
-MILLI = 1e-3
-NANO = 1e-9
 MODULE = 'benchmarks.node.commander'
 
 

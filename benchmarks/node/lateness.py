@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.outcome import Row
-
-MICRO = 1e6
+from stickslip_ros.units import MICRO
 
 Window = dict[str, float]
 """Ticks, mean, 99th percentile and maximum of lateness (us), overruns, of about one second."""
@@ -23,9 +22,9 @@ def windows_of(lateness_s: Sequence[float], period_s: float) -> list[Window]:
 def _window(late_s: NDArray[np.float64], period_s: float) -> Window:
     return {
         'ticks': len(late_s),
-        'mean_us': float(np.mean(late_s)) * MICRO,
-        'p99_us': float(np.quantile(late_s, 0.99)) * MICRO,
-        'max_us': float(np.max(late_s)) * MICRO,
+        'mean_us': float(np.mean(late_s)) / MICRO,
+        'p99_us': float(np.quantile(late_s, 0.99)) / MICRO,
+        'max_us': float(np.max(late_s)) / MICRO,
         'overruns': int(np.count_nonzero(late_s > period_s)),
     }
 

@@ -21,10 +21,10 @@ from benchmarks.node.spinning import ros, spinning, wait_for
 from stickslip_ros.recording.topics import NODE_NAME, READINGS
 from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
+from stickslip_ros.units import NS_PER_S
 
 DEPTH = 10_000
 STAMP = struct.Struct('<4xiI')
-NS_PER_S = 1_000_000_000
 SETTLE_S = 0.2
 WINDOW_S = 0.1
 STAMPED = ('position', 'force')

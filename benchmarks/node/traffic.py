@@ -16,9 +16,10 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Float64, Float64MultiArray, MultiArrayDimension
 
+from stickslip_ros.units import NS_PER_S
+
 DEPTH = 100
 COLUMNS = 't[s],voltage[V],foot[m],position[m],force[N]'
-NS_PER_S = 1_000_000_000
 BLOCK_NS = 1_000_000
 TRACE_BLOCKS = 10
 """Ticks per message of trace and voltage."""

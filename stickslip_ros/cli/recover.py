@@ -7,9 +7,9 @@ from typing import Any
 
 from stickslip_ros.cli.common import add_json, print_json, print_table, to_path
 from stickslip_ros.files import make_folder
-from stickslip_ros.recording.cdr_fields import NS_PER_S
 from stickslip_ros.recording.recover import Recovery
 from stickslip_ros.recording.recover_run import recover
+from stickslip_ros.units import NS_PER_S
 
 
 def add_verb(add_parser: Any) -> None:

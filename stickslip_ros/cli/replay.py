@@ -19,9 +19,9 @@ from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.drive_input import DriveInput, is_run, read_drive_input
 from stickslip_ros.study.replay import Replay, replay, replay_input
+from stickslip_ros.units import NANO
 
 CHECK_FAILED = 1
-NANO = 1e-9
 
 
 def add_verb(add_parser: Any) -> None:

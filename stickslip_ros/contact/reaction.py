@@ -17,7 +17,7 @@ from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind, record
 from stickslip_ros.contact.springs import (
     BANK,
     SLIP_SLACK,
-    SPRINGS,
+    SPRINGS_STATE,
     drag,
     friction_limit,
     stored_in_springs,
@@ -54,7 +54,7 @@ CONTACT_STATE = kind(
     on_springs=FLAG,
     preload_n=FLOAT,
     bristle_m=FLOAT,
-    springs=SPRINGS,
+    springs=SPRINGS_STATE,
 )
 """
 What a contact remembers.
@@ -69,7 +69,7 @@ preload_n : float
     Present preload.
 bristle_m : float
     Deflection of the bristles of a rival law.
-springs : record of SPRINGS
+springs : record of SPRINGS_STATE
     Forces of the springs.
 
 """

@@ -82,7 +82,7 @@ def springs_kind(springs: int) -> Kind:
     return kind(forces_n=per_spring, losses_j=per_spring, last=(COUNT, (GROUPS_MAX,)))
 
 
-SPRINGS = springs_kind(SPRINGS_IN_ALL)
+SPRINGS_STATE = springs_kind(SPRINGS_IN_ALL)
 
 
 @kernel
@@ -123,7 +123,7 @@ def drag(
     ----------
     bank : record of BANK
         Constants.
-    springs : record of SPRINGS
+    springs : record of SPRINGS_STATE
         Changed in place.
     du_m : float
         Change of the relative displacement, m.
@@ -262,7 +262,7 @@ def take_over(
         The turning points.
     preload_n : float
         Present preload, N.
-    springs : record of SPRINGS
+    springs : record of SPRINGS_STATE
         Receives the tangential forces.
 
     Notes

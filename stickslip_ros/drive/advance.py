@@ -45,7 +45,7 @@ def observe_ideal(
     truth: Array,
     ramps: Array,
 ) -> None:
-    """Do what ``observe`` does, for a drive that ``takes_long_steps`` and meets no walls."""
+    """Do what ``observe`` does, for a drive that ``takes_long_steps``."""
     plant, state = plants[0], states[0]
     for i in range(len(truth)):
         remaining_s = sample_s
@@ -56,8 +56,8 @@ def observe_ideal(
             glide_along(plant, state, ahead.start_v, ahead.rate_v_per_s, load_n, stretch_s)
             if state.passes_left < 0:
                 return
-            falls_no_more = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
-            tell_time(wave, state, stretch_s, falls_no_more, ramps)
+            fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
+            tell_time(wave, state, stretch_s, fall_is_over, ramps)
             remaining_s -= stretch_s
         _write_down(plant, state, truth, i)
 
@@ -105,10 +105,10 @@ def observe(
             if state.passes_left < 0:
                 return
             if is_direct(plant):
-                falls_no_more = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
+                fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
             else:
-                falls_no_more = is_fall_over(plant, wave, state, before_v, stretch_s)
-            tell_time(wave, state, stretch_s, falls_no_more, ramps)
+                fall_is_over = is_fall_over(plant, wave, state, before_v, stretch_s)
+            tell_time(wave, state, stretch_s, fall_is_over, ramps)
             remaining_s -= stretch_s
         _write_down(plant, state, truth, i)
 
@@ -168,12 +168,12 @@ def ride(
 
 @kernel
 def tell_time(
-    wave: Wave, state: Record, stretch_s: float, falls_no_more: bool, ramps: Array
+    wave: Wave, state: Record, stretch_s: float, fall_is_over: bool, ramps: Array
 ) -> None:
     """Move the clock on, and write down a ramp that is over."""
     clock = state.clock
     clock.ramp_s += stretch_s
-    if falls_no_more:
+    if fall_is_over:
         clock.start_m = state.position_m
     if ramp_is_over(wave, clock):
         row = clock.cycle % len(ramps)

@@ -23,9 +23,6 @@ AIM_OF_CONVERTER = 0.5
 """The same with a converter, whose level may be half its step off the command."""
 ARRIVED_SHARE = 1e-4
 """Behind a low-pass the voltage has arrived within this share of the range."""
-ROUNDING_SHARE = 1e-9
-"""A low-pass whose gap exceeds the aim by this share, or by SETTLED_V, has arrived: that is
-rounding, no time."""
 AHEAD = 1e-9
 """Share of its step by which the converter is read ahead, past a level it has just reached."""
 
@@ -173,7 +170,7 @@ def time_to_settle(
     aim = AIM_OF_CONVERTER if plant.amplifier.resolution_v > 0.0 else AIM
     aim_v = aim * _fall_gap(plant, wave)
     off_v = abs(output_v - input_v + rate_v_per_s * tau_s)
-    settles = off_v > aim_v + max(ROUNDING_SHARE * aim_v, SETTLED_V) and aim_v > 0.0
+    settles = off_v - aim_v > SETTLED_V and aim_v > 0.0
     return tau_s * math.log(off_v / aim_v) if settles else math.inf
 
 

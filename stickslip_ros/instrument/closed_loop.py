@@ -10,6 +10,7 @@ from stickslip_ros.instrument.checks import steps_of
 from stickslip_ros.instrument.position_loop import Level, PositionLoop, Steps, loop_settings
 from stickslip_ros.instrument.reports import Result
 from stickslip_ros.parameters import Parameters, to_nanoseconds
+from stickslip_ros.units import NANO
 
 PROGRESS_SHARE = 0.1
 """Way per stroke that counts as progress."""
@@ -17,7 +18,6 @@ PUSHED_STROKES = 2.0
 """Way back, in strokes, from which on a runner was pushed away: progress counts from there."""
 BLOCKED_STEPS = 5.0
 """Steps without progress that a blocked runner has made, at least."""
-NANO = 1e-9
 
 
 class Sight(NamedTuple):

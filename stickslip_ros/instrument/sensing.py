@@ -19,6 +19,7 @@ from stickslip_ros.instrument.interferometer import (
 from stickslip_ros.instrument.load_cell import CELL, STRAIN, cell_of, read_force
 from stickslip_ros.instrument.reports import Readings, Status
 from stickslip_ros.parameters import FaultParameters, Parameters
+from stickslip_ros.units import NANO
 
 SENSOR_PRESENT, IS_REFERENCED = int(Status.SENSOR_PRESENT), int(Status.IS_REFERENCED)
 BEAM_LOST, FORCE_OVERRANGE = int(Status.BEAM_LOST), int(Status.FORCE_OVERRANGE)
@@ -28,7 +29,6 @@ DRIFT_STREAM = 1
 """Number of the random walk below INTERFEROMETER_STREAM: it leaves the white noise alone."""
 NUMBERS_AT_ONCE = 4096
 """Random numbers that are drawn at once."""
-NANO = 1e-9
 
 SENSORS = kind(
     samples=COUNT,

@@ -15,8 +15,8 @@ from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import missing
 from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.parameters import FaultParameters, Parameters
+from stickslip_ros.units import NANO
 
-NANO = 1e-9
 NO_RAMPS = np.empty((0, 3))
 
 

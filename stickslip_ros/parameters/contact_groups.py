@@ -17,8 +17,8 @@ from stickslip_ros.parameters.fields import (
     count,
     quantity,
 )
+from stickslip_ros.units import GIGA
 
-GIGA = 1e9
 PAPER_RMS_HEIGHT = 1.1221e-6
 PAPER_PREFACTOR = 4.4478e-4
 

@@ -26,8 +26,7 @@ from stickslip_ros.parameters.motion_groups import (
 from stickslip_ros.parameters.record_groups import RecordParameters, TraceParameters
 from stickslip_ros.parameters.sensor_groups import InterferometerParameters, LoadCellParameters
 from stickslip_ros.parameters.stand_groups import RunnerParameters, SimParameters, StandParameters
-
-NANOSECONDS_PER_SECOND = 1_000_000_000
+from stickslip_ros.units import NS_PER_S
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ class Parameters(Checked):
     @property
     def sample_ns(self) -> int:
         """Time between two samples of the trace, ns; refused where it is not whole."""
-        period_ns = NANOSECONDS_PER_SECOND / self.trace.sample_rate
+        period_ns = NS_PER_S / self.trace.sample_rate
         if abs(period_ns - round(period_ns)) > 1e-6:
             limit = f'a period of {period_ns:.9g} ns, not a whole number of nanoseconds'
             mend = 'take a rate such as 10e3, 20e3, 50e3 or 100e3 Hz'
@@ -129,7 +128,7 @@ class Parameters(Checked):
 
 def to_nanoseconds(time_s: float) -> int:
     """Convert seconds to whole nanoseconds, rounding to the nearest."""
-    return round(time_s * NANOSECONDS_PER_SECOND)
+    return round(time_s * NS_PER_S)
 
 
 def specs() -> dict[str, Spec]:

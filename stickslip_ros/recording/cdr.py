@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.recording import messages as m
-from stickslip_ros.recording.cdr_fields import HEADER, NS_PER_S, Cursor, padding, text_field
+from stickslip_ros.recording.cdr_fields import HEADER, Cursor, padding, text_field
+from stickslip_ros.units import NS_PER_S
 
 #: Distinct frames and array layouts that are kept packed.
 CACHED_HEADS: Final = 64

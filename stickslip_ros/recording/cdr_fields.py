@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.errors import WrongKind
+from stickslip_ros.units import NS_PER_S
 
 HEADER: Final = b'\x00\x01\x00\x00'
 HEADER_SIZE_BYTES: Final = len(HEADER)
-NS_PER_S: Final = 1_000_000_000
 #: Some serialisers fill the last word, so a message may be this much longer than its fields.
 LONGEST_TAIL_BYTES: Final = 3
 

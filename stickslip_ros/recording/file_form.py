@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from stickslip_ros.recording.cdr_fields import NS_PER_S
+from stickslip_ros.units import NS_PER_S
 
 CHUNKS_PER_PERIOD: Final = 3
 """Chunks that end in one flush period: the last one is then on the disk before it is over."""

@@ -7,6 +7,7 @@ from itertools import zip_longest
 from typing import NamedTuple
 
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.units import NANO
 
 
 class Entry(NamedTuple):
@@ -49,7 +50,7 @@ def compare_data(first: Recording, second: Recording) -> Difference | None:
     for place, (ours, theirs) in enumerate(pairs):
         if ours != theirs:
             known = ours or theirs
-            return Difference(place, known.topic, known.log_time_ns * 1e-9, _what(ours, theirs))
+            return Difference(place, known.topic, known.log_time_ns * NANO, _what(ours, theirs))
     return None
 
 

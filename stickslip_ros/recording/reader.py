@@ -9,7 +9,6 @@ from mcap.records import Message as Stored
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.cdr import unpack
-from stickslip_ros.recording.cdr_fields import NS_PER_S
 from stickslip_ros.recording.integrity import check_data, check_profile, open_whole
 from stickslip_ros.recording.messages import FLOAT64_ARRAY, ArrayMessage, Message
 from stickslip_ros.recording.quantities import find_quantity, time_ns
@@ -20,6 +19,7 @@ from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.tally import ChannelSummary, Tally
 from stickslip_ros.recording.trace import split_columns
 from stickslip_ros.stopping import heed_stop
+from stickslip_ros.units import NS_PER_S
 
 
 class Recording:

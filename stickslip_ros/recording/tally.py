@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Final
 
-from stickslip_ros.recording.cdr_fields import NS_PER_S
+from stickslip_ros.units import NS_PER_S
 
 _SEQUENCE_NUMBERS: Final = 1 << 32
 

@@ -23,6 +23,7 @@ from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
 from stickslip_ros.ros.environment import stay_on_this_host
 from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.operator import Operator
+from stickslip_ros.units import NANO
 
 FREQUENCY_HZ = 500.0
 STEPS = 200
@@ -38,7 +39,6 @@ EARLY_KNOCK = 'ignore:failed to send response:RuntimeWarning'
 """What rclpy warns of when an answer meets nobody; the operator then knocks again."""
 POSITIONS_KEPT = 10_000
 """Positions that the node keeps for an operator whom other processes hold up: 10 s of them."""
-NANO = 1e-9
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,8 @@ from stickslip_ros.ros.connections import Connections
 from stickslip_ros.ros.pacing import PaceReport
 from stickslip_ros.ros.session import Session
 from stickslip_ros.ros.worker import Faults
+from stickslip_ros.units import MICRO, NANO
 
-MICRO = 1e6
 FACTOR_SHARE = 0.9
 """Share of the wanted real-time factor below which a report is an error."""
 MISSING_BLOCKS = 2.0
@@ -95,9 +95,9 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
     values = {
         'real_time_factor': kept,
         'real_time_factor_wanted': f'{wanted:g}',
-        'lateness_mean_us': f'{report.lateness_mean_s * MICRO:.1f}',
-        'lateness_p99_us': f'{report.lateness_p99_s * MICRO:.1f}',
-        'lateness_max_us': f'{report.lateness_max_s * MICRO:.1f}',
+        'lateness_mean_us': f'{report.lateness_mean_s / MICRO:.1f}',
+        'lateness_p99_us': f'{report.lateness_p99_s / MICRO:.1f}',
+        'lateness_max_us': f'{report.lateness_max_s / MICRO:.1f}',
         'ticks': str(report.ticks),
         'overruns': str(report.overruns),
         'overruns_total': str(report.overruns_total),
@@ -119,7 +119,7 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
     """Return the state of the drive and what was refused."""
     news = refusals.news(session.bench.refused)
     values = {
-        'simulated_s': f'{session.bench.time_ns * 1e-9:.3f}',
+        'simulated_s': f'{session.bench.time_ns * NANO:.3f}',
         'status': f'0x{int(session.status):08x}',
         'commands_refused': str(session.bench.refused),
         'messages_refused': str(refusals.messages),
@@ -145,7 +145,7 @@ def is_long(session: Session) -> bool:
 
 def long_block(session: Session) -> str:
     """Say how long the present block of a drive has lasted."""
-    at_s = session.bench.time_ns * 1e-9
+    at_s = session.bench.time_ns * NANO
     return f'the block at {at_s:.9g} s has not ended in {session.busy_s:.1f} s'
 
 

@@ -13,11 +13,10 @@ from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
 from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.requests import to_message
+from stickslip_ros.units import NANO, NS_PER_S
 
 KNOCK_PERIOD_S = 0.02
 """Wall-clock time after which the first grant is sent again, until a position arrives."""
-NANO = 1e-9
-NANOSECONDS_PER_SECOND = 1_000_000_000
 
 Commands = Iterable[tuple[str, Any]]
 """Names of commands, as they follow ``command/``, and their values as `to_message` takes them."""
@@ -156,7 +155,7 @@ class LockstepClient:
 
     def _take_position(self, message: Any) -> None:
         stamp = message.header.stamp
-        time_ns = stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec
+        time_ns = stamp.sec * NS_PER_S + stamp.nanosec
         if self._first is not None or time_ns < self.granted_ns:
             return
         self._has_begun = True

@@ -25,10 +25,10 @@ from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.requests import to_message
 from stickslip_ros.stopping import heed_stop
+from stickslip_ros.units import NS_PER_S
 
 TIMEOUT_S = 30.0
 LISTEN_DEPTH = 10_000
-NANOSECONDS_PER_SECOND = 1_000_000_000
 
 
 class Operator:
@@ -142,7 +142,7 @@ class Operator:
     def spin_for(self, simulated_s: float) -> None:
         """Handle messages until so much simulated time has passed, by the stamps of position."""
         start_ns = max(self.positions, default=0)
-        end_ns = start_ns + round(simulated_s * NANOSECONDS_PER_SECOND)
+        end_ns = start_ns + round(simulated_s * NS_PER_S)
         self.spin_until(lambda: max(reversed(self.positions), default=0) >= end_ns, 'position')
 
     def wait_for_drive(self, timeout_s: float = TIMEOUT_S) -> None:
@@ -279,7 +279,7 @@ class Operator:
 
     def _on_position(self, message: Any) -> None:
         stamp = message.header.stamp
-        time_ns = stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec
+        time_ns = stamp.sec * NS_PER_S + stamp.nanosec
         self.positions[time_ns] = message.point.x
 
     def _on_status(self, message: Any) -> None:

@@ -25,9 +25,9 @@ from stickslip_ros.ros.greeting import at_start
 from stickslip_ros.ros.interface import to_profile
 from stickslip_ros.ros.lockstep import Commands, LockstepClient
 from stickslip_ros.ros.parameter_bridge import declare_controller_parameters
+from stickslip_ros.units import NS_PER_S
 
 NODE_NAME = 'position_controller'
-NANOSECONDS_PER_SECOND = 1_000_000_000
 
 
 class PositionController(Node):
@@ -86,7 +86,7 @@ class PositionController(Node):
 
     def _on_position(self, message: PointStamped) -> None:
         stamp = message.header.stamp
-        time_ns = stamp.sec * NANOSECONDS_PER_SECOND + stamp.nanosec
+        time_ns = stamp.sec * NS_PER_S + stamp.nanosec
         action = self._decide(time_ns, message.point.x)
         if isinstance(action, Steps):
             self._steps.publish(Int32(data=action.count))

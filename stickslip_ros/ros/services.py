@@ -13,6 +13,7 @@ from stickslip_ros.ros.interface import SERVICE_TYPES
 from stickslip_ros.ros.orders import AT_ONCE
 from stickslip_ros.ros.recordings import await_reply
 from stickslip_ros.ros.session import Session
+from stickslip_ros.units import NANO
 
 Act = Callable[[Session, Any], str]
 """Does what a service is for and returns the message of its answer."""
@@ -95,7 +96,7 @@ def _step_simulation(session: Session, _: Any) -> str:
 
 
 def _time(session: Session) -> str:
-    return f'{session.bench.time_ns * 1e-9:.9g} s'
+    return f'{session.bench.time_ns * NANO:.9g} s'
 
 
 ASKED = ('stop', 'reset', 'zero_position', 'tare_force', 'clear_faults')

@@ -10,13 +10,14 @@ from typing import Final
 
 from rclpy.lifecycle import LifecycleState, ManagedEntity, TransitionCallbackReturn
 
+from stickslip_ros.units import NS_PER_S
+
 SWITCH_S: Final = 5e-5
 """Longest time that a callback may hold the interpreter while the drive's tick is due."""
 SLICE_S: Final = 3e-4
 """Slice that is asked of Linux: longer than a tick computes, shorter than what others have."""
 SLACK_S: Final = 1e-9
 """By how much Linux may let a sleep last longer."""
-NS_PER_S: Final = 1_000_000_000
 
 THIS_THREAD: Final = 0
 _CALLS: Final = {

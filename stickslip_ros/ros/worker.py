@@ -11,10 +11,11 @@ from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
 from stickslip_ros.instrument.reports import Event, Output, Result, Status
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.cdr import pack_string
-from stickslip_ros.recording.cdr_fields import HEADER, NS_PER_S
+from stickslip_ros.recording.cdr_fields import HEADER
 from stickslip_ros.recording.feed import Feed, Packed
 from stickslip_ros.recording.run_writer import COMMAND_KEYS, RunWriter, pack_effect
 from stickslip_ros.ros.orders import Order
+from stickslip_ros.units import NS_PER_S
 
 PRELOADING = int(Status.PRELOADING)
 UNTROUBLED = (Result.DONE, Result.ABORTED)

@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.units import NANO
 
 FIGURE_INCHES = (11.0, 7.5)
 DOTS_PER_INCH = 120
 LEAST_M = 1e-11
 """Smaller errors are drawn as this one: the axis is logarithmic."""
-NANO = 1e-9
 
 
 def draw_positioning(

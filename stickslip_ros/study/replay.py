@@ -25,8 +25,8 @@ from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import recorded_channels
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.drive_input import DriveInput
+from stickslip_ros.units import NANO, NS_PER_S
 
-NANOSECONDS_PER_SECOND = 1_000_000_000
 Progress = Callable[[int, int], None]
 """Called with the simulated time so far and the end, ns."""
 
@@ -112,7 +112,7 @@ def replay(
             'record from the start (record.on_start), or start from rest instead (--from-rest), '
             'which is not the same run'
         )
-        problem = f'begins {first_ns * 1e-9:g} s into the run, in a state that nobody recorded'
+        problem = f'begins {first_ns * NANO:g} s into the run, in a state that nobody recorded'
         raise RecordingError(recording.path, problem, mend)
     begin_ns = first_ns - parameters.block_ns
     due: defaultdict[int, list[Request]] = defaultdict(list)
@@ -157,7 +157,7 @@ def replay_input(
     request = Request('waveform', array('d', rows.tobytes()))
     check_request(request, stand)
     stand = stand.updated({'amplifier.voltage_initial': float(given.voltage_v[0])})
-    blocks = math.ceil(float(given.time_s[-1]) * NANOSECONDS_PER_SECOND / stand.trace_period_ns)
+    blocks = math.ceil(float(given.time_s[-1]) * NS_PER_S / stand.trace_period_ns)
     end_ns = (blocks + 1) * stand.trace_period_ns
     due = {0: [request]}
     written = _record(stand, output, recorded_channels(stand), due, end_ns, progress)
@@ -194,7 +194,7 @@ def _summarise(
         source=str(source),
         output=str(output),
         requests=sum(map(len, due.values())),
-        simulated_s=end_ns * 1e-9,
+        simulated_s=end_ns * NANO,
         changed=dict(changed),
         identical=compared and difference is None,
         difference=difference,

@@ -7,6 +7,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.study.run_quantities import topic_name
 from stickslip_ros.study.time_window import TimeWindow
+from stickslip_ros.units import NANO
 
 
 class LoggedEvent(NamedTuple):
@@ -30,7 +31,7 @@ def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]
     topic = topic_name(recording, 'event')
     found = []
     for _, at_ns, message in recording.messages([topic]) if topic else ():
-        time_s = at_ns * 1e-9
+        time_s = at_ns * NANO
         content = _object(str(message))
         if window.start_s <= time_s <= window.end_s and 'result' in content:
             name = str(content.get('command', '?'))
@@ -42,7 +43,7 @@ def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
     """Return when each status bit was set, in the order of the bits."""
     topic = topic_name(recording, 'status')
     changes = [
-        (at_ns * 1e-9, int(message))
+        (at_ns * NANO, int(message))
         for _, at_ns, message in (recording.messages([topic]) if topic else ())
         if isinstance(message, int)
     ]

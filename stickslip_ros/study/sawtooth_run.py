@@ -27,6 +27,7 @@ from stickslip_ros.study.ramps import (
     start_force_n,
     step_length_m,
 )
+from stickslip_ros.units import NANO
 
 Progress = Callable[[int, int], None]
 
@@ -203,7 +204,7 @@ def _summarise(
     bench: Bench, request: Request, ramps: Array, wall_s: float, path: Path | None
 ) -> SawtoothRun:
     voltage_v, frequency_hz, _ = request.values
-    simulated_s = bench.time_ns * 1e-9
+    simulated_s = bench.time_ns * NANO
     return SawtoothRun(
         preload_n=bench.parameters.stand.preload,
         voltage_v=voltage_v,

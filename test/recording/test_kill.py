@@ -11,13 +11,13 @@ import pytest
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording import Recording
 from stickslip_ros.recording.recover_run import recover
+from stickslip_ros.units import NS_PER_S
 
 PROCESSES, RUNS_EACH = 2, 6
 """Together a run of every form at every pace."""
 #: What a process that has a processor may need to write, beyond the flush period.
 BUSY_S = 0.6
 TIMEOUT_S = 120.0
-NS_PER_S = 1_000_000_000
 
 
 @pytest.fixture(scope='module')

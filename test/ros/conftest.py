@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+from stickslip_ros.units import NS_PER_S
+
 os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'  # before rclpy is imported
 
 import pytest
@@ -29,7 +31,6 @@ from stickslip_ros.ros.operator import Operator
 SPIN_S = 0.02
 REPORT_S = 0.2
 LISTEN_DEPTH = 10_000
-NS_PER_S = 1_000_000_000
 
 TRANSITIONS = {
     'configure': Transition.TRANSITION_CONFIGURE,

@@ -18,13 +18,13 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover_run import recover
 from stickslip_ros.ros.ending import end_node
+from stickslip_ros.units import NS_PER_S
 
 PROCESSES, NODES_EACH = 2, 6
 #: What a machine that is busy with other tests may need to write, beyond the flush period.
 BUSY_S = 0.6
 TIMEOUT_S = 90.0
 SPIN_S = 0.2
-NS_PER_S = 1_000_000_000
 
 
 class Listener:

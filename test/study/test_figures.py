@@ -22,8 +22,8 @@ from stickslip_ros.study.figures.readings import (
 from stickslip_ros.study.figures.registry import FIGURES, chosen_figures
 from stickslip_ros.study.figures.rounded_run import run_rounded
 from stickslip_ros.study.figures.rounded_wave import RoundedWave, time_constant_s
+from stickslip_ros.units import MN, NM
 
-NM, MN = 1e9, 1e3
 FORCE_ERROR = 0.01
 """Of generated forces that are known to the millinewton."""
 PRESLIDING_ERROR_NM = 0.005

@@ -15,8 +15,6 @@ from stickslip_ros.study.figures.readings import (
     stand_at,
 )
 from stickslip_ros.study.figures.study_figure import (
-    MN,
-    NM,
     PRELOAD_COLOURS,
     Case,
     StudyFigure,
@@ -25,6 +23,7 @@ from stickslip_ros.study.figures.study_figure import (
     surface,
 )
 from stickslip_ros.study.figures.table import Table
+from stickslip_ros.units import MN, NM
 
 POINTS = 65
 

@@ -16,15 +16,10 @@ from stickslip_ros.study.figures.readings import (
     zero_by_steps_m,
     zero_of_force_m,
 )
-from stickslip_ros.study.figures.study_figure import (
-    NM,
-    Case,
-    StudyFigure,
-    dress,
-    surface,
-)
+from stickslip_ros.study.figures.study_figure import Case, StudyFigure, dress, surface
 from stickslip_ros.study.figures.table import Table
 from stickslip_ros.study.journal import Row
+from stickslip_ros.units import NM
 
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
 PROFILES = ('rough', 'smooth')

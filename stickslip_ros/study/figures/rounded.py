@@ -14,9 +14,10 @@ from stickslip_ros.study.figures.readings import (
     zero_by_onset_m,
 )
 from stickslip_ros.study.figures.rounded_run import run_rounded
-from stickslip_ros.study.figures.study_figure import MN, NM, Case, StudyFigure, assumed, dress
+from stickslip_ros.study.figures.study_figure import Case, StudyFigure, assumed, dress
 from stickslip_ros.study.figures.table import Table
 from stickslip_ros.study.journal import Row
+from stickslip_ros.units import MN, NM
 
 PRELOADS_N = (0.1, 0.5, 1.0)
 BANDWIDTHS_HZ = (math.inf, 1e6, 300e3, 100e3, 30e3, 10e3)

@@ -22,9 +22,10 @@ from stickslip_ros.study.figures.readings import (
     zero_by_steps_m,
     zero_of_force_m,
 )
-from stickslip_ros.study.figures.study_figure import MN, NM, Case, StudyFigure, assumed, dress
+from stickslip_ros.study.figures.study_figure import Case, StudyFigure, assumed, dress
 from stickslip_ros.study.figures.table import Table
 from stickslip_ros.study.journal import Row
+from stickslip_ros.units import MN, NM
 
 PRELOAD_N, AMPLITUDE_M = 0.7, 130e-9
 SOFT_PRELOAD_N, LAST_RISE_M = 0.1, 20e-9

@@ -17,7 +17,6 @@ from stickslip_ros.study.figures.readings import (
     zero_by_steps_m,
 )
 from stickslip_ros.study.figures.study_figure import (
-    NM,
     PRELOAD_COLOURS,
     Case,
     StudyFigure,
@@ -26,6 +25,7 @@ from stickslip_ros.study.figures.study_figure import (
 )
 from stickslip_ros.study.figures.table import Table
 from stickslip_ros.study.journal import Row
+from stickslip_ros.units import NM
 
 PRELOADS_N = (0.1, 0.5, 1.0)
 SLEW_MIN_V_PER_S, SLEW_MAX_V_PER_S = 5e6, 300e6

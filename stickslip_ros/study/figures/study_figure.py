@@ -13,7 +13,6 @@ from stickslip_ros.study.journal import Row
 
 Case = Callable[[], Row]
 """Runs that give one row of the table."""
-NM, MN = 1e9, 1e3
 PRELOAD_COLOURS = ('tab:blue', 'tab:orange', 'tab:green', 'tab:red')
 
 

@@ -18,10 +18,10 @@ from stickslip_ros.study.batch import run_batch
 from stickslip_ros.study.fitting.fit import Fit
 from stickslip_ros.study.fitting.problem import model_force_n
 from stickslip_ros.study.journal import Row
+from stickslip_ros.units import MN, NM
 
 SUFFIXES = ('.png', '.svg', '.pdf')
 CURVE_POINTS = 41
-NM, MN = 1e9, 1e3
 FIGURE_INCHES = (8.5, 7.0)
 DOTS_PER_INCH = 120
 

@@ -27,6 +27,7 @@ from stickslip_ros.study.validation.histories import TABLE, History, remember
 from stickslip_ros.study.validation.jaeger import SPRING_ERROR, SPRINGS
 from stickslip_ros.study.validation.springs import plant_springs, pull
 from stickslip_ros.study.validation.stand import fractions
+from stickslip_ros.units import MILLI
 
 SPHERE_M = 50e-3
 SHEAR_PA = 200e6
@@ -45,7 +46,6 @@ BISECTION = Tolerance(1e-10, 'bisection of the force')
 QUADRATURE = Tolerance(1e-10, '200 points of Gauss')
 TEXT = 'CONTACT, 19 x 19'
 CLOSED = 'closed form of the sphere'
-MILLI = 1e-3
 BISECTIONS = 200
 
 SHIFTS_MM = (6.453e-3, 7.620e-3, 8.087e-3, 8.150e-3, 8.155e-3)

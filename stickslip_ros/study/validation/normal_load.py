@@ -24,12 +24,12 @@ from stickslip_ros.study.validation.stand import (
     ROUGH_TERMS,
     lower_contact,
 )
+from stickslip_ros.units import GIGA
 
 FORCES_N = np.logspace(-3.0, 1.0, 41, dtype=np.float64)
 QUADRATURE = Tolerance(1e-11, 'rounding, and 200 points of Gauss on a root of x')
 SLOPE = Tolerance(1e-7, 'central difference over 2e-4 of the depth')
 SLOPE_STEP = 1e-4
-GIGA = 1e9
 
 
 def normal_load() -> Findings:

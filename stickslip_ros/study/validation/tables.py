@@ -18,8 +18,8 @@ from stickslip_ros.study.validation.checks import (
 from stickslip_ros.study.validation.findings import Curve, Findings, Panel
 from stickslip_ros.study.validation.histories import remember
 from stickslip_ros.study.validation.stand import PRELOADS_N, fractions, lower_contact
+from stickslip_ros.units import MICRO, NANO
 
-NANO, MICRO = 1e-9, 1e-6
 TABLE_TEXT = 'reference table'
 PLACES = (0.1, 0.25, 0.5, 0.75, 0.9)
 """u/u_max of the tabulated forces."""

@@ -25,6 +25,7 @@ from stickslip_ros.study.validation.stand import (
     TERMS,
     lower_contact,
 )
+from stickslip_ros.units import GIGA
 
 RINGS = 256
 MESHES = (32, 64, 128, 256)
@@ -39,7 +40,6 @@ EXTRAPOLATED = Tolerance(1e-9, 'extrapolation of two meshes: the error of next o
 DEPTHS_M = (20e-9, 80e-9, 263e-9)
 CONE_SLOPE = 0.01
 PUNCH_M = 1e-6
-GIGA = 1e9
 
 
 def smooth_gap(r_m: Array) -> Array:
