@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test fuzz lint bench colcon lock clean
+.PHONY: help setup demo test fuzz same lint bench colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -45,6 +45,9 @@ test: $(VENV)/kernels.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov
 
 fuzz: $(VENV)/kernels.stamp ## random real-valued commands on every stand; ARGS='--seconds 600'
 	$(BIN)/python test/fuzz $(ARGS)
+
+same: $(VENV)/kernels.stamp ## record the same runs on a commit and here, compare the bytes; ARGS=COMMIT
+	$(BIN)/python scripts/same_bytes.py $(ARGS)
 
 lint: $(VENV)/project.stamp ## style, types, import contracts and package.xml
 	$(BIN)/ruff check .

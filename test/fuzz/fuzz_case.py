@@ -5,6 +5,7 @@ import shlex
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from fuzz_stands import drawn, stand_of
@@ -16,6 +17,8 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Event, Result
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, spec_of
+from stickslip_ros.recording.feed import Feed
+from stickslip_ros.recording.run_writer import RunWriter
 
 COMMANDS = 12
 BLOCKS_BETWEEN = 3
@@ -67,9 +70,7 @@ def run_case(stand: str, seed: int) -> Outcome:
         parameters = stand_of(stand, rng)
     except StickSlipError as error:
         return Outcome([f'the stand is refused: {error}'])
-    program = [
-        (_request(rng, parameters), int(rng.integers(BLOCKS_BETWEEN + 1))) for _ in range(COMMANDS)
-    ]
+    program = program_of(rng, parameters)
     outcome = Outcome(commands=Counter(request.name for request, _ in program))
     first, second = _Run(parameters), _Run(parameters)
     try:
@@ -89,6 +90,30 @@ def run_case(stand: str, seed: int) -> Outcome:
     if outcome.residual > RESIDUAL:
         outcome.problems.append(f'energy balance is {outcome.residual:.3g} off')
     return outcome
+
+
+def program_of(rng: np.random.Generator, parameters: Parameters) -> list[tuple[Request, int]]:
+    """Draw commands, each with the number of blocks after it."""
+    return [
+        (_request(rng, parameters), int(rng.integers(BLOCKS_BETWEEN + 1))) for _ in range(COMMANDS)
+    ]
+
+
+def record(parameters: Parameters, program: list[tuple[Request, int]], path: Path) -> None:
+    """Record a program in a file."""
+    bench, feed = Bench(parameters), Feed(parameters)
+    requests: list[Request] = []
+    with RunWriter(path, parameters, wait=True) as writer:
+        writer.begin(bench.time_ns, bench.status)
+        for request, blocks in [*program, (Request('stop'), BLOCKS_BETWEEN)]:
+            requests.append(request)
+            for _ in range(blocks):
+                writer.write_requests(requests, bench.time_ns)
+                output = bench.update(bench.time_ns + parameters.block_ns, requests)
+                requests = []
+                for packed in feed.pack(output):
+                    writer.write(packed)
+    writer.check()
 
 
 class _Run:

@@ -1,0 +1,157 @@
+"""
+``make same ARGS=COMMIT``: the same runs on a commit and on this tree, compared byte by byte.
+
+Random programs of real-valued commands on every stand of ``make fuzz``, saw-teeth from the command
+line, and drive and position_controller in lockstep over DDS. Both trees run on this machine, in
+the same environment: nothing is kept, since bytes may differ between machines.
+"""
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import zip_longest
+from pathlib import Path
+from typing import Any
+
+from mcap.reader import make_reader
+
+ROOT = Path(__file__).resolve().parent.parent
+SEED = 1
+WALL_CLOCK = {'wall_start', 'stickslip_ros'}
+"""Fields of the metadata that may differ."""
+VERBS = {
+    'default': 'simulate --preload 0.7 --amplitude 130e-9 --steps 60',
+    'realistic': 'simulate --params config/realistic.yaml --voltage 113.76725643485543 '
+    '--frequency 1153.3955451232346 --steps 50',
+    'backwards': 'simulate --voltage 87.3 --frequency -333.3 --steps 20 --set sim.block=5e-3',
+}
+"""Saw-teeth from the command line."""
+POSITIONING = 'positioning --params config/realistic.yaml --targets 100e-9,1.23456e-6'
+"""The node over DDS; the file lies in a folder of its own."""
+
+
+TREES = 'before', 'after'
+
+
+def main() -> int:
+    """Record with this tree, or compare it with a commit; 1 if they differ."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument('commit', nargs='?', default='HEAD', help='default: %(default)s')
+    parser.add_argument('--record', type=Path, metavar='DIR', help='record these runs and end')
+    parser.add_argument('--part', type=int, default=0, help='of --record: even or odd runs')
+    parser.add_argument('--no-node', action='store_true', help='leave the node away')
+    chosen = parser.parse_args()
+    if chosen.record is not None:
+        record_stands(chosen.record, chosen.part)
+        return 0
+    with tempfile.TemporaryDirectory() as folder:
+        return compare_with(chosen.commit, Path(folder), with_node=not chosen.no_node)
+
+
+def record_stands(folder: Path, part: int) -> None:
+    """Record half of the stands of the fuzz test, each under a random program of commands."""
+    import numpy as np  # noqa: PLC0415 - the modules of the tree that is asked
+
+    sys.path.insert(0, str(ROOT / 'test' / 'fuzz'))
+    from fuzz_case import program_of, record  # noqa: PLC0415
+    from fuzz_stands import STANDS, stand_of  # noqa: PLC0415
+
+    for stand in list(STANDS)[part::2]:
+        rng = np.random.default_rng([SEED, *stand.encode()])
+        parameters = stand_of(stand, rng)
+        record(parameters, program_of(rng, parameters), folder / f'{stand}.mcap')
+
+
+def compare_with(commit: str, folder: Path, *, with_node: bool) -> int:
+    """Record with both trees, one after the other; tell where they part."""
+    sys.path.insert(0, str(ROOT))
+    from benchmarks.against import commit_of, tree_of  # noqa: PLC0415
+
+    commit = commit_of(commit)
+    with tree_of(ROOT, commit, folder) as other:
+        for tree, name in zip((other, ROOT), TREES, strict=True):
+            print(f'recording with {tree}', flush=True)
+            record_all(tree, folder / name, with_node=with_node)
+    files = [path.relative_to(folder) for path in folder.rglob('*.mcap')]
+    names = sorted({Path(*path.parts[1:]) for path in files})
+    messages = 0
+    differ = 0
+    for name in names:
+        count, difference = compare(folder / 'before' / name, folder / 'after' / name)
+        messages += count
+        if difference:
+            differ += 1
+            print(f'DIFFERENT {name}: {difference}')
+    print(f'{len(names)} runs, {messages} messages; {differ} runs differ from {commit}')
+    return 1 if differ or not names else 0
+
+
+def record_all(tree: Path, folder: Path, *, with_node: bool) -> None:
+    """Let a tree record every run."""
+    (folder / 'node').mkdir(parents=True)
+    environment = os.environ | {'PYTHONPATH': str(tree)}
+    code = 'import sys; from stickslip_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
+    stickslip = [sys.executable, '-c', code]
+
+    def run(*command: str) -> None:
+        subprocess.run(command, cwd=tree, env=environment, check=True, stdout=subprocess.DEVNULL)
+
+    run(*stickslip, 'compile')
+    verbs = [
+        [*stickslip, *words.split(), '--record', str(folder / f'simulate {name}.mcap')]
+        for name, words in VERBS.items()
+    ]
+    script = [sys.executable, 'scripts/same_bytes.py', '--record', str(folder), '--part']
+    jobs = [[*script, '0'], [*script, '1'], *verbs]
+    if with_node:
+        jobs.append([*stickslip, *POSITIONING.split(), '--out', str(folder / 'node')])
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(lambda job: run(*job), jobs))
+
+
+def compare(before: Path, after: Path) -> tuple[int, str]:
+    """Return the number of messages, and where two recordings part; empty if nowhere."""
+    if not (before.exists() and after.exists()):
+        return 0, f'is not in {"before" if after.exists() else "after"}'
+    count = 0
+    for ours, theirs in zip_longest(_messages(after), _messages(before)):
+        if ours != theirs:
+            topic, time_ns = (ours or theirs)[:2]
+            return count, f'message {count}, {topic} at {time_ns} ns'
+        count += 1
+    if _surroundings(before) != _surroundings(after):
+        return count, 'metadata, attachments, schemas or channels'
+    return count, ''
+
+
+def _messages(path: Path) -> Iterator[tuple[Any, ...]]:
+    with path.open('rb') as stream:
+        for _, channel, each in make_reader(stream).iter_messages(log_time_order=False):
+            yield channel.topic, each.log_time, each.publish_time, each.sequence, each.data
+
+
+def _surroundings(path: Path) -> list[Any]:
+    """Return what a file says beside its messages, but for the wall clock."""
+    with path.open('rb') as stream:
+        reader = make_reader(stream)
+        summary = reader.get_summary()
+        assert summary is not None
+        metadata = {
+            each.name: {k: v for k, v in each.metadata.items() if k not in WALL_CLOCK}
+            for each in reader.iter_metadata()
+        }
+        attachments = {each.name: each.data for each in reader.iter_attachments()}
+        schemas = {key: (each.name, each.data) for key, each in summary.schemas.items()}
+        channels = {
+            key: (each.topic, each.schema_id, each.metadata)
+            for key, each in summary.channels.items()
+        }
+    return [metadata, attachments, schemas, channels]
+
+
+if __name__ == '__main__':
+    sys.exit(main())
