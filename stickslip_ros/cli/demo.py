@@ -37,7 +37,7 @@ def add_verb(add_parser: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the demo, print its table, draw its picture."""
-    from stickslip_ros.ros.demo import run_demo  # noqa: PLC0415 - other verbs do without ROS
+    from stickslip_ros.testing.demo import run_demo  # noqa: PLC0415 - other verbs do without ROS
 
     parameters = chosen_parameters(arguments)
     make_folder(arguments.out)

@@ -16,11 +16,11 @@ from stickslip_ros.cli.common import (
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.files import make_folder
+from stickslip_ros.paper.make import make_tables, write_figure
+from stickslip_ros.paper.registry import FIGURES, chosen_figures
+from stickslip_ros.paper.study_figure import StudyFigure
+from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.figures.make import make_tables, write_figure
-from stickslip_ros.study.figures.registry import FIGURES, chosen_figures
-from stickslip_ros.study.figures.study_figure import StudyFigure
-from stickslip_ros.study.figures.table import Table
 
 
 def add_verb(add_parser: Any) -> None:

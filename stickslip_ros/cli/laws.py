@@ -16,8 +16,7 @@ from stickslip_ros.cli.common import (
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import make_folder
-from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.law_comparison import (
+from stickslip_ros.paper.law_comparison import (
     AMPLITUDE_MAX_M,
     FREQUENCY_HZ,
     Point,
@@ -25,6 +24,7 @@ from stickslip_ros.study.law_comparison import (
     draw_points,
     write_points,
 )
+from stickslip_ros.parameters import Parameters
 
 
 def add_verb(add_parser: Any) -> None:

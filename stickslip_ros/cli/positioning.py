@@ -51,7 +51,7 @@ def add_verb(add_parser: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run, judge, draw, print."""
-    from stickslip_ros.ros.positioning import run_positioning  # noqa: PLC0415 - needs ROS
+    from stickslip_ros.testing.positioning import run_positioning  # noqa: PLC0415 - needs ROS
 
     recording = arguments.out / 'positioning.mcap'
     targets_m = _targets(arguments.targets)

@@ -17,8 +17,8 @@ from stickslip_ros.cli.common import (
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.files import make_folder
-from stickslip_ros.study.ensemble import Ensemble, rough_line_ensemble
-from stickslip_ros.study.roughness_figure import Samples, draw_roughness, sample_roughness
+from stickslip_ros.paper.ensemble import Ensemble, rough_line_ensemble
+from stickslip_ros.paper.roughness_figure import Samples, draw_roughness, sample_roughness
 
 DEFAULT_REALISATIONS = 100
 PICTURE = 'roughness.png'

@@ -12,10 +12,10 @@ from rich.text import Text
 
 from stickslip_ros.cli.common import add_json, print_json, to_path
 from stickslip_ros.files import make_folder
-from stickslip_ros.study.validation.checks import Check
-from stickslip_ros.study.validation.families import validate
-from stickslip_ros.study.validation.findings import Findings, failed_checks
-from stickslip_ros.study.validation.report import (
+from stickslip_ros.validation.checks import Check
+from stickslip_ros.validation.families import validate
+from stickslip_ros.validation.findings import Findings, failed_checks
+from stickslip_ros.validation.report import (
     HEADER,
     as_objects,
     row_texts,

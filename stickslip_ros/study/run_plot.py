@@ -12,7 +12,7 @@ from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.study.decimation import decimated
-from stickslip_ros.study.figures.study_figure import dress
+from stickslip_ros.study.plotting import dress
 from stickslip_ros.study.run_figure import DOTS_PER_INCH, SUFFIXES
 from stickslip_ros.study.run_log import BitSpan, LoggedEvent, bits_within, events_within
 from stickslip_ros.study.run_quantities import RUN_QUANTITIES, recorded_series

@@ -5,13 +5,13 @@ import json
 import pytest
 
 from stickslip_ros.cli.main import main
-from stickslip_ros.study.validation.checks import Tolerance, compare
-from stickslip_ros.study.validation.findings import Findings
-from stickslip_ros.study.validation.normal_load import normal_load
-from stickslip_ros.study.validation.roughness import roughness
-from stickslip_ros.study.validation.three_dimensions import three_dimensions
+from stickslip_ros.validation.checks import Tolerance, compare
+from stickslip_ros.validation.findings import Findings
+from stickslip_ros.validation.normal_load import normal_load
+from stickslip_ros.validation.roughness import roughness
+from stickslip_ros.validation.three_dimensions import three_dimensions
 
-FAMILIES = 'stickslip_ros.study.validation.families.FAMILIES'
+FAMILIES = 'stickslip_ros.validation.families.FAMILIES'
 FILES = ['validation.csv', 'validation.md', 'validation.png']
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.laws import DAHL, EPM, LUGRE, deflect
-from stickslip_ros.study.validation.law_drivers import (
+from stickslip_ros.validation.law_drivers import (
     COULOMB_N,
     DT_S,
     FRICTION,

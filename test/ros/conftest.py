@@ -26,7 +26,7 @@ from stickslip_ros.recording.topics import NODE_NAME, TOPICS
 from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.node import StickSlipDrive
-from stickslip_ros.ros.operator import Operator
+from stickslip_ros.testing.operator import Operator
 
 SPIN_S = 0.02
 REPORT_S = 0.2

@@ -19,7 +19,7 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover_run import recover
 from stickslip_ros.ros.interface import MESSAGE_TYPES
-from stickslip_ros.ros.operator import Operator
+from stickslip_ros.testing.operator import Operator
 
 SIZE_BYTES = 1_000_000
 MAIN = (sys.executable, '-m', 'stickslip_ros.ros.main')

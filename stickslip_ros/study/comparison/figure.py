@@ -13,8 +13,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.study.comparison.result import TIME, Compared, Comparison, Part
 from stickslip_ros.study.comparison.words import axis_label, place, scaled, title
 from stickslip_ros.study.decimation import decimated
-from stickslip_ros.study.figures.make import SAME_BYTES
-from stickslip_ros.study.figures.study_figure import dress
+from stickslip_ros.study.plotting import SAME_BYTES, dress
 
 INCHES = (8.0, 6.0)
 PIXELS = 800

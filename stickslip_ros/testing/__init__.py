@@ -1,0 +1,1 @@
+"""Helpers for people who test their own controllers: an operator, and whole runs over topics."""

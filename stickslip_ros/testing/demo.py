@@ -1,0 +1,279 @@
+"""The main job in one function: a node in its own process, commanded from this one."""
+
+import math
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import rclpy
+from rclpy.context import Context
+from rclpy.signals import SignalHandlerOptions
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.parameters import Parameters, dump_yaml
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.series import Series
+from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
+from stickslip_ros.ros.environment import stay_on_this_host
+from stickslip_ros.ros.handshake import Handshake
+from stickslip_ros.testing.operator import Operator
+from stickslip_ros.units import NANO
+
+FREQUENCY_HZ = 500.0
+STEPS = 200
+RAMP_SHARES = tuple(n / 20.0 for n in range(1, 21))
+"""Levels of the direct-voltage ramp, as shares of half the amplifier's range."""
+LEVEL_S = 0.01
+LOAD_N = 0.1
+LOAD_S = 0.2
+PAUSE_S = 0.05
+END_TIMEOUT_S = 20.0
+DOMAINS = 100
+EARLY_KNOCK = 'ignore:failed to send response:RuntimeWarning'
+"""What rclpy warns of when an answer meets nobody; the operator then knocks again."""
+POSITIONS_KEPT = 10_000
+"""Positions that the node keeps for an operator whom other processes hold up: 10 s of them."""
+
+
+@dataclass(frozen=True)
+class DemoSummary:
+    """
+    What the demo saw.
+
+    Attributes
+    ----------
+    steps : int
+        Steps of the burst, as the drive counted them.
+    mean_step_m, first_step_m : float
+        Motion of the runner per step over the burst, and in the first step.
+    force_n : float
+        Load-cell reading at the end of the burst.
+    load_motion_m : float
+        Motion of the runner under the external load.
+    real_time_factor, lateness_mean_us, lateness_p99_us, lateness_max_us : float
+        Worst second that the drive reported; the factor is the mean of all.
+    overruns, dropped : int
+        Late ticks, and messages that the recorder lost.
+    published, received : dict of str to int
+        Messages by topic: in the recording, and seen (commands: sent) by the operator from just
+        before its start to just after its end.
+    positions_equal, positions_altered, positions_recorded : int
+        Positions that are the same on the topic and in the file, to the bit; that are not; and all
+        in the file.
+    exit_status : int
+        Of the node after SIGINT.
+    recording : str
+        The file.
+
+    """
+
+    steps: int
+    mean_step_m: float
+    first_step_m: float
+    force_n: float
+    load_motion_m: float
+    real_time_factor: float
+    lateness_mean_us: float
+    lateness_p99_us: float
+    lateness_max_us: float
+    overruns: int
+    dropped: int
+    published: dict[str, int]
+    received: dict[str, int]
+    positions_equal: int
+    positions_altered: int
+    positions_recorded: int
+    exit_status: int
+    recording: str
+
+    @property
+    def passed(self) -> bool:
+        """
+        Whether steps were made, nothing was altered or dropped, and the node ended cleanly.
+
+        What an operator that is held up by other processes does not take in time is lost to it, as
+        the quality of service says, and no fault.
+
+        """
+        heard = self.positions_equal > 0 and self.positions_altered == 0
+        whole = self.steps == STEPS and self.dropped == 0 and heard
+        return whole and self.exit_status == 0
+
+
+def run_demo(
+    parameters: Parameters, folder: Path, say: Callable[[str], None] = lambda _: None
+) -> DemoSummary:
+    """
+    Run the drive as a process of its own and command it over topics.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    folder : Path
+        Receives ``demo.mcap`` (an older one is replaced) and the parameters.
+    say : callable
+        Receives a line for every thing that is begun.
+
+    Raises
+    ------
+    StickSlipError
+        If the node ends or refuses to start, or does not answer once it has started.
+
+    """
+    stay_on_this_host()
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / 'demo.mcap'
+    file.unlink(missing_ok=True)
+    wanted = {'record.directory': str(folder), 'record.name': file.name, 'record.on_start': False}
+    parameters = parameters.updated(wanted)
+    settings = folder / 'demo_parameters.yaml'
+    settings.write_text(dump_yaml(parameters, 'Parameters of the demo.'), encoding='utf-8')
+    domain = int(os.environ.get('ROS_DOMAIN_ID') or 1 + os.getpid() % DOMAINS)
+    say('starting the drive, a process of its own')
+    with drive_process(settings, domain) as process, operator(domain) as stand:
+        await_start(stand, process)
+        stand.wait_for_drive()
+        say(f'commanding it: {STEPS} steps, a voltage ramp, a load')
+        marks = _session(stand, parameters)
+        process.send_signal(signal.SIGINT)
+        exit_status = process.wait(END_TIMEOUT_S)
+    topics = {key: channel.topic for key, channel in recorded_channels(parameters).items()}
+    return _summarise(stand, marks, Recording(file), topics, exit_status)
+
+
+def await_start(stand: Operator, process: 'subprocess.Popen[bytes]') -> None:
+    """
+    Wait for a drive that starts, as long as its process lives; compiling kernels takes its time.
+
+    A drive answers as soon as it is active, or has refused to be.
+
+    Raises
+    ------
+    StickSlipError
+        If the process ends, or the drive is not active when it answers.
+
+    """
+    handshake = Handshake(stand.node, NODE_NAME)
+    stand.spin_until(
+        lambda: process.poll() is not None or handshake.knock(), 'the drive', math.inf
+    )
+    handshake.close()
+    if process.returncode is not None:
+        raise StickSlipError(f'the drive ended with status {process.returncode}; its log says why')
+    if handshake.state != 'active':
+        raise StickSlipError(f'the drive is {handshake.state}, not active; its log says why')
+
+
+@contextmanager
+def drive_process(settings: Path, domain: int) -> Iterator[subprocess.Popen[bytes]]:
+    """Run the node in a process of its own; it is ended with the context, and in its own way."""
+    command = [sys.executable, '-W', EARLY_KNOCK, '-m', 'stickslip_ros.ros.main']
+    command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
+    command += ['-p', f'qos_overrides./position.publisher.depth:={POSITIONS_KEPT}']
+    environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
+    process = subprocess.Popen(command, env=environment)
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(END_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+@contextmanager
+def operator(domain: int) -> Iterator[Operator]:
+    """Give an operator in a context of its own."""
+    context = Context()
+    rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    stand = Operator(context)
+    try:
+        yield stand
+    finally:
+        stand.close()
+        context.try_shutdown()
+
+
+def _session(stand: Operator, parameters: Parameters) -> dict[str, int]:
+    """Do what the demo does; return marks: simulated times in ns and counts."""
+    stand.received.clear()
+    answer = stand.set_recording(wanted=True)
+    if not answer.success:
+        raise StickSlipError(f'the drive does not record: {answer.message}')
+    amplifier = parameters.amplifier
+    range_v = amplifier.voltage_max - amplifier.voltage_min
+    stand.spin_for(PAUSE_S)
+    stand.command_sawtooth(range_v, FREQUENCY_HZ, STEPS)
+    burst = stand.wait_for_event('sawtooth', len(stand.events))
+    marks = {'steps': burst['steps'], 'burst_end_ns': burst['time_ns']}
+    stand.spin_for(PAUSE_S)
+    for share in RAMP_SHARES:
+        stand.command_voltage(amplifier.voltage_min + 0.5 * share * range_v)
+        stand.wait_for_event('voltage', len(stand.events))
+        stand.spin_for(LEVEL_S)
+    stand.spin_for(PAUSE_S)
+    stand.command_load(LOAD_N)
+    stand.spin_for(LOAD_S)
+    stand.command_load(0.0)
+    stand.spin_for(LOAD_S)
+    stand.set_recording(wanted=False)
+    marks.update({f'seen {key}': stand.received[key] for key in recorded_channels(parameters)})
+    reports = len(stand.diagnostics)
+    stand.spin_until(lambda: len(stand.diagnostics) > reports, 'diagnostics')
+    return marks
+
+
+def _summarise(
+    stand: Operator,
+    marks: dict[str, int],
+    recording: Recording,
+    topics: dict[str, str],
+    exit_status: int,
+) -> DemoSummary:
+    position, force = recording.series('position'), recording.series('force')
+    summaries = {channel.topic: channel for channel in recording.channels}
+    published = {key: summaries[name].messages for key, name in topics.items()}
+    recorded = dict(
+        zip((round(t / NANO) for t in position.time_s), position.value.tolist(), strict=True)
+    )
+    both = stand.positions.keys() & recorded.keys()
+    title = f'{NODE_NAME}: time'
+    times = [part[title] for part in stand.diagnostics if title in part]
+    start_s = (summaries['/command/sawtooth'].first_ns or 0) * NANO
+    first_s, end_s = start_s + 1.0 / FREQUENCY_HZ, marks['burst_end_ns'] * NANO
+    load = summaries[topics['load']]
+    loaded, unloaded = (_at(position, (t or 0) * NANO) for t in (load.first_ns, load.last_ns))
+    origin, first, end = (_at(position, time_s) for time_s in (start_s, first_s, end_s))
+    return DemoSummary(
+        steps=marks['steps'],
+        mean_step_m=(end - origin) / STEPS,
+        first_step_m=first - origin,
+        force_n=_at(force, end_s),
+        load_motion_m=unloaded - loaded,
+        real_time_factor=sum(float(t['real_time_factor']) for t in times) / len(times),
+        lateness_mean_us=max(float(t['lateness_mean_us']) for t in times),
+        lateness_p99_us=max(float(t['lateness_p99_us']) for t in times),
+        lateness_max_us=max(float(t['lateness_max_us']) for t in times),
+        overruns=int(times[-1]['overruns_total']),
+        dropped=sum(channel.gaps for channel in recording.channels),
+        published=published,
+        received={key: marks[f'seen {key}'] for key in published},
+        positions_equal=sum(stand.positions[t] == recorded[t] for t in both),
+        positions_altered=sum(stand.positions[t] != recorded[t] for t in both),
+        positions_recorded=len(recorded),
+        exit_status=exit_status,
+        recording=str(recording.path),
+    )
+
+
+def _at(series: Series, time_s: float) -> float:
+    return float(np.interp(time_s, series.time_s, series.value))

@@ -1,0 +1,94 @@
+"""The page of plots: one panel per item of the families, and the margin of every check."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from stickslip_ros.validation.findings import Curve, Findings, Panel
+
+COLUMNS = 3
+PANEL_INCHES = (5.2, 4.0)
+DOTS_PER_INCH = 110
+STYLES: dict[str, dict[str, Any]] = {
+    'line': {'linestyle': '-', 'linewidth': 1.3},
+    'dashed': {'linestyle': '--', 'linewidth': 1.3},
+    'points': {'linestyle': 'none', 'marker': 'o', 'markersize': 5.0, 'fillstyle': 'none'},
+}
+LEAST_SHARE = 1e-6
+"""Errors below that share of their tolerance are drawn there."""
+
+
+def draw_page(findings: Sequence[Findings], picture: Path, heading: str) -> None:
+    """
+    Draw all panels on one page.
+
+    Parameters
+    ----------
+    findings : sequence of Findings
+        Whose panels to draw.
+    picture : Path
+        PNG file.
+    heading : str
+        Text above the panels.
+
+    """
+    panels = [panel for found in findings for panel in found.panels]
+    rows = -(-(len(panels) + 1) // COLUMNS)
+    size = (COLUMNS * PANEL_INCHES[0], rows * PANEL_INCHES[1])
+    figure = Figure(figsize=size, layout='constrained')
+    FigureCanvasAgg(figure)
+    figure.suptitle(f'stickslip validate: {heading}', fontsize='x-large')
+    places = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
+    for axes, panel in zip(places, panels, strict=False):
+        _draw_panel(axes, panel)
+    _draw_margins(places[len(panels)], findings)
+    for axes in places[len(panels) + 1 :]:
+        axes.set_visible(False)
+    figure.savefig(picture, dpi=DOTS_PER_INCH)
+
+
+def _draw_panel(axes: Axes, panel: Panel) -> None:
+    for curve in panel.curves:
+        _draw_curve(axes, curve)
+    axes.set_title(panel.title, fontsize='medium')
+    axes.set_xlabel(panel.x_label)
+    axes.set_ylabel(panel.y_label)
+    if panel.log_x:
+        axes.set_xscale('log')
+    if panel.log_y:
+        axes.set_yscale('log')
+    if panel.x_ticks:
+        axes.set_xticks(panel.x_ticks, [f'{tick:g}' for tick in panel.x_ticks])
+        axes.minorticks_off()
+    axes.grid(visible=True, alpha=0.3)
+    axes.legend(fontsize='small', framealpha=0.8)
+
+
+def _draw_curve(axes: Axes, curve: Curve) -> None:
+    colour = f'C{curve.colour}'
+    axes.plot(curve.x, curve.y, color=colour, label=curve.label, **STYLES[curve.style])
+
+
+def _draw_margins(axes: Axes, findings: Sequence[Findings]) -> None:
+    """Show of every check which share of its tolerance the error uses."""
+    for row, found in enumerate(findings):
+        shares = np.array([check.error / check.tolerance for check in found.checks])
+        passed = np.array([check.passed for check in found.checks], dtype=bool)
+        drawn = np.clip(np.nan_to_num(shares, nan=np.inf), LEAST_SHARE, 1.0 / LEAST_SHARE)
+        spread = row + np.linspace(-0.3, 0.3, len(drawn))
+        axes.plot(drawn[passed], spread[passed], 'o', color='C0', markersize=4.0)
+        axes.plot(drawn[~passed], spread[~passed], 'X', color='C3', markersize=8.0)
+    axes.axvline(1.0, color='C3', linewidth=1.2)
+    axes.set_xscale('log')
+    axes.set_xlim(left=0.5 * LEAST_SHARE)
+    axes.set_xlim(right=max(axes.get_xlim()[1], 4.0))
+    axes.set_yticks(range(len(findings)), [found.family for found in findings])
+    axes.invert_yaxis()
+    axes.set_title('Every check: right of the red line it fails', fontsize='medium')
+    axes.set_xlabel(f'error/tolerance (at most {LEAST_SHARE:g} drawn at the left)')
+    axes.grid(visible=True, axis='x', alpha=0.3)
