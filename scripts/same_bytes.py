@@ -8,30 +8,33 @@ the same environment: nothing is kept, since bytes may differ between machines.
 
 import argparse
 import os
+import shlex
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from itertools import zip_longest
+from itertools import product, zip_longest
 from pathlib import Path
 from typing import Any
 
 from mcap.reader import make_reader
 
 ROOT = Path(__file__).resolve().parent.parent
-SEED = 1
+SEEDS = range(1, 5)
+REALISTIC = shlex.quote(str(ROOT / 'config' / 'realistic.yaml'))
+DOMAINS = range(41, 101)
 WALL_CLOCK = {'wall_start', 'stickslip_ros'}
 """Fields of the metadata that may differ."""
 VERBS = {
     'default': 'simulate --preload 0.7 --amplitude 130e-9 --steps 60',
-    'realistic': 'simulate --params config/realistic.yaml --voltage 113.76725643485543 '
+    'realistic': f'simulate --params {REALISTIC} --voltage 113.76725643485543 '
     '--frequency 1153.3955451232346 --steps 50',
     'backwards': 'simulate --voltage 87.3 --frequency -333.3 --steps 20 --set sim.block=5e-3',
 }
 """Saw-teeth from the command line."""
-POSITIONING = 'positioning --params config/realistic.yaml --targets 100e-9,1.23456e-6'
-"""The node over DDS; the file lies in a folder of its own."""
+POSITIONING = f'positioning --params {REALISTIC} --targets 100e-9,1.23456e-6 --out node'
+"""The node over DDS; what it says of itself names its folder, from the present one on."""
 
 
 TREES = 'before', 'after'
@@ -60,10 +63,10 @@ def record_stands(folder: Path, part: int) -> None:
     from fuzz_case import program_of, record  # noqa: PLC0415
     from fuzz_stands import STANDS, stand_of  # noqa: PLC0415
 
-    for stand in list(STANDS)[part::2]:
-        rng = np.random.default_rng([SEED, *stand.encode()])
+    for seed, stand in list(product(SEEDS, STANDS))[part::2]:
+        rng = np.random.default_rng([seed, *stand.encode()])
         parameters = stand_of(stand, rng)
-        record(parameters, program_of(rng, parameters), folder / f'{stand}.mcap')
+        record(parameters, program_of(rng, parameters), folder / f'{stand} {seed}.mcap')
 
 
 def compare_with(commit: str, folder: Path, *, with_node: bool) -> int:
@@ -93,22 +96,29 @@ def compare_with(commit: str, folder: Path, *, with_node: bool) -> int:
 def record_all(tree: Path, folder: Path, *, with_node: bool) -> None:
     """Let a tree record every run."""
     (folder / 'node').mkdir(parents=True)
-    environment = os.environ | {'PYTHONPATH': str(tree)}
+    domain = str(DOMAINS[0] + os.getpid() % len(DOMAINS))
+    environment = os.environ | {'PYTHONPATH': str(tree), 'ROS_DOMAIN_ID': domain}
     code = 'import sys; from stickslip_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
     stickslip = [sys.executable, '-c', code]
 
     def run(*command: str) -> None:
-        subprocess.run(command, cwd=tree, env=environment, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(command, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
 
     run(*stickslip, 'compile')
     verbs = [
-        [*stickslip, *words.split(), '--record', str(folder / f'simulate {name}.mcap')]
+        [*stickslip, *shlex.split(words), '-o', f'simulate {name}.mcap']
         for name, words in VERBS.items()
     ]
-    script = [sys.executable, 'scripts/same_bytes.py', '--record', str(folder), '--part']
+    script = [
+        sys.executable,
+        str(tree / 'scripts' / 'same_bytes.py'),
+        '--record',
+        str(folder),
+        '--part',
+    ]
     jobs = [[*script, '0'], [*script, '1'], *verbs]
     if with_node:
-        jobs.append([*stickslip, *POSITIONING.split(), '--out', str(folder / 'node')])
+        jobs.append([*stickslip, *shlex.split(POSITIONING)])
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(lambda job: run(*job), jobs))
 
