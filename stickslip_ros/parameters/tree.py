@@ -1,15 +1,10 @@
 """All parameters as one immutable tree, and its flat form ``{'group.name': value}``."""
 
-import dataclasses
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters.actuation_groups import ActuatorParameters, AmplifierParameters
-from stickslip_ros.parameters.contact_groups import ContactParameters, FrictionLawParameters
-from stickslip_ros.parameters.fault_group import FaultParameters
-from stickslip_ros.parameters.fields import (
-    ASSUMED,
+from stickslip_ros.parameters.declaration import (
     Checked,
     Scalar,
     Spec,
@@ -17,33 +12,34 @@ from stickslip_ros.parameters.fields import (
     find,
     switch,
 )
-from stickslip_ros.parameters.motion_groups import (
+from stickslip_ros.parameters.instrument_groups import (
     ClosedLoopParameters,
+    FaultParameters,
+    InterferometerParameters,
     JogParameters,
     LimitsParameters,
+    LoadCellParameters,
+    RecordParameters,
+    SimParameters,
     StepParameters,
+    TraceParameters,
 )
-from stickslip_ros.parameters.record_groups import RecordParameters, TraceParameters
-from stickslip_ros.parameters.sensor_groups import InterferometerParameters, LoadCellParameters
-from stickslip_ros.parameters.stand_groups import RunnerParameters, SimParameters, StandParameters
+from stickslip_ros.parameters.physics_groups import (
+    ActuatorParameters,
+    AmplifierParameters,
+    ContactParameters,
+    FrictionLawParameters,
+    RunnerParameters,
+    StandParameters,
+)
 from stickslip_ros.units import NS_PER_S
 
 
 @dataclass(frozen=True)
 class Parameters(Checked):
-    """
-    Everything that can be set, in groups; ``Parameters()`` is the test stand of the paper.
+    """Everything that can be set, in groups; ``Parameters()`` is the test stand of the paper."""
 
-    Raises
-    ------
-    WrongKind, OutOfRange
-        If a value, or a combination of values, is not allowed.
-
-    """
-
-    autostart: bool = switch(
-        True, ASSUMED, 'configure and activate the node without a manager', fixed=True
-    )
+    autostart: bool = switch(True, 'configure and activate the node without a manager', fixed=True)
     sim: SimParameters = field(default_factory=SimParameters)
     contact: ContactParameters = field(default_factory=ContactParameters)
     friction_law: FrictionLawParameters = field(default_factory=FrictionLawParameters)
@@ -97,12 +93,9 @@ class Parameters(Checked):
 
     def updated(self, values: Mapping[str, object]) -> 'Parameters':
         """
-        Return a copy with some values replaced.
+        Return a copy with some values replaced: ``{'stand.preload': 0.25}``.
 
-        Parameters
-        ----------
-        values : mapping of str to object
-            ``{'stand.preload': 0.25}``; texts as typed on a command line are converted.
+        Texts as typed on a command line are converted.
 
         Raises
         ------
@@ -112,14 +105,14 @@ class Parameters(Checked):
             If a value is not allowed.
 
         """
-        per_group: dict[str, dict[str, Scalar]] = {}
+        checked: dict[str, dict[str, object]] = {}
         for name, value in values.items():
             group, _, leaf = name.rpartition('.')
-            per_group.setdefault(group, {})[leaf] = spec_of(name).check(name, value)
-        changes: dict[str, object] = dict(per_group.pop('', {}))
-        for group, leaves in per_group.items():
-            changes[group] = dataclasses.replace(getattr(self, group), **leaves)
-        return dataclasses.replace(self, **changes)  # type: ignore[arg-type]
+            checked.setdefault(group, {})[leaf] = spec_of(name).check(name, value)
+        changes = checked.pop('', {})
+        for group, leaves in checked.items():
+            changes[group] = getattr(self, group).with_checked(leaves)
+        return self.with_checked(changes)
 
     def changed(self) -> dict[str, Scalar]:
         """Return the values that differ from the default."""
@@ -137,28 +130,12 @@ def specs() -> dict[str, Spec]:
 
 
 def spec_of(name: str) -> Spec:
-    """
-    Return the declaration of one parameter.
-
-    Raises
-    ------
-    UnknownName
-        If the name is not declared; the message names the nearest ones.
-
-    """
+    """Return the declaration of one parameter; UnknownName names the nearest ones."""
     return find(_SPECS, name, 'see docs/interface.md')
 
 
 def parse_assignments(assignments: Iterable[str]) -> dict[str, str]:
-    """
-    Split ``group.name=value`` texts, as given to ``--set``.
-
-    Raises
-    ------
-    WrongKind
-        If a text has no ``=``.
-
-    """
+    """Split ``group.name=value`` texts, as given to ``--set``; WrongKind without a ``=``."""
     pairs: dict[str, str] = {}
     for text in assignments:
         name, equals, value = text.partition('=')

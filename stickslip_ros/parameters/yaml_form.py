@@ -1,19 +1,28 @@
-"""Parameters as a ROS parameter file: written with units and sources, read with refusals."""
+"""
+Parameters as a ROS parameter file: written with units and sources, read with refusals.
+
+Read is YAML without what ROS or a reader takes otherwise than it looks: keys given twice, numbers
+of base 60, aliases.
+
+"""
 
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
-from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
+import yaml
+
+from stickslip_ros.errors import RecordingError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import readable
-from stickslip_ros.parameters.fields import Scalar, Spec
-from stickslip_ros.parameters.strict_yaml import read_yaml
+from stickslip_ros.parameters.declaration import Scalar, Spec
 from stickslip_ros.parameters.tree import Parameters, specs
 
 ROS_KEY = 'ros__parameters'
 ANY_NODE = '/**'
 CONTROLLER = 'position_controller'
 """Node whose section may stand in the file of a drive, and is passed over."""
+NUMBERS = ('tag:yaml.org,2002:int', 'tag:yaml.org,2002:float')
 MEND = 'compare it with config/test_stand.yaml'
 
 
@@ -47,17 +56,7 @@ def describe(spec: Spec) -> str:
 
 
 def dump_yaml(parameters: Parameters, heading: str) -> str:
-    """
-    Return a ROS parameter file with every parameter, its unit and its source.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        The values.
-    heading : str
-        Comment lines for the top, without ``#``.
-
-    """
+    """Return a ROS parameter file; ``heading`` gives the comments at its top, without ``#``."""
     return '\n'.join(_lines(parameters, heading)) + '\n'
 
 
@@ -105,17 +104,7 @@ def load_values(path: Path) -> dict[str, object]:
 
 
 def parse_yaml(text: str, origin: str) -> Parameters:
-    """
-    Read the text of a ROS parameter file.
-
-    Parameters
-    ----------
-    text : str
-        YAML with ``/**:`` or a node name, then ``ros__parameters:``, then groups.
-    origin : str
-        Name of the source for messages.
-
-    """
+    """Read the text of a ROS parameter file; messages name its ``origin``."""
     return Parameters().updated(_values(read_yaml(text, origin, MEND) or {}, origin))
 
 
@@ -158,3 +147,57 @@ def _flatten(node: object, prefix: str, origin: str) -> Iterator[tuple[str, obje
             yield from _flatten(value, f'{prefix}{key}.', origin)
         else:
             yield f'{prefix}{key}', value
+
+
+def read_yaml(text: str, origin: str, mend: str) -> object:
+    """
+    Read a document of YAML; messages name its ``origin``, and what to do if it is not YAML.
+
+    Raises
+    ------
+    RecordingError
+        If it is not YAML, has a key twice, a number such as ``1:30`` or an alias; names the line.
+
+    """
+    try:
+        loader = _Loader(text)
+        loader.origin = origin
+        return loader.get_single_data()
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        problem = f'is not YAML ({" ".join(str(error).split())})'
+        raise RecordingError(origin, problem, mend) from None
+
+
+class _Loader(yaml.SafeLoader):
+    """A loader that refuses; ``origin`` is the name of what it reads."""
+
+    origin = ''
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            alias = self.peek_event()  # type: ignore[no-untyped-call]
+            self.refuse(alias, f'has the alias *{alias.anchor}', 'write out what it stands for')
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: Any, deep: bool = False) -> Any:
+        first: dict[str, Any] = {}
+        for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
+            same = first.setdefault(key.value, key)
+            if same is not key:
+                problem = f'{quoted(key.value)} stands in line {same.start_mark.line + 1} too'
+                self.refuse(key, problem, 'keep one of the two')
+        return super().construct_mapping(node, deep)
+
+    def construct_number(self, node: Any) -> Any:
+        number = super().yaml_constructors[node.tag](self, node)
+        if ':' in node.value:
+            problem = f'YAML reads {node.value} as {number}, in base 60'
+            self.refuse(node, problem, f"write {number}, or '{node.value}' for a text")
+        return number
+
+    def refuse(self, node: Any, problem: str, mend: str) -> None:
+        raise RecordingError(f'{self.origin}: line {node.start_mark.line + 1}', problem, mend)
+
+
+for tag in NUMBERS:
+    _Loader.add_constructor(tag, _Loader.construct_number)

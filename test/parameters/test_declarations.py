@@ -12,6 +12,7 @@ from stickslip_ros.parameters import (
     ContactParameters,
     LoadCellParameters,
     Parameters,
+    Spec,
     Unchosen,
     spec_of,
     specs,
@@ -91,6 +92,23 @@ def test_a_group_is_named_after_its_class():
 def test_no_group_can_exist_with_a_value_outside_its_declaration():
     with pytest.raises(StickSlipError, match=r'contact\.friction -1 is below'):
         ContactParameters(friction=-1.0)
+
+
+def test_a_value_is_checked_once_where_it_enters(monkeypatch):
+    checked = []
+    check = Spec.check
+
+    def noted(spec, name, value):
+        checked.append(name)
+        return check(spec, name, value)
+
+    monkeypatch.setattr(Spec, 'check', noted)
+    everything = Parameters().updated(Parameters().flat())
+    assert checked == list(specs())
+    checked.clear()
+    everything.updated({'stand.preload': 0.25}).updated({'stand.travel_max': 1e-3})
+    ContactParameters(friction=0.2)
+    assert checked == ['stand.preload', 'stand.travel_max', 'contact.friction']
 
 
 def test_parameters_are_immutable(stand):

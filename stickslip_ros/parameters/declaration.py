@@ -1,12 +1,12 @@
-"""What a parameter is: kind, unit, bounds, source; and the check that every value passes."""
+"""What a parameter is: kind, unit, bounds, source; and the check of a value where it enters."""
 
+import copy
 import dataclasses
 import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 
@@ -61,14 +61,7 @@ class Spec:
 
     def check(self, name: str, value: object) -> Scalar:
         """
-        Return ``value`` in the declared kind, or refuse it.
-
-        Parameters
-        ----------
-        name : str
-            Full name for the message, ``group.name``.
-        value : object
-            A value of the kind, or its text as typed on a command line.
+        Return a value, or its text as typed on a command line, in the declared kind.
 
         Raises
         ------
@@ -138,68 +131,75 @@ _CONVERTERS: Mapping[type, Any] = {
 }
 
 
-def _declare(spec: Spec) -> Any:
-    return dataclasses.field(default=spec.default, metadata={'spec': spec})
-
-
 def quantity(
     default: float,
     unit: str,
-    minimum: float,
-    maximum: float,
-    source: str,
     text: str,
     *,
+    bounds: tuple[float, float],
+    source: str = ASSUMED,
     fixed: bool = False,
     live: bool = False,
 ) -> Any:
-    """Declare a physical quantity: a float with a unit and inclusive bounds."""
-    return _declare(
-        Spec(float, default, unit, source, text, minimum, maximum, fixed=fixed, live=live)
-    )
+    """Declare a physical quantity: a float in an SI unit, with inclusive bounds."""
+    return declare(Spec(float, default, unit, source, text, *bounds, fixed=fixed, live=live))
 
 
 def count(
-    default: int,
-    unit: str,
-    minimum: int,
-    maximum: int,
-    source: str,
-    text: str,
-    *,
-    live: bool = False,
+    default: int, text: str, *, bounds: tuple[int, int], unit: str = '', live: bool = False
 ) -> Any:
     """Declare a whole number with inclusive bounds."""
-    return _declare(Spec(int, default, unit, source, text, minimum, maximum, live=live))
+    return declare(Spec(int, default, unit, ASSUMED, text, *bounds, live=live))
 
 
 def choice(
-    default: str, choices: tuple[str, ...], source: str, text: str, *, live: bool = False
+    default: str,
+    choices: tuple[str, ...],
+    text: str,
+    *,
+    source: str = ASSUMED,
+    live: bool = False,
 ) -> Any:
     """Declare a word out of a few."""
-    return _declare(Spec(str, default, '', source, text, choices=choices, live=live))
+    return declare(Spec(str, default, '', source, text, choices=choices, live=live))
 
 
-def words(default: str, source: str, text: str) -> Any:
+def words(default: str, text: str) -> Any:
     """Declare a free text, such as a path."""
-    return _declare(Spec(str, default, '', source, text))
+    return declare(Spec(str, default, '', ASSUMED, text))
 
 
-def switch(
-    default: bool, source: str, text: str, *, fixed: bool = False, live: bool = False
-) -> Any:
+def switch(default: bool, text: str, *, fixed: bool = False, live: bool = False) -> Any:
     """Declare a switch."""
-    return _declare(Spec(bool, default, '', source, text, fixed=fixed, live=live))
+    return declare(Spec(bool, default, '', ASSUMED, text, fixed=fixed, live=live))
+
+
+def declare(spec: Spec) -> Any:
+    """Return the field of a group that has this declaration."""
+    return dataclasses.field(default=spec.default, metadata={'spec': spec})
+
+
+Group = TypeVar('Group', bound='Checked')
 
 
 class Checked:
     """Base of parameter groups: no instance with a value outside its declaration can exist."""
 
     def __post_init__(self) -> None:
-        """Check every declared field, then what the fields must keep together."""
-        for field, name, spec in _named_specs(type(self)):  # type: ignore[arg-type]
-            object.__setattr__(self, field, spec.check(name, getattr(self, field)))
+        """Check what is not a default, then what the values must keep together."""
+        for field in dataclasses.fields(self):  # type: ignore[arg-type]
+            spec, value = field.metadata.get('spec'), getattr(self, field.name)
+            if spec is not None and value is not spec.default:
+                checked = spec.check(full_name(type(self), field.name), value)
+                object.__setattr__(self, field.name, checked)
         self.check_together()
+
+    def with_checked(self: Group, values: Mapping[str, object]) -> Group:
+        """Return a copy with values that their declarations have let pass already."""
+        changed = copy.copy(self)
+        changed.__dict__.update(values)
+        changed.check_together()
+        return changed
 
     @classmethod
     def group(cls) -> str:
@@ -211,26 +211,19 @@ class Checked:
         """Check what single bounds cannot say; groups override it."""
 
 
-@cache
-def _named_specs(group: type[Checked]) -> tuple[tuple[str, str, Spec], ...]:
-    """Return field, full name and declaration of what a group declares itself."""
-    prefix = f'{group.group()}.' if group.group() else ''
-    fields = dataclasses.fields(group)  # type: ignore[arg-type]
-    return tuple(
-        (field.name, prefix + field.name, field.metadata['spec'])
-        for field in fields
-        if 'spec' in field.metadata
-    )
+def full_name(group: type[Checked], field: str) -> str:
+    """Return ``group.name``; what the root declares has no group."""
+    return f'{group.group()}.{field}' if group.group() else field
 
 
-def declared_by(group: type, prefix: str = '') -> dict[str, Spec]:
+def declared_by(group: type[Checked]) -> dict[str, Spec]:
     """Return what a group declares, and the groups in it, ``{'group.name': Spec}``."""
     found: dict[str, Spec] = {}
-    for item in dataclasses.fields(group):
-        if 'spec' in item.metadata:
-            found[prefix + item.name] = item.metadata['spec']
+    for field in dataclasses.fields(group):  # type: ignore[arg-type]
+        if 'spec' in field.metadata:
+            found[full_name(group, field.name)] = field.metadata['spec']
         else:
-            found.update(declared_by(item.type, f'{item.name}.'))  # type: ignore[arg-type]
+            found |= declared_by(field.type)  # type: ignore[arg-type]
     return found
 
 

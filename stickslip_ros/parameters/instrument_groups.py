@@ -1,0 +1,305 @@
+"""Parameters of the instrument around the drive: time, moves, sensors, recordings, faults; SI."""
+
+from dataclasses import dataclass
+
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters.declaration import Checked, choice, count, quantity, switch, words
+
+SENSOR_FAULTS = ('none', 'freeze', 'dropout')
+
+
+@dataclass(frozen=True)
+class SimParameters(Checked):
+    """How time runs: the step inside, the block outside, the pace."""
+
+    dt: float = quantity(
+        5e-6,
+        's',
+        'longest step; shorter if the runner swings fast, in falls, on springs, for rival laws',
+        bounds=(1e-8, 2e-5),
+    )
+    block: float = quantity(
+        1e-3,
+        's',
+        'time per update: period of position and force, and of commands',
+        bounds=(1e-4, 0.1),
+    )
+    seed: int = count(1, 'seed of every random number', bounds=(0, 2**31 - 1))
+    real_time_factor: float = quantity(
+        1.0,
+        '',
+        'simulated seconds per wall-clock second; 0 is as fast as possible',
+        bounds=(0.0, 1000.0),
+    )
+    publish_clock: bool = switch(
+        False, 'publish simulated time on /clock; not together with use_sim_time'
+    )
+    publish_truth: bool = switch(
+        False, 'publish what the sensors look at, without their errors, on truth/...'
+    )
+    lockstep: bool = switch(
+        False, 'advance only as far as command/grant allows: same bytes at any speed'
+    )
+
+
+@dataclass(frozen=True)
+class StepParameters(Checked):
+    """The saw-tooth of single steps, of jogging and of coarse positioning."""
+
+    amplitude: float = quantity(
+        300.0, 'V', 'peak to peak voltage of a step', bounds=(0.001, 2000.0)
+    )
+    frequency: float = quantity(
+        1e3, 'Hz', 'steps per second; jogging has its own', bounds=(0.001, 1e6)
+    )
+
+
+@dataclass(frozen=True)
+class JogParameters(Checked):
+    """Jogging: steps that go on while somebody asks for them."""
+
+    timeout: float = quantity(
+        0.5,
+        's',
+        'watchdog: time after the last command/jog at which the drive stops',
+        bounds=(0.001, 60.0),
+    )
+
+
+@dataclass(frozen=True)
+class ClosedLoopParameters(Checked):
+    """The built-in position control: coarse steps, fine scan, hold."""
+
+    tolerance: float = quantity(
+        2e-09, 'm', 'distance from the target that counts as in position', bounds=(1e-12, 0.001)
+    )
+    settle_time: float = quantity(
+        0.01, 's', 'time in position after which a move is done', bounds=(0.0, 60.0)
+    )
+    timeout: float = quantity(
+        30.0, 's', 'time after which a move that is not done has failed', bounds=(0.001, 1e5)
+    )
+    velocity: float = quantity(
+        0.0,
+        'm/s',
+        'velocity of the way to the target; 0 is as fast as the steps go',
+        bounds=(0.0, 1.0),
+    )
+    gain: float = quantity(
+        100.0,
+        '1/s',
+        'integral gain of the fine scan: share of the error taken back per second',
+        bounds=(0.1, 1e4),
+    )
+    hold: bool = switch(True, 'hold the target after a move, until the next one')
+
+
+@dataclass(frozen=True)
+class LimitsParameters(Checked):
+    """Where a move is stopped; a direct voltage knows none of these limits."""
+
+    soft_min: float = quantity(
+        0.0,
+        'm',
+        'lowest position reading of a move; no soft limits where both are 0',
+        bounds=(-1.0, 1.0),
+    )
+    soft_max: float = quantity(0.0, 'm', 'highest position reading of a move', bounds=(-1.0, 1.0))
+    following_error: float = quantity(
+        0.0, 'm', 'largest distance from the set point in closed loop; 0 is any', bounds=(0.0, 1.0)
+    )
+    blocked_time: float = quantity(
+        0.05,
+        's',
+        'time without progress in closed loop that counts as an end stop',
+        bounds=(0.001, 60.0),
+    )
+
+    @property
+    def has_soft_limits(self) -> bool:
+        """Whether a move is stopped at ``soft_min`` and ``soft_max``."""
+        return self.soft_min != 0.0 or self.soft_max != 0.0
+
+    def check_together(self) -> None:
+        """Refuse soft limits without a way between them."""
+        if self.soft_min > self.soft_max:
+            limit = f'above limits.soft_max, {self.soft_max:g} m'
+            raise OutOfRange('limits.soft_min', self.soft_min, 'm', limit, 'lower it')
+
+
+@dataclass(frozen=True)
+class LoadCellParameters(Checked):
+    """The load cell that the runner presses on."""
+
+    contact: str = choice(
+        'attached',
+        ('attached', 'one_sided', 'absent'),
+        'runner fixed to the load cell, pressing on it from one side, or free',
+        source='Eq. 20',
+    )
+    stiffness: float = quantity(
+        1e5, 'N/m', 'stiffness k of the load cell, Eq. 20; the paper gives none', bounds=(1.0, 1e9)
+    )
+    noise_density: float = quantity(
+        1e-6, 'N/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1.0)
+    )
+    resolution: float = quantity(1e-5, 'N', 'quantisation; 0 is none', bounds=(0.0, 1.0))
+    bandwidth: float = quantity(
+        2e3, 'Hz', 'first-order low-pass of the reading; 0 is none', bounds=(0.0, 1e7)
+    )
+    gap: float = quantity(
+        0.0, 'm', 'one_sided: way of the runner until it touches the load cell', bounds=(0.0, 1.0)
+    )
+    resonance: float = quantity(
+        0.0,
+        'Hz',
+        'own resonance of the reading, in place of the low-pass; 0 is none',
+        bounds=(0.0, 1e6),
+    )
+    damping_ratio: float = quantity(
+        0.1, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)
+    )
+    hysteresis: float = quantity(
+        0.0,
+        '',
+        'opening of the loop of the whole range, in the middle, per range; 0 is none',
+        bounds=(0.0, 0.4),
+    )
+    drift: float = quantity(0.0, 'N/s', 'steady drift of the zero', bounds=(-1e3, 1e3))
+    range: float = quantity(
+        0.0,
+        'N',
+        'signal at which the load cell saturates, both ways, before the tare; 0 is none',
+        bounds=(0.0, 1e6),
+    )
+
+    def check_together(self) -> None:
+        """Refuse a hysteresis without the range that it belongs to."""
+        if self.hysteresis and not self.range:
+            mend = 'set load_cell.range: the loop is a share of it'
+            raise OutOfRange('load_cell.hysteresis', self.hysteresis, '', 'without a range', mend)
+
+
+@dataclass(frozen=True)
+class InterferometerParameters(Checked):
+    """The laser interferometer that looks at the runner."""
+
+    noise_density: float = quantity(
+        1e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)
+    )
+    resolution: float = quantity(1e-10, 'm', 'quantisation; 0 is none', bounds=(0.0, 1e-3))
+    bandwidth: float = quantity(
+        2e4, 'Hz', 'first-order low-pass of the reading; 0 is none', bounds=(0.0, 1e7)
+    )
+    sample_rate: float = quantity(
+        0.0,
+        'Hz',
+        'rate of its own samples, held in between; 0 is trace.sample_rate',
+        bounds=(0.0, 1e7),
+    )
+    latency: float = quantity(0.0, 's', 'age of a reading', bounds=(0.0, 0.05))
+    cyclic_error: float = quantity(
+        0.0, 'm', 'amplitude of the error that repeats every half wavelength', bounds=(0.0, 1e-07)
+    )
+    wavelength: float = quantity(
+        6.328e-07, 'm', 'wavelength of the laser; helium-neon', bounds=(1e-07, 1e-05)
+    )
+    drift: float = quantity(0.0, 'm/s', 'steady drift of the zero', bounds=(-0.001, 0.001))
+    random_walk: float = quantity(
+        0.0, 'm/sqrt(s)', 'drift of the zero as a random walk: rms after 1 s', bounds=(0.0, 0.001)
+    )
+    velocity_max: float = quantity(
+        0.0, 'm/s', 'velocity above which the beam is lost; 0 is none', bounds=(0.0, 1e3)
+    )
+
+
+@dataclass(frozen=True)
+class TraceParameters(Checked):
+    """The oscilloscope: blocks of samples on one topic."""
+
+    sample_rate: float = quantity(
+        50e3, 'Hz', 'sampling of voltage, foot, position and force', bounds=(1e3, 1e6)
+    )
+    period: float = quantity(
+        0.01, 's', 'time per message of trace and of voltage', bounds=(1e-4, 1.0)
+    )
+
+
+@dataclass(frozen=True)
+class RecordParameters(Checked):
+    """Where and how runs are kept."""
+
+    on_start: bool = switch(False, 'record from the activation on')
+    directory: str = words('runs', 'folder of the recordings')
+    name: str = words('', 'file name; empty names it after date and time')
+    format: str = choice(
+        'file',
+        ('file', 'bag'),
+        'one MCAP file, or a directory with metadata.yaml as ros2 bag makes it',
+    )
+    compression: str = choice('zstd', ('zstd', 'lz4', 'none'), 'compression of the chunks')
+    chunk_size: int = count(1 << 20, 'size of a chunk', unit='B', bounds=(1 << 10, 1 << 28))
+    queue_length: int = count(
+        20_000,
+        'messages that may wait for the disk before one is dropped',
+        bounds=(10, 10_000_000),
+    )
+    flush_period: float = quantity(
+        1.0, 's', 'what is older, by the clock, is safe on the disk', bounds=(0.01, 60.0)
+    )
+    split_size: int = count(
+        0, 'size at which the run goes on in a next file; 0: never', unit='B', bounds=(0, 1 << 40)
+    )
+    split_duration: float = quantity(
+        0.0,
+        's',
+        'simulated time after which the run goes on in a next file; 0: never',
+        bounds=(0.0, 1e9),
+    )
+    experiment: str = words(
+        '', 'CSV of an experiment that each recording carries, to be compared with it'
+    )
+
+
+@dataclass(frozen=True)
+class FaultParameters(Checked):
+    """What is broken at the moment; ``~/clear_faults`` mends it."""
+
+    interferometer: str = choice(
+        'none', SENSOR_FAULTS, 'position reading that stands still, or is not a number', live=True
+    )
+    interferometer_offset: float = quantity(
+        0.0, 'm', 'jump of the position reading', bounds=(-1.0, 1.0), live=True
+    )
+    load_cell: str = choice(
+        'none', SENSOR_FAULTS, 'force reading that stands still, or is not a number', live=True
+    )
+    load_cell_offset: float = quantity(
+        0.0, 'N', 'jump of the force reading', bounds=(-1e3, 1e3), live=True
+    )
+    amplifier_off: bool = switch(
+        False, 'amplifier without power: the piezo goes to the lowest voltage', live=True
+    )
+    dead_foot: int = count(
+        0,
+        'foot that no longer moves, 1 and 2 above, 3 to 6 below; 0 is none',
+        bounds=(0, 6),
+        live=True,
+    )
+    runner_stuck: bool = switch(False, 'runner that does not move', live=True)
+    missed_steps: float = quantity(
+        0.0, '', 'share of the steps that the amplifier leaves out', bounds=(0.0, 1.0), live=True
+    )
+    command_delay: float = quantity(
+        0.0, 's', 'time that a command takes to arrive', bounds=(0.0, 10.0), live=True
+    )
+    schedule: str = words('', 'YAML file of faults and their times; empty is none')
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the faults that there are, in the order of declaration."""
+        return tuple(
+            name
+            for name, field in self.__dataclass_fields__.items()
+            if field.metadata['spec'].live and getattr(self, name) != field.default
+        )

@@ -1,0 +1,275 @@
+"""Parameters of what moves: runner, stand and contacts, amplifier and piezo; SI."""
+
+import math
+from dataclasses import dataclass
+
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters.declaration import (
+    TABLE_1,
+    Checked,
+    Unchosen,
+    choice,
+    count,
+    quantity,
+)
+from stickslip_ros.units import GIGA
+
+PAPER_RMS_HEIGHT = 1.1221e-6
+PAPER_PREFACTOR = 4.4478e-4
+
+
+@dataclass(frozen=True)
+class ContactParameters(Checked):
+    """One ruby hemisphere on the runner."""
+
+    profile: str = choice(
+        'rough',
+        ('rough', 'smooth', 'rough_line'),
+        'equivalent rough profile, the bare sphere, or a random rough line (Eq. 14)',
+        source='Eq. 18',
+    )
+    law: str = choice(
+        'mdr',
+        ('mdr', 'coulomb', 'dahl', 'lugre', 'epm'),
+        'contact model of the paper, or a rival friction law',
+        source='Section 3',
+    )
+    radius: float = quantity(
+        0.5e-3, 'm', 'radius R of a hemisphere', bounds=(1e-6, 1.0), source=TABLE_1
+    )
+    hurst: float = quantity(
+        0.7, '', 'Hurst exponent H of the roughness', bounds=(0.01, 1.0), source='Section 4'
+    )
+    rms_height: float = quantity(
+        PAPER_RMS_HEIGHT,
+        'm',
+        'rms roughness h; used by a rough line, and where prefactor is 0',
+        bounds=(0.0, 1e-3),
+        source='Section 4',
+    )
+    prefactor: float = quantity(
+        PAPER_PREFACTOR,
+        'm^(1-H)',
+        'Q_1D of Eq. 17; 0 takes it from rms_height',
+        bounds=(0.0, 1.0),
+        source='Section 4',
+    )
+    line_length: float = quantity(
+        1e-3, 'm', 'rough line: length; 2 R, the system length of Eq. 16', bounds=(1e-6, 1.0)
+    )
+    line_points: int = count(
+        1 << 17, 'rough line: number of springs along it', bounds=(16, 1 << 21)
+    )
+    cutoff_lower: float = quantity(
+        2.0 * math.pi / 1e-3,
+        'rad/m',
+        'rough line: least wave number; one wave in line_length',
+        bounds=(1e-2, 1e10),
+    )
+    cutoff_upper: float = quantity(
+        1e8,
+        'rad/m',
+        'rough line: largest wave number; waves of 63 nm, eight springs long',
+        bounds=(1e-2, 1e10),
+    )
+    line_seed: int = count(
+        1, 'rough line: seed of the first of the six; the next add 1', bounds=(0, 2**31 - 1)
+    )
+    friction: float = quantity(
+        0.3, '', 'friction coefficient mu', bounds=(1e-3, 10.0), source=TABLE_1
+    )
+    young_runner: float = quantity(
+        210 * GIGA,
+        'Pa',
+        "Young's modulus E1 of the runner, steel X90CrMoV18",
+        bounds=(1e3, 1e13),
+        source=TABLE_1,
+    )
+    young_sphere: float = quantity(
+        370 * GIGA,
+        'Pa',
+        "Young's modulus E2 of a hemisphere, ruby",
+        bounds=(1e3, 1e13),
+        source=TABLE_1,
+    )
+    poisson_runner: float = quantity(
+        0.3, '', "Poisson's ratio of the runner", bounds=(0.0, 0.5), source=TABLE_1
+    )
+    poisson_sphere: float = quantity(
+        0.3, '', "Poisson's ratio of a hemisphere", bounds=(0.0, 0.5), source=TABLE_1
+    )
+
+    def check_together(self) -> None:
+        """Refuse a roughness that would have no effect."""
+        if self.profile == 'rough_line':
+            if self.prefactor not in {0.0, PAPER_PREFACTOR}:
+                limit = 'without effect on a rough line, which is made from contact.rms_height'
+                mend = 'leave it out, and set contact.rms_height'
+                raise OutOfRange('contact.prefactor', self.prefactor, 'm^(1-H)', limit, mend)
+        elif self.prefactor and self.rms_height != PAPER_RMS_HEIGHT:
+            limit = f'without effect while contact.prefactor is {self.prefactor:g} m^(1-H)'
+            raise OutOfRange(
+                'contact.rms_height', self.rms_height, 'm', limit, 'set contact.prefactor to 0 too'
+            )
+
+
+@dataclass(frozen=True)
+class FrictionLawParameters(Checked):
+    """Constants of the rival friction laws; zeros are derived from the contact model."""
+
+    bristle_stiffness: float = quantity(
+        0.0, 'N/m', 'sigma0; 0 takes the full-stick stiffness of all contacts', bounds=(0.0, 1e12)
+    )
+    bristle_damping: float = quantity(0.0, 'N s/m', 'sigma1 of LuGre and EPM', bounds=(0.0, 1e6))
+    viscous: float = quantity(0.0, 'N s/m', 'sigma2, viscous friction', bounds=(0.0, 1e6))
+    static_ratio: float = quantity(
+        1.0, '', 'static over Coulomb friction, Fs/Fc; Fc is mu F_n', bounds=(1.0, 10.0)
+    )
+    stribeck_velocity: float = quantity(1e-3, 'm/s', 'Stribeck velocity vs', bounds=(1e-9, 10.0))
+    breakaway_ratio: float = quantity(
+        0.7, '', 'z_ba/z_ss of EPM: bristles deflected less are elastic', bounds=(0.0, 0.99)
+    )
+
+
+@dataclass(frozen=True)
+class StandParameters(Checked):
+    """The frame that holds the six hemispheres."""
+
+    preload: float = quantity(
+        0.5,
+        'N',
+        'preload F_p of the external spring; 0.1 to 1 N in the paper',
+        bounds=(1e-3, 100.0),
+        source='Section 2',
+    )
+    preload_end: float = quantity(
+        0.0, 'N', 'preload to ramp to from the start on; 0 keeps the preload', bounds=(0.0, 100.0)
+    )
+    preload_rate: float = quantity(
+        1.0, 'N/s', 'rate at which the preload changes when asked to', bounds=(1e-6, 1e6)
+    )
+    preload_limit: float = quantity(
+        2.0, 'N', 'largest preload that a command may ask for', bounds=(1e-3, 100.0)
+    )
+    load_limit: float = quantity(
+        10.0, 'N', 'largest external force that a command may ask for', bounds=(0.0, 1000.0)
+    )
+    travel_min: float = quantity(-5e-3, 'm', 'place of the lower end stop', bounds=(-1.0, -1e-7))
+    travel_max: float = quantity(5e-3, 'm', 'place of the upper end stop', bounds=(1e-7, 1.0))
+    stop_stiffness: float = quantity(
+        0.0,
+        'N/m',
+        'stiffness of the end stops; 0 is a runner without end stops',
+        bounds=(0.0, 1e9),
+    )
+
+
+@dataclass(frozen=True)
+class RunnerParameters(Checked):
+    """The moving body."""
+
+    mass: float = quantity(3e-3, 'kg', 'mass m of the runner', bounds=(1e-6, 10.0), source=TABLE_1)
+    damping: float = quantity(
+        0.0, 'N s/m', 'viscous damping c of the runner; the paper names none', bounds=(0.0, 1e4)
+    )
+
+
+@dataclass(frozen=True)
+class AmplifierParameters(Checked):
+    """The high-voltage amplifier between a command and the piezo."""
+
+    voltage_min: float = quantity(
+        0.0, 'V', 'lowest output', bounds=(-1e3, 999.0), source='Section 2'
+    )
+    voltage_max: float = quantity(
+        300.0, 'V', 'highest output', bounds=(-999.0, 1e3), source='Section 2'
+    )
+    voltage_initial: float = quantity(
+        Unchosen(0.0),
+        'V',
+        'output at the start, at which the contacts are relaxed',
+        bounds=(-1e3, 1e3),
+    )
+    slew_rate: float = quantity(
+        150e6, 'V/s', 'fastest change of the output', bounds=(1e3, 1e12), source='Section 2'
+    )
+    frequency_max: float = quantity(
+        20e3, 'Hz', 'highest saw-tooth frequency that a command may ask for', bounds=(1.0, 1e6)
+    )
+    bandwidth: float = quantity(
+        0.0, 'Hz', 'first-order low-pass of the output; 0 is none', bounds=(0.0, 1e9)
+    )
+    resolution: float = quantity(
+        0.0, 'V', 'step of the digital-to-analogue converter; 0 is none', bounds=(0.0, 10.0)
+    )
+    current_max: float = quantity(
+        0.0,
+        'A',
+        'largest current into actuator.capacitance, which limits the slew rate; 0 is none',
+        bounds=(0.0, 1e3),
+    )
+
+    def check_together(self) -> None:
+        """Refuse an empty voltage range and a start outside it."""
+        if self.voltage_min >= self.voltage_max:
+            limit = f'not below amplifier.voltage_max, {self.voltage_max:g} V'
+            raise OutOfRange(
+                'amplifier.voltage_min',
+                self.voltage_min,
+                'V',
+                limit,
+                'lower it or raise the other',
+            )
+        if not self.voltage_min <= self.voltage_initial <= self.voltage_max:
+            limit = f'outside {self.voltage_min:g} to {self.voltage_max:g} V'
+            raise OutOfRange(
+                'amplifier.voltage_initial',
+                self.voltage_initial,
+                'V',
+                limit,
+                'move it inside amplifier.voltage_min and amplifier.voltage_max',
+            )
+
+
+@dataclass(frozen=True)
+class ActuatorParameters(Checked):
+    """The piezo with its hemisphere."""
+
+    gain: float = quantity(
+        160e-9 / 300.0,
+        'm/V',
+        'foot displacement per volt: 160 nm at 300 V',
+        bounds=(1e-13, 1e-6),
+        source='Section 2',
+    )
+    capacitance: float = quantity(
+        5e-09,
+        'F',
+        'capacitance of all piezos together, which the amplifier loads',
+        bounds=(1e-12, 0.001),
+    )
+    hysteresis: float = quantity(
+        0.0,
+        '',
+        'opening of the loop of the whole voltage range, in the middle, per stroke; 0 is none',
+        bounds=(0.0, 0.4),
+    )
+    plays: int = count(8, 'play operators that make up the hysteresis', bounds=(1, 64))
+    creep: float = quantity(
+        0.0, '', 'growth of a displacement per decade of time; 0 is none', bounds=(0.0, 0.2)
+    )
+    resonance: float = quantity(
+        0.0,
+        'Hz',
+        'first resonance of the piezo under its hemisphere; 0 is a massless piezo',
+        bounds=(0.0, 1e7),
+    )
+    damping_ratio: float = quantity(
+        0.05, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)
+    )
+    gain_tolerance: float = quantity(
+        0.0,
+        '',
+        'largest deviation of the gain of a foot from the mean; 0: six equal feet, moved as one',
+        bounds=(0.0, 0.9),
+    )
