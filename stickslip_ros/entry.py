@@ -15,7 +15,7 @@ def drive() -> int:
     status = answer(DRIVE, sys.argv[1:])
     if status is not None:
         return status
-    from stickslip_ros.ros.main import main
+    from stickslip_ros.ros.node import main
 
     return main()
 

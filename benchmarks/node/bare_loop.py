@@ -9,6 +9,7 @@ benchmarks.
 """
 
 import argparse
+import gc
 import threading
 import time
 from array import array
@@ -33,7 +34,7 @@ from benchmarks.node.traffic import (
     RecordedInline,
     Traffic,
 )
-from stickslip_ros.ros.timeliness import be_prompt, keep_what_there_is
+from stickslip_ros.ros.pacing import wake_in_time
 from stickslip_ros.units import NS_PER_S
 
 PERIOD_S = BLOCK_NS / NS_PER_S
@@ -135,7 +136,7 @@ def main() -> None:
     parser.add_argument('--plain', action='store_true', help='wake up as any program does')
     chosen = parser.parse_args(own_words())
     if not chosen.plain:
-        be_prompt()
+        wake_in_time()
     with ros():
         node = Node('bare_loop')
         traffic = traffic_of(chosen, node)
@@ -146,7 +147,7 @@ def main() -> None:
         node.create_subscription(Float64, 'command/voltage', on_voltage, QoSProfile(depth=DEPTH))
         loop = Loop(traffic, chosen.pace, node)
         if not chosen.plain:
-            keep_what_there_is()
+            gc.freeze()
         with spinning(node):
             serve({'start': loop.start, 'stop': loop.stop, 'windows': loop.windows})
             loop.stop()

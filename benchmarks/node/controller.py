@@ -21,7 +21,7 @@ from benchmarks.node.bare_loop import Loop
 from benchmarks.node.process import serve
 from benchmarks.node.spinning import own_words, ros, spinning, wait_for
 from benchmarks.node.traffic import BLOCK_NS, DEPTH, TYPES, Objects
-from stickslip_ros.ros.timeliness import be_prompt
+from stickslip_ros.ros.pacing import wake_in_time
 from stickslip_ros.units import NS_PER_S
 
 BLOCK_S = BLOCK_NS / NS_PER_S
@@ -124,7 +124,7 @@ class DriveController(Controller):
     """
 
     def __init__(self, node: Node) -> None:
-        from stickslip_ros.ros.lockstep import LockstepClient  # noqa: PLC0415 - not for rivals
+        from stickslip_ros.ros.client import LockstepClient  # noqa: PLC0415 - not for rivals
 
         super().__init__()
         self._client = LockstepClient(node, BLOCK_S, self._take)
@@ -154,7 +154,7 @@ def main() -> None:
     parser.add_argument('--of', choices=('drive', 'bare'), required=True)
     parser.add_argument('--inside', choices=('drive', 'position', 'all', 'none'), default='none')
     chosen = parser.parse_args(own_words())
-    be_prompt()
+    wake_in_time()
     with ros():
         node = Node('controller')
         controller = DriveController(node) if chosen.of == 'drive' else BareController(node)

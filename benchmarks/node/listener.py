@@ -19,7 +19,7 @@ from std_msgs.msg import Float64MultiArray
 from benchmarks.node.process import serve
 from benchmarks.node.spinning import ros, spinning, wait_for
 from stickslip_ros.recording.topics import NODE_NAME, READINGS
-from stickslip_ros.ros.handshake import Handshake
+from stickslip_ros.ros.client import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.units import NS_PER_S
 
@@ -133,7 +133,7 @@ class Listener:
 
     def change_state(self, transition: int) -> bool:
         """Ask the drive for a transition, once it knows where its answer goes."""
-        wait_for(self._handshake.knock, 'an answer of the drive')
+        wait_for(self._handshake.is_done, 'an answer of the drive')
         wait_for(self._change_state.service_is_ready, 'the service change_state')
         request = ChangeState.Request()
         request.transition.id = transition

@@ -63,7 +63,7 @@ PAIRINGS = [
 
 def run(sizes: Sizes) -> Outcome:
     """Compare the round trips."""
-    if find_spec('stickslip_ros.ros.lockstep') is None:
+    if find_spec('stickslip_ros.ros.client') is None:
         pairings = [each for each in PAIRINGS if each.kind != 'drive']
     else:
         pairings = PAIRINGS
@@ -110,7 +110,7 @@ def _is_rival_of(ours: Pairing, pairing: Pairing) -> bool:
 
 
 def _drive(lane: Lane) -> Process:
-    words = ['-m', 'stickslip_ros.ros.main', *lane.ros_arguments]
+    words = ['-m', 'stickslip_ros.ros.node', *lane.ros_arguments]
     return Process([*words, '-p', 'sim.lockstep:=true'], lane)
 
 

@@ -18,16 +18,15 @@ NOT_PROMPT = """
 import sys
 from unittest.mock import patch
 from rclpy.lifecycle import ManagedEntity
-from stickslip_ros.ros import executable, main
+from stickslip_ros.ros import executable, node
 with (
-    patch.object(executable, 'be_prompt'),
-    patch.object(executable, 'keep_what_there_is'),
-    patch.object(main, 'Keeper', ManagedEntity),
+    patch.object(executable, 'wake_in_time'),
+    patch.object(executable.gc, 'freeze'),
+    patch.object(node, 'GarbageFreezer', ManagedEntity),
 ):
-    sys.exit(main.main())
+    sys.exit(node.main())
 """
-"""The executable without what `stickslip_ros.ros.timeliness` does; a name that has moved since is
-an error."""
+"""The executable without what lets it wake up in time; a name that has moved since is an error."""
 CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4
 """Numbers of lifecycle_msgs/Transition."""
 
@@ -132,7 +131,7 @@ class Drive(Program):
         words = ['-p', 'autostart:=false']
         for parameter, value in (parameters or {}).items():
             words += ['-p', f'{parameter}:={value}']
-        program = ['-m', 'stickslip_ros.ros.main'] if prompt else ['-c', NOT_PROMPT]
+        program = ['-m', 'stickslip_ros.ros.node'] if prompt else ['-c', NOT_PROMPT]
         main = [*program, *self.lane.ros_arguments, *words]
         self.process = Process(main, self.lane, before)
         self.listener = listener_in(self.lane)

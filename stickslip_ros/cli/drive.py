@@ -21,7 +21,7 @@ def add_verb(add_parser: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the node; with ``--json`` its parameters are printed first."""
-    from stickslip_ros.ros.main import main  # noqa: PLC0415 - other verbs do without ROS
+    from stickslip_ros.ros.node import main  # noqa: PLC0415 - other verbs do without ROS
 
     parameters = chosen_parameters(arguments)
     if arguments.json:

@@ -1,8 +1,9 @@
 """The topics of a node: offered as declared, unless their quality of service is overridden."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from functools import partial
+from itertools import islice
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -23,7 +24,6 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.topics import READINGS, SUBSCRIBED, TOPICS, Topic
-from stickslip_ros.ros.gaps import SequenceGaps
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile, to_qos
 
 POLICIES = (QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
@@ -33,28 +33,68 @@ REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, InvalidQosO
 
 SHARED = 'diagnostics'
 """Key of the topic on which every node may publish."""
+EXPECTED_MAX = 64
+"""Next numbers that are kept of a topic: of so many publishers, and of gaps since a report."""
 
 OnMessage = Callable[[Topic, Any], None]
+
+
+class SequenceGaps:
+    """
+    Messages of a topic that never came, by the numbers that DDS gives to those of a publisher.
+
+    A message has a number, but does not say of which publisher: one that fits no publisher so far
+    is a gap behind the nearest lower one, unless a publisher has come since. The count is exact
+    for one publisher, and rather too low for several.
+
+    Attributes
+    ----------
+    lost : int
+        Messages lost, as far as it has been settled.
+
+    """
+
+    def __init__(self) -> None:
+        self.lost = 0
+        self._expected: dict[int, None] = {}
+        self._gaps: list[tuple[int, int]] = []
+        self._begun = 0
+        self._known: Set[object] = frozenset()
+
+    def take(self, number: int | None) -> None:
+        """Note the number of a message that came; None where DDS gives none."""
+        if number is None:
+            return
+        if number in self._expected:
+            del self._expected[number]
+        elif below := [each for each in self._expected if each < number]:
+            self._gaps.append((max(below), number))
+        else:
+            self._begun += 1
+        self._expected[number + 1] = None
+        if len(self._expected) > EXPECTED_MAX:
+            del self._expected[next(iter(self._expected))]
+
+    def settle(self, publishers: Set[object]) -> None:
+        """Count the gaps so far, but for the first messages of publishers that are new."""
+        begun_by_gap = max(0, len(publishers - self._known) - self._begun)
+        for wanted, came in islice(self._gaps, begun_by_gap, None):
+            self.lost += came - wanted
+            self._expected.pop(wanted, None)
+        self._known = frozenset(publishers)
+        self._gaps.clear()
+        self._begun = 0
 
 
 class Connections:
     """
     Publishers and subscriptions of a drive.
 
-    Parameters
-    ----------
-    node : LifecycleNode
-        Their owner.
-    on_message : callable
-        Receives a topic of a command and the message that came on it.
-    overrides : list of str
-        Names of the parameters ``qos_overrides.*`` that were given at the start.
-
     Attributes
     ----------
-    misfits : Counter of str
+    incompatible : Counter of str
         Endpoints of others with which a quality of service did not agree, by topic.
-    intruders : tuple of str
+    conflicts : tuple of str
         Who else has the name of the node or publishes its readings, in words.
 
     """
@@ -65,8 +105,8 @@ class Connections:
         self._overrides = overrides
         self._offered: dict[str, Any] = {}
         self._gaps: dict[str, SequenceGaps] = {}
-        self.misfits: Counter[str] = Counter()
-        self.intruders: tuple[str, ...] = ()
+        self.incompatible: Counter[str] = Counter()
+        self.conflicts: tuple[str, ...] = ()
 
     @property
     def lost(self) -> dict[str, int]:
@@ -88,12 +128,12 @@ class Connections:
 
         """
         self.release()
-        self.misfits.clear()
+        self.incompatible.clear()
         self._gaps.clear()
         for topic in TOPICS:
             if topic.exists(parameters):
                 self._offered[topic.key] = self._open(topic)
-        for name in self._overrides:
+        for name in self._overrides:  # of the names that were given at the start
             if not self._node.has_parameter(name):
                 mend = 'look at the topics and policies in docs/node.md'
                 raise UnknownName('override', name, mend)
@@ -119,19 +159,19 @@ class Connections:
         if publisher is not None:
             publisher.publish(message)
 
-    def look_around(self) -> None:
-        """Ask the graph for who else is there: settle what was lost, warn of intruders."""
+    def check_graph(self) -> None:
+        """Ask the graph for who else is there: settle what was lost, warn of conflicts."""
         for topic in TOPICS:
             if topic.name in self._gaps:
-                there = self._node.get_publishers_info_by_topic(self._resolved(topic))
+                there = self._node.get_publishers_info_by_topic(self._full_name(topic))
                 self._gaps[topic.name].settle({bytes(each.endpoint_gid) for each in there})
-        seen = tuple(self._intruders())
+        seen = tuple(self._find_conflicts())
         for each in seen:
-            if each not in self.intruders:
+            if each not in self.conflicts:
                 self._node.get_logger().warning(each)
-        self.intruders = seen
+        self.conflicts = seen
 
-    def _intruders(self) -> Iterator[str]:
+    def _find_conflicts(self) -> Iterator[str]:
         """Give what is wrong with the names in the graph."""
         node = self._node
         own = (node.get_name(), node.get_namespace())
@@ -141,7 +181,7 @@ class Connections:
         for topic in READINGS:
             if topic.key == SHARED or topic.key not in self._offered:
                 continue
-            name = self._resolved(topic)
+            name = self._full_name(topic)
             if node.count_publishers(name) > 1:
                 others = self._publishers(name)
                 others.subtract([own])
@@ -152,14 +192,14 @@ class Connections:
         there = self._node.get_publishers_info_by_topic(name)
         return Counter((each.node_name, each.node_namespace) for each in there)
 
-    def _resolved(self, topic: Topic) -> str:
+    def _full_name(self, topic: Topic) -> str:
         return str(self._node.resolve_topic_name(topic.name))
 
     def channels(self) -> dict[str, Channel]:
         """Return what a recording holds: names and quality of service as they are, by key."""
         return {
             topic.key: Channel(
-                self._resolved(topic),
+                self._full_name(topic),
                 topic.type_name,
                 to_qos(self._offered[topic.key].qos_profile),
             )
@@ -170,7 +210,7 @@ class Connections:
     def _open(self, topic: Topic) -> Any:
         """Make the publisher or the subscription of a topic."""
         subscribe = topic.direction == SUBSCRIBED
-        note = partial(self._note_misfit, topic)
+        note = partial(self._note_incompatible, topic)
         options: dict[str, Any] = {
             'event_callbacks': (
                 SubscriptionEventCallbacks(incompatible_qos=note)
@@ -186,21 +226,21 @@ class Connections:
                     message_type, topic.name, profile, **options
                 )
             gaps = self._gaps[topic.name] = SequenceGaps()
-            callback = partial(self._hear, topic, gaps)
+            callback = partial(self._receive, topic, gaps)
             return self._node.create_subscription(
                 message_type, topic.name, callback, profile, **options
             )
         except REFUSALS as error:
             raise StickSlipError(f'{topic.name} cannot be offered: {error}') from error
 
-    def _hear(self, topic: Topic, gaps: SequenceGaps, message: Any, origin: Any) -> None:
+    def _receive(self, topic: Topic, gaps: SequenceGaps, message: Any, origin: Any) -> None:
         """Note which message of its publisher came, and hand it over."""
         gaps.take(origin['publication_sequence_number'])
         self._on_message(topic, message)
 
-    def _note_misfit(self, topic: Topic, event: Any) -> None:
+    def _note_incompatible(self, topic: Topic, event: Any) -> None:
         """Count and tell that another node's endpoint does not fit."""
-        self.misfits[topic.name] = event.total_count
+        self.incompatible[topic.name] = event.total_count
         policy = qos_policy_name_from_kind(event.last_policy_kind)
         other = 'publisher' if topic.direction == SUBSCRIBED else 'subscription'
         self._node.get_logger().warning(

@@ -66,14 +66,8 @@ def leave_on_signals(name: str, *, is_well: bool) -> None:
     Have the first SIGINT or SIGTERM end the process at once, with one line.
 
     For the time before there is anything to close, such as that of imports: an exception would
-    leave a traceback, or be lost in a callback of the import system.
-
-    Parameters
-    ----------
-    name : str
-        The executable, for the line.
-    is_well : bool
-        Whether a signal is how this executable ends: status 0, else 130.
+    leave a traceback, or be lost in a callback of the import system. The status is 0 where a
+    signal is how the executable ends well, else 130.
 
     """
 
@@ -119,22 +113,22 @@ def ignore_signals() -> None:
         signal.signal(number, signal.SIG_IGN)
 
 
-_expendable: list[None] = []
+_interruptible: list[None] = []
 
 
 @contextmanager
-def expendable() -> Iterator[None]:
-    """Do what a process that is to end may drop: it takes long and leaves nothing to close."""
-    _expendable.append(None)
+def interruptible() -> Iterator[None]:
+    """Do what a process that is to end may cut: it takes long and leaves nothing to close."""
+    _interruptible.append(None)
     try:
         yield
     finally:
-        _expendable.pop()
+        _interruptible.pop()
 
 
-def is_expendable() -> bool:
+def is_interruptible() -> bool:
     """Tell whether such a thing is being done."""
-    return bool(_expendable)
+    return bool(_interruptible)
 
 
 def end_node(executor: 'Executor', *nodes: 'Node') -> None:

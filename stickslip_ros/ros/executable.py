@@ -1,31 +1,38 @@
-"""What executables have in common: one node, prompt, ended cleanly by SIGINT and SIGTERM."""
+"""What the nodes have in common as executables: on this host, prompt, ended cleanly by signals."""
 
+import gc
 import os
 import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, wait
+from functools import partial
+from pathlib import Path
 from threading import Thread
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import rclpy
+from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.executors import Executor, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.service import Service
 from rclpy.signals import SignalHandlerOptions
 
+import stickslip_ros
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.ros.ending import (
     Ending,
     StillBusy,
     end_on_signals,
     ignore_signals,
-    is_expendable,
+    is_interruptible,
     spin_until,
 )
-from stickslip_ros.ros.environment import stay_on_this_host
-from stickslip_ros.ros.timeliness import be_prompt, keep_what_there_is
+from stickslip_ros.ros.pacing import wake_in_time
 
+DISCOVERY_VARIABLE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 ENDED, REFUSED, CUT = 0, 2, 3
 """Exit status: as it should be, a parameter refused at the start, closing cut short."""
 CLOSING_S = 8.0
@@ -36,6 +43,59 @@ PATIENCE_S = 0.5
 """Time that a node has to end what it need not finish."""
 LOOK_S = 0.05
 MEND = 'a recording that was not finished is mended by `stickslip recover`'
+
+
+def stay_on_this_host() -> None:
+    """Limit discovery to this host, unless the user has chosen a range; an empty one is none."""
+    if not os.environ.get(DISCOVERY_VARIABLE):
+        os.environ[DISCOVERY_VARIABLE] = 'LOCALHOST'
+
+
+def describe_node(node: Node) -> str:
+    """Return the first line of a node's log: version, name, and where it can be found."""
+    version = f'stickslip_ros {stickslip_ros.__version__}, ROS 2 {_distribution()}'
+    found = os.environ.get(DISCOVERY_VARIABLE) or 'SUBNET'
+    domain = node.context.get_domain_id()
+    return f'{version}: {node.get_fully_qualified_name()}, domain {domain}, discovery {found}'
+
+
+def _distribution() -> str:
+    """Return the distribution of ROS 2: that of the environment, or that of the wheels."""
+    wheels = Path(rclpy.__file__).parents[1].glob('ros_*_rclpy-*.dist-info')
+    named = os.environ.get('ROS_DISTRO') or next((each.name for each in wheels), '')
+    return named.removeprefix('ros_').partition('_')[0] or 'of unknown name'
+
+
+def guard_services(node: Node) -> None:
+    """
+    Have every service that a node offers by now refuse what rclpy does not expect.
+
+    What rclpy raises in a service of its own, such as for a parameter of a type that does not
+    exist or for a transition that does not fit the state, would end the executor, and with it
+    the process; whoever asked would wait for ever.
+
+    """
+    for service in node.services:
+        service.callback = partial(_call_guarded, node, service, service.callback)
+
+
+def _call_guarded(node: Node, service: Service, callback: Any, request: Any, response: Any) -> Any:
+    try:
+        return callback(request, response)
+    except Exception as error:  # noqa: BLE001 - rclpy may raise what it likes
+        node.get_logger().warning(f'{service.srv_name.rpartition("/")[2]} refused: {error}')
+        return _refusal(request, response, SetParametersResult(reason=str(error)))
+
+
+def _refusal(request: Any, response: Any, result: SetParametersResult) -> Any:
+    """Return an answer in which nothing has succeeded, but what was set before the bad one."""
+    if isinstance(request, SetParameters.Request):
+        done = list(response.results)
+        response.results = done + [result] * (len(request.parameters) - len(done))
+        return response
+    if isinstance(request, SetParametersAtomically.Request):
+        return SetParametersAtomically.Response(result=result)
+    return type(response)()
 
 
 def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | None) -> int:
@@ -61,7 +121,7 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
 
     """
     ending = end_on_signals()
-    be_prompt()
+    wake_in_time()
     stay_on_this_host()
     try:
         rclpy.init(
@@ -73,11 +133,11 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
         return _refuse(name, error)
     try:
         with SingleThreadedExecutor() as executor:
-            life = _start(name, make, ending, executor)
+            status = _start(name, make, ending, executor)
             ending.wait()
             ignore_signals()
-            executor.create_task(_do_nothing)
-            return _await_end(name, life)
+            executor.create_task(lambda: None)  # work, for which the executor looks around
+            return _await_end(name, status)
     finally:
         rclpy.try_shutdown()
 
@@ -85,43 +145,43 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
 def _start(
     name: str, make: Callable[[], Node], ending: Ending, executor: Executor
 ) -> 'Future[int]':
-    """Begin the life of a node; give what will be its status, or what has ended it."""
-    life: Future[int] = Future()
+    """Run a node in a thread; give what will be its status, or what has ended it."""
+    status: Future[int] = Future()
 
-    def live() -> None:
+    def run() -> None:
         try:
-            life.set_result(_live(name, make, ending, executor))
+            status.set_result(_run(name, make, ending, executor))
         except BaseException as error:  # noqa: BLE001 - who waits for the status gets it
-            life.set_exception(error)
+            status.set_exception(error)
         finally:
             ending.set()
 
-    Thread(target=live, name='node', daemon=True).start()
-    return life
+    Thread(target=run, name='node', daemon=True).start()
+    return status
 
 
-def _live(name: str, make: Callable[[], Node], ending: Ending, executor: Executor) -> int:
+def _run(name: str, make: Callable[[], Node], ending: Ending, executor: Executor) -> int:
     try:
         node = make()
     except (StickSlipError, RuntimeError) as error:
         return _refuse(name, error)
-    keep_what_there_is()
+    gc.freeze()  # see GarbageFreezer
     spin_until(ending, node, executor)
     return ENDED
 
 
-def _await_end(name: str, life: 'Future[int]') -> int:
+def _await_end(name: str, status: 'Future[int]') -> int:
     """Return the status of a node that is to end; leave the process where it does not."""
     signal.alarm(LAST_S)
     asked_s = time.monotonic()
-    while not wait([life], LOOK_S).done:
+    while not wait([status], LOOK_S).done:
         waited_s = time.monotonic() - asked_s
-        if waited_s > PATIENCE_S and is_expendable():
+        if waited_s > PATIENCE_S and is_interruptible():
             _leave(name, 'ended before it had started', ENDED)
         if waited_s > CLOSING_S:
             _leave(name, f'not closed within {CLOSING_S:g} s; {MEND}', CUT)
     try:
-        return life.result()
+        return status.result()
     except StillBusy as error:
         _leave(name, f'{error}; {MEND}', CUT)
 
@@ -137,7 +197,3 @@ def _leave(name: str, why: str, status: int) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         stream.flush()
     os._exit(status)
-
-
-def _do_nothing() -> None:
-    """Be the work that lets an executor look around."""

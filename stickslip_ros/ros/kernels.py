@@ -45,19 +45,8 @@ class Kernels:
 
     An ideal drive begins as soon as it has its own. A process of its own compiles those for
     preload commands and faults meanwhile, and hands them over by the disk; where there is no
-    place for them, and where the stand needs all, all are compiled first.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand.
-    on_ready : callable
-        Called, in any thread, when no request has to wait any more.
-
-    Attributes
-    ----------
-    are_ready : bool
-        Whether no request has to wait for kernels.
+    place for them, and where the stand needs all, all are compiled first. ``on_ready`` is called,
+    in any thread, when no request has to wait any more: then ``are_ready`` is true.
 
     """
 
@@ -80,7 +69,7 @@ class Kernels:
             target=self._follow, args=(self._process,), name='stickslip kernels', daemon=True
         ).start()
 
-    def lets_wait(self, request: Request | None, after: bool) -> bool:
+    def must_wait(self, request: Request | None, after: bool) -> bool:
         """Tell whether a request must wait; ``after`` says whether one before it does."""
         if self.are_ready or request is None:
             return False

@@ -1,5 +1,7 @@
 """The lifecycle node: commands in, readings out; the drive itself runs in a session."""
 
+import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -8,26 +10,29 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from stickslip_ros.contact.kernel import compilation_told
+from stickslip_ros.contact.kernel import compilation_told, leave_out_blas
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.compilation import told
+from stickslip_ros.parameters import Parameters, format_value
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.run_file import info_json
 from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import NODE_NAME, Topic
-from stickslip_ros.ros import health
-from stickslip_ros.ros.answers import answer_everything
+from stickslip_ros.ros import diagnostics
 from stickslip_ros.ros.connections import Connections
 from stickslip_ros.ros.ending import StillBusy
-from stickslip_ros.ros.greeting import at_start, when_active
+from stickslip_ros.ros.executable import describe_node, guard_services, run_node
 from stickslip_ros.ros.kernels import kernels_for
 from stickslip_ros.ros.orders import AT_ONCE
+from stickslip_ros.ros.pacing import GarbageFreezer
 from stickslip_ros.ros.parameter_bridge import (
-    check_clock_of,
+    check_clock,
     declare_parameters,
     differ_when_built,
     hand_over_overrides,
@@ -47,7 +52,8 @@ from stickslip_ros.ros.recordings import (
 from stickslip_ros.ros.requests import to_grant, to_request
 from stickslip_ros.ros.services import Services
 from stickslip_ros.ros.session import Session, require
-from stickslip_ros.ros.worker import Faults
+from stickslip_ros.ros.worker import Callbacks, Faults
+from stickslip_ros.units import KILO
 
 DIAGNOSTICS_PERIOD_S = 1.0
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
@@ -76,12 +82,14 @@ class StickSlipDrive(LifecycleNode):
         )
         self._active: Session | None = None
         self._session: Session | None = None
-        self._refusals = health.Refusals(self.create_guard_condition(self._log_refusals).trigger)
+        self._refusals = diagnostics.Refusals(
+            self.create_guard_condition(self._log_refusals).trigger
+        )
         self._is_putting_back = False
-        answer_everything(self)
+        guard_services(self)
         overrides = hand_over_overrides(self)
         parameters = declare_parameters(self)
-        self.get_logger().info(at_start(self))
+        self.get_logger().info(describe_node(self))
         self._topics = Connections(self, self._on_message, overrides)
         acts = {'set_recording': self._set_recording, 'clear_faults': self._clear_faults}
         refuse = self._refusals.refuse
@@ -90,7 +98,7 @@ class StickSlipDrive(LifecycleNode):
         self.add_pre_set_parameters_callback(with_numbers)
         self._failed = self.create_guard_condition(self._leave_active)
         self._stuck: list[StillBusy] = []
-        self._told_block_ns = -1
+        self._logged_block_ns = -1
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._after_parameters)
         if parameters.autostart and self.trigger_configure() == SUCCESS:
@@ -104,7 +112,7 @@ class StickSlipDrive(LifecycleNode):
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Build the drive, compile its kernels, offer topics and services."""
         try:
-            check_clock_of(self)
+            check_clock(self)
             self._session = self._build(read_parameters(self))
             self._topics.offer(self._session.parameters)
         except StickSlipError as error:
@@ -127,7 +135,7 @@ class StickSlipDrive(LifecycleNode):
             return FAILURE
         result = super().on_activate(state)
         self._topics.publish(Packed('info', 0, pack_string(info_json(session.parameters))))
-        self._topics.publish(Packed('status', 0, pack_uint32(int(session.status))))
+        self._topics.publish(Packed('status', 0, pack_uint32(int(session.worker.status))))
         try:
             if session.parameters.record.on_start:
                 writer = open_recording(session, self._topics.channels())
@@ -138,23 +146,19 @@ class StickSlipDrive(LifecycleNode):
             return FAILURE
         session.start()
         self._active = session
-        self.get_logger().info(when_active(self, session.parameters, session.bench))
+        self.get_logger().info(_describe_run(self, session.parameters, session.bench))
         return result
 
     def _build(self, parameters: Any) -> Session:
         with compilation_told(told(self.get_logger().warning, kernels_for(parameters))):
-            return Session(
-                parameters,
-                self._topics.publish,
-                self._on_faults,
-                self._on_lost_recording,
-                self._refusals.note,
-                self._on_failed_drive,
+            callbacks = Callbacks(
+                self._on_faults, self._on_lost_recording, self._refusals.note, self._on_failure
             )
+            return Session(parameters, self._topics.publish, callbacks)
 
     def _up_to_date(self) -> Session:
         """Return the drive, built anew if its parameters were changed while it was inactive."""
-        check_clock_of(self)
+        check_clock(self)
         parameters = read_parameters(self)
         old = self._session
         if old is None or old.failure is not None or differ_when_built(old.parameters, parameters):
@@ -214,25 +218,27 @@ class StickSlipDrive(LifecycleNode):
             self._timer = None
 
     def _halt(self) -> bool:
-        """Stop the drive, finish its recording; tell whether the drive was well."""
+        """Stop the drive, finish its recording; return whether the drive was well."""
         session, self._active = self._active, None
         if session is None:
             return True
         writer = session.stop()
         if writer is not None:
-            with suppress(StickSlipError):  # a recording that has failed has been told of
+            with suppress(StickSlipError):  # a failed recording has been reported
                 close_recording(writer, session, self.get_logger())
         if isinstance(session.failure, StillBusy):
             self.get_logger().error(f'the drive is left alone: {session.failure}')
             self._stuck.append(session.failure)
         return session.failure is None
 
-    def _on_failed_drive(self) -> None:
-        """Tell at once that the drive has failed, on its thread; the executor does the rest."""
+    def _on_failure(self) -> None:
+        """Report at once that the drive has failed, on its thread; the executor does the rest."""
         session = self._session
         if session is not None:
             self.get_logger().error(f'the drive has stopped: {session.failure}')
-            self._send_diagnostics([health.drive_status(self._full_name, session, self._refusals)])
+            self._send_diagnostics(
+                [diagnostics.drive_status(self._full_name, session, self._refusals)]
+            )
         self._failed.trigger()
 
     def _leave_active(self) -> None:
@@ -266,7 +272,7 @@ class StickSlipDrive(LifecycleNode):
             self.get_logger().warning(lines.popleft())
 
     def _on_parameters(self, changes: list[Parameter]) -> SetParametersResult:
-        return judge_changes(self, changes, frozen=self._active is not None)
+        return judge_changes(self, changes, runs=self._active is not None)
 
     def _after_parameters(self, changes: list[Parameter]) -> None:
         """Hand changed faults to the drive; those put back by ~/clear_faults are known to it."""
@@ -289,37 +295,37 @@ class StickSlipDrive(LifecycleNode):
         return end_recording(session, self.get_logger())
 
     def _on_faults(self, faults: Faults) -> None:
-        self._send_diagnostics([health.fault_status(self._full_name, faults)])
+        self._send_diagnostics([diagnostics.fault_status(self._full_name, faults)])
 
     def _on_lost_recording(self, writer: RunWriter) -> None:
         why = f'{writer.recorder.path} has stopped: {writer.recorder.error}'
         self.get_logger().error(f'{why}; the drive goes on')
         if self._session is not None:
-            self._send_diagnostics([health.recorder_status(self._full_name, self._session)])
+            self._send_diagnostics([diagnostics.recorder_status(self._full_name, self._session)])
 
     def _publish_diagnostics(self) -> None:
-        self._refusals.turn_over()
+        self._refusals.begin_report()
         session = self._active
         if session is None:
             return
-        self._topics.look_around()
+        self._topics.check_graph()
         name = self._full_name
         self._watch_block(session)
         self._send_diagnostics(
             [
-                health.pace_status(name, session.pacer.report(), session),
-                health.drive_status(name, session, self._refusals),
-                health.fault_status(name, session.faults),
-                health.recorder_status(name, session),
-                health.connection_status(name, self._topics),
+                diagnostics.pace_status(name, session.pacer.report(), session),
+                diagnostics.drive_status(name, session, self._refusals),
+                diagnostics.fault_status(name, session.worker.faults),
+                diagnostics.recorder_status(name, session),
+                diagnostics.connection_status(name, self._topics),
             ]
         )
 
     def _watch_block(self, session: Session) -> None:
         """Log a block that takes too long, once, while it lasts."""
-        if health.is_long(session) and session.bench.time_ns != self._told_block_ns:
-            self._told_block_ns = session.bench.time_ns
-            self.get_logger().error(health.long_block(session))
+        if diagnostics.is_long(session) and session.bench.time_ns != self._logged_block_ns:
+            self._logged_block_ns = session.bench.time_ns
+            self.get_logger().error(diagnostics.long_block(session))
 
     @property
     def _full_name(self) -> str:
@@ -329,3 +335,41 @@ class StickSlipDrive(LifecycleNode):
         array = DiagnosticArray(status=status)
         array.header.stamp = self.get_clock().now().to_msg()
         self._topics.send('diagnostics', array)
+
+
+def _describe_run(node: Node, parameters: Parameters, bench: Bench) -> str:
+    """Return a line for the log: how the drive runs, and a command that it takes as it is."""
+    rate = f'{1.0 / (KILO * parameters.sim.block):g} kHz blocks'
+    start = f'active: {rate}, {_pace_of(parameters)}, preload {bench.state.preload_n:g} N'
+    if parameters.sim.lockstep:
+        return f'{start}; waits for grants on {node.resolve_topic_name("command/grant")}'
+    amplifier = parameters.amplifier
+    middle_v = format_value(0.5 * (amplifier.voltage_min + amplifier.voltage_max))
+    topic = node.resolve_topic_name('command/voltage')
+    command = f'ros2 topic pub --once {topic} std_msgs/msg/Float64 "{{data: {middle_v}}}"'
+    return f'{start}; try: {command}'
+
+
+def _pace_of(parameters: Parameters) -> str:
+    factor = parameters.sim.real_time_factor
+    if parameters.sim.lockstep:
+        return 'in lockstep'
+    if factor == 0.0:
+        return 'as fast as possible'
+    return 'in real time' if factor == 1.0 else f'{factor:g} times real time'
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the drive until SIGINT or SIGTERM, as `run_node` does; return its exit status."""
+    leave_out_blas()
+    return run_node('drive', _make_drive, arguments)
+
+
+def _make_drive() -> StickSlipDrive:
+    node = StickSlipDrive()
+    node.add_managed_entity(GarbageFreezer())
+    return node
+
+
+if __name__ == '__main__':
+    sys.exit(main())

@@ -21,7 +21,7 @@ LEAST_NUMBERS = 100
 _RANKS = {topic.request: rank for rank, topic in enumerate(COMMANDS)}
 
 
-LetsWait = Callable[[Request | None, bool], bool]
+MustWait = Callable[[Request | None, bool], bool]
 """Whether a request must wait for more than its time, given whether one before it does."""
 
 
@@ -52,14 +52,14 @@ class Order:
     outcome: RunWriter | StickSlipError | None = None
 
     def answer(self) -> None:
-        """Tell who gave the order what came of it."""
+        """Reply with the outcome."""
         if isinstance(self.outcome, StickSlipError):
             self.reply.set_exception(self.outcome)
         else:
             self.reply.set_result(self.outcome)
 
     def refuse(self, why: StickSlipError) -> None:
-        """Tell that the order will never be carried out."""
+        """Reply that the order will never be carried out."""
         if not self.reply.done():
             self.reply.set_exception(why)
 
@@ -83,7 +83,7 @@ class Orders:
     by_topic : bool
         Whether orders of one block are sorted by their topics, so that it does not matter in
         which order the network delivered them.
-    lets_wait : callable
+    must_wait : callable
         Tells whether a request must wait for more than its time.
 
     Attributes
@@ -93,11 +93,11 @@ class Orders:
 
     """
 
-    def __init__(self, *, by_topic: bool, lets_wait: LetsWait = lambda *_: False) -> None:
+    def __init__(self, *, by_topic: bool, must_wait: MustWait = lambda *_: False) -> None:
         self._waiting: deque[Order] = deque()
         self.numbers = 0
         self._by_topic = by_topic
-        self._lets_wait = lets_wait
+        self._must_wait = must_wait
 
     def __iter__(self) -> Iterator[Order]:
         return iter(tuple(self._waiting))
@@ -127,13 +127,9 @@ class Orders:
     def _with_waits(self) -> Iterator[tuple[Order, bool]]:
         after = False
         for order in tuple(self._waiting):
-            waits = self._lets_wait(order.request, after)
+            waits = self._must_wait(order.request, after)
             after = after or waits
             yield order, waits
-
-    def take_urgent(self) -> list[Order]:
-        """Take what waits for no block."""
-        return self.take(AT_ONCE)
 
     def withdraw_all(self) -> None:
         """Cancel everything; recordings that were to begin are closed."""

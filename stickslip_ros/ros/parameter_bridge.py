@@ -1,6 +1,7 @@
 """The parameters of the package as ROS parameters: declared, checked, read."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from rcl_interfaces.msg import (
@@ -51,11 +52,8 @@ def declare_parameters(node: Node) -> Parameters:
     """
     Declare every parameter of the package on a node.
 
-    Parameters
-    ----------
-    node : Node
-        A node made with ``automatically_declare_parameters_from_overrides=True``, so that a
-        misspelt name is seen instead of ignored, and a whole number does for a decimal one.
+    It was made with ``automatically_declare_parameters_from_overrides=True``, so that a misspelt
+    name is seen instead of ignored, and a whole number does for a decimal one.
 
     Raises
     ------
@@ -73,16 +71,6 @@ def declare_controller_parameters(node: Node) -> ControllerParameters:
     Declare every parameter of the position controller on a node, and refuse as above.
 
     Parameters of the drive are passed over: the file of a stand may be given to both nodes.
-
-    Parameters
-    ----------
-    node : Node
-        A node made with ``automatically_declare_parameters_from_overrides=True``.
-
-    Raises
-    ------
-    UnknownName, WrongKind, OutOfRange
-        If a value given at the start is not allowed.
 
     """
     declared = declared_by(ControllerParameters)
@@ -125,21 +113,13 @@ def hand_over_overrides(node: Node) -> list[str]:
 
 
 def read_parameters(node: Node) -> Parameters:
-    """
-    Return the present values of a node's parameters, checked together.
-
-    Raises
-    ------
-    OutOfRange
-        If the values do not fit together.
-
-    """
+    """Return the present values of a node's parameters; refuse what does not fit together."""
     return Parameters().updated({name: node.get_parameter(name).value for name in specs()})
 
 
-def check_clock(*, publishes: bool, follows: bool) -> None:
+def check_clock(node: Node, changes: Mapping[str, object] = MappingProxyType({})) -> None:
     """
-    Refuse a node that follows the clock which it publishes.
+    Refuse a node that follows the clock which it publishes, after these changes.
 
     Raises
     ------
@@ -147,54 +127,29 @@ def check_clock(*, publishes: bool, follows: bool) -> None:
         If it would.
 
     """
-    if publishes and follows:
+    now = {name: node.get_parameter(name).value for name in (CLOCK, SIM_TIME)} | dict(changes)
+    if now[CLOCK] and now[SIM_TIME]:
         limit = f'not possible while {CLOCK} is true: the node would follow its own clock'
         raise OutOfRange(SIM_TIME, True, '', limit, 'set one of the two to false')
 
 
-def check_clock_of(node: Node) -> None:
-    """Refuse the present values of a node if it would follow its own clock."""
-    publishes, follows = (bool(node.get_parameter(name).value) for name in (CLOCK, SIM_TIME))
-    check_clock(publishes=publishes, follows=follows)
-
-
-def judge_changes(node: Node, changes: list[Parameter], frozen: bool) -> SetParametersResult:
-    """
-    Accept or refuse a change of parameters.
-
-    Parameters
-    ----------
-    node : Node
-        Owner of the present values.
-    changes : list of Parameter
-        Wanted values.
-    frozen : bool
-        Whether the drive runs, so that its parameters must stay as they are, but for the live
-        ones.
-
-    """
+def judge_changes(node: Node, changes: list[Parameter], *, runs: bool) -> SetParametersResult:
+    """Accept or refuse a change of parameters; of a drive that runs only live ones change."""
     new: dict[str, object] = {p.name: p.value for p in changes}
     wanted = {name: value for name, value in new.items() if name in specs()}
     fixed = [name for name in wanted if not spec_of(name).live]
-    if fixed and frozen:
+    if fixed and runs:
         names = ', '.join(fixed)
         reason = f'{names} cannot change while the node is active; deactivate it first'
         return SetParametersResult(successful=False, reason=reason)
     try:
         if SIM_TIME in new or CLOCK in new:
-            _check_new_clock(node, new)
+            check_clock(node, new)
         if wanted:
             read_parameters(node).updated(wanted)
     except StickSlipError as error:
         return SetParametersResult(successful=False, reason=str(error))
     return SetParametersResult(successful=True)
-
-
-def _check_new_clock(node: Node, new: Mapping[str, object]) -> None:
-    publishes, follows = (
-        bool(new.get(name, node.get_parameter(name).value)) for name in (CLOCK, SIM_TIME)
-    )
-    check_clock(publishes=publishes, follows=follows)
 
 
 def with_numbers(changes: list[Parameter]) -> list[Parameter]:

@@ -19,13 +19,10 @@ from stickslip_ros.instrument.position_loop import Level, LoopSettings, Steps
 from stickslip_ros.instrument.remote_loop import RemoteLoop
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.topics import COMMAND, LATCHED, STREAM
-from stickslip_ros.ros.answers import answer_everything
-from stickslip_ros.ros.executable import run_node
-from stickslip_ros.ros.greeting import at_start
+from stickslip_ros.ros.client import Commands, LockstepClient, stamp_ns
+from stickslip_ros.ros.executable import describe_node, guard_services, run_node
 from stickslip_ros.ros.interface import to_profile
-from stickslip_ros.ros.lockstep import Commands, LockstepClient
 from stickslip_ros.ros.parameter_bridge import declare_controller_parameters
-from stickslip_ros.units import NS_PER_S
 
 NODE_NAME = 'position_controller'
 
@@ -48,9 +45,9 @@ class PositionController(Node):
         super().__init__(
             node_name, automatically_declare_parameters_from_overrides=True, **node_arguments
         )
-        answer_everything(self)
+        guard_services(self)
         parameters = declare_controller_parameters(self)
-        self.get_logger().info(at_start(self))
+        self.get_logger().info(describe_node(self))
         self.loop = RemoteLoop(
             LoopSettings(
                 gain_m_per_v=parameters.gain,
@@ -66,7 +63,7 @@ class PositionController(Node):
         command, latched = to_profile(COMMAND), to_profile(LATCHED)
         self._error = self.create_publisher(Float64, '~/error', command)
         self._in_position = self.create_publisher(Bool, '~/in_position', latched)
-        self._told: bool | None = None
+        self._was_in_position: bool | None = None
         self.create_subscription(PointStamped, '~/target', self._on_target, command)
         if parameters.lockstep:
             self._lockstep = LockstepClient(self, parameters.block, self._answer)
@@ -85,9 +82,7 @@ class PositionController(Node):
             )
 
     def _on_position(self, message: PointStamped) -> None:
-        stamp = message.header.stamp
-        time_ns = stamp.sec * NS_PER_S + stamp.nanosec
-        action = self._decide(time_ns, message.point.x)
+        action = self._decide(stamp_ns(message), message.point.x)
         if isinstance(action, Steps):
             self._steps.publish(Int32(data=action.count))
         elif action is not None:
@@ -102,32 +97,19 @@ class PositionController(Node):
 
     def _decide(self, time_ns: int, position_m: float) -> Steps | Level | None:
         action = self.loop.update(time_ns, position_m)
-        self._tell()
+        self._publish_state()
         return action
 
-    def _tell(self) -> None:
+    def _publish_state(self) -> None:
         if math.isfinite(self.loop.error_m):
             self._error.publish(Float64(data=self.loop.error_m))
-        if self.loop.in_position != self._told:
-            self._told = self.loop.in_position
-            self._in_position.publish(Bool(data=self._told))
+        if self.loop.in_position != self._was_in_position:
+            self._was_in_position = self.loop.in_position
+            self._in_position.publish(Bool(data=self.loop.in_position))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """
-    Run the controller until SIGINT or SIGTERM.
-
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        ROS arguments, such as ``--ros-args -p tolerance:=1e-9``; the command line if None.
-
-    Returns
-    -------
-    int
-        0 after a clean end, 2 if a parameter was refused.
-
-    """
+    """Run the controller until SIGINT or SIGTERM, as `run_node` does; return its exit status."""
     return run_node(NODE_NAME, PositionController, arguments)
 
 

@@ -41,7 +41,7 @@ def close_recording(writer: RunWriter, session: Session, logger: Any) -> str:
     writer.close()
     recorder = writer.recorder
     if recorder.error is not None:
-        session.lose_recording(writer)
+        session.worker.lose_recording(writer)
         raise StickSlipError(_why_not_recording(session))
     logger.info(
         f'recorded {recorder.place}: {recorder.stored} messages, {recorder.dropped} dropped'
@@ -59,7 +59,7 @@ def start_recording(session: Session, channels: Mapping[str, Channel]) -> str:
         If the drive records already, or the file cannot be written.
 
     """
-    if session.writer is not None:
+    if session.worker.writer is not None:
         raise StickSlipError('already recording')
     writer = open_recording(session, channels)
     try:
@@ -80,14 +80,14 @@ def end_recording(session: Session, logger: Any) -> str:
         If the drive does not record, or the recording has failed.
 
     """
-    if session.writer is None:
+    if session.worker.writer is None:
         raise StickSlipError(_why_not_recording(session))
     ended = await_reply(session.exchange_recording(None))
     return '' if ended is None else close_recording(ended, session, logger)
 
 
 def _why_not_recording(session: Session) -> str:
-    failed = session.failed_writer
+    failed = session.worker.failed_writer
     if failed is None:
         return 'not recording'
     return f'{failed.recorder.path} has stopped: {failed.recorder.error}'

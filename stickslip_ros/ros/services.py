@@ -30,7 +30,7 @@ class Services:
     get_session : callable
         Returns the running drive, or refuses.
     on_refusal : callable
-        Hears what was refused, and why.
+        Receives the name of a service and why it was refused.
     acts : mapping of str to callable
         What only the node can do, by the name of the service.
 

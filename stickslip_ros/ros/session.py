@@ -3,22 +3,19 @@
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
 from concurrent.futures import Future
 from enum import Enum, auto
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import Event, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.run_writer import RunWriter
-from stickslip_ros.ros.ending import StillBusy, expendable
+from stickslip_ros.ros.ending import StillBusy, interruptible
 from stickslip_ros.ros.kernels import Kernels
 from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
 from stickslip_ros.ros.pacing import Pacer
 from stickslip_ros.ros.permit import Grant, Permit
-from stickslip_ros.ros.worker import Faults, Publish, Worker
+from stickslip_ros.ros.worker import NOBODY, Callbacks, Publish, Worker
 
 LONG_PAUSE_S = 0.2
 """A longer pause ends at once when the drive is stopped or held; sleeping is more exact."""
@@ -41,23 +38,12 @@ class Session:
     """
     The drive as a thread that ticks once per block.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand.
-    publish : callable
-        Receives every packed message, on the session's thread.
-    on_faults : callable
-        Receives the faults of the moment whenever they change, on the session's thread.
-    on_failure : callable
-        Receives a recording that has just failed, on the session's thread.
-    on_trouble : callable
-        Receives the event of a command that was refused or has failed, on the session's thread.
-    on_end : callable
-        Called, on the session's thread, when the drive has failed: `failure` says why.
-
     Attributes
     ----------
+    worker : Worker
+        What the thread does; of its state others may read, but change nothing.
+    bench : Bench
+        The drive itself.
     failure : BaseException or None
         Why there will be no further tick.
     kernels : Kernels
@@ -71,13 +57,7 @@ class Session:
     """
 
     def __init__(
-        self,
-        parameters: Parameters,
-        publish: Publish,
-        on_faults: Callable[[Faults], None] = lambda _: None,
-        on_failure: Callable[[RunWriter], None] = lambda _: None,
-        on_trouble: Callable[[Event], None] = lambda _: None,
-        on_end: Callable[[], None] = lambda: None,
+        self, parameters: Parameters, publish: Publish, callbacks: Callbacks = NOBODY
     ) -> None:
         self.parameters = parameters
         lockstep = parameters.sim.lockstep
@@ -85,48 +65,19 @@ class Session:
             parameters.sim.block, 0.0 if lockstep else parameters.sim.real_time_factor
         )
         self.failure: BaseException | None = None
-        self._on_end = on_end
+        self._on_failure = callbacks.on_failure
         self._changed = threading.Condition()
-        with expendable():
-            self.kernels = Kernels(parameters, self._look_again)
-        self._worker = Worker(parameters, publish, on_faults, on_failure, on_trouble)
+        with interruptible():
+            self.kernels = Kernels(parameters, self._notify)
+        self.worker = Worker(parameters, publish, callbacks)
+        self.bench = self.worker.bench
         self._permit = Permit(parameters.block_ns, lockstep=lockstep)
-        self._orders = Orders(by_topic=lockstep, lets_wait=self.kernels.lets_wait)
+        self._orders = Orders(by_topic=lockstep, must_wait=self.kernels.must_wait)
         self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
         self._is_ending = False
         self._busy_since_s: float | None = None
         self._thread: threading.Thread | None = None
-
-    @property
-    def bench(self) -> Bench:
-        """The drive itself."""
-        return self._worker.bench
-
-    @property
-    def status(self) -> Status:
-        """State of the drive, as last told."""
-        return self._worker.status
-
-    @property
-    def writer(self) -> RunWriter | None:
-        """The recording in progress."""
-        return self._worker.writer
-
-    @property
-    def failed_writer(self) -> RunWriter | None:
-        """The recording that the disk has ended, until another one begins."""
-        return self._worker.failed
-
-    @property
-    def faults(self) -> Faults:
-        """The faults of the moment."""
-        return self._worker.faults
-
-    def take_preload_ramp(self) -> bool:
-        """Tell whether a preload was on its way in a block since the last call."""
-        ramped, self._worker.preload_ramped = self._worker.preload_ramped, False
-        return ramped
 
     @property
     def is_paused(self) -> bool:
@@ -155,9 +106,8 @@ class Session:
         `failure` says so then.
 
         """
-        with self._changed:
-            self._is_ending = True
-            self._changed.notify_all()
+        self._is_ending = True
+        self._notify()
         if self._thread is not None:
             self._thread.join(STOP_TIMEOUT_S)
             if self._thread.is_alive():
@@ -168,7 +118,7 @@ class Session:
         self._orders.withdraw_all()
         while self._steps:
             self._steps.popleft().cancel()
-        writer, self._worker.writer = self._worker.writer, None
+        writer, self.worker.writer = self.worker.writer, None
         return writer
 
     def submit(self, request: Request, due_ns: int = NEXT_BLOCK) -> 'Future[RunWriter | None]':
@@ -180,10 +130,6 @@ class Session:
     ) -> 'Future[RunWriter | None]':
         """Record into ``writer`` from a tick on; the reply is the recording so far."""
         return self._put(Order(due_ns, writer=writer))
-
-    def lose_recording(self, writer: RunWriter) -> None:
-        """Say of a recording that has been exchanged that it has failed."""
-        self._worker.lose(writer)
 
     def receive(self, request: Request | None) -> None:
         """
@@ -257,7 +203,7 @@ class Session:
         is_paced = self.pacer.real_time_factor > 0.0
         return not (is_paced or self.kernels.are_ready) and self._orders.held(now_ns) > 0
 
-    def _look_again(self) -> None:
+    def _notify(self) -> None:
         with self._changed:
             self._changed.notify_all()
 
@@ -271,18 +217,18 @@ class Session:
         try:
             while (turn := self._await_turn()) is not Turn.END:
                 self._take(turn)
-                self._rest()
+                self._note_idle()
                 if turn is Turn.ADVANCE:
                     self.pacer.wait(self._sleep)
         except BaseException as error:
             self.failure = error
             self._refuse_all(error)
-            self._on_end()
-            self._worker.tell_failure(error)
+            self._on_failure()
+            self.worker.report_failure(error)
             if not isinstance(error, StickSlipError):
                 raise
         finally:
-            self._rest()
+            self._note_idle()
 
     def _await_turn(self) -> Turn:
         """Wait until there is something to do; say what."""
@@ -303,7 +249,7 @@ class Session:
         if self._permit.allows(now_ns):
             self._due = self._orders.take(now_ns)
             return Turn.ADVANCE
-        self._due = self._orders.take_urgent()
+        self._due = self._orders.take(AT_ONCE)
         if self._due:
             return Turn.SERVE
         while self._steps and not self._steps[0].set_running_or_notify_cancel():
@@ -316,20 +262,19 @@ class Session:
     def _take(self, turn: Turn) -> None:
         """Do what is to be done."""
         if turn is Turn.SERVE:
-            self._worker.serve(self._due)
+            self.worker.serve(self._due)
         elif turn is Turn.STEP:
-            self._worker.advance(self._due)
+            self.worker.advance(self._due)
             self._steps.popleft().set_result(None)
         else:
             self.pacer.resume()
-            self._worker.advance(self._due)
+            self.worker.advance(self._due)
         self._due = []
 
-    def _rest(self) -> None:
-        """Tell who waits for it that nothing is being done."""
-        with self._changed:
-            self._busy_since_s = None
-            self._changed.notify_all()
+    def _note_idle(self) -> None:
+        """Note that nothing is being done, for who waits for that."""
+        self._busy_since_s = None
+        self._notify()
 
     def _sleep(self, pause_s: float) -> None:
         if pause_s <= LONG_PAUSE_S:
@@ -355,22 +300,7 @@ def _check_waiting(numbers: int) -> None:
 
 
 def require(session: Session | None, state: str) -> Session:
-    """
-    Return a session that runs.
-
-    Parameters
-    ----------
-    session : Session or None
-        None if there is none.
-    state : str
-        State of the node, for the message.
-
-    Raises
-    ------
-    StickSlipError
-        If there is none, or its thread has failed.
-
-    """
+    """Return a session that runs; refuse none, with the node's state, and one that has failed."""
     if session is None:
         raise StickSlipError(f'the node is {state}, not active; activate it first')
     if session.failure is not None:

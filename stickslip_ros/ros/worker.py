@@ -2,6 +2,7 @@
 
 import struct
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 from stickslip_ros.errors import StickSlipError
@@ -25,22 +26,36 @@ Faults = dict[str, Scalar]
 """Values of the faults that there are, by name."""
 
 
+@dataclass(frozen=True)
+class Callbacks:
+    """
+    Who hears of what happens in a drive, on its thread; by default nobody.
+
+    Attributes
+    ----------
+    on_faults : callable
+        Receives the faults of the moment whenever they change.
+    on_lost_recording : callable
+        Receives a recording that has just failed.
+    on_refusal : callable
+        Receives the event of a command that was refused or has failed.
+    on_failure : callable
+        Called when the drive has failed.
+
+    """
+
+    on_faults: Callable[[Faults], None] = lambda _: None
+    on_lost_recording: Callable[[RunWriter], None] = lambda _: None
+    on_refusal: Callable[[Event], None] = lambda _: None
+    on_failure: Callable[[], None] = lambda: None
+
+
+NOBODY = Callbacks()
+
+
 class Worker:
     """
     A bench with all that hears of it.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand.
-    publish : callable
-        Receives every packed message.
-    on_faults : callable
-        Receives the faults of the moment whenever they change.
-    on_failure : callable
-        Receives a recording that has just failed.
-    on_trouble : callable
-        Receives the event of each command that was refused or has failed.
 
     Attributes
     ----------
@@ -48,10 +63,10 @@ class Worker:
         The drive.
     writer : RunWriter or None
         The recording in progress.
-    failed : RunWriter or None
+    failed_writer : RunWriter or None
         The recording that the disk has ended, until another one begins.
     status : Status
-        Of the drive, as last told.
+        Of the drive, as last published.
     preload_ramped : bool
         Whether a preload was on its way in any block; whoever reads it sets it back.
 
@@ -62,14 +77,7 @@ class Worker:
 
     """
 
-    def __init__(
-        self,
-        parameters: Parameters,
-        publish: Publish,
-        on_faults: Callable[[Faults], None],
-        on_failure: Callable[[RunWriter], None] = lambda _: None,
-        on_trouble: Callable[[Event], None] = lambda _: None,
-    ) -> None:
+    def __init__(self, parameters: Parameters, publish: Publish, callbacks: Callbacks) -> None:
         self._schedule = _schedule_of(parameters)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
@@ -77,14 +85,12 @@ class Worker:
         self.status = self.bench.status
         self.preload_ramped = False
         self.writer: RunWriter | None = None
-        self.failed: RunWriter | None = None
+        self.failed_writer: RunWriter | None = None
         self._feed = Feed(parameters)
         self._publish = publish
-        self._on_faults = on_faults
-        self._on_failure = on_failure
-        self._on_trouble = on_trouble
+        self._callbacks = callbacks
         self._seen_faults: FaultParameters | None = None
-        self._told_faults: Faults = {}
+        self._reported_faults: Faults = {}
 
     @property
     def faults(self) -> Faults:
@@ -98,14 +104,14 @@ class Worker:
         _answer(orders)
 
     def advance(self, orders: list[Order]) -> None:
-        """Carry out orders and what is scheduled, advance by one block, tell what was seen."""
+        """Carry out orders and what is scheduled, advance by one block, publish what was seen."""
         now_ns = self.bench.time_ns
         self._carry_out(orders, self._schedule.due(now_ns))
-        self._tell(self.bench.update(now_ns + self._block_ns))
+        self._publish_output(self.bench.update(now_ns + self._block_ns))
         _answer(orders)
 
-    def tell_failure(self, error: BaseException) -> None:
-        """Tell, on the topic of events and in the recording, that the drive has stopped."""
+    def report_failure(self, error: BaseException) -> None:
+        """Say, on the topic of events and in the recording, that the drive has stopped."""
         event = Event(self.bench.time_ns, 0, 'drive', Result.DRIVE_FAILED, message=str(error))
         packed = Packed('event', event.time_ns, pack_string(event.to_json()))
         if self.writer is not None:
@@ -122,15 +128,15 @@ class Worker:
         for order in orders:
             if order.request is not None:
                 order.outcome = self._obey(order.request)
-        self._tell_faults()
+        self._report_faults()
 
-    def _tell_faults(self) -> None:
+    def _report_faults(self) -> None:
         if self.bench.faults is self._seen_faults:
             return
         self._seen_faults = self.bench.faults
-        if self.faults != self._told_faults:
-            self._told_faults = self.faults
-            self._on_faults(self._told_faults)
+        if self.faults != self._reported_faults:
+            self._reported_faults = self.faults
+            self._callbacks.on_faults(self._reported_faults)
 
     def _obey(self, request: Request) -> StickSlipError | None:
         """Hand a request to the bench and note it; return what is to be said of a refusal."""
@@ -150,11 +156,11 @@ class Worker:
     def _exchange(self, writer: RunWriter | None) -> RunWriter | None:
         previous, self.writer = self.writer, writer
         if writer is not None:
-            self.failed = None
+            self.failed_writer = None
             writer.begin(self.bench.time_ns, self.status)
         return previous
 
-    def _tell(self, output: Output) -> None:
+    def _publish_output(self, output: Output) -> None:
         self.status = output.status
         if int(output.status) & PRELOADING:
             self.preload_ramped = True
@@ -163,7 +169,7 @@ class Worker:
             self._publish(Packed('clock', time_ns, _pack_clock(time_ns)))
         for event in output.events:
             if event.result not in UNTROUBLED:
-                self._on_trouble(event)
+                self._callbacks.on_refusal(event)
         for packed in self._feed.pack(output):
             self._publish(packed)
             if self.writer is not None:
@@ -175,15 +181,15 @@ class Worker:
         writer = self.writer
         if writer is not None and writer.recorder.error is not None:
             self.writer = None
-            self.lose(writer)
+            self.lose_recording(writer)
 
-    def lose(self, writer: RunWriter) -> None:
+    def lose_recording(self, writer: RunWriter) -> None:
         """Say that a recording has failed."""
-        self.failed = writer
+        self.failed_writer = writer
         why = str(writer.recorder.error)
         event = Event(self.bench.time_ns, 0, 'recording', Result.RECORDING_FAILED, message=why)
         self._publish(Packed('event', event.time_ns, pack_string(event.to_json())))
-        self._on_failure(writer)
+        self._callbacks.on_lost_recording(writer)
 
 
 def _pack_clock(time_ns: int) -> bytes:

@@ -20,8 +20,8 @@ from stickslip_ros.parameters import Parameters, dump_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
-from stickslip_ros.ros.environment import stay_on_this_host
-from stickslip_ros.ros.handshake import Handshake
+from stickslip_ros.ros.client import Handshake
+from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.testing.operator import Operator
 from stickslip_ros.units import NANO
 
@@ -35,8 +35,8 @@ LOAD_S = 0.2
 PAUSE_S = 0.05
 END_TIMEOUT_S = 20.0
 DOMAINS = 100
-EARLY_KNOCK = 'ignore:failed to send response:RuntimeWarning'
-"""What rclpy warns of when an answer meets nobody; the operator then knocks again."""
+UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
+"""What rclpy warns of when an answer meets nobody; the operator then asks again."""
 POSITIONS_KEPT = 10_000
 """Positions that the node keeps for an operator whom other processes hold up: 10 s of them."""
 
@@ -162,7 +162,7 @@ def await_start(stand: Operator, process: 'subprocess.Popen[bytes]') -> None:
     """
     handshake = Handshake(stand.node, NODE_NAME)
     stand.spin_until(
-        lambda: process.poll() is not None or handshake.knock(), 'the drive', math.inf
+        lambda: process.poll() is not None or handshake.is_done(), 'the drive', math.inf
     )
     handshake.close()
     if process.returncode is not None:
@@ -174,7 +174,7 @@ def await_start(stand: Operator, process: 'subprocess.Popen[bytes]') -> None:
 @contextmanager
 def drive_process(settings: Path, domain: int) -> Iterator[subprocess.Popen[bytes]]:
     """Run the node in a process of its own; it is ended with the context, and in its own way."""
-    command = [sys.executable, '-W', EARLY_KNOCK, '-m', 'stickslip_ros.ros.main']
+    command = [sys.executable, '-W', UNANSWERED, '-m', 'stickslip_ros.ros.node']
     command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
     command += ['-p', f'qos_overrides./position.publisher.depth:={POSITIONS_KEPT}']
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}

@@ -20,8 +20,8 @@ from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
+from stickslip_ros.ros.client import Handshake
 from stickslip_ros.ros.ending import end_node
-from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.requests import to_message
 from stickslip_ros.stopping import heed_stop
@@ -158,7 +158,7 @@ class Operator:
     def shake_hands(self, timeout_s: float = TIMEOUT_S) -> None:
         """Wait until the drive knows every publisher and subscription of this node."""
         handshake = Handshake(self.node, self._drive)
-        self.spin_until(handshake.knock, 'an answer of the drive', timeout_s)
+        self.spin_until(handshake.is_done, 'an answer of the drive', timeout_s)
         handshake.close()
 
     def _is_heard(self) -> bool:

@@ -13,9 +13,9 @@ from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.ros.client import Commands
 from stickslip_ros.ros.ending import end_node
-from stickslip_ros.ros.environment import stay_on_this_host
-from stickslip_ros.ros.lockstep import Commands
+from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.ros.position_controller import PositionController
 from stickslip_ros.stopping import heed_stop

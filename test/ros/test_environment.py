@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from executables import DRIVE, end
 
-from stickslip_ros.ros.environment import DISCOVERY_VARIABLE, stay_on_this_host
+from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, stay_on_this_host
 
 PROFILE = Path(__file__).resolve().parents[2] / 'config/loopback.xml'
 EVERYWHERE = '00000000'

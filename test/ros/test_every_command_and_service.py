@@ -120,7 +120,7 @@ def held(stand: Any, name: str) -> None:
 
 
 def recorded(stand: Any, name: str) -> None:
-    assert stand.drive.session.writer is not None
+    assert stand.drive.session.worker.writer is not None
 
 
 WITNESSES: Mapping[str, Callable[[Any, str], None]] = {

@@ -13,7 +13,7 @@ from lifecycle_msgs.srv import ChangeState
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.topics import NODE_NAME
-from stickslip_ros.ros.timeliness import KNOWS_SLICES, SLICE_S, slice_s
+from stickslip_ros.ros.pacing import KNOWS_SLICES, SLICE_S, slice_s
 
 
 @pytest.mark.parametrize(

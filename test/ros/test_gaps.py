@@ -2,7 +2,7 @@
 
 import pytest
 
-from stickslip_ros.ros.gaps import SequenceGaps
+from stickslip_ros.ros.connections import SequenceGaps
 
 A, B = 'a', 'b'
 

@@ -10,7 +10,7 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.ros.handshake import RETRY_S, Handshake
+from stickslip_ros.ros.client import RETRY_S, Handshake
 
 NEWCOMERS = 20
 
@@ -18,15 +18,15 @@ NEWCOMERS = 20
 def test_nobody_answers_where_no_drive_is(stand: Any):
     handshake = Handshake(stand.operator.node, 'nobody')
     with pytest.raises(StickSlipError, match='did not come'):
-        stand.operator.spin_until(handshake.knock, 'an answer', timeout_s=3 * RETRY_S)
+        stand.operator.spin_until(handshake.is_done, 'an answer', timeout_s=3 * RETRY_S)
     handshake.close()
 
 
 def test_it_is_found_in_another_namespace(launch: Callable[..., Any]):
     here, there = launch(), launch(namespace='/there')
     handshake = Handshake(here.operator.node, '/there/stickslip_drive')
-    here.operator.spin_until(handshake.knock, 'an answer')
-    assert handshake.knock()
+    here.operator.spin_until(handshake.is_done, 'an answer')
+    assert handshake.is_done()
     handshake.close()
     assert there.operator.events == []
 

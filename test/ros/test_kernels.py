@@ -7,7 +7,7 @@ import pytest
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.compilation import IDEAL_KERNELS, KERNELS, needs_all_kernels
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.ros import health, kernels
+from stickslip_ros.ros import diagnostics, kernels
 from stickslip_ros.ros.kernels import Kernels, kernels_for
 from stickslip_ros.ros.session import Session
 
@@ -38,10 +38,10 @@ def test_a_process_of_its_own_compiles_and_hands_over(monkeypatch, compiled_kern
     monkeypatch.setattr(kernels, 'are_all_kept', lambda: False)
     told = threading.Event()
     drive = Kernels(Parameters(), told.set)
-    assert drive.lets_wait(PRELOAD, False)
+    assert drive.must_wait(PRELOAD, False)
     assert told.wait(TIMEOUT_S)
     assert drive.are_ready
-    assert not drive.lets_wait(PRELOAD, False)
+    assert not drive.must_wait(PRELOAD, False)
     assert drive._process.returncode == 0
 
 
@@ -55,13 +55,13 @@ def test_its_process_ends_with_the_drive(waiting):
 def test_only_preloads_and_faults_wait_and_what_must_not_overtake_them(waiting):
     drive = Kernels(Parameters(), lambda: None)
     drive.release()
-    waits = {name for name in ('preload', 'fault') if drive.lets_wait(Request(name), False)}
+    waits = {name for name in ('preload', 'fault') if drive.must_wait(Request(name), False)}
     assert waits == {'preload', 'fault'}
     for name in ('reset', 'clear_faults'):
-        assert not drive.lets_wait(Request(name), False)
-        assert drive.lets_wait(Request(name), True)
+        assert not drive.must_wait(Request(name), False)
+        assert drive.must_wait(Request(name), True)
     for request in (None, VOLTAGE, Request('stop')):
-        assert not drive.lets_wait(request, True)
+        assert not drive.must_wait(request, True)
 
 
 @pytest.mark.parametrize(
@@ -92,7 +92,7 @@ def test_a_paced_drive_goes_on_while_a_preload_waits_for_kernels(waiting):
     for _ in range(3):
         session.submit(VOLTAGE).result(TIMEOUT_S)
     assert session.held == 2
-    told = health.drive_status('drive', session, health.Refusals(lambda: None))
+    told = diagnostics.drive_status('drive', session, diagnostics.Refusals(lambda: None))
     assert told.message == '2 commands wait for kernels, which are being compiled'
     assert not preload.done()
     assert not reset.done()

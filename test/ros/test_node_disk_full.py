@@ -22,7 +22,7 @@ from stickslip_ros.ros.interface import MESSAGE_TYPES
 from stickslip_ros.testing.operator import Operator
 
 SIZE_BYTES = 1_000_000
-MAIN = (sys.executable, '-m', 'stickslip_ros.ros.main')
+MAIN = (sys.executable, '-m', 'stickslip_ros.ros.node')
 END_TIMEOUT_S = 20.0
 
 

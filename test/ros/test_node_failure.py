@@ -27,8 +27,7 @@ import sys
 import numba, numpy
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.ros import executable, session
-from stickslip_ros.ros.main import main
-from stickslip_ros.ros.node import StickSlipDrive
+from stickslip_ros.ros.node import StickSlipDrive, main
 
 @numba.njit(nogil=True)
 def spin(counts):

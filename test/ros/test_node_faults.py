@@ -79,14 +79,14 @@ def test_a_bad_fault_is_refused_and_changes_nothing(
     assert not answer.successful
     assert reason in answer.reason
     stand.operator.trigger('stop')
-    assert stand.drive.session.faults == {}
+    assert stand.drive.session.worker.faults == {}
     stand.operator.spin_until(lambda: bool(stand.operator.requests), 'the note of the stop')
     assert [each['name'] for each in stand.operator.requests] == ['stop']
 
 
 def test_a_fault_given_at_the_start_is_there_from_the_start(launch: Callable[..., Any]):
     stand = launch({'fault.runner_stuck': True, 'fault.dead_foot': 3})
-    assert stand.drive.session.faults == {'dead_foot': 3, 'runner_stuck': True}
+    assert stand.drive.session.worker.faults == {'dead_foot': 3, 'runner_stuck': True}
     assert stand.operator.status & Status.FAULT
     assert stand.operator.requests == []
 
@@ -96,7 +96,7 @@ def test_clearing_ends_every_fault_and_the_parameters_tell_the_truth(launch: Cal
     operator = stand.operator
     assert operator.set_parameter('fault.command_delay', 0.01).successful
     assert operator.trigger('clear_faults').success
-    assert stand.drive.session.faults == {}
+    assert stand.drive.session.worker.faults == {}
     for name, value in (('fault.runner_stuck', False), ('fault.command_delay', 0.0)):
         assert stand.drive.get_parameter(name).value == value
     operator.trigger('stop')
@@ -109,9 +109,9 @@ def test_a_fault_set_while_the_drive_is_inactive_holds_when_it_goes_on(stand: An
     stand.change_state('deactivate')
     assert stand.operator.set_parameter('fault.dead_foot', 2).successful
     stand.change_state('activate')
-    stand.operator.spin_until(lambda: bool(stand.drive.session.faults), 'the fault')
+    stand.operator.spin_until(lambda: bool(stand.drive.session.worker.faults), 'the fault')
     assert stand.drive.session is session
-    assert session.faults == {'dead_foot': 2}
+    assert session.worker.faults == {'dead_foot': 2}
 
 
 def test_a_changed_fault_does_not_make_another_drive_of_it(stand: Any):
@@ -121,7 +121,7 @@ def test_a_changed_fault_does_not_make_another_drive_of_it(stand: Any):
     stand.change_state('deactivate')
     stand.change_state('activate')
     assert stand.drive.session is session
-    assert session.faults == {'dead_foot': 2}
+    assert session.worker.faults == {'dead_foot': 2}
 
 
 def test_a_schedule_is_kept_to_the_block_and_recorded(launch: Callable[..., Any], tmp_path: Path):
@@ -160,7 +160,7 @@ def test_a_schedule_is_kept_to_the_block_and_recorded(launch: Callable[..., Any]
         ),
         (50_000_000, {'name': 'clear_faults', 'values': [], 'settings': {}}),
     ]
-    assert stand.drive.session.faults == {}
+    assert stand.drive.session.worker.faults == {}
     assert stand.drive.get_parameter('fault.interferometer').value == 'none'
 
 
@@ -169,7 +169,7 @@ def test_a_reset_does_not_restart_the_schedule(launch: Callable[..., Any], tmp_p
     stand.operator.trigger('clear_faults')
     stand.operator.trigger('reset')
     stand.operator.spin_for(0.01)
-    assert stand.drive.session.faults == {}
+    assert stand.drive.session.worker.faults == {}
 
 
 def test_a_new_configuration_restarts_the_schedule(launch: Callable[..., Any], tmp_path: Path):
@@ -177,7 +177,7 @@ def test_a_new_configuration_restarts_the_schedule(launch: Callable[..., Any], t
     stand.operator.trigger('clear_faults')
     for transition in ('deactivate', 'cleanup', 'configure', 'activate'):
         assert stand.change_state(transition)
-    stand.operator.spin_until(lambda: bool(stand.drive.session.faults), 'the fault')
+    stand.operator.spin_until(lambda: bool(stand.drive.session.worker.faults), 'the fault')
 
 
 @pytest.mark.parametrize('text', ['', '- {at: -1, clear: true}'])

@@ -13,7 +13,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import pack_float64
 from stickslip_ros.recording.run_writer import RunWriter
-from stickslip_ros.ros.health import FACTOR_SHARE, pace_status, recorder_status
+from stickslip_ros.ros.diagnostics import FACTOR_SHARE, pace_status, recorder_status
 from stickslip_ros.ros.orders import NEXT_BLOCK, Order
 from stickslip_ros.ros.pacing import PaceReport
 from stickslip_ros.ros.session import Session
@@ -145,7 +145,7 @@ def test_messages_that_the_recorder_lost_are_an_error(launch: Callable[..., Any]
     assert stand.operator.set_recording(wanted=True).success
     part = next_parts(stand, heard)['recorder']
     stand.operator.spin_until(
-        lambda: stand.drive.session.writer.recorder.dropped > 0, 'a lost message'
+        lambda: stand.drive.session.worker.writer.recorder.dropped > 0, 'a lost message'
     )
     part = next_parts(stand, heard)['recorder']
     assert part.level == DiagnosticStatus.ERROR
@@ -202,7 +202,7 @@ def test_the_level_of_a_pace(changes: dict[str, Any], level: bytes):
 def test_what_is_behind_because_of_a_preload_on_its_way_says_so_once():
     session = Session(Parameters(), lambda _: None)
     late = replace(PACE, real_time_factor=0.5, missing_s=0.5)
-    session._worker.advance([Order(NEXT_BLOCK, Request('preload', (0.6,)))])
+    session.worker.advance([Order(NEXT_BLOCK, Request('preload', (0.6,)))])
     messages = [pace_status('x', late, session).message for _ in range(2)]
     slow = 'real-time factor 0.5000 instead of 1'
     assert messages == [f'{slow}; a preload on its way steps every spring', slow]
@@ -214,7 +214,7 @@ def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path):
     )
     session = Session(parameters, lambda _: None)
     with RunWriter(tmp_path / 'run.mcap', parameters) as writer:
-        session._worker.writer = writer
+        session.worker.writer = writer
         with writer.recorder._lock:  # the writing thread cannot begin
             track = writer.recorder._tracks['/voltage']
             levels = []
@@ -229,7 +229,7 @@ def test_a_recorder_that_may_wait_for_the_disk_is_not_warned_about(tmp_path: Pat
     parameters = Parameters().updated({'record.queue_length': 10})
     session = Session(parameters, lambda _: None)
     with RunWriter(tmp_path / 'run.mcap', parameters, wait=True) as writer:
-        session._worker.writer = writer
+        session.worker.writer = writer
         with writer.recorder._lock:
             track = writer.recorder._tracks['/voltage']
             for _ in range(10):

@@ -15,8 +15,8 @@ from test_node_determinism import without_wall_time
 
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.ros.client import LockstepClient
 from stickslip_ros.ros.ending import end_node
-from stickslip_ros.ros.lockstep import LockstepClient
 
 BLOCK_S = 1e-3
 BLOCK_NS = 1_000_000

@@ -143,7 +143,7 @@ def test_an_existing_file_is_not_overwritten(launch: Callable[..., Any], tmp_pat
         f'set_recording refused: {file}: it exists and is not overwritten; choose another name'
     )
     assert file.read_bytes() == b'mine'
-    assert stand.drive.session.writer is None
+    assert stand.drive.session.worker.writer is None
     stand.operator.command_voltage(10.0)
     assert stand.operator.wait_for_event('voltage', 0)['result'] == 'DONE'
 

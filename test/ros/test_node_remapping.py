@@ -73,7 +73,7 @@ def test_two_drives_have_their_own_seed_motion_and_time(
     assert right.drive.session.bench.state.position_m > 1e-8
     right.operator.set_parameter('fault.dead_foot', 1)
     right.operator.trigger('stop')
-    assert left.drive.session.faults == {}
+    assert left.drive.session.worker.faults == {}
     assert left.operator.events == []
     first = {}
     for name, stand in (('left', left), ('right', right)):

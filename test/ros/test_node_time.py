@@ -133,7 +133,7 @@ def test_a_service_of_a_paused_drive_is_answered(stand: Any, name: str):
 def test_a_fault_of_a_paused_drive_is_there_at_once(stand: Any):
     pause(stand)
     stand.operator.set_parameter('fault.dead_foot', 1)
-    stand.operator.spin_until(lambda: bool(stand.drive.session.faults), 'the fault')
+    stand.operator.spin_until(lambda: bool(stand.drive.session.worker.faults), 'the fault')
 
 
 def test_a_command_to_a_paused_drive_waits_for_the_next_block(stand: Any):

@@ -94,8 +94,8 @@ def test_what_is_urgent_is_taken_alone_and_the_rest_keeps_its_order():
     first = orders.put(Order(NEXT_BLOCK, request=Request('voltage', (1.0,))))
     urgent = orders.put(Order(AT_ONCE, request=Request('stop')))
     later = orders.put(Order(BLOCK_NS, request=Request('voltage', (2.0,))))
-    assert orders.take_urgent() == [urgent]
-    assert orders.take_urgent() == []
+    assert orders.take(AT_ONCE) == [urgent]
+    assert orders.take(AT_ONCE) == []
     assert orders.take(0) == [first]
     assert orders.take(BLOCK_NS) == [later]
 

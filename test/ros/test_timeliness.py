@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from stickslip_ros.ros.timeliness import KNOWS_SLICES, ON_LINUX, SLACK_S, SLICE_S, SWITCH_S
+from stickslip_ros.ros.pacing import KNOWS_SLICES, ON_LINUX, SLACK_S, SLICE_S, SWITCH_S
 
 TELL = """
 import json, os, sys, threading
-from stickslip_ros.ros.timeliness import be_prompt, slack_s, slice_s
+from stickslip_ros.ros.pacing import wake_in_time, slack_s, slice_s
 {before}
-be_prompt()
+wake_in_time()
 told = []
 def tell():
     told.append([sys.getswitchinterval(), slack_s(), slice_s(), os.sched_getscheduler(0)])
@@ -29,10 +29,10 @@ CONFIGURE = """
 import gc, json, rclpy
 from rclpy.parameter import Parameter
 from stickslip_ros.ros.node import StickSlipDrive
-from stickslip_ros.ros.timeliness import Keeper
+from stickslip_ros.ros.pacing import GarbageFreezer
 rclpy.init()
 node = StickSlipDrive(parameter_overrides=[Parameter('autostart', value=False)])
-node.add_managed_entity(Keeper())
+node.add_managed_entity(GarbageFreezer())
 told = []
 for _ in range(3):
     node.trigger_configure()

@@ -1,8 +1,10 @@
-"""The other side of lockstep: a controller that answers every position, then grants a block."""
+"""What talks to a drive: proof that it is known there, and a controller's side of lockstep."""
 
 from collections.abc import Callable, Iterable
+from time import monotonic
 from typing import Any
 
+from lifecycle_msgs.srv import GetState
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.node import Node
@@ -10,16 +12,71 @@ from rclpy.node import Node
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
-from stickslip_ros.ros.handshake import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.requests import to_message
 from stickslip_ros.units import NANO, NS_PER_S
 
-KNOCK_PERIOD_S = 0.02
+RETRY_S = 0.2
+"""Wall-clock time after which a call without an answer is made again."""
+BEGIN_PERIOD_S = 0.02
 """Wall-clock time after which the first grant is sent again, until a position arrives."""
 
 Commands = Iterable[tuple[str, Any]]
 """Names of commands, as they follow ``command/``, and their values as `to_message` takes them."""
+
+
+def stamp_ns(message: Any) -> int:
+    """Return the stamp in the header of a message, in ns."""
+    stamp = message.header.stamp
+    return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+class Handshake:
+    """
+    A call to a drive, made again until it is answered; without it a first command may be lost.
+
+    DDS tells the two ends of a topic of each other one after the other, under load seconds apart.
+    What a publisher sends before the drive knows of it is lost, although the publisher already
+    counts a subscriber. A node announces what it offers in order, so once a service has answered
+    a client of it, the drive knows all that the node has offered before that client.
+
+    Parameters
+    ----------
+    node : Node
+        Its publishers and subscriptions exist already.
+    drive : str
+        Name of the drive's node, with its namespace if that is not the one of ``node``.
+
+    Attributes
+    ----------
+    state : str
+        What the drive answered: the state of its lifecycle.
+
+    """
+
+    def __init__(self, node: Node, drive: str) -> None:
+        self._node = node
+        self._client = node.create_client(GetState, f'{drive}/get_state')
+        self._asked_s = -RETRY_S
+        self._is_answered = False
+        self.state = ''
+
+    def is_done(self) -> bool:
+        """Call, unless that was done just now; tell whether an answer has come."""
+        now_s = monotonic()
+        is_due = now_s - self._asked_s >= RETRY_S
+        if not self._is_answered and is_due and self._client.service_is_ready():
+            self._asked_s = now_s
+            self._client.call_async(GetState.Request()).add_done_callback(self._take_answer)
+        return self._is_answered
+
+    def close(self) -> None:
+        """Take the client away."""
+        self._node.destroy_client(self._client)
+
+    def _take_answer(self, answer: Any) -> None:
+        self._is_answered = True
+        self.state = answer.result().current_state.label
 
 
 class LockstepClient:
@@ -78,14 +135,17 @@ class LockstepClient:
         self._prefix = f'{namespace.rstrip("/")}/' if namespace else ''
         self._drive_name = drive_name
         self._commands = {topic.request: topic for topic in COMMANDS}
-        self._publishers = {name: self._publish(topic) for name, topic in self._commands.items()}
+        self._publishers = {
+            name: node.create_publisher(*self._ends_of(topic), to_profile(topic.qos))
+            for name, topic in self._commands.items()
+        }
         readings = {topic.key: topic for topic in READINGS}
         self._position = self._listen(readings['position'], self._take_position)
         # Latched: it comes as soon as there is an active drive.
         self._status = self._listen(readings['status'], self._take_status)
         self._handshake = Handshake(node, self._prefix + drive_name)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = node.create_timer(KNOCK_PERIOD_S, self._knock, clock=clock)
+        self._timer = node.create_timer(BEGIN_PERIOD_S, self._begin, clock=clock)
 
     def send(self, name: str, value: Any) -> None:
         """
@@ -119,27 +179,21 @@ class LockstepClient:
             self._node.destroy_publisher(publisher)
         self._handshake.close()
 
-    def _publish(self, topic: Topic) -> Any:
-        message_type = MESSAGE_TYPES[topic.type_name]
-        return self._node.create_publisher(
-            message_type, self._name_of(topic), to_profile(topic.qos)
-        )
-
     def _listen(self, topic: Topic, callback: Callable[[Any], None]) -> Any:
-        message_type = MESSAGE_TYPES[topic.type_name]
-        return self._node.create_subscription(
-            message_type, self._name_of(topic), callback, to_profile(topic.qos)
-        )
+        ends = self._ends_of(topic)
+        return self._node.create_subscription(*ends, callback, to_profile(topic.qos))
 
-    def _name_of(self, topic: Topic) -> str:
-        return self._prefix + topic.name.replace('~', self._drive_name)
+    def _ends_of(self, topic: Topic) -> tuple[Any, str]:
+        """Return what the ends of a topic have in common: type and name."""
+        name = self._prefix + topic.name.replace('~', self._drive_name)
+        return MESSAGE_TYPES[topic.type_name], name
 
     def _is_connected(self) -> bool:
         obeyed = all(each.get_subscription_count() for each in self._publishers.values())
         heard = self._is_active and bool(self._position.get_publisher_count())
-        return heard and obeyed and self._handshake.knock()
+        return heard and obeyed and self._handshake.is_done()
 
-    def _knock(self) -> None:
+    def _begin(self) -> None:
         """Ask for the first block until it comes; the same grant twice is the same as once."""
         if self._has_begun:
             self._timer.cancel()
@@ -154,8 +208,7 @@ class LockstepClient:
         self._is_active = True
 
     def _take_position(self, message: Any) -> None:
-        stamp = message.header.stamp
-        time_ns = stamp.sec * NS_PER_S + stamp.nanosec
+        time_ns = stamp_ns(message)
         if self._first is not None or time_ns < self.granted_ns:
             return
         self._has_begun = True

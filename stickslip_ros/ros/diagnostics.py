@@ -27,19 +27,14 @@ OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.E
 
 class Refusals:
     """
-    What was refused: counted, and told to the log once per name and report.
-
-    Parameters
-    ----------
-    on_line : callable
-        Called, in any thread, when there is a line for the log.
+    What was refused: counted, and logged once per name and report.
 
     Attributes
     ----------
     messages : int
         Messages and calls that the node refused before they reached the drive.
     lines : deque of str
-        What the log has not been told yet.
+        Lines for the log; ``on_line`` is called, in any thread, when there is one.
 
     """
 
@@ -54,14 +49,14 @@ class Refusals:
     def refuse(self, name: str, line: str) -> None:
         """Note that the node has refused a message or a call of this name."""
         self.messages += 1
-        self._tell(name, line)
+        self._log(name, line)
 
     def note(self, event: Event) -> None:
         """Note the end of a command that the drive has refused, or that has failed."""
         start = f'{event.command} (command {event.number})'
-        self._tell(event.command, f'{start} {event.result.value}: {event.message}')
+        self._log(event.command, f'{start} {event.result.value}: {event.message}')
 
-    def _tell(self, name: str, line: str) -> None:
+    def _log(self, name: str, line: str) -> None:
         with self._lock:
             is_first = name not in self._held_back
             self._held_back[name] = 0 if is_first else self._held_back[name] + 1
@@ -69,8 +64,8 @@ class Refusals:
             self.lines.append(line)
             self._on_line()
 
-    def turn_over(self) -> None:
-        """Say how many were held back since the last call; the next of each name is told."""
+    def begin_report(self) -> None:
+        """Log how many were held back since the last call; the next of each name is logged."""
         with self._lock:
             held_back, self._held_back = self._held_back, {}
         self.lines.extend(
@@ -110,9 +105,15 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         level, message = ERROR, f'real-time factor {kept} instead of {wanted:g}'
     elif report.overruns:
         level, message = WARN, f'{report.overruns} of {report.ticks} ticks late'
-    if session.take_preload_ramp() and level != OK:
+    if _take_preload_ramp(session) and level != OK:
         message += '; a preload on its way steps every spring'
     return _status(f'{name}: time', level, message, values)
+
+
+def _take_preload_ramp(session: Session) -> bool:
+    """Tell whether a preload was on its way in a block since the last call."""
+    ramped, session.worker.preload_ramped = session.worker.preload_ramped, False
+    return ramped
 
 
 def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticStatus:
@@ -120,7 +121,7 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
     news = refusals.news(session.bench.refused)
     values = {
         'simulated_s': f'{session.bench.time_ns * NANO:.3f}',
-        'status': f'0x{int(session.status):08x}',
+        'status': f'0x{int(session.worker.status):08x}',
         'commands_refused': str(session.bench.refused),
         'messages_refused': str(refusals.messages),
         'setpoints_replaced': str(session.bench.replaced),
@@ -158,12 +159,12 @@ def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
 
 def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
     """Return what is wrong with the endpoints of others, and how many commands were lost."""
-    misfits, lost = connections.misfits, connections.lost
-    values = {topic: str(count) for topic, count in misfits.items()}
+    incompatible, lost = connections.incompatible, connections.lost
+    values = {topic: str(count) for topic, count in incompatible.items()}
     values.update({f'{topic} lost': str(count) for topic, count in lost.items()})
-    problems = list(connections.intruders)
-    if misfits:
-        count = sum(misfits.values())
+    problems = list(connections.conflicts)
+    if incompatible:
+        count = sum(incompatible.values())
         problems.append(f'{count} of incompatible quality of service since the configuration')
     if lost:
         problems.append(f'{sum(lost.values())} commands lost since the configuration')
@@ -174,7 +175,7 @@ def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
 def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     """Return the state of the recording."""
     title = f'{name}: recorder'
-    writer = session.writer or session.failed_writer
+    writer = session.worker.writer or session.worker.failed_writer
     if writer is None:
         return _status(title, OK, 'not recording', {})
     recorder, length = writer.recorder, session.parameters.record.queue_length
