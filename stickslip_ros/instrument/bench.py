@@ -6,23 +6,29 @@ from collections.abc import Iterable
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.instrument import commands
-from stickslip_ros.instrument.checks import BeyondSoftLimit, check_request
-from stickslip_ros.instrument.closed_loop import Sight, Verdict
-from stickslip_ros.instrument.commands import Command, Request
+from stickslip_ros.instrument.checks import BeyondSoftLimit
+from stickslip_ros.instrument.closed_loop import Observation, Outcome
+from stickslip_ros.instrument.commands import COMMANDS, Accepted, Request, check_request
 from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Event, Output, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
 
-DELAYED = frozenset(
-    ('voltage', 'sawtooth', 'steps', 'jog', 'waveform', 'position', 'load', 'preload')
-)
-"""Requests that ``fault.command_delay`` holds up: those that come over topics."""
 MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
 LOADED, REFUSED = int(Status.LOADED), int(Status.REFUSED)
 PRELOADING, FAULT = int(Status.PRELOADING), int(Status.FAULT)
+
+
+class AmplifierOff(StickSlipError):
+    """A move that is asked for while the amplifier has no power."""
+
+
+RESULTS = {
+    BeyondSoftLimit: Result.RANGE_LIMIT_REACHED,
+    AmplifierOff: Result.AMPLIFIER_DISABLED,
+}
+"""Results of refusals that are not INVALID_PARAMETER."""
 
 
 class Bench:
@@ -39,6 +45,8 @@ class Bench:
 
     Attributes
     ----------
+    stand, sensing, motion : Stand, Sensing, Motion
+        What commands act on: drive, sensors, moves.
     faults : FaultParameters
         What is broken at the moment.
     refused : int
@@ -54,9 +62,9 @@ class Bench:
         self._enabled = True
         self._is_faulty = False
         self._block_ns, self._sample_ns = parameters.block_ns, parameters.sample_ns
-        self._stand = Stand(parameters)
-        self._sensing = Sensing(parameters)
-        self._motion = Motion(parameters, self._tell)
+        self.stand = Stand(parameters)
+        self.sensing = Sensing(parameters)
+        self.motion = Motion(parameters, self._report)
         self._requests = 0
         self._preloading = 0
         self._preloads_replaced = 0
@@ -64,32 +72,32 @@ class Bench:
         self._events: list[Event] = []
         self._last_refused = False
         self._told_bits, self._told_status = 0, Status(0)
-        self._apply_faults(self.faults)
+        self.apply_faults(self.faults)
 
     @property
     def replaced(self) -> int:
         """Set-points since the start that the next one of their topic has replaced, untold."""
-        return self._motion.replaced + self._preloads_replaced
+        return self.motion.replaced + self._preloads_replaced
 
     @property
     def plant(self) -> Record:
         """The drive as it is now, a record of PLANT."""
-        return self._stand.plants[0]
+        return self.stand.plants[0]
 
     @property
     def state(self) -> Record:
         """The true state of the drive, a record of STATE; it goes on changing."""
-        return self._stand.states[0]
+        return self.stand.states[0]
 
     @property
     def ledger(self) -> EnergyLedger:
         """Where the energy went since the start or the last reset."""
-        return self._stand.ledger
+        return self.stand.ledger
 
     @property
     def passes_made(self) -> int:
         """Passes that the loops over time have made: what the drive has cost so far."""
-        return self._stand.passes_made
+        return self.stand.passes_made
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """
@@ -120,16 +128,16 @@ class Bench:
             self.accept(request)
         self._deliver()
         first_cycle = self._start_wave()
-        wave = self._motion.wave
-        trace = self._stand.advance(wave, samples)
+        wave = self.motion.wave
+        trace = self.stand.advance(wave, samples)
         self.time_ns = until_ns
-        readings = self._sensing.read(trace, until_ns, self._stand.voltage_v, self.faults)
-        if self._motion.is_running:
-            self._motion.watch(self._sight())
-        if self._preloading and self._stand.is_preloaded:
+        readings = self.sensing.read(trace, until_ns, self.stand.voltage_v, self.faults)
+        if self.motion.is_running:
+            self.motion.watch(self._observe())
+        if self._preloading and self.stand.is_preloaded:
             self._end_preloading(Result.DONE)
         events, self._events = tuple(self._events), []
-        ramps = self._stand.ramps_since(wave, first_cycle)
+        ramps = self.stand.ramps_since(wave, first_cycle)
         return Output(readings, events, self.status, ramps)
 
     def accept(self, request: Request) -> None:
@@ -144,7 +152,8 @@ class Bench:
         """
         self._requests += 1
         delay_ns = to_nanoseconds(self.faults.command_delay)
-        if delay_ns and request.name in DELAYED:
+        command = COMMANDS.get(request.name)
+        if delay_ns and command is not None and command.has_topic:
             self._delayed.append((self.time_ns + delay_ns, self._requests, request))
         else:
             self._obey(self._requests, request)
@@ -160,77 +169,72 @@ class Bench:
 
     def _obey(self, number: int, request: Request) -> None:
         self._last_refused = False
+        name = request.name
         try:
-            command = check_request(request, self.parameters)
-            self._carry_out(number, request.name, command)
-        except BeyondSoftLimit as refusal:
-            self._refuse(number, request.name, Result.RANGE_LIMIT_REACHED, str(refusal))
+            accepted = Accepted(number, name, check_request(request, self.parameters))
+            result = COMMANDS[name].act(self, accepted)
         except StickSlipError as refusal:
-            self._refuse(number, request.name, Result.INVALID_PARAMETER, str(refusal))
-
-    def _refuse(self, number: int, name: str, result: Result, why: str) -> None:
-        self.refused += 1
-        self._last_refused = True
-        self._tell(number, name, result, why)
-
-    def _carry_out(self, number: int, name: str, command: Command) -> None:
-        """Begin what takes time and tell its end later; do the rest at once and tell it now."""
-        match command:
-            case commands.Move() | commands.Jog() | commands.Target():
-                self._move(number, name, command)
-            case commands.Preload():
-                self._preloads_replaced += bool(self._preloading)
-                self._preloading = number
-                self._stand.change_preload(command.force_n)
-            case _:
-                self._do_at_once(number, command)
-                self._tell(number, name, Result.DONE)
-
-    def _do_at_once(self, number: int, command: Command) -> None:
-        match command:
-            case commands.Load():
-                self._stand.load_n = command.force_n
-            case commands.Stop():
-                self._end_move(f'stopped by command {number}')
-            case commands.Reset():
-                self._end_move(f'reset by command {number}')
-                self._end_preloading(Result.ABORTED, f'reset by command {number}')
-                self._end_delayed(f'reset by command {number}')
-                self._to_rest()
-            case commands.ZeroPosition():
-                self._end_move(f'position zeroed by command {number}', closed_loop_only=True)
-                self._sensing.zero_position()
-            case commands.TareForce():
-                self._sensing.tare_force()
-            case commands.EnableAmplifier():
-                self._enabled = command.wanted
-                self._apply_faults(self.faults)
-            case commands.SetFaults() | commands.ClearFaults():
-                self._apply_faults(command.applied_to(self.faults))
-
-    def _move(
-        self, number: int, name: str, command: commands.Move | commands.Jog | commands.Target
-    ) -> None:
-        if self._is_powered():
-            self._motion.start(number, command, self._sight())
+            self.refused += 1
+            self._last_refused = True
+            result = RESULTS.get(type(refusal), Result.INVALID_PARAMETER)
+            self._report(number, name, result, str(refusal))
         else:
-            why = 'the amplifier is off; switch it on with ~/enable_amplifier, end its fault'
-            self._refuse(number, name, Result.AMPLIFIER_DISABLED, why)
+            if result is not None:
+                self._report(number, name, result)
 
-    def _end_move(self, why: str, *, closed_loop_only: bool = False) -> None:
-        if not closed_loop_only or self._motion.status & Status.CLOSED_LOOP:
-            self._motion.end(Verdict(Result.ABORTED, why), self._sight())
+    def change_preload(self, number: int, preload_n: float) -> None:
+        """Go to another preload; its end is reported when it is there."""
+        self._preloads_replaced += bool(self._preloading)
+        self._preloading = number
+        self.stand.change_preload(preload_n)
 
-    def _apply_faults(self, faults: FaultParameters) -> None:
-        """Let the drive have these faults, and no others, from now on; or refuse them."""
+    def end_move(self, why: str) -> None:
+        """End the running move, if there is one, before its end."""
+        self.motion.end(Outcome(Result.ABORTED, why), self._observe())
+
+    def reset(self, why: str) -> None:
+        """Go back to the state at the start; faults and time stay."""
+        self.end_move(why)
+        self._end_preloading(Result.ABORTED, why)
+        while self._delayed:
+            _, number, request = self._delayed.popleft()
+            self._report(number, request.name, Result.ABORTED, why)
+        self.stand.to_rest()
+        self.sensing.reset()
+        self.motion.reset(self.stand.voltage_v)
+        self.apply_faults(self.faults)
+
+    def enable(self, *, wanted: bool) -> None:
+        """Switch the amplifier on or off."""
+        self._enabled = wanted
+        self.apply_faults(self.faults)
+
+    def apply_faults(self, faults: FaultParameters) -> None:
+        """Have these faults, and no others, from now on; or refuse them."""
         is_powered = self._enabled and not faults.amplifier_off
-        self._stand.break_down(faults, is_powered=is_powered)
+        self.stand.break_down(faults, is_powered=is_powered)
         self.faults = faults
         self._is_faulty = bool(faults.names)
         if not is_powered:
-            verdict = Verdict(Result.AMPLIFIER_DISABLED, 'the amplifier was switched off')
-            self._motion.end(verdict, self._sight())
-        self._motion.wave = self._stand.wave_with(self._motion.wave, faults)
+            why = 'the amplifier was switched off'
+            self.motion.end(Outcome(Result.AMPLIFIER_DISABLED, why), self._observe())
+        self.motion.wave = self.stand.wave_with(self.motion.wave, faults)
+
+    def observe_powered(self) -> Observation:
+        """
+        Return what a move sees of the stand now.
+
+        Raises
+        ------
+        AmplifierOff
+            If there is no power for a move.
+
+        """
+        if not self._is_powered():
+            raise AmplifierOff(
+                'the amplifier is off; switch it on with ~/enable_amplifier, end its fault'
+            )
+        return self._observe()
 
     def _is_powered(self) -> bool:
         return self._enabled and not self.faults.amplifier_off
@@ -247,57 +251,45 @@ class Bench:
 
     def _start_wave(self) -> int:
         """Start the clock of a new wave; return the number of its present ramp."""
-        if self._motion.is_new:
-            self._motion.is_new = False
-            self._motion.wave = self._stand.wave_with(self._motion.wave, self.faults)
-            self._stand.start_clock()
-        return self._stand.cycle
+        if self.motion.is_new:
+            self.motion.is_new = False
+            self.motion.wave = self.stand.wave_with(self.motion.wave, self.faults)
+            self.stand.start_clock()
+        return self.stand.cycle
 
-    def _sight(self) -> Sight:
-        return Sight(
+    def _observe(self) -> Observation:
+        return Observation(
             time_ns=self.time_ns,
-            position_m=self._sensing.position_m,
-            voltage_v=self._stand.voltage_v,
-            cycles=0 if self._motion.is_new else self._stand.cycle,
-            arrived=self._stand.has_arrived(self._motion.wave),
+            position_m=self.sensing.position_m,
+            voltage_v=self.stand.voltage_v,
+            cycles=0 if self.motion.is_new else self.stand.cycle,
+            arrived=self.stand.has_arrived(self.motion.wave),
         )
 
     @property
     def status(self) -> Status:
         """State of the drive now, bit by bit."""
         bits = (
-            self._sensing.status_bits
-            | int(self._motion.status)
+            self.sensing.status_bits
+            | int(self.motion.status)
             | MOVE_DELAYED * bool(self._delayed)
             | AMPLIFIER_ENABLED * self._is_powered()
-            | LOADED * (self._stand.load_n != 0.0)
+            | LOADED * (self.stand.load_n != 0.0)
             | REFUSED * self._last_refused
-            | PRELOADING * (not self._stand.is_preloaded)
+            | PRELOADING * (not self.stand.is_preloaded)
             | FAULT * self._is_faulty
         )
         if bits != self._told_bits:
             self._told_bits, self._told_status = bits, Status(bits)
         return self._told_status
 
-    def _to_rest(self) -> None:
-        self._stand.to_rest()
-        self._sensing.reset()
-        self._motion.reset(self._stand.voltage_v)
-        self._apply_faults(self.faults)
-
-    def _end_delayed(self, why: str) -> None:
-        """Tell the end of commands that have come and will never take effect."""
-        while self._delayed:
-            _, number, request = self._delayed.popleft()
-            self._tell(number, request.name, Result.ABORTED, why)
-
     def _end_preloading(self, result: Result, why: str = '') -> None:
-        """Tell the end of a preload command, if one is on its way."""
+        """Report the end of a preload command, if one is on its way."""
         number, self._preloading = self._preloading, 0
         if number:
-            self._tell(number, 'preload', result, why)
+            self._report(number, 'preload', result, why)
 
-    def _tell(
+    def _report(
         self, number: int, command: str, result: Result, message: str = '', steps: int = 0
     ) -> None:
         self._events.append(Event(self.time_ns, number, command, result, steps, message))

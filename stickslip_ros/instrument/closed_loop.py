@@ -20,7 +20,7 @@ BLOCKED_STEPS = 5.0
 """Steps without progress that a blocked runner has made, at least."""
 
 
-class Sight(NamedTuple):
+class Observation(NamedTuple):
     """
     What a move sees of the stand at the end of a block.
 
@@ -47,7 +47,7 @@ class Sight(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Outcome:
     """How a move ended, and why."""
 
     result: Result
@@ -64,7 +64,7 @@ class ClosedLoop:
         The stand.
     target_m : float
         Position reading to go to, m.
-    start : Sight
+    start : Observation
         What there was when the move began.
 
     Attributes
@@ -76,7 +76,7 @@ class ClosedLoop:
 
     """
 
-    def __init__(self, parameters: Parameters, target_m: float, start: Sight) -> None:
+    def __init__(self, parameters: Parameters, target_m: float, start: Observation) -> None:
         self.holds = False
         self.in_position = False
         self._parameters = parameters
@@ -91,81 +91,83 @@ class ClosedLoop:
         blocked_s = max(parameters.limits.blocked_time, BLOCKED_STEPS / parameters.step.frequency)
         self._blocked_ns = to_nanoseconds(blocked_s)
 
-    def update(self, sight: Sight) -> tuple[Wave | None, Verdict | None]:
-        """Return the wave to follow from now on, or None, and the verdict, or None."""
-        self._move_set_point(sight)
-        self._watch_position(sight)
-        failure = self._failure(sight)
+    def update(self, observation: Observation) -> tuple[Wave | None, Outcome | None]:
+        """Return the wave to follow from now on, or None, and the outcome, or None."""
+        self._move_set_point(observation)
+        self._watch_position(observation)
+        failure = self._failure(observation)
         if failure is not None:
             return None, failure
-        acts = sight.arrived or self._loop.passes(self._set_point_m, sight.position_m)
-        return self._next_wave(sight) if acts else None, self._arrival(sight)
+        acts = observation.arrived or self._loop.passes(self._set_point_m, observation.position_m)
+        return self._next_wave(observation) if acts else None, self._arrival(observation)
 
-    def _move_set_point(self, sight: Sight) -> None:
+    def _move_set_point(self, observation: Observation) -> None:
         """Move the set point towards the target with the velocity that is asked for."""
         velocity_m_per_s = self._parameters.closed_loop.velocity
         if math.isnan(self._set_point_m):
-            self._set_point_m = sight.position_m
+            self._set_point_m = observation.position_m
         way_m = self._target_m - self._set_point_m
-        largest_m = velocity_m_per_s * (sight.time_ns - self._last_ns) * NANO
-        self._last_ns = sight.time_ns
+        largest_m = velocity_m_per_s * (observation.time_ns - self._last_ns) * NANO
+        self._last_ns = observation.time_ns
         if velocity_m_per_s > 0.0 and abs(way_m) > largest_m:
             self._set_point_m += largest_m if way_m > 0.0 else -largest_m
         else:
             self._set_point_m = self._target_m
 
-    def _watch_position(self, sight: Sight) -> None:
-        error_m = abs(self._target_m - sight.position_m)
+    def _watch_position(self, observation: Observation) -> None:
+        error_m = abs(self._target_m - observation.position_m)
         self.in_position = error_m <= self._parameters.closed_loop.tolerance
-        if not self.in_position or not sight.arrived:
-            self._outside_ns = sight.time_ns
+        if not self.in_position or not observation.arrived:
+            self._outside_ns = observation.time_ns
         if error_m < self._nearest_m - self._progress_m or not self._loop.is_coarse:
             self._nearest_m = error_m
-            self._progress_ns = sight.time_ns
+            self._progress_ns = observation.time_ns
         elif error_m > self._nearest_m + self._pushed_m:
             self._nearest_m = error_m
 
-    def _next_wave(self, sight: Sight) -> Wave:
-        action = self._loop.update(self._set_point_m, sight.position_m)
+    def _next_wave(self, observation: Observation) -> Wave:
+        action = self._loop.update(self._set_point_m, observation.position_m)
         match action:
             case Steps(count):
-                return steps_of('position', self._parameters, count).wave
+                return steps_of(self._parameters, count)
             case Level(voltage_v):
                 return level(voltage_v)
 
-    def _arrival(self, sight: Sight) -> Verdict | None:
+    def _arrival(self, observation: Observation) -> Outcome | None:
         settle_ns = to_nanoseconds(self._parameters.closed_loop.settle_time)
-        there = sight.arrived and self.in_position and self._set_point_m == self._target_m
-        if self.holds or not there or sight.time_ns - self._outside_ns < settle_ns:
+        there = observation.arrived and self.in_position and self._set_point_m == self._target_m
+        if self.holds or not there or observation.time_ns - self._outside_ns < settle_ns:
             return None
         self.holds = True
-        return Verdict(Result.DONE)
+        return Outcome(Result.DONE)
 
-    def _failure(self, sight: Sight) -> Verdict | None:
-        if math.isnan(sight.position_m):
-            return Verdict(Result.NO_SENSOR, 'the position reading is not a number')
-        return self._lags(sight) or self._is_late(sight) or self._is_blocked(sight)
+    def _failure(self, observation: Observation) -> Outcome | None:
+        if math.isnan(observation.position_m):
+            return Outcome(Result.NO_SENSOR, 'the position reading is not a number')
+        return (
+            self._lags(observation) or self._is_late(observation) or self._is_blocked(observation)
+        )
 
-    def _lags(self, sight: Sight) -> Verdict | None:
+    def _lags(self, observation: Observation) -> Outcome | None:
         limit_m = self._parameters.limits.following_error
-        lag_m = abs(self._set_point_m - sight.position_m)
+        lag_m = abs(self._set_point_m - observation.position_m)
         follows = self.holds or self._parameters.closed_loop.velocity > 0.0
         if not limit_m or not follows or lag_m <= limit_m:
             return None
         why = f'{lag_m:.4g} m from the set point, above limits.following_error {limit_m:g} m'
-        return Verdict(Result.FOLLOWING_LIMIT_REACHED, why)
+        return Outcome(Result.FOLLOWING_LIMIT_REACHED, why)
 
-    def _is_late(self, sight: Sight) -> Verdict | None:
+    def _is_late(self, observation: Observation) -> Outcome | None:
         timeout_s = self._parameters.closed_loop.timeout
-        if self.holds or sight.time_ns - self._start_ns <= to_nanoseconds(timeout_s):
+        if self.holds or observation.time_ns - self._start_ns <= to_nanoseconds(timeout_s):
             return None
-        error_m = self._target_m - sight.position_m
+        error_m = self._target_m - observation.position_m
         why = f'{error_m:.4g} m are left after closed_loop.timeout, {timeout_s:g} s'
-        return Verdict(Result.TIMEOUT, why)
+        return Outcome(Result.TIMEOUT, why)
 
-    def _is_blocked(self, sight: Sight) -> Verdict | None:
-        time_ns = sight.time_ns - self._progress_ns
+    def _is_blocked(self, observation: Observation) -> Outcome | None:
+        time_ns = observation.time_ns - self._progress_ns
         if not self._loop.is_coarse or time_ns <= self._blocked_ns:
             return None
-        why = f'no progress for {time_ns * NANO:.3g} s at {sight.position_m:.6g} m'
-        return Verdict(Result.END_STOP_REACHED, why)
+        why = f'no progress for {time_ns * NANO:.3g} s at {observation.position_m:.6g} m'
+        return Outcome(Result.END_STOP_REACHED, why)

@@ -1,10 +1,34 @@
-"""What an operator may ask of the drive: requests as they come, commands once checked."""
+"""
+What an operator may ask of the drive: one row per command, in the table at the end.
 
+Topics and services, recording, replay and documentation follow from the row.
+
+"""
+
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip_ros.drive.records import Wave
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
+from stickslip_ros.instrument import checks
+from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
+
+if TYPE_CHECKING:
+    from stickslip_ros.instrument.bench import Bench
+
+FLOAT64, INT32 = 'std_msgs/msg/Float64', 'std_msgs/msg/Int32'
+FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
+POINT, WRENCH = 'geometry_msgs/msg/PointStamped', 'geometry_msgs/msg/WrenchStamped'
+TRIGGER, SET_BOOL = 'std_srvs/srv/Trigger', 'std_srvs/srv/SetBool'
+WAVEFORM_ROWS_MAX = 100_000
+"""Rows that a message may have; a measured voltage that is replayed from a file may be longer."""
+FAULT = 'fault'
+"""The command that takes names and values in place of numbers."""
 
 
 @dataclass(frozen=True)
@@ -15,7 +39,7 @@ class Request:
     Attributes
     ----------
     name : str
-        ``fault``, or one of ``checks.CHECKS``.
+        One of COMMANDS.
     values : sequence of float
         Its numbers, in the order of the topic; rows of a waveform one after another. An
         ``array.array`` where there may be many.
@@ -29,124 +53,249 @@ class Request:
     settings: tuple[tuple[str, Scalar], ...] = ()
 
 
-@dataclass(frozen=True)
-class Move:
+class Accepted(NamedTuple):
     """
-    A checked request for the piezo: the wave that it shall follow.
+    A request that was checked.
+
+    Attributes
+    ----------
+    number : int
+        Its number since the start, from 1.
+    name : str
+        Of its command.
+    value
+        What the check made of its numbers: a wave, a position, a force; None without numbers.
+
+    """
+
+    number: int
+    name: str
+    value: Any
+
+
+@dataclass(frozen=True)
+class Command:
+    """
+    A row of the table of commands.
 
     Attributes
     ----------
     name : str
-        Of the request.
-    wave : Wave
-        Commanded voltage.
-    direction : int
-        +1 or -1 for steps, which soft limits stop; 0 for a direct voltage, which they do not.
+        Name of its requests and of its end.
+    interface : str
+        Type of the topic ``command/NAME`` or of the service ``~/NAME``; empty for neither.
+    numbers : tuple of str
+        Its numbers and their units; of a table, those of a row.
+    check : callable
+        Takes the parameters of the stand and the numbers; returns what they mean, or refuses.
+    act : callable
+        Carries out what was checked. Returns DONE, or None where its end is reported later.
+    text : str
+        Meaning, for the documentation.
+    frame : str
+        Frame of vectors; only the first of their numbers may differ from 0.
+    is_table : bool
+        Whether it takes any count of rows.
 
     """
 
     name: str
-    wave: Wave
-    direction: int = 0
+    interface: str
+    numbers: tuple[str, ...]
+    check: Callable[..., Any]
+    act: 'Callable[[Bench, Accepted], Result | None]'
+    text: str
+    frame: str = ''
+    is_table: bool = False
+
+    @property
+    def has_topic(self) -> bool:
+        """Whether it comes over a topic; then ``fault.command_delay`` can hold it up."""
+        return '/msg/' in self.interface
+
+    @property
+    def has_service(self) -> bool:
+        """Whether it comes by a service of its own."""
+        return '/srv/' in self.interface
 
 
-@dataclass(frozen=True)
-class NoMove:
-    """A checked request for no step at all."""
+def check_request(request: Request, parameters: Parameters) -> Any:
+    """
+    Return what a request comes to: a wave, a position, a force; None for commands without numbers.
 
-    name: str
+    Raises
+    ------
+    UnknownName
+        If there is no such command.
+    WrongKind
+        If the numbers are too few, too many, or not finite.
+    OutOfRange
+        If a number is outside its limit.
+    BeyondSoftLimit
+        If a target lies outside the soft limits.
 
-
-@dataclass(frozen=True)
-class Jog:
-    """A checked request to step on while such requests come; without a move, to end it."""
-
-    move: Move | None
-    frequency_hz: float
-
-
-@dataclass(frozen=True)
-class Target:
-    """A checked request for a position reading, m, in closed loop."""
-
-    position_m: float
-
-
-@dataclass(frozen=True)
-class Load:
-    """A checked request for an external force on the runner, N along +x."""
-
-    force_n: float
+    """
+    command = COMMANDS.get(request.name)
+    if command is None:
+        raise UnknownName('command', request.name, f'use {", ".join(COMMANDS)}')
+    if command.is_table:
+        return command.check(parameters, _all_finite(request))
+    if command.name == FAULT:
+        return command.check(parameters, _settings_of(request))
+    return command.check(parameters, *_numbers_of(request, command))
 
 
-@dataclass(frozen=True)
-class Preload:
-    """A checked request for another preload, N; the drive goes there at its preload rate."""
-
-    force_n: float
-
-
-@dataclass(frozen=True)
-class Stop:
-    """Hold the present voltage."""
-
-
-@dataclass(frozen=True)
-class Reset:
-    """Go back to the state at the start: relaxed contacts, runner at 0, no load."""
+def _all_finite(request: Request) -> Array:
+    """Return the numbers of a request at once: there may be many, and the drive waits for it."""
+    numbers = np.asarray(request.values, dtype=float)
+    bad = np.flatnonzero(~np.isfinite(numbers))
+    if len(bad):
+        index = int(bad[0])
+        name = f'{request.name} number {index + 1}'
+        raise WrongKind(name, float(numbers[index]), 'a finite number', 'send a number')
+    return numbers
 
 
-@dataclass(frozen=True)
-class ZeroPosition:
-    """Make the present position reading 0."""
+def _settings_of(request: Request) -> Mapping[str, Scalar]:
+    if request.values:
+        mend = 'name the faults and their values'
+        raise WrongKind(FAULT, list(request.values[:8]), 'without numbers', mend)
+    return dict(request.settings)
 
 
-@dataclass(frozen=True)
-class TareForce:
-    """Make the present force reading 0."""
+def _numbers_of(request: Request, command: Command) -> Sequence[float]:
+    """Return the numbers of a request; of a vector its x alone."""
+    labels, values = command.numbers, request.values
+    if len(values) != len(labels):
+        expected = f'a list of {len(labels)} numbers' if labels else 'empty'
+        mend = f'send [{", ".join(labels)}]'
+        raise WrongKind(request.name, list(values[:8]), expected, mend)
+    for label, value in zip(labels, values, strict=True):
+        if not math.isfinite(value):
+            name = _full_name(request.name, label)
+            raise WrongKind(name, value, 'a finite number', 'send a number')
+    if not command.frame:
+        return values
+    for label, value in zip(labels[1:], values[1:], strict=True):
+        if value != 0.0:
+            name, unit = _full_name(request.name, label), label.partition(' ')[2]
+            mend = 'set it to 0: the runner moves along x only'
+            raise OutOfRange(name, value, unit, 'not 0', mend)
+    return values[:1]
 
 
-@dataclass(frozen=True)
-class EnableAmplifier:
-    """Switch the amplifier on or off."""
-
-    wanted: bool
-
-
-@dataclass(frozen=True)
-class SetFaults:
-    """A checked request for other faults than those of the moment."""
-
-    settings: Mapping[str, Scalar]
-
-    def applied_to(self, faults: FaultParameters) -> FaultParameters:
-        """Return the faults that there are from now on."""
-        changed = Parameters(fault=faults).updated(self.settings)
-        return changed.fault
+def _full_name(command: str, label: str) -> str:
+    """Return the name of a number in a message: ``sawtooth amplitude``, but ``voltage``."""
+    name = label.partition(' ')[0]
+    return name if name == command else f'{command} {name}'
 
 
-@dataclass(frozen=True)
-class ClearFaults:
-    """End every fault."""
-
-    def applied_to(self, faults: FaultParameters) -> FaultParameters:
-        """Return the faults that there are from now on: none."""
-        return FaultParameters(schedule=faults.schedule)
+def _any(_: Parameters, *numbers: float) -> float | None:
+    """Let every number pass."""
+    return numbers[0] if numbers else None
 
 
-Command = (
-    Move
-    | NoMove
-    | Jog
-    | Target
-    | Load
-    | Preload
-    | Stop
-    | Reset
-    | ZeroPosition
-    | TareForce
-    | EnableAmplifier
-    | SetFaults
-    | ClearFaults
+def _move(bench: 'Bench', accepted: Accepted) -> Result | None:
+    if accepted.value is None:
+        return Result.DONE
+    bench.motion.start(accepted.number, accepted.name, accepted.value, bench.observe_powered())
+    return None
+
+
+def _jog(bench: 'Bench', accepted: Accepted) -> None:
+    bench.motion.jog(accepted.number, accepted.value, bench.observe_powered())
+
+
+def _approach(bench: 'Bench', accepted: Accepted) -> None:
+    bench.motion.approach(accepted.number, accepted.value, bench.observe_powered())
+
+
+def _load(bench: 'Bench', accepted: Accepted) -> Result:
+    bench.stand.load_n = accepted.value
+    return Result.DONE
+
+
+def _preload(bench: 'Bench', accepted: Accepted) -> None:
+    bench.change_preload(accepted.number, accepted.value)
+
+
+def _stop(bench: 'Bench', accepted: Accepted) -> Result:
+    bench.end_move(f'stopped by command {accepted.number}')
+    return Result.DONE
+
+
+def _reset(bench: 'Bench', accepted: Accepted) -> Result:
+    bench.reset(f'reset by command {accepted.number}')
+    return Result.DONE
+
+
+def _zero_position(bench: 'Bench', accepted: Accepted) -> Result:
+    if bench.motion.status & Status.CLOSED_LOOP:
+        bench.end_move(f'position zeroed by command {accepted.number}')
+    bench.sensing.zero_position()
+    return Result.DONE
+
+
+def _tare_force(bench: 'Bench', _: Accepted) -> Result:
+    bench.sensing.tare_force()
+    return Result.DONE
+
+
+def _enable_amplifier(bench: 'Bench', accepted: Accepted) -> Result:
+    bench.enable(wanted=bool(accepted.value))
+    return Result.DONE
+
+
+def _clear_faults(bench: 'Bench', _: Accepted) -> Result:
+    bench.apply_faults(FaultParameters(schedule=bench.faults.schedule))
+    return Result.DONE
+
+
+def _set_faults(bench: 'Bench', accepted: Accepted) -> Result:
+    bench.apply_faults(Parameters(fault=bench.faults).updated(accepted.value).fault)
+    return Result.DONE
+
+
+# fmt: off
+_ROWS = (
+    Command('voltage', FLOAT64, ('voltage V',), checks.check_voltage, _move,
+            'direct piezo voltage, V (scan mode); the amplifier slews to it'),
+    Command('sawtooth', FLOAT64_ARRAY, ('amplitude V', 'frequency Hz', 'steps'),
+            checks.check_sawtooth, _move,
+            '[amplitude V, frequency Hz (its sign is the direction), steps (0: until stopped)]'),
+    Command('steps', INT32, ('steps',), checks.check_steps, _move,
+            'signed number of steps at step.amplitude and step.frequency; 0 does nothing'),
+    Command('jog', FLOAT64, ('frequency Hz',), checks.check_jog, _jog,
+            'signed steps per second; stops when jog.timeout passes without a new one; 0 stops'),
+    Command('waveform', FLOAT64_ARRAY, ('time s', 'voltage V'), checks.check_waveform, _move,
+            'rows of time s, voltage V, played once; times rise from 0, straight lines in '
+            f'between; at most {WAVEFORM_ROWS_MAX} rows', is_table=True),
+    Command('position', POINT, ('x m', 'y m', 'z m'), checks.check_position, _approach,
+            'closed loop: point.x, m; coarse steps, then fine scan, then hold; the rest must be 0',
+            frame='stage_base'),
+    Command('load', WRENCH, ('force.x N', 'force.y N', 'force.z N',
+                             'torque.x N m', 'torque.y N m', 'torque.z N m'),
+            checks.check_load, _load,
+            'external force on the runner, N: force.x, positive along +x; the rest must be 0',
+            frame='runner'),
+    Command('preload', FLOAT64, ('preload N',), checks.check_preload, _preload,
+            'preload F_p, N; the drive goes there at stand.preload_rate'),
+    Command('stop', TRIGGER, (), _any, _stop,
+            'end the running move and hold the present voltage'),
+    Command('reset', TRIGGER, (), _any, _reset,
+            'relaxed contacts, runner at 0, no load, voltage as at the start; time runs on'),
+    Command('zero_position', TRIGGER, (), _any, _zero_position,
+            'make the present position reading 0'),
+    Command('tare_force', TRIGGER, (), _any, _tare_force,
+            'make the present force reading 0'),
+    Command('enable_amplifier', SET_BOOL, ('wanted 0 or 1',), _any, _enable_amplifier,
+            'amplifier on or off; off, the piezo goes to the lowest voltage and moves are '
+            'refused'),
+    Command('clear_faults', TRIGGER, (), _any, _clear_faults,
+            'end every fault, by parameter or schedule'),
+    Command(FAULT, '', (), checks.check_faults, _set_faults,
+            'faults by name and value; they come by parameter or schedule'),
 )
-Check = Callable[..., Command]
+# fmt: on
+COMMANDS: Mapping[str, Command] = {command.name: command for command in _ROWS}
+"""Every command by its name; in lockstep, commands of one block are carried out in this order."""

@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level
-from stickslip_ros.instrument.closed_loop import ClosedLoop, Sight, Verdict
-from stickslip_ros.instrument.commands import Jog, Move, Target
+from stickslip_ros.instrument.closed_loop import ClosedLoop, Observation, Outcome
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
@@ -19,10 +18,12 @@ FAILURES = {
     Result.AMPLIFIER_DISABLED: Status(0),
 }
 """Results of a failed move, and the bit that each sets beside MOVEMENT_FAILED."""
+RATE = 3
+"""Fields of a wave, the first of them, in which jogs at different rates differ."""
 SET_POINTS = ('voltage', 'position')
-"""Moves to a value that is wanted: the next one of the same topic is no end that is told."""
+"""Moves to a value that is wanted: the next one of the same topic is no end that is reported."""
 HOLD = 'hold'
-"""Name under which the end of a hold is told."""
+"""Name under which the end of a hold is reported."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class Running:
         Number of its command.
     name : str
         Name of its command.
-    direction : int
-        +1 or -1 for steps that soft limits stop, else 0.
+    wave : Wave or None
+        What it follows; None in closed loop, which finds out on the way.
     steps : int
         Steps that a jog made at its earlier rates.
 
@@ -45,11 +46,17 @@ class Running:
 
     number: int
     name: str
-    direction: int = 0
+    wave: Wave | None
     steps: int = 0
 
+    @property
+    def direction(self) -> int:
+        """+1 or -1 for steps, which soft limits stop, else 0."""
+        rise_v = 0.0 if self.wave is None else self.wave.rise_v
+        return (rise_v > 0.0) - (rise_v < 0.0)
 
-Tell = Callable[[int, str, Result, str, int], None]
+
+Report = Callable[[int, str, Result, str, int], None]
 
 
 class Motion:
@@ -60,7 +67,7 @@ class Motion:
     ----------
     parameters : Parameters
         The stand.
-    tell : callable
+    report : callable
         Receives the end of a move: number and name of its command, result, reason, steps.
 
     Attributes
@@ -74,9 +81,9 @@ class Motion:
 
     """
 
-    def __init__(self, parameters: Parameters, tell: Tell) -> None:
+    def __init__(self, parameters: Parameters, report: Report) -> None:
         self._parameters = parameters
-        self._tell = tell
+        self._report = report
         self.replaced = 0
         self.reset(float(parameters.amplifier.voltage_initial))
 
@@ -85,7 +92,6 @@ class Motion:
         self._running: Running | None = None
         self._loop: ClosedLoop | None = None
         self._jog_ends_ns = 0
-        self._jog_hz = 0.0
         self._failed = Status(0)
         self._follow(level(voltage_v))
 
@@ -110,59 +116,78 @@ class Motion:
             status |= Status.STREAMING
         return status
 
-    def start(self, number: int, command: Move | Jog | Target, sight: Sight) -> None:
-        """Replace the running move by another."""
-        if isinstance(command, Jog):
-            self._jog(number, command, sight)
-            return
-        name = command.name if isinstance(command, Move) else 'position'
-        self._make_way(number, name, sight)
-        if isinstance(command, Move):
-            self._running = Running(number, name, command.direction)
-            self._follow(command.wave)
-            self._stop_beyond_soft_limit(sight)
-        else:
-            self._running = Running(number, name)
-            self._loop = ClosedLoop(self._parameters, command.position_m, sight)
-            self._follow(level(sight.voltage_v))
+    def start(self, number: int, name: str, wave: Wave, observation: Observation) -> None:
+        """Follow a wave in place of the running move."""
+        self._make_way(number, name, observation)
+        self._running = Running(number, name, wave)
+        self._follow(wave)
+        self._stop_beyond_soft_limit(observation)
 
-    def watch(self, sight: Sight) -> None:
+    def approach(self, number: int, position_m: float, observation: Observation) -> None:
+        """Go to a position reading, m, in closed loop in place of the running move."""
+        self._make_way(number, 'position', observation)
+        self._running = Running(number, 'position', None)
+        self._loop = ClosedLoop(self._parameters, position_m, observation)
+        self._follow(level(observation.voltage_v))
+
+    def jog(self, number: int, wave: Wave | None, observation: Observation) -> None:
+        """Start to jog, go on with it, at another rate or not; without a wave, end it."""
+        running = self._running
+        if running is None or running.name != 'jog':
+            if wave is None:
+                self._report(number, 'jog', Result.DONE, 'no jog was running', 0)
+                return
+            self._make_way(number, 'jog', observation)
+            self._running = Running(number, 'jog', wave)
+            self._follow(wave)
+        elif wave is None:
+            self._end_jog(f'ended by command {number}', observation)
+            return
+        elif wave[:RATE] != self.wave[:RATE]:
+            self.replaced += 1
+            steps = running.steps + observation.cycles
+            self._running = replace(running, wave=wave, steps=steps)
+            self._follow(wave)
+        self._jog_ends_ns = observation.time_ns + to_nanoseconds(self._parameters.jog.timeout)
+        self._stop_beyond_soft_limit(observation)
+
+    def watch(self, observation: Observation) -> None:
         """Look at the stand after a block: go on, or end the move."""
         if self._running is None:
             return
-        if self._stop_beyond_soft_limit(sight):
+        if self._stop_beyond_soft_limit(observation):
             return
         if self._loop is not None:
-            self._go_on(self._loop, sight)
+            self._go_on(self._loop, observation)
         elif self._running.name == 'jog':
-            if sight.time_ns >= self._jog_ends_ns:
-                self._end_jog('jog.timeout passed without a new command', sight)
-        elif sight.arrived:
-            self.end(Verdict(Result.DONE), sight)
+            if observation.time_ns >= self._jog_ends_ns:
+                self._end_jog('jog.timeout passed without a new command', observation)
+        elif observation.arrived:
+            self.end(Outcome(Result.DONE), observation)
 
-    def end(self, verdict: Verdict, sight: Sight) -> None:
+    def end(self, outcome: Outcome, observation: Observation) -> None:
         """End the running move, if there is one, and hold its present voltage."""
         running, loop = self._running, self._loop
         self._running = self._loop = None
         if running is None:
             return
-        if verdict.result is not Result.DONE:
-            self._follow(level(sight.voltage_v))
-        if verdict.result in FAILURES:
-            self._failed = Status.MOVEMENT_FAILED | FAILURES[verdict.result]
+        if outcome.result is not Result.DONE:
+            self._follow(level(observation.voltage_v))
+        if outcome.result in FAILURES:
+            self._failed = Status.MOVEMENT_FAILED | FAILURES[outcome.result]
         if loop is None:
-            steps = running.steps + sight.cycles if running.direction else 0
-            self._tell(running.number, running.name, verdict.result, verdict.why, steps)
+            steps = running.steps + observation.cycles if running.direction else 0
+            self._report(running.number, running.name, outcome.result, outcome.why, steps)
         elif not loop.holds:
-            self._tell(running.number, running.name, verdict.result, verdict.why, 0)
-        elif verdict.result in FAILURES:
-            self._tell(running.number, HOLD, verdict.result, verdict.why, 0)
+            self._report(running.number, running.name, outcome.result, outcome.why, 0)
+        elif outcome.result in FAILURES:
+            self._report(running.number, HOLD, outcome.result, outcome.why, 0)
 
-    def _make_way(self, number: int, name: str, sight: Sight) -> None:
-        """End the running move; tell it, unless a set-point gives way to the next of its topic."""
+    def _make_way(self, number: int, name: str, observation: Observation) -> None:
+        """End the running move; not reported of a set-point that gives way to the next."""
         running, loop = self._running, self._loop
         if running is None or running.name != name or name not in SET_POINTS:
-            self.end(Verdict(Result.ABORTED, f'replaced by command {number}'), sight)
+            self.end(Outcome(Result.ABORTED, f'replaced by command {number}'), observation)
         else:
             self.replaced += loop is None or not loop.holds
             self._running = self._loop = None
@@ -172,64 +197,37 @@ class Motion:
         self.wave = wave
         self.is_new = True
 
-    def _jog(self, number: int, command: Jog, sight: Sight) -> None:
-        """Start to jog, go on with it, at another rate or not, or end it."""
-        running, move = self._running, command.move
-        jogs = running is not None and running.name == 'jog'
-        if move is None:
-            if jogs:
-                self._end_jog(f'ended by command {number}', sight)
-            else:
-                self._tell(number, 'jog', Result.DONE, 'no jog was running', 0)
-            return
-        if running is None or not jogs:
-            self._make_way(number, 'jog', sight)
-            self._jog_at(command.frequency_hz, move, Running(number, 'jog', move.direction))
-        elif command.frequency_hz != self._jog_hz:
-            self.replaced += 1
-            steps = running.steps + sight.cycles
-            running = replace(running, direction=move.direction, steps=steps)
-            self._jog_at(command.frequency_hz, move, running)
-        self._jog_ends_ns = sight.time_ns + to_nanoseconds(self._parameters.jog.timeout)
-        self._stop_beyond_soft_limit(sight)
+    def _end_jog(self, why: str, observation: Observation) -> None:
+        self._follow(level(observation.voltage_v))
+        self.end(Outcome(Result.DONE, why), observation)
 
-    def _jog_at(self, frequency_hz: float, move: Move, running: Running) -> None:
-        """Step at another rate from now on."""
-        self._running = running
-        self._jog_hz = frequency_hz
-        self._follow(move.wave)
-
-    def _end_jog(self, why: str, sight: Sight) -> None:
-        self._follow(level(sight.voltage_v))
-        self.end(Verdict(Result.DONE, why), sight)
-
-    def _go_on(self, loop: ClosedLoop, sight: Sight) -> None:
+    def _go_on(self, loop: ClosedLoop, observation: Observation) -> None:
         held = loop.holds
-        wave, verdict = loop.update(sight)
+        wave, outcome = loop.update(observation)
         if wave is not None:
             self._follow(wave)
-        if verdict is None:
+        if outcome is None:
             return
-        if verdict.result is not Result.DONE:
-            self.end(verdict, sight)
+        if outcome.result is not Result.DONE:
+            self.end(outcome, observation)
         elif self._running is not None and not held:
-            self._tell(self._running.number, 'position', Result.DONE, '', 0)
+            self._report(self._running.number, 'position', Result.DONE, '', 0)
             if not self._parameters.closed_loop.hold:
                 self._running = self._loop = None
 
-    def _stop_beyond_soft_limit(self, sight: Sight) -> bool:
+    def _stop_beyond_soft_limit(self, observation: Observation) -> bool:
         """End steps that lead out of the soft limits, or begin beyond them; tell whether."""
         limits, running = self._parameters.limits, self._running
         if running is None or not limits.has_soft_limits or not running.direction:
             return False
-        if running.direction > 0 and sight.position_m > limits.soft_max:
+        if running.direction > 0 and observation.position_m > limits.soft_max:
             side = f'above limits.soft_max {limits.soft_max:g} m'
-        elif running.direction < 0 and sight.position_m < limits.soft_min:
+        elif running.direction < 0 and observation.position_m < limits.soft_min:
             side = f'below limits.soft_min {limits.soft_min:g} m'
         else:
             return False
-        why = f'{sight.position_m:.6g} m is {side}'
+        why = f'{observation.position_m:.6g} m is {side}'
         # A wave that has not begun yet has made no ramp, whatever the one before it made.
-        cycles = 0 if self.is_new else sight.cycles
-        self.end(Verdict(Result.RANGE_LIMIT_REACHED, why), sight._replace(cycles=cycles))
+        cycles = 0 if self.is_new else observation.cycles
+        self.end(Outcome(Result.RANGE_LIMIT_REACHED, why), observation._replace(cycles=cycles))
         return True

@@ -8,9 +8,9 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.advance import advance
 from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import energies_of_contacts, take_ledger
+from stickslip_ros.drive.records import Wave
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.instrument.checks import check_request
-from stickslip_ros.instrument.commands import Move, Request
+from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.ramps import (
@@ -97,17 +97,17 @@ def run_drive(
     voltage_v = voltage_for(parameters, amplitude_m)
     request = Request('sawtooth', (voltage_v, frequency_hz, 0.0))
     parameters = start_on_wave(parameters, request)
-    move = check_request(request, parameters)
-    if not isinstance(move, Move) or steps < 0:
+    wave = check_request(request, parameters)
+    if steps < 0:
         raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for the steady state')
-    return _Run(parameters, move).go(amplitude_m, frequency_hz, steps)
+    return _Run(parameters, wave).go(amplitude_m, frequency_hz, steps)
 
 
 class _Run:
     """A drive under one wave, advanced by whole windows of cycles."""
 
-    def __init__(self, parameters: Parameters, move: Move) -> None:
-        self._wave = move.wave
+    def __init__(self, parameters: Parameters, wave: Wave) -> None:
+        self._wave = wave
         self._plants = plant_of(parameters)
         self._states = state_at_rest(self._plants, parameters.stand.preload)
         if parameters.stand.preload_end:

@@ -11,8 +11,7 @@ import numpy as np
 
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.checks import check_request
-from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.parameters import Parameters, parse_yaml
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.feed import Feed

@@ -10,10 +10,10 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.ledger import EnergyLedger
+from stickslip_ros.drive.records import Wave
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.checks import check_request
-from stickslip_ros.instrument.commands import Move, Request
+from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.parameters import Parameters, Unchosen, spec_of
 from stickslip_ros.recording.feed import Feed
@@ -134,11 +134,11 @@ def start_on_wave(parameters: Parameters, request: Request) -> Parameters:
     image of the run forwards.
 
     """
-    command = check_request(request, parameters)
+    wave = check_request(request, parameters)
     is_chosen = not isinstance(parameters.amplifier.voltage_initial, Unchosen)
-    if is_chosen or not isinstance(command, Move):
+    if is_chosen or not isinstance(wave, Wave):
         return parameters
-    return parameters.updated({'amplifier.voltage_initial': command.wave.start_v})
+    return parameters.updated({'amplifier.voltage_initial': wave.start_v})
 
 
 def _in_long_blocks(parameters: Parameters) -> Parameters:

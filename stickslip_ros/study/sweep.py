@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.instrument.checks import check_request
-from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.parameters import Parameters, Scalar, Spec
 from stickslip_ros.study.axes import Axis, column_name, refuse_repeated
 from stickslip_ros.study.batch import Progress, run_batch

@@ -6,7 +6,7 @@ import pytest
 from fuzz_case import NUMBERS, run_case
 from fuzz_stands import CHOICES, CONFIG, LAW_SPANS, SPANS, STANDS
 
-from stickslip_ros.instrument.checks import CHECKS
+from stickslip_ros.instrument.commands import COMMANDS
 from stickslip_ros.parameters import load_yaml, specs
 from stickslip_ros.study.sawtooth_run import run_sawtooth
 
@@ -29,7 +29,7 @@ def test_every_stage_profile_law_and_command_has_its_stand():
     assert declared - drawn == NOT_DRAWN
     assert set(CHOICES['contact.law']) == set(specs()['contact.law'].choices)
     assert set(CHOICES['contact.profile']) == set(specs()['contact.profile'].choices)
-    assert NUMBERS.keys() == CHECKS.keys()
+    assert {*NUMBERS, 'fault'} == COMMANDS.keys()
 
 
 @pytest.mark.parametrize('seed', SEEDS)

@@ -9,8 +9,7 @@ from bench_runs import MS, drive_bench
 from stickslip_ros.drive.advance import FOOT, POSITION, VOLTAGE
 from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.checks import check_request
-from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import Parameters
 
