@@ -15,7 +15,7 @@ from stickslip_ros.cli.common import (
     to_path,
 )
 from stickslip_ros.files import make_folder
-from stickslip_ros.study.run_figure import draw_run
+from stickslip_ros.study.run_figure import plot_run
 
 CHECK_FAILED = 1
 
@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     summary = run_demo(parameters, arguments.out, _say_unless(arguments.json))
     picture = arguments.out / 'demo.png'
     title = 'Saw-tooth burst, direct-voltage ramp and external load on the virtual stand'
-    draw_run(Path(summary.recording), picture, title)
+    plot_run(Path(summary.recording), picture, title=title, with_step=True)
     if arguments.json:
         print_json(summary)
     else:

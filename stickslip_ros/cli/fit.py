@@ -17,14 +17,16 @@ from stickslip_ros.cli.common import (
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters, parse_assignments
 from stickslip_ros.study.fitting.coverage import Coverage, coverage_of
-from stickslip_ros.study.fitting.figure import check_picture, draw_fit
+from stickslip_ros.study.fitting.figure import draw_fit
 from stickslip_ros.study.fitting.fit import STARTS, Estimate, Fit, fit_drive
 from stickslip_ros.study.fitting.free import FITTED_GROUPS, Free, choose_free
 from stickslip_ros.study.fitting.points import DEFAULT_FREQUENCY_HZ, EXAMPLE, Points, read_points
 from stickslip_ros.study.fitting.report import as_object, check_output, write_fit
 from stickslip_ros.study.fitting.warnings import warnings_of
+from stickslip_ros.study.plotting import check_picture
 
 
 def add_verb(add_parser: Any) -> None:
@@ -108,6 +110,7 @@ def run(arguments: argparse.Namespace) -> int:
         check_output(path)
     if arguments.figure:
         check_picture(arguments.figure)
+        make_room(arguments.figure)
     if arguments.seed < 0:
         raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
     points = read_points(arguments.points, arguments.frequency)

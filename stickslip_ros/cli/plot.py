@@ -7,10 +7,9 @@ from typing import Any
 
 from stickslip_ros.cli.common import add_json, print_json, print_table, to_path
 from stickslip_ros.files import make_room
-from stickslip_ros.study.comparison.words import with_unit
-from stickslip_ros.study.run_plot import RunPlot, plot_run
-from stickslip_ros.study.run_quantities import RUN_QUANTITIES
+from stickslip_ros.study.run_figure import LABELS, RunPlot, plot_run
 from stickslip_ros.study.time_window import parse_window
+from stickslip_ros.units import with_unit
 
 
 def add_verb(add_parser: Any) -> None:
@@ -57,10 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _print(plot: RunPlot, picture: Path) -> None:
-    labels = {each.name: each.label for each in RUN_QUANTITIES}
     rows = [
         (
-            labels[each.name],
+            LABELS[each.name],
             str(each.samples),
             '' if each.smallest is None else with_unit(each.smallest, each.unit),
             '' if each.largest is None else with_unit(each.largest, each.unit),

@@ -16,7 +16,7 @@ from stickslip_ros.paper.readings import (
 from stickslip_ros.paper.study_figure import PRELOAD_COLOURS, Case, StudyFigure, assumed, surface
 from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.plotting import dress
+from stickslip_ros.study.plotting import label_axes
 from stickslip_ros.units import MN, NM
 
 POINTS = 65
@@ -46,7 +46,7 @@ def _draw(table: Table, figure: Figure) -> None:
             va='center',
             annotation_clip=False,
         )
-    dress(axes, 'actuation amplitude (nm)', 'generated force, mean of the last cycle (mN)')
+    label_axes(axes, 'actuation amplitude (nm)', 'generated force, mean of the last cycle (mN)')
     axes.set_xlim(0.0, AMPLITUDE_MAX_M * NM)
     axes.set_ylim(bottom=0.0)
     axes.legend(title='preload')

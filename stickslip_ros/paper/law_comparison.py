@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from stickslip_ros.parameters import Parameters, spec_of
+from stickslip_ros.study.plotting import new_figure, save_figure
 from stickslip_ros.study.sawtooth_run import run_sawtooth, voltage_for
 
 PRELOADS_N = (0.1, 0.5, 1.0)
@@ -116,8 +115,7 @@ def draw_points(points: Sequence[Point], picture: Path, note: str) -> None:
 
     """
     preloads_n = sorted({p.preload_n for p in points})
-    figure = Figure(figsize=(5.0 * len(preloads_n), 4.6), layout='constrained')
-    FigureCanvasAgg(figure)
+    figure = new_figure(5.0 * len(preloads_n), 4.6)
     for axes, preload_n in zip(
         np.atleast_1d(figure.subplots(1, len(preloads_n))), preloads_n, strict=True
     ):
@@ -139,5 +137,4 @@ def draw_points(points: Sequence[Point], picture: Path, note: str) -> None:
     figure.axes[0].set_ylabel('generated force, mean of the last cycle (mN)')
     figure.axes[0].legend(fontsize='small')
     figure.supxlabel(note, fontsize='small')
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=120)
+    save_figure(figure, picture)

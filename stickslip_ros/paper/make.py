@@ -1,11 +1,9 @@
 """Run the figures and write them: table, pictures, caption."""
 
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib as mpl
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from stickslip_ros.errors import OutOfRange, RecordingError
@@ -14,13 +12,12 @@ from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import SAME_BYTES
+from stickslip_ros.study.plotting import new_figure, save_figure
 
 POINTS_MIN = 2
 CHARACTERS_PER_INCH = 14.0
 """Width of a caption; more would be wider than the figure."""
-DOTS_PER_INCH = 100
-UNDATED: Mapping[str, Mapping[str, None]] = {'.png': {}, '.svg': {'Date': None}}
+PICTURES = ('.png', '.svg')
 
 
 def make_tables(
@@ -95,21 +92,18 @@ def write_figure(
         table.write(stem.with_suffix('.csv'))
         page = f'# {figure.title}\n\n![{figure.title}]({figure.name}.png)\n\n{caption}\n'
         stem.with_suffix('.md').write_text(page, encoding='utf-8')
-        with mpl.rc_context(SAME_BYTES):
-            drawn = draw_figure(figure, table, caption)
-            for suffix, metadata in UNDATED.items():
-                drawn.savefig(stem.with_suffix(suffix), dpi=DOTS_PER_INCH, metadata=dict(metadata))
     except OSError as error:
         problem = f'cannot be written ({error.strerror})'
         raise RecordingError(folder, problem, 'choose another folder') from error
-    return [stem.with_suffix(suffix) for suffix in ('.csv', '.md', *UNDATED)]
+    drawn = draw_figure(figure, table, caption)
+    for suffix in PICTURES:
+        save_figure(drawn, stem.with_suffix(suffix))
+    return [stem.with_suffix(suffix) for suffix in ('.csv', '.md', *PICTURES)]
 
 
 def draw_figure(figure: StudyFigure, table: Table, caption: str) -> Figure:
     """Return the drawn figure, with its caption below the axes."""
-    drawn = Figure(figsize=figure.inches, layout='constrained')
-    FigureCanvasAgg(drawn)
-    drawn.suptitle(figure.title)
+    drawn = new_figure(*figure.inches, figure.title)
     figure.draw(table, drawn)
     width = int(figure.inches[0] * CHARACTERS_PER_INCH)
     whole = caption.replace(' = ', '\u00a0=\u00a0')  # no line ends inside 'c = 0'

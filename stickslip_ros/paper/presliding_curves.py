@@ -19,7 +19,7 @@ from stickslip_ros.paper.study_figure import Case, StudyFigure, surface
 from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import dress
+from stickslip_ros.study.plotting import label_axes
 from stickslip_ros.units import NM
 
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
@@ -79,7 +79,7 @@ def _draw(table: Table, figure: Figure) -> None:
             axes.plot(
                 preloads_n, rows.column(name) * NM, colour, marker=marker, ls='', label=label
             )
-        dress(axes, 'preload (N)', 'displacement (nm)' if axes is panels[0] else '', profile)
+        label_axes(axes, 'preload (N)', 'displacement (nm)' if axes is panels[0] else '', profile)
         axes.set_xlim(0.0, None)
         axes.set_ylim(0.0, None)
     panels[0].legend(fontsize='small', loc='upper left')

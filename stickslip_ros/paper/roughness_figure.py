@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
@@ -25,6 +24,7 @@ from stickslip_ros.contact.self_affine import (
 )
 from stickslip_ros.paper.ensemble import Comparison, Ensemble, equivalent_profile, line_contact
 from stickslip_ros.parameters import ContactParameters, Parameters
+from stickslip_ros.study.plotting import new_figure, save_figure
 
 SURFACE_POINTS = 512
 """Points along a side of the surface; they, not the line's cut-off, limit its shortest wave."""
@@ -33,7 +33,6 @@ WINDOW_WIDTHS = 4.0
 PLOTTED_POINTS = 4096
 """A line of more points is thinned out for its plot."""
 FIGURE_INCHES = (19.0, 9.0)
-DOTS_PER_INCH = 110
 LINES, EQUIVALENT, THEORY = 'tab:blue', 'tab:red', 'black'
 
 
@@ -107,13 +106,12 @@ def draw_roughness(samples: Samples, ensemble: Ensemble, picture: Path) -> None:
         PNG or SVG file to write; folders are made.
 
     """
-    figure = Figure(figsize=FIGURE_INCHES, layout='constrained')
-    FigureCanvasAgg(figure)
     contact = samples.contact
-    figure.suptitle(
+    figure = new_figure(
+        *FIGURE_INCHES,
         f'Self-affine roughness on a sphere: H = {contact.hurst:g}, '
         f'rms {contact.rms_height * 1e6:.4g} µm, R = {contact.radius * 1e3:g} mm; '
-        f'{len(ensemble.normal_force_n.lines)} lines of {contact.line_points} springs'
+        f'{len(ensemble.normal_force_n.lines)} lines of {contact.line_points} springs',
     )
     axes = figure.subplots(2, 4)
     _draw_line(axes[0, 0], samples)
@@ -131,8 +129,7 @@ def draw_roughness(samples: Samples, ensemble: Ensemble, picture: Path) -> None:
     for one in (*axes[:, 0], *axes[:, 1], axes[1, 2], *axes[:, 3]):
         one.grid(visible=True, alpha=0.3)
         one.legend(fontsize='small')
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=DOTS_PER_INCH)
+    save_figure(figure, picture)
 
 
 def _inside(estimate: tuple[Array, Array], spectrum: Spectrum) -> tuple[Array, Array]:

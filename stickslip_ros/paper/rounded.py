@@ -17,7 +17,7 @@ from stickslip_ros.paper.study_figure import Case, StudyFigure, assumed
 from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import dress
+from stickslip_ros.study.plotting import label_axes
 from stickslip_ros.units import MN, NM
 
 PRELOADS_N = (0.1, 0.5, 1.0)
@@ -79,8 +79,8 @@ def _draw(table: Table, figure: Figure) -> None:
             label = f'{_name(bandwidth_hz)}: {onset}'
             force.plot(amplitudes_nm, forces_mn, colour, label=label)
             lost.plot(amplitudes_nm, ideal_mn - forces_mn, colour)
-        dress(force, '', '', f'preload {preload_n:g} N')
-        dress(lost, 'amplitude before rounding (nm)', '')
+        label_axes(force, '', '', f'preload {preload_n:g} N')
+        label_axes(lost, 'amplitude before rounding (nm)', '')
         force.legend(fontsize='small', loc='upper left')
         force.set_xlim(0.0, AMPLITUDE_MAX_M * NM)
         force.set_ylim(0.0, LEGEND_ROOM * ideal_mn.max())

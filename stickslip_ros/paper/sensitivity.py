@@ -25,7 +25,7 @@ from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import dress
+from stickslip_ros.study.plotting import label_axes
 from stickslip_ros.units import MN, NM
 
 PRELOAD_N, AMPLITUDE_M = 0.7, 130e-9
@@ -119,7 +119,7 @@ def _draw(table: Table, figure: Figure) -> None:
         _draw_zero(zero, rows, values)
         rise.plot(values, rows.column('last_rise') * 100.0, 'tab:green', marker='.')
         for axes in (force, zero, rise):
-            dress(axes, '', '')
+            label_axes(axes, '', '')
         rise.set_xlabel(varied.label)
         if varied is DAMPING:
             rise.set_xscale('symlog', linthresh=1.0)

@@ -19,7 +19,7 @@ from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import dress
+from stickslip_ros.study.plotting import label_axes
 from stickslip_ros.units import NM
 
 PRELOADS_N = (0.1, 0.5, 1.0)
@@ -56,8 +56,8 @@ def _draw(table: Table, figure: Figure) -> None:
     panels = figure.subplots(1, 2)
     _curves(panels[0], table, 'step_length_m')
     _curves(panels[1], table, 'zero_steps_m')
-    dress(panels[0], 'slew rate (V/us)', f'step length at {AMPLITUDE_MAX_M * NM:g} nm (nm)')
-    dress(panels[1], 'slew rate (V/us)', '0-amplitude, step length extrapolated (nm)')
+    label_axes(panels[0], 'slew rate (V/us)', f'step length at {AMPLITUDE_MAX_M * NM:g} nm (nm)')
+    label_axes(panels[1], 'slew rate (V/us)', '0-amplitude, step length extrapolated (nm)')
     panels[0].axhline(0.0, color='0.3', linewidth=0.8)
     panels[1].set_ylim(bottom=0.0)
     for axes in panels:

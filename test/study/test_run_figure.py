@@ -1,66 +1,150 @@
-"""The picture of a run."""
+"""The picture of a run: windows as they are typed, an enlarged step, events and bits."""
+
+import json
 
 import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from stickslip_ros.errors import RecordingError, StickSlipError
-from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.recording import messages as m
+from stickslip_ros.recording.cdr import pack_float64, pack_string, pack_uint32
+from stickslip_ros.recording.channels import Channel, Qos
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.series import Series
-from stickslip_ros.study.run_figure import (
-    DOTS_PER_INCH,
-    FIGURE_INCHES,
-    PANELS,
-    draw_run,
-    step_window,
-)
+from stickslip_ros.study.plotting import DOTS_PER_INCH
+from stickslip_ros.study.run_figure import COLOURS, WIDTH_INCHES, plot_run, step_window
+from stickslip_ros.study.run_log import bits_within, events_within
+from stickslip_ros.study.run_quantities import recorded_series, topic_name
+from stickslip_ros.study.time_window import TimeWindow, check_window, parse_window
 
+ROUNDING = 1e-12
+MS_NS = 1_000_000
 COLOUR_ERROR = 0.02
 """Eight bits per colour, and a pixel that a thin line fills."""
 PIXELS_PER_LINE = 100
 """Least number of pixels in the colour of a curve: far fewer than its length."""
 
 
-@pytest.fixture(scope='module')
-def picture(recorded_run, tmp_path_factory):
-    path = tmp_path_factory.mktemp('figure') / 'folder' / 'run.png'
-    draw_run(recorded_run[1], path, 'A run')
-    return path
+@pytest.mark.parametrize(
+    ('text', 'start_s', 'length_s'),
+    [
+        ('2ms@0.3s', 0.3, 2e-3),
+        ('500us@10ms', 10e-3, 500e-6),
+        ('500µs@0', 0.0, 500e-6),
+        ('0.5@1', 1.0, 0.5),
+        (' 1e-3 s @ -2 ms ', -2e-3, 1e-3),
+    ],
+)
+def test_a_window_is_taken_as_it_is_typed(text, start_s, length_s):
+    window = parse_window(text)
+    assert window.start_s == pytest.approx(start_s, rel=ROUNDING, abs=0.0)
+    assert window.end_s - window.start_s == pytest.approx(length_s, rel=1e-9)
 
 
-def test_the_picture_has_the_declared_size(picture):
-    height, width, _ = matplotlib.image.imread(picture).shape
-    assert (width, height) == tuple(round(side * DOTS_PER_INCH) for side in FIGURE_INCHES)
+@pytest.mark.parametrize(
+    ('text', 'kind', 'message'),
+    [
+        (
+            '2ms',
+            WrongKind,
+            "window '2ms' is not LENGTH@START; write LENGTH@START with s, ms",
+        ),
+        ('', WrongKind, "window '' is not LENGTH@START"),
+        ('@', WrongKind, "length of the window '' is not a time"),
+        ('2ms@', WrongKind, "start of the window '' is not a time"),
+        ('2 min@0', WrongKind, "length of the window '2 min' is not a time"),
+        ('2ms@1@2', WrongKind, "start of the window '1@2' is not a time"),
+        ('1e999@0', WrongKind, "length of the window '1e999' is not a time"),
+        ('nan@0', WrongKind, "length of the window 'nan' is not a time"),
+        ('-.@0', WrongKind, "length of the window '-.' is not a time"),
+        ('0ms@0', OutOfRange, 'length of the window 0 s is not above 0 s; raise it'),
+        ('-2ms@0', OutOfRange, 'length of the window -0.002 s is not above 0 s'),
+    ],
+)
+def test_a_malformed_window_is_refused(text, kind, message):
+    with pytest.raises(kind) as caught:
+        parse_window(text)
+    assert message in str(caught.value)
 
 
-def test_every_panel_shows_its_curve(picture):
-    pixels = matplotlib.image.imread(picture)[:, :, :3]
-    assert np.mean(pixels) < 0.99
-    for *_, colour in PANELS:
-        near = np.all(np.abs(pixels - to_rgb(colour)) < COLOUR_ERROR, axis=2)
-        left, right = np.array_split(near, 2, axis=1)
-        assert left.sum() > PIXELS_PER_LINE
-        assert right.sum() > PIXELS_PER_LINE
+def test_a_window_is_cut_to_the_run_or_refused_outside_of_it():
+    run = TimeWindow(1.0, 2.0)
+    assert check_window(TimeWindow(0.5, 1.5), run) == (1.0, 1.5)
+    for outside in (TimeWindow(0.0, 0.5), TimeWindow(2.5, 3.0)):
+        with pytest.raises(OutOfRange, match='outside of the run, 1 s to 2 s; move it'):
+            check_window(outside, run)
 
 
-def test_the_same_recording_gives_the_same_picture(picture, recorded_run, tmp_path):
-    draw_run(recorded_run[1], tmp_path / 'again.png', 'A run')
-    again = matplotlib.image.imread(tmp_path / 'again.png')
-    np.testing.assert_array_equal(again, matplotlib.image.imread(picture))
+def test_the_trace_is_drawn_where_it_is_recorded(recorded_run, tmp_path):
+    plot = plot_run(recorded_run[1], tmp_path / 'folder/run.png')
+    trace = Recording(recorded_run[1]).trace()
+    assert [each.name for each in plot.quantities] == [
+        'position_m',
+        'force_n',
+        'voltage_v',
+        'foot_m',
+    ]
+    position = plot.quantities[0]
+    assert position.samples == len(trace['position'])
+    assert position.largest == trace['position'].value.max()
+    assert position.smallest == trace['position'].value.min()
+    assert [(each.command, each.result) for each in plot.events] == [('sawtooth', 'DONE')]
+    assert [each.bit for each in plot.status] == [
+        'MOVING',
+        'SENSOR_PRESENT',
+        'AMPLIFIER_ENABLED',
+    ]
+    assert plot.status[0].end_s == plot.events[0].time_s
+    picture = matplotlib.image.imread(tmp_path / 'folder/run.png')
+    assert picture.shape[1] == round(WIDTH_INCHES * DOTS_PER_INCH)
+    assert all(shows(picture, colour) for colour in COLOURS.values())
 
 
-def test_a_picture_can_be_drawn_as_svg(recorded_run, tmp_path):
-    draw_run(recorded_run[1], tmp_path / 'run.svg')
+def test_a_window_shows_its_samples_only(recorded_run, tmp_path):
+    window = parse_window('2ms@5ms')
+    plot = plot_run(recorded_run[1], tmp_path / 'run.png', window)
+    trace = Recording(recorded_run[1]).trace()['voltage'].window(*window)
+    assert (plot.start_s, plot.end_s) == window
+    assert plot.quantities[2].samples == len(trace)
+    assert plot.quantities[2].largest == trace.value.max()
+    assert plot.events == ()
+
+
+def test_the_same_window_gives_the_same_picture(recorded_run, tmp_path):
+    for name in ('one', 'two'):
+        plot_run(recorded_run[1], tmp_path / f'{name}.png', parse_window('2ms@5ms'))
+    assert (tmp_path / 'one.png').read_bytes() == (tmp_path / 'two.png').read_bytes()
+
+
+def test_a_window_without_a_sample_is_refused(recorded_run, tmp_path):
+    with pytest.raises(OutOfRange, match='too short: no sample lies in it; raise it'):
+        plot_run(recorded_run[1], tmp_path / 'run.png', parse_window('1us@5.005ms'))
+    with pytest.raises(OutOfRange, match='outside of the run'):
+        plot_run(recorded_run[1], tmp_path / 'run.png', parse_window('1s@5s'))
+    with pytest.raises(UnknownName, match='kind of picture'):
+        plot_run(recorded_run[1], tmp_path / 'run.gif')
+    assert list(tmp_path.iterdir()) == []
+
+
+def shows(picture, colour):
+    """Tell whether a picture has a curve of a colour."""
+    near = np.all(np.abs(picture[:, :, :3] - to_rgb(colour)) < COLOUR_ERROR, axis=2)
+    return near.sum() > PIXELS_PER_LINE
+
+
+def test_one_step_is_enlarged_beside_the_run(recorded_run, tmp_path):
+    plot_run(recorded_run[1], tmp_path / 'run.png', with_step=True)
+    picture = matplotlib.image.imread(tmp_path / 'run.png')
+    for half in np.array_split(picture, 2, axis=1):
+        for name in ('position_m', 'force_n', 'voltage_v'):
+            assert shows(half, COLOURS[name])
+    plot_run(recorded_run[1], tmp_path / 'run.svg', title='A run', with_step=True)
     text = (tmp_path / 'run.svg').read_text(encoding='utf-8')
-    assert '<svg' in text
-    assert text.count('<path') > 10
-
-
-def test_what_is_no_recording_is_refused(tmp_path):
-    with pytest.raises(RecordingError):
-        draw_run(tmp_path / 'missing.mcap', tmp_path / 'run.png')
-    assert not (tmp_path / 'run.png').exists()
+    assert all(f'<!-- {words} -->' in text for words in ('A run', 'one step', 'foot (shifted)'))
 
 
 def _voltage(values, rate_hz=1000.0):
@@ -81,19 +165,76 @@ def test_the_enlarged_step_is_the_third_of_the_run(sense):
     [np.zeros(50), np.arange(50), np.tile(np.arange(10.0), 3)],
     ids=['0', 'ramp', '2 falls'],
 )
-def test_a_run_with_fewer_falls_is_shown_whole(values):
+def test_of_a_run_with_fewer_falls_the_whole_is_shown_beside_it(values):
     assert step_window(_voltage(values)) == (0.0, (len(values) - 1) / 1000.0)
 
 
-def test_a_recording_without_a_trace_is_refused(tmp_path, stand):
-    path = tmp_path / 'empty.mcap'
-    with RunWriter(path, stand):
+@pytest.fixture
+def recorded(tmp_path):
+    """Give a recording without trace: voltage, status, events, in a namespace, and strangers."""
+    path = tmp_path / 'run.mcap'
+    channels = [
+        Channel('/left/voltage', m.FLOAT64, Qos(1)),
+        Channel('/left/command/voltage', m.FLOAT64, Qos(1)),
+        Channel('/left/truth/voltage', m.FLOAT64, Qos(1)),
+        Channel('/left/position', m.FLOAT64, Qos(1)),
+        Channel('/left/stickslip_drive/status', m.UINT32, Qos(1)),
+        Channel('/left/stickslip_drive/event', m.STRING, Qos(1)),
+    ]
+    moving, loaded = int(Status.MOVING), int(Status.LOADED)
+    with Recorder(path, channels) as recorder:
+
+        def put(topic, at_ms, data):
+            recorder.put(f'/left/{topic}', at_ms * MS_NS, data, wait=True)
+
+        put('stickslip_drive/status', 0, pack_uint32(0))
+        put('command/voltage', 0, pack_float64(300.0))
+        put('truth/voltage', 0, pack_float64(400.0))
+        put('position', 0, pack_float64(1.0))
+        for at_ms, status in ((1, moving), (2, moving | loaded), (4, loaded), (6, moving)):
+            put('voltage', at_ms, pack_float64(10.0 * at_ms))
+            put('stickslip_drive/status', at_ms, pack_uint32(status))
+        event = {'command': 'steps', 'result': 'ABORTED', 'number': 3}
+        for text in (json.dumps(event), 'no JSON', '[]', '{"other": 1}'):
+            put('stickslip_drive/event', 7, pack_string(text))
+        put('voltage', 8, pack_float64(80.0))
+    return path
+
+
+def test_topics_are_found_in_a_namespace_and_never_mistaken(recorded):
+    recording = Recording(recorded)
+    assert topic_name(recording, 'voltage') == '/left/voltage'
+    assert topic_name(recording, 'position') == ''
+    assert list(recorded_series(recording)) == ['voltage_v']
+
+
+def test_bits_are_stretches_and_events_are_read(recorded):
+    recording = Recording(recorded)
+    whole = TimeWindow(0.0, 8e-3)
+    spans = [(each.bit, each.start_s, each.end_s) for each in bits_within(recording, whole)]
+    expected = [('MOVING', 1e-3, 4e-3), ('MOVING', 6e-3, 8e-3), ('LOADED', 2e-3, 6e-3)]
+    for span, wanted in zip(spans, expected, strict=True):
+        assert span[0] == wanted[0]
+        assert span[1:] == pytest.approx(wanted[1:], rel=ROUNDING)
+    [event] = events_within(recording, whole)
+    assert (event.command, event.result) == ('steps', 'ABORTED')
+    assert events_within(recording, TimeWindow(0.0, 6e-3)) == []
+    inside = bits_within(recording, TimeWindow(4.5e-3, 5e-3))
+    assert [(each.bit, each.start_s, each.end_s) for each in inside] == [('LOADED', 4.5e-3, 5e-3)]
+
+
+def test_topics_are_drawn_without_a_trace(recorded, tmp_path):
+    plot = plot_run(recorded, tmp_path / 'run.svg')
+    [voltage] = plot.quantities
+    assert (voltage.samples, voltage.smallest, voltage.largest) == (5, 10.0, 80.0)
+    text = (tmp_path / 'run.svg').read_text(encoding='utf-8')
+    assert text.count('<!-- steps: ABORTED -->') == 1
+    plot_run(recorded, tmp_path / 'step.svg', with_step=True)
+    assert 'one step' in (tmp_path / 'step.svg').read_text(encoding='utf-8')
+
+
+def test_a_recording_of_nothing_is_refused(tmp_path):
+    with Recorder(tmp_path / 'run.mcap', [Channel('/voltage', m.FLOAT64, Qos(1))]):
         pass
-    with pytest.raises(RecordingError, match='has no trace to draw; record a run'):
-        draw_run(path, tmp_path / 'run.png')
-    assert not (tmp_path / 'run.png').exists()
-
-
-def test_a_picture_of_an_unknown_kind_is_refused(recorded_run, tmp_path):
-    with pytest.raises(StickSlipError):
-        draw_run(recorded_run[1], tmp_path / 'run.pictogram')
+    with pytest.raises(RecordingError, match='has neither position, force nor voltage'):
+        plot_run(tmp_path / 'run.mcap', tmp_path / 'run.png')

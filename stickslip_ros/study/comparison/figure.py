@@ -1,21 +1,17 @@
 """The picture of a comparison: A and B over each other, and B - A below."""
 
-import io
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.study.comparison.result import TIME, Compared, Comparison, Part
-from stickslip_ros.study.comparison.words import axis_label, place, scaled, title
-from stickslip_ros.study.decimation import decimated
-from stickslip_ros.study.plotting import SAME_BYTES, dress
+from stickslip_ros.study.comparison.words import axis_label, place, title
+from stickslip_ros.study.plotting import decimated, label_axes, new_figure, svg_of
+from stickslip_ros.units import NM, display_unit
 
-INCHES = (8.0, 6.0)
 PIXELS = 800
 """Points per curve are no more than such a picture can show."""
 COLOURS = tuple(mpl.color_sequences['tab10'])
@@ -26,44 +22,37 @@ BARS_MAX = 200
 
 def draw_quantity(comparison: Comparison, quantity: Compared) -> str:
     """Return a quantity of a comparison as SVG text, the same bytes for the same numbers."""
-    with mpl.rc_context(SAME_BYTES):
-        figure = Figure(figsize=INCHES, layout='constrained')
-        FigureCanvasAgg(figure)
-        overlay, residuals = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
-        in_time = comparison.axis == TIME
-        x_factor = 1.0 if in_time else scaled('m')[0]
-        for index, part in enumerate(quantity.parts):
-            colour = COLOURS[index % len(COLOURS)]
-            if in_time:
-                _draw_run(overlay, residuals, part, scaled(quantity.unit)[0])
-            else:
-                _draw_part(overlay, residuals, part, (x_factor, scaled(quantity.unit)[0]), colour)
-        unit = scaled(quantity.unit)[1]
-        dress(overlay, '', f'{title(quantity)} ({unit})')
-        dress(residuals, axis_label(comparison), f'B − A ({unit})')
-        residuals.axhline(0.0, color='0.4', linewidth=0.8)
-        if len(quantity.parts) <= LEGEND_MAX:
-            handles, labels = overlay.get_legend_handles_labels()
-            order = sorted(range(len(labels)), key=lambda index: labels[index][0])
-            overlay.legend(
-                [handles[index] for index in order],
-                [labels[index] for index in order],
-                fontsize='small',
-                ncols=min(2, len(quantity.parts)),
-            )
-        return _svg(figure)
+    figure = new_figure(8.0, 6.0)
+    overlay, residuals = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
+    factor, unit = display_unit(quantity.unit)
+    for index, part in enumerate(quantity.parts):
+        if comparison.axis == TIME:
+            _draw_run(overlay, residuals, part, factor)
+        else:
+            _draw_part(overlay, residuals, part, factor, COLOURS[index % len(COLOURS)])
+    label_axes(overlay, '', f'{title(quantity)} ({unit})')
+    label_axes(residuals, axis_label(comparison), f'B − A ({unit})')
+    residuals.axhline(0.0, color='0.4', linewidth=0.8)
+    if len(quantity.parts) <= LEGEND_MAX:
+        handles, labels = overlay.get_legend_handles_labels()
+        order = sorted(range(len(labels)), key=lambda index: labels[index][0])
+        overlay.legend(
+            [handles[index] for index in order],
+            [labels[index] for index in order],
+            fontsize='small',
+            ncols=min(2, len(quantity.parts)),
+        )
+    return svg_of(figure)
 
 
-def _draw_part(
-    overlay: Axes, residuals: Axes, part: Part, factors: tuple[float, float], colour: object
-) -> None:
+def _draw_part(overlay: Axes, residuals: Axes, part: Part, factor: float, colour: object) -> None:
     """Draw one preload: A as points, with error bars where known, B as a line."""
     order = np.argsort(part.curve.x, kind='stable')
     x, a, b = (each[order] for each in (part.curve.x, part.curve.a, part.curve.b))
-    x, a, b = factors[0] * x, factors[1] * a, factors[1] * b
+    x, a, b = NM * x, factor * a, factor * b
     bars = None
     if part.curve.sigma is not None and len(x) <= BARS_MAX:
-        bars = factors[1] * part.curve.sigma[order]
+        bars = factor * part.curve.sigma[order]
     name = place(part.at)
     points: dict[str, Any] = {
         'fmt': 'o',
@@ -87,9 +76,3 @@ def _draw_run(overlay: Axes, residuals: Axes, part: Part, factor: float) -> None
 
 def _thin(axes: Axes, x: Array, y: Array, label: str, **style: Any) -> None:
     axes.plot(*decimated(x, y, PIXELS), label=label, **style)
-
-
-def _svg(figure: Figure) -> str:
-    text = io.StringIO()
-    figure.savefig(text, format='svg', metadata={'Date': None})
-    return text.getvalue()

@@ -16,15 +16,10 @@ from stickslip_ros.study.comparison.result import (
     Comparison,
     Part,
 )
+from stickslip_ros.units import display_unit, with_unit
 
 Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 """Title, header, rows."""
-SCALES: Mapping[str, tuple[float, str]] = {
-    'N': (1e3, 'mN'),
-    'm': (1e9, 'nm'),
-    'J': (1e9, 'nJ'),
-}
-"""Only what people read is in these units."""
 NAMES: Mapping[str, str] = {
     'force_n': 'force',
     'step_length_m': 'step length',
@@ -66,17 +61,6 @@ def place(at: Mapping[str, Scalar]) -> str:
     return ', '.join(parts)
 
 
-def scaled(unit: str) -> tuple[float, str]:
-    """Return factor and unit in which a quantity is shown."""
-    return SCALES.get(unit, (1.0, unit))
-
-
-def with_unit(value: float, unit: str) -> str:
-    """Return a number as people read it, with its unit."""
-    factor, shown = scaled(unit)
-    return f'{factor * value:.5g} {shown}'.rstrip()
-
-
 def sentences(comparison: Comparison) -> list[str]:
     """Return what was found, in sentences that state numbers and nothing else."""
     found = []
@@ -91,7 +75,7 @@ def _agreement(
     unit: str, agreement: Agreement, known: Mapping[str, Scalar]
 ) -> list[tuple[str, str, str]]:
     """Return name, value and unit of each number; of the place, what is not known already."""
-    factor, shown = scaled(unit)
+    factor, shown = display_unit(unit)
     worst = {name: value for name, value in agreement.largest_at.items() if name not in known}
     chi = agreement.chi_square
     return [
@@ -227,4 +211,4 @@ def axis_label(comparison: Comparison) -> str:
     """Return the label of the axis along which things are compared."""
     if comparison.axis == TIME:
         return 'time (s)'
-    return f'stroke of the feet ({scaled(UNITS["m"])[1]})'
+    return f'stroke of the feet ({display_unit(UNITS["m"])[1]})'

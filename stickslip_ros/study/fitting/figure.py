@@ -6,31 +6,18 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.errors import UnknownName
-from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import run_batch
 from stickslip_ros.study.fitting.fit import Fit
 from stickslip_ros.study.fitting.problem import model_force_n
 from stickslip_ros.study.journal import Row
+from stickslip_ros.study.plotting import check_picture, label_axes, new_figure, save_figure
 from stickslip_ros.units import MN, NM
 
-SUFFIXES = ('.png', '.svg', '.pdf')
 CURVE_POINTS = 41
-FIGURE_INCHES = (8.5, 7.0)
-DOTS_PER_INCH = 120
-
-
-def check_picture(path: Path) -> None:
-    """Refuse a picture that cannot be drawn or written, before the work is done."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise UnknownName('kind of picture', path.suffix, f'use {", ".join(SUFFIXES)}')
-    make_room(path)
 
 
 def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None:
@@ -55,25 +42,20 @@ def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None
 
     """
     check_picture(picture)
-    figure = Figure(figsize=FIGURE_INCHES, layout='constrained')
-    FigureCanvasAgg(figure)
-    figure.suptitle(title)
+    figure = new_figure(8.5, 7.0, title)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
     for number, (label, at) in enumerate(_curves(fit)):
         colour = f'C{number % 10}'
         _draw_forces(top, fit, at, colour, label)
         _draw_curve(top, fit, at, colour, workers)
         _draw_residuals(bottom, fit, at, colour)
-    top.set_ylabel('generated force (mN)')
+    label_axes(top, '', 'generated force (mN)')
     top.legend(fontsize='small')
-    bottom.axhline(0.0, color='0.3', linewidth=0.8)
     known = fit.problem.points.sigma_n is not None
-    bottom.set_ylabel('(model - measured)/σ' if known else 'model - measured (mN)')
-    bottom.set_xlabel('stroke of the feet (nm)')
-    for axes in (top, bottom):
-        axes.grid(visible=True, alpha=0.3)
-    picture.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(picture, dpi=DOTS_PER_INCH)
+    missed = '(model - measured)/σ' if known else 'model - measured (mN)'
+    label_axes(bottom, 'stroke of the feet (nm)', missed)
+    bottom.axhline(0.0, color='0.3', linewidth=0.8)
+    save_figure(figure, picture)
 
 
 def _curves(fit: Fit) -> Iterator[tuple[str, NDArray[np.bool_]]]:
