@@ -17,11 +17,11 @@ from stickslip_ros.cli.common import (
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import make_room
-from stickslip_ros.study.comparison.compare import Shift, compare
-from stickslip_ros.study.comparison.model import MODEL, ModelSettings
+from stickslip_ros.study.comparison.by_amplitude import MODEL, ModelSettings
+from stickslip_ros.study.comparison.compare import compare
+from stickslip_ros.study.comparison.report import write_report
 from stickslip_ros.study.comparison.result import Comparison
 from stickslip_ros.study.comparison.words import sections, sentences
-from stickslip_ros.study.report import write_report
 from stickslip_ros.study.sweep import FREQUENCY
 
 SUFFIXES = ('.html', '.htm')
@@ -104,7 +104,8 @@ def _compare(arguments: argparse.Namespace) -> Comparison:
             arguments.a,
             arguments.b,
             model=settings,
-            shift=Shift(arguments.shift, arguments.align),
+            shift_s=arguments.shift,
+            estimate_shift=arguments.align,
             progress=progress,
         )
 

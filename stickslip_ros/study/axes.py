@@ -82,6 +82,11 @@ def column_name(name: str) -> str:
     return f'{name} [{unit}]' if unit else name
 
 
+def bare_name(column: str) -> str:
+    """Return the name of a parameter of which this is the column."""
+    return column.partition(' [')[0]
+
+
 def _range(name: str, text: str, spec: Spec) -> list[Scalar]:
     parts = text.split(':')
     if len(parts) != 3:

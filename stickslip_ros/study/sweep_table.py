@@ -3,17 +3,30 @@
 import contextlib
 import csv
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import stickslip_ros
-from stickslip_ros.errors import RecordingError, WrongKind
+from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.files import make_room
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
+from stickslip_ros.study.axes import bare_name
+from stickslip_ros.study.experiment import POINT_COLUMNS
 from stickslip_ros.study.extras import load_extra
 from stickslip_ros.study.journal import Row
 
 CSV, PARQUET = '.csv', '.parquet'
+VERSION, PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
+"""Metadata of a Parquet file."""
+ASKED = ('preload_n', 'amplitude_m', 'frequency_hz')
+MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
+STOP_RULE = 'stop_rule'
+"""A column that every sweep has and no experiment."""
+OF_A_RUN = {'force_ramp_start_n', 'steady', 'steps', 'energy_residual', STOP_RULE}
+"""Columns that say how a run went; all that are none of these are varied parameters."""
+NUMBER = Spec(float, 0.0, '', '', '')
+AGAIN = 'write the table again with: stickslip sweep'
 
 
 def check_table_path(path: Path) -> None:
@@ -71,6 +84,45 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
         raise RecordingError(path, problem, 'choose another place') from None
 
 
+def is_sweep(path: Path) -> bool:
+    """Tell by its header whether a CSV file is the table of a sweep."""
+    try:
+        with path.open(newline='', encoding='utf-8') as file:
+            return STOP_RULE in next(csv.reader(file), [])
+    except (UnicodeDecodeError, csv.Error):
+        return False
+
+
+def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
+    """
+    Read the table that ``stickslip sweep`` wrote.
+
+    Returns
+    -------
+    rows : list of dict
+        At least one; values are as they were written.
+    described : dict of str to scalar or None
+        All parameters and the version, which only Parquet knows.
+
+    Raises
+    ------
+    StickSlipError
+        If it is damaged.
+
+    """
+    if path.suffix == PARQUET:
+        rows, described = _read_parquet(path)
+        first = 1
+    else:
+        with path.open(newline='', encoding='utf-8') as file:
+            rows, described = list(csv.DictReader(file)), None
+        first = 2
+    if not rows:
+        raise RecordingError(path, 'has no rows', AGAIN)
+    numbered = enumerate(rows, first)
+    return [_checked(row, f'{path}: line {number}') for number, row in numbered], described
+
+
 def _write_csv(rows: Sequence[Row], path: Path) -> None:
     with path.open('w', newline='', encoding='utf-8') as file:
         writer = csv.DictWriter(file, list(rows[0]))
@@ -83,7 +135,48 @@ def _write_parquet(rows: Sequence[Row], path: Path, parameters: Parameters) -> N
     parquet = load_extra('a Parquet file', 'pyarrow.parquet')
     table = pyarrow.table({name: [row[name] for row in rows] for name in rows[0]})
     metadata = {
-        'stickslip_ros.version': stickslip_ros.__version__,
-        'stickslip_ros.parameters': json.dumps(parameters.flat()),
+        VERSION: stickslip_ros.__version__,
+        PARAMETERS: json.dumps(parameters.flat()),
     }
     parquet.write_table(table.replace_schema_metadata(metadata), path)
+
+
+def _read_parquet(path: Path) -> tuple[list[dict[str, Any]], dict[str, Scalar] | None]:
+    parquet = load_extra('a Parquet file', 'pyarrow.parquet')
+    try:
+        table = parquet.read_table(path)
+    except (OSError, ValueError) as error:  # pyarrow's errors are both
+        problem = f'is not a Parquet file ({str(error).splitlines()[0]})'
+        raise RecordingError(path, problem, AGAIN) from None
+    known = {name.decode(): value for name, value in (table.schema.metadata or {}).items()}
+    if PARAMETERS not in known:
+        return table.to_pylist(), None
+    described = {'stickslip_ros': known[VERSION].decode(), **json.loads(known[PARAMETERS])}
+    return table.to_pylist(), described
+
+
+def _checked(row: Mapping[str, Any], where: str) -> Row:
+    """Return a row with its values as what they are, or refuse it."""
+    needed = {*ASKED, 'steady', *MEASURED}
+    missing = sorted(name for name in needed if row.get(name) in (None, ''))
+    if missing:
+        raise RecordingError(where, f'column {missing[0]} has no value', AGAIN)
+    if None in row:
+        raise RecordingError(where, 'has more values than columns', 'take them away')
+    return {name: _value(name, value, f'{where}, column {name}:') for name, value in row.items()}
+
+
+def _value(name: str, value: Any, where: str) -> Scalar:
+    if name in ASKED:
+        return POINT_COLUMNS[name].check(where, value)
+    if name in MEASURED:
+        return NUMBER.check(where, value)
+    if name == 'steady':
+        return str(value).lower() == 'true'
+    if name in OF_A_RUN:
+        return str(value)
+    try:
+        spec = spec_of(bare_name(name))
+    except UnknownName as error:
+        raise RecordingError(where, str(error), 'take the column away') from None
+    return spec.check(where, value)

@@ -8,21 +8,28 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from stickslip_ros.study.comparison.agreement import agreement_of, correlation_of, threshold_of
-from stickslip_ros.study.comparison.result import Curve
+from stickslip_ros.study.comparison.agreement import (
+    AMPLITUDE,
+    Curve,
+    Part,
+    agreement_of,
+    correlation_of,
+    threshold_of,
+)
 
 ROUNDING = 1e-12
 """Relative; sums of a few dozen numbers."""
 NM = 1e-9
 
 
-def curve(a, b, sigma=None) -> Curve:
+def part(a, b, sigma=None, **at) -> Part:
     a, b = np.array(a, dtype=float), np.array(b, dtype=float)
-    return Curve(np.arange(len(a)) * NM, a, b, None if sigma is None else np.array(sigma, float))
+    sigma = None if sigma is None else np.array(sigma, float)
+    return Part(at, Curve(AMPLITUDE, np.arange(len(a)) * NM, a, b, sigma))
 
 
 def agreement(a, b, sigma=None):
-    return agreement_of(curve(a, b, sigma), lambda index: {'index': index})
+    return part(a, b, sigma).agreement
 
 
 def test_the_numbers_of_three_points_are_those_by_hand():
@@ -30,9 +37,19 @@ def test_the_numbers_of_three_points_are_those_by_hand():
     assert (told.points, told.bias, told.largest) == (3, pytest.approx(-1 / 3), -2.0)
     assert told.rms == pytest.approx(math.sqrt(5 / 3), rel=ROUNDING)
     assert told.relative_rms == pytest.approx(math.sqrt(5 / 3) / 2, rel=ROUNDING)
-    assert told.largest_at == {'index': 2}
+    assert told.largest_at == {'amplitude_m': 2 * NM}
     assert told.correlation == pytest.approx(-math.sqrt(3) / 2, rel=ROUNDING)
     assert told.chi_square is None
+
+
+def test_the_numbers_of_two_parts_are_those_of_all_points():
+    a, b, sigma = [0.0, 1.0, 2.0, 5.0], [1.0, 1.0, 0.0, 4.0], [1.0, 1.0, 2.0, 1.0]
+    parts = [part(a[i], b[i], sigma[i], preload_n=i.start) for i in (slice(0, 3), slice(3, 4))]
+    whole = agreement(a, b, sigma)
+    told = agreement_of(parts)
+    assert told.largest_at == {'preload_n': 0, 'amplitude_m': 2 * NM}
+    assert vars(told) == {**vars(whole), 'largest_at': told.largest_at}
+    assert agreement_of([parts[0], part([1.0], [2.0])]).chi_square is None
 
 
 def test_of_equal_curves_everything_is_zero():

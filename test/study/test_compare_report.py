@@ -10,10 +10,10 @@ import pytest
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.comparison.compare import Shift, compare
-from stickslip_ros.study.comparison.model import ModelSettings
+from stickslip_ros.study.comparison.by_amplitude import ModelSettings
+from stickslip_ros.study.comparison.compare import compare
+from stickslip_ros.study.comparison.report import report_page, write_report
 from stickslip_ros.study.comparison.words import sections, sentences
-from stickslip_ros.study.report import report_page, write_report
 
 NASTY = '<script>alert("1")</script> & \'x\' {{ 7 * 7 }}'
 SETTINGS = ModelSettings(Parameters(), 1000.0, 20)
@@ -58,13 +58,13 @@ def points(tmp_path_factory):
         '0.1,6e-8,0.03,1e-3\n0.1,1.6e-7,0.06,1e-3\n0.5,6e-8,0.01,1e-3\n0.5,1.6e-7,0.17,1e-3\n',
         encoding='utf-8',
     )
-    return compare(str(path), 'model', model=SETTINGS, shift=Shift())
+    return compare(str(path), 'model', model=SETTINGS)
 
 
 @pytest.fixture(scope='module')
 def runs(recorded_run):
     path = str(recorded_run[1])
-    return compare(path, path, model=SETTINGS, shift=Shift(seconds=1e-3))
+    return compare(path, path, model=SETTINGS, shift_s=1e-3)
 
 
 @pytest.fixture(scope='module', params=['points', 'runs'])
@@ -160,7 +160,7 @@ def test_a_report_that_cannot_be_written_is_refused(points, tmp_path):
 
 def test_sentences_say_when_all_is_equal(recorded_run):
     path = str(recorded_run[1])
-    same = compare(path, path, model=SETTINGS, shift=Shift())
+    same = compare(path, path, model=SETTINGS)
     told = sentences(same)
     assert len(told) == 4
     assert all(re.fullmatch(r'The .* of B equals that of A at all \d+ points\.', t) for t in told)

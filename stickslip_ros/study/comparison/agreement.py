@@ -1,47 +1,137 @@
-"""The numbers of a comparison, each by its definition in docs/compare.md."""
+"""Points of A and B, and how far they agree: each number by its definition in docs/compare.md."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.parameters import Scalar
-from stickslip_ros.study.comparison.result import Agreement, ChiSquare, Curve, Threshold
 
+AMPLITUDE, TIME = 'amplitude_m', 'time_s'
+"""The two axes along which things are compared."""
 FLANK = (0.1, 0.5)
 """Shares of the largest force between which a force curve rises almost straight."""
 FLANK_POINTS_MIN = 2
 ROUNDING = 1e-12
 """Relative spread up to which values are one constant with rounding."""
 
-Where = Callable[[int], dict[str, Scalar]]
+
+@dataclass(frozen=True)
+class ChiSquare:
+    """The difference measured by its uncertainty."""
+
+    chi_square: float
+    degrees_of_freedom: int
+    p_value: float
+    largest_residual: float
+    within_one_sigma: float
+    within_two_sigma: float
 
 
-def agreement_of(curve: Curve, where: Where) -> Agreement:
+@dataclass(frozen=True)
+class Agreement:
     """
-    Return how far B is from A.
+    How far B is from A.
 
-    Parameters
-    ----------
-    curve : Curve
-        At least one point, all finite.
-    where : callable
-        Gives the place of a point by its number.
+    There is no correlation if A or B is constant, no relative RMS if A is, and no chi-square
+    unless uncertainties are known.
 
     """
-    difference = curve.difference
-    worst = int(np.argmax(np.abs(difference)))
+
+    points: int
+    bias: float
+    rms: float
+    largest: float
+    largest_at: dict[str, Scalar]
+    correlation: float | None
+    relative_rms: float | None
+    chi_square: ChiSquare | None
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """0-amplitude, if there is a flank, and largest force of a force curve, off its own points."""
+
+    zero_amplitude_m: float | None
+    saturation: float
+    saturation_at_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """
+    What was compared: A, and B interpolated onto A's points; at least one, all finite.
+
+    The axis is AMPLITUDE or TIME; sigma is the uncertainty of B - A. All have the shape of x.
+
+    """
+
+    axis: str
+    x: Array
+    a: Array
+    b: Array
+    sigma: Array | None = None
+
+    @property
+    def difference(self) -> Array:
+        """B - A."""
+        return self.b - self.a
+
+    def to_json(self) -> dict[str, Any] | None:
+        """Return the points; None over time, where they are too many."""
+        if self.axis == TIME:
+            return None
+        points = {self.axis: self.x, 'a': self.a, 'b': self.b, 'sigma': self.sigma}
+        return {name: None if each is None else each.tolist() for name, each in points.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """One preload of a quantity, at what else varies, or a whole run; forces have thresholds."""
+
+    at: dict[str, Scalar]
+    curve: Curve
+    threshold_a: Threshold | None = None
+    threshold_b: Threshold | None = None
+
+    @cached_property
+    def agreement(self) -> Agreement:
+        """How far B is from A here."""
+        return agreement_of([self])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what JSON can say."""
+        return {
+            'at': self.at,
+            'agreement': asdict(self.agreement),
+            'threshold_a': self.threshold_a and asdict(self.threshold_a),
+            'threshold_b': self.threshold_b and asdict(self.threshold_b),
+            'curve': self.curve.to_json(),
+        }
+
+
+def agreement_of(parts: Sequence[Part]) -> Agreement:
+    """Return how far B is from A in all points of at least one part."""
+    curves = [part.curve for part in parts]
+    a = np.concatenate([curve.a for curve in curves])
+    b = np.concatenate([curve.b for curve in curves])
+    difference = b - a
+    worst = max(parts, key=lambda part: np.max(np.abs(part.curve.difference)))
+    index = int(np.argmax(np.abs(worst.curve.difference)))
     rms = float(np.sqrt(np.mean(difference**2)))
-    range_a = float(np.ptp(curve.a))
+    range_a = float(np.ptp(a))
     return Agreement(
         points=len(difference),
         bias=float(np.mean(difference)),
         rms=rms,
-        largest=float(difference[worst]),
-        largest_at=where(worst),
-        correlation=correlation_of(curve.a, curve.b),
+        largest=float(worst.curve.difference[index]),
+        largest_at={**worst.at, worst.curve.axis: float(worst.curve.x[index])},
+        correlation=correlation_of(a, b),
         relative_rms=rms / range_a if range_a > 0.0 else None,
-        chi_square=_chi_square(difference, curve.sigma),
+        chi_square=_chi_square(difference, [curve.sigma for curve in curves]),
     )
 
 
@@ -56,15 +146,7 @@ def correlation_of(a: Array, b: Array) -> float | None:
 
 
 def threshold_of(amplitude_m: Array, force_n: Array) -> Threshold:
-    """
-    Read 0-amplitude and saturation off a force curve.
-
-    Parameters
-    ----------
-    amplitude_m, force_n : array, shape (n,)
-        Points of one preload.
-
-    """
+    """Read 0-amplitude and saturation off a force curve: points of one preload, shape (n,)."""
     top = int(np.argmax(force_n))
     largest_n = float(force_n[top])
     on_flank = (force_n >= FLANK[0] * largest_n) & (force_n <= FLANK[1] * largest_n)
@@ -86,8 +168,10 @@ def _is_constant(values: Array) -> bool:
     return bool(np.ptp(values) <= ROUNDING * np.max(np.abs(values)))
 
 
-def _chi_square(difference: Array, sigma: Array | None) -> ChiSquare | None:
-    if sigma is None or not np.all(np.isfinite(sigma) & (sigma > 0.0)):
+def _chi_square(difference: Array, sigmas: Sequence[Array | None]) -> ChiSquare | None:
+    known = [each for each in sigmas if each is not None]
+    sigma = np.concatenate(known) if len(known) == len(sigmas) else np.zeros(1)
+    if not np.all(np.isfinite(sigma) & (sigma > 0.0)):
         return None
     from scipy.special import chdtrc  # noqa: PLC0415 - most comparisons have no uncertainties
 

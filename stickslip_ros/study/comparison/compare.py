@@ -1,7 +1,5 @@
 """Two files, or a file and the model, compared: what are they, and which way is it done."""
 
-import csv
-from dataclasses import dataclass
 from pathlib import Path
 
 from stickslip_ros.errors import RecordingError, StickSlipError
@@ -10,49 +8,18 @@ from stickslip_ros.recording.integrity import MAGIC
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 from stickslip_ros.study.batch import Progress
-from stickslip_ros.study.comparison.by_amplitude import compare_points
-from stickslip_ros.study.comparison.in_time import (
-    TimeRun,
-    align,
-    compare_runs,
-    run_of_experiment,
-    run_of_recording,
-)
-from stickslip_ros.study.comparison.model import MODEL, ModelSettings, run_model
-from stickslip_ros.study.comparison.points import (
-    SWEEP_MARK,
-    PointTable,
-    points_of_experiment,
-    read_sweep,
-)
-from stickslip_ros.study.comparison.refusal import Incomparable
-from stickslip_ros.study.comparison.result import (
-    AMPLITUDE,
-    TIME,
-    Alignment,
-    Comparison,
-    differences_of,
-)
+from stickslip_ros.study.comparison import by_amplitude, in_time
+from stickslip_ros.study.comparison.agreement import AMPLITUDE, TIME
+from stickslip_ros.study.comparison.by_amplitude import MODEL, ModelSettings, PointTable
+from stickslip_ros.study.comparison.in_time import TimeRun
+from stickslip_ros.study.comparison.result import Alignment, Comparison, Incomparable
 from stickslip_ros.study.experiment import (
     OVER_TIME,
     Experiment,
     parse_experiment,
     read_experiment,
 )
-from stickslip_ros.study.sweep_table import PARQUET
-
-
-@dataclass(frozen=True)
-class Shift:
-    """How to lay times onto each other: by a number of seconds for B, or by an estimate."""
-
-    seconds: float | None = None
-    estimate: bool = False
-
-    @property
-    def is_asked(self) -> bool:
-        """Whether B is to be moved at all."""
-        return self.estimate or self.seconds is not None
+from stickslip_ros.study.sweep_table import PARQUET, is_sweep
 
 
 def compare(
@@ -60,7 +27,8 @@ def compare(
     b_name: str | None,
     *,
     model: ModelSettings,
-    shift: Shift,
+    shift_s: float | None = None,
+    estimate_shift: bool = False,
     progress: Progress | None = None,
 ) -> Comparison:
     """
@@ -74,8 +42,8 @@ def compare(
         Another one, or the word ``model``; without it the experiment that a recording carries.
     model : ModelSettings
         How the model is run, if it is.
-    shift : Shift
-        How times are laid onto each other.
+    shift_s, estimate_shift : float, bool
+        What is added to the times of B, or whether that is to be estimated.
     progress : callable, optional
         Called with runs of the model done and in all.
 
@@ -86,14 +54,16 @@ def compare(
 
     """
     a = _load(Path(a_name))
+    is_moved = estimate_shift or shift_s is not None
     if b_name == MODEL:
-        table = _points(a, shift)
-        return _by_amplitude(table, run_model(table, model, progress))
+        table = _points(a, is_moved)
+        return _by_amplitude(table, by_amplitude.of_model(table, model, progress))
     b = _attached(Path(a_name)) if b_name is None else _load(Path(b_name))
     if isinstance(a, TimeRun) and isinstance(b, TimeRun):
-        return _in_time(a, b, shift)
+        given = None if shift_s is None else Alignment(shift_s, 'given')
+        return _in_time(a, b, in_time.align(a, b) if estimate_shift else given)
     if isinstance(a, PointTable) and isinstance(b, PointTable):
-        return _by_amplitude(_points(a, shift), b)
+        return _by_amplitude(_points(a, is_moved), b)
     raise Incomparable(
         b.side.origin,
         f'is a {b.side.kind}, {a.side.origin} a {a.side.kind}',
@@ -102,39 +72,32 @@ def compare(
 
 
 def _by_amplitude(a: PointTable, b: PointTable) -> Comparison:
-    quantities = compare_points(a, b)
-    return Comparison(a.side, b.side, AMPLITUDE, differences_of(a.side, b.side), None, quantities)
+    return Comparison(a.side, b.side, AMPLITUDE, by_amplitude.compare(a, b))
 
 
-def _in_time(a: TimeRun, b: TimeRun, shift: Shift) -> Comparison:
-    alignment = None
-    if shift.estimate:
-        alignment = align(a, b)
-    elif shift.seconds is not None:
-        alignment = Alignment(shift.seconds, 'given')
+def _in_time(a: TimeRun, b: TimeRun, alignment: Alignment | None) -> Comparison:
     moved = b if alignment is None else b.moved(alignment.shift_s)
-    quantities = compare_runs(a, moved)
-    return Comparison(a.side, b.side, TIME, differences_of(a.side, b.side), alignment, quantities)
+    return Comparison(a.side, b.side, TIME, in_time.compare(a, moved), alignment)
 
 
-def _points(a: PointTable | TimeRun, shift: Shift) -> PointTable:
-    """Return A if it is a table, before any work is done."""
-    if isinstance(a, PointTable):
-        if shift.is_asked:
-            mend = 'leave --shift and --align away'
-            raise Incomparable(a.side.origin, 'is by amplitude and knows no time', mend)
-        return a
-    raise Incomparable(
-        a.side.origin,
-        f'is a {a.side.kind}, and the model is run at amplitudes and preloads',
-        'record the model with stickslip simulate -o FILE and compare with that',
-    )
+def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
+    """Return A if it is a table that is not to be moved in time, before any work is done."""
+    if isinstance(a, TimeRun):
+        raise Incomparable(
+            a.side.origin,
+            f'is a {a.side.kind}, and the model is run at amplitudes and preloads',
+            'record the model with stickslip simulate -o FILE and compare with that',
+        )
+    if is_moved:
+        mend = 'leave --shift and --align away'
+        raise Incomparable(a.side.origin, 'is by amplitude and knows no time', mend)
+    return a
 
 
 def _load(path: Path) -> PointTable | TimeRun:
     """Read a file by what is in it, not by its name."""
     if path.suffix == PARQUET and path.is_file():
-        return read_sweep(path)
+        return by_amplitude.of_sweep(path)
     try:
         with readable(path).open('rb') as file:
             start = file.read(len(MAGIC))
@@ -142,40 +105,26 @@ def _load(path: Path) -> PointTable | TimeRun:
         problem = f'cannot be read ({error.strerror})'
         raise RecordingError(path, problem, 'check the path') from None
     if start == MAGIC or path.suffix == '.mcap':
-        return run_of_recording(Recording(path))
-    if _is_sweep(path):
-        return read_sweep(path)
+        return in_time.of_recording(Recording(path))
+    if is_sweep(path):
+        return by_amplitude.of_sweep(path)
     return _of_experiment(read_experiment(path))
-
-
-def _is_sweep(path: Path) -> bool:
-    try:
-        with path.open(newline='', encoding='utf-8') as file:
-            return SWEEP_MARK in next(csv.reader(file), [])
-    except (UnicodeDecodeError, csv.Error):
-        return False
 
 
 def _attached(path: Path) -> PointTable | TimeRun:
     """Return the experiment that a recording carries."""
-    recording = _as_recording(path)
+    try:
+        recording = Recording(path)
+    except StickSlipError as error:
+        mend = 'name B, or the word model'
+        raise RecordingError(path, f'stands alone and is no recording ({error})', mend) from None
     if EXPERIMENT_FILE not in recording.attachments:
-        raise RecordingError(
-            path, f'carries no {EXPERIMENT_FILE}', 'name what to compare it with as B'
-        )
+        mend = 'name what to compare it with as B'
+        raise RecordingError(path, f'carries no {EXPERIMENT_FILE}', mend)
     content = recording.attachments[EXPERIMENT_FILE][1]
     return _of_experiment(parse_experiment(content, f'{path} {EXPERIMENT_FILE}'))
 
 
-def _as_recording(path: Path) -> Recording:
-    try:
-        return Recording(path)
-    except StickSlipError as error:
-        mend = 'name B, or the word model'
-        raise RecordingError(path, f'stands alone and is no recording ({error})', mend) from None
-
-
 def _of_experiment(experiment: Experiment) -> PointTable | TimeRun:
-    if experiment.kind == OVER_TIME:
-        return run_of_experiment(experiment)
-    return points_of_experiment(experiment)
+    is_run = experiment.kind == OVER_TIME
+    return in_time.of_experiment(experiment) if is_run else by_amplitude.of_experiment(experiment)

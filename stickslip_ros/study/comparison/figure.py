@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.study.comparison.result import TIME, Compared, Comparison, Part
+from stickslip_ros.study.comparison.agreement import TIME, Part
+from stickslip_ros.study.comparison.result import Compared, Comparison
 from stickslip_ros.study.comparison.words import axis_label, place, title
 from stickslip_ros.study.plotting import decimated, label_axes, new_figure, svg_of
 from stickslip_ros.units import NM, display_unit

@@ -1,6 +1,6 @@
 """Runs against each other: quantity by quantity on the time that both share."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,19 +9,16 @@ from stickslip_ros.parameters import Scalar, parse_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
 from stickslip_ros.recording.series import Series
-from stickslip_ros.study.comparison.agreement import agreement_of
+from stickslip_ros.study.comparison.agreement import TIME, Curve, Part
 from stickslip_ros.study.comparison.lag import estimate_alignment
-from stickslip_ros.study.comparison.refusal import Incomparable
-from stickslip_ros.study.comparison.result import (
-    TIME,
-    UNITS,
-    Alignment,
-    Compared,
-    Curve,
-    Part,
-    Side,
+from stickslip_ros.study.comparison.result import Alignment, Compared, Incomparable, Side
+from stickslip_ros.study.experiment import (
+    MEASURED,
+    OVER_TIME,
+    TIME_COLUMNS,
+    Experiment,
+    sigma_name,
 )
-from stickslip_ros.study.experiment import MEASURED, OVER_TIME, Experiment, sigma_name
 from stickslip_ros.study.run_quantities import recorded_series
 
 RECORDING = 'recording'
@@ -31,30 +28,25 @@ NOT_COMPARED = {'wall_start', 'seed', 'dt_s'}
 
 @dataclass(frozen=True, eq=False)
 class TimeRun:
-    """
-    A run over time.
-
-    Attributes
-    ----------
-    side : Side
-        Where it comes from.
-    series : dict of str to Series
-        Its quantities.
-    sigmas : dict of str to Series
-        Their uncertainties where they are known.
-
-    """
+    """Quantities over time, and uncertainties where known, under the names of experiment files."""
 
     side: Side
     series: dict[str, Series]
-    sigmas: dict[str, Series]
+
+    @property
+    def quantities(self) -> list[str]:
+        """What was measured."""
+        return [name for name in MEASURED[OVER_TIME] if name in self.series]
 
     def moved(self, shift_s: float) -> 'TimeRun':
         """Return the run with other times."""
-        return TimeRun(self.side, _moved(self.series, shift_s), _moved(self.sigmas, shift_s))
+        series = {
+            name: replace(each, time_s=each.time_s + shift_s) for name, each in self.series.items()
+        }
+        return replace(self, series=series)
 
 
-def run_of_recording(recording: Recording) -> TimeRun:
+def of_recording(recording: Recording) -> TimeRun:
     """Return what a recording holds over time, and what it says of itself."""
     series = recorded_series(recording)
     run = recording.metadata.get(RUN_RECORD, {})
@@ -66,26 +58,19 @@ def run_of_recording(recording: Recording) -> TimeRun:
         described |= parameters.flat()
         changed = parameters.changed()
     rows = max((len(each) for each in series.values()), default=0)
-    side = Side(str(recording.path), RECORDING, rows, described, changed)
-    return TimeRun(side, series, {})
+    return TimeRun(Side(str(recording.path), RECORDING, rows, described, changed), series)
 
 
-def run_of_experiment(experiment: Experiment) -> TimeRun:
+def of_experiment(experiment: Experiment) -> TimeRun:
     """Return the run that an experiment over time holds."""
-    columns = experiment.columns
-    time_s = columns['time_s']
-
-    def series(name: str) -> Series:
-        unit = UNITS[name.rpartition('_')[2]]
-        return Series(time_s, columns[name], unit, f'{experiment.origin} {name}')
-
-    names = [name for name in MEASURED[OVER_TIME] if name in columns]
+    time_s = experiment.columns['time_s']
+    series = {
+        name: Series(time_s, values, TIME_COLUMNS[name].unit, f'{experiment.origin} {name}')
+        for name, values in experiment.columns.items()
+        if name != 'time_s'
+    }
     side = Side(experiment.origin, OVER_TIME, len(time_s), {}, None, experiment.notes)
-    return TimeRun(
-        side,
-        {name: series(name) for name in names},
-        {name: series(sigma_name(name)) for name in names if sigma_name(name) in columns},
-    )
+    return TimeRun(side, series)
 
 
 def align(a: TimeRun, b: TimeRun) -> Alignment:
@@ -98,17 +83,15 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
         If they share nothing that changes.
 
     """
-    names = [
-        name for name in _shared(a, b) if min(len(_finite(run.series[name])) for run in (a, b)) > 1
-    ]
-    pairs = [(_finite(a.series[name]), _finite(b.series[name])) for name in names]
+    pairs = [(_finite(a.series[name]), _finite(b.series[name])) for name in _shared(a, b)]
+    pairs = [pair for pair in pairs if min(map(len, pair)) > 1]
     if not pairs:
         mend = 'give --shift instead of --align'
         raise Incomparable('the lag', 'cannot be found in single samples', mend)
     return estimate_alignment([pair[0] for pair in pairs], [pair[1] for pair in pairs])
 
 
-def compare_runs(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
+def compare(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
     """
     Compare every quantity that both runs have, at A's times within both.
 
@@ -122,9 +105,9 @@ def compare_runs(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
 
 
 def _shared(a: TimeRun, b: TimeRun) -> list[str]:
-    names = [name for name in a.series if name in b.series]
+    names = [name for name in a.quantities if name in b.quantities]
     if not names:
-        has = [', '.join(run.series) or 'nothing' for run in (a, b)]
+        has = [', '.join(run.quantities) or 'nothing' for run in (a, b)]
         problem = f'has {has[1]}, {a.side.origin} has {has[0]}'
         raise Incomparable(b.side.origin, problem, 'compare runs that share a quantity')
     return names
@@ -132,15 +115,13 @@ def _shared(a: TimeRun, b: TimeRun) -> list[str]:
 
 def _compare(a: TimeRun, b: TimeRun, name: str) -> Compared:
     series_a, series_b = a.series[name], b.series[name]
-    start_s = max(_start_s(series_a), _start_s(series_b))
-    end_s = min(_end_s(series_a), _end_s(series_b))
+    spans_s = [(float(each.time_s[0]), float(each.time_s[-1])) for each in (series_a, series_b)]
+    start_s, end_s = max(span[0] for span in spans_s), min(span[1] for span in spans_s)
     if start_s > end_s:
-        spans = [
-            f'{_start_s(each):.6g} s to {_end_s(each):.6g} s' for each in (series_a, series_b)
-        ]
+        told = [f'{first_s:.6g} s to {last_s:.6g} s' for first_s, last_s in spans_s]
         raise Incomparable(
             f'{name} of {b.side.origin}',
-            f'is there from {spans[1]}, that of {a.side.origin} from {spans[0]}',
+            f'is there from {told[1]}, that of {a.side.origin} from {told[0]}',
             'move B with --shift or --align',
         )
     inside = series_a.window(start_s, end_s)
@@ -151,40 +132,16 @@ def _compare(a: TimeRun, b: TimeRun, name: str) -> Compared:
         raise Incomparable(name, problem, 'compare another run')
     time_s = inside.time_s[usable]
     sigma = _sigma(a, b, name, time_s)
-    curve = Curve(time_s, inside.value[usable], values_b[usable], sigma)
-
-    def where(index: int) -> dict[str, Scalar]:
-        return {TIME: float(time_s[index])}
-
-    agreement = agreement_of(curve, where)
-    part = Part({}, agreement, None, None, curve)
-    return Compared(name, agreement, (part,), len(inside) - len(time_s))
+    curve = Curve(TIME, time_s, inside.value[usable], values_b[usable], sigma)
+    return Compared(name, (Part({}, curve),), len(inside) - len(time_s))
 
 
 def _sigma(a: TimeRun, b: TimeRun, name: str, time_s: Array) -> Array | None:
-    known = [run.sigmas[name] for run in (a, b) if name in run.sigmas]
-    if not known:
-        return None
-    parts = [np.interp(time_s, each.time_s, each.value) for each in known]
-    sigma: Array = np.sqrt(np.sum(np.square(parts), axis=0))
-    return sigma
-
-
-def _moved(series: dict[str, Series], shift_s: float) -> dict[str, Series]:
-    return {
-        name: Series(each.time_s + shift_s, each.value, each.unit, each.origin)
-        for name, each in series.items()
-    }
+    known = [run.series[sigma] for run in (a, b) if (sigma := sigma_name(name)) in run.series]
+    terms = [np.interp(time_s, each.time_s, each.value) for each in known]
+    return np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None
 
 
 def _finite(series: Series) -> Series:
     known = np.isfinite(series.value)
-    return Series(series.time_s[known], series.value[known], series.unit, series.origin)
-
-
-def _start_s(series: Series) -> float:
-    return float(series.time_s[0])
-
-
-def _end_s(series: Series) -> float:
-    return float(series.time_s[-1])
+    return replace(series, time_s=series.time_s[known], value=series.value[known])

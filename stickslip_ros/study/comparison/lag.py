@@ -6,8 +6,7 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.recording.series import Series
-from stickslip_ros.study.comparison.refusal import Incomparable
-from stickslip_ros.study.comparison.result import Alignment
+from stickslip_ros.study.comparison.result import Alignment, Incomparable
 
 SAMPLES_MAX = 1 << 20
 OVERLAP_MIN = 0.5
@@ -33,10 +32,7 @@ def estimate_alignment(a: list[Series], b: list[Series]) -> Alignment:
     Pearson's coefficient of each quantity is taken over the overlap; the best shift has the
     largest mean over the quantities. A parabola through it and its neighbours refines it.
 
-    Parameters
-    ----------
-    a, b : list of Series
-        The same quantities of both, finite, at least two samples each.
+    Both have the same quantities, finite, of at least two samples each.
 
     Raises
     ------

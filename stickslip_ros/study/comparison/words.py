@@ -5,18 +5,16 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from stickslip_ros.parameters import Scalar
-from stickslip_ros.study.comparison.agreement import ROUNDING
-from stickslip_ros.study.comparison.points import PRELOAD
-from stickslip_ros.study.comparison.result import (
+from stickslip_ros.study.comparison.agreement import (
     AMPLITUDE,
+    ROUNDING,
     TIME,
-    UNITS,
     Agreement,
-    Compared,
-    Comparison,
-    Part,
+    Threshold,
 )
-from stickslip_ros.units import display_unit, with_unit
+from stickslip_ros.study.comparison.by_amplitude import FREQUENCY, PRELOAD
+from stickslip_ros.study.comparison.result import UNITS, Alignment, Compared, Comparison
+from stickslip_ros.units import MN, NM, display_unit, with_unit
 
 Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 """Title, header, rows."""
@@ -29,16 +27,38 @@ NAMES: Mapping[str, str] = {
     'foot_m': 'foot displacement',
 }
 NONE = '–'
+OWN = 'own'
+"""Stands for the unit of the quantity."""
+NUMBERS = (
+    ('points', 'points', 'd', ''),
+    ('bias (mean)', 'bias', '.5g', OWN),
+    ('RMS', 'rms', '.5g', OWN),
+    ('RMS / range of A', 'relative_rms', '.3g', '%'),
+    ('largest', 'largest', '.5g', OWN),
+    ('largest at', 'largest_at', '', ''),
+    ('correlation', 'correlation', '.6f', ''),
+    ('chi-square', 'chi_square', '.4g', ''),
+    ('degrees of freedom', 'degrees_of_freedom', 'd', ''),
+    ('p-value', 'p_value', '.3g', ''),
+    ('largest normalised residual', 'largest_residual', '.3g', 'sigma'),
+    ('within 1 sigma', 'within_one_sigma', '.3g', '%'),
+    ('within 2 sigma', 'within_two_sigma', '.3g', '%'),
+)
+"""Rows of a table: what docs/compare.md calls it, its field, its form, its unit."""
 
 
 def sections(comparison: Comparison) -> Iterator[Section]:
     """Yield the tables of a comparison: one per quantity, then what is read off the forces."""
     for quantity in comparison.quantities:
         yield _numbers(quantity)
-        parts = [part for part in quantity.parts if part.threshold_a]
-        if parts:
-            yield _zeros(parts)
-            yield _saturations(parts)
+        pairs = [
+            (place(part.at), part.threshold_a, part.threshold_b)
+            for part in quantity.parts
+            if part.threshold_a and part.threshold_b
+        ]
+        if pairs:
+            yield _zeros(pairs)
+            yield _saturations(pairs)
 
 
 def title(quantity: Compared) -> str:
@@ -53,7 +73,7 @@ def place(at: Mapping[str, Scalar]) -> str:
         if name in {PRELOAD, AMPLITUDE, TIME}:
             continue
         shown = f'{value:g}' if isinstance(value, float) else str(value)
-        parts.append(f'{shown} Hz' if name == 'frequency_hz' else f'{name} {shown}')
+        parts.append(f'{shown} Hz' if name == FREQUENCY else f'{name} {shown}')
     if AMPLITUDE in at:
         parts.append(f'stroke {with_unit(float(at[AMPLITUDE]), "m")}')
     if TIME in at:
@@ -61,102 +81,75 @@ def place(at: Mapping[str, Scalar]) -> str:
     return ', '.join(parts)
 
 
+def axis_label(comparison: Comparison) -> str:
+    """Return the label of the axis along which things are compared."""
+    if comparison.axis == TIME:
+        return 'time (s)'
+    return f'stroke of the feet ({display_unit(UNITS["m"])[1]})'
+
+
 def sentences(comparison: Comparison) -> list[str]:
     """Return what was found, in sentences that state numbers and nothing else."""
-    found = []
-    if comparison.alignment is not None:
-        found.append(_alignment(comparison))
-    for quantity in comparison.quantities:
-        found += _found(quantity)
-    return found
-
-
-def _agreement(
-    unit: str, agreement: Agreement, known: Mapping[str, Scalar]
-) -> list[tuple[str, str, str]]:
-    """Return name, value and unit of each number; of the place, what is not known already."""
-    factor, shown = display_unit(unit)
-    worst = {name: value for name, value in agreement.largest_at.items() if name not in known}
-    chi = agreement.chi_square
-    return [
-        ('points', str(agreement.points), ''),
-        ('bias (mean)', f'{factor * agreement.bias:.5g}', shown),
-        ('RMS', f'{factor * agreement.rms:.5g}', shown),
-        ('RMS / range of A', _share(agreement.relative_rms), '%'),
-        ('largest', f'{factor * agreement.largest:.5g}', shown),
-        ('largest at', place(worst), ''),
-        ('correlation', _number(agreement.correlation, '.6f'), ''),
-        ('chi-square', _number(chi.chi_square if chi else None, '.4g'), ''),
-        ('degrees of freedom', str(chi.degrees_of_freedom) if chi else NONE, ''),
-        ('p-value', _number(chi.p_value if chi else None, '.3g'), ''),
-        (
-            'largest normalised residual',
-            _number(chi.largest_residual if chi else None, '.3g'),
-            'sigma',
-        ),
-        ('within 1 sigma', _share(chi.within_one_sigma if chi else None), '%'),
-        ('within 2 sigma', _share(chi.within_two_sigma if chi else None), '%'),
-    ]
+    moved = [] if comparison.alignment is None else [_moved(comparison.alignment)]
+    return moved + [told for quantity in comparison.quantities for told in _found(quantity)]
 
 
 def _numbers(quantity: Compared) -> Section:
     """Return the numbers of a quantity, a column for each part and one for all of them."""
-    columns = [
-        (place(part.at), _agreement(quantity.unit, part.agreement, part.at))
-        for part in quantity.parts
-    ]
+    columns = [(place(part.at) or 'whole run', part.agreement, part.at) for part in quantity.parts]
     if len(columns) > 1:
-        columns.append(('all', _agreement(quantity.unit, quantity.agreement, {})))
-    header = ('B − A', *(name or 'whole run' for name, _ in columns), 'unit')
-    rows = [
-        (cells[0][0], *(cell[1] for cell in cells), cells[0][2])
-        for cells in zip(*(told for _, told in columns), strict=True)
-        if any(cell[1] != NONE for cell in cells)
-    ]
-    return title(quantity), header, rows
-
-
-def _zeros(parts: list[Part]) -> Section:
+        columns.append(('all', quantity.agreement, {}))
+    factors = {OWN: display_unit(quantity.unit)[0], '%': 100.0}
     rows = []
-    for part in parts:
-        a, b = (
-            None if each is None else each.zero_amplitude_m
-            for each in (part.threshold_a, part.threshold_b)
-        )
-        both = None if a is None or b is None else b - a
-        rows.append((place(part.at), *(_number(each, '.3f', 1e9) for each in (a, b, both))))
+    for label, field, form, unit in NUMBERS:
+        shown = display_unit(quantity.unit)[1] if unit == OWN else unit
+        cells = [_cell(told, at, field, form, factors.get(unit, 1)) for _, told, at in columns]
+        if set(cells) != {NONE}:
+            rows.append((label, *cells, shown))
+    return title(quantity), ('B − A', *(name for name, _, _ in columns), 'unit'), rows
+
+
+def _cell(
+    agreement: Agreement, known: Mapping[str, Scalar], field: str, form: str, factor: float
+) -> str:
+    """Return one number; of a place, what is not known already."""
+    if field == 'largest_at':
+        worst = agreement.largest_at
+        return place({name: value for name, value in worst.items() if name not in known})
+    chi = agreement.chi_square
+    told = {**vars(agreement), **(vars(chi) if chi else {})}
+    return _number(told.get(field), form, factor)
+
+
+def _zeros(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
+    rows = []
+    for name, a, b in pairs:
+        a_m, b_m = a.zero_amplitude_m, b.zero_amplitude_m
+        both_m = None if a_m is None or b_m is None else b_m - a_m
+        rows.append((name, *(_number(each, '.3f', NM) for each in (a_m, b_m, both_m))))
     return '0-amplitude (nm)', ('preload', 'A', 'B', 'B − A'), rows
 
 
-def _saturations(parts: list[Part]) -> Section:
+def _saturations(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
     header = ('preload', 'A', 'at stroke (nm)', 'B', 'at stroke (nm)', 'B − A')
     rows = []
-    for part in parts:
-        a, b = part.threshold_a, part.threshold_b
-        assert a is not None
-        assert b is not None
+    for name, a, b in pairs:
         told = [
             cell
             for each in (a, b)
-            for cell in (f'{1e3 * each.saturation:.3f}', f'{1e9 * each.saturation_at_m:.5g}')
+            for cell in (f'{MN * each.saturation:.3f}', f'{NM * each.saturation_at_m:.5g}')
         ]
-        rows.append((place(part.at), *told, f'{1e3 * (b.saturation - a.saturation):.3f}'))
+        rows.append((name, *told, f'{MN * (b.saturation - a.saturation):.3f}'))
     return 'largest force (mN)', header, rows
 
 
-def _number(value: float | None, form: str, factor: float = 1.0, unit: str = '') -> str:
-    return NONE if value is None else f'{factor * value:{form}}{unit}'
+def _number(value: float | None, form: str, factor: float) -> str:
+    return NONE if value is None else f'{factor * value:{form}}'
 
 
-def _share(value: float | None) -> str:
-    return _number(value, '.3g', 100.0)
-
-
-def _alignment(comparison: Comparison) -> str:
-    alignment = comparison.alignment
-    assert alignment is not None
+def _moved(alignment: Alignment) -> str:
     told = f'The times of B were shifted by {alignment.shift_s:.9g} s, as {alignment.method}'
-    if alignment.correlation is not None and alignment.sample_s is not None:
+    if alignment.correlation is not None:
         told += (
             f' by cross-correlation at a spacing of {alignment.sample_s:.4g} s; the mean '
             f'coefficient at the best whole sample is {alignment.correlation:.6f}'
@@ -173,10 +166,12 @@ def _found(quantity: Compared) -> Iterator[str]:
         yield f'The {name} of B equals that of A at all {count}, but for rounding.'
     else:
         side = 'above' if agreement.bias > 0.0 else 'below'
+        share = agreement.relative_rms
+        of_range = '' if share is None else f', {100.0 * share:.3g} % of the range of A'
         yield (
             f'Over {count} the {name} of B is on average '
             f'{with_unit(abs(agreement.bias), unit)} {side} that of A; the RMS of the '
-            f'difference is {with_unit(agreement.rms, unit)}{_of_range(agreement)}.'
+            f'difference is {with_unit(agreement.rms, unit)}{of_range}.'
         )
         yield (
             f'The difference is largest at {place(agreement.largest_at)}: B − A is '
@@ -200,15 +195,3 @@ def _found(quantity: Compared) -> Iterator[str]:
 def _is_rounding(quantity: Compared) -> bool:
     largest = max(float(np.max(np.abs(part.curve.a))) for part in quantity.parts)
     return abs(quantity.agreement.largest) <= ROUNDING * largest
-
-
-def _of_range(agreement: Agreement) -> str:
-    share = agreement.relative_rms
-    return '' if share is None else f', {100.0 * share:.3g} % of the range of A'
-
-
-def axis_label(comparison: Comparison) -> str:
-    """Return the label of the axis along which things are compared."""
-    if comparison.axis == TIME:
-        return 'time (s)'
-    return f'stroke of the feet ({display_unit(UNITS["m"])[1]})'

@@ -10,8 +10,8 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.axes import Axis
 from stickslip_ros.study.batch import Interrupted
-from stickslip_ros.study.comparison.compare import Shift, compare
-from stickslip_ros.study.comparison.model import ModelSettings
+from stickslip_ros.study.comparison.by_amplitude import ModelSettings
+from stickslip_ros.study.comparison.compare import compare
 from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.sweep import Sweep, run_sweep
 from stickslip_ros.study.sweep_table import write_table
@@ -54,7 +54,7 @@ def write_points(path, rows, columns):
 
 
 def compared(a, b, **shift):
-    return compare(str(a), b and str(b), model=SETTINGS, shift=Shift(**shift))
+    return compare(str(a), b and str(b), model=SETTINGS, **shift)
 
 
 def force_of(comparison):
@@ -117,7 +117,7 @@ def test_the_model_stops_at_ctrl_c_and_says_how_far_it_came(noisy):
         raise KeyboardInterrupt
 
     with pytest.raises(Interrupted, match='stopped after 0 of 34 cases'):
-        compare(noisy[0], 'model', model=SETTINGS, shift=Shift(), progress=interrupt)
+        compare(noisy[0], 'model', model=SETTINGS, progress=interrupt)
 
 
 def test_a_table_equals_itself(tables):
@@ -194,7 +194,7 @@ def test_another_friction_is_found_out_by_chi_square(noisy):
     path, _ = noisy
     other = Parameters().updated({'contact.friction': 0.5 * Parameters().contact.friction})
     settings = dataclasses.replace(SETTINGS, parameters=other)
-    comparison = compare(path, 'model', model=settings, shift=Shift())
+    comparison = compare(path, 'model', model=settings)
     told = force_of(comparison).agreement
     assert told.rms > 5.0 * SIGMA_N
     assert told.chi_square.p_value < 1e-6
@@ -224,7 +224,7 @@ def test_the_model_runs_at_the_frequency_and_parameters_of_the_table(tmp_path, s
     rows = sweep_rows(stand, (0.5,), AMPLITUDES_M[-2:], contact__friction=(0.2, 0.3))
     write_table(rows, tmp_path / 'sweep.csv', stand)
     settings = dataclasses.replace(SETTINGS, frequency_hz=50.0)
-    comparison = compare(str(tmp_path / 'sweep.csv'), 'model', model=settings, shift=Shift())
+    comparison = compare(str(tmp_path / 'sweep.csv'), 'model', model=settings)
     force = force_of(comparison)
     assert force.agreement.points == 4
     assert force.agreement.largest == 0.0
@@ -235,7 +235,6 @@ def test_the_model_runs_at_the_frequency_and_parameters_of_the_table(tmp_path, s
             str(tmp_path / 'sweep.csv'),
             'model',
             model=dataclasses.replace(SETTINGS, parameters=changed),
-            shift=Shift(),
         )
 
 
@@ -248,7 +247,7 @@ def test_a_free_runner_is_compared_by_its_steps(tmp_path):
     ]
     path = write_points(tmp_path / 'steps.csv', points, columns)
     settings = dataclasses.replace(SETTINGS, parameters=free)
-    [steps] = compare(path, 'model', model=settings, shift=Shift()).quantities
+    [steps] = compare(path, 'model', model=settings).quantities
     assert steps.name == 'step_length_m'
     assert steps.agreement.bias == pytest.approx(-1e-9, rel=1e-6, abs=0.0)
     with pytest.raises(StickSlipError, match='a held runner has a force, a free one'):
@@ -269,7 +268,7 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
     refused(
         other, folder / 'rough.csv', f'compute its points with: stickslip compare {other} model'
     )
-    refused(other, 'model', 'is by amplitude and knows no time; leave --shift', seconds=1.0)
+    refused(other, 'model', 'is by amplitude and knows no time; leave --shift', shift_s=1.0)
     two = sweep_rows(stand, (0.3,), (60e-9,), contact__friction=(0.2, 0.3))
     write_table(two, tmp_path / 'two.csv', stand)
     refused(other, tmp_path / 'two.csv', 'two.csv varies contact.friction, of which')

@@ -1,18 +1,17 @@
 """The report of a comparison: one page of HTML that needs nothing else, to read or to print."""
 
 import base64
-from dataclasses import dataclass
 from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import stickslip_ros
 from stickslip_ros.errors import RecordingError
+from stickslip_ros.study.comparison.agreement import AMPLITUDE
 from stickslip_ros.study.comparison.figure import draw_quantity
-from stickslip_ros.study.comparison.result import AMPLITUDE, Comparison
-from stickslip_ros.study.comparison.words import Section, sections, sentences, title
+from stickslip_ros.study.comparison.result import Compared, Comparison
+from stickslip_ros.study.comparison.words import sections, sentences, title
 
-TEMPLATE = 'comparison.html'
 PAGES = Environment(
     loader=PackageLoader('stickslip_ros.study'),
     autoescape=True,
@@ -22,27 +21,9 @@ PAGES = Environment(
 )
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A figure of the page: heading, what it shows in words, and itself as a data URL."""
-
-    title: str
-    text: str
-    url: str
-
-
 def write_report(comparison: Comparison, path: Path, command: str) -> None:
     """
     Write the report of a comparison, in place of an older one.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        The numbers.
-    path : Path
-        HTML file; folders are made.
-    command : str
-        How it was made, as it is typed.
 
     Raises
     ------
@@ -60,24 +41,26 @@ def write_report(comparison: Comparison, path: Path, command: str) -> None:
 
 
 def report_page(comparison: Comparison, command: str) -> str:
-    """Return the report as HTML: the same text for the same comparison and command."""
-    found: list[Section] = list(sections(comparison))
-    return PAGES.get_template(TEMPLATE).render(
+    """Return the report as HTML: the same text for the same comparison and typed command."""
+    return PAGES.get_template('comparison.html').render(
         comparison=comparison,
         sides=(('A', comparison.a), ('B', comparison.b)),
         sentences=sentences(comparison),
-        pictures=[_picture(comparison, index) for index in range(len(comparison.quantities))],
-        sections=found,
+        pictures=[_picture(comparison, quantity) for quantity in comparison.quantities],
+        sections=list(sections(comparison)),
         command=command,
         version=stickslip_ros.__version__,
     )
 
 
-def _picture(comparison: Comparison, index: int) -> Picture:
-    quantity = comparison.quantities[index]
-    axis = 'stroke of the feet' if comparison.axis == AMPLITUDE else 'time'
-    marks = 'points are A, lines B' if comparison.axis == AMPLITUDE else 'solid A, dashed B'
-    text = f'Above: {title(quantity)} against {axis}, {marks}. Below: B − A.'
+def _picture(comparison: Comparison, quantity: Compared) -> dict[str, str]:
+    """Return heading, what the figure shows in words, and the figure as a data URL."""
+    by_amplitude = comparison.axis == AMPLITUDE
+    axis = 'stroke of the feet' if by_amplitude else 'time'
+    marks = 'points are A, lines B' if by_amplitude else 'solid A, dashed B'
     svg = draw_quantity(comparison, quantity).encode()
-    url = f'data:image/svg+xml;base64,{base64.b64encode(svg).decode()}'
-    return Picture(title(quantity), text, url)
+    return {
+        'title': title(quantity),
+        'text': f'Above: {title(quantity)} against {axis}, {marks}. Below: B − A.',
+        'url': f'data:image/svg+xml;base64,{base64.b64encode(svg).decode()}',
+    }

@@ -13,9 +13,9 @@ from stickslip_ros.recording.channels import Channel, Qos
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.series import Series
-from stickslip_ros.study.comparison.compare import Shift, compare
+from stickslip_ros.study.comparison.by_amplitude import ModelSettings
+from stickslip_ros.study.comparison.compare import compare
 from stickslip_ros.study.comparison.lag import estimate_alignment
-from stickslip_ros.study.comparison.model import ModelSettings
 from stickslip_ros.study.run_quantities import recorded_series
 
 SETTINGS = ModelSettings(Parameters(), 1000.0)
@@ -28,7 +28,7 @@ MS_NS = 1_000_000
 
 
 def compared(a, b=None, **shift):
-    return compare(str(a), b and str(b), model=SETTINGS, shift=Shift(**shift))
+    return compare(str(a), b and str(b), model=SETTINGS, **shift)
 
 
 def write_series(path, series, late_s=0.0, sigma=None):
@@ -79,14 +79,14 @@ def test_a_recording_equals_itself(recorded_run):
 
 
 def test_a_recording_that_is_already_aligned_is_not_moved(recorded_run):
-    alignment = compared(recorded_run[1], recorded_run[1], estimate=True).alignment
+    alignment = compared(recorded_run[1], recorded_run[1], estimate_shift=True).alignment
     assert abs(alignment.shift_s) < 1e-3 * SAMPLE_S
     assert alignment.correlation == pytest.approx(1.0, abs=1e-9)
     assert alignment.sample_s == pytest.approx(SAMPLE_S, rel=1e-6)
 
 
 def test_a_known_shift_is_found_and_undone(recorded_run, late):
-    comparison = compared(recorded_run[1], late, estimate=True)
+    comparison = compared(recorded_run[1], late, estimate_shift=True)
     assert comparison.alignment.method == 'estimated'
     assert comparison.alignment.shift_s == pytest.approx(-LATE_S, abs=SUBSAMPLE * SAMPLE_S)
     for quantity in comparison.quantities:
@@ -94,7 +94,7 @@ def test_a_known_shift_is_found_and_undone(recorded_run, late):
 
 
 def test_a_given_shift_is_taken(recorded_run, late):
-    comparison = compared(recorded_run[1], late, seconds=-LATE_S)
+    comparison = compared(recorded_run[1], late, shift_s=-LATE_S)
     assert (comparison.alignment.shift_s, comparison.alignment.method) == (-LATE_S, 'given')
     # Times of the order of a second are exact to 1e-16 s, slopes are below 1e8 V/s.
     for quantity in comparison.quantities:
@@ -103,7 +103,7 @@ def test_a_given_shift_is_taken(recorded_run, late):
 
 def test_runs_that_share_no_time_are_refused(recorded_run, late):
     with pytest.raises(StickSlipError) as caught:
-        compared(recorded_run[1], late, seconds=5.0)
+        compared(recorded_run[1], late, shift_s=5.0)
     assert 'position_m of' in str(caught.value)
     assert 'move B with --shift or --align' in str(caught.value)
 
@@ -251,4 +251,4 @@ def test_a_single_sample_gives_no_lag(tmp_path):
     for name in ('a', 'b'):
         (tmp_path / f'{name}.csv').write_text('time_s,force_n\n0,0\n')
     with pytest.raises(StickSlipError, match='give --shift instead of --align'):
-        compared(tmp_path / 'a.csv', tmp_path / 'b.csv', estimate=True)
+        compared(tmp_path / 'a.csv', tmp_path / 'b.csv', estimate_shift=True)
