@@ -21,11 +21,11 @@ from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters, parse_assignments
 from stickslip_ros.study.fitting.coverage import Coverage, coverage_of
 from stickslip_ros.study.fitting.figure import draw_fit
-from stickslip_ros.study.fitting.fit import STARTS, Estimate, Fit, fit_drive
+from stickslip_ros.study.fitting.fit import STARTS, Fit, fit_drive
 from stickslip_ros.study.fitting.free import FITTED_GROUPS, Free, choose_free
-from stickslip_ros.study.fitting.points import DEFAULT_FREQUENCY_HZ, EXAMPLE, Points, read_points
-from stickslip_ros.study.fitting.report import as_object, check_output, write_fit
-from stickslip_ros.study.fitting.warnings import warnings_of
+from stickslip_ros.study.fitting.problem import DEFAULT_FREQUENCY_HZ, EXAMPLE, Points, read_points
+from stickslip_ros.study.fitting.report import as_object, check_output, warnings_of, write_fit
+from stickslip_ros.study.fitting.statistics import Estimate
 from stickslip_ros.study.plotting import check_picture
 
 
@@ -221,7 +221,7 @@ def _print_correlation(fit: Fit) -> None:
     names = [one.name for one in fit.estimates]
     rows = [
         (name, *('-' if np.isnan(value) else f'{value:+.3f}' for value in row))
-        for name, row in zip(names, fit.correlation, strict=True)
+        for name, row in zip(names, fit.uncertainty.correlation, strict=True)
     ]
     print_table('correlation', rows, ('', *(name.partition('.')[2] for name in names)))
 

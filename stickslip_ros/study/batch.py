@@ -11,16 +11,17 @@ from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from itertools import islice
 from queue import Empty, SimpleQueue
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.stopping import Stopped, heed_stop
 from stickslip_ros.study.cluster import cluster_executor
-from stickslip_ros.study.journal import Journal, Row
+from stickslip_ros.study.journal import Journal
 
 Case = TypeVar('Case')
+Result = TypeVar('Result')
 Progress = Callable[[int, int], None]
-Keep = Callable[[int, Row], None]
+Keep = Callable[[int, Any], None]
 
 WORKERS_MAX = 1024
 SUBMITTED_MAX = 4 * WORKERS_MAX
@@ -44,7 +45,7 @@ class Interrupted(Stopped):
 
     """
 
-    def __init__(self, rows: dict[int, Row], total: int, journal: Journal | None) -> None:
+    def __init__(self, rows: dict[int, Any], total: int, journal: Journal | None) -> None:
         kept = f'; they are in {journal.path}, the same command goes on' if journal else ''
         super().__init__(f'stopped after {len(rows)} of {total} cases{kept}')
         self.rows = rows
@@ -52,21 +53,22 @@ class Interrupted(Stopped):
 
 
 def run_batch(
-    task: Callable[[Case], Row],
+    task: Callable[[Case], Result],
     cases: Sequence[Case],
     *,
     journal: Journal | None = None,
     workers: int = 0,
     scheduler: str = '',
     progress: Progress | None = None,
-) -> list[Row]:
+) -> list[Result]:
     """
     Run a task for every case and return the rows in the order of the cases.
 
     Parameters
     ----------
     task : callable
-        Makes the row of a case; a function of a module, if it shall run on a cluster.
+        Makes the row of a case: what JSON knows, if there is a journal; a function of a module, if
+        it shall run on a cluster.
     cases : sequence
         What the task is called with.
     journal : Journal, optional
@@ -88,13 +90,13 @@ def run_batch(
         finished before is kept.
 
     """
-    rows = dict(journal.rows) if journal else {}
+    rows: dict[int, Any] = dict(journal.rows) if journal else {}
 
     def tell() -> None:
         if progress is not None:
             progress(len(rows), len(cases))
 
-    def keep(index: int, row: Row) -> None:
+    def keep(index: int, row: Any) -> None:
         if index in rows:
             return
         if journal is not None:
@@ -132,11 +134,11 @@ def _executor(workers: int, scheduler: str) -> Iterator[Executor]:
 
 
 def _run(
-    executor: Executor, task: Callable[[Case], Row], todo: Iterator[tuple[int, Case]], keep: Keep
+    executor: Executor, task: Callable[[Case], Any], todo: Iterator[tuple[int, Case]], keep: Keep
 ) -> None:
     """Run all cases, another one for each that has ended; keep what has been finished."""
-    futures: dict[Future[Row], int] = {}
-    ended: SimpleQueue[Future[Row]] = SimpleQueue()
+    futures: dict[Future[Any], int] = {}
+    ended: SimpleQueue[Future[Any]] = SimpleQueue()
 
     def submit(most: int) -> None:
         for index, case in islice(todo, most):
@@ -160,7 +162,7 @@ def _run(
         raise
 
 
-def _next(ended: 'SimpleQueue[Future[Row]]') -> 'Future[Row]':
+def _next(ended: 'SimpleQueue[Future[Any]]') -> 'Future[Any]':
     """Wait for a case to end, as long as nobody asks the batch to end."""
     while True:
         heed_stop()

@@ -5,8 +5,7 @@ import dataclasses
 import numpy as np
 
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.fitting.points import Points
-from stickslip_ros.study.fitting.problem import model_force_n
+from stickslip_ros.study.fitting.problem import Points, model_force_n
 
 FREQUENCY_HZ = 2000.0
 CYCLES = 400

@@ -14,8 +14,8 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.fitting.coverage import binomial_interval, coverage_of
 from stickslip_ros.study.fitting.fit import Fit, fit_drive
 from stickslip_ros.study.fitting.free import choose_free
-from stickslip_ros.study.fitting.points import Points
-from stickslip_ros.study.fitting.warnings import warnings_of
+from stickslip_ros.study.fitting.problem import Points
+from stickslip_ros.study.fitting.report import warnings_of
 
 SHARE = 0.05
 """Of a standard error, that two estimates from the same data may differ by: runs end when they
@@ -69,7 +69,7 @@ def assert_same_values(fit: Fit, expected: list[float]) -> None:
 def test_data_without_noise_give_the_parameters_back_from_most_starts(truth):
     fit = fitted(truth, exact_points(truth), starts=6)
     assert_same_values(fit, list(TRUTH.values()))
-    assert fit.converged
+    assert fit.found.converged
     assert fit.steady
     assert 3 <= fit.same <= 6
     assert fit.rivals == 0
@@ -112,7 +112,9 @@ def test_estimates_and_errors_are_those_of_curve_fit(truth, known):
         np.sqrt(np.diag(covariance)).tolist(), rel=SAME_ERRORS, abs=0.0
     )
     correlation = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])
-    assert fit.correlation[0, 1] == pytest.approx(correlation, rel=0.0, abs=SAME_ERRORS)
+    assert fit.uncertainty.correlation[0, 1] == pytest.approx(
+        correlation, rel=0.0, abs=SAME_ERRORS
+    )
 
 
 def test_chi_square_and_its_p_value_are_those_of_the_residuals(noisy):

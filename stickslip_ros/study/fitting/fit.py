@@ -1,76 +1,62 @@
 """A fit of the drive to measured forces: the best of many searches, and how good it is."""
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.batch import Progress
+from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.extras import load_extra
 from stickslip_ros.study.fitting.free import Free
-from stickslip_ros.study.fitting.points import Points
-from stickslip_ros.study.fitting.problem import Problem, pose
-from stickslip_ros.study.fitting.search import (
-    PURPOSE,
-    Found,
-    same_minimum,
-    search,
-    search_all,
-    starting_points,
-)
+from stickslip_ros.study.fitting.problem import Points, Problem, pose
 from stickslip_ros.study.fitting.statistics import (
+    PURPOSE,
+    Estimate,
     Uncertainty,
-    correlation_of,
-    covariance_of,
-    interval,
+    estimates_of,
     uncertainty,
 )
 
-STARTS = 8
+STARTS, STARTS_MAX = 8, 1000
 ROUNDS = 6
 """Searches with ever more cycles, until they suffice at the minimum."""
+TOLERANCE = 1e-6
+"""Relative change of sum of squares, or of coordinates, at which a search ends: a thousandth of
+a standard error."""
+EVALUATIONS_MAX = 60
+"""Steps of a search, from which it is said not to have converged."""
+SAME_CHANGE = 0.01
+"""Change of chi-square, per its scale, within which two searches found the same minimum."""
+SAME_SHARE = 1e-10
+"""The same as a share of the sum of squares of the data, for data without noise."""
 RIVAL = 3.84
 """Chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %."""
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Found:
     """
-    A fitted parameter.
+    Where a search ended, whether by itself, and how many stands it tried.
 
-    Attributes
-    ----------
-    name, unit : str
-        The parameter.
-    start, lower, upper : float
-        Where the search started, and its bounds.
-    value, standard_error : float
-        The estimate; an infinite error where the forces do not determine it.
-    low, high : float
-        95 % confidence interval.
-    is_log : bool
-        Whether the interval is even about the logarithm of the value.
-    at_bound, inert, undetermined : bool
-        Whether the value sits on a bound, changes no force, or can be traded for others.
+    There are no coordinates if the search came to a stand that cannot be.
 
     """
 
-    name: str
-    unit: str
-    start: float
-    lower: float
-    upper: float
-    value: float
-    standard_error: float
-    low: float
-    high: float
-    is_log: bool
-    at_bound: bool
-    inert: bool
-    undetermined: bool
+    coordinates: tuple[float, ...]
+    chi_square: float
+    converged: bool
+    evaluations: int
+
+    @property
+    def place(self) -> Array:
+        """Coordinates of the minimum, shape (free,)."""
+        return np.array(self.coordinates)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,53 +68,52 @@ class Fit:
     ----------
     problem : Problem
         What was fitted, with the cycles of each run.
-    parameters : Parameters
-        The fitted stand.
-    estimates : tuple of Estimate
-        The free parameters.
-    covariance, correlation : array, shape (free, free)
-        In the units of the parameters; not a number where there is none.
-    chi_square : float
-        Sum of squared residuals; in the square of the largest force where standard errors of
-        the points are not known.
-    p_value : float or None
-        Chance of a larger chi-square if model and standard errors are right; None if unknown.
-    noise_n : float or None
-        Standard error of the points as estimated from the residuals; None where it is known.
+    searches, refined : tuple of Found
+        Where each search ended, and those that went on from the best with more cycles.
+    steady : bool
+        Whether all runs had cycles enough.
     uncertainty : Uncertainty
         Slopes at the minimum and what follows from them.
     model_n : array, shape (points,)
         Forces of the fitted stand.
-    converged, steady : bool
-        Whether the search ended by itself; whether all runs had cycles enough.
-    searches : tuple of Found
-        Where each search ended.
-    same, rivals : int
-        Searches that ended in this minimum, and in another that is not ruled out.
-    evaluations : int
-        Stands tried in all searches.
     wall_s : float
         Time it took.
 
     """
 
     problem: Problem
-    parameters: Parameters
-    estimates: tuple[Estimate, ...]
-    covariance: Array
-    correlation: Array
-    chi_square: float
-    p_value: float | None
-    noise_n: float | None
+    searches: tuple[Found, ...]
+    refined: tuple[Found, ...]
+    steady: bool
     uncertainty: Uncertainty
     model_n: Array
-    converged: bool
-    steady: bool
-    searches: tuple[Found, ...]
-    same: int
-    rivals: int
-    evaluations: int
     wall_s: float
+
+    @property
+    def found(self) -> Found:
+        """The minimum."""
+        return self.refined[-1] if self.refined else _best(self.searches)
+
+    @property
+    def parameters(self) -> Parameters:
+        """The fitted stand."""
+        return self.problem.stand(self.found.place)
+
+    @cached_property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """The free parameters."""
+        return estimates_of(self.problem, self.found.place, self.uncertainty)
+
+    @property
+    def covariance(self) -> Array:
+        """In the units of the parameters, shape (free, free); not a number where there is none."""
+        slopes = np.array([one.slope(one.value) for one in self.estimates])
+        return np.asarray(self.uncertainty.covariance_z * np.outer(slopes, slopes))
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of squared residuals; if no errors are known, per square of the largest force."""
+        return self.found.chi_square
 
     @property
     def reduced_chi_square(self) -> float | None:
@@ -137,14 +122,42 @@ class Fit:
         return self.chi_square / dof if dof else None
 
     @property
-    def coordinates(self) -> Array:
-        """Coordinates of the minimum."""
-        return np.array([z.to_coordinate(e.value) for z, e in self.pairs])
+    def p_value(self) -> float | None:
+        """Chance of a larger chi-square if model and known errors are right; else None."""
+        dof = self.uncertainty.dof
+        if self.noise_n is not None or not dof:
+            return None
+        return float(load_extra(PURPOSE, 'scipy.stats').chi2.sf(self.chi_square, dof))
 
     @property
-    def pairs(self) -> list[tuple[Free, Estimate]]:
-        """Each free parameter with its estimate."""
-        return list(zip(self.problem.free, self.estimates, strict=True))
+    def noise_n(self) -> float | None:
+        """Standard error of the points as the residuals tell it; None where it is known."""
+        points = self.problem.points
+        if points.sigma_n is not None:
+            return None
+        return float(np.sqrt(self.uncertainty.variance_scale)) * points.largest_n
+
+    @property
+    def same(self) -> int:
+        """Searches that ended in this minimum."""
+        points = self.problem.points
+        rounding = SAME_SHARE * float(np.sum((points.force_n / points.scale_n) ** 2))
+        return self._searches_within(SAME_CHANGE * self.uncertainty.variance_scale + rounding)
+
+    @property
+    def rivals(self) -> int:
+        """Searches that ended in another minimum that is not ruled out."""
+        not_out = self._searches_within(RIVAL * self.uncertainty.variance_scale)
+        return max(not_out - self.same, 0)
+
+    @property
+    def evaluations(self) -> int:
+        """Stands tried in all searches."""
+        return sum(one.evaluations for one in (*self.searches, *self.refined))
+
+    def _searches_within(self, most: float) -> int:
+        least = _best(self.searches).chi_square
+        return sum(one.chi_square - least <= most for one in self.searches)
 
 
 def fit_drive(
@@ -162,10 +175,8 @@ def fit_drive(
 
     Parameters
     ----------
-    parameters : Parameters
-        The stand, as ``choose_free`` returns it.
-    free : tuple of Free
-        What may change, as ``choose_free`` returns it.
+    parameters, free : Parameters, tuple of Free
+        The stand, and what may change, as ``choose_free`` returns them.
     points : Points
         What was measured.
     starts : int
@@ -185,90 +196,82 @@ def fit_drive(
     """
     started_s = time.perf_counter()
     problem = pose(parameters, free, points)
-    places = starting_points(problem, starts, seed)
-    searches = search_all(problem, places, workers, progress)
-    best = min(searches, key=lambda found: found.chi_square)
-    problem, refined, steady = _refine(problem, best)
-    found = refined[-1] if refined else best
-    return _summarise(problem, found, (best, searches, refined), steady, started_s)
+    places = _starting_points(problem, starts, seed)
+    searches = run_batch(
+        partial(_search_or_nothing, problem), places, workers=workers, progress=progress
+    )
+    problem, refined, steady = _refine(problem, _best(searches))
+    found = refined[-1] if refined else _best(searches)
+    return Fit(
+        problem=problem,
+        searches=tuple(searches),
+        refined=tuple(refined),
+        steady=steady,
+        uncertainty=uncertainty(problem, found.place, found.chi_square),
+        model_n=problem.forces_n(found.place),
+        wall_s=time.perf_counter() - started_s,
+    )
+
+
+def search(problem: Problem, start: Array) -> Found:
+    """Go downhill from coordinates: a bounded trust region, with differences to one side."""
+    optimize = load_extra(PURPOSE, 'scipy.optimize')
+    ended = optimize.least_squares(
+        problem.residuals,
+        np.clip(start, *problem.bounds),
+        jac=problem.slopes,
+        bounds=problem.bounds,
+        method='trf',
+        x_scale='jac',
+        ftol=TOLERANCE,
+        xtol=TOLERANCE,
+        gtol=TOLERANCE**2,
+        max_nfev=EVALUATIONS_MAX,
+    )
+    return Found(
+        tuple(ended.x.tolist()),
+        2.0 * float(ended.cost),
+        bool(ended.success),
+        int(ended.nfev + len(start) * ended.njev),
+    )
+
+
+def _search_or_nothing(problem: Problem, start: Array) -> Found:
+    """Search, and find nothing at a stand that cannot be, unless it is the user's own."""
+    try:
+        return search(problem, start)
+    except StickSlipError:
+        if np.array_equal(start, problem.start):
+            raise
+        return Found((), math.inf, converged=False, evaluations=0)
+
+
+def _best(searches: Sequence[Found]) -> Found:
+    return min(searches, key=lambda found: found.chi_square)
+
+
+def _starting_points(problem: Problem, starts: int, seed: int) -> list[Array]:
+    """Return the present values, and a Latin hypercube in the bounds."""
+    if not 1 <= starts <= STARTS_MAX:
+        limit = f'not from 1 to {STARTS_MAX}'
+        raise OutOfRange('number of starts', starts, '', limit, 'change --starts')
+    first = problem.start
+    if starts == 1:
+        return [first]
+    qmc = load_extra(PURPOSE, 'scipy.stats').qmc
+    shares = qmc.LatinHypercube(d=len(first), seed=seed).random(starts - 1)
+    return [first, *qmc.scale(shares, *problem.bounds)]
 
 
 def _refine(problem: Problem, best: Found) -> tuple[Problem, list[Found], bool]:
     """Search on from a minimum with more cycles, as long as its runs need them."""
     refined: list[Found] = []
-    here = np.array(best.coordinates)
+    here = best.place
     for _ in range(ROUNDS):
         longer, steady = problem.steady_at(here)
         if longer.cycles == problem.cycles:
             break
         problem = longer
         refined.append(search(problem, here))
-        here = np.array(refined[-1].coordinates)
+        here = refined[-1].place
     return problem, refined, steady
-
-
-def _summarise(
-    problem: Problem,
-    found: Found,
-    history: tuple[Found, Sequence[Found], Sequence[Found]],
-    steady: bool,
-    started_s: float,
-) -> Fit:
-    best, searches, refined = history
-    place = np.array(found.coordinates)
-    doubt = uncertainty(problem, place, found.chi_square)
-    values = np.array([one.to_value(float(z)) for one, z in zip(problem.free, place, strict=True)])
-    covariance = covariance_of(problem.free, values, doubt.covariance_z)
-    scale = doubt.variance_scale
-    same = [one for one in searches if same_minimum(problem, one, best, scale)]
-    close = [one for one in searches if one.chi_square - best.chi_square <= RIVAL * scale]
-    known = problem.points.sigma_n is not None
-    return Fit(
-        problem=problem,
-        parameters=problem.stand(place),
-        estimates=_estimates(problem, place, doubt),
-        covariance=covariance,
-        correlation=correlation_of(doubt.covariance_z),
-        chi_square=found.chi_square,
-        p_value=_p_value(found.chi_square, doubt.dof) if known and doubt.dof else None,
-        noise_n=None if known else float(np.sqrt(scale)) * problem.points.largest_n,
-        uncertainty=doubt,
-        model_n=problem.forces_n(place),
-        converged=found.converged,
-        steady=steady,
-        searches=tuple(searches),
-        same=len(same),
-        rivals=len([one for one in close if one not in same]),
-        evaluations=sum(one.evaluations for one in (*searches, *refined)),
-        wall_s=time.perf_counter() - started_s,
-    )
-
-
-def _estimates(problem: Problem, place: Array, doubt: Uncertainty) -> tuple[Estimate, ...]:
-    estimates = []
-    for index, free in enumerate(problem.free):
-        value = free.to_value(float(place[index]))
-        error_z = float(np.sqrt(doubt.covariance_z[index, index]))
-        low, high = interval(free, float(place[index]), error_z, doubt.quantile)
-        estimates.append(
-            Estimate(
-                name=free.name,
-                unit=free.unit,
-                start=free.start,
-                lower=free.lower,
-                upper=free.upper,
-                value=value,
-                standard_error=error_z * free.slope(value),
-                low=low,
-                high=high,
-                is_log=free.is_log,
-                at_bound=doubt.at_bound[index],
-                inert=doubt.inert[index],
-                undetermined=doubt.undetermined[index],
-            )
-        )
-    return tuple(estimates)
-
-
-def _p_value(chi_square: float, dof: int) -> float:
-    return float(load_extra(PURPOSE, 'scipy.stats').chi2.sf(chi_square, dof))

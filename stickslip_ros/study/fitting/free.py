@@ -16,19 +16,7 @@ PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
 
 @dataclass(frozen=True)
 class Free:
-    """
-    A parameter that a fit may change.
-
-    Attributes
-    ----------
-    name, unit : str
-        The parameter.
-    start : float
-        Value that the first search starts from.
-    lower, upper : float
-        Bounds, both allowed.
-
-    """
+    """A parameter that a fit may change: where the first search starts, bounds, both allowed."""
 
     name: str
     unit: str
@@ -73,16 +61,8 @@ def choose_free(
     """
     Return the stand of a fit, its free parameters, and notes about what was changed for it.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand; its values are the start where no other is given.
-    names : sequence of str
-        Parameters to free.
-    starts : mapping of str to str, optional
-        Other starting values, as typed.
-    bounds : mapping of str to str, optional
-        Bounds as ``low:high``; the default is a decade below and above the start.
+    Starts and bounds (as ``low:high``) are those that were typed; without them a parameter starts
+    from the stand's value, between a decade below and above its start.
 
     Raises
     ------

@@ -1,19 +1,24 @@
-"""The drive as a function of its free parameters: forces, residuals, their slopes."""
+"""Measured forces, and the drive as a function of its free parameters that is fitted to them."""
 
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.errors import OutOfRange
+from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.drive_run import run_drive
+from stickslip_ros.study.experiment import read_experiment
 from stickslip_ros.study.fitting.free import Free
-from stickslip_ros.study.fitting.points import Points
 
+NEEDED = ('preload_n', 'amplitude_m', 'force_n')
+FREQUENCY, SIGMA = 'frequency_hz', 'force_sigma_n'
+DEFAULT_FREQUENCY_HZ = 1000.0
+EXAMPLE = f'its first line names the columns: {",".join(NEEDED)}, and may name {FREQUENCY},{SIGMA}'
 STEP = 3e-4
 """Step of differences in a coordinate: 0.03 % of a value, or of a range. The forces of a fixed
 number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
@@ -33,20 +38,44 @@ synthetic data sets start at the same place."""
 
 
 @dataclass(frozen=True, eq=False)
+class Points:
+    """
+    Mean forces on the load cell that were read where preload, stroke and frequency were set.
+
+    All are arrays of shape (points,); sigma_n are the standard errors of the forces, None if they
+    are not known.
+
+    """
+
+    preload_n: Array
+    amplitude_m: Array
+    frequency_hz: Array
+    force_n: Array
+    sigma_n: Array | None = None
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.force_n)
+
+    @property
+    def largest_n(self) -> float:
+        """Largest measured force, N."""
+        return float(np.max(np.abs(self.force_n)))
+
+    @property
+    def scale_n(self) -> Array:
+        """What residuals are divided by, N: the standard errors, or one force for all points."""
+        if self.sigma_n is not None:
+            return self.sigma_n
+        return np.full(len(self), self.largest_n)
+
+
+@dataclass(frozen=True, eq=False)
 class Problem:
     """
-    A fit to be made.
+    A fit to be made: which parameters of a stand are free, and the points.
 
-    Attributes
-    ----------
-    parameters : Parameters
-        The stand; its free parameters do not matter.
-    free : tuple of Free
-        What may change.
-    points : Points
-        What was measured.
-    cycles : tuple of int
-        Cycles of each point's run: fixed, so that the force is a smooth function.
+    The cycles of each point's run are fixed, so that the force is a smooth function.
 
     """
 
@@ -92,12 +121,7 @@ class Problem:
         """
         Return the slopes of the residuals, shape (points, free), by differences.
 
-        Parameters
-        ----------
-        coordinates : array, shape (free,)
-            Where.
-        central : bool
-            Steps to both sides, for the errors of a fit; a search does with one side.
+        A search does with steps to one side; central ones are for the errors of a fit.
 
         """
         columns = []
@@ -131,6 +155,32 @@ class Problem:
                 return found, not short.any()
             cycles[more] *= 2
             forces_n = np.where(more, longer_n, forces_n)
+
+
+def read_points(path: Path, frequency_hz: float = DEFAULT_FREQUENCY_HZ) -> Points:
+    """
+    Read an experiment by amplitude; the frequency is for a file that has no such column.
+
+    Raises
+    ------
+    StickSlipError
+        If the file cannot be read, has no forces, or all forces are 0.
+
+    """
+    columns = read_experiment(path).columns
+    for name in NEEDED:
+        if name not in columns:
+            raise RecordingError(path, f'has no column {name}', EXAMPLE)
+    points = Points(
+        preload_n=columns['preload_n'],
+        amplitude_m=columns['amplitude_m'],
+        frequency_hz=columns.get(FREQUENCY, np.full(len(columns['force_n']), frequency_hz)),
+        force_n=columns['force_n'],
+        sigma_n=columns.get(SIGMA),
+    )
+    if points.largest_n == 0.0:
+        raise RecordingError(path, 'has no force other than 0', 'check the column force_n')
+    return points
 
 
 def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Problem:

@@ -1,9 +1,8 @@
-"""A fit as an object for JSON, and the fitted stand as a ROS parameter file."""
+"""What a fit says: warnings, the object for JSON, and the stand as a ROS parameter file."""
 
-import dataclasses
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,34 +13,37 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import dump_yaml
 from stickslip_ros.study.fitting.coverage import Coverage
-from stickslip_ros.study.fitting.fit import Estimate, Fit
-from stickslip_ros.study.fitting.warnings import warnings_of
+from stickslip_ros.study.fitting.fit import Fit
+from stickslip_ros.study.fitting.statistics import Estimate
 
 JSON, YAML = ('.json',), ('.yaml', '.yml')
+CORRELATED = 0.95
+CONDITION_MAX = 30.0
+"""Condition number from which parameters are collinear (Belsley, Kuh, Welsch 1980)."""
+P_VALUE_MIN = 0.01
+SHOWN = 0.1
+"""Part of a combination from which a parameter is named."""
+
+
+def warnings_of(fit: Fit) -> tuple[str, ...]:
+    """Return sentences about what is doubtful in a fit; none if nothing is."""
+    return (
+        *_search_warnings(fit),
+        *(text for one in fit.estimates for text in _estimate_warnings(one)),
+        *_trade_warnings(fit),
+    )
 
 
 def as_object(
     fit: Fit, notes: Sequence[str] = (), coverage: Sequence[Coverage] = ()
 ) -> dict[str, Any]:
-    """
-    Return a fit as JSON can hold it: None stands for what is infinite or not a number.
-
-    Parameters
-    ----------
-    fit : Fit
-        The fit.
-    notes : sequence of str
-        What was changed for it.
-    coverage : sequence of Coverage
-        What fits of synthetic data gave, if any were made.
-
-    """
+    """Return a fit as JSON can hold it: None stands for what is infinite or not a number."""
     doubt, points = fit.uncertainty, fit.problem.points
     content = {
-        'estimates': [dataclasses.asdict(one) for one in fit.estimates],
+        'estimates': [{**vars(one), 'is_log': one.is_log} for one in fit.estimates],
         'names': [one.name for one in fit.estimates],
         'covariance': fit.covariance.tolist(),
-        'correlation': fit.correlation.tolist(),
+        'correlation': fit.uncertainty.correlation.tolist(),
         'sigma_known': points.sigma_n is not None,
         'noise_n': fit.noise_n,
         'chi_square': fit.chi_square,
@@ -54,13 +56,13 @@ def as_object(
         'condition_number': doubt.condition,
         'warnings': warnings_of(fit),
         'notes': list(notes),
-        'converged': fit.converged,
+        'converged': fit.found.converged,
         'starts': len(fit.searches),
         'starts_in_same_minimum': fit.same,
         'evaluations': fit.evaluations,
         'wall_s': fit.wall_s,
         'points': _points(fit),
-        'coverage': [dataclasses.asdict(one) for one in coverage],
+        'coverage': [vars(one) for one in coverage],
         'parameters': fit.parameters.changed(),
     }
     return {name: _plain(value) for name, value in content.items()}
@@ -92,27 +94,60 @@ def check_output(path: Path) -> None:
 
 
 def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str) -> None:
-    """
-    Write a fit: everything as JSON, or the fitted stand as a ROS parameter file.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its ending decides.
-    fit : Fit
-        The fit.
-    content : dict
-        What ``as_object`` made of it.
-    origin : str
-        Where the points came from, for the heading.
-
-    """
+    """Write what ``as_object`` says as JSON, or the fitted stand as a ROS parameter file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.suffix.lower() in JSON:
         text = json.dumps(content, indent=2) + '\n'
     else:
         text = dump_yaml(fit.parameters, _heading(fit, content, origin))
     path.write_text(text, encoding='utf-8')
+
+
+def _search_warnings(fit: Fit) -> Iterator[str]:
+    if not fit.found.converged:
+        yield 'the search did not converge: raise --starts, or narrow --bounds'
+    if not fit.steady:
+        yield f'some runs are not steady after {max(fit.problem.cycles)} steps'
+    if fit.rivals:
+        yield (
+            f'{fit.rivals} of {len(fit.searches)} searches ended in another minimum that the '
+            'points do not rule out at 95 %: the intervals hold for this one only'
+        )
+    if fit.p_value is not None and fit.p_value < P_VALUE_MIN:
+        yield (
+            f'p-value {fit.p_value:.2g}: the model misses the points by more than their standard '
+            'errors; either these are too small or the model is wrong, and the intervals with it'
+        )
+
+
+def _estimate_warnings(one: Estimate) -> Iterator[str]:
+    if one.at_bound:
+        yield f'{one.name} sits on its bound and was held there: no standard error'
+    elif one.inert:
+        yield f'{one.name} does not change the forces at all'
+    elif one.undetermined:
+        yield f'{one.name} is not determined: others make up for any change of it'
+    elif one.standard_error > abs(one.value):
+        yield f'{one.name} has a standard error above its value'
+
+
+def _trade_warnings(fit: Fit) -> Iterator[str]:
+    names = [one.name for one in fit.estimates]
+    for row, column in zip(*np.triu_indices(len(names), k=1), strict=True):
+        together = float(fit.uncertainty.correlation[row, column])
+        if abs(together) > CORRELATED:
+            yield f'{names[row]} and {names[column]} are correlated by {together:+.3f}'
+    doubt = fit.uncertainty
+    if doubt.condition > CONDITION_MAX:
+        parts = [
+            f'{part:+.2f} {name}'
+            for name, part in zip(names, doubt.weakest, strict=True)
+            if abs(part) > SHOWN
+        ]
+        yield (
+            f'condition number {doubt.condition:.3g}, above {CONDITION_MAX:g}: the points hardly '
+            f'determine the combination {" ".join(parts)} (effects scaled to equal size)'
+        )
 
 
 def _heading(fit: Fit, content: dict[str, Any], origin: str) -> str:

@@ -1,6 +1,5 @@
 """What a minimum says about its parameters: errors, intervals, correlations, blind spots."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,8 @@ from stickslip_ros.study.fitting.problem import Problem
 Flags = NDArray[np.bool_]
 Places = NDArray[np.intp]
 
+PURPOSE = 'a fit'
+"""What needs SciPy, for the refusal where it is missing."""
 LEVEL = 0.95
 """Confidence of the intervals."""
 BOUND_SHARE = 1e-3
@@ -25,6 +26,25 @@ RANK = 1e-5
 """Singular value, per largest, below which columns of unit length are dependent: the noise."""
 SHARE = 1e-3
 """Part of an undetermined combination from which a parameter belongs to it."""
+
+
+@dataclass(frozen=True)
+class Estimate(Free):
+    """
+    A free parameter with its value and 95 % interval, which is even about its coordinate.
+
+    The standard error is infinite where the forces do not determine it: the value sits on a bound,
+    is inert, which is to change no force, or is undetermined, which is to be traded for others.
+
+    """
+
+    value: float
+    standard_error: float
+    low: float
+    high: float
+    at_bound: bool
+    inert: bool
+    undetermined: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +64,9 @@ class Uncertainty:
         standard errors of the points are known, of the t distribution where they are not.
     covariance_z : array, shape (free, free)
         Covariance of the coordinates; infinite variance where nothing is known.
-    at_bound, inert, undetermined : tuple of bool
-        For each parameter whether it sits on a bound, changes no force, or belongs to a
-        combination that changes none.
+    at_bound, inert, undetermined : array of bool, shape (free,)
+        Which parameters sit on a bound, change no force, or belong to a combination that
+        changes none.
     singular_values : tuple of float
         Of the slopes of the residuals with columns of unit length, without the parameters on
         a bound and those that change nothing.
@@ -59,11 +79,23 @@ class Uncertainty:
     variance_scale: float
     quantile: float
     covariance_z: Array
-    at_bound: tuple[bool, ...]
-    inert: tuple[bool, ...]
-    undetermined: tuple[bool, ...]
+    at_bound: Flags
+    inert: Flags
+    undetermined: Flags
     singular_values: tuple[float, ...]
     weakest: tuple[float, ...]
+
+    @property
+    def errors_z(self) -> Array:
+        """Standard errors of the coordinates; infinite where nothing is known."""
+        return np.sqrt(np.diag(self.covariance_z))
+
+    @property
+    def correlation(self) -> Array:
+        """Shape (free, free); not a number where a parameter has no standard error."""
+        errors = self.errors_z
+        errors = np.where(np.isfinite(errors) & (errors > 0.0), errors, np.nan)
+        return np.asarray(self.covariance_z / np.outer(errors, errors))
 
     @property
     def condition(self) -> float:
@@ -75,19 +107,7 @@ class Uncertainty:
 
 
 def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Uncertainty:
-    """
-    Return what the slopes at a minimum say about its parameters.
-
-    Parameters
-    ----------
-    problem : Problem
-        What was fitted.
-    coordinates : array, shape (free,)
-        The minimum.
-    chi_square : float
-        Sum of squared residuals there.
-
-    """
+    """Return what the slopes at the coordinates of a minimum say about its parameters."""
     jacobian = problem.slopes(coordinates, central=True)
     known = problem.points.sigma_n is not None
     dof = len(problem.points) - len(problem.free)
@@ -104,50 +124,45 @@ def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Unce
         variance_scale=scale,
         quantile=_quantile(known, dof),
         covariance_z=_spread(covariance_z, active, len(lengths)),
-        at_bound=tuple(at_bound.tolist()),
-        inert=tuple((inert & ~at_bound).tolist()),
-        undetermined=tuple(np.isin(range(len(lengths)), active[undetermined]).tolist()),
+        at_bound=at_bound,
+        inert=inert & ~at_bound,
+        undetermined=np.isin(range(len(lengths)), active[undetermined]),
         singular_values=tuple(values.tolist()),
         weakest=_weakest(directions, active, len(lengths)),
     )
 
 
-def interval(
-    free: Free, coordinate: float, error_z: float, quantile: float
-) -> tuple[float, float]:
-    """
-    Return the confidence interval of a parameter: even about its coordinate.
+def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tuple[Estimate, ...]:
+    """Return the free parameters at a minimum with their errors and intervals."""
+    estimates = []
+    for index, free in enumerate(problem.free):
+        z, error_z = float(coordinates[index]), float(doubt.errors_z[index])
+        value = free.to_value(z)
+        low, high = _interval(free, z, error_z, doubt.quantile)
+        estimates.append(
+            Estimate(
+                **vars(free),
+                value=value,
+                standard_error=error_z * free.slope(value),
+                low=low,
+                high=high,
+                at_bound=bool(doubt.at_bound[index]),
+                inert=bool(doubt.inert[index]),
+                undetermined=bool(doubt.undetermined[index]),
+            )
+        )
+    return tuple(estimates)
 
-    Parameters
-    ----------
-    free : Free
-        The parameter; what it cannot be is cut off.
-    coordinate, error_z : float
-        Its coordinate, and the standard error of that.
-    quantile : float
-        Half width in standard errors.
 
-    """
-    spec = spec_of(free.name)
+def _interval(free: Free, z: float, error_z: float, quantile: float) -> tuple[float, float]:
+    """Return the interval even about a coordinate; what the parameter cannot be is cut off."""
     if not np.isfinite(error_z):
         return free.lower, free.upper
-    low, high = (_value(free, coordinate + sign * quantile * error_z) for sign in (-1.0, 1.0))
+    spec = spec_of(free.name)
+    low, high = (_value(free, z + sign * quantile * error_z) for sign in (-1.0, 1.0))
     least = -np.inf if spec.minimum is None else spec.minimum
     most = np.inf if spec.maximum is None else spec.maximum
     return float(max(low, least)), float(min(high, most))
-
-
-def correlation_of(covariance: Array) -> Array:
-    """Return the correlation matrix; not a number where a parameter has no standard error."""
-    errors = np.sqrt(np.diag(covariance))
-    errors = np.where(np.isfinite(errors) & (errors > 0.0), errors, np.nan)
-    return np.asarray(covariance / np.outer(errors, errors))
-
-
-def covariance_of(free: Sequence[Free], values: Array, covariance_z: Array) -> Array:
-    """Return the covariance in the units of the parameters."""
-    slopes = np.array([one.slope(float(v)) for one, v in zip(free, values, strict=True)])
-    return np.asarray(covariance_z * np.outer(slopes, slopes))
 
 
 def _value(free: Free, coordinate: float) -> float:
@@ -202,6 +217,6 @@ def _weakest(directions: Array, active: Places, free: int) -> tuple[float, ...]:
 
 
 def _quantile(known: bool, dof: int) -> float:
-    stats = load_extra('a fit', 'scipy.stats')
+    stats = load_extra(PURPOSE, 'scipy.stats')
     upper = 0.5 * (1.0 + LEVEL)
     return float(stats.norm.ppf(upper) if known else stats.t.ppf(upper, dof))
