@@ -12,9 +12,8 @@ from rich.text import Text
 
 from stickslip_ros.cli.common import add_json, print_json, to_path
 from stickslip_ros.files import make_folder
-from stickslip_ros.validation.checks import Check
-from stickslip_ros.validation.families import validate
-from stickslip_ros.validation.findings import Findings, failed_checks
+from stickslip_ros.validation.checks import Findings, Outcome, failed_checks
+from stickslip_ros.validation.evidence import validate
 from stickslip_ros.validation.report import (
     HEADER,
     as_objects,
@@ -71,19 +70,20 @@ def run(arguments: argparse.Namespace) -> int:
 def _print(findings: Sequence[Findings], files: Sequence[Path]) -> None:
     console = Console(width=None if sys.stdout.isatty() else WIDTH)
     console.print(_table(findings))
-    for check in failed_checks(findings):
-        console.print(failure_text(check), markup=False, highlight=False)
+    for found in failed_checks(findings):
+        console.print(failure_text(found), markup=False, highlight=False)
     summary = f'{summary_text(findings)}; {STAR}'
     console.print(summary, markup=False, highlight=False)
     for path in files:
         console.print(str(path), markup=False, highlight=False, soft_wrap=True)
 
 
-def failure_text(check: Check) -> str:
+def failure_text(found: Outcome) -> str:
     """Return what is wrong with a check that fails, and what error was to be expected."""
+    check = found.check
     return (
-        f'FAIL {check.name}: error {check.error:.2g} of {check.error_of or "the reference"} '
-        f'({check.reference_text}), above {check.tolerance:.2g}: {check.reason}'
+        f'FAIL {check.name}: error {found.error:.2g} of {check.error_of or "the reference"} '
+        f'({check.source}), above {check.tolerance.value:.2g}: {check.tolerance.reason}'
     )
 
 
@@ -93,11 +93,11 @@ def _table(findings: Sequence[Findings]) -> Table:
         table.add_column(name, justify='right' if column else 'left', overflow='fold')
     for found in findings:
         table.add_row(Text(found.family, style='bold'))
-        for check in found.checks:
-            name, reference, ours, error, *rest = row_texts(check)
-            star = '*' if check.error_of else ' '
+        for each in found.outcomes:
+            name, reference, ours, error, *rest = row_texts(each)
+            star = '*' if each.check.error_of else ' '
             cells = (f'  {name}', reference, ours, error + star, *rest)
-            style = '' if check.passed else 'bold red'
+            style = '' if each.passed else 'bold red'
             table.add_row(*(Text(cell) for cell in cells), style=style)
         table.add_section()
     return table

@@ -1,58 +1,55 @@
-"""One check: a reference, our value, the error between them and the error that is allowed."""
+"""
+What evidence is made of: checks in families, their outcomes, and panels of curves.
 
-from collections.abc import Sequence
+A check is a row of data: quantity, source of the reference, unit, tolerance. One function measures
+the rows that share their work; it runs only when the first of them is run.
+
+"""
+
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import lru_cache
+from typing import Any, TypeAlias, TypeVar, cast
 
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.stopping import heed_stop
 
+Values: TypeAlias = float | Sequence[float] | Array
+Compared: TypeAlias = float | tuple[Values, Values] | tuple[Values, Values, float]
+"""Reference and our value, SI, or many of both; and what differences are divided by instead of
+each reference. Ours alone if the reference is a printed figure."""
+Measured: TypeAlias = Sequence[Compared]
+"""What a function measured, a value for each of its rows."""
+Row: TypeAlias = 'tuple[str, str, str, Tolerance] | tuple[str, str, str, Tolerance, str]'
+"""The first fields of a Check."""
+Function = TypeVar('Function', bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """The largest error that passes, and where an error of that size comes from."""
+
+    value: float
+    reason: str
+    printed: float | None = None
+    """The figure, SI, of whose last digit it is a half."""
+
+
+ROUNDING = Tolerance(1e-12, 'rounding of a few thousand operations in double precision')
+BOUND = Tolerance(1e-9, 'a bound: nothing may exceed it')
+EXCESS = 'excess over the bound'
 HALF_A_DIGIT = 'half a unit of the last printed digit'
 SLACK = 1.0 + 1e-6
 """A half digit may be reached exactly; binary fractions then fall on either side of it."""
 
 
-@dataclass(frozen=True)
-class Tolerance:
-    """
-    An allowed error and why it is that large.
-
-    Attributes
-    ----------
-    value : float
-        Largest error that passes.
-    reason : str
-        Where an error of that size comes from.
-
-    """
-
-    value: float
-    reason: str
-
-
-@dataclass(frozen=True)
-class Scale:
-    """
-    What differences are divided by instead of the reference.
-
-    Attributes
-    ----------
-    value : float
-        In the unit of the difference.
-    name : str
-        For the tables.
-
-    """
-
-    value: float
-    name: str
-
-
-ROUNDING = Tolerance(1e-12, 'rounding of a few thousand operations in double precision')
-
-
-BOUND = Tolerance(1e-9, 'a bound: nothing may exceed it')
+def printed(figure: str, per_unit: float = 1.0) -> Tolerance:
+    """Return half a unit of the last digit of ``81.5873``, printed in a unit of so much SI."""
+    half = 0.5 * 10.0 ** int(Decimal(figure).as_tuple().exponent) * SLACK
+    return Tolerance(half / abs(float(figure)), HALF_A_DIGIT, float(figure) * per_unit)
 
 
 @dataclass(frozen=True)
@@ -63,144 +60,147 @@ class Check:
     Attributes
     ----------
     name : str
-        What is compared.
-    reference_text : str
+        The quantity.
+    source : str
         Where the reference comes from.
-    reference, ours : float
-        The two values, SI.
     unit : str
-        Their unit; empty for a pure number.
-    error : float
-        Difference relative to the reference, or to what ``error_of`` names.
-    tolerance : float
-        Largest error that passes.
-    reason : str
-        Where an error of that size comes from.
+        SI unit of both values; empty for a pure number.
+    tolerance : Tolerance
+        For the error, of many values for the largest.
     error_of : str
-        What the difference is divided by, if not by the reference.
+        What differences are divided by, if not by the reference. EXCESS: the reference is a bound,
+        and the error is the share by which it is exceeded.
+    measure : callable
+        Computes what is compared.
 
     """
 
     name: str
-    reference_text: str
+    source: str
+    unit: str
+    tolerance: Tolerance
+    error_of: str
+    measure: Callable[[], Compared]
+
+    def run(self) -> 'Outcome':
+        """Compute both values and compare them."""
+        compared = self.measure()
+        pair = compared if isinstance(compared, tuple) else (self.tolerance.printed, compared)
+        expected, found = (np.atleast_1d(np.asarray(each, dtype=float)) for each in pair[:2])
+        differences = found - expected
+        if self.error_of == EXCESS:
+            differences = np.maximum(differences, 0.0)
+        errors = np.abs(differences / (pair[2] if len(pair) > 2 else expected))
+        worst = int(np.argmax(errors))  # a NaN, which fails, counts as the largest
+        return Outcome(self, float(expected[worst]), float(found[worst]), float(errors[worst]))
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a check found: both values, SI, of many the pair with the largest error."""
+
+    check: Check
     reference: float
     ours: float
-    unit: str
     error: float
-    tolerance: float
-    reason: str
-    error_of: str = ''
 
     @property
     def passed(self) -> bool:
         """Whether the error is a number and within the tolerance."""
-        return bool(self.error <= self.tolerance)
+        return self.error <= self.check.tolerance.value
 
 
-def compare(
-    name: str, reference_text: str, reference: float, ours: float, unit: str, tolerance: Tolerance
-) -> Check:
-    """Return the check of one value, its error relative to the reference."""
-    error = abs(ours - reference) / abs(reference)
-    return Check(
-        name,
-        reference_text,
-        float(reference),
-        float(ours),
-        unit,
-        float(error),
-        tolerance.value,
-        tolerance.reason,
-    )
+_SHARED: list[Any] = []
 
 
-def compare_printed(
-    name: str, reference_text: str, figure: str, ours: float, unit: str, *, per_unit: float = 1.0
-) -> Check:
-    """
-    Return the check of a value against a printed figure.
-
-    Parameters
-    ----------
-    name, reference_text : str
-        As in Check.
-    figure : str
-        The figure with all its digits, as ``81.5873``; half of the last one is the tolerance.
-    ours : float
-        Our value, SI.
-    unit : str
-        SI unit.
-    per_unit : float
-        SI value of the unit in which the figure is printed: 1e-9 for nm.
-
-    """
-    exponent = Decimal(figure).as_tuple().exponent
-    half = 0.5 * 10.0 ** int(exponent) * SLACK
-    tolerance = Tolerance(half / abs(float(figure)), HALF_A_DIGIT)
-    return compare(name, reference_text, float(figure) * per_unit, ours, unit, tolerance)
+def shared(function: Function) -> Function:
+    """Compute once what several checks and panels of a family need."""
+    cached = lru_cache(maxsize=None)(function)
+    _SHARED.append(cached)
+    return cast('Function', cached)
 
 
-def compare_worst(
-    name: str,
-    reference_text: str,
-    references: Sequence[float] | Array,
-    ours: Sequence[float] | Array,
-    unit: str,
-    tolerance: Tolerance,
-    scale: Scale | None = None,
-) -> Check:
-    """
-    Return the check of many values; it shows the pair with the largest error.
-
-    Parameters
-    ----------
-    name, reference_text, unit : str
-        As in Check.
-    references, ours : array
-        The values, one shape.
-    tolerance : Tolerance
-        For the largest error.
-    scale : Scale, optional
-        What differences are divided by; each its reference if None.
-
-    """
-    expected, found = np.asarray(references, dtype=float), np.asarray(ours, dtype=float)
-    errors = np.abs(found - expected) / (scale.value if scale else np.abs(expected))
-    worst = int(np.argmax(errors))  # a NaN, which fails, counts as the largest
-    return Check(
-        name,
-        reference_text,
-        float(expected[worst]),
-        float(found[worst]),
-        unit,
-        float(errors[worst]),
-        tolerance.value,
-        tolerance.reason,
-        scale.name if scale else '',
-    )
+def forget() -> None:
+    """Drop all that is shared."""
+    for cached in _SHARED:
+        cached.cache_clear()
 
 
-def compare_bound(name: str, reference_text: str, bound: float, ours: float, unit: str) -> Check:
-    """
-    Return the check that a size does not exceed a bound; its error is the share of excess.
+def measures(*rows: Row) -> Callable[[Callable[[], Measured]], tuple[Check, ...]]:
+    """Make of rows, and of the function that measures them in this order, checks."""
 
-    Parameters
-    ----------
-    name, reference_text, unit : str
-        As in Check.
-    bound, ours : float
-        Bound, which is shown as the reference, and size, SI.
+    def decorate(function: Callable[[], Measured]) -> tuple[Check, ...]:
+        @shared
+        def once() -> dict[str, Compared]:
+            return dict(zip((row[0] for row in rows), function(), strict=True))
 
-    """
-    excess = (ours - bound) / bound if ours > bound else 0.0 * ours  # NaN stays NaN, and fails
-    return Check(
-        name,
-        reference_text,
-        float(bound),
-        float(ours),
-        unit,
-        float(excess),
-        BOUND.value,
-        BOUND.reason,
-        'excess over the bound',
-    )
+        def check(row: Row) -> Check:
+            name, source, unit, tolerance, *error_of = row
+            return Check(name, source, unit, tolerance, ''.join(error_of), lambda: once()[name])
+
+        return tuple(check(row) for row in rows)
+
+    return decorate
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One curve of a panel: ``line``, ``dashed`` or ``points``; one number, one colour."""
+
+    label: str
+    x: Array
+    y: Array
+    style: str = 'line'
+    colour: int = 0
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One panel of the page of plots; curves are in the units of its labels."""
+
+    title: str
+    x_label: str
+    y_label: str
+    curves: Sequence[Curve]
+    log_x: bool = False
+    log_y: bool = False
+    x_ticks: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What a family found: an outcome of each check, and its part of the page of plots."""
+
+    family: str
+    outcomes: tuple[Outcome, ...]
+    panels: tuple[Panel, ...] = ()
+
+
+@dataclass(frozen=True)
+class Family:
+    """Checks that belong together, group by group as ``measures`` made them, and panels."""
+
+    name: str
+    groups: Sequence[tuple[Check, ...]]
+    panels: Sequence[Callable[[], Panel]] = ()
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """The checks of all groups."""
+        return tuple(check for group in self.groups for check in group)
+
+    def run(self) -> Findings:
+        """Run all checks, and then draw."""
+        forget()
+        outcomes = []
+        for check in self.checks:
+            heed_stop()
+            outcomes.append(check.run())
+        panels = tuple(panel() for panel in self.panels)
+        forget()
+        return Findings(self.name, tuple(outcomes), panels)
+
+
+def failed_checks(findings: Iterable[Findings]) -> list[Outcome]:
+    """Return the outcomes that fail, of all families."""
+    return [each for found in findings for each in found.outcomes if not each.passed]

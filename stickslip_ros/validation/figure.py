@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from stickslip_ros.validation.findings import Curve, Findings, Panel
+from stickslip_ros.validation.checks import Curve, Findings, Panel
 
 COLUMNS = 3
 PANEL_INCHES = (5.2, 4.0)
@@ -24,19 +24,7 @@ LEAST_SHARE = 1e-6
 
 
 def draw_page(findings: Sequence[Findings], picture: Path, heading: str) -> None:
-    """
-    Draw all panels on one page.
-
-    Parameters
-    ----------
-    findings : sequence of Findings
-        Whose panels to draw.
-    picture : Path
-        PNG file.
-    heading : str
-        Text above the panels.
-
-    """
+    """Draw all panels on one page, a PNG file, under a heading."""
     panels = [panel for found in findings for panel in found.panels]
     rows = -(-(len(panels) + 1) // COLUMNS)
     size = (COLUMNS * PANEL_INCHES[0], rows * PANEL_INCHES[1])
@@ -77,8 +65,8 @@ def _draw_curve(axes: Axes, curve: Curve) -> None:
 def _draw_margins(axes: Axes, findings: Sequence[Findings]) -> None:
     """Show of every check which share of its tolerance the error uses."""
     for row, found in enumerate(findings):
-        shares = np.array([check.error / check.tolerance for check in found.checks])
-        passed = np.array([check.passed for check in found.checks], dtype=bool)
+        shares = np.array([each.error / each.check.tolerance.value for each in found.outcomes])
+        passed = np.array([each.passed for each in found.outcomes], dtype=bool)
         drawn = np.clip(np.nan_to_num(shares, nan=np.inf), LEAST_SHARE, 1.0 / LEAST_SHARE)
         spread = row + np.linspace(-0.3, 0.3, len(drawn))
         axes.plot(drawn[passed], spread[passed], 'o', color='C0', markersize=4.0)

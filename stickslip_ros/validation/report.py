@@ -3,14 +3,13 @@
 import csv
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.validation.checks import Check
+from stickslip_ros.validation.checks import Findings, Outcome, failed_checks
 from stickslip_ros.validation.figure import draw_page
-from stickslip_ros.validation.findings import Findings, failed_checks
 
 MARKDOWN, CSV, PNG = 'validation.md', 'validation.csv', 'validation.png'
 DIGITS = 6
@@ -19,19 +18,20 @@ PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
 PREFIXED_UNITS = ('m', 'N', 'J', 'Pa', 'N/m')
 HEADER = ('check', 'reference', 'ours', 'error', 'tolerance', 'verdict')
 LONG_HEADER = ('check', 'against', *HEADER[1:5], 'why this tolerance', 'verdict')
-CSV_HEADER = (
-    'family',
-    'check',
-    'against',
-    'unit',
-    'reference',
-    'ours',
-    'error',
-    'error_of',
-    'tolerance',
-    'reason',
-    'passed',
-)
+CSV_COLUMNS = {
+    'family': 'family',
+    'name': 'check',
+    'reference_text': 'against',
+    'unit': 'unit',
+    'reference': 'reference',
+    'ours': 'ours',
+    'error': 'error',
+    'error_of': 'error_of',
+    'tolerance': 'tolerance',
+    'reason': 'reason',
+    'passed': 'passed',
+}
+"""Headings by the keys of JSON."""
 
 
 def value_text(value: float, unit: str) -> str:
@@ -43,26 +43,22 @@ def value_text(value: float, unit: str) -> str:
     return f'{value / 1000.0**power:.{DIGITS}g} {PREFIXES[power]}{unit}'
 
 
-def row_texts(check: Check) -> tuple[str, ...]:
+def row_texts(found: Outcome) -> tuple[str, ...]:
     """Return a row of the short table, under HEADER."""
+    check = found.check
     return (
         check.name,
-        value_text(check.reference, check.unit),
-        value_text(check.ours, check.unit),
-        f'{check.error:.1e}',
-        f'{check.tolerance:.1e}',
-        verdict(check),
+        value_text(found.reference, check.unit),
+        value_text(found.ours, check.unit),
+        f'{found.error:.1e}',
+        f'{check.tolerance.value:.1e}',
+        'pass' if found.passed else 'FAIL',
     )
-
-
-def verdict(check: Check) -> str:
-    """Return ``pass`` or ``FAIL``."""
-    return 'pass' if check.passed else 'FAIL'
 
 
 def summary_text(findings: Sequence[Findings]) -> str:
     """Return how many checks were made and how many failed."""
-    total = sum(len(found.checks) for found in findings)
+    total = sum(len(found.outcomes) for found in findings)
     failed = len(failed_checks(findings))
     return f'{total} checks, {failed} failed' if failed else f'{total} checks, all passed'
 
@@ -73,19 +69,11 @@ def markdown_text(findings: Sequence[Findings]) -> str:
     for found in findings:
         lines += ['', f'### {found.family}', '']
         lines += [_markdown_row(LONG_HEADER), _markdown_row(['---'] * len(LONG_HEADER))]
-        for check in found.checks:
-            name, reference, ours, error, tolerance, word = row_texts(check)
-            of = f' of {check.error_of}' if check.error_of else ''
-            cells = (
-                name,
-                check.reference_text,
-                reference,
-                ours,
-                error + of,
-                tolerance,
-                check.reason,
-                word,
-            )
+        for each in found.outcomes:
+            check, (name, reference, ours, error, tolerance, word) = each.check, row_texts(each)
+            error += f' of {check.error_of}' if check.error_of else ''
+            reason = check.tolerance.reason
+            cells = (name, check.source, reference, ours, error, tolerance, reason, word)
             lines.append(_markdown_row(cells))
     return '\n'.join(lines) + '\n'
 
@@ -100,35 +88,34 @@ def csv_text(findings: Sequence[Findings]) -> str:
     """Return the table as CSV with all digits, SI."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(CSV_HEADER)
-    for found in findings:
-        for c in found.checks:
-            writer.writerow(
-                (
-                    found.family,
-                    c.name,
-                    c.reference_text,
-                    c.unit,
-                    repr(c.reference),
-                    repr(c.ours),
-                    repr(c.error),
-                    c.error_of,
-                    repr(c.tolerance),
-                    c.reason,
-                    c.passed,
-                )
-            )
+    writer.writerow(CSV_COLUMNS.values())
+    for row in _rows(findings):
+        writer.writerow(row[key] for key in CSV_COLUMNS)
     return text.getvalue()
 
 
 def as_objects(findings: Sequence[Findings]) -> list[dict[str, Any]]:
     """Return the checks as objects for JSON, SI; what is not a finite number is None."""
-    rows = []
+    return [{key: _finite(value) for key, value in row.items()} for row in _rows(findings)]
+
+
+def _rows(findings: Sequence[Findings]) -> Iterator[dict[str, Any]]:
     for found in findings:
-        for check in found.checks:
-            row = {'family': found.family, **vars(check), 'passed': check.passed}
-            rows.append({key: _finite(value) for key, value in row.items()})
-    return rows
+        for each in found.outcomes:
+            check = each.check
+            yield {
+                'family': found.family,
+                'name': check.name,
+                'reference_text': check.source,
+                'reference': each.reference,
+                'ours': each.ours,
+                'unit': check.unit,
+                'error': each.error,
+                'tolerance': check.tolerance.value,
+                'reason': check.tolerance.reason,
+                'error_of': check.error_of,
+                'passed': each.passed,
+            }
 
 
 def _finite(value: object) -> object:
@@ -137,19 +124,9 @@ def _finite(value: object) -> object:
 
 def write_report(findings: Sequence[Findings], folder: Path) -> list[Path]:
     """
-    Write the table as Markdown and CSV, and the page of plots.
+    Write the table as Markdown and CSV, and the page of plots; return the files.
 
-    Parameters
-    ----------
-    findings : sequence of Findings
-        What to report.
-    folder : Path
-        Made if need be; files of an earlier run are replaced.
-
-    Returns
-    -------
-    list of Path
-        The files.
+    The folder is made if need be, and files of an earlier run are replaced.
 
     Raises
     ------

@@ -5,23 +5,27 @@ import json
 import pytest
 
 from stickslip_ros.cli.main import main
-from stickslip_ros.validation.checks import Tolerance, compare
-from stickslip_ros.validation.findings import Findings
-from stickslip_ros.validation.normal_load import normal_load
-from stickslip_ros.validation.roughness import roughness
-from stickslip_ros.validation.three_dimensions import three_dimensions
+from stickslip_ros.validation.checks import Family, Tolerance, measures
+from stickslip_ros.validation.half_space import HALF_SPACE
+from stickslip_ros.validation.load_curves import NORMAL_LOAD
+from stickslip_ros.validation.roughness import ROUGHNESS
 
-FAMILIES = 'stickslip_ros.validation.families.FAMILIES'
+EVIDENCE = 'stickslip_ros.validation.evidence.EVIDENCE'
 FILES = ['validation.csv', 'validation.md', 'validation.png']
 
 
-def wrong() -> Findings:
-    tolerance = Tolerance(0.01, 'one in a hundred is counted twice')
-    return Findings('Wrong', (compare('a [bold] length', 'a ruler', 1.0, 1.1, 'm', tolerance),))
+@measures(
+    ('a [bold] length', 'a ruler', 'm', Tolerance(0.01, 'one in a hundred is counted twice'))
+)
+def wrong():
+    return ((1.0, 1.1),)
+
+
+WRONG = Family('Wrong', (wrong,))
 
 
 def test_all_checks_pass_and_files_are_written(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(FAMILIES, (normal_load, three_dimensions))
+    monkeypatch.setattr(EVIDENCE, (NORMAL_LOAD, HALF_SPACE))
     assert main(['validate', '--out', str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert 'all passed' in printed
@@ -31,7 +35,7 @@ def test_all_checks_pass_and_files_are_written(capsys, monkeypatch, tmp_path):
 
 
 def test_a_wrong_parameter_fails_with_status_1(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(FAMILIES, (normal_load, roughness))
+    monkeypatch.setattr(EVIDENCE, (NORMAL_LOAD, ROUGHNESS))
     monkeypatch.setattr('stickslip_ros.contact.roughness.POHRT_POPOV', 1.95)
     assert main(['validate', '--out', str(tmp_path)]) == 1
     printed = capsys.readouterr().out
@@ -40,14 +44,14 @@ def test_a_wrong_parameter_fails_with_status_1(capsys, monkeypatch, tmp_path):
 
 
 def test_a_failure_says_against_what_and_what_error_was_expected(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(FAMILIES, (wrong,))
+    monkeypatch.setattr(EVIDENCE, (WRONG,))
     assert main(['validate', '--out', str(tmp_path)]) == 1
     printed = ' '.join(capsys.readouterr().out.split())
     assert 'FAIL a [bold] length: error 0.1 of the reference (a ruler), above 0.01: one' in printed
 
 
 def test_the_json_has_every_check_in_si_units(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(FAMILIES, (wrong,))
+    monkeypatch.setattr(EVIDENCE, (WRONG,))
     assert main(['validate', '--out', str(tmp_path), '--json']) == 1
     result = json.loads(capsys.readouterr().out)
     assert result['passed'] is False
@@ -58,7 +62,7 @@ def test_the_json_has_every_check_in_si_units(capsys, monkeypatch, tmp_path):
 
 
 def test_a_folder_that_cannot_be_made_is_refused(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(FAMILIES, (wrong,))
+    monkeypatch.setattr(EVIDENCE, (WRONG,))
     taken = tmp_path / 'taken'
     taken.write_text('')
     assert main(['validate', '--out', str(taken)]) == 2

@@ -1,0 +1,35 @@
+"""The evidence: all checks, in the order of the table."""
+
+from collections.abc import Sequence
+
+from stickslip_ros.validation.checks import Family, Findings
+from stickslip_ros.validation.friction_laws import FRICTION_LAWS
+from stickslip_ros.validation.half_space import HALF_SPACE
+from stickslip_ros.validation.load_curves import NORMAL_LOAD, TANGENTIAL_LOAD
+from stickslip_ros.validation.memory import ENERGY, HYSTERESIS, RING_DOWN
+from stickslip_ros.validation.published import CONTACT_CASE, REFERENCE_TABLE
+from stickslip_ros.validation.roughness import ROUGHNESS, SPECTRA
+from stickslip_ros.validation.spring_bank import SPRING_BANK
+from stickslip_ros.validation.springs import ONE_BY_ONE
+
+EVIDENCE: tuple[Family, ...] = (
+    NORMAL_LOAD,
+    ROUGHNESS,
+    REFERENCE_TABLE,
+    TANGENTIAL_LOAD,
+    HYSTERESIS,
+    ENERGY,
+    ONE_BY_ONE,
+    HALF_SPACE,
+    CONTACT_CASE,
+    SPECTRA,
+    RING_DOWN,
+    SPRING_BANK,
+    FRICTION_LAWS,
+)
+"""``stickslip validate``, the table of docs/validation.md and the tests read this list."""
+
+
+def validate(families: Sequence[Family] | None = None) -> tuple[Findings, ...]:
+    """Run families of checks, all of EVIDENCE if None."""
+    return tuple(family.run() for family in (EVIDENCE if families is None else families))
