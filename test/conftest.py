@@ -1,10 +1,7 @@
 """What all tests share: how hypothesis searches, and the stand of the paper."""
 
-import fcntl
 import gc
-import tempfile
 from collections.abc import Iterator
-from pathlib import Path
 
 import matplotlib.font_manager  # noqa: F401 - a process that finds no font cache says so on stderr
 import pytest
@@ -24,8 +21,7 @@ settings.register_profile(
 )
 settings.load_profile('deterministic')
 
-ROS_DOMAINS = range(1, 21)
-"""Domains of test runs; others follow from them, so that nobody meets by chance."""
+pytest_plugins = ['stickslip_ros.testing.pytest_plugin']
 LONGEST = (
     'test_benchmarks.py',
     'test_cli_ending.py',
@@ -60,20 +56,6 @@ def _plain_terminal() -> Iterator[None]:
 def compiled_kernels() -> None:
     """Compile before a time limit runs, and before a dozen processes would do it at once."""
     compile_kernels()
-
-
-@pytest.fixture(scope='session')
-def domain() -> Iterator[int]:
-    """Give a ROS domain that no other test process of this machine has."""
-    for number in ROS_DOMAINS:
-        with Path(tempfile.gettempdir(), f'stickslip_ros_domain_{number}').open('w') as file:
-            try:
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                continue
-            yield number
-            return
-    raise RuntimeError(f'all ROS domains for tests, {ROS_DOMAINS}, are in use')
 
 
 @pytest.fixture(scope='session')

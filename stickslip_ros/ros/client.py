@@ -24,6 +24,16 @@ BEGIN_PERIOD_S = 0.02
 Commands = Iterable[tuple[str, Any]]
 """Names of commands, as they follow ``command/``, and their values as `to_message` takes them."""
 
+_COMMANDS = {topic.request: topic for topic in COMMANDS}
+
+
+def command_topic(name: str, *, but: str = '') -> Topic:
+    """Return the topic of a command, by what follows ``command/``; refuse an unknown one."""
+    if name not in _COMMANDS or name == but:
+        known = ', '.join(each for each in _COMMANDS if each != but)
+        raise UnknownName('command', name, f'use {known}')
+    return _COMMANDS[name]
+
 
 def stamp_ns(message: Any) -> int:
     """Return the stamp in the header of a message, in ns."""
@@ -134,10 +144,9 @@ class LockstepClient:
         self._is_active = self._has_begun = False
         self._prefix = f'{namespace.rstrip("/")}/' if namespace else ''
         self._drive_name = drive_name
-        self._commands = {topic.request: topic for topic in COMMANDS}
         self._publishers = {
             name: node.create_publisher(*self._ends_of(topic), to_profile(topic.qos))
-            for name, topic in self._commands.items()
+            for name, topic in _COMMANDS.items()
         }
         readings = {topic.key: topic for topic in READINGS}
         self._position = self._listen(readings['position'], self._take_position)
@@ -164,10 +173,8 @@ class LockstepClient:
             If there is no such command.
 
         """
-        if name not in self._commands or name == 'grant':
-            known = ', '.join(each for each in self._commands if each != 'grant')
-            raise UnknownName('command', name, f'use {known}')
-        self._publishers[name].publish(to_message(self._commands[name], value))
+        topic = command_topic(name, but='grant')
+        self._publishers[name].publish(to_message(topic, value))
         self.sent += 1
 
     def close(self) -> None:
@@ -222,4 +229,4 @@ class LockstepClient:
 
     def _grant(self) -> None:
         values = (self.granted_ns * NANO, self.sent)
-        self._publishers['grant'].publish(to_message(self._commands['grant'], values))
+        self._publishers['grant'].publish(to_message(_COMMANDS['grant'], values))

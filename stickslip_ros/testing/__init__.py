@@ -1,1 +1,18 @@
-"""Helpers for people who test their own controllers: an operator, and whole runs over topics."""
+"""For tests of controllers: a drive beside the test, an operator, lockstep, pytest fixtures."""
+
+from stickslip_ros.ros.client import Commands, Handshake, LockstepClient, stamp_ns
+from stickslip_ros.testing.isolation import open_context, reserve_domain
+from stickslip_ros.testing.operator import Operator, deep_queues
+from stickslip_ros.testing.stand import Stand
+
+__all__ = [
+    'Commands',
+    'Handshake',
+    'LockstepClient',
+    'Operator',
+    'Stand',
+    'deep_queues',
+    'open_context',
+    'reserve_domain',
+    'stamp_ns',
+]

@@ -11,9 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import rclpy
-from rclpy.context import Context
-from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters, dump_yaml
@@ -22,7 +19,8 @@ from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
 from stickslip_ros.ros.client import Handshake
 from stickslip_ros.ros.executable import stay_on_this_host
-from stickslip_ros.testing.operator import Operator
+from stickslip_ros.testing.isolation import open_context
+from stickslip_ros.testing.operator import Operator, deep_queues
 from stickslip_ros.units import NANO
 
 FREQUENCY_HZ = 500.0
@@ -37,8 +35,6 @@ END_TIMEOUT_S = 20.0
 DOMAINS = 100
 UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
 """What rclpy warns of when an answer meets nobody; the operator then asks again."""
-POSITIONS_KEPT = 10_000
-"""Positions that the node keeps for an operator whom other processes hold up: 10 s of them."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +133,7 @@ def run_demo(
     settings.write_text(dump_yaml(parameters, 'Parameters of the demo.'), encoding='utf-8')
     domain = int(os.environ.get('ROS_DOMAIN_ID') or 1 + os.getpid() % DOMAINS)
     say('starting the drive, a process of its own')
-    with drive_process(settings, domain) as process, operator(domain) as stand:
+    with drive_process(settings, domain) as process, _operator(domain) as stand:
         await_start(stand, process)
         stand.wait_for_drive()
         say(f'commanding it: {STEPS} steps, a voltage ramp, a load')
@@ -176,7 +172,8 @@ def drive_process(settings: Path, domain: int) -> Iterator[subprocess.Popen[byte
     """Run the node in a process of its own; it is ended with the context, and in its own way."""
     command = [sys.executable, '-W', UNANSWERED, '-m', 'stickslip_ros.ros.node']
     command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
-    command += ['-p', f'qos_overrides./position.publisher.depth:={POSITIONS_KEPT}']
+    for name, depth in deep_queues('position').items():  # an operator may be held up for long
+        command += ['-p', f'{name}:={depth}']
     environment = {**os.environ, 'ROS_DOMAIN_ID': str(domain)}
     process = subprocess.Popen(command, env=environment)
     try:
@@ -191,10 +188,8 @@ def drive_process(settings: Path, domain: int) -> Iterator[subprocess.Popen[byte
 
 
 @contextmanager
-def operator(domain: int) -> Iterator[Operator]:
-    """Give an operator in a context of its own."""
-    context = Context()
-    rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+def _operator(domain: int) -> Iterator[Operator]:
+    context = open_context(domain)
     stand = Operator(context)
     try:
         yield stand
@@ -212,18 +207,18 @@ def _session(stand: Operator, parameters: Parameters) -> dict[str, int]:
     amplifier = parameters.amplifier
     range_v = amplifier.voltage_max - amplifier.voltage_min
     stand.spin_for(PAUSE_S)
-    stand.command_sawtooth(range_v, FREQUENCY_HZ, STEPS)
+    stand.command('sawtooth', (range_v, FREQUENCY_HZ, STEPS))
     burst = stand.wait_for_event('sawtooth', len(stand.events))
     marks = {'steps': burst['steps'], 'burst_end_ns': burst['time_ns']}
     stand.spin_for(PAUSE_S)
     for share in RAMP_SHARES:
-        stand.command_voltage(amplifier.voltage_min + 0.5 * share * range_v)
+        stand.command('voltage', amplifier.voltage_min + 0.5 * share * range_v)
         stand.wait_for_event('voltage', len(stand.events))
         stand.spin_for(LEVEL_S)
     stand.spin_for(PAUSE_S)
-    stand.command_load(LOAD_N)
+    stand.command('load', LOAD_N)
     stand.spin_for(LOAD_S)
-    stand.command_load(0.0)
+    stand.command('load', 0.0)
     stand.spin_for(LOAD_S)
     stand.set_recording(wanted=False)
     marks.update({f'seen {key}': stand.received[key] for key in recorded_channels(parameters)})

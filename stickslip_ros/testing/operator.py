@@ -2,25 +2,27 @@
 
 import json
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from time import monotonic
 from typing import Any
 
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import Log
 from rcl_interfaces.srv import SetParameters
 from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy
 from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
-from stickslip_ros.ros.client import Handshake
+from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, TOPICS, Topic
+from stickslip_ros.ros.client import Handshake, command_topic, stamp_ns
 from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.requests import to_message
@@ -29,6 +31,26 @@ from stickslip_ros.units import NS_PER_S
 
 TIMEOUT_S = 30.0
 LISTEN_DEPTH = 10_000
+TRANSITIONS = {
+    'configure': Transition.TRANSITION_CONFIGURE,
+    'cleanup': Transition.TRANSITION_CLEANUP,
+    'activate': Transition.TRANSITION_ACTIVATE,
+    'deactivate': Transition.TRANSITION_DEACTIVATE,
+    'shutdown unconfigured': Transition.TRANSITION_UNCONFIGURED_SHUTDOWN,
+    'shutdown inactive': Transition.TRANSITION_INACTIVE_SHUTDOWN,
+    'shutdown active': Transition.TRANSITION_ACTIVE_SHUTDOWN,
+}
+
+
+def deep_queues(*topics: str) -> dict[str, int]:
+    """
+    Return parameters with which a drive keeps all that an operator hears of some topics.
+
+    By default a hundred messages wait for whoever listens: on a machine that is busy a tenth of
+    a second may pass in which DDS delivers nothing, and there is a hole.
+
+    """
+    return {f'qos_overrides./{topic}.publisher.depth': LISTEN_DEPTH for topic in topics}
 
 
 class Operator:
@@ -41,8 +63,6 @@ class Operator:
         An initialised rclpy context.
     drive_name : str
         Name of the drive's node.
-    keep : bool
-        Whether readings are kept in ``positions``; counts and events always are.
 
     Attributes
     ----------
@@ -60,12 +80,12 @@ class Operator:
         Last ``~/info``.
     diagnostics : list of dict
         Decoded ``/diagnostics`` messages: values by the name of the part.
+    check : callable
+        Called before every message that is waited for; may raise what ends the wait.
 
     """
 
-    def __init__(
-        self, context: Context, drive_name: str = NODE_NAME, *, keep: bool = True
-    ) -> None:
+    def __init__(self, context: Context, drive_name: str = NODE_NAME) -> None:
         self.node = Node('operator', context=context)
         self.received: Counter[str] = Counter()
         self.positions: dict[int, float] = {}
@@ -74,6 +94,7 @@ class Operator:
         self.status: int | None = None
         self.info: dict[str, Any] = {}
         self.diagnostics: list[dict[str, dict[str, str]]] = []
+        self.check: Callable[[], None] = heed_stop
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
         self._drive = drive_name
@@ -84,57 +105,38 @@ class Operator:
             )
             for topic in COMMANDS
         }
-        self._commands = {topic.request: topic for topic in COMMANDS}
         takers: dict[str, Callable[[Any], None]] = {
             'event': lambda message: self.events.append(json.loads(message.data)),
             'request': lambda message: self.requests.append(json.loads(message.data)),
-            'status': self._on_status,
-            'info': self._on_info,
-            'diagnostics': self._on_diagnostics,
+            'status': self._take_status,
+            'info': self._take_info,
+            'diagnostics': self._take_diagnostics,
+            'position': self._take_position,
         }
-        if keep:
-            takers['position'] = self._on_position
         self._subscriptions = {
-            topic.key: self._listen(topic, takers.get(topic.key)) for topic in READINGS
+            topic.key: self._subscribe(topic, partial(self._take, topic.key, takers))
+            for topic in READINGS
         }
-        self._needed = [
-            *(self._subscriptions[topic.key] for topic in READINGS if not topic.switch),
-            *(self._publishers[topic.key] for topic in COMMANDS if not topic.switch),
-        ]
 
-    def _listen(self, topic: Topic, taker: Callable[[Any], None] | None) -> Any:
-        profile = to_profile(topic.qos)
-        if profile.durability == DurabilityPolicy.VOLATILE:
-            profile.depth = LISTEN_DEPTH
-        name = topic.name.replace('~', self._drive)
-        message_type = MESSAGE_TYPES[topic.type_name]
-        callback = partial(self._take, topic.key, taker)
-        return self.node.create_subscription(message_type, name, callback, profile)
+    def add_node(self, node: Node) -> None:
+        """Handle the messages of another node, such as a controller, whenever this one waits."""
+        self._executor.add_node(node)
 
     def spin_until(
         self, condition: Callable[[], bool], what: str, timeout_s: float = TIMEOUT_S
     ) -> None:
         """
-        Handle messages until a condition holds.
-
-        Parameters
-        ----------
-        condition : callable
-            Tested after every message.
-        what : str
-            What is waited for, for the message.
-        timeout_s : float
-            Longest wait, s.
+        Handle messages until a condition holds, which is tested after every one.
 
         Raises
         ------
         StickSlipError
-            If the condition does not come true in time.
+            If it does not come true in time; ``what`` was waited for.
 
         """
         end_s = monotonic() + timeout_s
         while not condition():
-            heed_stop()
+            self.check()
             if monotonic() > end_s:
                 raise StickSlipError(f'{what} did not come within {timeout_s:g} s')
             self._executor.spin_once(timeout_sec=0.05)
@@ -152,7 +154,7 @@ class Operator:
 
     def wait_for_topics(self, timeout_s: float = TIMEOUT_S) -> None:
         """Wait until every topic is connected, both ways, that a drive has in any case."""
-        self.spin_until(lambda: all(map(_is_matched, self._needed)), 'the drive', timeout_s)
+        self.spin_until(self._is_connected, 'the drive', timeout_s)
         self.shake_hands(timeout_s)
 
     def shake_hands(self, timeout_s: float = TIMEOUT_S) -> None:
@@ -160,9 +162,6 @@ class Operator:
         handshake = Handshake(self.node, self._drive)
         self.spin_until(handshake.is_done, 'an answer of the drive', timeout_s)
         handshake.close()
-
-    def _is_heard(self) -> bool:
-        return self.status is not None and self.received['position'] > 0
 
     def command(self, name: str, value: Any) -> None:
         """
@@ -173,51 +172,18 @@ class Operator:
         name : str
             What follows ``command/`` in the name of its topic.
         value : float, int or sequence of float
-            See `to_message`.
+            Its number or numbers in SI units, in the order of docs/interface.md: ``('voltage',
+            150.0)``, ``('sawtooth', (300.0, 500.0, 10.0))``, ``('waveform', rows)``.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such command.
 
         """
-        topic = self._commands[name]
-        self._send(topic.key, to_message(topic, value))
-
-    def command_voltage(self, voltage_v: float) -> None:
-        """Ask for a direct piezo voltage."""
-        self.command('voltage', voltage_v)
-
-    def command_preload(self, preload_n: float) -> None:
-        """Ask for another preload, N."""
-        self.command('preload', preload_n)
-
-    def command_sawtooth(self, *values: float) -> None:
-        """Ask for a saw-tooth: amplitude (V), frequency (Hz), steps."""
-        self.command('sawtooth', values)
-
-    def command_steps(self, steps: int) -> None:
-        """Ask for a signed number of steps."""
-        self.command('steps', steps)
-
-    def command_jog(self, frequency_hz: float) -> None:
-        """Ask for steps per second, until the watchdog or another command ends them."""
-        self.command('jog', frequency_hz)
-
-    def command_waveform(self, rows: Sequence[tuple[float, float]]) -> None:
-        """Ask for a wave: rows of time (s) and voltage (V)."""
-        self.command('waveform', rows)
-
-    def command_position(self, position_m: float) -> None:
-        """Ask for a position reading in closed loop, m."""
-        self.command('position', position_m)
-
-    def command_load(self, force_n: float) -> None:
-        """Ask for an external force on the runner, N."""
-        self.command('load', force_n)
-
-    def grant(self, until_s: float, commands: int) -> None:
-        """Let a drive in lockstep go on to a simulated time, once so many commands came."""
-        self.command('grant', (until_s, commands))
-
-    def _send(self, key: str, message: Any) -> None:
-        self._publishers[key].publish(message)
-        self.received[key] += 1
+        topic = command_topic(name)
+        self._publishers[topic.key].publish(to_message(topic, value))
+        self.received[topic.key] += 1
 
     def wait_for_event(self, command: str, after: int, timeout_s: float = TIMEOUT_S) -> Any:
         """Wait for the end of a command, ignoring the first ``after`` events; return the event."""
@@ -228,13 +194,30 @@ class Operator:
         self.spin_until(lambda: bool(found()), f'the end of {command}', timeout_s)
         return found()[0]
 
+    def listen(self, key: str) -> list[Any]:
+        """Collect the messages of a topic, by its key, that come from now on."""
+        [topic] = [each for each in TOPICS if each.key == key]
+        heard: list[Any] = []
+        self._subscribe(topic, heard.append)
+        return heard
+
+    def listen_to_log(self) -> list[str]:
+        """Collect what all nodes write into their logs from now on."""
+        lines: list[str] = []
+
+        def take(entry: Any) -> None:
+            lines.append(entry.msg)
+
+        self.node.create_subscription(Log, '/rosout', take, LISTEN_DEPTH)
+        return lines
+
     def trigger(self, name: str) -> Any:
         """Call a Trigger service of the drive (``stop``, ``reset``); return its answer."""
-        return self._call(Trigger, name, Trigger.Request())
+        return self.call(Trigger, name, Trigger.Request())
 
     def switch(self, name: str, wanted: bool) -> Any:
         """Call a SetBool service of the drive (``set_paused``); return its answer."""
-        return self._call(SetBool, name, SetBool.Request(data=wanted))
+        return self.call(SetBool, name, SetBool.Request(data=wanted))
 
     def set_recording(self, wanted: bool) -> Any:
         """Start or end the recording; return the service's answer."""
@@ -244,11 +227,26 @@ class Operator:
         """Set a parameter of the drive, such as a fault; return the result."""
         parameter = Parameter(name, value=value).to_parameter_msg()
         request = SetParameters.Request(parameters=[parameter])
-        return self._call(SetParameters, 'set_parameters', request).results[0]
+        return self.call(SetParameters, 'set_parameters', request).results[0]
+
+    def change_state(self, transition: str) -> bool:
+        """Ask for one of TRANSITIONS as a lifecycle manager does; return whether it was made."""
+        request = ChangeState.Request(transition=Transition(id=TRANSITIONS[transition]))
+        return bool(self.call(ChangeState, 'change_state', request).success)
+
+    def state(self) -> str:
+        """Ask for the present state of the drive's lifecycle."""
+        return str(self.call(GetState, 'get_state', GetState.Request()).current_state.label)
+
+    def call(self, service_type: Any, name: str, request: Any) -> Any:
+        """Call a service of the drive; return its answer."""
+        future = self.ask(service_type, name, request)
+        self.spin_until(future.done, f'answer of {name}')
+        return future.result()
 
     def ask(self, service_type: Any, name: str, request: Any) -> Future:
         """
-        Call a service of the drive, and return what will hold its answer.
+        Call a service of the drive; return what will hold its answer.
 
         Before a service is first called, hands are shaken: DDS drops an answer to a client that
         the drive does not know yet.
@@ -263,38 +261,42 @@ class Operator:
             self.shake_hands()
         return client.call_async(request)
 
-    def _call(self, service_type: Any, name: str, request: Any) -> Any:
-        future = self.ask(service_type, name, request)
-        self.spin_until(future.done, f'answer of {name}')
-        return future.result()
-
     def close(self) -> None:
         """Leave the stand."""
         end_node(self._executor, self.node)
 
-    def _take(self, key: str, taker: Callable[[Any], None] | None, message: Any) -> None:
+    def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> Any:
+        profile = to_profile(topic.qos)
+        if profile.durability == DurabilityPolicy.VOLATILE:
+            profile.depth = LISTEN_DEPTH
+        name = topic.name.replace('~', self._drive)
+        message_type = MESSAGE_TYPES[topic.type_name]
+        return self.node.create_subscription(message_type, name, callback, profile)
+
+    def _is_connected(self) -> bool:
+        heard = (self._subscriptions[topic.key] for topic in READINGS if not topic.switch)
+        obeyed = (self._publishers[topic.key] for topic in COMMANDS if not topic.switch)
+        return all(each.get_publisher_count() for each in heard) and all(
+            each.get_subscription_count() for each in obeyed
+        )
+
+    def _is_heard(self) -> bool:
+        return self.status is not None and self.received['position'] > 0
+
+    def _take(self, key: str, takers: dict[str, Callable[[Any], None]], message: Any) -> None:
         self.received[key] += 1
-        if taker is not None:
-            taker(message)
+        if key in takers:
+            takers[key](message)
 
-    def _on_position(self, message: Any) -> None:
-        stamp = message.header.stamp
-        time_ns = stamp.sec * NS_PER_S + stamp.nanosec
-        self.positions[time_ns] = message.point.x
+    def _take_position(self, message: Any) -> None:
+        self.positions[stamp_ns(message)] = message.point.x
 
-    def _on_status(self, message: Any) -> None:
+    def _take_status(self, message: Any) -> None:
         self.status = message.data
 
-    def _on_info(self, message: Any) -> None:
+    def _take_info(self, message: Any) -> None:
         self.info = json.loads(message.data)
 
-    def _on_diagnostics(self, message: Any) -> None:
+    def _take_diagnostics(self, message: Any) -> None:
         parts = {part.name: {v.key: v.value for v in part.values} for part in message.status}
         self.diagnostics.append(parts)
-
-
-def _is_matched(endpoint: Any) -> bool:
-    """Tell whether a publisher or a subscription has found its other end."""
-    if isinstance(endpoint, Publisher):
-        return bool(endpoint.get_subscription_count())
-    return bool(endpoint.get_publisher_count())

@@ -5,11 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import rclpy
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.parameters import Parameters
@@ -19,6 +17,7 @@ from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.ros.position_controller import PositionController
 from stickslip_ros.stopping import heed_stop
+from stickslip_ros.testing.isolation import open_context
 
 TARGETS_M = (100e-9, 1e-6, 10e-6, 100e-6)
 LOAD_N = 0.05
@@ -177,8 +176,7 @@ def run_positioning(
         }
     )
     stay_on_this_host()
-    context = Context()
-    rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    context = open_context()
     try:
         return _run(stand, ScriptedController(targets_m, load_n, stand, context=context), context)
     finally:

@@ -28,14 +28,14 @@ TIMEOUT_S = 280.0
 
 
 @pytest.fixture(scope='module')
-def environment(tmp_path_factory: pytest.TempPathFactory, domain: int) -> dict[str, str]:
+def environment(tmp_path_factory: pytest.TempPathFactory, ros_domain: int) -> dict[str, str]:
     """Give an environment whose kernel cache is empty at first."""
     folder = tmp_path_factory.mktemp('cold')
     return {
         **os.environ,
         'NUMBA_CACHE_DIR': str(folder / 'cache'),
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(60 + domain),
+        'ROS_DOMAIN_ID': str(60 + ros_domain),
         'ROS_LOG_DIR': str(folder / 'log'),
     }
 

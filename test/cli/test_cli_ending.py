@@ -132,13 +132,13 @@ def folder(tmp_path: Path) -> Path:
 
 
 def stopped(
-    words: list[str], folder: Path, reached: Reached, number: signal.Signals, domain: int
+    words: list[str], folder: Path, reached: Reached, number: signal.Signals, ros_domain: int
 ) -> tuple[int, str]:
     """Start a verb, send it a signal twice at a moment; return its status and its errors."""
     environment = {
         **os.environ,
         'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
-        'ROS_DOMAIN_ID': str(domain),
+        'ROS_DOMAIN_ID': str(ros_domain),
         'ROS_LOG_DIR': str(folder / 'log'),
     }
     alone = [STRIKE, str(int(number)), str(PATIENCE_S)]
@@ -167,11 +167,11 @@ NAMES = [f'{place} {words[0]}' for place, (words, _) in enumerate(MOMENTS)]
 @pytest.mark.usefixtures('compiled_kernels')
 @pytest.mark.parametrize('place', range(len(MOMENTS)), ids=NAMES)
 def test_a_stopped_verb_ends_in_one_line_and_leaves_whole_files(
-    place: int, folder: Path, domain: int
+    place: int, folder: Path, ros_domain: int
 ):
     words, reached = MOMENTS[place]
     number = (signal.SIGINT, signal.SIGTERM)[place % 2]
-    status, errors = stopped(words, folder, reached, number, domain)
+    status, errors = stopped(words, folder, reached, number, ros_domain)
     *before, last = errors.splitlines()
     assert last.startswith('stickslip: ')
     assert not [line for line in before if not line.startswith(PROGRESS)]

@@ -8,11 +8,11 @@ from types import FrameType
 from typing import Any
 
 import pytest
-from contexts import open_context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from stickslip_ros.ros.ending import Ending, spin_until
+from stickslip_ros.testing import open_context
 
 END_TIMEOUT_S = 20.0
 
@@ -43,8 +43,8 @@ def test_a_signal_between_any_two_lines_of_an_ending_ends_it(method: str):
 
 
 @pytest.fixture
-def node(domain: int) -> Iterator[Node]:
-    context = open_context(domain, '')
+def node(ros_domain: int) -> Iterator[Node]:
+    context = open_context(ros_domain)
     yield Node('spun', context=context)
     context.try_shutdown()
 

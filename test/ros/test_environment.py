@@ -45,16 +45,16 @@ def udp_sockets(pid: int) -> list[tuple[str, int]]:
 
 @pytest.mark.parametrize('is_closed', [False, True], ids=['as it is', 'with the profile'])
 def test_the_profile_binds_the_ports_of_the_domain_to_this_host(
-    start: Callable, meet: Callable, domain: int, is_closed: bool
+    start: Callable, meet: Callable, ros_domain: int, is_closed: bool
 ):
     names = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')  # Jazzy, Kilted
     words = [f'{name}={PROFILE}' for name in names] if is_closed else []
     process = start('env', *words, *DRIVE)
     operator = meet()  # has no profile, and hears the drive
-    first = FIRST_PORT + PORTS_PER_DOMAIN * domain
+    first = FIRST_PORT + PORTS_PER_DOMAIN * ros_domain
     of_domain = range(first, first + PORTS_PER_DOMAIN)
     addresses = {address for address, port in udp_sockets(process.pid) if port in of_domain}
     assert addresses == {'0100007F' if is_closed else EVERYWHERE}
-    operator.command_voltage(50.0)
+    operator.command('voltage', 50.0)
     assert operator.wait_for_event('voltage', 0)['result'] == 'DONE'
     assert end(process, signal.SIGINT)[0] == 0

@@ -34,7 +34,7 @@ class Way:
 
 
 def step_and_wait(operator: Any) -> None:
-    operator.command_sawtooth(*BURST)
+    operator.command('sawtooth', BURST)
     operator.wait_for_event('sawtooth', 0)
 
 
@@ -51,7 +51,7 @@ def clear(operator: Any) -> Any:
 
 
 def next_move(operator: Any) -> None:
-    operator.command_voltage(0.0)
+    operator.command('voltage', 0.0)
 
 
 def break_down(name: str, value: Any) -> Act:
@@ -93,9 +93,9 @@ BITS = {
 
 
 @pytest.mark.parametrize('bit', list(Status), ids=lambda bit: bit.name)
-def test_a_bit_is_set_and_cleared_on_the_topic(launch: Callable[..., Any], bit: Status):
+def test_a_bit_is_set_and_cleared_on_the_topic(start_drive: Callable, bit: Status):
     way = BITS[bit]
-    stand = launch(dict(way.given))
+    stand = start_drive(dict(way.given))
     operator = stand.operator
 
     def is_as_in_idle() -> bool:
@@ -113,7 +113,7 @@ def test_every_bit_has_its_way():
 
 
 def abort(operator: Any) -> None:
-    operator.command_sawtooth(*ENDLESS)
+    operator.command('sawtooth', ENDLESS)
     operator.spin_until(lambda: bool(operator.status & Status.MOVING), 'the move')
     stop(operator)
 
@@ -140,9 +140,9 @@ ELSEWHERE = {Result.RECORDING_FAILED, Result.DRIVE_FAILED}
 
 
 @pytest.mark.parametrize('result', list(RESULTS), ids=lambda result: result.name)
-def test_a_result_is_told_with_its_reason_and_status(launch: Callable[..., Any], result: Result):
+def test_a_result_is_told_with_its_reason_and_status(start_drive: Callable, result: Result):
     command, act, given = RESULTS[result]
-    stand = launch(dict(given))
+    stand = start_drive(dict(given))
     operator = stand.operator
     act(operator)
     event = operator.wait_for_event(command, 0)
@@ -161,17 +161,17 @@ def test_every_result_has_its_way():
 
 
 def test_a_target_beyond_a_soft_limit_is_refused_with_the_result_of_the_limit(
-    launch: Callable[..., Any],
+    start_drive: Callable,
 ):
-    stand = launch(CONFINED)
-    stand.operator.command_position(2e-6)
+    stand = start_drive(CONFINED)
+    stand.operator.command('position', 2e-6)
     event = stand.operator.wait_for_event('position', 0)
     assert event['result'] == Result.RANGE_LIMIT_REACHED.value
     stand.operator.spin_until(lambda: stand.operator.status == IDLE | Status.REFUSED, 'the bit')
 
 
-def test_a_command_that_a_reset_overtakes_is_told_as_aborted(launch: Callable[..., Any]):
-    stand = launch({'fault.command_delay': 10.0})
+def test_a_command_that_a_reset_overtakes_is_told_as_aborted(start_drive: Callable):
+    stand = start_drive({'fault.command_delay': 10.0})
     operator = stand.operator
     for name in ('voltage', 'load'):
         operator.command(name, 0.1)
@@ -187,7 +187,7 @@ def test_a_command_that_a_reset_overtakes_is_told_as_aborted(launch: Callable[..
 def test_a_jog_has_one_event_however_often_it_is_renewed(stand: Any):
     operator = stand.operator
     for frequency_hz in (500.0, 500.0, 0.0):
-        operator.command_jog(frequency_hz)
+        operator.command('jog', frequency_hz)
     operator.wait_for_event('jog', 0)
     stop(operator)
     operator.wait_for_event('stop', 0)

@@ -39,9 +39,9 @@ MOVED = [name for name in NAMES if name != 'grant']
 
 @pytest.mark.parametrize('name', MOVED)
 def test_a_bad_command_is_refused_and_the_next_good_one_is_carried_out(
-    launch: Callable[..., Any], name: str
+    start_drive: Callable, name: str
 ):
-    stand = launch({'load_cell.contact': 'absent', 'runner.damping': 5.0})
+    stand = start_drive({'load_cell.contact': 'absent', 'runner.damping': 5.0})
     operator = stand.operator
     operator.command(name, BAD[name])
     refused = operator.wait_for_event(name, 0)
@@ -54,8 +54,10 @@ def test_a_bad_command_is_refused_and_the_next_good_one_is_carried_out(
     operator.spin_until(lambda: not operator.status & Status.REFUSED, 'the good command')
 
 
-def test_a_bad_grant_is_refused_and_the_next_good_one_is_carried_out(launch: Callable[..., Any]):
-    stand = launch(LOCKSTEP, wait=False)
+def test_a_bad_grant_is_refused_and_the_next_good_one_is_carried_out(
+    start_drive: Callable,
+):
+    stand = start_drive(LOCKSTEP, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
     operator.command('grant', BAD['grant'])
@@ -96,7 +98,7 @@ def referenced(stand: Any, name: str) -> None:
 
 def tared(stand: Any, name: str) -> None:
     still(stand, name)
-    forces = stand.listen('force')
+    forces = stand.operator.listen('force')
     stand.operator.spin_until(lambda: bool(forces), 'a force')
     assert abs(forces[-1].wrench.force.x) < 0.5
 
@@ -146,11 +148,11 @@ def call(stand: Any, name: str) -> Any:
 
 
 @pytest.mark.parametrize('name', SERVICE_NAMES)
-def test_a_service_does_what_it_is_for(launch: Callable[..., Any], name: str):
-    stand = launch({'fault.load_cell_offset': 1.0})
+def test_a_service_does_what_it_is_for(start_drive: Callable, name: str):
+    stand = start_drive({'fault.load_cell_offset': 1.0})
     operator = stand.operator
-    operator.command_load(0.1)
-    operator.command_sawtooth(300.0, 1000.0, 0.0)
+    operator.command('load', 0.1)
+    operator.command('sawtooth', (300.0, 1000.0, 0.0))
     busy = Status.MOVING | Status.LOADED | Status.FAULT
     operator.spin_until(lambda: operator.status & busy == busy, 'a busy drive')
     if name == 'step_simulation':
@@ -161,7 +163,7 @@ def test_a_service_does_what_it_is_for(launch: Callable[..., Any], name: str):
 
 
 def test_every_service_of_an_inactive_drive_is_refused_with_its_state(manual: Any):
-    manual.change_state('configure')
+    manual.operator.change_state('configure')
     why = 'refused: the node is inactive, not active; activate it first'
     for name in SERVICE_NAMES:
         answer = call(manual, name)
@@ -178,8 +180,8 @@ def test_every_service_has_its_witness():
     assert WITNESSES.keys() == set(SERVICE_NAMES)
 
 
-def test_every_published_topic_is_heard(launch: Callable[..., Any]):
-    stand = launch({'sim.publish_truth': True, 'sim.publish_clock': True})
+def test_every_published_topic_is_heard(start_drive: Callable):
+    stand = start_drive({'sim.publish_truth': True, 'sim.publish_clock': True})
     operator = stand.operator
     assert operator.trigger('stop').success
     operator.spin_until(

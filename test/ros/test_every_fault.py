@@ -26,7 +26,7 @@ def way_of_steps(stand: Any) -> float:
     operator = stand.operator
     assert operator.trigger('reset').success
     seen = len(operator.events)
-    operator.command_sawtooth(*BURST)
+    operator.command('sawtooth', BURST)
     done_ns = operator.wait_for_event('sawtooth', seen)['time_ns']
     operator.spin_until(lambda: max(operator.positions) > done_ns + 5_000_000, 'rest')
     return float(operator.positions[max(operator.positions)])
@@ -46,7 +46,7 @@ def reads_a_jump(stand: Any) -> None:
 
 def force_when(condition: Callable[[float], bool]) -> Callable[[Any], None]:
     def see(stand: Any) -> None:
-        heard = stand.listen('force')
+        heard = stand.operator.listen('force')
         stand.operator.spin_until(
             lambda: bool(heard) and condition(heard[-1].wrench.force.x), 'the force'
         )
@@ -71,7 +71,7 @@ def stands_still(stand: Any) -> None:
 
 
 def is_slow_to_obey(stand: Any) -> None:
-    stand.operator.command_load(0.1)
+    stand.operator.command('load', 0.1)
     stand.operator.spin_until(
         lambda: bool(stand.operator.status & Status.MOVE_DELAYED), 'the delay'
     )
@@ -112,9 +112,9 @@ def clear(stand: Any) -> None:
 
 
 @pytest.mark.parametrize('name', FAULTS)
-def test_a_fault_is_refused_shown_at_once_felt_and_cleared(launch: Callable[..., Any], name: str):
+def test_a_fault_is_refused_shown_at_once_felt_and_cleared(start_drive: Callable, name: str):
     value, bad, is_felt = CASES[name]
-    stand = launch(FREE)
+    stand = start_drive(FREE)
     assert not stand.operator.set_parameter(name, bad).successful
     show(stand, name, value)
     clear(stand)
@@ -124,24 +124,24 @@ def test_a_fault_is_refused_shown_at_once_felt_and_cleared(launch: Callable[...,
     assert stand.drive.get_parameter(name).value == specs()[name].default
 
 
-def test_the_sound_drive_goes_the_way_that_faults_change(launch: Callable[..., Any]):
-    assert way_of_steps(launch(FREE)) > 2.0 * STOOD_M
+def test_the_sound_drive_goes_the_way_that_faults_change(start_drive: Callable):
+    assert way_of_steps(start_drive(FREE)) > 2.0 * STOOD_M
 
 
-def test_every_fault_comes_and_goes_by_schedule(launch: Callable[..., Any], tmp_path: Path):
+def test_every_fault_comes_and_goes_by_schedule(start_drive: Callable, tmp_path: Path):
     path = tmp_path / 'faults.yaml'
     entries = [
         {'at': 0.01 * (number + 1), 'set': {name: CASES[name][0]}}
         for number, name in enumerate(FAULTS)
     ]
     path.write_text(json.dumps([*entries, {'at': 0.2, 'clear': True}]))
-    stand = launch({'sim.lockstep': True, 'fault.schedule': str(path)}, wait=False)
+    stand = start_drive({'sim.lockstep': True, 'fault.schedule': str(path)}, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
     # The run is over in a moment: the drive must know who listens before it begins.
     notes = stand.drive._topics._offered['request']
     operator.spin_until(lambda: notes.get_subscription_count() > 0, 'the connection')
-    operator.grant(0.3, 0)
+    operator.command('grant', (0.3, 0))
     operator.spin_until(lambda: len(operator.requests) > len(FAULTS), 'the schedule')
     told = [each['settings'] for each in operator.requests]
     assert told == [{name: CASES[name][0]} for name in FAULTS] + [{}]
@@ -154,7 +154,7 @@ def test_every_fault_comes_and_goes_by_schedule(launch: Callable[..., Any], tmp_
 @pytest.mark.parametrize('sensor', [name for name in FAULTS if 'freeze' in specs()[name].choices])
 def test_a_frozen_reading_stands_still_until_it_is_cleared(stand: Any, sensor: str):
     key = {'fault.interferometer': 'position', 'fault.load_cell': 'force'}[sensor]
-    heard = stand.listen(key)
+    heard = stand.operator.listen(key)
 
     def last() -> set[float]:
         return {

@@ -55,15 +55,15 @@ def numbers_of(message: Any) -> Any:
 def run(stand: Any, commands: tuple[Any, ...], folder: Path) -> dict[str, list[Any]]:
     """Run a drive in lockstep to the end; give all that it said, topic by topic."""
     operator = stand.operator
-    heard = {key: stand.listen(key) for key in TOPICS}
+    heard = {key: stand.operator.listen(key) for key in TOPICS}
     operator.wait_for_topics()
     for name, value in commands:
         operator.command(name, value)
-    operator.grant(END_S, len(commands))
+    operator.command('grant', (END_S, len(commands)))
     blocks = round(END_S / BLOCK_S)
     operator.spin_until(lambda: len(heard['position']) >= blocks, 'the run')
-    operator.command_load(0.0)  # its event comes after those of the run
-    operator.grant(END_S + BLOCK_S, len(commands) + 1)
+    operator.command('load', 0.0)  # its event comes after those of the run
+    operator.command('grant', (END_S + BLOCK_S, len(commands) + 1))
     operator.wait_for_event('load', 0)
     traces = stand.drive.session.parameters.trace.period
     operator.spin_until(
@@ -83,13 +83,13 @@ def run(stand: Any, commands: tuple[Any, ...], folder: Path) -> dict[str, list[A
 
 
 @pytest.fixture
-def said(launch: Callable[..., Any], tmp_path: Path) -> Callable[..., dict[str, list[Any]]]:
+def said(start_drive: Callable, tmp_path: Path) -> Callable[..., dict[str, list[Any]]]:
     """Give a function that runs a drive of its own with parameters; what it said is returned."""
 
     def run_one(given: Mapping[str, Any], commands: tuple[Any, ...]) -> dict[str, list[Any]]:
         folder = tmp_path / str(len(list(tmp_path.iterdir())))
         folder.mkdir()
-        stand = launch(
+        stand = start_drive(
             {'sim.lockstep': True, 'record.directory': str(folder), **given}, wait=False
         )
         found = run(stand, commands, folder)
@@ -139,9 +139,9 @@ def beyond() -> Iterator[Any]:
 
 
 @pytest.fixture(scope='module')
-def context(domain: int) -> Iterator[Context]:
+def context(ros_domain: int) -> Iterator[Context]:
     context = Context()
-    rclpy.init(context=context, domain_id=domain)
+    rclpy.init(context=context, domain_id=ros_domain)
     yield context
     context.try_shutdown()
 

@@ -16,9 +16,9 @@ INDENT_OF_GROUP, INDENT_OF_VALUE = 4, 6
 
 
 @pytest.fixture
-def context(domain: int) -> Iterator[Context]:
+def context(ros_domain: int) -> Iterator[Context]:
     context = Context()
-    rclpy.init(context=context, domain_id=domain)
+    rclpy.init(context=context, domain_id=ros_domain)
     yield context
     context.try_shutdown()
 

@@ -31,7 +31,7 @@ def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
     process = start(*DRIVE, '--ros-args', '-p', f'record.directory:={tmp_path}/runs')
     operator = meet()
     path = operator.set_recording(wanted=True).message
-    operator.command_sawtooth(300.0, 500.0, 0.0)
+    operator.command('sawtooth', (300.0, 500.0, 0.0))
     operator.spin_until(lambda: bool(operator.status & Status.MOVING), 'the move')
     operator.spin_for(0.3)  # a backlog of readings may count as time
     status, errors = end(process, *signals)

@@ -22,8 +22,8 @@ def test_nobody_answers_where_no_drive_is(stand: Any):
     handshake.close()
 
 
-def test_it_is_found_in_another_namespace(launch: Callable[..., Any]):
-    here, there = launch(), launch(namespace='/there')
+def test_it_is_found_in_another_namespace(start_drive: Callable):
+    here, there = start_drive(), start_drive(namespace='/there')
     handshake = Handshake(here.operator.node, '/there/stickslip_drive')
     here.operator.spin_until(handshake.is_done, 'an answer')
     assert handshake.is_done()

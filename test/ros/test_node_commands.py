@@ -15,12 +15,12 @@ FAST_JOG_HZ = 500.0
 NAN = math.nan
 
 
-def test_steps_are_counted_and_their_sign_is_the_direction(launch: Callable[..., Any]):
-    stand = launch({'amplifier.voltage_initial': 300.0})
+def test_steps_are_counted_and_their_sign_is_the_direction(start_drive: Callable):
+    stand = start_drive({'amplifier.voltage_initial': 300.0})
     operator = stand.operator
     for number, steps in enumerate((STEPS, -2 * STEPS)):
         before_m = stand.drive.session.bench.state.position_m
-        operator.command_steps(steps)
+        operator.command('steps', steps)
         event = operator.wait_for_event('steps', number)
         assert (event['result'], event['steps']) == ('DONE', abs(steps))
         moved_m = stand.drive.session.bench.state.position_m - before_m
@@ -28,24 +28,24 @@ def test_steps_are_counted_and_their_sign_is_the_direction(launch: Callable[...,
 
 
 def test_no_step_is_done_at_once(stand: Any):
-    stand.operator.command_steps(0)
+    stand.operator.command('steps', 0)
     event = stand.operator.wait_for_event('steps', 0)
     assert (event['result'], event['steps']) == ('DONE', 0)
 
 
 def test_jogging_goes_on_while_it_is_asked_for_and_ends_with_zero(stand: Any):
     operator = stand.operator
-    operator.command_jog(FAST_JOG_HZ)
+    operator.command('jog', FAST_JOG_HZ)
     operator.spin_until(lambda: stand.drive.session.bench.state.clock.cycle >= 3, 'three steps')
     assert operator.events == []
-    operator.command_jog(0.0)
+    operator.command('jog', 0.0)
     event = operator.wait_for_event('jog', 0)
     assert event['steps'] >= 3
 
 
-def test_jogging_ends_when_its_watchdog_hears_nothing(launch: Callable[..., Any]):
-    stand = launch({'jog.timeout': 0.05})
-    stand.operator.command_jog(FAST_JOG_HZ)
+def test_jogging_ends_when_its_watchdog_hears_nothing(start_drive: Callable):
+    stand = start_drive({'jog.timeout': 0.05})
+    stand.operator.command('jog', FAST_JOG_HZ)
     event = stand.operator.wait_for_event('jog', 0)
     assert event['message'].startswith('jog.timeout passed')
     assert event['steps'] == pytest.approx(0.05 * FAST_JOG_HZ, abs=1)
@@ -53,15 +53,15 @@ def test_jogging_ends_when_its_watchdog_hears_nothing(launch: Callable[..., Any]
 
 
 def test_a_waveform_is_played_once_to_its_last_voltage(stand: Any):
-    stand.operator.command_waveform(((0.0, 0.0), (0.01, 100.0), (0.02, 40.0)))
+    stand.operator.command('waveform', ((0.0, 0.0), (0.01, 100.0), (0.02, 40.0)))
     event = stand.operator.wait_for_event('waveform', 0)
     assert event['result'] == 'DONE'
     assert stand.drive.session.bench.state.voltage_v == pytest.approx(40.0)
 
 
-def test_a_target_is_reached_in_closed_loop(launch: Callable[..., Any]):
-    stand = launch({'load_cell.contact': 'absent'})
-    stand.operator.command_position(1e-6)
+def test_a_target_is_reached_in_closed_loop(start_drive: Callable):
+    stand = start_drive({'load_cell.contact': 'absent'})
+    stand.operator.command('position', 1e-6)
     event = stand.operator.wait_for_event('position', 0)
     assert event['result'] == 'DONE'
     positions = stand.operator.positions
@@ -116,5 +116,5 @@ def test_a_waveform_with_a_layout_of_other_columns_is_refused_and_counted(stand:
         'the refusal',
     )
     assert operator.events == []
-    operator.command_voltage(10.0)
+    operator.command('voltage', 10.0)
     assert operator.wait_for_event('voltage', 0)['number'] == 1

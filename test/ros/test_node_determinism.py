@@ -53,12 +53,12 @@ def plan_into(session: Session, path: Path) -> Any:
     return session.exchange_recording(None, end_ns)
 
 
-def run_on_the_node(launch: Callable[..., Any], path: Path, values: dict[str, Any]) -> bytes:
+def run_on_the_node(start_drive: Callable, path: Path, values: dict[str, Any]) -> bytes:
     """Record the plan with a node; give the file."""
-    stand = launch({'autostart': False, **FAST, **values}, wait=False)
-    assert stand.change_state('configure')
+    stand = start_drive({'autostart': False, **FAST, **values}, wait=False)
+    assert stand.operator.change_state('configure')
     ended = plan_into(stand.drive._session, path)
-    assert stand.change_state('activate')
+    assert stand.operator.change_state('activate')
     stand.operator.spin_until(ended.done, 'the end of the plan')
     ended.result().close()
     stand.close()
@@ -109,9 +109,9 @@ def metadata_of(path: Path) -> list[Metadata]:
 
 
 def test_two_runs_of_the_node_give_the_same_bytes_but_for_the_wall_clock(
-    launch: Callable[..., Any], tmp_path: Path
+    start_drive: Callable, tmp_path: Path
 ):
-    files = [run_on_the_node(launch, tmp_path / f'{n}.mcap', {}) for n in range(2)]
+    files = [run_on_the_node(start_drive, tmp_path / f'{n}.mcap', {}) for n in range(2)]
     assert files[0] != files[1]
     assert without_wall_time(files[0]) == without_wall_time(files[1])
     different = [
@@ -126,21 +126,21 @@ def test_two_runs_of_the_node_give_the_same_bytes_but_for_the_wall_clock(
 
 @pytest.mark.parametrize('block_s', [1e-3, 5e-3])
 def test_the_node_and_the_bench_alone_record_the_same_messages(
-    launch: Callable[..., Any], tmp_path: Path, block_s: float
+    start_drive: Callable, tmp_path: Path, block_s: float
 ):
     values = {'sim.block': block_s, 'trace.period': 0.02, 'record.directory': str(tmp_path)}
     node, bench = tmp_path / 'node.mcap', tmp_path / 'bench.mcap'
-    run_on_the_node(launch, node, values)
+    run_on_the_node(start_drive, node, values)
     run_on_the_bench(bench, {**values, 'autostart': False})
     seen = messages_of(node)
     assert len(seen) > 2 * 125e-3 / block_s
     assert seen == messages_of(bench)
 
 
-def test_the_pace_does_not_change_what_happens(launch: Callable[..., Any], tmp_path: Path):
+def test_the_pace_does_not_change_what_happens(start_drive: Callable, tmp_path: Path):
     fast, real = tmp_path / 'fast.mcap', tmp_path / 'real.mcap'
-    run_on_the_node(launch, fast, {})
-    run_on_the_node(launch, real, {'sim.real_time_factor': 2.0})
+    run_on_the_node(start_drive, fast, {})
+    run_on_the_node(start_drive, real, {'sim.real_time_factor': 2.0})
     info = '/stickslip_drive/info'  # it tells the pace
     assert [m for m in messages_of(fast) if m[0] != info] == [
         m for m in messages_of(real) if m[0] != info
@@ -165,16 +165,16 @@ def requests_of(path: Path) -> list[tuple[int, Request]]:
     return found
 
 
-def test_a_recorded_session_is_replayed_to_the_bit(launch: Callable[..., Any], tmp_path: Path):
+def test_a_recorded_session_is_replayed_to_the_bit(start_drive: Callable, tmp_path: Path):
     path = tmp_path / 'live.mcap'
-    stand = launch({'record.on_start': True, 'record.name': path.name})
+    stand = start_drive({'record.on_start': True, 'record.name': path.name})
     operator = stand.operator
-    operator.command_sawtooth(300.0, 1000.0, 0.0)
-    operator.command_load(0.1)
+    operator.command('sawtooth', (300.0, 1000.0, 0.0))
+    operator.command('load', 0.1)
     operator.wait_for_event('load', 0)
     operator.set_parameter('fault.interferometer_offset', 1e-9)
     operator.switch('set_paused', wanted=True)
-    operator.command_voltage(20.0)
+    operator.command('voltage', 20.0)
     operator.trigger('zero_position')
     operator.trigger('step_simulation')
     operator.switch('set_paused', wanted=False)
@@ -198,10 +198,10 @@ def test_a_recorded_session_is_replayed_to_the_bit(launch: Callable[..., Any], t
     assert len(replayed) > 20
 
 
-def test_another_seed_gives_other_readings(launch: Callable[..., Any], tmp_path: Path):
+def test_another_seed_gives_other_readings(start_drive: Callable, tmp_path: Path):
     one, other = tmp_path / 'one.mcap', tmp_path / 'other.mcap'
-    run_on_the_node(launch, one, {})
-    run_on_the_node(launch, other, {'sim.seed': 2})
+    run_on_the_node(start_drive, one, {})
+    run_on_the_node(start_drive, other, {'sim.seed': 2})
     assert [m for m in messages_of(one) if m[0] == '/position'] != [
         m for m in messages_of(other) if m[0] == '/position'
     ]

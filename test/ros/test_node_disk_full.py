@@ -10,16 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.context import Context
-from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover_run import recover
 from stickslip_ros.ros.interface import MESSAGE_TYPES
-from stickslip_ros.testing.operator import Operator
+from stickslip_ros.testing import Operator, open_context
 
 SIZE_BYTES = 1_000_000
 MAIN = (sys.executable, '-m', 'stickslip_ros.ros.node')
@@ -45,7 +42,9 @@ def small_disk(tmp_path: Path) -> Iterator[tuple[Path, tuple[str, ...]]]:
 
 
 @pytest.fixture
-def drive(small_disk: tuple[Path, tuple[str, ...]], domain: int, tmp_path: Path) -> Iterator[Any]:
+def drive(
+    small_disk: tuple[Path, tuple[str, ...]], ros_domain: int, tmp_path: Path
+) -> Iterator[Any]:
     """Start the executable; its folder ``runs`` is on the small disk."""
     folder, limit = small_disk
     (tmp_path / 'runs').symlink_to(folder)
@@ -53,7 +52,7 @@ def drive(small_disk: tuple[Path, tuple[str, ...]], domain: int, tmp_path: Path)
     words = [word for value in values for word in ('-p', value)]
     process = subprocess.Popen(
         [*limit, *MAIN, '--ros-args', *words],
-        env={**os.environ, 'ROS_DOMAIN_ID': str(domain)},
+        env={**os.environ, 'ROS_DOMAIN_ID': str(ros_domain)},
         cwd=tmp_path,
         stderr=subprocess.DEVNULL,
     )
@@ -68,10 +67,9 @@ def operator(drive: Any, open_operator: Callable[[], Operator]) -> Operator:
 
 
 @pytest.fixture
-def open_operator(domain: int) -> Iterator[Callable[[], Operator]]:
+def open_operator(ros_domain: int) -> Iterator[Callable[[], Operator]]:
     """Give a function that gives an operator of the drive in the other process."""
-    context = Context()
-    rclpy.init(context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+    context = open_context(ros_domain)
     met: list[Operator] = []
 
     def meet() -> Operator:

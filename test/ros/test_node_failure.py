@@ -75,8 +75,8 @@ def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(
     def fail(*_: object) -> None:
         raise error(WHY)
 
-    heard = stand.listen('diagnostics')
-    logged = stand.listen_to_log()
+    heard = stand.operator.listen('diagnostics')
+    logged = stand.operator.listen_to_log()
     operator = stand.operator
     path = operator.set_recording(wanted=True).message
     operator.spin_for(0.05)
@@ -84,20 +84,20 @@ def test_a_failed_drive_is_told_and_its_node_goes_back_to_unconfigured(
     event = operator.wait_for_event('drive', 0)
     assert (event['number'], event['result'], event['message']) == (0, 'DRIVE_FAILED', WHY)
     assert part_of(stand, heard, 'drive', DiagnosticStatus.ERROR).message == f'stopped: {WHY}'
-    operator.spin_until(lambda: stand.state() == 'unconfigured', 'the error transition')
+    operator.spin_until(lambda: stand.operator.state() == 'unconfigured', 'the error transition')
     operator.spin_until(lambda: f'the drive has stopped: {WHY}' in logged, 'the log')
     recording = Recording(path)
     assert {channel.gaps for channel in recording.channels} == {0}
     counts = {channel.topic: channel.messages for channel in recording.channels}
     assert counts['/stickslip_drive/event'] == 1
-    assert stand.change_state('configure')
-    assert stand.change_state('activate')
+    assert stand.operator.change_state('configure')
+    assert stand.operator.change_state('activate')
     operator.spin_until(lambda: stand.drive.session.bench.time_ns > 0, 'another tick')
 
 
 def test_a_block_that_takes_too_long_is_told_while_it_lasts(stand: Any):
-    heard = stand.listen('diagnostics')
-    logged = stand.listen_to_log()
+    heard = stand.operator.listen('diagnostics')
+    logged = stand.operator.listen_to_log()
     bench, may_go_on = stand.drive.session.bench, threading.Event()
     update = bench.update
 

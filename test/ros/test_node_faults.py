@@ -36,7 +36,7 @@ def written(tmp_path: Path, text: str) -> str:
 
 
 def test_a_fault_parameter_takes_effect_while_the_drive_runs(stand: Any):
-    operator, heard = stand.operator, stand.listen('diagnostics')
+    operator, heard = stand.operator, stand.operator.listen('diagnostics')
     wait_for_faults(stand, heard, 'none')
     assert operator.set_parameter('fault.interferometer', 'freeze').successful
     part = wait_for_faults(stand, heard, 'interferometer')
@@ -52,7 +52,7 @@ def test_a_fault_parameter_takes_effect_while_the_drive_runs(stand: Any):
 
 
 def test_a_fault_shows_at_once_and_not_with_the_next_report(stand: Any):
-    heard = stand.listen('diagnostics')
+    heard = stand.operator.listen('diagnostics')
     wait_for_faults(stand, heard, 'none')  # the report of this second is over
     for value in ('freeze', 'none', 'dropout'):
         heard.clear()
@@ -84,15 +84,17 @@ def test_a_bad_fault_is_refused_and_changes_nothing(
     assert [each['name'] for each in stand.operator.requests] == ['stop']
 
 
-def test_a_fault_given_at_the_start_is_there_from_the_start(launch: Callable[..., Any]):
-    stand = launch({'fault.runner_stuck': True, 'fault.dead_foot': 3})
+def test_a_fault_given_at_the_start_is_there_from_the_start(start_drive: Callable):
+    stand = start_drive({'fault.runner_stuck': True, 'fault.dead_foot': 3})
     assert stand.drive.session.worker.faults == {'dead_foot': 3, 'runner_stuck': True}
     assert stand.operator.status & Status.FAULT
     assert stand.operator.requests == []
 
 
-def test_clearing_ends_every_fault_and_the_parameters_tell_the_truth(launch: Callable[..., Any]):
-    stand = launch({'fault.runner_stuck': True})
+def test_clearing_ends_every_fault_and_the_parameters_tell_the_truth(
+    start_drive: Callable,
+):
+    stand = start_drive({'fault.runner_stuck': True})
     operator = stand.operator
     assert operator.set_parameter('fault.command_delay', 0.01).successful
     assert operator.trigger('clear_faults').success
@@ -106,9 +108,9 @@ def test_clearing_ends_every_fault_and_the_parameters_tell_the_truth(launch: Cal
 
 def test_a_fault_set_while_the_drive_is_inactive_holds_when_it_goes_on(stand: Any):
     session = stand.drive.session
-    stand.change_state('deactivate')
+    stand.operator.change_state('deactivate')
     assert stand.operator.set_parameter('fault.dead_foot', 2).successful
-    stand.change_state('activate')
+    stand.operator.change_state('activate')
     stand.operator.spin_until(lambda: bool(stand.drive.session.worker.faults), 'the fault')
     assert stand.drive.session is session
     assert session.worker.faults == {'dead_foot': 2}
@@ -118,19 +120,19 @@ def test_a_changed_fault_does_not_make_another_drive_of_it(stand: Any):
     session = stand.drive.session
     stand.operator.set_parameter('fault.dead_foot', 2)
     stand.operator.trigger('stop')
-    stand.change_state('deactivate')
-    stand.change_state('activate')
+    stand.operator.change_state('deactivate')
+    stand.operator.change_state('activate')
     assert stand.drive.session is session
     assert session.worker.faults == {'dead_foot': 2}
 
 
-def test_a_schedule_is_kept_to_the_block_and_recorded(launch: Callable[..., Any], tmp_path: Path):
+def test_a_schedule_is_kept_to_the_block_and_recorded(start_drive: Callable, tmp_path: Path):
     text = """
     - {at: 0.02, set: {fault.interferometer: freeze}}
     - {at: 0.0305, set: {load_cell: dropout, dead_foot: 1}}
     - {at: 0.05, clear: true}
     """
-    stand = launch(
+    stand = start_drive(
         {
             'fault.schedule': written(tmp_path, text),
             'record.on_start': True,
@@ -164,34 +166,36 @@ def test_a_schedule_is_kept_to_the_block_and_recorded(launch: Callable[..., Any]
     assert stand.drive.get_parameter('fault.interferometer').value == 'none'
 
 
-def test_a_reset_does_not_restart_the_schedule(launch: Callable[..., Any], tmp_path: Path):
-    stand = launch({'fault.schedule': written(tmp_path, '- {at: 0, set: {dead_foot: 1}}')})
+def test_a_reset_does_not_restart_the_schedule(start_drive: Callable, tmp_path: Path):
+    stand = start_drive({'fault.schedule': written(tmp_path, '- {at: 0, set: {dead_foot: 1}}')})
     stand.operator.trigger('clear_faults')
     stand.operator.trigger('reset')
     stand.operator.spin_for(0.01)
     assert stand.drive.session.worker.faults == {}
 
 
-def test_a_new_configuration_restarts_the_schedule(launch: Callable[..., Any], tmp_path: Path):
-    stand = launch({'fault.schedule': written(tmp_path, '- {at: 0, set: {dead_foot: 1}}')})
+def test_a_new_configuration_restarts_the_schedule(start_drive: Callable, tmp_path: Path):
+    stand = start_drive({'fault.schedule': written(tmp_path, '- {at: 0, set: {dead_foot: 1}}')})
     stand.operator.trigger('clear_faults')
     for transition in ('deactivate', 'cleanup', 'configure', 'activate'):
-        assert stand.change_state(transition)
+        assert stand.operator.change_state(transition)
     stand.operator.spin_until(lambda: bool(stand.drive.session.worker.faults), 'the fault')
 
 
 @pytest.mark.parametrize('text', ['', '- {at: -1, clear: true}'])
 def test_a_bad_schedule_leaves_the_node_unconfigured(
-    launch: Callable[..., Any], tmp_path: Path, text: str
+    start_drive: Callable, tmp_path: Path, text: str
 ):
     path = written(tmp_path, text)
-    stand = launch({'fault.schedule': path}, wait=False)
-    assert stand.state() == 'unconfigured'
+    stand = start_drive({'fault.schedule': path}, wait=False)
+    assert stand.operator.state() == 'unconfigured'
     Path(path).write_text('- {at: 0, set: {dead_foot: 1}}')
-    assert stand.change_state('configure')
+    assert stand.operator.change_state('configure')
 
 
-def test_a_schedule_that_is_not_there_leaves_the_node_unconfigured(launch: Callable[..., Any]):
-    stand = launch({'fault.schedule': 'missing.yaml'}, wait=False)
-    assert stand.state() == 'unconfigured'
-    assert not stand.change_state('configure')
+def test_a_schedule_that_is_not_there_leaves_the_node_unconfigured(
+    start_drive: Callable,
+):
+    stand = start_drive({'fault.schedule': 'missing.yaml'}, wait=False)
+    assert stand.operator.state() == 'unconfigured'
+    assert not stand.operator.change_state('configure')

@@ -55,7 +55,7 @@ def values_of(part: Any) -> dict[str, str]:
 
 
 def test_diagnostics_carry_time_drive_and_recorder(stand: Any):
-    parts = next_parts(stand, stand.listen('diagnostics'))
+    parts = next_parts(stand, stand.operator.listen('diagnostics'))
     assert parts.keys() == {'time', 'drive', 'faults', 'recorder', 'connections'}
     assert values_of(parts['time']).keys() == TIME_KEYS
     drive = values_of(parts['drive'])
@@ -70,7 +70,7 @@ def test_diagnostics_carry_time_drive_and_recorder(stand: Any):
 
 
 def test_the_values_of_time_agree_with_each_other(stand: Any):
-    part = next_parts(stand, stand.listen('diagnostics'))['time']
+    part = next_parts(stand, stand.operator.listen('diagnostics'))['time']
     values = {k: float(value) for k, value in values_of(part).items() if k != 'paused'}
     assert 0.0 < values['real_time_factor'] < 1.5
     assert 0.0 <= values['lateness_mean_us'] <= values['lateness_max_us']
@@ -86,12 +86,12 @@ def test_the_values_of_time_agree_with_each_other(stand: Any):
 
 @pytest.mark.parametrize(('wanted', 'sleeps'), [(0.0, False), (0.1, True)])
 def test_as_fast_as_possible_is_without_sleep_and_never_late(
-    launch: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, wanted: float, sleeps: bool
+    start_drive: Callable, monkeypatch: pytest.MonkeyPatch, wanted: float, sleeps: bool
 ):
-    stand = launch({'sim.real_time_factor': wanted})
+    stand = start_drive({'sim.real_time_factor': wanted})
     slept_s: list[float] = []
     monkeypatch.setattr(stand.drive.session, '_sleep', slept_s.append)
-    heard = stand.listen('diagnostics')
+    heard = stand.operator.listen('diagnostics')
     next_parts(stand, heard)
     values = values_of(next_parts(stand, heard)['time'])
     assert bool(slept_s) is sleeps
@@ -100,9 +100,11 @@ def test_as_fast_as_possible_is_without_sleep_and_never_late(
         assert (values['overruns'], values['lateness_max_us']) == ('0', '0.0')
 
 
-def test_a_pace_that_cannot_be_kept_is_an_error_with_the_time_lost(launch: Callable[..., Any]):
-    stand = launch({'sim.real_time_factor': 1000.0})  # a tick of 1 ms each microsecond
-    heard = stand.listen('diagnostics')
+def test_a_pace_that_cannot_be_kept_is_an_error_with_the_time_lost(
+    start_drive: Callable,
+):
+    stand = start_drive({'sim.real_time_factor': 1000.0})  # a tick of 1 ms each microsecond
+    heard = stand.operator.listen('diagnostics')
     next_parts(stand, heard)
     part = next_parts(stand, heard)['time']
     values = values_of(part)
@@ -114,7 +116,7 @@ def test_a_pace_that_cannot_be_kept_is_an_error_with_the_time_lost(launch: Calla
 
 
 def test_the_recorder_is_accounted_for_while_it_records(stand: Any, tmp_path: Any):
-    heard = stand.listen('diagnostics')
+    heard = stand.operator.listen('diagnostics')
     path = stand.operator.set_recording(wanted=True).message
     part = next_parts(stand, heard)['recorder']
     assert (part.level, part.message) == (DiagnosticStatus.OK, 'recording')
@@ -126,7 +128,7 @@ def test_the_recorder_is_accounted_for_while_it_records(stand: Any, tmp_path: An
 
 
 def test_a_drive_that_has_failed_is_an_error_with_its_reason(stand: Any, recwarn: Any):
-    heard = stand.listen('diagnostics')
+    heard = stand.operator.listen('diagnostics')
     stand.drive.session.failure = RuntimeError('broken on purpose')
     part = next_parts(stand, heard)['drive']
     assert part.level == DiagnosticStatus.ERROR
@@ -139,9 +141,9 @@ def test_a_drive_that_has_failed_is_an_error_with_its_reason(stand: Any, recwarn
 
 
 @pytest.mark.parametrize('queue', [10])
-def test_messages_that_the_recorder_lost_are_an_error(launch: Callable[..., Any], queue: int):
-    stand = launch({'record.queue_length': queue, 'sim.real_time_factor': 1000.0})
-    heard = stand.listen('diagnostics')
+def test_messages_that_the_recorder_lost_are_an_error(start_drive: Callable, queue: int):
+    stand = start_drive({'record.queue_length': queue, 'sim.real_time_factor': 1000.0})
+    heard = stand.operator.listen('diagnostics')
     assert stand.operator.set_recording(wanted=True).success
     part = next_parts(stand, heard)['recorder']
     stand.operator.spin_until(
@@ -153,8 +155,8 @@ def test_messages_that_the_recorder_lost_are_an_error(launch: Callable[..., Any]
 
 
 def test_a_refusal_is_a_warning_once(stand: Any):
-    heard = stand.listen('diagnostics')
-    stand.operator.command_voltage(1e6)
+    heard = stand.operator.listen('diagnostics')
+    stand.operator.command('voltage', 1e6)
     stand.operator.wait_for_event('voltage', 0)
 
     def told() -> list[Any]:

@@ -45,8 +45,8 @@ def endpoint_of(stand: Any, topic: Topic, namespace: str = '') -> Any:
     return endpoint
 
 
-def test_every_topic_has_the_declared_type_and_quality_of_service(launch: Callable[..., Any]):
-    stand = launch(ALL_TOPICS, wait=False)
+def test_every_topic_has_the_declared_type_and_quality_of_service(start_drive: Callable):
+    stand = start_drive(ALL_TOPICS, wait=False)
     for topic in TOPICS:
         assert_is_as_declared(topic, endpoint_of(stand, topic))
 
@@ -103,8 +103,8 @@ def test_full_names_in_a_namespace(key: str, name: str):
     assert topic_of(key).full_name('/left') == name
 
 
-def test_a_namespace_moves_every_relative_name(launch: Callable[..., Any]):
-    stand = launch(namespace='/left')
+def test_a_namespace_moves_every_relative_name(start_drive: Callable):
+    stand = start_drive(namespace='/left')
     drive = stand.drive
     assert drive.get_fully_qualified_name() == '/left/stickslip_drive'
     names = {
@@ -125,11 +125,11 @@ def test_a_namespace_moves_every_relative_name(launch: Callable[..., Any]):
     }
 
 
-def test_two_drives_side_by_side_do_not_disturb_each_other(launch: Callable[..., Any]):
-    left, right = launch(namespace='/left'), launch(namespace='/right')
-    left.operator.command_sawtooth(300.0, 1000.0, 20.0)
+def test_two_drives_side_by_side_do_not_disturb_each_other(start_drive: Callable):
+    left, right = start_drive(namespace='/left'), start_drive(namespace='/right')
+    left.operator.command('sawtooth', (300.0, 1000.0, 20.0))
     event = left.operator.wait_for_event('sawtooth', 0)
-    right.operator.command_voltage(30.0)
+    right.operator.command('voltage', 30.0)
     right.operator.wait_for_event('voltage', 0)
     assert (event['result'], event['steps']) == ('DONE', 20)
     assert [each['command'] for each in left.operator.events] == ['sawtooth']
@@ -138,8 +138,8 @@ def test_two_drives_side_by_side_do_not_disturb_each_other(launch: Callable[...,
     assert right.drive.session.bench.state.voltage_v == 30.0
 
 
-def test_diagnostics_of_two_drives_can_be_told_apart(launch: Callable[..., Any]):
-    stands = [launch(namespace=namespace) for namespace in ('/left', '/right')]
+def test_diagnostics_of_two_drives_can_be_told_apart(start_drive: Callable):
+    stands = [start_drive(namespace=namespace) for namespace in ('/left', '/right')]
     heard = stands[0].listen('diagnostics')
 
     def whole_reports() -> dict[str, Any]:
@@ -151,12 +151,12 @@ def test_diagnostics_of_two_drives_can_be_told_apart(launch: Callable[..., Any])
     assert len(parts) == sum(len(each.status) for each in whole_reports().values())
 
 
-def test_who_comes_late_gets_status_and_info(launch: Callable[..., Any]):
-    stand = launch({'stand.preload': 0.25})
-    stand.operator.command_load(0.5)
+def test_who_comes_late_gets_status_and_info(start_drive: Callable):
+    stand = start_drive({'stand.preload': 0.25})
+    stand.operator.command('load', 0.5)
     stand.operator.wait_for_event('load', 0)
     stand.operator.spin_until(lambda: stand.operator.status == IDLE | Status.LOADED, 'the status')
-    status, info = stand.listen('status'), stand.listen('info')
+    status, info = stand.operator.listen('status'), stand.operator.listen('info')
     stand.operator.spin_until(lambda: bool(status and info), 'status and info')
     assert [each.data for each in status] == [IDLE | Status.LOADED]
     told = json.loads(info[0].data)
@@ -168,10 +168,10 @@ def test_who_comes_late_gets_status_and_info(launch: Callable[..., Any]):
 
 
 def test_who_comes_late_does_not_get_old_readings_or_events(stand: Any):
-    stand.operator.command_voltage(100.0)
+    stand.operator.command('voltage', 100.0)
     stand.operator.wait_for_event('voltage', 0)
     before_ns = max(stand.operator.positions)
-    events, positions = stand.listen('event'), stand.listen('position')
+    events, positions = stand.operator.listen('event'), stand.operator.listen('position')
     stand.operator.spin_until(lambda: bool(positions), 'a position')
     assert events == []
     stamp = positions[0].header.stamp

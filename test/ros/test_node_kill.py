@@ -9,7 +9,6 @@ from typing import Any
 
 import killed_nodes
 import pytest
-from contexts import open_context
 from geometry_msgs.msg import PointStamped
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -18,6 +17,7 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover_run import recover
 from stickslip_ros.ros.ending import end_node
+from stickslip_ros.testing import open_context
 from stickslip_ros.units import NS_PER_S
 
 PROCESSES, NODES_EACH = 2, 6
@@ -36,9 +36,9 @@ class Listener:
 
     """
 
-    def __init__(self, domain: int, number: int) -> None:
+    def __init__(self, ros_domain: int, number: int) -> None:
         self.heard: list[int] = []
-        self._context = open_context(killed_nodes.domain_of(domain, number), '')
+        self._context = open_context(killed_nodes.domain_of(ros_domain, number))
         # Nodes of one name in one process would share one publisher of logs, in one's context:
         # rcl gives it away with whichever of them ends first.
         self._node = Node(f'listener{number}', context=self._context, enable_rosout=False)
@@ -66,11 +66,11 @@ class Listener:
 
 
 @pytest.fixture(scope='module')
-def killed(tmp_path_factory: pytest.TempPathFactory, domain: int) -> Any:
+def killed(tmp_path_factory: pytest.TempPathFactory, ros_domain: int) -> Any:
     """Give the folder, when each node was killed, and what was heard of it."""
     folder = tmp_path_factory.mktemp('killed')
-    listeners = [Listener(domain, number) for number in range(PROCESSES * NODES_EACH)]
-    command = [sys.executable, killed_nodes.__file__, str(folder), str(domain)]
+    listeners = [Listener(ros_domain, number) for number in range(PROCESSES * NODES_EACH)]
+    command = [sys.executable, killed_nodes.__file__, str(folder), str(ros_domain)]
     processes = [
         subprocess.Popen(
             [*command, str(each * NODES_EACH), str(NODES_EACH)],

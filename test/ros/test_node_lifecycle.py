@@ -54,18 +54,18 @@ def last_ns(stand: Any) -> int:
 
 
 def test_autostart_reaches_active(stand: Any):
-    assert stand.state() == 'active'
+    assert stand.operator.state() == 'active'
 
 
 def test_without_autostart_the_drive_stays_unconfigured_and_offers_nothing(manual: Any):
-    assert manual.state() == 'unconfigured'
+    assert manual.operator.state() == 'unconfigured'
     assert topics_of(manual) == set()
     assert services_of(manual) == set()
 
 
 def test_configure_offers_every_topic_and_service_but_nothing_runs(manual: Any):
-    assert manual.change_state('configure')
-    assert manual.state() == 'inactive'
+    assert manual.operator.change_state('configure')
+    assert manual.operator.state() == 'inactive'
     assert topics_of(manual) == OFFERED
     assert len(services_of(manual)) == len(SERVICES)
     with pytest.raises(
@@ -76,29 +76,29 @@ def test_configure_offers_every_topic_and_service_but_nothing_runs(manual: Any):
 
 
 def test_activate_runs_the_drive_and_deactivate_stops_it(manual: Any):
-    manual.change_state('configure')
-    assert manual.change_state('activate')
-    assert manual.state() == 'active'
+    manual.operator.change_state('configure')
+    assert manual.operator.change_state('activate')
+    assert manual.operator.state() == 'active'
     manual.operator.wait_for_drive()
     session = manual.drive.session
-    assert manual.change_state('deactivate')
-    assert manual.state() == 'inactive'
+    assert manual.operator.change_state('deactivate')
+    assert manual.operator.state() == 'inactive'
     stopped_ns = session.bench.time_ns
     manual.operator.spin_until(lambda: last_ns(manual) == stopped_ns, 'the last position')
     assert session._thread is None
 
 
 def test_a_drive_that_is_activated_again_goes_on_where_it_stopped(manual: Any):
-    manual.change_state('configure')
-    manual.change_state('activate')
+    manual.operator.change_state('configure')
+    manual.operator.change_state('activate')
     manual.operator.wait_for_drive()
-    manual.operator.command_voltage(150.0)
+    manual.operator.command('voltage', 150.0)
     manual.operator.wait_for_event('voltage', 0)
     session = manual.drive.session
-    manual.change_state('deactivate')
+    manual.operator.change_state('deactivate')
     stopped_ns, stopped = session.bench.time_ns, session.bench.state
-    assert manual.change_state('activate')
-    assert manual.state() == 'active'
+    assert manual.operator.change_state('activate')
+    assert manual.operator.state() == 'active'
     manual.operator.spin_until(lambda: last_ns(manual) > stopped_ns, 'a position')
     block_ns = session.parameters.block_ns
     times = sorted(manual.operator.positions)
@@ -107,37 +107,37 @@ def test_a_drive_that_is_activated_again_goes_on_where_it_stopped(manual: Any):
 
 
 def test_a_drive_outlives_a_refused_rebuild_and_its_kernels_go_with_it(manual: Any):
-    manual.change_state('configure')
+    manual.operator.change_state('configure')
     kept = manual.drive._session
     assert manual.operator.set_parameter('fault.schedule', '/none.yaml').successful
-    assert not manual.change_state('activate')
+    assert not manual.operator.change_state('activate')
     assert manual.drive._session is kept
     assert not kept.kernels._is_released
     assert manual.operator.set_parameter('fault.schedule', '').successful
-    assert manual.change_state('activate')
+    assert manual.operator.change_state('activate')
     assert manual.drive.session is kept
-    manual.change_state('deactivate')
+    manual.operator.change_state('deactivate')
     assert manual.operator.set_parameter('stand.preload', 0.25).successful
-    assert manual.change_state('activate')
+    assert manual.operator.change_state('activate')
     assert manual.drive.session is not kept
     assert kept.kernels._is_released
 
 
 def test_cleanup_takes_topics_and_services_away_and_configure_begins_anew(
-    launch: Callable[..., Any], tmp_path: Path
+    start_drive: Callable, tmp_path: Path
 ):
-    stand = launch({'autostart': False, 'record.on_start': True}, wait=False)
-    stand.change_state('configure')
-    stand.change_state('activate')
+    stand = start_drive({'autostart': False, 'record.on_start': True}, wait=False)
+    stand.operator.change_state('configure')
+    stand.operator.change_state('activate')
     stand.operator.wait_for_drive()
     first = stand.drive.session
-    stand.change_state('deactivate')
-    assert stand.change_state('cleanup')
-    assert stand.state() == 'unconfigured'
+    stand.operator.change_state('deactivate')
+    assert stand.operator.change_state('cleanup')
+    assert stand.operator.state() == 'unconfigured'
     assert topics_of(stand) == set()
     assert services_of(stand) == set()
-    assert stand.change_state('configure')
-    assert stand.change_state('activate')
+    assert stand.operator.change_state('configure')
+    assert stand.operator.change_state('activate')
     assert stand.drive.session is not first
     stand.operator.set_recording(wanted=False)
     for file in tmp_path.glob('*.mcap'):
@@ -155,24 +155,24 @@ def test_cleanup_takes_topics_and_services_away_and_configure_begins_anew(
 )
 def test_shutdown_ends_the_drive_from_any_state(manual: Any, way: tuple[str, ...], last: str):
     for transition in way:
-        assert manual.change_state(transition)
+        assert manual.operator.change_state(transition)
     session = manual.drive._session
-    assert manual.change_state(last)
-    assert manual.state() == 'finalized'
+    assert manual.operator.change_state(last)
+    assert manual.operator.state() == 'finalized'
     assert topics_of(manual) == set()
     assert session is None or session._thread is None
 
 
 @pytest.mark.parametrize('transition', ['activate', 'deactivate', 'cleanup', 'shutdown active'])
 def test_a_transition_that_does_not_fit_the_state_is_refused(manual: Any, transition: str):
-    assert not manual.change_state(transition)
-    assert manual.state() == 'unconfigured'
-    assert manual.change_state('configure')
+    assert not manual.operator.change_state(transition)
+    assert manual.operator.state() == 'unconfigured'
+    assert manual.operator.change_state('configure')
 
 
 @pytest.mark.parametrize('name', TRIGGERS)
 def test_a_service_of_an_inactive_drive_is_refused_with_the_reason(manual: Any, name: str):
-    manual.change_state('configure')
+    manual.operator.change_state('configure')
     answer = manual.operator.trigger(name)
     assert not answer.success
     assert answer.message == f'{name} refused: {INACTIVE}'
@@ -180,7 +180,7 @@ def test_a_service_of_an_inactive_drive_is_refused_with_the_reason(manual: Any, 
 
 @pytest.mark.parametrize('wanted', [True, False])
 def test_an_inactive_drive_does_not_record(manual: Any, wanted: bool, tmp_path: Any):
-    manual.change_state('configure')
+    manual.operator.change_state('configure')
     answer = manual.operator.set_recording(wanted)
     assert not answer.success
     assert answer.message == f'set_recording refused: {INACTIVE}'
@@ -188,28 +188,30 @@ def test_an_inactive_drive_does_not_record(manual: Any, wanted: bool, tmp_path: 
 
 
 def test_commands_to_an_inactive_drive_move_nothing_then_or_later(
-    launch: Callable[..., Any], perfect_sensors: dict[str, float]
+    start_drive: Callable, perfect_sensors: dict[str, float]
 ):
-    stand = launch({'autostart': False, **perfect_sensors}, wait=False)
-    stand.change_state('configure')
+    stand = start_drive({'autostart': False, **perfect_sensors}, wait=False)
+    stand.operator.change_state('configure')
     operator = stand.operator
     operator.wait_for_topics()
-    operator.command_voltage(300.0)
-    operator.command_sawtooth(300.0, 1000.0, 50.0)
-    operator.command_load(1.0)
-    assert not stand.call(Trigger, 'stop', Trigger.Request()).success  # they came before it
-    stand.change_state('activate')
+    operator.command('voltage', 300.0)
+    operator.command('sawtooth', (300.0, 1000.0, 50.0))
+    operator.command('load', 1.0)
+    assert not stand.operator.call(
+        Trigger, 'stop', Trigger.Request()
+    ).success  # they came before it
+    stand.operator.change_state('activate')
     operator.wait_for_drive()
-    operator.command_voltage(0.0)
+    operator.command('voltage', 0.0)
     event = operator.wait_for_event('voltage', 0)
     assert event['number'] == 1
     assert set(operator.positions.values()) == {0.0}
     assert [each['command'] for each in operator.events] == ['voltage']
 
 
-def test_an_end_in_the_middle_of_a_move_leaves_no_thread_behind(launch: Callable[..., Any]):
-    stand = launch()
-    stand.operator.command_sawtooth(300.0, 1000.0, 0.0)
+def test_an_end_in_the_middle_of_a_move_leaves_no_thread_behind(start_drive: Callable):
+    stand = start_drive()
+    stand.operator.command('sawtooth', (300.0, 1000.0, 0.0))
     stand.operator.spin_until(lambda: bool(stand.operator.status & Status.MOVING), 'the move')
     session = stand.drive.session
     thread = session._thread

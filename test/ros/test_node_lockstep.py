@@ -38,60 +38,60 @@ def wait_for_time(stand: Any, time_ns: int) -> None:
 
 
 def test_nothing_happens_before_the_first_grant_and_then_only_what_was_granted(
-    launch: Callable[..., Any],
+    start_drive: Callable,
 ):
-    stand = launch(LOCKSTEP, wait=False)
+    stand = start_drive(LOCKSTEP, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
     assert operator.set_recording(wanted=True).success  # an answer, though no block was run
     assert time_ns_of(stand) == 0
-    operator.grant(BLOCK_S, 0)
+    operator.command('grant', (BLOCK_S, 0))
     wait_for_time(stand, BLOCK_NS)
-    operator.grant(5.9 * BLOCK_S, 0)
+    operator.command('grant', (5.9 * BLOCK_S, 0))
     wait_for_time(stand, 5 * BLOCK_NS)
-    operator.grant(5.0 * BLOCK_S, 0)  # again, and backwards: no more
-    operator.grant(2.0 * BLOCK_S, 0)
+    operator.command('grant', (5.0 * BLOCK_S, 0))  # again, and backwards: no more
+    operator.command('grant', (2.0 * BLOCK_S, 0))
     assert operator.trigger('stop').success
     assert time_ns_of(stand) == 5 * BLOCK_NS
 
 
-def test_a_grant_waits_for_the_commands_that_it_counts(launch: Callable[..., Any]):
-    stand = launch(LOCKSTEP, wait=False)
+def test_a_grant_waits_for_the_commands_that_it_counts(start_drive: Callable):
+    stand = start_drive(LOCKSTEP, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
-    operator.grant(BLOCK_S, 2)
-    operator.command_voltage(10.0)
+    operator.command('grant', (BLOCK_S, 2))
+    operator.command('voltage', 10.0)
     assert operator.trigger('stop').success
     assert time_ns_of(stand) == 0
-    operator.command_load(0.1)
+    operator.command('load', 0.1)
     wait_for_time(stand, BLOCK_NS)
     operator.spin_until(lambda: len(operator.events) == 3, 'the events')
     assert {event['time_ns'] for event in operator.events if event['command'] == 'load'} == {0}
 
 
-def test_a_message_that_is_refused_counts_as_received(launch: Callable[..., Any]):
-    stand = launch(LOCKSTEP, wait=False)
+def test_a_message_that_is_refused_counts_as_received(start_drive: Callable):
+    stand = start_drive(LOCKSTEP, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
     odd = Float64MultiArray(data=[0.0])
     odd.layout.data_offset = 1
     operator._send('waveform', odd)
-    operator.grant(BLOCK_S, 1)
+    operator.command('grant', (BLOCK_S, 1))
     wait_for_time(stand, BLOCK_NS)
 
 
 def test_commands_of_a_block_are_carried_out_in_the_order_of_their_topics(
-    launch: Callable[..., Any],
+    start_drive: Callable,
 ):
-    stand = launch(LOCKSTEP, wait=False)
+    stand = start_drive(LOCKSTEP, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
     sent = (('preload', 0.6), ('load', 0.1), ('steps', 0), ('jog', 0.0), ('voltage', 1.0))
     for name, value in sent:
         operator.command(name, value)
-    operator.grant(BLOCK_S, len(sent))
+    operator.command('grant', (BLOCK_S, len(sent)))
     wait_for_time(stand, BLOCK_NS)
-    operator.grant(1.0, len(sent))
+    operator.command('grant', (1.0, len(sent)))
     operator.wait_for_event('preload', 0)
     numbers = {event['command']: event['number'] for event in operator.events}
     assert numbers == {'voltage': 1, 'steps': 2, 'jog': 3, 'load': 4, 'preload': 5}
@@ -101,19 +101,19 @@ def test_commands_of_a_block_are_carried_out_in_the_order_of_their_topics(
     'values',
     [(), (1.0,), (1.0, 0.0, 0.0), (math.nan, 0.0), (1.0, math.inf), (-1.0, 0.0), (1.0, 0.5)],
 )
-def test_a_bad_grant_is_refused_and_counted(launch: Callable[..., Any], values: tuple[float, ...]):
-    stand = launch(LOCKSTEP, wait=False)
+def test_a_bad_grant_is_refused_and_counted(start_drive: Callable, values: tuple[float, ...]):
+    stand = start_drive(LOCKSTEP, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
-    operator._send('grant', Float64MultiArray(data=values))
+    operator.command('grant', values)
     operator.spin_until(lambda: stand.drive._refusals.messages == 1, 'the refusal')
     assert time_ns_of(stand) == 0
-    operator.grant(BLOCK_S, 0)
+    operator.command('grant', (BLOCK_S, 0))
     wait_for_time(stand, BLOCK_NS)
 
 
-def test_a_pause_holds_what_was_granted_and_a_step_needs_a_grant(launch: Callable[..., Any]):
-    stand = launch(LOCKSTEP, wait=False)
+def test_a_pause_holds_what_was_granted_and_a_step_needs_a_grant(start_drive: Callable):
+    stand = start_drive(LOCKSTEP, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
     operator.switch('set_paused', wanted=True)
@@ -122,7 +122,7 @@ def test_a_pause_holds_what_was_granted_and_a_step_needs_a_grant(launch: Callabl
     assert answer.message == (
         'step_simulation refused: the next block is not granted; send command/grant first'
     )
-    operator.grant(3 * BLOCK_S, 0)
+    operator.command('grant', (3 * BLOCK_S, 0))
     operator.spin_until(lambda: stand.drive.session._permit.is_granted(0), 'the grant')
     assert operator.trigger('step_simulation').success
     assert time_ns_of(stand) == BLOCK_NS
@@ -130,18 +130,18 @@ def test_a_pause_holds_what_was_granted_and_a_step_needs_a_grant(launch: Callabl
     wait_for_time(stand, 3 * BLOCK_NS)
 
 
-def test_grants_of_before_an_activation_do_not_hold_after_it(launch: Callable[..., Any]):
-    stand = launch(LOCKSTEP, wait=False)
+def test_grants_of_before_an_activation_do_not_hold_after_it(start_drive: Callable):
+    stand = start_drive(LOCKSTEP, wait=False)
     operator = stand.operator
     operator.wait_for_topics()
-    operator.grant(BLOCK_S, 0)
+    operator.command('grant', (BLOCK_S, 0))
     wait_for_time(stand, BLOCK_NS)
-    operator.grant(100 * BLOCK_S, 7)
-    assert stand.change_state('deactivate')
-    assert stand.change_state('activate')
+    operator.command('grant', (100 * BLOCK_S, 7))
+    assert stand.operator.change_state('deactivate')
+    assert stand.operator.change_state('activate')
     assert operator.trigger('stop').success
     assert time_ns_of(stand) == BLOCK_NS
-    operator.grant(2 * BLOCK_S, 0)
+    operator.command('grant', (2 * BLOCK_S, 0))
     wait_for_time(stand, 2 * BLOCK_NS)
 
 
@@ -158,8 +158,8 @@ class Controller:
     """
 
     def __init__(self, stand: Any, blocks: int, seed: int, namespace: str = '') -> None:
-        self.node = Node('controller', context=stand._operator_context)
-        self._executor = SingleThreadedExecutor(context=stand._operator_context)
+        self.node = Node('controller', context=stand.context)
+        self._executor = SingleThreadedExecutor(context=stand.context)
         self._executor.add_node(self.node)
         self._random = random.Random(seed)
         self._blocks = blocks
@@ -196,16 +196,16 @@ class Controller:
         end_node(self._executor, self.node)
 
 
-def controlled_run(launch: Callable[..., Any], path: Path, seed: int) -> bytes:
+def controlled_run(start_drive: Callable, path: Path, seed: int) -> bytes:
     """Record a run under control; give the file."""
-    stand = launch(
+    stand = start_drive(
         {**LOCKSTEP, 'record.on_start': True, 'record.name': path.name, 'trace.period': 0.01},
         wait=False,
     )
     controller = Controller(stand, BLOCKS, seed)
     controller.run()
     wait_for_time(stand, (BLOCKS + 1) * BLOCK_NS)  # the block that the last answer granted
-    assert stand.change_state('deactivate')
+    assert stand.operator.change_state('deactivate')
     assert controller.stamps_ns == [n * BLOCK_NS for n in range(1, BLOCKS + 1)]
     assert controller.client.sent == 1 + 2 * BLOCKS
     controller.close()
@@ -216,9 +216,9 @@ def controlled_run(launch: Callable[..., Any], path: Path, seed: int) -> bytes:
 
 
 def test_a_controller_gets_the_same_bytes_whatever_the_delays(
-    launch: Callable[..., Any], tmp_path: Path
+    start_drive: Callable, tmp_path: Path
 ):
-    files = [controlled_run(launch, tmp_path / 'run.mcap', seed) for seed in (1, 2)]
+    files = [controlled_run(start_drive, tmp_path / 'run.mcap', seed) for seed in (1, 2)]
     assert files[0] != files[1]
     assert without_wall_time(files[0]) == without_wall_time(files[1])
     path = tmp_path / 'kept.mcap'
@@ -230,10 +230,10 @@ def test_a_controller_gets_the_same_bytes_whatever_the_delays(
     assert recording.series('position').value[-1] != 0.0
 
 
-def test_a_client_in_another_namespace_and_with_a_longer_block(launch: Callable[..., Any]):
-    stand = launch(LOCKSTEP, '/left', wait=False)
-    node = Node('other', context=stand._operator_context, namespace='/elsewhere')
-    executor = SingleThreadedExecutor(context=stand._operator_context)
+def test_a_client_in_another_namespace_and_with_a_longer_block(start_drive: Callable):
+    stand = start_drive(LOCKSTEP, '/left', wait=False)
+    node = Node('other', context=stand.context, namespace='/elsewhere')
+    executor = SingleThreadedExecutor(context=stand.context)
     executor.add_node(node)
     seen_s: list[float] = []
 
@@ -252,8 +252,8 @@ def test_a_client_in_another_namespace_and_with_a_longer_block(launch: Callable[
     end_node(executor, node)
 
 
-def test_a_client_refuses_a_command_that_there_is_not(launch: Callable[..., Any]):
-    stand = launch(LOCKSTEP, wait=False)
+def test_a_client_refuses_a_command_that_there_is_not(start_drive: Callable):
+    stand = start_drive(LOCKSTEP, wait=False)
     client = LockstepClient(stand.operator.node, BLOCK_S, lambda *_: [])
     for name in ('volts', 'grant'):
         with pytest.raises(UnknownName, match=f"command '{name}' is not known; use voltage, "):

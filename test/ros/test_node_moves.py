@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from contexts import queues_of
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.testing import deep_queues, stamp_ns
 
 AMPLITUDE_V = 300.0
 FREQUENCY_HZ = 1000.0
@@ -42,7 +42,7 @@ def spin_until_status(stand: Any, status: int) -> None:
 
 
 def test_a_sawtooth_is_done_after_its_steps_and_has_moved_the_runner(stand: Any):
-    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
+    stand.operator.command('sawtooth', (AMPLITUDE_V, FREQUENCY_HZ, STEPS))
     event = stand.operator.wait_for_event('sawtooth', 0)
     assert (event['result'], event['steps'], event['number']) == ('DONE', STEPS, 1)
     assert event['message'] == ''
@@ -52,8 +52,8 @@ def test_a_sawtooth_is_done_after_its_steps_and_has_moved_the_runner(stand: Any)
 def test_a_sawtooth_takes_steps_over_frequency(stand: Any):
     operator, session = stand.operator, stand.drive.session
     assert operator.switch('set_paused', wanted=True).success
-    operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
-    operator.command_load(0.0)  # its event tells when both have begun
+    operator.command('sawtooth', (AMPLITUDE_V, FREQUENCY_HZ, STEPS))
+    operator.command('load', 0.0)  # its event tells when both have begun
     operator.spin_until(lambda: len(list(session._orders)) == 2, 'both commands')
     assert operator.switch('set_paused', wanted=False).success
     done_ns = operator.wait_for_event('sawtooth', 0)['time_ns']
@@ -63,19 +63,17 @@ def test_a_sawtooth_takes_steps_over_frequency(stand: Any):
     assert done_ns - begun_ns == whole_ns + last_fall_ns
 
 
-def test_a_negative_frequency_moves_the_runner_backwards(launch: Callable[..., Any]):
-    stand = launch({'amplifier.voltage_initial': AMPLITUDE_V})
-    stand.operator.command_sawtooth(AMPLITUDE_V, -FREQUENCY_HZ, float(STEPS))
+def test_a_negative_frequency_moves_the_runner_backwards(start_drive: Callable):
+    stand = start_drive({'amplifier.voltage_initial': AMPLITUDE_V})
+    stand.operator.command('sawtooth', (AMPLITUDE_V, -FREQUENCY_HZ, STEPS))
     assert stand.operator.wait_for_event('sawtooth', 0)['steps'] == STEPS
     assert stand.operator.positions[settle(stand)] < -100e-9
 
 
-def test_force_is_stiffness_times_position_within_the_noise(
-    launch: Callable[..., Any], stamp_ns: Callable
-):
-    stand = launch({**DAMPED, **queues_of('position', 'force')})
-    heard = stand.listen('force')
-    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, float(STEPS))
+def test_force_is_stiffness_times_position_within_the_noise(start_drive: Callable):
+    stand = start_drive({**DAMPED, **deep_queues('position', 'force')})
+    heard = stand.operator.listen('force')
+    stand.operator.command('sawtooth', (AMPLITUDE_V, FREQUENCY_HZ, STEPS))
     stand.operator.wait_for_event('sawtooth', 0)
     first_ns = settle(stand)
     last_ns = settle(stand)
@@ -88,8 +86,8 @@ def test_force_is_stiffness_times_position_within_the_noise(
 
 
 def test_a_voltage_is_reached_and_held(stand: Any):
-    heard = stand.listen('piezo')
-    stand.operator.command_voltage(123.0)
+    heard = stand.operator.listen('piezo')
+    stand.operator.command('voltage', 123.0)
     event = stand.operator.wait_for_event('voltage', 0)
     assert (event['result'], event['steps']) == ('DONE', 0)
     stand.operator.spin_until(lambda: bool(heard) and heard[-1].data == 123.0, 'the voltage')
@@ -99,11 +97,11 @@ def test_a_voltage_is_reached_and_held(stand: Any):
 
 
 def test_a_slow_amplifier_is_still_moving_when_a_voltage_is_on_its_way(
-    launch: Callable[..., Any],
+    start_drive: Callable,
 ):
-    stand = launch({**queues_of('voltage'), 'amplifier.slew_rate': 5000.0})
-    heard = stand.listen('piezo')
-    stand.operator.command_voltage(AMPLITUDE_V)
+    stand = start_drive({**deep_queues('voltage'), 'amplifier.slew_rate': 5000.0})
+    heard = stand.operator.listen('piezo')
+    stand.operator.command('voltage', AMPLITUDE_V)
     event = stand.operator.wait_for_event('voltage', 0)
     assert event['result'] == 'DONE'
     stand.operator.spin_until(lambda: bool(heard) and heard[-1].data == AMPLITUDE_V, 'the voltage')
@@ -117,28 +115,28 @@ def test_a_slow_amplifier_is_still_moving_when_a_voltage_is_on_its_way(
 
 
 def test_a_load_moves_the_runner_by_less_than_the_load_cell_alone_would_give(
-    launch: Callable[..., Any],
+    start_drive: Callable,
 ):
-    stand = launch(DAMPED)
+    stand = start_drive(DAMPED)
     start_m = stand.operator.positions[settle(stand)]
-    stand.operator.command_load(0.1)
+    stand.operator.command('load', 0.1)
     assert stand.operator.wait_for_event('load', 0)['result'] == 'DONE'
     moved_m = stand.operator.positions[settle(stand)] - start_m
     assert 1e-9 < moved_m < 0.1 / STIFFNESS_N_PER_M
 
 
 def test_a_load_does_not_end_a_running_move(stand: Any):
-    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, 0.0)
+    stand.operator.command('sawtooth', (AMPLITUDE_V, FREQUENCY_HZ, 0.0))
     spin_until_status(stand, MOVING)
-    stand.operator.command_load(0.1)
+    stand.operator.command('load', 0.1)
     stand.operator.wait_for_event('load', 0)
     spin_until_status(stand, MOVING | LOADED)
     assert [each['command'] for each in stand.operator.events] == ['load']
 
 
 def test_stop_aborts_with_the_steps_made_and_holds_the_voltage(stand: Any):
-    trace = stand.listen('trace')
-    stand.operator.command_sawtooth(AMPLITUDE_V, 40.0, 0.0)
+    trace = stand.operator.listen('trace')
+    stand.operator.command('sawtooth', (AMPLITUDE_V, 40.0, 0.0))
     stand.operator.spin_until(
         lambda: bool(trace) and stand.drive.session.bench.state.clock.cycle >= 3, 'three steps'
     )
@@ -162,9 +160,9 @@ def test_stop_without_a_move_is_done_and_aborts_nothing(stand: Any):
 
 
 def test_a_move_that_is_replaced_says_aborted_and_by_which(stand: Any):
-    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, 0.0)
+    stand.operator.command('sawtooth', (AMPLITUDE_V, FREQUENCY_HZ, 0.0))
     spin_until_status(stand, MOVING)
-    stand.operator.command_voltage(50.0)
+    stand.operator.command('voltage', 50.0)
     aborted = stand.operator.wait_for_event('sawtooth', 0)
     done = stand.operator.wait_for_event('voltage', 0)
     assert (aborted['result'], aborted['message']) == ('ABORTED', 'replaced by command 2')
@@ -174,8 +172,8 @@ def test_a_move_that_is_replaced_says_aborted_and_by_which(stand: Any):
 
 
 def test_reset_puts_everything_back_but_time(stand: Any):
-    stand.operator.command_load(0.5)
-    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, 0.0)
+    stand.operator.command('load', 0.5)
+    stand.operator.command('sawtooth', (AMPLITUDE_V, FREQUENCY_HZ, 0.0))
     spin_until_status(stand, MOVING | LOADED)
     before_ns = max(stand.operator.positions)
     assert stand.operator.trigger('reset').success
@@ -190,18 +188,18 @@ def test_reset_puts_everything_back_but_time(stand: Any):
 
 
 def test_status_bits_follow_what_happens(stand: Any):
-    heard = stand.listen('status')
+    heard = stand.operator.listen('status')
     stand.operator.spin_until(lambda: bool(heard), 'the first status')
     spin_until_status(stand, 0)
-    stand.operator.command_load(0.1)
+    stand.operator.command('load', 0.1)
     spin_until_status(stand, LOADED)
-    stand.operator.command_voltage(1e6)
+    stand.operator.command('voltage', 1e6)
     spin_until_status(stand, LOADED | REFUSED)
-    stand.operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, 0.0)
+    stand.operator.command('sawtooth', (AMPLITUDE_V, FREQUENCY_HZ, 0.0))
     spin_until_status(stand, LOADED | MOVING)
     stand.operator.trigger('stop')
     spin_until_status(stand, LOADED)
-    stand.operator.command_load(0.0)
+    stand.operator.command('load', 0.0)
     spin_until_status(stand, 0)
     stand.operator.spin_until(lambda: heard[-1].data == IDLE, 'the last status')
     assert [each.data - IDLE for each in heard] == [

@@ -25,25 +25,25 @@ ROS_OWN = {'use_sim_time', 'start_type_description_service'}
 def set_parameter(stand: Any, name: str, value: Any) -> Any:
     """Set a parameter as `ros2 param set` does; give the answer."""
     request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
-    return stand.call(SetParameters, 'set_parameters', request).results[0]
+    return stand.operator.call(SetParameters, 'set_parameters', request).results[0]
 
 
 def described(stand: Any) -> dict[str, Any]:
     names = list(specs())
     request = DescribeParameters.Request(names=names)
-    answer = stand.call(DescribeParameters, 'describe_parameters', request)
+    answer = stand.operator.call(DescribeParameters, 'describe_parameters', request)
     return dict(zip(names, answer.descriptors, strict=True))
 
 
 def test_the_declared_names_are_those_of_the_package(manual: Any):
-    listed = manual.call(ListParameters, 'list_parameters', ListParameters.Request())
+    listed = manual.operator.call(ListParameters, 'list_parameters', ListParameters.Request())
     assert set(listed.result.names) - ROS_OWN == specs().keys()
 
 
 def test_the_values_at_the_start_are_the_defaults_and_what_was_given(
-    launch: Callable[..., Any], tmp_path: Path
+    start_drive: Callable, tmp_path: Path
 ):
-    stand = launch({'autostart': False, 'stand.preload': 0.25}, wait=False)
+    stand = start_drive({'autostart': False, 'stand.preload': 0.25}, wait=False)
     values = {name: stand.drive.get_parameter(name).value for name in specs()}
     given = {'autostart': False, 'stand.preload': 0.25, 'record.directory': str(tmp_path)}
     assert values == Parameters().updated(given).flat()
@@ -79,29 +79,29 @@ def test_a_parameter_cannot_change_while_the_drive_runs(stand: Any):
 
 
 def test_a_parameter_changed_without_a_drive_is_used_by_the_next_one(
-    launch: Callable[..., Any], tmp_path: Path
+    start_drive: Callable, tmp_path: Path
 ):
-    stand = launch({'record.on_start': True, 'record.name': 'one.mcap'})
-    stand.change_state('deactivate')
-    stand.change_state('cleanup')
+    stand = start_drive({'record.on_start': True, 'record.name': 'one.mcap'})
+    stand.operator.change_state('deactivate')
+    stand.operator.change_state('cleanup')
     assert set_parameter(stand, 'stand.preload', 0.3).successful
     assert set_parameter(stand, 'record.name', 'two.mcap').successful
-    stand.change_state('configure')
-    stand.change_state('activate')
+    stand.operator.change_state('configure')
+    stand.operator.change_state('activate')
     assert stand.drive.session.parameters.stand.preload == 0.3
-    stand.change_state('deactivate')
+    stand.operator.change_state('deactivate')
     assert {path.name for path in tmp_path.glob('*.mcap')} == {'one.mcap', 'two.mcap'}
     text = Recording(tmp_path / 'two.mcap').attachments['parameters.yaml'][1].decode()
     assert 'preload: 0.3\n' in text
 
 
 def test_a_change_that_an_inactive_drive_accepts_is_used_when_it_is_activated(
-    launch: Callable[..., Any],
+    start_drive: Callable,
 ):
-    stand = launch()
-    stand.change_state('deactivate')
+    stand = start_drive()
+    stand.operator.change_state('deactivate')
     answer = set_parameter(stand, 'stand.preload', 0.3)
-    stand.change_state('activate')
+    stand.operator.change_state('activate')
     used_n = stand.drive.session.parameters.stand.preload
     assert used_n == (0.3 if answer.successful else 0.5)
 
@@ -130,8 +130,8 @@ def test_a_bad_change_is_refused_with_a_reason_and_changes_nothing(
     assert changed.keys() == {'autostart', 'record.directory'}
 
 
-def test_a_whole_number_does_for_a_decimal_one_at_the_start(launch: Callable[..., Any]):
-    stand = launch({'autostart': False, 'stand.preload': 1}, wait=False)
+def test_a_whole_number_does_for_a_decimal_one_at_the_start(start_drive: Callable):
+    stand = start_drive({'autostart': False, 'stand.preload': 1}, wait=False)
     value = stand.drive.get_parameter('stand.preload').value
     assert (type(value), value) == (float, 1.0)
     assert described(stand)['stand.preload'].type == ParameterType.PARAMETER_DOUBLE
@@ -163,10 +163,10 @@ def test_a_whole_number_does_for_a_decimal_one_at_the_start(launch: Callable[...
     ],
 )
 def test_a_bad_value_at_the_start_is_refused(
-    launch: Callable[..., Any], values: dict[str, Any], refusal: type, message: str
+    start_drive: Callable, values: dict[str, Any], refusal: type, message: str
 ):
     with pytest.raises(refusal) as caught:
-        launch(values, wait=False)
+        start_drive(values, wait=False)
     assert message in str(caught.value)
 
 
@@ -182,7 +182,7 @@ def test_what_we_write_can_be_loaded_as_ros2_param_load_does_it(manual: Any, tmp
     loaded = parameter_dict_from_yaml_file(str(path), use_wildcard=True)
     del loaded['autostart']  # can never change
     request = SetParameters.Request(parameters=list(loaded.values()))
-    results = manual.call(SetParameters, 'set_parameters', request).results
+    results = manual.operator.call(SetParameters, 'set_parameters', request).results
     assert [result.reason for result in results if not result.successful] == []
     assert {name: manual.drive.get_parameter(name).value for name in specs()} == wanted.flat()
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from rosbags.highlevel import AnyReader
 
@@ -43,9 +42,9 @@ def record_bag(folder: Path) -> Path:
     return writer.recorder.path
 
 
-def test_a_played_bag_of_commands_is_carried_out(launch: Callable[..., Any], tmp_path: Path):
+def test_a_played_bag_of_commands_is_carried_out(start_drive: Callable, tmp_path: Path):
     bag = record_bag(tmp_path)
-    stand = launch({'sim.real_time_factor': 20.0, 'load_cell.contact': 'absent'})
+    stand = start_drive({'sim.real_time_factor': 20.0, 'load_cell.contact': 'absent'})
     operator = stand.operator
     topics = {f'/{topic.name}': topic for topic in COMMANDS}
     publishers = {

@@ -1,7 +1,6 @@
 """The preload is changed over topics; laws and profiles are chosen by parameters of the node."""
 
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
@@ -14,10 +13,10 @@ BURST = (300.0, 1000.0, 50.0)
 
 
 def test_a_preload_command_is_carried_out_at_its_rate_and_told_by_status_and_event(
-    launch: Callable[..., Any],
+    start_drive: Callable,
 ):
-    stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 0.6})
-    stand.operator.command_preload(PRELOAD_N)
+    stand = start_drive({'stand.preload': 0.5, 'stand.preload_rate': 0.6})
+    stand.operator.command('preload', PRELOAD_N)
     stand.operator.spin_until(
         lambda: stand.operator.status == IDLE | Status.PRELOADING, 'the preloading bit'
     )
@@ -27,13 +26,13 @@ def test_a_preload_command_is_carried_out_at_its_rate_and_told_by_status_and_eve
     assert stand.drive.session.bench.state.preload_n == PRELOAD_N
 
 
-def test_a_second_preload_command_replaces_the_first(launch: Callable[..., Any]):
-    stand = launch({'stand.preload': 0.5, 'stand.preload_rate': 0.2})
-    stand.operator.command_preload(PRELOAD_N)
+def test_a_second_preload_command_replaces_the_first(start_drive: Callable):
+    stand = start_drive({'stand.preload': 0.5, 'stand.preload_rate': 0.2})
+    stand.operator.command('preload', PRELOAD_N)
     stand.operator.spin_until(
         lambda: stand.operator.status == IDLE | Status.PRELOADING, 'the preloading bit'
     )
-    stand.operator.command_preload(0.45)
+    stand.operator.command('preload', 0.45)
     event = stand.operator.wait_for_event('preload', 0)
     assert (event['result'], event['number']) == ('DONE', 2)
     assert stand.drive.session.bench.replaced == 1
@@ -42,10 +41,10 @@ def test_a_second_preload_command_replaces_the_first(launch: Callable[..., Any])
 @pytest.mark.parametrize('law', specs()['contact.law'].choices)
 @pytest.mark.parametrize('profile', specs()['contact.profile'].choices)
 def test_the_node_steps_with_every_law_and_every_profile(
-    launch: Callable[..., Any], law: str, profile: str
+    start_drive: Callable, law: str, profile: str
 ):
-    stand = launch({'contact.law': law, 'contact.profile': profile, 'stand.preload': 0.1})
-    stand.operator.command_sawtooth(*BURST)
+    stand = start_drive({'contact.law': law, 'contact.profile': profile, 'stand.preload': 0.1})
+    stand.operator.command('sawtooth', BURST)
     event = stand.operator.wait_for_event('sawtooth', 0)
     assert (event['result'], event['steps']) == ('DONE', BURST[2])
     # Ten times the stroke: every law steps at this preload.

@@ -31,31 +31,33 @@ def endpoint_of(stand: Any, name: str, *, published: bool) -> Any:
     return found[0].qos_profile
 
 
-def test_an_override_of_a_publisher_is_what_the_network_sees(launch: Callable[..., Any]):
-    stand = launch(BEST_EFFORT, wait=False)
+def test_an_override_of_a_publisher_is_what_the_network_sees(start_drive: Callable):
+    stand = start_drive(BEST_EFFORT, wait=False)
     profile = endpoint_of(stand, '/position', published=True)
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
     assert endpoint_of(stand, '/force', published=True).reliability == ReliabilityPolicy.RELIABLE
 
 
-def test_an_override_of_a_subscription_and_of_a_depth(launch: Callable[..., Any]):
+def test_an_override_of_a_subscription_and_of_a_depth(start_drive: Callable):
     name = 'qos_overrides./command/voltage.subscription'
-    stand = launch({f'{name}.reliability': 'best_effort', f'{name}.depth': 7}, wait=False)
+    stand = start_drive({f'{name}.reliability': 'best_effort', f'{name}.depth': 7}, wait=False)
     profile = endpoint_of(stand, '/command/voltage', published=False)
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
     assert stand.drive._topics._offered['voltage'].qos_profile.depth == 7
 
 
-def test_an_override_in_a_namespace_names_the_resolved_topic(launch: Callable[..., Any]):
+def test_an_override_in_a_namespace_names_the_resolved_topic(start_drive: Callable):
     name = 'qos_overrides./left/position.publisher.depth'
-    stand = launch({name: 3}, '/left')
+    stand = start_drive({name: 3}, '/left')
     assert stand.drive._topics._offered['position'].qos_profile.depth == 3
 
 
-def test_overrides_hold_after_a_new_configuration_and_cannot_change(launch: Callable[..., Any]):
-    stand = launch({**BEST_EFFORT, 'autostart': False}, wait=False)
+def test_overrides_hold_after_a_new_configuration_and_cannot_change(
+    start_drive: Callable,
+):
+    stand = start_drive({**BEST_EFFORT, 'autostart': False}, wait=False)
     for transition in ('configure', 'cleanup', 'configure', 'activate'):
-        assert stand.change_state(transition)
+        assert stand.operator.change_state(transition)
     profile = endpoint_of(stand, '/position', published=True)
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
     [name] = BEST_EFFORT
@@ -63,8 +65,8 @@ def test_overrides_hold_after_a_new_configuration_and_cannot_change(launch: Call
     assert not stand.operator.set_parameter(name, 'reliable').successful
 
 
-def test_a_recording_keeps_the_overridden_quality_of_service(launch: Callable[..., Any]):
-    stand = launch({'qos_overrides./position.publisher.depth': 3})
+def test_a_recording_keeps_the_overridden_quality_of_service(start_drive: Callable):
+    stand = start_drive({'qos_overrides./position.publisher.depth': 3})
     path = Path(stand.operator.set_recording(wanted=True).message)
     stand.operator.set_recording(wanted=False)
     with path.open('rb') as stream:
@@ -91,13 +93,11 @@ def test_a_recording_keeps_the_overridden_quality_of_service(launch: Callable[..
         ('qos_overrides./position.publisher.history', 'keep_all'),
     ],
 )
-def test_a_bad_override_leaves_the_node_unconfigured(
-    launch: Callable[..., Any], name: str, value: Any
-):
-    stand = launch({name: value}, wait=False)
-    assert stand.state() == 'unconfigured'
+def test_a_bad_override_leaves_the_node_unconfigured(start_drive: Callable, name: str, value: Any):
+    stand = start_drive({name: value}, wait=False)
+    assert stand.operator.state() == 'unconfigured'
     assert stand.drive._topics._offered == {}
-    assert not stand.change_state('configure')
+    assert not stand.operator.change_state('configure')
 
 
 @pytest.mark.parametrize('direction', ['publisher', 'subscription'])
@@ -112,7 +112,7 @@ def test_an_endpoint_that_does_not_fit_is_told_and_counted(stand: Any, direction
         point = MESSAGE_TYPES['geometry_msgs/msg/PointStamped']
         node.create_subscription(point, 'position', lambda _: None, profile)
         topic = 'position'
-    heard = stand.listen('diagnostics')
+    heard = stand.operator.listen('diagnostics')
 
     def misfits() -> list[Any]:
         return [

@@ -36,15 +36,15 @@ def record_a_session(stand: Any, *more: tuple[str, Any]) -> Path:
     operator = stand.operator
     answer = operator.set_recording(wanted=True)
     assert answer.success
-    operator.command_sawtooth(AMPLITUDE_V, FREQUENCY_HZ, STEPS)
+    operator.command('sawtooth', (AMPLITUDE_V, FREQUENCY_HZ, STEPS))
     operator.wait_for_event('sawtooth', 0)
-    operator.command_load(LOAD_N)
+    operator.command('load', LOAD_N)
     operator.wait_for_event('load', 0)
-    operator.command_preload(PRELOAD_N)
+    operator.command('preload', PRELOAD_N)
     operator.wait_for_event('preload', 0)
-    operator.command_voltage(40.0)
+    operator.command('voltage', 40.0)
     operator.wait_for_event('voltage', 0)
-    operator.command_voltage(400.0)
+    operator.command('voltage', 400.0)
     operator.wait_for_event('voltage', len(operator.events))
     for name, value in more:
         operator.command(name, value)
@@ -98,11 +98,11 @@ def test_two_recordings_without_a_name_are_two_files(stand: Any, tmp_path: Path)
 
 @pytest.mark.parametrize('flush_period_s', [0.1, 60.0], ids=['meanwhile', 'at the end'])
 def test_a_deleted_recording_has_failed_and_the_drive_goes_on(
-    launch: Callable[..., Any], tmp_path: Path, flush_period_s: float
+    start_drive: Callable, tmp_path: Path, flush_period_s: float
 ):
     folder = tmp_path / 'runs'
     values = {'record.directory': str(folder), 'record.flush_period': flush_period_s}
-    stand = launch(values)
+    stand = start_drive(values)
     assert stand.operator.set_recording(wanted=True).success
     shutil.rmtree(folder)
     if flush_period_s < 1.0:
@@ -118,10 +118,10 @@ def test_a_deleted_recording_has_failed_and_the_drive_goes_on(
 
 
 def test_a_recording_in_parts_is_told_by_names_that_exist(
-    launch: Callable[..., Any], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    start_drive: Callable, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ):
     values = {'record.split_duration': 0.1, 'record.flush_period': 0.1, 'record.name': 'run'}
-    stand = launch(values)
+    stand = start_drive(values)
     assert stand.operator.set_recording(wanted=True).message == f'{tmp_path}/run_0.mcap'
     stand.operator.spin_for(0.25)
     parts = stand.operator.set_recording(wanted=False).message
@@ -133,10 +133,10 @@ def test_a_recording_in_parts_is_told_by_names_that_exist(
     assert f'recorded {parts}: {sum(counts)} messages, 0 dropped' in capfd.readouterr().err
 
 
-def test_an_existing_file_is_not_overwritten(launch: Callable[..., Any], tmp_path: Path):
+def test_an_existing_file_is_not_overwritten(start_drive: Callable, tmp_path: Path):
     file = tmp_path / 'kept.mcap'
     file.write_bytes(b'mine')
-    stand = launch({'record.name': 'kept.mcap'})
+    stand = start_drive({'record.name': 'kept.mcap'})
     answer = stand.operator.set_recording(wanted=True)
     assert not answer.success
     assert answer.message == (
@@ -144,12 +144,12 @@ def test_an_existing_file_is_not_overwritten(launch: Callable[..., Any], tmp_pat
     )
     assert file.read_bytes() == b'mine'
     assert stand.drive.session.worker.writer is None
-    stand.operator.command_voltage(10.0)
+    stand.operator.command('voltage', 10.0)
     assert stand.operator.wait_for_event('voltage', 0)['result'] == 'DONE'
 
 
-def test_record_on_start_records_from_time_zero(launch: Callable[..., Any], tmp_path: Path):
-    stand = launch({'record.on_start': True, 'record.name': 'all.mcap'})
+def test_record_on_start_records_from_time_zero(start_drive: Callable, tmp_path: Path):
+    stand = start_drive({'record.on_start': True, 'record.name': 'all.mcap'})
     stand.operator.set_recording(wanted=False)
     position = Recording(tmp_path / 'all.mcap').series('position')
     assert position.time_s[0] == pytest.approx(1e-3)
@@ -157,31 +157,31 @@ def test_record_on_start_records_from_time_zero(launch: Callable[..., Any], tmp_
 
 
 def test_record_on_start_over_an_existing_file_leaves_the_node_inactive(
-    launch: Callable[..., Any], tmp_path: Path
+    start_drive: Callable, tmp_path: Path
 ):
     (tmp_path / 'kept.mcap').write_bytes(b'mine')
-    stand = launch({'record.on_start': True, 'record.name': 'kept.mcap'}, wait=False)
-    assert stand.state() == 'inactive'
+    stand = start_drive({'record.on_start': True, 'record.name': 'kept.mcap'}, wait=False)
+    assert stand.operator.state() == 'inactive'
     (tmp_path / 'kept.mcap').unlink()
-    assert stand.change_state('activate')
-    assert stand.state() == 'active'
+    assert stand.operator.change_state('activate')
+    assert stand.operator.state() == 'active'
 
 
 @pytest.mark.parametrize('transition', ['deactivate', 'shutdown active'])
 def test_leaving_the_active_state_finishes_the_recording(
-    launch: Callable[..., Any], tmp_path: Path, transition: str
+    start_drive: Callable, tmp_path: Path, transition: str
 ):
-    stand = launch({'record.on_start': True, 'record.name': 'run.mcap'})
+    stand = start_drive({'record.on_start': True, 'record.name': 'run.mcap'})
     session = stand.drive.session
-    assert stand.change_state(transition)
+    assert stand.operator.change_state(transition)
     recording = Recording(tmp_path / 'run.mcap')
     counts = {channel.topic: channel.messages for channel in recording.channels}
     assert counts['/position'] == session.bench.time_ns // session.parameters.block_ns
     assert {channel.gaps for channel in recording.channels} == {0}
 
 
-def test_topics_of_a_recording_carry_the_namespace(launch: Callable[..., Any]):
-    stand = launch(namespace='/left')
+def test_topics_of_a_recording_carry_the_namespace(start_drive: Callable):
+    stand = start_drive(namespace='/left')
     path = stand.operator.set_recording(wanted=True).message
     stand.operator.set_recording(wanted=False)
     assert set(Recording(path).types) == {f'/left{name}' for name in RECORDED.values()}
@@ -238,8 +238,8 @@ def test_types_hashes_and_quality_of_service_are_those_of_the_live_topics(stand:
             assert duration_ns == getattr(live.qos_profile, name).nanoseconds
 
 
-def test_positions_on_the_topic_are_those_in_the_file_to_the_bit(launch: Callable[..., Any]):
-    stand = launch(UNHURRIED)
+def test_positions_on_the_topic_are_those_in_the_file_to_the_bit(start_drive: Callable):
+    stand = start_drive(UNHURRIED)
     path = record_a_session(stand)
     recorded = {
         message.stamp_ns: message.x for _, _, message in Recording(path).messages(['/position'])
@@ -288,8 +288,8 @@ def test_times_in_the_file_never_fall_and_begin_with_info_and_status(stand: Any)
     assert [topic for topic, *_ in in_file_order[:2]] == [RECORDED['info'], RECORDED['status']]
 
 
-def test_the_file_keeps_parameters_seed_and_versions(launch: Callable[..., Any]):
-    stand = launch({'stand.preload': 0.25, 'sim.seed': 7})
+def test_the_file_keeps_parameters_seed_and_versions(start_drive: Callable):
+    stand = start_drive({'stand.preload': 0.25, 'sim.seed': 7})
     path = stand.operator.set_recording(wanted=True).message
     stand.operator.set_recording(wanted=False)
     recording = Recording(path)
@@ -302,9 +302,9 @@ def test_the_file_keeps_parameters_seed_and_versions(launch: Callable[..., Any])
 
 
 def test_as_fast_as_possible_waits_for_the_disk_and_loses_nothing(
-    launch: Callable[..., Any], tmp_path: Path
+    start_drive: Callable, tmp_path: Path
 ):
-    stand = launch(
+    stand = start_drive(
         {
             'sim.real_time_factor': 0.0,
             'record.queue_length': 10,
@@ -322,10 +322,10 @@ def test_as_fast_as_possible_waits_for_the_disk_and_loses_nothing(
 
 
 def test_the_answer_names_the_file_wherever_it_is_read(
-    launch: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    start_drive: Callable, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.chdir(tmp_path)
-    stand = launch({'record.directory': 'here', 'record.name': 'run'})
+    stand = start_drive({'record.directory': 'here', 'record.name': 'run'})
     for wanted in (True, False):
         answer = stand.operator.set_recording(wanted=wanted)
         assert answer.message == str(tmp_path / 'here' / 'run.mcap')

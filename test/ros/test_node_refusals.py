@@ -90,9 +90,9 @@ def refused_by_diagnostics(stand: Any) -> int:
 
 @pytest.mark.parametrize('recording', [False, True], ids=['', 'while recording'])
 def test_hundreds_of_bad_messages_neither_stop_nor_move_the_drive(
-    launch: Callable[..., Any], perfect_sensors: dict[str, float], recording: bool
+    start_drive: Callable, perfect_sensors: dict[str, float], recording: bool
 ):
-    stand = launch(perfect_sensors)
+    stand = start_drive(perfect_sensors)
     operator = stand.operator
     if recording:
         assert operator.set_recording(wanted=True).success
@@ -108,7 +108,7 @@ def test_hundreds_of_bad_messages_neither_stop_nor_move_the_drive(
     assert refused_by_diagnostics(stand) == sent
     assert operator.status == IDLE | Status.REFUSED
     assert set(operator.positions.values()) == {0.0}
-    operator.command_voltage(150.0)
+    operator.command('voltage', 150.0)
     assert operator.wait_for_event('voltage', sent)['result'] == 'DONE'
     operator.spin_until(lambda: operator.positions[max(operator.positions)] != 0.0, 'motion')
 
@@ -152,10 +152,10 @@ def test_a_refusal_says_value_limit_unit_and_mend(
 
 
 def test_a_refused_command_leaves_the_running_move_alone(stand: Any):
-    stand.operator.command_sawtooth(300.0, 1000.0, 0.0)
+    stand.operator.command('sawtooth', (300.0, 1000.0, 0.0))
     stand.operator.spin_until(lambda: stand.operator.status == MOVING, 'the move')
-    stand.operator.command_voltage(1e6)
-    stand.operator.command_sawtooth(NAN, 1.0, 1.0)
+    stand.operator.command('voltage', 1e6)
+    stand.operator.command('sawtooth', (NAN, 1.0, 1.0))
     stand.operator.wait_for_event('sawtooth', 0)
     assert stand.operator.status in {MOVING, MOVING | Status.REFUSED}
     assert {event['result'] for event in stand.operator.events} == {'INVALID_PARAMETER'}

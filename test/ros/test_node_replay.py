@@ -45,28 +45,28 @@ ATTACHMENT, METADATA, DATA_END = 0x09, 0x0C, 0x0F
 
 
 def test_everything_asked_of_a_node_in_real_time_is_replayed(
-    launch: Callable[..., Any], tmp_path: Path
+    start_drive: Callable, tmp_path: Path
 ):
     schedule = tmp_path / 'faults.yaml'
     schedule.write_text('- {at: 0.05, set: {missed_steps: 0.1}}\n- {at: 0.3, clear: true}\n')
-    stand = launch({**RECORDED, 'fault.schedule': str(schedule)})
+    stand = start_drive({**RECORDED, 'fault.schedule': str(schedule)})
     operator = stand.operator
-    operator.command_sawtooth(300.0, 1000.0, 0.0)
-    operator.command_load(0.05)
+    operator.command('sawtooth', (300.0, 1000.0, 0.0))
+    operator.command('load', 0.05)
     operator.spin_for(0.05)
     operator.set_parameter('fault.interferometer_offset', 1e-9)
-    operator.command_jog(200.0)
+    operator.command('jog', 200.0)
     operator.spin_for(0.05)
-    operator.command_waveform([(0.0, 0.0), (0.01, 50.0)])
+    operator.command('waveform', [(0.0, 0.0), (0.01, 50.0)])
     operator.wait_for_event('waveform', 0)
     operator.switch('set_paused', wanted=True)
-    operator.command_voltage(20.0)
+    operator.command('voltage', 20.0)
     operator.trigger('tare_force')
     operator.trigger('step_simulation')
     operator.switch('set_paused', wanted=False)
-    operator.command_position(50e-9)
+    operator.command('position', 50e-9)
     operator.spin_for(0.05)
-    operator.command_preload(0.51)
+    operator.command('preload', 0.51)
     operator.wait_for_event('preload', 0)
     for name in ('stop', 'zero_position'):
         operator.trigger(name)
@@ -81,15 +81,13 @@ def test_everything_asked_of_a_node_in_real_time_is_replayed(
     assert recording.series('position').time_s[0] == pytest.approx(1e-3)
 
 
-def test_a_controller_over_topics_in_lockstep_is_replayed(
-    launch: Callable[..., Any], tmp_path: Path
-):
-    stand = launch({**RECORDED, 'sim.lockstep': True}, wait=False)
+def test_a_controller_over_topics_in_lockstep_is_replayed(start_drive: Callable, tmp_path: Path):
+    stand = start_drive({**RECORDED, 'sim.lockstep': True}, wait=False)
     controller = PositionController(
-        context=stand.operator.node.context,
+        context=stand.context,
         parameter_overrides=[Parameter('lockstep', value=True)],
     )
-    stand.operator._executor.add_node(controller)
+    stand.operator.add_node(controller)
     controller.loop.aim(1e-6)
     stand.operator.spin_until(lambda: controller.loop.in_position, 'the target')
     controller.destroy_node()
@@ -99,14 +97,14 @@ def test_a_controller_over_topics_in_lockstep_is_replayed(
 
 
 def test_names_and_qualities_of_service_that_were_changed_are_replayed(
-    launch: Callable[..., Any], tmp_path: Path
+    start_drive: Callable, tmp_path: Path
 ):
     values = {
         **RECORDED,
         'qos_overrides./left/measured.publisher.reliability': 'best_effort',
         'sim.real_time_factor': 0.0,
     }
-    stand = launch(values, namespace='/left', rules=('position:=measured',), wait=False)
+    stand = start_drive(values, namespace='/left', remaps=('position:=measured',), wait=False)
     session = stand.drive.session
     stand.operator.spin_until(lambda: session.bench.time_ns > 10**8, 'a tenth of a second')
     recording = replay_and_check(stand, tmp_path)

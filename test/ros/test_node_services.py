@@ -37,20 +37,20 @@ def test_the_amplifier_is_switched_off_and_on(stand: Any):
     operator = stand.operator
     assert operator.switch('enable_amplifier', wanted=False).success
     operator.spin_until(lambda: not operator.status & Status.AMPLIFIER_ENABLED, 'the bit')
-    operator.command_voltage(100.0)
+    operator.command('voltage', 100.0)
     assert operator.wait_for_event('voltage', 0)['result'] == 'AMPLIFIER_DISABLED'
     seen = len(operator.events)
     assert operator.switch('enable_amplifier', wanted=True).success
-    operator.command_voltage(100.0)
+    operator.command('voltage', 100.0)
     assert operator.wait_for_event('voltage', seen)['result'] == 'DONE'
 
 
 def test_a_zeroed_position_reads_zero_and_is_referenced(
-    launch: Callable[..., Any], perfect_sensors: dict[str, float]
+    start_drive: Callable, perfect_sensors: dict[str, float]
 ):
-    stand = launch({**perfect_sensors, 'runner.damping': 80.0})
+    stand = start_drive({**perfect_sensors, 'runner.damping': 80.0})
     operator = stand.operator
-    operator.command_load(0.1)
+    operator.command('load', 0.1)
     settled_ns = operator.wait_for_event('load', 0)['time_ns'] + SETTLED_NS
     operator.spin_until(lambda: max(operator.positions) > settled_ns, 'rest')
     assert operator.positions[max(operator.positions)] > 1e-9
@@ -61,10 +61,10 @@ def test_a_zeroed_position_reads_zero_and_is_referenced(
     assert operator.status & Status.IS_REFERENCED
 
 
-def test_a_tared_force_reads_zero(launch: Callable[..., Any], perfect_sensors: dict[str, float]):
-    stand = launch({**perfect_sensors, 'runner.damping': 80.0})
-    operator, forces = stand.operator, stand.listen('force')
-    operator.command_load(0.1)
+def test_a_tared_force_reads_zero(start_drive: Callable, perfect_sensors: dict[str, float]):
+    stand = start_drive({**perfect_sensors, 'runner.damping': 80.0})
+    operator, forces = stand.operator, stand.operator.listen('force')
+    operator.command('load', 0.1)
     settled_ns = operator.wait_for_event('load', 0)['time_ns'] + SETTLED_NS
     operator.spin_until(lambda: max(operator.positions) > settled_ns, 'rest')
     operator.spin_until(lambda: bool(forces) and forces[-1].wrench.force.x > 1e-4, 'a force')
@@ -94,7 +94,7 @@ def test_what_came_by_service_is_noted_on_the_topic_and_in_the_file_at_its_time(
 
 def test_a_command_of_a_topic_is_not_noted_a_second_time(stand: Any):
     operator = stand.operator
-    operator.command_voltage(10.0)
+    operator.command('voltage', 10.0)
     operator.wait_for_event('voltage', 0)
     operator.trigger('stop')
     operator.spin_until(lambda: bool(operator.requests), 'the note')
@@ -106,7 +106,7 @@ def test_a_command_of_a_topic_is_not_noted_a_second_time(stand: Any):
 def test_a_switch_of_an_inactive_drive_is_refused_with_its_state(
     manual: Any, name: str, wanted: bool
 ):
-    manual.change_state('configure')
+    manual.operator.change_state('configure')
     answer = manual.operator.switch(name, wanted)
     assert not answer.success
     assert answer.message == (
@@ -116,12 +116,12 @@ def test_a_switch_of_an_inactive_drive_is_refused_with_its_state(
 
 def test_what_an_inactive_drive_refuses_is_counted_and_told_once_as_news(manual: Any):
     operator = manual.operator
-    manual.change_state('configure')
+    manual.operator.change_state('configure')
     operator.wait_for_topics()
-    operator.command_voltage(10.0)
+    operator.command('voltage', 10.0)
     assert not operator.trigger('stop').success
-    heard = manual.listen('diagnostics')
-    manual.change_state('activate')
+    heard = manual.operator.listen('diagnostics')
+    manual.operator.change_state('activate')
     reports: list[Any] = []
 
     def look() -> bool:

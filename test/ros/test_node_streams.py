@@ -5,17 +5,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contexts import queues_of
 
-QUEUES = queues_of('position', 'force', 'trace')
+from stickslip_ros.testing import deep_queues, stamp_ns
+
+QUEUES = deep_queues('position', 'force', 'trace')
 #: A stamp in s as a double: half the last digit at 100 s.
 STAMP_TOLERANCE_S = 1e-14 * 100.0
 COLUMNS = 't[s],voltage[V],foot[m],position[m],force[N]'
 
 
 @pytest.fixture
-def stand(launch: Callable[..., Any]) -> Any:
-    return launch(QUEUES)
+def stand(start_drive: Callable) -> Any:
+    return start_drive(QUEUES)
 
 
 def table(message: Any) -> np.ndarray:
@@ -24,11 +25,9 @@ def table(message: Any) -> np.ndarray:
 
 
 @pytest.mark.parametrize('block_s', [1e-3, 5e-3])
-def test_stamps_rise_by_the_block_without_a_hole(
-    launch: Callable[..., Any], stamp_ns: Callable, block_s: float
-):
-    stand = launch({**QUEUES, 'sim.block': block_s})
-    position, force = stand.listen('position'), stand.listen('force')
+def test_stamps_rise_by_the_block_without_a_hole(start_drive: Callable, block_s: float):
+    stand = start_drive({**QUEUES, 'sim.block': block_s})
+    position, force = stand.operator.listen('position'), stand.operator.listen('force')
     stand.operator.spin_until(lambda: min(len(position), len(force)) >= 50, 'readings')
     for heard in (position, force):
         times = [stamp_ns(each) for each in heard]
@@ -36,8 +35,8 @@ def test_stamps_rise_by_the_block_without_a_hole(
         assert times[0] % round(block_s * 1e9) == 0
 
 
-def test_position_and_force_of_one_moment_have_equal_stamps(stand: Any, stamp_ns: Callable):
-    position, force = stand.listen('position'), stand.listen('force')
+def test_position_and_force_of_one_moment_have_equal_stamps(stand: Any):
+    position, force = stand.operator.listen('position'), stand.operator.listen('force')
     stand.operator.spin_until(lambda: min(len(position), len(force)) >= 50, 'readings')
     times = [{stamp_ns(each) for each in heard} for heard in (position, force)]
     last_ns = min(map(max, times))
@@ -48,7 +47,7 @@ def test_position_and_force_of_one_moment_have_equal_stamps(stand: Any, stamp_ns
 
 
 def test_frames_and_unused_components_are_as_declared(stand: Any):
-    position, force = stand.listen('position'), stand.listen('force')
+    position, force = stand.operator.listen('position'), stand.operator.listen('force')
     stand.operator.spin_until(lambda: bool(position and force), 'readings')
     assert position[0].header.frame_id == 'stage_base'
     assert force[0].header.frame_id == 'load_cell'
@@ -58,7 +57,7 @@ def test_frames_and_unused_components_are_as_declared(stand: Any):
 
 
 def test_the_layout_of_a_trace_names_its_columns(stand: Any):
-    heard = stand.listen('trace')
+    heard = stand.operator.listen('trace')
     stand.operator.spin_until(lambda: bool(heard), 'a trace')
     rows, columns = heard[0].layout.dim
     assert (rows.label, rows.size, rows.stride) == ('sample', 500, 2500)
@@ -68,7 +67,7 @@ def test_the_layout_of_a_trace_names_its_columns(stand: Any):
 
 
 def test_no_sample_is_missing_within_and_between_blocks(stand: Any):
-    heard = stand.listen('trace')
+    heard = stand.operator.listen('trace')
     stand.operator.spin_until(lambda: len(heard) >= 20, 'traces')
     time_s = np.concatenate([table(each)[:, 0] for each in heard])
     sample = np.round(time_s * 50e3).astype(int)
@@ -78,21 +77,19 @@ def test_no_sample_is_missing_within_and_between_blocks(stand: Any):
 
 
 @pytest.mark.parametrize('rate_hz', [10e3, 100e3])
-def test_the_rate_of_the_trace_is_the_parameter(launch: Callable[..., Any], rate_hz: float):
-    stand = launch({**QUEUES, 'trace.sample_rate': rate_hz, 'trace.period': 0.02})
-    heard = stand.listen('trace')
+def test_the_rate_of_the_trace_is_the_parameter(start_drive: Callable, rate_hz: float):
+    stand = start_drive({**QUEUES, 'trace.sample_rate': rate_hz, 'trace.period': 0.02})
+    heard = stand.operator.listen('trace')
     stand.operator.spin_until(lambda: len(heard) >= 3, 'traces')
     time_s = np.concatenate([table(each)[:, 0] for each in heard])
     assert len(heard[0].data) == 5 * round(0.02 * rate_hz)
     assert np.diff(time_s) == pytest.approx(np.full(len(time_s) - 1, 1.0 / rate_hz), rel=1e-6)
 
 
-def test_scalar_readings_are_the_samples_of_the_trace_at_their_stamps(
-    stand: Any, stamp_ns: Callable
-):
-    trace, position = stand.listen('trace'), stand.listen('position')
-    force = stand.listen('force')
-    stand.operator.command_sawtooth(300.0, 1000.0, 20.0)
+def test_scalar_readings_are_the_samples_of_the_trace_at_their_stamps(stand: Any):
+    trace, position = stand.operator.listen('trace'), stand.operator.listen('position')
+    force = stand.operator.listen('force')
+    stand.operator.command('sawtooth', (300.0, 1000.0, 20.0))
     stand.operator.spin_until(lambda: len(trace) >= 6, 'traces')
     rows = np.concatenate([table(each) for each in trace])
     by_time = {round(row[0] * 1e9): row for row in rows}
@@ -112,8 +109,8 @@ def test_scalar_readings_are_the_samples_of_the_trace_at_their_stamps(
 
 
 def test_the_foot_follows_the_voltage_with_the_gain_of_the_piezo(stand: Any):
-    trace = stand.listen('trace')
-    stand.operator.command_sawtooth(300.0, 1000.0, 20.0)
+    trace = stand.operator.listen('trace')
+    stand.operator.command('sawtooth', (300.0, 1000.0, 20.0))
     stand.operator.spin_until(
         lambda: any(table(each)[:, 1].max() > 290.0 for each in trace), 'the saw-tooth'
     )

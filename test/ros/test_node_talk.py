@@ -39,7 +39,7 @@ def log(capfd: pytest.CaptureFixture[str]) -> Log:
 
 def connections(stand: Any) -> Callable[[], DiagnosticStatus]:
     """Listen to diagnostics; give a function that gives the newest part on connections."""
-    heard = stand.listen('diagnostics')
+    heard = stand.operator.listen('diagnostics')
     empty = DiagnosticStatus()
 
     def newest() -> DiagnosticStatus:
@@ -49,8 +49,8 @@ def connections(stand: Any) -> Callable[[], DiagnosticStatus]:
     return newest
 
 
-def test_it_says_who_it_is_and_a_command_that_is_true(launch: Callable[..., Any], log: Log):
-    stand = launch(namespace='/left', rules=('command/voltage:=volts',), wait=False)
+def test_it_says_who_it_is_and_a_command_that_is_true(start_drive: Callable, log: Log):
+    stand = start_drive(namespace='/left', remaps=('command/voltage:=volts',), wait=False)
     [start] = log.lines(f'stickslip_ros {stickslip_ros.__version__}, ROS 2 ')
     assert f': /left/stickslip_drive, domain {stand.domain}, discovery LOCALHOST' in start
     [active] = log.lines('active: 1 kHz blocks, in real time, preload 0.5 N; try: ')
@@ -64,17 +64,17 @@ def test_it_says_who_it_is_and_a_command_that_is_true(launch: Callable[..., Any]
     assert stand.operator.wait_for_event('voltage', 0)['result'] == 'DONE'
 
 
-def test_in_lockstep_it_says_what_it_waits_for(launch: Callable[..., Any], log: Log):
-    launch({'sim.lockstep': True}, namespace='/left', wait=False)
+def test_in_lockstep_it_says_what_it_waits_for(start_drive: Callable, log: Log):
+    start_drive({'sim.lockstep': True}, namespace='/left', wait=False)
     assert log.lines(
         'active: 1 kHz blocks, in lockstep,', 'waits for grants on /left/command/grant'
     )
 
 
-def test_a_second_drive_of_the_same_name_is_told(launch: Callable[..., Any], log: Log):
-    stand = launch()
+def test_a_second_drive_of_the_same_name_is_told(start_drive: Callable, log: Log):
+    stand = start_drive()
     newest = connections(stand)
-    launch(wait=False)
+    start_drive(wait=False)
     named = 'another node is called /stickslip_drive too'
     published = '/stickslip_drive publishes on /position too'
     stand.operator.spin_until(
@@ -100,7 +100,7 @@ def test_another_publisher_of_a_reading_is_told_once_and_while_it_is_there(stand
 def test_refusals_are_told_and_those_that_are_held_back_are_counted(stand: Any, log: Log):
     operator = stand.operator
     for number in range(1, FLOOD + 1):
-        operator.command_voltage(REFUSED_V)
+        operator.command('voltage', REFUSED_V)
         if number % (COMMAND.depth // 2) == 0:
             operator.spin_until(lambda: len(operator.events) == number, 'events')  # noqa: B023
 
@@ -117,7 +117,7 @@ def test_refusals_are_told_and_those_that_are_held_back_are_counted(stand: Any, 
 def test_commands_that_a_full_queue_loses_are_counted(stand: Any):
     newest = connections(stand)
     stand.operator.spin_until(lambda: bool(newest().name), 'diagnostics')  # knows the publisher
-    stand.operator.command_voltage(1.0)
+    stand.operator.command('voltage', 1.0)
     stand.operator.wait_for_event('voltage', 0)
     is_held, goes_on = threading.Event(), threading.Event()
 
@@ -129,7 +129,7 @@ def test_commands_that_a_full_queue_loses_are_counted(stand: Any):
     stand.operator.spin_until(is_held.is_set, 'the executor')
     try:
         for _ in range(COMMAND.depth + FLOOD):
-            stand.operator.command_voltage(1.0)
+            stand.operator.command('voltage', 1.0)
     finally:
         goes_on.set()
     told = f'{FLOOD} commands lost since the configuration'

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from contexts import queues_of
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.testing import deep_queues, stamp_ns
 
 BLOCK_NS = 1_000_000
 REPORTS = 2
@@ -39,12 +39,14 @@ def next_time_part(stand: Any, heard: list[Any]) -> Any:
     return parts[-1]
 
 
-def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(launch: Callable[..., Any]):
-    stand = launch(queues_of('position'))
+def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(
+    start_drive: Callable,
+):
+    stand = start_drive(deep_queues('position'))
     operator = stand.operator
     held_ns = pause(stand)
     operator.spin_until(lambda: max(operator.positions) == held_ns, 'the last position')
-    heard = stand.listen('diagnostics')
+    heard = stand.operator.listen('diagnostics')
     next_time_part(stand, heard)  # a second of wall-clock time
     assert stand.drive.session.bench.time_ns == max(operator.positions) == held_ns
     answer = operator.switch('set_paused', wanted=False)
@@ -71,7 +73,7 @@ def test_a_paused_drive_waits_without_work(stand: Any):
 
 
 def test_a_pause_is_no_lateness(stand: Any):
-    heard = stand.listen('diagnostics')
+    heard = stand.operator.listen('diagnostics')
     pause(stand)
     paused_s = time.monotonic()
     for _ in range(REPORTS):
@@ -139,7 +141,7 @@ def test_a_fault_of_a_paused_drive_is_there_at_once(stand: Any):
 def test_a_command_to_a_paused_drive_waits_for_the_next_block(stand: Any):
     operator = stand.operator
     held_ns = pause(stand)
-    operator.command_load(0.1)
+    operator.command('load', 0.1)
     operator.trigger('stop')  # it came after the load and is carried out before it
     operator.spin_until(lambda: bool(operator.requests), 'the note')
     operator.trigger('step_simulation')
@@ -152,7 +154,7 @@ def test_the_order_of_effect_is_the_order_in_the_file(stand: Any):
     operator = stand.operator
     path = operator.set_recording(wanted=True).message
     held_ns = pause(stand)
-    operator.command_load(0.1)
+    operator.command('load', 0.1)
     operator.trigger('zero_position')
     operator.trigger('step_simulation')
     operator.set_recording(wanted=False)
@@ -164,8 +166,8 @@ def test_the_order_of_effect_is_the_order_in_the_file(stand: Any):
     assert told == [('/stickslip_drive/request', held_ns), ('/command/load', held_ns)]
 
 
-def test_a_slow_drive_is_paused_at_once(launch: Callable[..., Any]):
-    stand = launch({'sim.real_time_factor': 1e-6}, wait=False)
+def test_a_slow_drive_is_paused_at_once(start_drive: Callable):
+    stand = start_drive({'sim.real_time_factor': 1e-6}, wait=False)
     operator = stand.operator
     operator.spin_until(lambda: stand.drive.session.bench.time_ns > 0, 'the first block')
     held_ns = pause(stand)
@@ -176,14 +178,14 @@ def test_a_slow_drive_is_paused_at_once(launch: Callable[..., Any]):
 
 def test_a_paused_drive_can_be_deactivated_and_runs_when_activated(stand: Any):
     held_ns = pause(stand)
-    assert stand.change_state('deactivate')
-    assert stand.change_state('activate')
+    assert stand.operator.change_state('deactivate')
+    assert stand.operator.change_state('activate')
     stand.operator.spin_until(lambda: max(stand.operator.positions) > held_ns, 'a position')
 
 
-def test_the_clock_is_the_stamp_of_the_positions(launch: Callable[..., Any]):
-    stand = launch({**queues_of('clock', 'position'), 'sim.publish_clock': True})
-    clock = stand.listen('clock')
+def test_the_clock_is_the_stamp_of_the_positions(start_drive: Callable):
+    stand = start_drive({**deep_queues('clock', 'position'), 'sim.publish_clock': True})
+    clock = stand.operator.listen('clock')
     stand.operator.spin_until(lambda: len(clock) >= 20, 'the clock')
     times = [each.clock.sec * 10**9 + each.clock.nanosec for each in clock]
     assert {b - a for a, b in itertools.pairwise(times)} == {BLOCK_NS}
@@ -196,12 +198,12 @@ def test_without_the_parameter_there_is_no_clock(stand: Any):
     assert stand.operator.node.count_publishers('/clock') == 0
 
 
-def test_a_node_does_not_follow_the_clock_that_it_publishes(launch: Callable[..., Any]):
-    stand = launch({'sim.publish_clock': True, 'use_sim_time': True}, wait=False)
-    assert stand.state() == 'unconfigured'
-    assert not stand.change_state('configure')
+def test_a_node_does_not_follow_the_clock_that_it_publishes(start_drive: Callable):
+    stand = start_drive({'sim.publish_clock': True, 'use_sim_time': True}, wait=False)
+    assert stand.operator.state() == 'unconfigured'
+    assert not stand.operator.change_state('configure')
     assert stand.operator.set_parameter('use_sim_time', value=False).successful
-    assert stand.change_state('configure')
+    assert stand.operator.change_state('configure')
     answer = stand.operator.set_parameter('use_sim_time', value=True)
     assert not answer.successful
     assert answer.reason == (
@@ -212,27 +214,29 @@ def test_a_node_does_not_follow_the_clock_that_it_publishes(launch: Callable[...
 
 
 def test_following_another_clock_is_allowed_and_refused_is_then_to_publish_one(
-    launch: Callable[..., Any],
+    start_drive: Callable,
 ):
-    stand = launch({'autostart': False, 'use_sim_time': True}, wait=False)
+    stand = start_drive({'autostart': False, 'use_sim_time': True}, wait=False)
     answer = stand.operator.set_parameter('sim.publish_clock', value=True)
     assert not answer.successful
     assert 'use_sim_time' in answer.reason
-    assert stand.change_state('configure')
-    assert stand.change_state('activate')
-    heard = stand.listen('diagnostics')  # 1 Hz of wall-clock time, though the clock stands still
+    assert stand.operator.change_state('configure')
+    assert stand.operator.change_state('activate')
+    heard = stand.operator.listen(
+        'diagnostics'
+    )  # 1 Hz of wall-clock time, though the clock stands still
     next_time_part(stand, heard)
 
 
 def test_the_truth_is_published_and_recorded_if_asked_for(
-    launch: Callable[..., Any], perfect_sensors: dict[str, float], stamp_ns: Callable
+    start_drive: Callable, perfect_sensors: dict[str, float]
 ):
-    stand = launch({**perfect_sensors, 'sim.publish_truth': True})
+    stand = start_drive({**perfect_sensors, 'sim.publish_truth': True})
     operator = stand.operator
-    truth, force = stand.listen('truth_position'), stand.listen('truth_force')
+    truth, force = stand.operator.listen('truth_position'), stand.operator.listen('truth_force')
     path = operator.set_recording(wanted=True).message
     start_ns = stand.drive.session.bench.time_ns
-    operator.command_sawtooth(300.0, 1000.0, 5.0)
+    operator.command('sawtooth', (300.0, 1000.0, 5.0))
     operator.wait_for_event('sawtooth', 0)
     end_ns = start_ns + 20 * BLOCK_NS
     for heard in (truth, force):
@@ -249,10 +253,10 @@ def test_the_truth_is_published_and_recorded_if_asked_for(
 
 
 def test_topics_follow_a_parameter_that_was_changed_while_inactive(stand: Any):
-    stand.change_state('deactivate')
+    stand.operator.change_state('deactivate')
     assert stand.operator.set_parameter('sim.publish_truth', value=True).successful
-    assert stand.change_state('activate')
-    truth = stand.listen('truth_position')
+    assert stand.operator.change_state('activate')
+    truth = stand.operator.listen('truth_position')
     stand.operator.spin_until(lambda: bool(truth), 'the truth')
 
 

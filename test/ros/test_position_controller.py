@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from contexts import open_context
 from rclpy.parameter import Parameter
 
 from stickslip_ros.parameters import load_yaml, specs
 from stickslip_ros.ros.position_controller import PositionController
+from stickslip_ros.testing import open_context
 
 REALISTIC = load_yaml(Path(__file__).parents[2] / 'config' / 'realistic.yaml').changed()
 TOLERANCE_M = 5e-9
@@ -29,8 +29,8 @@ def settings(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_controller_passes_over_what_a_file_says_to_the_drive(domain: int, settings: Path):
-    context = open_context(domain, '')
+def test_the_controller_passes_over_what_a_file_says_to_the_drive(ros_domain: int, settings: Path):
+    context = open_context(ros_domain)
     words = ['--ros-args', '--params-file', str(settings)]
     controller = PositionController(context=context, cli_args=words)
     assert controller.get_parameter('tolerance').value == 3e-9
@@ -42,9 +42,9 @@ def test_the_controller_passes_over_what_a_file_says_to_the_drive(domain: int, s
 
 
 @pytest.fixture
-def controlled(launch: Callable[..., Any], tmp_path: Path) -> Iterator[tuple[Any, Any]]:
+def controlled(start_drive: Callable, tmp_path: Path) -> Iterator[tuple[Any, Any]]:
     """Give a realistic drive and a controller, which go in lockstep."""
-    stand = launch(
+    stand = start_drive(
         {
             **REALISTIC,
             'sim.lockstep': True,
@@ -55,10 +55,8 @@ def controlled(launch: Callable[..., Any], tmp_path: Path) -> Iterator[tuple[Any
         wait=False,
     )
     override = [Parameter('lockstep', value=True)]
-    controller = PositionController(
-        context=stand.operator.node.context, parameter_overrides=override
-    )
-    stand.operator._executor.add_node(controller)
+    controller = PositionController(context=stand.context, parameter_overrides=override)
+    stand.operator.add_node(controller)
     yield stand, controller
     controller.destroy_node()
 
@@ -68,7 +66,7 @@ def test_targets_from_100_nm_to_100_um_are_reached_within_5_nm_and_held_under_lo
 ):
     stand, controller = controlled
     operator = stand.operator
-    truth = stand.listen('truth_position')
+    truth = stand.operator.listen('truth_position')
     for target_m in TARGETS_M:
         controller.loop.aim(target_m)
         operator.spin_until(lambda: controller.loop.in_position, f'{target_m} m', 60.0)
@@ -76,7 +74,7 @@ def test_targets_from_100_nm_to_100_um_are_reached_within_5_nm_and_held_under_lo
         operator.spin_until(lambda n=enough: len(truth) > n, 'the hold')
         held = np.array([m.point.x for m in truth[-int(500 * HOLD_S) :]])
         assert np.abs(held - target_m).max() < TOLERANCE_M
-    operator.command_load(LOAD_N)
+    operator.command('load', LOAD_N)
     loaded = len(truth)
     operator.spin_until(lambda: len(truth) > loaded + 2000 * HOLD_S, 'the hold under load')
     after = np.array([m.point.x for m in truth[loaded:]]) - TARGETS_M[-1]

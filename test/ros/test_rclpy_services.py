@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-from contexts import open_context
 from executables import CONTROLLER, DRIVE, END_TIMEOUT_S, end
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
@@ -25,6 +24,7 @@ from rclpy.node import Node
 from type_description_interfaces.srv import GetTypeDescription
 
 from stickslip_ros.ros.ending import end_node
+from stickslip_ros.testing import open_context
 
 #: An answer to a client that DDS has not made known yet is lost.
 ASK_AGAIN_S = 0.5
@@ -72,8 +72,8 @@ OFFERED_BY_RCLPY = ('rcl_interfaces/', 'lifecycle_msgs/', 'type_description_inte
 class Client:
     """Asks a process, again and again until it answers."""
 
-    def __init__(self, domain: int, process: subprocess.Popen[str], name: str) -> None:
-        self.context = open_context(domain, '')
+    def __init__(self, ros_domain: int, process: subprocess.Popen[str], name: str) -> None:
+        self.context = open_context(ros_domain)
         self.node = Node('client', context=self.context)
         self.executor = SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
@@ -113,12 +113,12 @@ class Client:
 
 @pytest.fixture(params=['stickslip_drive', 'position_controller'])
 def asked(
-    request: pytest.FixtureRequest, start: Callable, domain: int
+    request: pytest.FixtureRequest, start: Callable, ros_domain: int
 ) -> Iterator[tuple[Client, dict[str, Any]]]:
     """Give who asks an executable, and what, by service."""
     is_drive = request.param == 'stickslip_drive'
     process = start(*(DRIVE if is_drive else CONTROLLER))
-    client = Client(domain, process, request.param)
+    client = Client(ros_domain, process, request.param)
     requests = OF_EVERY_NODE | OF_LIFECYCLE if is_drive else OF_EVERY_NODE
     assert client.spin_until(lambda: request.param in client.node.get_node_names())
     assert client.spin_until(lambda: client.offered() >= requests.keys())

@@ -1,0 +1,70 @@
+"""A ROS domain and contexts of its own for every test process, so that none hears another."""
+
+import fcntl
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from unittest.mock import patch
+
+import rclpy
+from rclpy.context import Context
+from rclpy.signals import SignalHandlerOptions
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.ros.executable import DISCOVERY_VARIABLE
+
+DOMAINS = range(1, 21)
+
+
+@contextmanager
+def reserve_domain() -> Iterator[int]:
+    """
+    Give a ROS domain that no other test process of this machine has, on this host only.
+
+    Raises
+    ------
+    StickSlipError
+        If all are taken.
+
+    """
+    for number in DOMAINS:
+        with Path(tempfile.gettempdir(), f'stickslip_ros_domain_{number}').open('w') as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            with patch.dict(os.environ, {DISCOVERY_VARIABLE: 'LOCALHOST'}):
+                yield number
+            return
+    limits = f'{DOMAINS[0]} to {DOMAINS[-1]}'
+    raise StickSlipError(f'all ROS domains for tests, {limits}, are taken; end a test run')
+
+
+def open_context(
+    domain: int | None = None, namespace: str = '', remaps: Sequence[str] = ()
+) -> Context:
+    """
+    Return a context of rclpy of its own, without signal handlers; end it with ``try_shutdown``.
+
+    Parameters
+    ----------
+    domain : int or None
+        ROS domain; that of the environment if None.
+    namespace : str
+        Namespace of its nodes, as ``/left``.
+    remaps : sequence of str
+        Further remapping rules, as ``command/voltage:=volts``.
+
+    """
+    rules = (f'__ns:={namespace}', *remaps) if namespace else remaps
+    arguments = ['--ros-args', *(word for rule in rules for word in ('-r', rule))] if rules else []
+    context = Context()
+    rclpy.init(
+        args=arguments,
+        context=context,
+        domain_id=domain,
+        signal_handler_options=SignalHandlerOptions.NO,
+    )
+    return context

@@ -1,0 +1,112 @@
+"""A drive that runs beside a test, in the same process, and an operator who commands it."""
+
+import gc
+import threading
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter
+
+from stickslip_ros.parameters import Scalar
+from stickslip_ros.ros.ending import end_node
+from stickslip_ros.stopping import heed_stop
+from stickslip_ros.testing.isolation import open_context
+from stickslip_ros.testing.operator import Operator
+
+if TYPE_CHECKING:
+    pass
+
+SPIN_S = 0.02
+
+
+class Stand:
+    """
+    A drive, its executor on a thread of its own, and an operator that a test spins.
+
+    The operator lives in a context of its own, as it would in a process of its own. What ends the
+    executor of the drive is raised where the operator waits, or by ``close``, once.
+
+    Parameters
+    ----------
+    domain : int
+        ROS domain.
+    parameters : mapping of str to float, int, bool or str
+        Those that differ from the defaults, as ``{'stand.preload': 0.3}``.
+    namespace : str
+        Of the drive and of the operator, as ``/left``.
+    remaps : sequence of str
+        Further remapping rules of the drive, as ``command/voltage:=volts``.
+
+    Attributes
+    ----------
+    drive : StickSlipDrive
+        The node.
+    operator : Operator
+        Who commands it.
+    context : Context
+        That of the operator, for other nodes of the test: ``operator.add_node`` spins them.
+
+    Raises
+    ------
+    StickSlipError
+        If a parameter is not known or not allowed.
+
+    """
+
+    def __init__(
+        self,
+        domain: int,
+        parameters: Mapping[str, Scalar],
+        *,
+        namespace: str = '',
+        remaps: Sequence[str] = (),
+    ) -> None:
+        # Whoever needs an operator only does without the kernels that a drive loads.
+        from stickslip_ros.ros.node import StickSlipDrive  # noqa: PLC0415
+
+        self.domain = domain
+        self._crash: Exception | None = None
+        self._ended = threading.Event()
+        self._context = open_context(domain, namespace, remaps)
+        self.drive: StickSlipDrive = StickSlipDrive(
+            context=self._context,
+            parameter_overrides=[Parameter(name, value=v) for name, v in parameters.items()],
+        )
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self.drive)
+        self._thread = threading.Thread(target=self._spin, name='executor of the drive')
+        self._thread.start()
+        self.context = open_context(domain, namespace)
+        self.operator = Operator(self.context, self.drive.get_name())
+        self.operator.check = self._check
+
+    def close(self) -> None:
+        """End the drive as its executable does, then leave; the second time, nothing."""
+        if self._ended.is_set():
+            return
+        self._ended.set()
+        self._thread.join()
+        end_node(self._executor, self.drive)
+        self._context.try_shutdown()
+        self.operator.close()
+        self.context.try_shutdown()
+        # rclpy leaves a lifecycle node in the graph, with its services, until it is collected, or
+        # never where a traceback holds it; the next drive would have a twin.
+        self.drive._state_machine.destroy_when_not_in_use()  # noqa: SLF001
+        del self.drive, self.operator, self._executor
+        gc.collect()
+        self._check()
+
+    def _spin(self) -> None:
+        try:
+            while not self._ended.is_set():
+                self._executor.spin_once(timeout_sec=SPIN_S)
+        except Exception as error:  # noqa: BLE001 - it is raised where the test waits
+            self._crash = error
+
+    def _check(self) -> None:
+        heed_stop()
+        crash, self._crash = self._crash, None
+        if crash is not None:
+            raise crash
