@@ -100,15 +100,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """
     Run a verb.
 
-    Parameters
-    ----------
-    arguments : sequence of str, optional
-        Words behind ``stickslip``; the command line if None.
-
-    Returns
-    -------
-    int
-        Exit status: 0 done, 1 a check failed, 2 refused, 130 stopped.
+    Without arguments, the words behind ``stickslip``, those of the command line are taken. Return
+    the exit status: 0 done, 1 a check failed, 2 refused, 130 stopped.
 
     """
     words = _join_negative_numbers(sys.argv[1:] if arguments is None else arguments)

@@ -1,4 +1,4 @@
-"""What a command line gets to hear before anything is imported that takes long."""
+"""Help and refusals of the executables, before anything is imported that takes long."""
 
 import argparse
 import sys
@@ -71,17 +71,7 @@ def answer(program: Program, words: Sequence[str]) -> int | None:
     """
     Print help, or refuse a parameter, as far as that can be known without ROS.
 
-    Parameters
-    ----------
-    program : Program
-        The executable.
-    words : sequence of str
-        What follows it on the command line.
-
-    Returns
-    -------
-    int or None
-        Exit status; None if the node is to run, which checks its parameters itself.
+    Return the exit status, or None if the node is to run, which checks its parameters itself.
 
     """
     own = words[: words.index(ROS_ARGS)] if ROS_ARGS in words else words

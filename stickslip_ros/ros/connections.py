@@ -239,7 +239,7 @@ class Connections:
         self._on_message(topic, message)
 
     def _note_incompatible(self, topic: Topic, event: Any) -> None:
-        """Count and tell that another node's endpoint does not fit."""
+        """Count and log that another node's endpoint does not fit."""
         self.incompatible[topic.name] = event.total_count
         policy = qos_policy_name_from_kind(event.last_policy_kind)
         other = 'publisher' if topic.direction == SUBSCRIBED else 'subscription'

@@ -105,19 +105,9 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
     The node is made, spun and destroyed by a thread of its own. The calling thread, which is the
     only one to see signals, does nothing but wait: whatever the node does, it ends.
 
-    Parameters
-    ----------
-    name : str
-        The executable, for messages.
-    make : callable
-        Makes the node, in the default context.
-    arguments : sequence of str or None
-        ROS arguments; those of the command line if None.
-
-    Returns
-    -------
-    int
-        0 after a clean end, 2 if a parameter was refused.
+    Return its exit status: ENDED, REFUSED or CUT. ``make`` makes the node, in the default context;
+    ``name`` is that of the executable, for messages. Without ROS arguments those of the command
+    line are taken.
 
     """
     ending = end_on_signals()

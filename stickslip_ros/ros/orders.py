@@ -1,4 +1,4 @@
-"""What a drive was told to do and has not done yet."""
+"""Orders to a drive that it has not carried out yet."""
 
 from collections import deque
 from collections.abc import Callable, Iterator

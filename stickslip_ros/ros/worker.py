@@ -55,7 +55,7 @@ NOBODY = Callbacks()
 
 class Worker:
     """
-    A bench with all that hears of it.
+    A bench, its topics and its recording.
 
     Attributes
     ----------

@@ -182,8 +182,12 @@ class Operator:
 
         """
         topic = command_topic(name)
-        self._publishers[topic.key].publish(to_message(topic, value))
-        self.received[topic.key] += 1
+        self.send(topic.key, to_message(topic, value))
+
+    def send(self, key: str, message: Any) -> None:
+        """Send any message on a command topic, by its key: what a drive shall refuse, for one."""
+        self._publishers[key].publish(message)
+        self.received[key] += 1
 
     def wait_for_event(self, command: str, after: int, timeout_s: float = TIMEOUT_S) -> Any:
         """Wait for the end of a command, ignoring the first ``after`` events; return the event."""

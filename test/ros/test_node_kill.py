@@ -17,7 +17,7 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover_run import recover
 from stickslip_ros.ros.ending import end_node
-from stickslip_ros.testing import open_context
+from stickslip_ros.testing import open_context, stamp_ns
 from stickslip_ros.units import NS_PER_S
 
 PROCESSES, NODES_EACH = 2, 6
@@ -54,8 +54,7 @@ class Listener:
             self._executor.spin_once(timeout_sec=SPIN_S)
 
     def _take(self, message: PointStamped) -> None:
-        stamp = message.header.stamp
-        self.heard.append(stamp.sec * NS_PER_S + stamp.nanosec)
+        self.heard.append(stamp_ns(message))
 
     def close(self) -> None:
         """Hear no more."""

@@ -75,7 +75,7 @@ def test_a_message_that_is_refused_counts_as_received(start_drive: Callable):
     operator.wait_for_topics()
     odd = Float64MultiArray(data=[0.0])
     odd.layout.data_offset = 1
-    operator._send('waveform', odd)
+    operator.send('waveform', odd)
     operator.command('grant', (BLOCK_S, 1))
     wait_for_time(stand, BLOCK_NS)
 

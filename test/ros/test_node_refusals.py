@@ -75,7 +75,7 @@ def send_in_batches(stand: Any, key: str, messages: list[Any]) -> None:
         batch = messages[start : start + BATCH]
         expected = len(operator.events) + len(batch)
         for message in batch:
-            operator._send(key, message)
+            operator.send(key, message)
         operator.spin_until(lambda: len(operator.events) >= expected, f'{expected} events')  # noqa: B023
 
 
@@ -114,17 +114,17 @@ def test_hundreds_of_bad_messages_neither_stop_nor_move_the_drive(
 
 
 @pytest.mark.parametrize(
-    ('key', 'values', 'message'),
+    ('key', 'value', 'message'),
     [
         (
             'voltage',
-            (320.0,),
+            320.0,
             (
                 "voltage 320 V is above the amplifier's 300 V; "
                 'lower it or raise amplifier.voltage_max'
             ),
         ),
-        ('voltage', (NAN,), 'voltage nan is not a finite number; send a number'),
+        ('voltage', NAN, 'voltage nan is not a finite number; send a number'),
         (
             'sawtooth',
             (300.0, 1000.0),
@@ -135,7 +135,7 @@ def test_hundreds_of_bad_messages_neither_stop_nor_move_the_drive(
         ),
         (
             'load',
-            (11.0,),
+            11.0,
             (
                 'load force.x 11 N is beyond the 10 N that the stand allows; '
                 'lower it or raise stand.load_limit'
@@ -143,10 +143,8 @@ def test_hundreds_of_bad_messages_neither_stop_nor_move_the_drive(
         ),
     ],
 )
-def test_a_refusal_says_value_limit_unit_and_mend(
-    stand: Any, key: str, values: tuple[float, ...], message: str
-):
-    getattr(stand.operator, f'command_{key}')(*values)
+def test_a_refusal_says_value_limit_unit_and_mend(stand: Any, key: str, value: Any, message: str):
+    stand.operator.command(key, value)
     event = stand.operator.wait_for_event(key, 0)
     assert (event['result'], event['message']) == ('INVALID_PARAMETER', message)
 
@@ -166,7 +164,7 @@ def test_a_refused_command_leaves_the_running_move_alone(stand: Any):
 
 
 def test_a_huge_array_is_refused_with_a_short_message(stand: Any):
-    stand.operator._send('sawtooth', Float64MultiArray(data=np.zeros(HUGE)))
+    stand.operator.send('sawtooth', Float64MultiArray(data=np.zeros(HUGE)))
     event = stand.operator.wait_for_event('sawtooth', 0)
     assert event['result'] == 'INVALID_PARAMETER'
     assert len(event['message']) < 200

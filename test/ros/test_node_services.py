@@ -1,7 +1,7 @@
-"""Services are carried out, answered and noted; outside the active state they are refused."""
+"""Services act, are answered and noted; outside the active state they are refused."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +11,114 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.topics import SERVICES
 
-SWITCHES = [
-    service.name.removeprefix('~/') for service in SERVICES if service.type_name.endswith('Bool')
-]
+
+def still(stand: Any, name: str) -> None:
+    """Do what a service without a better witness is known by: its event."""
+    event = stand.operator.wait_for_event(name, 0)
+    assert event['result'] == 'DONE'
+
+
+def stopped(stand: Any, name: str) -> None:
+    still(stand, name)
+    assert stand.operator.wait_for_event('sawtooth', 0)['result'] == 'ABORTED'
+
+
+def unloaded(stand: Any, name: str) -> None:
+    still(stand, name)
+    stand.operator.spin_until(lambda: not stand.operator.status & Status.LOADED, 'no load')
+
+
+def referenced(stand: Any, name: str) -> None:
+    still(stand, name)
+    stand.operator.spin_until(
+        lambda: bool(stand.operator.status & Status.IS_REFERENCED), 'the reference'
+    )
+
+
+def tared(stand: Any, name: str) -> None:
+    still(stand, name)
+    forces = stand.operator.listen('force')
+    stand.operator.spin_until(lambda: bool(forces), 'a force')
+    assert abs(forces[-1].wrench.force.x) < 0.5
+
+
+def powerless(stand: Any, name: str) -> None:
+    still(stand, name)
+    stand.operator.spin_until(
+        lambda: not stand.operator.status & Status.AMPLIFIER_ENABLED, 'no power'
+    )
+
+
+def sound(stand: Any, name: str) -> None:
+    still(stand, name)
+    stand.operator.spin_until(lambda: not stand.operator.status & Status.FAULT, 'no fault')
+
+
+def held(stand: Any, name: str) -> None:
+    time_ns = stand.drive.session.bench.time_ns
+    assert stand.operator.trigger('step_simulation').success
+    assert stand.drive.session.bench.time_ns == time_ns + 1_000_000
+
+
+def recorded(stand: Any, name: str) -> None:
+    assert stand.drive.session.worker.writer is not None
+
+
+WITNESSES: Mapping[str, Callable[[Any, str], None]] = {
+    'stop': stopped,
+    'reset': unloaded,
+    'zero_position': referenced,
+    'tare_force': tared,
+    'enable_amplifier': powerless,
+    'set_paused': held,
+    'step_simulation': held,
+    'clear_faults': sound,
+    'set_recording': recorded,
+}
+SERVICE_NAMES = [service.name.removeprefix('~/') for service in SERVICES]
+SWITCHED = {'enable_amplifier': False, 'set_paused': True, 'set_recording': True}
+"""Switches, and the side that is not that of the start."""
+
+
+def call(stand: Any, name: str, wanted: bool | None = None) -> Any:
+    if name in SWITCHED:
+        return stand.operator.switch(name, SWITCHED[name] if wanted is None else wanted)
+    return stand.operator.trigger(name)
+
+
+@pytest.mark.parametrize('name', SERVICE_NAMES)
+def test_a_service_does_what_it_is_for(start_drive: Callable, name: str):
+    stand = start_drive({'fault.load_cell_offset': 1.0})
+    operator = stand.operator
+    operator.command('load', 0.1)
+    operator.command('sawtooth', (300.0, 1000.0, 0.0))
+    busy = Status.MOVING | Status.LOADED | Status.FAULT
+    operator.spin_until(lambda: operator.status & busy == busy, 'a busy drive')
+    if name == 'step_simulation':
+        assert operator.switch('set_paused', wanted=True).success
+    answer = call(stand, name)
+    assert answer.success, answer.message
+    WITNESSES[name](stand, name)
+
+
+def test_every_service_of_an_inactive_drive_is_refused_with_its_state(manual: Any):
+    manual.operator.change_state('configure')
+    why = 'refused: the node is inactive, not active; activate it first'
+    for name in SERVICE_NAMES:
+        answer = call(manual, name)
+        assert (answer.success, answer.message) == (False, f'{name} {why}')
+
+
+def test_a_step_of_a_drive_that_runs_is_refused(stand: Any):
+    answer = stand.operator.trigger('step_simulation')
+    assert not answer.success
+    assert 'simulated time runs' in answer.message
+
+
+def test_every_service_has_its_witness():
+    assert WITNESSES.keys() == set(SERVICE_NAMES)
+
+
 #: Time in which the damped runner comes to rest: over 100 time constants.
 SETTLED_NS = 50_000_000
 NOTED = (
@@ -24,13 +129,6 @@ NOTED = (
     ('clear_faults', None),
     ('reset', None),
 )
-
-
-def call(stand: Any, name: str, wanted: bool | None) -> Any:
-    """Call a service: a switch if there is something to switch."""
-    if wanted is None:
-        return stand.operator.trigger(name)
-    return stand.operator.switch(name, wanted)
 
 
 def test_the_amplifier_is_switched_off_and_on(stand: Any):
@@ -99,19 +197,6 @@ def test_a_command_of_a_topic_is_not_noted_a_second_time(stand: Any):
     operator.trigger('stop')
     operator.spin_until(lambda: bool(operator.requests), 'the note')
     assert [each['name'] for each in operator.requests] == ['stop']
-
-
-@pytest.mark.parametrize('name', SWITCHES)
-@pytest.mark.parametrize('wanted', [True, False])
-def test_a_switch_of_an_inactive_drive_is_refused_with_its_state(
-    manual: Any, name: str, wanted: bool
-):
-    manual.operator.change_state('configure')
-    answer = manual.operator.switch(name, wanted)
-    assert not answer.success
-    assert answer.message == (
-        f'{name} refused: the node is inactive, not active; activate it first'
-    )
 
 
 def test_what_an_inactive_drive_refuses_is_counted_and_told_once_as_news(manual: Any):

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stickslip_ros.recording.topics import READINGS
 from stickslip_ros.testing import deep_queues, stamp_ns
 
 QUEUES = deep_queues('position', 'force', 'trace')
@@ -117,3 +118,12 @@ def test_the_foot_follows_the_voltage_with_the_gain_of_the_piezo(stand: Any):
     rows = np.concatenate([table(each) for each in trace])
     gain = stand.drive.session.parameters.actuator.gain
     assert rows[:, 2] == pytest.approx(gain * rows[:, 1], rel=1e-12, abs=1e-18)
+
+
+def test_every_published_topic_is_heard(start_drive: Callable):
+    stand = start_drive({'sim.publish_truth': True, 'sim.publish_clock': True})
+    operator = stand.operator
+    assert operator.trigger('stop').success
+    operator.spin_until(
+        lambda: all(operator.received[topic.key] for topic in READINGS), 'every topic'
+    )

@@ -1,18 +1,25 @@
-"""The executables: one process each, ended cleanly by signals, recordings complete."""
+"""The executables: on this host, one process each, ended cleanly by signals at every stage."""
 
+import os
+import random
+import re
 import signal
 import subprocess
+import sys
 from collections.abc import Callable
+from contextlib import suppress
+from itertools import repeat
 from pathlib import Path
 
 import pytest
-from executables import CLI_DRIVE, CONTROLLER, DRIVE, end
+from executables import CLI_DRIVE, CONTROLLER, DRIVE, await_handlers, end, pelt
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.topics import NODE_NAME
+from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, stay_on_this_host
 from stickslip_ros.ros.pacing import KNOWS_SLICES, SLICE_S, slice_s
 
 
@@ -168,4 +175,128 @@ def test_a_text_that_looks_like_something_else_reaches_the_node_as_a_text(
     operator.spin_until(lambda: bool(operator.info) or process.poll() is not None, 'the info')
     assert process.poll() is None, process.communicate()[1]
     assert operator.info['parameters']['record.name'] == name
+    assert end(process, signal.SIGINT)[0] == 0
+
+
+IMPORTS_FOR_EVER = """
+import sys, time
+class Finder:
+    def find_spec(self, name, *_):
+        if name == 'numpy':
+            print('importing', flush=True)
+            time.sleep(600)
+sys.meta_path.insert(0, Finder())
+sys.argv = {words}
+from stickslip_ros import entry
+sys.exit(entry.{name}())
+"""
+LATEST_S = 1.0
+
+
+def assert_lives(process: subprocess.Popen[str], time_s: float) -> None:
+    """Let a process go on for a time."""
+    with pytest.raises(subprocess.TimeoutExpired):
+        process.wait(time_s)
+
+
+@pytest.mark.parametrize(
+    ('words', 'status'),
+    [
+        (['drive'], 0),
+        (['position_controller'], 0),
+        (['stickslip', 'drive'], 0),
+        (['stickslip', 'simulate'], 130),
+    ],
+)
+def test_a_signal_during_imports_ends_an_executable_in_one_line(words: list[str], status: int):
+    program = IMPORTS_FOR_EVER.format(words=words, name=words[0])
+    with subprocess.Popen(
+        [sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout.readline() == 'importing\n'
+        line = f'{words[0]}: ended by SIGINT before it had started\n'
+        assert end(process, signal.SIGINT) == (status, line)
+
+
+@pytest.mark.parametrize('records', [False, True])
+@pytest.mark.parametrize('seed', range(2))
+def test_signals_from_a_random_moment_on_leave_a_whole_recording(
+    start: Callable, tmp_path: Path, seed: int, records: bool
+):
+    chance = random.Random(seed)
+    words = ('-p', 'record.on_start:=true', '-p', f'record.directory:={tmp_path}')
+    process = start(*DRIVE, '--ros-args', *words)
+    await_handlers(process)
+    while records and not list(tmp_path.glob('*.mcap')):
+        assert_lives(process, 0.01)
+    assert_lives(process, chance.uniform(0.0, LATEST_S))
+    status, errors = pelt(process, iter(lambda: chance.uniform(0.0, 0.03), None))
+    assert status == 0
+    assert 'Traceback' not in errors
+    paths = list(tmp_path.glob('*.mcap'))
+    assert len(paths) >= records
+    for path in paths:
+        recording = Recording(path)
+        counted = sum(channel.messages for channel in recording.channels)
+        assert recording.metadata['stickslip_recorder']['written'] == str(counted)
+
+
+@pytest.mark.parametrize('words', [DRIVE, CLI_DRIVE, CONTROLLER])
+def test_signals_until_the_process_is_gone_do_not_kill_it(
+    start: Callable, meet: Callable, words: tuple[str, ...]
+):
+    """The interpreter takes its time to end, and gives signals with handlers back to death."""
+    process = start(*words)
+    operator = meet(wait=False)
+    operator.spin_until(lambda: len(operator.node.get_node_names()) > 1, 'the node')
+    status, errors = pelt(process, repeat(1e-3))
+    assert status == 0
+    assert 'Traceback' not in errors
+
+
+PROFILE = Path(__file__).resolve().parents[2] / 'config/loopback.xml'
+EVERYWHERE = '00000000'
+"""The address 0.0.0.0 as /proc/net/udp writes it."""
+FIRST_PORT, PORTS_PER_DOMAIN = 7400, 250
+"""Where the standard of DDS puts the ports of a domain."""
+
+
+@pytest.mark.parametrize(
+    ('given', 'kept'), [(None, 'LOCALHOST'), ('', 'LOCALHOST'), ('SUBNET', 'SUBNET')]
+)
+def test_discovery_leaves_this_host_only_if_it_was_told_to(
+    monkeypatch: pytest.MonkeyPatch, given: str | None, kept: str
+):
+    monkeypatch.setenv(DISCOVERY_VARIABLE, given or '')
+    if given is None:
+        monkeypatch.delenv(DISCOVERY_VARIABLE)
+    stay_on_this_host()
+    assert os.environ[DISCOVERY_VARIABLE] == kept
+
+
+def udp_sockets(pid: int) -> list[tuple[str, int]]:
+    """Give address, in hexadecimal digits, and port of each UDP socket of a process."""
+    own = set()
+    for each in Path(f'/proc/{pid}/fd').iterdir():
+        with suppress(OSError):  # it may be closed meanwhile
+            own.update(re.findall(r'^socket:\[(\d+)\]$', str(each.readlink())))
+    rows = [line.split() for line in Path(f'/proc/{pid}/net/udp').read_text().splitlines()[1:]]
+    ends = [row[1].split(':') for row in rows if row[9] in own]
+    return [(address, int(port, 16)) for address, port in ends]
+
+
+@pytest.mark.parametrize('is_closed', [False, True], ids=['as it is', 'with the profile'])
+def test_the_profile_binds_the_ports_of_the_domain_to_this_host(
+    start: Callable, meet: Callable, ros_domain: int, is_closed: bool
+):
+    names = ('FASTRTPS_DEFAULT_PROFILES_FILE', 'FASTDDS_DEFAULT_PROFILES_FILE')  # Jazzy, Kilted
+    words = [f'{name}={PROFILE}' for name in names] if is_closed else []
+    process = start('env', *words, *DRIVE)
+    operator = meet()  # has no profile, and hears the drive
+    first = FIRST_PORT + PORTS_PER_DOMAIN * ros_domain
+    of_domain = range(first, first + PORTS_PER_DOMAIN)
+    addresses = {address for address, port in udp_sockets(process.pid) if port in of_domain}
+    assert addresses == {'0100007F' if is_closed else EVERYWHERE}
+    operator.command('voltage', 50.0)
+    assert operator.wait_for_event('voltage', 0)['result'] == 'DONE'
     assert end(process, signal.SIGINT)[0] == 0

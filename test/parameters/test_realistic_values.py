@@ -1,26 +1,13 @@
 """config/realistic.yaml is a ROS parameter file whose every value exists and is called assumed."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-import rclpy
 import yaml
-from rclpy.context import Context
 
-from stickslip_ros.parameters import Parameters, load_yaml, specs
-from stickslip_ros.ros.node import StickSlipDrive
+from stickslip_ros.parameters import specs
 
 PATH = Path(__file__).parents[2] / 'config' / 'realistic.yaml'
 INDENT_OF_GROUP, INDENT_OF_VALUE = 4, 6
-
-
-@pytest.fixture
-def context(ros_domain: int) -> Iterator[Context]:
-    context = Context()
-    rclpy.init(context=context, domain_id=ros_domain)
-    yield context
-    context.try_shutdown()
 
 
 def written() -> dict[str, object]:
@@ -55,14 +42,3 @@ def test_every_value_stands_below_a_comment_that_calls_it_assumed():
     told = comments()
     assert told.keys() == written().keys()
     assert [name for name, comment in told.items() if 'assumed' not in comment] == []
-
-
-def test_a_node_that_gets_the_file_has_its_values_and_runs(context: Context):
-    drive = StickSlipDrive(context=context, cli_args=['--ros-args', '--params-file', str(PATH)])
-    wanted = Parameters().updated(written())
-    assert drive.session.parameters == wanted == load_yaml(PATH)
-    assert {name: drive.get_parameter(name).value for name in specs()} == wanted.flat()
-    drive.destroy_node()
-    assert drive._session is not None
-    assert drive._session.failure is None
-    drive._state_machine.destroy_when_not_in_use()
