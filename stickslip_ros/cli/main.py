@@ -148,11 +148,8 @@ def _compilation_told(parsed: argparse.Namespace) -> Iterator[None]:
         return
     from stickslip_ros.contact.kernel import (  # noqa: PLC0415 - most do without
         compilation_told,
-        leave_out_blas,
     )
     from stickslip_ros.contact.kernel_cache import why_not_kept  # noqa: PLC0415
-
-    leave_out_blas()
 
     def tell(done: int) -> None:
         line = why_not_kept() or ('compiling kernels, once' if sys.stderr.isatty() else '')

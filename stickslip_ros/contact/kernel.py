@@ -1,10 +1,7 @@
 """How every kernel of the package is compiled."""
 
-import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
-from importlib import import_module
-from types import ModuleType
+from contextlib import contextmanager
 from typing import Any, TypeVar, cast
 
 import numba
@@ -99,21 +96,6 @@ def _compile(
         compiled.__class__ = kind
         compiled.enable_caching()
     return cast('Function', compiled)
-
-
-def leave_out_blas() -> None:
-    """
-    Have numba not look for BLAS in this process, which takes half of the time to load all kernels.
-
-    No kernel uses it, but functions of others might, so only processes of our own do this.
-
-    """
-    if 'numba.np.arraymath' in sys.modules or 'scipy.linalg' in sys.modules:
-        return
-    sys.modules['scipy.linalg'] = cast('ModuleType', None)  # what cannot be imported
-    with suppress(ImportError):
-        import_module('numba.np.arraymath')
-    del sys.modules['scipy.linalg']
 
 
 @contextmanager

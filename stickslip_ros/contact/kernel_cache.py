@@ -225,3 +225,14 @@ class _Store(FunctionCache):
         super().__init__(function)
         stamp = self._impl.locator.get_source_stamp()
         self._cache_file = _Files(str(folder), f'{self._impl.filename_base}-{kind}', stamp)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """
+        Return what was compiled, without ``target_context.refresh()`` before it.
+
+        That imports and registers all that numba can compile, which takes most of the time to
+        load all kernels; machine code needs none of it, and compiling refreshes by itself.
+
+        """
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)

@@ -13,7 +13,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from stickslip_ros.contact.kernel import compilation_told, leave_out_blas
+from stickslip_ros.contact.kernel import compilation_told
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
@@ -361,7 +361,6 @@ def _pace_of(parameters: Parameters) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the drive until SIGINT or SIGTERM, as `run_node` does; return its exit status."""
-    leave_out_blas()
     return run_node('drive', _make_drive, arguments)
 
 
