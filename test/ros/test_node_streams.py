@@ -37,14 +37,18 @@ def test_stamps_rise_by_the_block_without_a_hole(start_drive: Callable, block_s:
 
 
 def test_position_and_force_of_one_moment_have_equal_stamps(stand: Any):
-    position, force = stand.operator.listen('position'), stand.operator.listen('force')
-    stand.operator.spin_until(lambda: min(len(position), len(force)) >= 50, 'readings')
-    times = [{stamp_ns(each) for each in heard} for heard in (position, force)]
-    last_ns = min(map(max, times))
-    first_ns = max(map(min, times))
-    both = [{t for t in each if first_ns <= t <= last_ns} for each in times]
-    assert both[0] == both[1]
-    assert len(both[0]) >= 40
+    heard = [stand.operator.listen('position'), stand.operator.listen('force')]
+
+    def stamps_of_both() -> list[set[int]]:
+        times = [[stamp_ns(each) for each in topic] for topic in heard]
+        first_ns, last_ns = max(t[0] for t in times), min(t[-1] for t in times)
+        return [{t for t in each if first_ns <= t <= last_ns} for each in times]
+
+    stand.operator.spin_until(
+        lambda: all(heard) and len(stamps_of_both()[0]) >= 40, 'readings of both'
+    )
+    position, force = stamps_of_both()
+    assert position == force
 
 
 def test_frames_and_unused_components_are_as_declared(stand: Any):
