@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,9 @@ from stickslip_ros.cli.common import (
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.files import make_folder
-from stickslip_ros.paper.make import make_tables, write_figure
-from stickslip_ros.paper.registry import FIGURES, chosen_figures
-from stickslip_ros.paper.study_figure import StudyFigure
-from stickslip_ros.paper.table import Table
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.paper.figure import write_figure
+from stickslip_ros.paper.make import FIGURES, chosen_figures, make_tables
+from stickslip_ros.study.journal import Row
 
 
 def add_verb(add_parser: Any) -> None:
@@ -66,9 +65,12 @@ def run(arguments: argparse.Namespace) -> int:
             workers=arguments.workers,
             progress=progress,
         )
-    files = _write(figures, tables, parameters, arguments.out)
+    files = {
+        figure.name: write_figure(figure, tables[figure.name], parameters, arguments.out)
+        for figure in figures
+    }
     if arguments.json:
-        print_json({name: _described(tables[name], files[name]) for name in tables})
+        print_json({name: _described(tables[name].rows, files[name]) for name in tables})
     else:
         rows = [
             (figure.name, figure.title, str(len(tables[figure.name].rows))) for figure in figures
@@ -78,19 +80,10 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _write(
-    figures: list[StudyFigure], tables: dict[str, Table], parameters: Parameters, folder: Path
-) -> dict[str, list[Path]]:
-    return {
-        figure.name: write_figure(figure, tables[figure.name], parameters, folder)
-        for figure in figures
-    }
-
-
-def _described(table: Table, files: list[Path]) -> dict[str, Any]:
+def _described(rows: Sequence[Row], files: list[Path]) -> dict[str, Any]:
     """Return files and rows; JSON knows neither infinity nor what is not a number."""
-    rows = [{name: _known(row[name]) for name in table.columns} for row in table.rows]
-    return {'files': [str(path) for path in files], 'rows': rows}
+    known = [{name: _known(value) for name, value in row.items()} for row in rows]
+    return {'files': [str(path) for path in files], 'rows': known}
 
 
 def _known(value: object) -> object:

@@ -1,7 +1,6 @@
 """``stickslip laws``: every profile and every friction law in the drive, in one figure."""
 
 import argparse
-import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +15,11 @@ from stickslip_ros.cli.common import (
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import make_folder
-from stickslip_ros.paper.law_comparison import (
-    AMPLITUDE_MAX_M,
-    FREQUENCY_HZ,
-    Point,
-    compare_laws,
-    draw_points,
-    write_points,
-)
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.paper.figure import Table, write_figure
+from stickslip_ros.paper.laws import LAWS
+from stickslip_ros.paper.make import make_tables
+from stickslip_ros.paper.readings import AMPLITUDE_MAX_M, PRELOADS_N
+from stickslip_ros.units import MN
 
 
 def add_verb(add_parser: Any) -> None:
@@ -39,7 +34,7 @@ def add_verb(add_parser: Any) -> None:
         '--out', type=to_path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
     )
     parser.add_argument(
-        '--amplitudes', type=int, default=16, metavar='N', help='default: %(default)s'
+        '--amplitudes', type=int, default=LAWS.points, metavar='N', help='default: %(default)s'
     )
     add_parameters(parser)
     add_json(parser)
@@ -54,40 +49,22 @@ def run(arguments: argparse.Namespace) -> int:
         raise OutOfRange('--amplitudes', arguments.amplitudes, '', 'below 1', mend)
     make_folder(arguments.out)
     with shown_progress('runs', quiet=arguments.json) as progress:
-        points = compare_laws(parameters, arguments.amplitudes, progress)
-    write_points(points, arguments.out / 'laws.csv')
-    draw_points(points, arguments.out / 'laws.png', _note(parameters))
+        tables = make_tables([LAWS], parameters, points=arguments.amplitudes, progress=progress)
+    table = tables[LAWS.name]
+    files = write_figure(LAWS, table, parameters, arguments.out, ('.csv', '.png'))
     if arguments.json:
-        print_json({'points': [dataclasses.asdict(point) for point in points]})
+        print_json({'points': table.rows})
     else:
-        _print(points, arguments.out)
+        _print(table, files)
     return 0
 
 
-def _note(parameters: Parameters) -> str:
-    stiffness, damping = parameters.load_cell.stiffness, parameters.runner.damping
-    return (
-        f'{FREQUENCY_HZ:g} Hz, steady state; assumed: k = {stiffness:g} N/m, '
-        f'c = {damping:g} N s/m; laws: sigma0 = full-stick stiffness, Fc = mu F_n'
-    )
-
-
-def _print(points: list[Point], folder: Path) -> None:
-    largest = [p for p in points if abs(p.amplitude_m - AMPLITUDE_MAX_M) < 1e-12]
-    names = list(dict.fromkeys(p.variant for p in largest))
-    preloads_n = sorted({p.preload_n for p in largest})
-    rows = [
-        (
-            name,
-            *(
-                f'{p.force_mean_n * 1e3:.1f}'
-                for preload_n in preloads_n
-                for p in largest
-                if p.variant == name and p.preload_n == preload_n
-            ),
-        )
-        for name in names
-    ]
-    header = ('profile or law', *(f'{preload_n:g} N' for preload_n in preloads_n))
+def _print(table: Table, files: list[Path]) -> None:
+    largest = table.where(amplitude_m=AMPLITUDE_MAX_M)
+    forces: dict[str, list[str]] = {}
+    for row in largest.rows:
+        forces.setdefault(str(row['variant']), []).append(f'{float(row["force_mean_n"]) * MN:.1f}')
+    header = ('profile or law', *(f'{n:g} N' for n in PRELOADS_N))
+    rows = [(name, *texts) for name, texts in forces.items()]
     print_table('generated force at 160 nm (mN)', rows, header)
-    print(f'table   {folder / "laws.csv"}\nfigure  {folder / "laws.png"}')
+    print(f'table   {files[0]}\nfigure  {files[1]}')

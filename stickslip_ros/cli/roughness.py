@@ -15,10 +15,10 @@ from stickslip_ros.cli.common import (
     to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
-from stickslip_ros.contact.profile import Array
 from stickslip_ros.files import make_folder
 from stickslip_ros.paper.ensemble import Ensemble, rough_line_ensemble
 from stickslip_ros.paper.roughness_figure import Samples, draw_roughness, sample_roughness
+from stickslip_ros.units import MICRO
 
 DEFAULT_REALISATIONS = 100
 PICTURE = 'roughness.png'
@@ -81,10 +81,10 @@ def describe_roughness(samples: Samples, ensemble: Ensemble) -> dict[str, Any]:
         'seed': contact.line_seed,
         'springs': contact.line_points,
         'spacing_m': contact.line_length / contact.line_points,
-        'rms_line_m': _rms(samples.line_m),
-        'rms_surface_m': _rms(samples.surface_m),
-        'hurst_line': samples.hurst_line,
-        'hurst_surface': samples.hurst_surface,
+        'rms_line_m': samples.line.rms_m,
+        'rms_surface_m': samples.surface.rms_m,
+        'hurst_line': samples.line.hurst,
+        'hurst_surface': samples.surface.hurst,
         'loads_n': ensemble.loads_n.tolist(),
         'depths_m': ensemble.depths_m.tolist(),
         'springs_in_contact': ensemble.springs_in_contact.tolist(),
@@ -96,14 +96,10 @@ def describe_roughness(samples: Samples, ensemble: Ensemble) -> dict[str, Any]:
     return result
 
 
-def _rms(heights_m: Array) -> float:
-    return float(np.sqrt(np.mean(heights_m**2)))
-
-
 def _print(samples: Samples, ensemble: Ensemble) -> None:
     rows = [
-        ('line', f'{_rms(samples.line_m) * 1e6:.6f}', f'{samples.hurst_line:.4f}'),
-        ('surface', f'{_rms(samples.surface_m) * 1e6:.6f}', f'{samples.hurst_surface:.4f}'),
+        (name, f'{each.rms_m / MICRO:.6f}', f'{each.hurst:.4f}')
+        for name, each in (('line', samples.line), ('surface', samples.surface))
     ]
     print_table('roughness', rows, ('', 'rms (um)', 'fitted H'))
     columns = [

@@ -9,7 +9,6 @@ its lowest spring; force against stiffness is free of it.
 """
 
 import dataclasses
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,13 +21,12 @@ from stickslip_ros.contact.roughness import rough_prefactor_1d
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import ContactParameters, Parameters
 from stickslip_ros.stopping import heed_stop
+from stickslip_ros.study.batch import Progress
 
 LOADS_N = tuple(float(load_n) for load_n in np.logspace(-2.0, 0.0, 13))
 """Normal forces from 0.01 to 1 N, six per decade: the loads of the stand and a decade below."""
 REALISATIONS_MIN = 2
 """Fewest lines that have a spread."""
-
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -36,12 +34,7 @@ class Comparison:
     """
     One quantity of many lines beside that of the equivalent profile.
 
-    Attributes
-    ----------
-    lines : array, shape (realisations, loads)
-        The quantity of each line.
-    equivalent : array, shape (loads,)
-        The quantity of the equivalent profile.
+    ``lines`` has the shape (realisations, loads), all others have the shape (loads,).
 
     """
 
@@ -50,17 +43,17 @@ class Comparison:
 
     @property
     def mean(self) -> Array:
-        """Mean over the lines, shape (loads,)."""
+        """Mean over the lines."""
         return np.asarray(np.mean(self.lines, axis=0))
 
     @property
     def spread(self) -> Array:
-        """Standard deviation over the lines, shape (loads,)."""
+        """Standard deviation over the lines."""
         return np.asarray(np.std(self.lines, axis=0, ddof=1))
 
     @property
     def ratio(self) -> Array:
-        """Mean of the lines, relative to the equivalent profile, shape (loads,)."""
+        """Mean of the lines, relative to the equivalent profile."""
         return self.mean / self.equivalent
 
     @property
@@ -77,15 +70,12 @@ class Ensemble:
     Attributes
     ----------
     loads_n : array, shape (loads,)
-        Normal forces F_n, N.
+        Normal forces, N.
     depths_m : array, shape (loads,)
-        Indentations of the equivalent profile under these, m: where normal laws are compared.
-    normal_force_n : Comparison
-        Normal force at these depths, N.
-    max_displacement_m : Comparison
-        u_max = mu C_M d under these loads, m.
-    stiffness_n_per_m : Comparison
-        Tangential stiffness of full stick under these loads, N/m.
+        Indentations of the equivalent profile under these, m: where normal forces are compared.
+    normal_force_n, max_displacement_m, stiffness_n_per_m : Comparison
+        Normal force at these depths, N; under these loads u_max = mu C_M d, m, and the tangential
+        stiffness of full stick, N/m.
     springs_in_contact : array, shape (loads,)
         Mean number of springs in contact.
 
@@ -141,20 +131,20 @@ def rough_line_ensemble(
     contact = line_contact(parameters.contact)
     elasticity = elasticity_of(contact)
     loads = np.asarray(loads_n, dtype=float)
-    pressed = _press(equivalent_profile(contact), contact, loads)
-    depths_m = np.array([one.indentation.depth_m for one in pressed])
-    equivalent = np.stack((loads, *_figures(pressed)))
-    rows = []
+    equivalent = _press(equivalent_profile(contact), contact, loads)
+    depths_m = np.array([each.indentation.depth_m for each in equivalent])
+    lines = []
     for index in range(realisations):
         heed_stop()
         line = profile_of(contact, index)
         forces_n = normal_force(line, elasticity, depths_m)
-        rows.append(np.stack((forces_n, *_figures(_press(line, contact, loads)))))
+        lines.append(np.stack((forces_n, *_readings(_press(line, contact, loads)))))
         if progress is not None:
             progress(index + 1, realisations)
-    table = np.stack(rows, axis=1)
+    forces, displacements, stiffnesses = map(
+        Comparison, np.stack(lines, axis=1), (loads, *_readings(equivalent))
+    )
     per_spring = elasticity.shear_pa * contact.line_length / contact.line_points
-    forces, displacements, stiffnesses = map(Comparison, table, equivalent)
     springs = stiffnesses.mean / per_spring
     return Ensemble(loads, depths_m, forces, displacements, stiffnesses, springs)
 
@@ -183,7 +173,7 @@ def _press(profile: Profile, contact: ContactParameters, loads_n: Array) -> list
     return [presliding(profile, elasticity, contact.friction, float(load)) for load in loads_n]
 
 
-def _figures(pressed: list[Presliding]) -> tuple[Array, Array]:
+def _readings(pressed: list[Presliding]) -> tuple[Array, Array]:
     """Return u_max, m, and full-stick stiffness, N/m, of a contact under each load."""
     return (
         np.array([contact.max_displacement_m for contact in pressed]),

@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
+from stickslip_ros.paper.figure import Case, PaperFigure, Table, surface
 from stickslip_ros.paper.readings import (
     ONSET_SHARE,
     STEP_FREQUENCY_HZ,
@@ -15,8 +16,6 @@ from stickslip_ros.paper.readings import (
     zero_by_steps_m,
     zero_of_force_m,
 )
-from stickslip_ros.paper.study_figure import Case, StudyFigure, surface
-from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import label_axes
@@ -24,25 +23,14 @@ from stickslip_ros.units import NM
 
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
 PROFILES = ('rough', 'smooth')
-LINES = {
-    'max_presliding_upper_m': ('0.6', '--', '$u_{x,max}$ of an upper contact, $F_{n1}$'),
-    'max_presliding_lower_m': ('black', '-', '$u_{x,max}$ of a lower contact, $F_{n2}$'),
-    'zero_quasi_static_m': ('tab:purple', ':', '0-amplitude without rebound, closed form'),
+CURVES = {
+    'max_presliding_upper_m': ('0.6', '', '--', '$u_{x,max}$ of an upper contact, $F_{n1}$'),
+    'max_presliding_lower_m': ('black', '', '-', '$u_{x,max}$ of a lower contact, $F_{n2}$'),
+    'zero_quasi_static_m': ('tab:purple', '', ':', '0-amplitude without rebound, closed form'),
+    'zero_steps_m': ('tab:red', 'o', '', '0-amplitude, step length extrapolated'),
+    'zero_onset_m': ('tab:blue', 'x', '', '0-amplitude, onset of generated force'),
 }
-MARKERS = {
-    'zero_steps_m': ('tab:red', 'o', '0-amplitude, step length extrapolated'),
-    'zero_onset_m': ('tab:blue', 'x', '0-amplitude, onset of generated force'),
-}
-COLUMNS = (
-    'profile',
-    'preload_n',
-    'max_presliding_lower_m',
-    'max_presliding_upper_m',
-    'zero_quasi_static_m',
-    'zero_steps_m',
-    'step_slope',
-    'zero_onset_m',
-)
+"""Colour, marker, line and label of each column."""
 
 
 def _row(parameters: Parameters) -> Row:
@@ -62,7 +50,7 @@ def _row(parameters: Parameters) -> Row:
 
 def _cases(parameters: Parameters, points: int) -> list[Case]:
     return [
-        partial(_row, stand_at(parameters, float(preload_n), contact__profile=profile))
+        partial(_row, stand_at(parameters, float(preload_n), {'contact.profile': profile}))
         for profile in PROFILES
         for preload_n in np.linspace(PRELOAD_MIN_N, PRELOAD_MAX_N, points)
     ]
@@ -73,15 +61,13 @@ def _draw(table: Table, figure: Figure) -> None:
     for axes, profile in zip(panels, PROFILES, strict=True):
         rows = table.where(profile=profile)
         preloads_n = rows.column('preload_n')
-        for name, (colour, style, label) in LINES.items():
-            axes.plot(preloads_n, rows.column(name) * NM, colour, linestyle=style, label=label)
-        for name, (colour, marker, label) in MARKERS.items():
-            axes.plot(
-                preloads_n, rows.column(name) * NM, colour, marker=marker, ls='', label=label
-            )
-        label_axes(axes, 'preload (N)', 'displacement (nm)' if axes is panels[0] else '', profile)
+        for name, (colour, marker, line, label) in CURVES.items():
+            values_nm = rows.column(name) * NM
+            axes.plot(preloads_n, values_nm, colour, marker=marker, linestyle=line, label=label)
+        label_axes(axes, 'preload (N)', '', profile)
         axes.set_xlim(0.0, None)
         axes.set_ylim(0.0, None)
+    panels[0].set_ylabel('displacement (nm)')
     panels[0].legend(fontsize='small', loc='upper left')
 
 
@@ -98,10 +84,9 @@ def _caption(parameters: Parameters) -> str:
     )
 
 
-FIG7 = StudyFigure(
+FIG7 = PaperFigure(
     'fig7',
     'Maximal presliding and 0-amplitude over preload',
-    COLUMNS,
     19,
     _cases,
     _draw,

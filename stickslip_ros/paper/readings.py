@@ -1,7 +1,7 @@
 """What a figure reads off the drive: generated force, 0-amplitudes, presliding."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -9,8 +9,8 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.drive_run import run_drive
-from stickslip_ros.study.journal import Row
 
+PRELOADS_N = (0.1, 0.5, 1.0)
 AMPLITUDE_MAX_M = 160e-9
 FORCE_FREQUENCY_HZ = 1000.0
 """Frequency of every run that reads a force; the paper names none."""
@@ -29,35 +29,12 @@ ZERO_STEP_S = 1e-5
 """Time step of runs that only look for a 0-amplitude; a tenth of it moves none by 0.1 nm."""
 
 
-def stand_at(parameters: Parameters, preload_n: float, **values: object) -> Parameters:
-    """Return parameters at a constant preload; ``group__name`` sets another parameter."""
-    changes = {name.replace('__', '.'): value for name, value in values.items()}
-    return parameters.updated({'stand.preload': preload_n, 'stand.preload_end': 0.0, **changes})
-
-
-def force_row(parameters: Parameters, amplitude_m: float) -> Row:
-    """Return a row with the generated force of one run."""
-    run = run_drive(parameters, amplitude_m, FORCE_FREQUENCY_HZ)
-    return {
-        'profile': parameters.contact.profile,
-        'preload_n': run.preload_n,
-        'amplitude_m': amplitude_m,
-        'force_mean_n': run.force_mean_n,
-        'force_ramp_start_n': run.force_ramp_start_n,
-        'steady': run.steady,
-        'steps': run.steps,
-    }
-
-
-FORCE_COLUMNS = (
-    'profile',
-    'preload_n',
-    'amplitude_m',
-    'force_mean_n',
-    'force_ramp_start_n',
-    'steady',
-    'steps',
-)
+def stand_at(
+    parameters: Parameters, preload_n: float, changes: Mapping[str, object] | None = None
+) -> Parameters:
+    """Return parameters at a constant preload, with these changes."""
+    preload = {'stand.preload': preload_n, 'stand.preload_end': 0.0}
+    return parameters.updated({**preload, **(changes or {})})
 
 
 def friction_limit_n(parameters: Parameters) -> float:
@@ -91,29 +68,26 @@ def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> tuple[float,
     return float(STEP_AMPLITUDES_M.mean() - np.mean(steps_m) / slope), slope
 
 
-def zero_by_onset_m(parameters: Parameters, force_n: Callable[[float], float]) -> float:
+def zero_of_force_m(
+    parameters: Parameters, frequency_hz: float, step_s: float = ZERO_STEP_S
+) -> float:
     """
-    Return the amplitude at which force begins to be generated, m.
+    Return the amplitude at which force begins to be generated, m, with runs of this time step.
 
     Below it the runner follows the feet elastically, and the mean force is about k A/2; for a
     stiff load cell less, as the sticking contacts give way. The amplitude is found by bisection;
     not a number if no force is generated at the largest one.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        Stand with a load cell.
-    force_n : callable
-        Gives the mean generated force at an amplitude, N.
-
     """
+    quick = parameters.updated({'sim.dt': step_s})
     threshold_n = ONSET_SHARE * friction_limit_n(parameters)
     stick_n_per_m = sum(c.stick_stiffness_n_per_m for c in contacts_of(parameters))
     cell_n_per_m = parameters.load_cell.stiffness
     following_n_per_m = 0.5 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m)
 
     def begun(amplitude_m: float) -> bool:
-        return force_n(amplitude_m) - following_n_per_m * amplitude_m > threshold_n
+        force_n = run_drive(quick, amplitude_m, frequency_hz).force_mean_n
+        return force_n - following_n_per_m * amplitude_m > threshold_n
 
     below_m, above_m = 0.0, AMPLITUDE_MAX_M
     if not begun(above_m):
@@ -122,15 +96,6 @@ def zero_by_onset_m(parameters: Parameters, force_n: Callable[[float], float]) -
         middle_m = 0.5 * (below_m + above_m)
         below_m, above_m = (below_m, middle_m) if begun(middle_m) else (middle_m, above_m)
     return above_m
-
-
-def zero_of_force_m(parameters: Parameters, frequency_hz: float) -> float:
-    """Return the amplitude at which an ideal saw-tooth begins to generate force, m."""
-    quick = parameters.updated({'sim.dt': ZERO_STEP_S})
-    return zero_by_onset_m(
-        parameters,
-        lambda amplitude_m: run_drive(quick, amplitude_m, frequency_hz).force_mean_n,
-    )
 
 
 def quasi_static_zero_m(parameters: Parameters) -> float:

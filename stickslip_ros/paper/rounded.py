@@ -1,4 +1,4 @@
-"""Generated force under a saw-tooth with rounded corners."""
+"""Generated force under a saw-tooth with rounded corners: the amplifier has a bandwidth."""
 
 import math
 from functools import partial
@@ -6,69 +6,65 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
+from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed
 from stickslip_ros.paper.readings import (
     AMPLITUDE_MAX_M,
     FORCE_FREQUENCY_HZ,
+    PRELOADS_N,
     stand_at,
-    zero_by_onset_m,
+    zero_of_force_m,
 )
-from stickslip_ros.paper.rounded_run import run_rounded
-from stickslip_ros.paper.study_figure import Case, StudyFigure, assumed
-from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import label_axes
-from stickslip_ros.units import MN, NM
+from stickslip_ros.units import MICRO, MN, NM
 
-PRELOADS_N = (0.1, 0.5, 1.0)
 BANDWIDTHS_HZ = (math.inf, 1e6, 300e3, 100e3, 30e3, 10e3)
+STEP_S = 2e-6
+"""Longest time step behind a low-pass: half of it changes no force at the full stroke by 1e-3."""
 LEGEND_ROOM = 1.35
-COLUMNS = (
-    'preload_n',
-    'bandwidth_hz',
-    'amplitude_m',
-    'force_mean_n',
-    'steady',
-    'zero_onset_m',
-)
 
 
-def _force_n(parameters: Parameters, bandwidth_hz: float, amplitude_m: float) -> float:
-    return run_rounded(parameters, amplitude_m, FORCE_FREQUENCY_HZ, bandwidth_hz)[0]
+def rounded_stand(parameters: Parameters, preload_n: float, bandwidth_hz: float) -> Parameters:
+    """Return a stand whose amplifier has this bandwidth; infinity leaves the corners sharp."""
+    if math.isinf(bandwidth_hz):
+        return stand_at(parameters, preload_n, {'amplifier.bandwidth': 0.0})
+    step_s = min(parameters.sim.dt, STEP_S)
+    changes = {'amplifier.bandwidth': bandwidth_hz, 'sim.dt': step_s}
+    return stand_at(parameters, preload_n, changes)
 
 
-def _row(parameters: Parameters, bandwidth_hz: float, amplitude_m: float) -> Row:
+def _row(stand: Parameters, bandwidth_hz: float, amplitude_m: float) -> Row:
     """Return the row of one run; that of the full stroke has the onset of the curve, too."""
-    force_n, _, steady = run_rounded(parameters, amplitude_m, FORCE_FREQUENCY_HZ, bandwidth_hz)
-    zero_m = math.nan
-    if amplitude_m == AMPLITUDE_MAX_M:
-        zero_m = zero_by_onset_m(parameters, partial(_force_n, parameters, bandwidth_hz))
+    run = run_drive(stand, amplitude_m, FORCE_FREQUENCY_HZ)
+    is_full = amplitude_m == AMPLITUDE_MAX_M
+    zero_m = zero_of_force_m(stand, FORCE_FREQUENCY_HZ, stand.sim.dt) if is_full else math.nan
     return {
-        'preload_n': parameters.stand.preload,
+        'preload_n': run.preload_n,
         'bandwidth_hz': bandwidth_hz,
         'amplitude_m': amplitude_m,
-        'force_mean_n': force_n,
-        'steady': steady,
+        'force_mean_n': run.force_mean_n,
+        'steady': run.steady,
         'zero_onset_m': zero_m,
     }
 
 
 def _cases(parameters: Parameters, points: int) -> list[Case]:
-    amplitudes_m = np.linspace(0.0, AMPLITUDE_MAX_M, points + 1)[1:]
-    return [
-        partial(_row, stand_at(parameters, preload_n), bandwidth_hz, float(amplitude_m))
+    amplitudes_m = np.linspace(0.0, AMPLITUDE_MAX_M, points + 1)[1:].tolist()
+    stands = [
+        (rounded_stand(parameters, preload_n, bandwidth_hz), bandwidth_hz)
         for preload_n in PRELOADS_N
         for bandwidth_hz in BANDWIDTHS_HZ
-        for amplitude_m in amplitudes_m
     ]
+    return [partial(_row, *stand, a) for stand in stands for a in amplitudes_m]
 
 
 def _draw(table: Table, figure: Figure) -> None:
     panels = figure.subplots(2, len(PRELOADS_N), sharex=True)
-    for column, preload_n in enumerate(PRELOADS_N):
+    for (force, lost), preload_n in zip(panels.T, PRELOADS_N, strict=True):
         here = table.where(preload_n=preload_n)
         ideal_mn = here.where(bandwidth_hz=math.inf).column('force_mean_n') * MN
-        force, lost = panels[:, column]
         for index, bandwidth_hz in enumerate(BANDWIDTHS_HZ):
             rows = here.where(bandwidth_hz=bandwidth_hz)
             amplitudes_nm = rows.column('amplitude_m') * NM
@@ -96,14 +92,13 @@ def _name(bandwidth_hz: float) -> str:
 
 
 def _caption(parameters: Parameters) -> str:
+    step_us = min(parameters.sim.dt, STEP_S) / MICRO
     return (
         'The voltage passes a first-order low-pass behind the slewing amplifier: both corners of '
         'the saw-tooth are rounded, its mean stays. Legend: bandwidth, and the amplitude from '
-        'which force is generated. Rough contacts. The wave is cut into straight pieces; twice as '
-        f'many change the force by less than 2e-4. {assumed(parameters)}'
+        'which force is generated. Rough contacts. Behind the low-pass the time step is '
+        f'{step_us:g} us. {assumed(parameters)}'
     )
 
 
-ROUNDED = StudyFigure(
-    'rounded', 'Rounded saw-tooth', COLUMNS, 32, _cases, _draw, _caption, (12.0, 8.4)
-)
+ROUNDED = PaperFigure('rounded', 'Rounded saw-tooth', 32, _cases, _draw, _caption, (12.0, 8.4))

@@ -1,14 +1,15 @@
 """What the paper leaves open: force and 0-amplitude over damping, frequency, cell, slew rate."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed
 from stickslip_ros.paper.readings import (
     AMPLITUDE_MAX_M,
     FORCE_FREQUENCY_HZ,
@@ -20,69 +21,60 @@ from stickslip_ros.paper.readings import (
     zero_by_steps_m,
     zero_of_force_m,
 )
-from stickslip_ros.paper.study_figure import Case, StudyFigure, assumed
-from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import label_axes
-from stickslip_ros.units import MN, NM
+from stickslip_ros.units import MICRO, MN, NM
 
 PRELOAD_N, AMPLITUDE_M = 0.7, 130e-9
 SOFT_PRELOAD_N, LAST_RISE_M = 0.1, 20e-9
 """Saturation is read at this preload, over the last stretch of amplitudes of this length."""
-COLUMNS = (
-    'varied',
-    'value',
-    'force_mean_n',
-    'steady',
-    'zero_steps_m',
-    'zero_onset_m',
-    'max_presliding_lower_m',
-    'zero_quasi_static_m',
-    'last_rise',
-)
 
 
-@dataclass(frozen=True)
-class Varied:
-    """What is varied: name and unit in table and figure, values, scale of the figure."""
+class Varied(NamedTuple):
+    """What is varied: name in the table, parameter (none: frequency of the runs), range."""
 
     name: str
+    parameter: str
     label: str
-    values: Callable[[int], Array]
+    low: float
+    high: float
+    with_zero: bool = False
     scale: float = 1.0
 
-
-def _even_ratios(low: float, high: float, points: int) -> Array:
-    return np.geomspace(low, high, points, dtype=np.float64)
-
-
-def _with_zero(low: float, high: float, points: int) -> Array:
-    return np.concatenate(([0.0], _even_ratios(low, high, points - 1)))
+    def values(self, points: int) -> Array:
+        """Return values of even ratios, with 0 before them if it belongs to the range."""
+        if self.with_zero:
+            return np.append(0.0, np.geomspace(self.low, self.high, points - 1))
+        return np.asarray(np.geomspace(self.low, self.high, points))
 
 
-DAMPING = Varied('damping_n_s_per_m', 'damping c (N s/m)', partial(_with_zero, 1.0, 1000.0))
-FREQUENCY = Varied('frequency_hz', 'frequency f (Hz)', partial(_even_ratios, 100.0, 5000.0))
-CELL = Varied('cell_n_per_m', 'load-cell stiffness k (N/m)', partial(_even_ratios, 1e4, 1e7))
-SLEW = Varied(
-    'slew_rate_v_per_s', 'slew rate (V/us)', partial(_even_ratios, 10e6, 300e6), scale=1e-6
+ALL_VARIED = (
+    Varied('damping_n_s_per_m', 'runner.damping', 'damping c (N s/m)', 1.0, 1000.0, True),
+    Varied('frequency_hz', '', 'frequency f (Hz)', 100.0, 5000.0),
+    Varied('cell_n_per_m', 'load_cell.stiffness', 'load-cell stiffness k (N/m)', 1e4, 1e7),
+    Varied(
+        'slew_rate_v_per_s', 'amplifier.slew_rate', 'slew rate (V/us)', 10e6, 300e6, scale=MICRO
+    ),
 )
-ALL_VARIED = (DAMPING, FREQUENCY, CELL, SLEW)
-PARAMETER_OF = {
-    DAMPING: 'runner__damping',
-    CELL: 'load_cell__stiffness',
-    SLEW: 'amplifier__slew_rate',
+ZEROS = {
+    'max_presliding_lower_m': ('black', '', '-', '$u_{x,max}(F_{n2})$'),
+    'zero_quasi_static_m': ('tab:purple', '', ':', 'without rebound'),
+    'zero_steps_m': ('tab:red', '.', '-', '0-amplitude from steps'),
+    'zero_onset_m': ('tab:blue', '.', '-', '0-amplitude from force'),
 }
+"""Colour, marker, line and label of each column."""
 
 
 def _row(parameters: Parameters, varied: Varied, value: float) -> Row:
-    change = {PARAMETER_OF[varied]: value} if varied in PARAMETER_OF else {}
     force_hz, step_hz = FORCE_FREQUENCY_HZ, STEP_FREQUENCY_HZ
-    if varied is FREQUENCY:
+    if varied.parameter:
+        parameters = parameters.updated({varied.parameter: value})
+    else:
         force_hz = step_hz = value
-    stand = stand_at(parameters, PRELOAD_N, **change)
-    soft = stand_at(parameters, SOFT_PRELOAD_N, **change)
+    stand = stand_at(parameters, PRELOAD_N)
+    soft = stand_at(parameters, SOFT_PRELOAD_N)
     run = run_drive(stand, AMPLITUDE_M, force_hz)
     before_n, full_n = (
         run_drive(soft, amplitude_m, force_hz).force_mean_n
@@ -111,38 +103,32 @@ def _cases(parameters: Parameters, points: int) -> list[Case]:
 
 def _draw(table: Table, figure: Figure) -> None:
     panels = figure.subplots(3, len(ALL_VARIED), sharex='col', sharey='row')
-    for column, varied in enumerate(ALL_VARIED):
-        rows = table.where(varied=varied.name)
-        values = rows.column('value') * varied.scale
-        force, zero, rise = panels[:, column]
-        force.plot(values, rows.column('force_mean_n') * MN, 'tab:blue', marker='.')
-        _draw_zero(zero, rows, values)
-        rise.plot(values, rows.column('last_rise') * 100.0, 'tab:green', marker='.')
-        for axes in (force, zero, rise):
-            label_axes(axes, '', '')
-        rise.set_xlabel(varied.label)
-        if varied is DAMPING:
-            rise.set_xscale('symlog', linthresh=1.0)
-        else:
-            rise.set_xscale('log')
-    first = panels[:, 0]
-    first[0].set_ylabel(f'force at {PRELOAD_N:g} N, {AMPLITUDE_M * NM:g} nm (mN)')
-    first[1].set_ylabel(f'0-amplitude at {PRELOAD_N:g} N (nm)')
-    first[2].set_ylabel(f'rise of force at {SOFT_PRELOAD_N:g} N\nfrom 140 to 160 nm (%)')
-    panels[0, 0].set_ylim(bottom=0.0)
-    panels[1, 0].set_ylim(bottom=0.0)
-    panels[1, 0].legend(fontsize='small', loc='lower left')
+    for column, varied in zip(panels.T, ALL_VARIED, strict=True):
+        _draw_column(column, varied, table.where(varied=varied.name))
+    force, zero, rise = panels[:, 0]
+    force.set_ylabel(f'force at {PRELOAD_N:g} N, {AMPLITUDE_M * NM:g} nm (mN)')
+    zero.set_ylabel(f'0-amplitude at {PRELOAD_N:g} N (nm)')
+    rise.set_ylabel(f'rise of force at {SOFT_PRELOAD_N:g} N\nfrom 140 to 160 nm (%)')
+    force.set_ylim(bottom=0.0)
+    zero.set_ylim(bottom=0.0)
+    zero.legend(fontsize='small', loc='lower left')
 
 
-def _draw_zero(axes: Axes, rows: Table, values: Array) -> None:
-    line = rows.column('max_presliding_lower_m') * NM
-    axes.plot(values, line, 'black', label='$u_{x,max}(F_{n2})$')
-    line = rows.column('zero_quasi_static_m') * NM
-    axes.plot(values, line, 'tab:purple', linestyle=':', label='without rebound')
-    line = rows.column('zero_steps_m') * NM
-    axes.plot(values, line, 'tab:red', marker='.', label='0-amplitude from steps')
-    line = rows.column('zero_onset_m') * NM
-    axes.plot(values, line, 'tab:blue', marker='.', label='0-amplitude from force')
+def _draw_column(panels: Sequence[Axes], varied: Varied, rows: Table) -> None:
+    values = rows.column('value') * varied.scale
+    force, zero, rise = panels
+    force.plot(values, rows.column('force_mean_n') * MN, 'tab:blue', marker='.')
+    for name, (colour, marker, line, label) in ZEROS.items():
+        values_nm = rows.column(name) * NM
+        zero.plot(values, values_nm, colour, marker=marker, linestyle=line, label=label)
+    rise.plot(values, rows.column('last_rise') * 100.0, 'tab:green', marker='.')
+    for axes in panels:
+        label_axes(axes, '', '')
+    rise.set_xlabel(varied.label)
+    if varied.with_zero:
+        rise.set_xscale('symlog', linthresh=varied.low)
+    else:
+        rise.set_xscale('log')
 
 
 def _caption(parameters: Parameters) -> str:
@@ -159,10 +145,9 @@ def _caption(parameters: Parameters) -> str:
     )
 
 
-SENSITIVITY = StudyFigure(
+SENSITIVITY = PaperFigure(
     'sensitivity',
     'Sensitivity to what the paper does not give',
-    COLUMNS,
     25,
     _cases,
     _draw,

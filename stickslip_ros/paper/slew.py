@@ -3,31 +3,28 @@
 from functools import partial
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stickslip_ros.paper.figure import Case, PaperFigure, Table, surface
 from stickslip_ros.paper.readings import (
     AMPLITUDE_MAX_M,
+    PRELOADS_N,
     SLOPE_MIN,
     STEP_FREQUENCY_HZ,
     STEP_RUN_STEPS,
     stand_at,
     zero_by_steps_m,
 )
-from stickslip_ros.paper.study_figure import PRELOAD_COLOURS, Case, StudyFigure, surface
-from stickslip_ros.paper.table import Table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import label_axes
-from stickslip_ros.units import NM
+from stickslip_ros.units import MICRO, NM
 
-PRELOADS_N = (0.1, 0.5, 1.0)
 SLEW_MIN_V_PER_S, SLEW_MAX_V_PER_S = 5e6, 300e6
-V_PER_US = 1e-6
+TICKS_V_PER_US = (5, 10, 25, 50, 100, 150, 300)
 EDELER_V_PER_US = {25.0: 'no usable step below (Edeler)', 150.0: '0-amplitude least (Edeler)'}
 """Slew rates that Edeler's thesis names, from measurements on a stand of the same family."""
-COLUMNS = ('preload_n', 'slew_rate_v_per_s', 'step_length_m', 'zero_steps_m', 'step_slope')
 
 
 def _row(parameters: Parameters) -> Row:
@@ -46,36 +43,30 @@ def _row(parameters: Parameters) -> Row:
 def _cases(parameters: Parameters, points: int) -> list[Case]:
     rates = np.geomspace(SLEW_MIN_V_PER_S, SLEW_MAX_V_PER_S, points)
     return [
-        partial(_row, stand_at(parameters, preload_n, amplifier__slew_rate=float(rate)))
+        partial(_row, stand_at(parameters, preload_n, {'amplifier.slew_rate': float(rate)}))
         for preload_n in PRELOADS_N
         for rate in rates
     ]
 
 
 def _draw(table: Table, figure: Figure) -> None:
-    panels = figure.subplots(1, 2)
-    _curves(panels[0], table, 'step_length_m')
-    _curves(panels[1], table, 'zero_steps_m')
-    label_axes(panels[0], 'slew rate (V/us)', f'step length at {AMPLITUDE_MAX_M * NM:g} nm (nm)')
-    label_axes(panels[1], 'slew rate (V/us)', '0-amplitude, step length extrapolated (nm)')
-    panels[0].axhline(0.0, color='0.3', linewidth=0.8)
-    panels[1].set_ylim(bottom=0.0)
+    step, zero = panels = figure.subplots(1, 2)
+    for axes, name in ((step, 'step_length_m'), (zero, 'zero_steps_m')):
+        for preload_n, rows, colour in table.by_preload():
+            rates = rows.column('slew_rate_v_per_s') * MICRO
+            values_nm = rows.column(name) * NM
+            axes.plot(rates, values_nm, colour, marker='.', label=f'preload {preload_n:g} N')
+    label_axes(step, 'slew rate (V/us)', f'step length at {AMPLITUDE_MAX_M * NM:g} nm (nm)')
+    label_axes(zero, 'slew rate (V/us)', '0-amplitude, step length extrapolated (nm)')
+    step.axhline(0.0, color='0.3', linewidth=0.8)
+    zero.set_ylim(bottom=0.0)
     for axes in panels:
         axes.set_xscale('log')
-        axes.set_xticks([5, 10, 25, 50, 100, 150, 300], minor=False)
-        axes.set_xticklabels(['5', '10', '25', '50', '100', '150', '300'])
+        axes.set_xticks(TICKS_V_PER_US, [str(tick) for tick in TICKS_V_PER_US])
         axes.minorticks_off()
         for (rate, label), style in zip(EDELER_V_PER_US.items(), (':', '--'), strict=True):
             axes.axvline(rate, color='0.3', linestyle=style, label=label)
-    panels[0].legend(fontsize='small', loc='lower right')
-
-
-def _curves(axes: Axes, table: Table, name: str) -> None:
-    groups = zip(table.groups('preload_n'), PRELOAD_COLOURS, strict=False)
-    for (preload_n, rows), colour in groups:
-        rates = rows.column('slew_rate_v_per_s') * V_PER_US
-        values_nm = rows.column(name) * NM
-        axes.plot(rates, values_nm, colour, marker='.', label=f'preload {preload_n:g} N')
+    step.legend(fontsize='small', loc='lower right')
 
 
 def _caption(parameters: Parameters) -> str:
@@ -89,6 +80,6 @@ def _caption(parameters: Parameters) -> str:
     )
 
 
-SLEW = StudyFigure(
-    'slew', 'Unloaded step over slew rate', COLUMNS, 31, _cases, _draw, _caption, (11.0, 6.0)
+SLEW = PaperFigure(
+    'slew', 'Unloaded step over slew rate', 31, _cases, _draw, _caption, (11.0, 6.0)
 )

@@ -98,11 +98,10 @@ def test_a_single_line_is_refused_because_it_has_no_spread(coarse):
 
 def test_the_samples_have_the_asked_rms_and_exponent(coarse):
     samples = sample_roughness(coarse)
-    for heights_m in (samples.line_m, samples.surface_m):
-        rms_m = np.sqrt(np.mean(heights_m**2))
-        assert rms_m == pytest.approx(coarse.contact.rms_height, rel=ROUNDING, abs=0.0)
-    assert samples.hurst_line == pytest.approx(0.7, abs=ROUNDING)
-    assert samples.hurst_surface == pytest.approx(0.7, abs=RING_FIT)
+    for sample in (samples.line, samples.surface):
+        assert sample.rms_m == pytest.approx(coarse.contact.rms_height, rel=ROUNDING, abs=0.0)
+    assert samples.line.hurst == pytest.approx(0.7, abs=ROUNDING)
+    assert samples.surface.hurst == pytest.approx(0.7, abs=RING_FIT)
 
 
 def test_the_page_is_drawn_into_a_folder_that_it_makes(coarse, ensemble, tmp_path):

@@ -4,22 +4,19 @@ import csv
 import math
 import xml.etree.ElementTree as ET
 
-import numpy as np
 import pytest
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
-from stickslip_ros.paper.make import make_tables, write_figure
+from stickslip_ros.paper.figure import write_figure
+from stickslip_ros.paper.make import FIGURES, chosen_figures, make_tables
 from stickslip_ros.paper.readings import (
-    force_row,
     max_presliding_m,
     quasi_static_zero_m,
     stand_at,
     zero_by_steps_m,
     zero_of_force_m,
 )
-from stickslip_ros.paper.registry import FIGURES, chosen_figures
-from stickslip_ros.paper.rounded_run import run_rounded
-from stickslip_ros.paper.rounded_wave import RoundedWave, time_constant_s
+from stickslip_ros.paper.rounded import BANDWIDTHS_HZ, rounded_stand
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.units import MN, NM
@@ -32,11 +29,8 @@ ZERO_ERROR_NM = 3.0
 """The runner still rings when the next fall comes; that moves a 0-amplitude by so much."""
 NO_REBOUND_ERROR = 0.05
 """Friction and damping let a strongly damped runner creep on for a few per cent."""
-ROUNDING = 1e-9
-CHORD_ERROR = 5e-5
-"""The straight pieces are chords of a bent wave: the mean of the latter, second order."""
-PIECES_ERROR = 1e-3
-"""Half the pieces of a rounded wave, of the generated force."""
+ROUNDED_ERROR = 1e-3
+"""Time step behind a low-pass; of the force at the full stroke."""
 FULL_M, FORCE_HZ, STEP_HZ = 160e-9, 1000.0, 200.0
 PNG = b'\x89PNG\r\n\x1a\n'
 POINTS = 2
@@ -62,7 +56,7 @@ def test_the_line_of_figure_7_is_the_known_presliding_of_the_lower_contacts(
     profile, preload_n, known_nm
 ):
     lower_m, upper_m = max_presliding_m(
-        stand_at(Parameters(), preload_n, contact__profile=profile)
+        stand_at(Parameters(), preload_n, {'contact.profile': profile})
     )
     assert lower_m * NM == pytest.approx(known_nm, abs=PRESLIDING_ERROR_NM)
     assert upper_m > lower_m
@@ -73,7 +67,7 @@ def test_the_line_of_figure_7_is_the_known_presliding_of_the_lower_contacts(
 )
 def test_the_0_amplitudes_of_the_free_runner_are_the_known_ones(profile, known_nm):
     for preload_n, zero_nm in zip((0.1, 0.5, 1.0), known_nm, strict=True):
-        stand = stand_at(Parameters(), preload_n, contact__profile=profile)
+        stand = stand_at(Parameters(), preload_n, {'contact.profile': profile})
         found_m, slope = zero_by_steps_m(stand, STEP_HZ)
         assert found_m * NM == pytest.approx(zero_nm, abs=ZERO_ERROR_NM)
         assert 0.99 <= slope <= 1.0
@@ -84,7 +78,9 @@ def test_the_0_amplitudes_of_the_free_runner_are_the_known_ones(profile, known_n
 def test_a_damped_runner_has_the_0_amplitude_of_the_closed_form_without_rebound(
     profile, preload_n
 ):
-    stand = stand_at(Parameters(), preload_n, contact__profile=profile, runner__damping=200.0)
+    stand = stand_at(
+        Parameters(), preload_n, {'contact.profile': profile, 'runner.damping': 200.0}
+    )
     found_m, _ = zero_by_steps_m(stand, STEP_HZ)
     assert found_m == pytest.approx(quasi_static_zero_m(stand), rel=NO_REBOUND_ERROR, abs=0.0)
 
@@ -97,81 +93,53 @@ def test_force_begins_near_the_0_amplitude_and_grows_with_the_preload():
 
 @pytest.mark.parametrize(('preload_n', 'known_mn'), [(0.1, 61.0), (0.5, 172.0), (1.0, 224.0)])
 def test_the_force_at_the_full_stroke_is_the_known_one(preload_n, known_mn):
-    row = force_row(stand_at(Parameters(), preload_n), FULL_M)
-    assert row['force_mean_n'] * MN == pytest.approx(known_mn, rel=FORCE_ERROR, abs=0.0)
-    assert row['steady']
+    run = run_drive(stand_at(Parameters(), preload_n), FULL_M, FORCE_HZ)
+    assert run.force_mean_n * MN == pytest.approx(known_mn, rel=FORCE_ERROR, abs=0.0)
+    assert run.steady
 
 
 def test_a_slow_fall_leaves_no_line_to_extrapolate():
-    zero_m, slope = zero_by_steps_m(stand_at(Parameters(), 1.0, amplifier__slew_rate=5e6), STEP_HZ)
+    zero_m, slope = zero_by_steps_m(
+        stand_at(Parameters(), 1.0, {'amplifier.slew_rate': 5e6}), STEP_HZ
+    )
     assert math.isnan(zero_m)
     assert slope < 0.5
 
 
-def _wave(bandwidth_hz, frequency_hz=FORCE_HZ):
-    return RoundedWave(300.0, 1.0 / frequency_hz, 150e6, time_constant_s(bandwidth_hz))
+@pytest.mark.parametrize(
+    ('preload_n', 'bandwidth_hz', 'known_mn'),
+    [
+        (0.1, 1e4, 33.667),
+        (0.5, 1e5, 157.614),
+        (0.5, 3e4, 101.392),
+        (1.0, 1e6, 219.376),
+        (1.0, 3e5, 208.236),
+        (1.0, 1e5, 171.271),
+        (1.0, 3e4, 68.143),
+    ],
+)
+def test_the_force_behind_a_low_pass_is_that_of_the_periodic_wave_in_closed_form(
+    preload_n, bandwidth_hz, known_mn
+):
+    """Known: the steady wave b t + C exp(-t/tau) in 192 straight pieces; twice as many: 2e-4."""
+    stand = rounded_stand(Parameters(), preload_n, bandwidth_hz)
+    run = run_drive(stand, FULL_M, FORCE_HZ)
+    assert run.force_mean_n * MN == pytest.approx(known_mn, rel=ROUNDED_ERROR, abs=0.0)
 
 
-@pytest.mark.parametrize('bandwidth_hz', [math.inf, 1e6, 1e5, 1e4, 300.0])
-@pytest.mark.parametrize('frequency_hz', [50.0, 1000.0, 10e3])
-def test_a_low_pass_leaves_the_mean_of_the_wave_alone(bandwidth_hz, frequency_hz):
-    wave = _wave(bandwidth_hz, frequency_hz)
-    voltages_v, spans_s = wave.table()
-    means_v = 0.5 * (voltages_v + np.roll(voltages_v, -1))
-    assert spans_s.min() > 0.0
-    assert spans_s.sum() == pytest.approx(wave.period_s, rel=ROUNDING, abs=0.0)
-    assert np.sum(means_v * spans_s) / wave.period_s == pytest.approx(
-        wave.mean_v, rel=CHORD_ERROR, abs=0.0
-    )
+def test_the_less_a_saw_tooth_is_rounded_the_more_force_it_generates():
+    stands = [rounded_stand(Parameters(), 0.5, bandwidth_hz) for bandwidth_hz in BANDWIDTHS_HZ]
+    forces_n = [run_drive(stand, FULL_M, FORCE_HZ).force_mean_n for stand in stands]
+    assert forces_n == sorted(forces_n, reverse=True)
+    assert forces_n[0] == run_drive(stand_at(Parameters(), 0.5), FULL_M, FORCE_HZ).force_mean_n
 
 
-def test_a_rounded_wave_obeys_the_equation_of_the_low_pass_and_repeats_itself():
-    wave = _wave(30e3)
-    time_s = np.linspace(0.0, wave.period_s, 200_001)
-    rounded_v, ideal_v = wave.voltage_v(time_s), _wave(math.inf).voltage_v(time_s)
-    assert rounded_v[0] == pytest.approx(rounded_v[-1], rel=ROUNDING, abs=0.0)
-    lag_v = ideal_v - rounded_v
-    change_v = np.cumsum(0.5 * (lag_v[1:] + lag_v[:-1])) * time_s[1] / wave.tau_s
-    np.testing.assert_allclose(rounded_v[0] + change_v, rounded_v[1:], atol=1e-3)  # of 300 V
-
-
-def test_a_rounded_wave_tends_to_the_ideal_one_as_the_bandwidth_grows():
-    ideal = _wave(math.inf)
-    time_s = np.linspace(0.0, ideal.period_s, 20_001)
-    misses_v = [
-        np.abs(_wave(bandwidth_hz).voltage_v(time_s) - ideal.voltage_v(time_s)).max()
-        for bandwidth_hz in (1e4, 1e5, 1e6, 1e7, 1e9)
-    ]
-    assert misses_v == sorted(misses_v, reverse=True)
-    assert misses_v[-1] < 0.1
-
-
-def test_the_force_under_a_rounded_wave_tends_to_that_of_the_ideal_one():
-    stand = stand_at(Parameters(), 0.5)
-    known_n = run_drive(stand, FULL_M, FORCE_HZ).force_mean_n
-    forces_n = [
-        run_rounded(stand, FULL_M, FORCE_HZ, bandwidth_hz)[0]
-        for bandwidth_hz in (3e4, 1e5, 3e5, 3e6, math.inf)
-    ]
-    assert forces_n == sorted(forces_n)
-    assert forces_n[-1] == pytest.approx(known_n, rel=1e-6, abs=0.0)
-    assert forces_n[-2] == pytest.approx(known_n, rel=1e-3, abs=0.0)
-
-
-def test_half_the_pieces_do_not_change_the_force_under_a_rounded_wave():
-    stand = stand_at(Parameters(), 1.0)
-    force_n, coarser_n = (
-        run_rounded(stand, FULL_M, FORCE_HZ, 1e5, pieces)[0] for pieces in (64, 32)
-    )
-    assert coarser_n == pytest.approx(force_n, rel=PIECES_ERROR, abs=0.0)
-
-
-def test_a_free_runner_steps_under_a_rounded_wave_too():
-    free = stand_at(Parameters(), 0.5, load_cell__contact='absent')
-    force_n, step_m, steady = run_rounded(free, FULL_M, STEP_HZ, 1e6)
-    assert force_n == 0.0
-    assert step_m * NM == pytest.approx(160.0 - 66.0, abs=ZERO_ERROR_NM)
-    assert steady
+def test_a_free_runner_steps_under_a_rounded_saw_tooth_too():
+    free = Parameters().updated({'load_cell.contact': 'absent'})
+    run = run_drive(rounded_stand(free, 0.5, 1e6), FULL_M, STEP_HZ)
+    assert run.force_mean_n == 0.0
+    assert run.step_length_m * NM == pytest.approx(160.0 - 66.0, abs=ZERO_ERROR_NM)
+    assert run.steady
 
 
 def test_the_number_of_workers_does_not_change_the_tables():
@@ -194,7 +162,7 @@ def test_a_figure_is_written_as_table_pictures_and_caption(name, tables, tmp_pat
     with files[0].open(encoding='utf-8') as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(tables[name].rows) > 0
-    assert tuple(rows[0]) == figure.columns
+    assert tuple(rows[0]) == tables[name].columns
     page = files[1].read_text(encoding='utf-8')
     assert f'({name}.png)' in page
     assert 'damping c = 0 N s/m' in page

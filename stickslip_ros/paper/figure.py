@@ -1,0 +1,189 @@
+"""What a figure of the paper is: its runs, their table, its drawing, its caption, its files."""
+
+import csv
+import math
+import textwrap
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.paper.readings import FORCE_FREQUENCY_HZ
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.journal import Row
+from stickslip_ros.study.plotting import new_figure, save_figure
+from stickslip_ros.units import MICRO
+
+KINDS = ('.csv', '.md', '.png', '.svg')
+"""Files of a figure: its table (SI, all digits), its caption, its pictures."""
+CHARACTERS_PER_INCH = 14.0
+"""Width of a caption; more would be wider than the figure."""
+PRELOAD_COLOURS = ('tab:blue', 'tab:orange', 'tab:green', 'tab:red')
+
+Case = Callable[[], Row]
+"""Runs that give one row of the table."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of the same columns, each the name of a quantity ending with its unit."""
+
+    rows: Sequence[Row]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return tuple(self.rows[0])
+
+    def where(self, **values: object) -> 'Table':
+        """Return the rows that have these values."""
+        return Table([row for row in self.rows if values.items() <= row.items()])
+
+    def column(self, name: str) -> Array:
+        """Return a column of numbers, shape (rows,)."""
+        return np.array([row[name] for row in self.rows], dtype=float)
+
+    def by_preload(self) -> Iterator[tuple[float, 'Table', str]]:
+        """Return each preload, N, with its rows and its colour."""
+        preloads_n = dict.fromkeys(self.column('preload_n').tolist())
+        for preload_n, colour in zip(preloads_n, PRELOAD_COLOURS, strict=False):
+            yield preload_n, self.where(preload_n=preload_n), colour
+
+    def write(self, path: Path) -> None:
+        """Write the table as CSV; what is not a number stays empty."""
+        with path.open('w', newline='', encoding='utf-8') as file:
+            writer = csv.writer(file, lineterminator='\n')
+            writer.writerow(self.columns)
+            for row in self.rows:
+                writer.writerow('' if _is_nan(value) else value for value in row.values())
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """
+    What a figure is made of.
+
+    Attributes
+    ----------
+    name : str
+        Stem of its files.
+    title : str
+        Heading.
+    points : int
+        Points along an axis, unless asked otherwise.
+    cases : callable
+        Gives the runs of each row, for parameters and a number of points.
+    draw : callable
+        Draws a table.
+    caption : callable
+        Says for parameters what is shown and what is assumed.
+    inches : tuple of float
+        Width and height.
+    points_min : int
+        Fewest points that it can be drawn from.
+
+    """
+
+    name: str
+    title: str
+    points: int
+    cases: Callable[[Parameters, int], Sequence[Case]]
+    draw: Callable[[Table, Figure], None]
+    caption: Callable[[Parameters], str]
+    inches: tuple[float, float] = (8.5, 6.5)
+    points_min: int = 2
+
+
+def write_figure(
+    figure: PaperFigure,
+    table: Table,
+    parameters: Parameters,
+    folder: Path,
+    kinds: Sequence[str] = KINDS,
+) -> list[Path]:
+    """
+    Write a figure into a folder, which is made; return the files, one of each kind.
+
+    Parameters
+    ----------
+    figure : PaperFigure
+        How it is drawn.
+    table : Table
+        Its numbers.
+    parameters : Parameters
+        The stand that they came from, for the caption.
+    folder : Path
+        Where to.
+    kinds : sequence of str
+        Which of KINDS.
+
+    Raises
+    ------
+    RecordingError
+        If a file cannot be written.
+
+    """
+    caption = f'{figure.caption(parameters)}{_changed(parameters)}'
+    files = [folder / f'{figure.name}{kind}' for kind in kinds]
+    drawn = _drawn(figure, table, caption)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in files:
+            if path.suffix == '.csv':
+                table.write(path)
+            elif path.suffix == '.md':
+                page = f'# {figure.title}\n\n![{figure.title}]({figure.name}.png)\n\n{caption}\n'
+                path.write_text(page, encoding='utf-8')
+            else:
+                save_figure(drawn, path)
+    except OSError as error:
+        problem = f'cannot be written ({error.strerror})'
+        raise RecordingError(folder, problem, 'choose another folder') from error
+    return files
+
+
+def assumed(parameters: Parameters) -> str:
+    """Return the assumptions that runs with a load cell share, as a sentence."""
+    cell, damping = parameters.load_cell.stiffness * 1e-3, parameters.runner.damping
+    slew, step_us = parameters.amplifier.slew_rate * MICRO, parameters.sim.dt / MICRO
+    return (
+        f'Assumed, as the paper does not say: load cell k = {cell:g} kN/m, damping c = '
+        f'{damping:g} N s/m, f = {FORCE_FREQUENCY_HZ:g} Hz, steady state (at least 200 steps, '
+        f'force changes by less than 0.1 % in 20), time step {step_us:g} us. '
+        f'Slew rate {slew:g} V/us.'
+    )
+
+
+def surface(parameters: Parameters, profile: str) -> str:
+    """Return the profile of the contacts in words."""
+    contact = parameters.contact
+    sphere = f'R = {contact.radius * 1e3:g} mm, mu = {contact.friction:g}'
+    if profile == 'smooth':
+        return f'smooth sphere ({sphere})'
+    return f'rough sphere (H = {contact.hurst:g}, Q_1D = {contact.prefactor:g} m^(1-H), {sphere})'
+
+
+def _drawn(figure: PaperFigure, table: Table, caption: str) -> Figure:
+    """Return the drawn figure, with its caption below the axes."""
+    drawn = new_figure(*figure.inches, figure.title)
+    figure.draw(table, drawn)
+    width = int(figure.inches[0] * CHARACTERS_PER_INCH)
+    whole = caption.replace(' = ', '\u00a0=\u00a0')  # no line ends inside 'c = 0'
+    drawn.supxlabel(textwrap.fill(whole, width), x=0.01, ha='left', fontsize='small')
+    return drawn
+
+
+def _changed(parameters: Parameters) -> str:
+    """Name what differs from the defaults, so that no figure is taken for another one."""
+    changed = parameters.changed()
+    if not changed:
+        return ''
+    return f' Changed: {", ".join(f"{name} = {value}" for name, value in changed.items())}.'
+
+
+def _is_nan(value: object) -> bool:
+    return isinstance(value, float) and math.isnan(value)
