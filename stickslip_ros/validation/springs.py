@@ -64,6 +64,14 @@ def springs_under(contact: Presliding, depths_m: Array, spacing_m: float) -> Spr
     return Springs(elasticity.shear_pa * spacing_m, limits_n)
 
 
+def springs_of_line(contact: Presliding) -> Springs:
+    """Return the springs that a contact presses under a rough line."""
+    line = contact.profile
+    assert isinstance(line, LineProfile)
+    depths_m = contact.indentation.depth_m - line.heights_m
+    return springs_under(contact, depths_m[depths_m > 0.0], line.spacing_m)
+
+
 def plant_springs(contact: Presliding, profile: Callable[[Array], Array], count: int) -> Springs:
     """
     Return so many springs from -a to a under a profile g(x).
@@ -205,11 +213,9 @@ ENERGY_TABLE = Tolerance(2e-5, f'the same {CELLS} cells')
 def rough_line_contact() -> tuple[Presliding, Springs]:
     """Return a lower contact under the default line, and the springs that it presses."""
     line = profile_of(Parameters().updated({'contact.profile': 'rough_line'}).contact)
-    assert isinstance(line, LineProfile)
     moduli = Elasticity(E_STAR_PA, G_STAR_PA)
     contact = presliding(line, moduli, FRICTION, LOWER_SHARE * PRELOAD_N)
-    depths_m = contact.indentation.depth_m - line.heights_m
-    return contact, springs_under(contact, depths_m[depths_m > 0.0], line.spacing_m)
+    return contact, springs_of_line(contact)
 
 
 @measures(

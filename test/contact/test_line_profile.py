@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.indentation import indent, normal_force
+from stickslip_ros.contact.indentation import indent
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.line_profile import (
     LineProfile,
@@ -16,7 +16,7 @@ from stickslip_ros.contact.line_profile import (
     line_profile,
     rough_line_profile,
 )
-from stickslip_ros.contact.presliding import Presliding, presliding
+from stickslip_ros.contact.presliding import presliding
 from stickslip_ros.contact.profile import smooth_profile
 from stickslip_ros.contact.self_affine import Spectrum, rough_line
 from stickslip_ros.contact.virgin import CELLS, tabulate, virgin_force
@@ -24,6 +24,7 @@ from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import ContactParameters, Parameters
 from stickslip_ros.study.sawtooth_run import run_sawtooth
+from stickslip_ros.validation.springs import pull, springs_of_line
 
 virgin_force = entry_point(virgin_force)
 
@@ -63,25 +64,6 @@ def line(request) -> LineProfile:
 @pytest.fixture(scope='module')
 def elasticity():
     return elasticity_of(ContactParameters())
-
-
-@pytest.fixture(scope='module')
-def pressed(line, elasticity) -> Presliding:
-    return presliding(line, elasticity, FRICTION, 0.5)
-
-
-def springs_of(contact: Presliding):
-    """Give tangential stiffness, N/m, and friction limits, N, of all springs of a contact."""
-    profile = contact.profile
-    compressed_m = np.maximum(contact.indentation.depth_m - profile.heights_m, 0.0)
-    limits_n = contact.friction * contact.elasticity.normal_pa * profile.spacing_m * compressed_m
-    return contact.elasticity.shear_pa * profile.spacing_m, limits_n
-
-
-def pulled(contact: Presliding, displacements_m):
-    """Sum min(G* dx u, mu E* dx (d - g_i)+) over all springs, one displacement after another."""
-    stiffness, limits_n = springs_of(contact)
-    return np.array([np.sum(np.minimum(stiffness * u, limits_n)) for u in displacements_m])
 
 
 def test_the_profile_is_the_parabola_plus_the_line_above_its_lowest_point():
@@ -129,14 +111,6 @@ def test_the_area_at_a_depth_leads_back_to_the_depth(depth_m):
     assert back_m == pytest.approx(depth_m, rel=ROUNDING, abs=0.0)
 
 
-def test_the_normal_force_is_the_sum_of_the_springs(line, elasticity):
-    for force_n in (0.01, 0.1, 1.0):
-        depth_m = indent(line, elasticity, force_n).depth_m
-        compressed_m = np.maximum(depth_m - line.heights_m, 0.0)
-        total_n = elasticity.normal_pa * line.spacing_m * np.sum(compressed_m)
-        assert total_n == pytest.approx(force_n, rel=ROUNDING, abs=0.0)
-
-
 def test_a_line_without_roughness_is_the_smooth_sphere(elasticity):
     x_m = line_places(50e-6, 4000)
     profile = line_profile(x_m**2 / RADIUS_M, 50e-6 / 4000)
@@ -144,28 +118,6 @@ def test_a_line_without_roughness_is_the_smooth_sphere(elasticity):
     closed = indent(smooth_profile(RADIUS_M), elasticity, 0.5)
     assert got.depth_m == pytest.approx(closed.depth_m, rel=SMOOTH_GRID, abs=0.0)
     assert got.radius_m == pytest.approx(closed.radius_m, abs=profile.spacing_m)
-
-
-def test_jaegers_theorem_holds_on_a_rough_line(pressed):
-    """The tangential force is mu times the normal force lost between the depth and the core's."""
-    u_m = np.linspace(0.0, 1.2, 41) * pressed.max_displacement_m
-    np.testing.assert_allclose(
-        pressed.tangential_force(u_m), pulled(pressed, u_m), rtol=0.0, atol=ROUNDING
-    )
-    core_n = normal_force(pressed.profile, pressed.elasticity, pressed.indentation.depth_m / 2)
-    half_n = pressed.tangential_force(pressed.max_displacement_m / 2)
-    expected_n = pressed.friction * (0.5 - core_n)
-    assert float(half_n) == pytest.approx(float(expected_n), rel=ROUNDING, abs=0.0)
-
-
-def test_the_unloading_follows_masings_rule_on_a_rough_line(pressed):
-    stiffness, limits_n = springs_of(pressed)
-    turn_m = 0.6 * pressed.max_displacement_m
-    held_n = np.minimum(stiffness * turn_m, limits_n)
-    for back in (0.1, 0.5, 1.0, 1.9):
-        springs_n = np.sum(np.clip(held_n - stiffness * back * turn_m, -limits_n, limits_n))
-        virgin_n = pressed.tangential_force(np.array([turn_m, 0.5 * back * turn_m]))
-        assert springs_n == pytest.approx(virgin_n[0] - 2.0 * virgin_n[1], abs=ROUNDING)
 
 
 @pytest.mark.parametrize(
@@ -177,8 +129,9 @@ def test_the_table_of_a_rough_line_is_the_sum_over_its_springs(grid, tolerance, 
     assert springs < FEW_SPRINGS if grid == 'few' else springs > MANY_SPRINGS
     curve = tabulate([contact])
     u_m = np.linspace(0.0, 1.1, 397) * contact.max_displacement_m
+    springs_n = pull(springs_of_line(contact), u_m).force_n
     table_n = np.array([virgin_force(curve, float(u)) for u in u_m])
-    error = np.max(np.abs(table_n - pulled(contact, u_m))) / contact.max_force_n
+    error = np.max(np.abs(table_n - springs_n)) / contact.max_force_n
     assert error < tolerance < WORST_TABLE
 
 

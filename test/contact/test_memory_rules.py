@@ -5,16 +5,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import quad
-from spring_bank import Guide
+from guide import Guide
 
-from stickslip_ros.contact.elasticity import effective_elasticity
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import U, fresh_memory, move, set_memory
 from stickslip_ros.contact.memory_energy import lost_energy
-from stickslip_ros.contact.presliding import presliding
-from stickslip_ros.contact.profile import smooth_profile
-from stickslip_ros.contact.virgin import TABLE_ERROR, tabulate, virgin_force
+from stickslip_ros.contact.virgin import virgin_force
 
 virgin_force = entry_point(virgin_force)
 move = entry_point(move)
@@ -23,22 +19,11 @@ lost_energy = entry_point(lost_energy)
 
 ROUNDING = 1e-12
 """A few operations on doubles, relative to the full-slip force."""
-LOSS_ERROR = 10.0 * TABLE_ERROR
-"""A cycle loses eight times the area between two virgin curves, each with the table's error."""
 
 
 @pytest.fixture
 def guide(curve) -> Guide:
     return Guide(curve)
-
-
-def _virgin_n(contacts, u_m):
-    return sum(float(contact.tangential_force(u_m)) for contact in contacts)
-
-
-def _loss_of_a_cycle(contacts, u_m):
-    work_j, _ = quad(lambda u: _virgin_n(contacts, u), 0.0, u_m, epsabs=0.0, epsrel=1e-10)
-    return 8.0 * (work_j - 0.5 * u_m * _virgin_n(contacts, u_m))
 
 
 @pytest.mark.parametrize('share', [0.1, 0.5, 0.9, 1.0, 1.5])
@@ -47,19 +32,6 @@ def test_the_virgin_path_is_the_virgin_curve_in_either_direction(share, curve):
     expected_n = virgin_force(curve, u_m)
     assert Guide(curve).go(u_m).force_n == pytest.approx(expected_n, rel=ROUNDING, abs=0.0)
     assert Guide(curve).go(-u_m).force_n == pytest.approx(-expected_n, rel=ROUNDING, abs=0.0)
-
-
-@pytest.mark.parametrize('share', [0.2, 0.6, 0.95])
-def test_unloading_and_reloading_are_the_virgin_curve_twice_as_large(share, curve, contacts):
-    top_m = share * curve.limit_m
-    for back in (0.01, 0.3, 0.7, 1.0):
-        u_m = top_m * (1.0 - 2.0 * back)
-        expected_n = _virgin_n(contacts, top_m) - 2.0 * _virgin_n(contacts, back * top_m)
-        unloaded = Guide(curve).go(top_m, u_m)
-        reloaded = Guide(curve).go(top_m, -top_m, -u_m)
-        within = 3.0 * TABLE_ERROR * curve.force_max_n
-        assert unloaded.force_n == pytest.approx(expected_n, rel=0.0, abs=within)
-        assert reloaded.force_n == pytest.approx(-expected_n, rel=0.0, abs=within)
 
 
 def test_a_closed_minor_loop_leaves_no_trace(curve):
@@ -122,46 +94,6 @@ def test_a_motion_may_be_cut_into_steps(curve):
     assert cut_n == pytest.approx(force_n, rel=1e-9, abs=0.0)
     assert cut_stored_j == pytest.approx(stored_j, rel=1e-9, abs=0.0)
     assert cut_lost_j == pytest.approx(lost_j, rel=1e-9, abs=0.0)
-
-
-@pytest.mark.parametrize('share', [0.1, 0.25, 0.5, 0.9, 1.0])
-def test_the_loss_per_cycle_is_that_of_masings_rule(share, guide, curve, contacts):
-    u_m = share * curve.limit_m
-    virgin = guide.go(u_m)
-    first = guide.go(-u_m, u_m)
-    second = guide.go(-u_m, u_m)
-    expected_j = _loss_of_a_cycle(contacts, u_m)
-    within = LOSS_ERROR * curve.force_max_n * curve.limit_m
-    assert first.lost_j - virgin.lost_j == pytest.approx(expected_j, rel=0.0, abs=within)
-    assert second.lost_j - first.lost_j == pytest.approx(expected_j, rel=0.0, abs=within)
-    assert virgin.lost_j == pytest.approx(expected_j / 4.0, rel=0.0, abs=within)
-
-
-@pytest.mark.parametrize(('share', 'loss'), [(1.0, 0.8), (0.5, 0.07279)])
-def test_the_loss_per_cycle_of_a_smooth_sphere_is_known(share, loss, smooth_curve):
-    guide = Guide(smooth_curve)
-    u_m = share * smooth_curve.limit_m
-    before = guide.go(u_m)
-    after = guide.go(-u_m, u_m)
-    scale_j = smooth_curve.force_max_n * smooth_curve.limit_m
-    last_digit = 0.5e-5
-    found = (after.lost_j - before.lost_j) / scale_j
-    assert abs(found - loss) < last_digit + LOSS_ERROR
-
-
-def test_the_energies_of_the_rubber_sphere_are_known():
-    """The case 'cattaneo' of CONTACT: closed form to its digits, 3-D within its elements."""
-    young_pa = 2.0 * 200e6 * 1.42
-    rubber = effective_elasticity(young_pa, 0.42, young_pa, 0.42)
-    contact = presliding(smooth_profile(0.05), rubber, 0.4, 9.1954)
-    guide = Guide(tabulate([contact]))
-    sheared = guide.go(0.75 * contact.max_displacement_m)
-    last_digit = 0.5e-4 + 3e-6  # of the numbers below; and the error of the table
-    assert abs(sheared.stored_j * 1e5 - 1.1773) < last_digit
-    assert abs(sheared.lost_j * 1e6 - 2.7554) < last_digit
-    elements_error = 3e-3  # its 19 x 19 elements lie up to 0.22 % below the continuum
-    assert sheared.stored_j == pytest.approx(1.175e-5, rel=elements_error, abs=0.0)
-    assert sheared.lost_j == pytest.approx(2.750e-6, rel=elements_error, abs=0.0)
 
 
 def test_inside_the_linear_core_nothing_is_lost_and_nothing_remembered(guide, curve):

@@ -1,0 +1,53 @@
+"""A driver that leads the memory along a history."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.memory import CAPACITY, fresh_memory, move
+from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
+from stickslip_ros.contact.record import Record
+from stickslip_ros.validation.memory import follow
+
+
+class Sample(NamedTuple):
+    """Force (N), stored and lost energy (J) after one move."""
+
+    force_n: float
+    stored_j: float
+    lost_j: float
+
+
+@entry_point
+def follow_energies(curve: Record, memory: Record, turns, samples) -> None:
+    """Move to each of ``turns``; rows of ``samples`` receive force, stored and lost energy."""
+    for i in range(len(turns)):
+        move(curve, memory, turns[i])
+        samples[i, 0] = memory.force_n
+        samples[i, 1] = stored_energy(curve, memory)
+        samples[i, 2] = lost_energy(curve, memory)
+
+
+class Guide:
+    """A memory that is led along a history."""
+
+    def __init__(self, curve: Record, rows: int = CAPACITY) -> None:
+        self.curve = curve
+        self.memory = fresh_memory(capacity=rows)
+
+    def go(self, *turns_m: float) -> Sample:
+        """Move from turn to turn; return what the last one left."""
+        return Sample(*self.walk(np.array(turns_m))[-1])
+
+    def walk(self, turns_m: np.ndarray) -> np.ndarray:
+        """Move from turn to turn; return force, stored and lost energy of each, (n, 3)."""
+        samples = np.zeros((len(turns_m), 3))
+        follow_energies(self.curve, self.memory, turns_m, samples)
+        return samples
+
+    def forces(self, turns_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Move from turn to turn; return force and bound of its error of each, N."""
+        log = np.zeros((len(turns_m), 3))
+        follow(self.curve, self.memory, turns_m, log)
+        return log[:, 0], log[:, 1]
