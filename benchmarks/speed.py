@@ -13,8 +13,7 @@ from benchmarks.case import (
 from benchmarks.clock import Array, Program, in_turn
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
-from stickslip_ros.study.drive_run import run_drive
-from stickslip_ros.study.sawtooth_run import run_sawtooth, voltage_for
+from stickslip_ros.study.sawtooth_run import run_drive, run_sawtooth, voltage_for
 
 FASTER_THAN_REAL_TIME = 100.0
 AIM = 200.0

@@ -7,8 +7,8 @@ from typing import Any
 
 from stickslip_ros.cli.common import add_json, print_json, print_table, to_path
 from stickslip_ros.files import make_room
+from stickslip_ros.study.recorded_run import parse_window
 from stickslip_ros.study.run_figure import LABELS, RunPlot, plot_run
-from stickslip_ros.study.time_window import parse_window
 from stickslip_ros.units import with_unit
 
 

@@ -17,8 +17,14 @@ from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.drive_input import DriveInput, is_run, read_drive_input
-from stickslip_ros.study.replay import Replay, replay, replay_input
+from stickslip_ros.study.replay import (
+    DriveInput,
+    Replay,
+    is_run,
+    read_drive_input,
+    replay,
+    replay_input,
+)
 from stickslip_ros.units import NANO
 
 CHECK_FAILED = 1

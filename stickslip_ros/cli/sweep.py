@@ -15,13 +15,15 @@ from stickslip_ros.cli.common import (
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.parameters import spec_of
-from stickslip_ros.study.axes import Axis, parse_axis, parse_varied
 from stickslip_ros.study.journal import Journal, Row
 from stickslip_ros.study.sweep import (
     AMPLITUDE,
     FREQUENCY,
     STEADY_RULE,
+    Axis,
     Sweep,
+    parse_axis,
+    parse_varied,
     run_sweep,
     stop_rule,
 )

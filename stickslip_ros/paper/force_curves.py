@@ -15,9 +15,9 @@ from stickslip_ros.paper.readings import (
     stand_at,
 )
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import label_axes
+from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.units import MN, NM
 
 

@@ -33,26 +33,13 @@ class Packed(NamedTuple):
 
 
 class Feed:
-    """
-    Pack what the bench reports, in the order of time.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        Gives the period of trace and voltage.
-
-    """
+    """What a bench reports, packed in the order of time."""
 
     def __init__(self, parameters: Parameters) -> None:
         self._period_ns = parameters.trace_period_ns
         self._tells_truth = parameters.sim.publish_truth
         self._blocks: list[Array] = []
         self._status: Status | None = None
-
-    @property
-    def is_flushed(self) -> bool:
-        """Whether every sample of the trace has been packed."""
-        return not self._blocks
 
     def pack(self, output: Output) -> Iterator[Packed]:
         """Yield the messages of one update."""
@@ -100,17 +87,7 @@ def _pack_waveform(values: Sequence[float]) -> bytes:
 
 
 def pack_request(request: Request, time_ns: int) -> bytes:
-    """
-    Return a request as the message of its command topic.
-
-    Parameters
-    ----------
-    request : Request
-        One that has a command topic.
-    time_ns : int
-        Stamp, where the message has one.
-
-    """
+    """Return a request as the message of its command topic, whose stamp is a time, if any."""
     if request.name in ('voltage', 'preload', 'jog'):
         return pack_float64(*request.values)
     if request.name == 'steps':

@@ -17,8 +17,8 @@ from stickslip_ros.recording.messages import (
     WrenchMessage,
 )
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run import NOTE_KEY
 from stickslip_ros.recording.run_file import read_channels
-from stickslip_ros.recording.run_writer import NOTE_KEY
 from stickslip_ros.recording.topics import COMMANDS, Topic
 
 

@@ -21,8 +21,8 @@ from stickslip_ros.instrument.compilation import told
 from stickslip_ros.parameters import Parameters, format_value
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.feed import Packed
+from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.recording.run_file import info_json
-from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import NODE_NAME, Topic
 from stickslip_ros.ros import diagnostics
 from stickslip_ros.ros.connections import Connections

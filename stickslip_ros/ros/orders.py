@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.recording.topics import COMMANDS
 
 AT_ONCE = -2

@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.recording.channels import Channel
+from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.recording.run_file import run_path
-from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.ros.session import Session
 
 REPLY_TIMEOUT_S = 10.0

@@ -9,13 +9,13 @@ from enum import Enum, auto
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.recording.run import Publish, RunWriter
 from stickslip_ros.ros.ending import StillBusy, interruptible
 from stickslip_ros.ros.kernels import Kernels
 from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
 from stickslip_ros.ros.pacing import Pacer
 from stickslip_ros.ros.permit import Grant, Permit
-from stickslip_ros.ros.worker import NOBODY, Callbacks, Publish, Worker
+from stickslip_ros.ros.worker import NOBODY, Callbacks, Worker
 
 LONG_PAUSE_S = 0.2
 """A longer pause ends at once when the drive is stopped or held; sleeping is more exact."""

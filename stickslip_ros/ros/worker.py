@@ -6,22 +6,20 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
 from stickslip_ros.instrument.reports import Event, Output, Result, Status
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.cdr import pack_string
 from stickslip_ros.recording.cdr_fields import HEADER
-from stickslip_ros.recording.feed import Feed, Packed
-from stickslip_ros.recording.run_writer import COMMAND_KEYS, RunWriter, pack_effect
+from stickslip_ros.recording.feed import Packed
+from stickslip_ros.recording.run import Publish, Run, RunWriter
 from stickslip_ros.ros.orders import Order
 from stickslip_ros.units import NS_PER_S
 
 PRELOADING = int(Status.PRELOADING)
 UNTROUBLED = (Result.DONE, Result.ABORTED)
 """Results of commands that neither were refused nor have failed."""
-Publish = Callable[[Packed], None]
 Faults = dict[str, Scalar]
 """Values of the faults that there are, by name."""
 
@@ -53,20 +51,14 @@ class Callbacks:
 NOBODY = Callbacks()
 
 
-class Worker:
+class Worker(Run):
     """
-    A bench, its topics and its recording.
+    A run under orders and a schedule of faults, which reports what goes wrong.
 
     Attributes
     ----------
-    bench : Bench
-        The drive.
-    writer : RunWriter or None
-        The recording in progress.
     failed_writer : RunWriter or None
         The recording that the disk has ended, until another one begins.
-    status : Status
-        Of the drive, as last published.
     preload_ramped : bool
         Whether a preload was on its way in any block; whoever reads it sets it back.
 
@@ -79,15 +71,11 @@ class Worker:
 
     def __init__(self, parameters: Parameters, publish: Publish, callbacks: Callbacks) -> None:
         self._schedule = _schedule_of(parameters)
+        super().__init__(parameters, publish)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
-        self.bench = Bench(parameters)
-        self.status = self.bench.status
         self.preload_ramped = False
-        self.writer: RunWriter | None = None
         self.failed_writer: RunWriter | None = None
-        self._feed = Feed(parameters)
-        self._publish = publish
         self._callbacks = callbacks
         self._seen_faults: FaultParameters | None = None
         self._reported_faults: Faults = {}
@@ -107,22 +95,24 @@ class Worker:
         """Carry out orders and what is scheduled, advance by one block, publish what was seen."""
         now_ns = self.bench.time_ns
         self._carry_out(orders, self._schedule.due(now_ns))
-        self._publish_output(self.bench.update(now_ns + self._block_ns))
+        output = self.bench.update(now_ns + self._block_ns)
+        self._look_at(output)
+        self.report(output)
+        self._watch_recording()
         _answer(orders)
 
     def report_failure(self, error: BaseException) -> None:
         """Say, on the topic of events and in the recording, that the drive has stopped."""
         event = Event(self.bench.time_ns, 0, 'drive', Result.DRIVE_FAILED, message=str(error))
-        packed = Packed('event', event.time_ns, pack_string(event.to_json()))
-        if self.writer is not None:
-            self.writer.write(packed)
-        self._publish(packed)
+        self.send([Packed('event', event.time_ns, pack_string(event.to_json()))])
 
     def _carry_out(self, orders: list[Order], scheduled: Iterable[Request] = ()) -> None:
         """Do what is due at the present time: recordings first, then the schedule's faults."""
         for order in orders:
             if order.request is None:
-                order.outcome = self._exchange(order.writer)
+                if order.writer is not None:
+                    self.failed_writer = None
+                order.outcome = self.record(order.writer)
         for request in scheduled:
             self._obey(request)
         for order in orders:
@@ -139,29 +129,15 @@ class Worker:
             self._callbacks.on_faults(self._reported_faults)
 
     def _obey(self, request: Request) -> StickSlipError | None:
-        """Hand a request to the bench and note it; return what is to be said of a refusal."""
-        is_noted = request.name not in COMMAND_KEYS
-        if is_noted or self.writer is not None:
-            packed = pack_effect(request, self.bench.time_ns)
-            if is_noted:
-                self._publish(packed)
-            if self.writer is not None:
-                self.writer.write(packed)
+        """Carry out a request; return what is to be said of a refusal."""
         refused = self.bench.refused
-        self.bench.accept(request)
+        self.accept(request)
         if self.bench.refused > refused:
             return StickSlipError('the drive does not take it; ~/event says why')
         return None
 
-    def _exchange(self, writer: RunWriter | None) -> RunWriter | None:
-        previous, self.writer = self.writer, writer
-        if writer is not None:
-            self.failed_writer = None
-            writer.begin(self.bench.time_ns, self.status)
-        return previous
-
-    def _publish_output(self, output: Output) -> None:
-        self.status = output.status
+    def _look_at(self, output: Output) -> None:
+        """Publish the clock, and report what was refused, before the readings."""
         if int(output.status) & PRELOADING:
             self.preload_ramped = True
         if self._keeps_clock:
@@ -170,11 +146,6 @@ class Worker:
         for event in output.events:
             if event.result not in UNTROUBLED:
                 self._callbacks.on_refusal(event)
-        for packed in self._feed.pack(output):
-            self._publish(packed)
-            if self.writer is not None:
-                self.writer.write(packed)
-        self._watch_recording()
 
     def _watch_recording(self) -> None:
         """Let go of a recording that the disk has ended, and say so; nothing else changes."""

@@ -5,17 +5,20 @@ The results come in the order of the cases and do not depend on who computed the
 
 """
 
+import asyncio
+import importlib
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ThreadPoolExecutor, wait
-from contextlib import contextmanager, suppress
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
-from stickslip_ros.errors import OutOfRange
+import stickslip_ros
+from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.stopping import Stopped, heed_stop
-from stickslip_ros.study.cluster import cluster_executor
+from stickslip_ros.study.extras import load_extra
 from stickslip_ros.study.journal import Journal
 
 Case = TypeVar('Case')
@@ -28,28 +31,19 @@ SUBMITTED_MAX = 4 * WORKERS_MAX
 """Cases that wait or run at a time: enough for every worker, however many cases there are."""
 LOOK_S = 0.1
 """Time after which a batch looks whether somebody wants it to end."""
+CONNECT_S = 10.0
+"""Time that a scheduler has to answer, s."""
+WORKERS_S = 10.0
+"""Time that it has to get its first worker, s."""
 
 
 class Interrupted(Stopped):
-    """
-    Somebody stopped a batch with Ctrl-C.
-
-    Parameters
-    ----------
-    rows : dict of int to dict
-        The finished cases by their number.
-    total : int
-        Number of all cases.
-    journal : Journal or None
-        Where they are kept.
-
-    """
+    """Somebody stopped a batch with Ctrl-C; ``rows`` has the finished cases by their number."""
 
     def __init__(self, rows: dict[int, Any], total: int, journal: Journal | None) -> None:
         kept = f'; they are in {journal.path}, the same command goes on' if journal else ''
         super().__init__(f'stopped after {len(rows)} of {total} cases{kept}')
         self.rows = rows
-        self.total = total
 
 
 def run_batch(
@@ -76,7 +70,7 @@ def run_batch(
     workers : int
         Number of threads; 0 is one per core.
     scheduler : str
-        Address of a Dask scheduler, whose workers then run the cases.
+        Address of a Dask scheduler, ``tcp://192.0.2.1:8786``, whose workers then run the cases.
     progress : callable, optional
         Called with cases done and cases in all, first with those of the journal.
 
@@ -88,6 +82,9 @@ def run_batch(
     StickSlipError
         If a case is refused, the journal cannot be written or the cluster fails; what was
         finished before is kept.
+    MissingExtra, ClusterError
+        If Dask is not installed; if the scheduler does not answer or goes away, has no workers,
+        or its workers another version of the package.
 
     """
     rows: dict[int, Any] = dict(journal.rows) if journal else {}
@@ -115,22 +112,13 @@ def run_batch(
     return [rows[index] for index in range(len(cases))]
 
 
-def cores() -> int:
-    """Return the number of cores that this process may use."""
-    return len(os.sched_getaffinity(0))
-
-
-@contextmanager
-def _executor(workers: int, scheduler: str) -> Iterator[Executor]:
+def _executor(workers: int, scheduler: str) -> AbstractContextManager[Executor]:
     if not 0 <= workers <= WORKERS_MAX:
         limit = f'not from 0 to {WORKERS_MAX}'
         raise OutOfRange('number of workers', workers, '', limit, '0 takes one per core')
     if scheduler:
-        with cluster_executor(scheduler) as executor:
-            yield executor
-    else:
-        with ThreadPoolExecutor(workers or cores()) as executor:
-            yield executor
+        return _cluster(scheduler)
+    return ThreadPoolExecutor(workers or len(os.sched_getaffinity(0)))
 
 
 def _run(
@@ -168,3 +156,64 @@ def _next(ended: 'SimpleQueue[Future[Any]]') -> 'Future[Any]':
         heed_stop()
         with suppress(Empty):
             return ended.get(timeout=LOOK_S)
+
+
+class ClusterError(StickSlipError):
+    """A Dask cluster cannot be used."""
+
+    def __init__(self, address: str, problem: str, mend: str) -> None:
+        super().__init__(f'scheduler {address}: {problem}; {mend}')
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Executor]:
+    distributed = load_extra('a Dask scheduler', 'distributed')
+    client = _connect(distributed, address)
+    again = 'start it again, then the same command: what is done is kept'
+    try:
+        _check_workers(client, address)
+        yield client.get_executor(pure=False)
+    except CancelledError:
+        raise ClusterError(address, 'went away', again) from None
+    except distributed.KilledWorker:
+        raise ClusterError(address, 'its workers died', again) from None
+    finally:
+        client.close()
+
+
+def _connect(distributed: Any, address: str) -> Any:
+    async def knock() -> None:
+        comm = await distributed.comm.connect(address, timeout=CONNECT_S)
+        await comm.close()
+
+    try:
+        # A client that fails leaves half of itself behind, so the first word is without one.
+        asyncio.run(knock())
+        return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+    except (OSError, ValueError, asyncio.TimeoutError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        mend = 'check the address, or start one with: dask scheduler'
+        raise ClusterError(address, f'does not answer ({reason})', mend) from None
+
+
+def _check_workers(client: Any, address: str) -> None:
+    """Refuse a cluster without workers, or with another version of the package."""
+    try:
+        client.wait_for_workers(1, timeout=WORKERS_S)
+    except (TimeoutError, asyncio.TimeoutError):
+        mend = f'start some with: dask worker {address}'
+        raise ClusterError(address, f'has no worker after {WORKERS_S:g} s', mend) from None
+    name, ours = stickslip_ros.__name__, stickslip_ros.__version__
+
+    def version() -> str:
+        # A nested function is sent as a whole, so it arrives where the package is missing too.
+        try:
+            return str(importlib.import_module(name).__version__)
+        except ImportError:
+            return 'none'
+
+    versions = {client.run_on_scheduler(version), *client.run(version).values()}
+    if versions != {ours}:
+        others = ', '.join(sorted(versions - {ours}))
+        problem = f'scheduler and workers need {name} {ours}, some have {others}'
+        raise ClusterError(address, problem, 'install it on all of them')

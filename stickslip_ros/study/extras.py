@@ -7,22 +7,11 @@ from stickslip_ros.errors import StickSlipError
 
 
 class MissingExtra(StickSlipError):
-    """
-    A package that the user's wish needs is not installed.
-
-    Parameters
-    ----------
-    purpose : str
-        What needs it, as the beginning of a sentence.
-    module : str
-        The package, as Python and pip call it.
-
-    """
+    """A package that the user's wish needs is not installed; the purpose begins a sentence."""
 
     def __init__(self, purpose: str, module: str) -> None:
         mend = f'install it with: pip install {module}'
         super().__init__(f'{purpose} needs the package {module!r}, which is missing; {mend}')
-        self.module = module
 
 
 def load_extra(purpose: str, module: str) -> Any:

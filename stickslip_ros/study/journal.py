@@ -28,21 +28,7 @@ MEND = 'start anew with --fresh, or choose another output'
 
 @dataclass(frozen=True)
 class Identity:
-    """
-    What two runs must share to be the same study.
-
-    Attributes
-    ----------
-    study : str
-        What kind of study it is.
-    version : str
-        Version of the package.
-    cases : int
-        Number of cases.
-    digest : str
-        Digest of all parameters, settings and cases, and of the above.
-
-    """
+    """What two runs must share to be the same study; the digest is of all parameters too."""
 
     study: str
     version: str
@@ -53,21 +39,7 @@ class Identity:
 def identify(
     study: str, parameters: Parameters, cases: int, settings: Mapping[str, object]
 ) -> Identity:
-    """
-    Return the identity of a study.
-
-    Parameters
-    ----------
-    study : str
-        What kind of study it is.
-    parameters : Parameters
-        The stand that all cases start from.
-    cases : int
-        Number of cases.
-    settings : mapping of str to object
-        What the cases are made from; anything that JSON knows.
-
-    """
+    """Return the identity of a study whose cases are made from settings that JSON knows."""
     version = stickslip_ros.__version__
     content = [study, version, cases, parameters.flat(), dict(settings)]
     text = json.dumps(content, sort_keys=True)

@@ -1,33 +1,59 @@
-"""Runs a recording again: the same requests at the same ticks, on the same stand or another."""
+"""Runs a recording again, or a measured voltage: on the stand of the recording or another."""
 
 import math
 from array import array
-from collections import defaultdict
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.files import readable
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.parameters import Parameters, parse_yaml
 from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.feed import Feed
 from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.request_log import channels_of, recorded_requests
-from stickslip_ros.recording.run_file import PARAMETERS_FILE
+from stickslip_ros.recording.request_log import TimedRequest, channels_of, recorded_requests
+from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
 from stickslip_ros.recording.run_storage import CLOSING_RECORD
-from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import recorded_channels
 from stickslip_ros.stopping import heed_stop
-from stickslip_ros.study.drive_input import DriveInput
+from stickslip_ros.study.batch import Progress
+from stickslip_ros.study.experiment import read_experiment
+from stickslip_ros.study.extras import load_extra
+from stickslip_ros.study.sweep_table import PARQUET
 from stickslip_ros.units import NANO, NS_PER_S
 
-Progress = Callable[[int, int], None]
-"""Called with the simulated time so far and the end, ns."""
+MCAP = '.mcap'
+TIME, VOLTAGE, FOOT = 'time_s', 'voltage_v', 'foot_m'
+MEND = f'give {TIME} and {VOLTAGE}, or {TIME} and {FOOT}'
+
+
+@dataclass(frozen=True, eq=False)
+class DriveInput:
+    """
+    Voltages over time, as the waveform that the drive shall follow.
+
+    Attributes
+    ----------
+    origin : str
+        File that they came from.
+    time_s : array, shape (rows,)
+        Rising, from 0.
+    voltage_v : array, shape (rows,)
+        Voltage at these times; straight lines in between.
+
+    """
+
+    origin: str
+    time_s: Array
+    voltage_v: Array
 
 
 @dataclass(frozen=True)
@@ -45,12 +71,10 @@ class Replay:
         Length of the run.
     changed : dict
         Parameters that were set differently.
-    identical : bool
-        Whether the data sections are the same, byte for byte.
-    difference : Difference or None
-        The first place where they are not.
     compared : bool
         Whether there is a recording to compare with; a measured voltage is none.
+    difference : Difference or None
+        The first place where the data sections of both are not the same, byte for byte.
     digest : str
         SHA-256 of the messages of the replay.
     position_m, force_n : float
@@ -63,12 +87,16 @@ class Replay:
     requests: int
     simulated_s: float
     changed: dict[str, object]
-    identical: bool
-    difference: Difference | None
     compared: bool
+    difference: Difference | None
     digest: str
     position_m: float
     force_n: float
+
+    @property
+    def identical(self) -> bool:
+        """Whether the data sections are the same, byte for byte."""
+        return self.compared and self.difference is None
 
 
 def replay(
@@ -84,16 +112,14 @@ def replay(
 
     Parameters
     ----------
-    source : Path
-        A recording of this package.
-    output : Path
-        Recording to write; it must not exist.
+    source, output : Path
+        A recording of this package, and the one to write; it must not exist.
     changes : mapping of str to object, optional
         Parameters to set differently, ``{'stand.preload': 0.25}``.
     from_rest : bool
         Start from rest also where the recording began in the middle of a run.
     progress : callable, optional
-        Told how far the run is.
+        Called with the simulated time so far and the end, ns.
 
     Raises
     ------
@@ -104,7 +130,7 @@ def replay(
 
     """
     recording = Recording(source)
-    parameters = parameters_of(recording)
+    parameters = _parameters_of(recording)
     first_ns, last_ns = _span(recording)
     if first_ns > parameters.block_ns and not from_rest:
         mend = (
@@ -114,18 +140,26 @@ def replay(
         problem = f'begins {first_ns * NANO:g} s into the run, in a state that nobody recorded'
         raise RecordingError(recording.path, problem, mend)
     begin_ns = first_ns - parameters.block_ns
-    due: defaultdict[int, list[Request]] = defaultdict(list)
-    for time_ns, request in recorded_requests(recording):
-        due[time_ns - begin_ns].append(request)
+    due = [TimedRequest(at_ns - begin_ns, each) for at_ns, each in recorded_requests(recording)]
     stand = parameters.updated(changes or {})
     before, after = parameters.flat(), stand.flat()
-    checked = {name: after[name] for name in changes or {} if after[name] != before[name]}
-    _refuse_schedule(checked)
-    channels = _channels_for(recording, stand)
-    written = _record(stand, output, channels, due, last_ns - begin_ns, progress)
-    difference = compare_data(recording, Recording(written))
-    return _summarise(
-        source, written, due, last_ns - begin_ns, checked, difference=difference, compared=True
+    changed = {name: after[name] for name in changes or {} if after[name] != before[name]}
+    if 'fault.schedule' in changed:
+        limit = 'without effect: a replay takes its faults from the recording'
+        mend = 'leave it away, or record a new run with it'
+        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, mend)
+    channels = channels_of(recording)  # as they were recorded, and those of the new stand only
+    for key, channel in recorded_channels(stand).items():
+        channels.setdefault(key, channel)
+    end_ns = last_ns - begin_ns
+    again = Recording(_play(stand, output, channels, due, end_ns, progress))
+    return Replay(
+        source=str(source),
+        requests=len(due),
+        changed=dict(changed),
+        compared=True,
+        difference=compare_data(recording, again),
+        **_end_of(again, end_ns),
     )
 
 
@@ -134,17 +168,6 @@ def replay_input(
 ) -> Replay:
     """
     Let a stand follow a measured voltage, from rest at its first value, and record the run.
-
-    Parameters
-    ----------
-    given : DriveInput
-        The voltage.
-    output : Path
-        Recording to write; it must not exist.
-    stand : Parameters
-        The stand.
-    progress : callable, optional
-        Told how far the run is.
 
     Raises
     ------
@@ -158,62 +181,55 @@ def replay_input(
     stand = stand.updated({'amplifier.voltage_initial': float(given.voltage_v[0])})
     blocks = math.ceil(float(given.time_s[-1]) * NS_PER_S / stand.trace_period_ns)
     end_ns = (blocks + 1) * stand.trace_period_ns
-    due = {0: [request]}
-    written = _record(stand, output, recorded_channels(stand), due, end_ns, progress)
-    return _summarise(Path(given.origin), written, due, end_ns, stand.changed())
-
-
-def _record(
-    stand: Parameters,
-    output: Path,
-    channels: Mapping[str, Channel],
-    due: Mapping[int, list[Request]],
-    end_ns: int,
-    progress: Progress | None,
-) -> Path:
-    with RunWriter(output, stand, wait=True, channels=channels) as writer:
-        _run(Bench(stand), writer, due, end_ns, progress)
-    writer.check()
-    return writer.recorder.path
-
-
-def _summarise(
-    source: Path,
-    output: Path,
-    due: Mapping[int, list[Request]],
-    end_ns: int,
-    changed: Mapping[str, object],
-    *,
-    difference: Difference | None = None,
-    compared: bool = False,
-) -> Replay:
-    again = Recording(output)
-    channels = channels_of(again)
+    due = [TimedRequest(0, request)]
+    again = Recording(_play(stand, output, recorded_channels(stand), due, end_ns, progress))
     return Replay(
-        source=str(source),
-        output=str(output),
-        requests=sum(map(len, due.values())),
-        simulated_s=end_ns * NANO,
-        changed=dict(changed),
-        identical=compared and difference is None,
-        difference=difference,
-        compared=compared,
-        digest=data_digest(again),
-        position_m=float(again.series(channels['position'].topic).value[-1]),
-        force_n=float(again.series(channels['force'].topic).value[-1]),
+        source=given.origin,
+        requests=1,
+        changed=dict(stand.changed()),
+        compared=False,
+        difference=None,
+        **_end_of(again, end_ns),
     )
 
 
-def parameters_of(recording: Recording) -> Parameters:
-    """
-    Return the parameters of a recorded run.
+def _play(
+    stand: Parameters,
+    output: Path,
+    channels: Mapping[str, Channel],
+    due: Iterable[TimedRequest],
+    end_ns: int,
+    progress: Progress | None,
+) -> Path:
+    """Record a run with requests at their times; return its path."""
+    waiting = deque(sorted(due, key=lambda each: each.time_ns))
+    with RunWriter(output, stand, wait=True, channels=channels) as writer:
+        run = Run(stand, writer=writer)
+        while run.bench.time_ns < end_ns:
+            heed_stop()
+            while waiting and waiting[0].time_ns <= run.bench.time_ns:
+                run.accept(waiting.popleft().request)
+            run.update(run.bench.time_ns + stand.block_ns)
+            if progress is not None:
+                progress(run.bench.time_ns, end_ns)
+        for _, request in waiting:  # asked after the last block: of a held drive, for example
+            run.accept(request)
+    return writer.recorder.path
 
-    Raises
-    ------
-    RecordingError
-        If the recording does not hold them.
 
-    """
+def _end_of(again: Recording, end_ns: int) -> dict[str, Any]:
+    """Return what a result says of the recording of a replay."""
+    channels = channels_of(again)
+    return {
+        'output': str(again.path),
+        'simulated_s': end_ns * NANO,
+        'digest': data_digest(again),
+        'position_m': float(again.series(channels['position'].topic).value[-1]),
+        'force_n': float(again.series(channels['force'].topic).value[-1]),
+    }
+
+
+def _parameters_of(recording: Recording) -> Parameters:
     if PARAMETERS_FILE not in recording.attachments:
         problem = f'has no attachment {PARAMETERS_FILE}'
         mend = 'record with a drive of this package, or give the voltages as a table'
@@ -222,62 +238,96 @@ def parameters_of(recording: Recording) -> Parameters:
 
 
 def _span(recording: Recording) -> tuple[int, int]:
-    """Return the times of the first and the last block of a recording, ns."""
+    """Return the times of the first and the last block of a recording that lacks nothing, ns."""
     name = channels_of(recording)['position'].topic
     [channel] = [each for each in recording.channels if each.topic == name]
     if channel.first_ns is None or channel.last_ns is None:
         raise RecordingError(recording.path, 'holds no position', 'record a longer run')
-    for topic, lost in _losses(recording).items():
-        problem = f'lacks {lost} messages of {topic}'
-        raise RecordingError(recording.path, problem, 'record with a longer record.queue_length')
+    closing = recording.metadata.get(CLOSING_RECORD, {})
+    for each in recording.channels:
+        # Lost between others, or at the end.
+        lost = max(each.gaps, int(closing.get(f'dropped {each.topic}', '0')))
+        if lost:
+            problem = f'lacks {lost} messages of {each.topic}'
+            mend = 'record with a longer record.queue_length'
+            raise RecordingError(recording.path, problem, mend)
     return channel.first_ns, channel.last_ns
 
 
-def _losses(recording: Recording) -> dict[str, int]:
-    """Return how many messages were lost, by topic: between others, or at the end."""
-    closing = recording.metadata.get(CLOSING_RECORD, {})
-    lost = {
-        each.topic: max(each.gaps, int(closing.get(f'dropped {each.topic}', '0')))
-        for each in recording.channels
-    }
-    return {topic: count for topic, count in lost.items() if count}
+def is_run(path: Path) -> bool:
+    """
+    Tell whether a file is the recording of a run of this package.
+
+    Raises
+    ------
+    RecordingError
+        If it is a recording that cannot be read.
+
+    """
+    if path.suffix.lower() != MCAP and not path.is_dir():
+        return False
+    return RUN_RECORD in Recording(path).metadata
 
 
-def _channels_for(recording: Recording, stand: Parameters) -> dict[str, Channel]:
-    """Return the channels as they were recorded, and those that only the new stand has."""
-    known = channels_of(recording)
-    new = {key: each for key, each in recorded_channels(stand).items() if key not in known}
-    return {**known, **new}
+def read_drive_input(
+    path: Path, stand: Parameters, topic: str = '', field: str = '', *, is_stroke: bool = False
+) -> DriveInput:
+    """
+    Read a voltage, or a stroke, over time.
+
+    Parameters
+    ----------
+    path : Path
+        CSV as docs/compare.md says, Parquet with the same columns, or an MCAP file.
+    stand : Parameters
+        Gives the gain that turns strokes into voltages.
+    topic, field : str
+        Of an MCAP file: where the numbers are.
+    is_stroke : bool
+        Whether that topic gives a stroke in m, from the lowest voltage on.
+
+    Raises
+    ------
+    StickSlipError
+        If the file cannot be read, or has no such columns or topic.
+
+    """
+    if readable(path).suffix.lower() == MCAP or path.is_dir():
+        if not topic:
+            mend = 'name the topic of the voltage with --topic'
+            raise RecordingError(path, 'is no run of this package', mend)
+        series = Recording(path).series(topic, field)
+        columns = {TIME: series.time_s, FOOT if is_stroke else VOLTAGE: series.value}
+    elif path.suffix.lower() == PARQUET:
+        columns = _read_parquet(path)
+    else:
+        columns = read_experiment(path).columns
+    return _as_input(path, columns, stand)
 
 
-def _refuse_schedule(changed: Mapping[str, object]) -> None:
-    if 'fault.schedule' in changed:
-        limit = 'without effect: a replay takes its faults from the recording'
-        mend = 'leave it away, or record a new run with it'
-        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, mend)
+def _read_parquet(path: Path) -> dict[str, Array]:
+    parquet = load_extra('a Parquet file', 'pyarrow.parquet')
+    try:
+        table = parquet.read_table(path)
+    except (OSError, ValueError) as error:
+        raise RecordingError(path, f'cannot be read ({error})', 'check the file') from None
+    names = [name for name in (TIME, VOLTAGE, FOOT) if name in table.column_names]
+    return {name: np.asarray(table[name].to_numpy(), dtype=float) for name in names}
 
 
-def _run(
-    bench: Bench,
-    writer: RunWriter,
-    due: Mapping[int, list[Request]],
-    end_ns: int,
-    progress: Progress | None,
-) -> None:
-    feed = Feed(bench.parameters)
-    waiting = sorted(due)
-    writer.begin(bench.time_ns, bench.status)
-    while bench.time_ns < end_ns:
-        heed_stop()
-        requests: list[Request] = []
-        while waiting and waiting[0] <= bench.time_ns:
-            requests += due[waiting.pop(0)]
-        writer.write_requests(requests, bench.time_ns)
-        output = bench.update(bench.time_ns + bench.parameters.block_ns, requests)
-        for packed in feed.pack(output):
-            writer.write(packed)
-        writer.check()
-        if progress is not None:
-            progress(bench.time_ns, end_ns)
-    for time_ns in waiting:  # asked after the last block: of a held drive, for example
-        writer.write_requests(due[time_ns], bench.time_ns)
+def _as_input(path: Path, columns: dict[str, Array], stand: Parameters) -> DriveInput:
+    if TIME not in columns or (VOLTAGE not in columns and FOOT not in columns):
+        raise RecordingError(path, f'has no {VOLTAGE} and no {FOOT} over {TIME}', MEND)
+    time_s = columns[TIME] - columns[TIME][:1]
+    if len(time_s) < 2:
+        raise RecordingError(path, f'has {len(time_s)} rows', 'give at least two')
+    if VOLTAGE in columns:
+        voltage_v = columns[VOLTAGE]
+    else:
+        voltage_v = stand.amplifier.voltage_min + columns[FOOT] / stand.actuator.gain
+    for name, values in ((TIME, time_s), (VOLTAGE, voltage_v)):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            where = f'{path} row {bad[0] + 1}: {name}'
+            raise OutOfRange(where, float(values[bad[0]]), '', 'no number', MEND)
+    return DriveInput(str(path), time_s, voltage_v)

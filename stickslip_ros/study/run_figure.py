@@ -21,9 +21,16 @@ from stickslip_ros.study.plotting import (
     new_figure,
     save_figure,
 )
-from stickslip_ros.study.run_log import BitSpan, LoggedEvent, bits_within, events_within
-from stickslip_ros.study.run_quantities import RUN_QUANTITIES, recorded_series
-from stickslip_ros.study.time_window import TimeWindow, check_window
+from stickslip_ros.study.recorded_run import (
+    RUN_QUANTITIES,
+    BitSpan,
+    LoggedEvent,
+    TimeWindow,
+    bits_within,
+    check_window,
+    events_within,
+    recorded_series,
+)
 from stickslip_ros.units import display_unit
 
 LABELS = {each.name: each.label for each in RUN_QUANTITIES}

@@ -1,46 +1,54 @@
-"""A saw-tooth run of the virtual stand without ROS, and what a scientist reads off it."""
+"""A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
 
 import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.ledger import EnergyLedger
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START, advance
+from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.ledger import EnergyLedger, energies_of_contacts, take_ledger
 from stickslip_ros.drive.records import Wave
+from stickslip_ros.drive.walls import cell_force
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.parameters import Parameters, Unchosen, spec_of
-from stickslip_ros.recording.feed import Feed
-from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.stopping import heed_stop
-from stickslip_ros.study.ramps import (
-    STEADY_STEPS_MAX,
-    STEADY_STEPS_MIN,
-    is_steady,
-    mean_force_n,
-    start_force_n,
-    step_length_m,
-)
+from stickslip_ros.study.batch import Progress
 from stickslip_ros.units import NANO
 
-Progress = Callable[[int, int], None]
+STEADY_STEPS_MIN = 200
+"""Steps before a run may be called steady."""
+STEADY_WINDOW = 20
+"""Steps over which a steady value may change by STEADY_CHANGE of itself."""
+STEADY_CHANGE = 1e-3
+STEADY_STEPS_MAX = 5000
+"""Steps after which a run that looks for the steady state gives up."""
+STEP_LENGTH_CYCLES = 10
+"""Last cycles over which the step length is averaged."""
+ROUNDING_S = 1e-12
+"""Time by which many periods may miss the last corner through rounding."""
 
 
-@dataclass(frozen=True)
-class SawtoothRun:
+@dataclass(frozen=True, kw_only=True)
+class RunResult:
     """
-    Result of a saw-tooth run.
+    What a saw-tooth run comes to.
 
     Attributes
     ----------
-    preload_n, voltage_v, amplitude_m, frequency_hz : float
-        What was asked for.
+    preload_n, amplitude_m, frequency_hz : float
+        What was asked for; of a drive alone, the preload at the end of its ramp.
     force_mean_n : float
         Generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at
         the mean position.
@@ -49,33 +57,107 @@ class SawtoothRun:
     step_length_m : float
         Net motion per cycle, mean of the last 10 cycles.
     steady : bool
-        Whether at least 200 steps were made, and force (of a free runner: step length) changed
+        Whether at least 200 cycles were made, and force (of a free runner: step length) changed
         by less than 0.1 % over the last 20.
     steps : int
         Cycles made.
-    simulated_s, wall_s, real_time_factor : float
-        Time simulated, time it took, and their ratio.
     energy_residual : float
         What the energy balance misses, relative to the work of the feet.
-    recording : str
-        File of the run; empty if none was asked for.
 
     """
 
     preload_n: float
-    voltage_v: float
     amplitude_m: float
     frequency_hz: float
-    force_mean_n: float
-    force_ramp_start_n: float
-    step_length_m: float
-    steady: bool
-    steps: int
+    force_mean_n: float = 0.0
+    force_ramp_start_n: float = 0.0
+    step_length_m: float = 0.0
+    steady: bool = True
+    steps: int = 0
+    energy_residual: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveRun(RunResult):
+    """The same of the drive alone; its friction loss per cycle is a mean of the last 20."""
+
+    energy_loss_per_step_j: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class SawtoothRun(RunResult):
+    """The same of the whole stand; ``recording`` is its file, empty if none was asked for."""
+
+    voltage_v: float
     simulated_s: float
     wall_s: float
     real_time_factor: float
-    energy_residual: float
     recording: str = ''
+
+
+def run_drive(
+    parameters: Parameters, amplitude_m: float, frequency_hz: float, steps: int = 0
+) -> DriveRun:
+    """
+    Drive the runner with a saw-tooth, from rest, without sensors: as fast as the kernels go.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    amplitude_m : float
+        Stroke of the feet, m; 0 is a drive at rest.
+    frequency_hz : float
+        Steps per second; negative ones go backwards.
+    steps : int
+        Number of steps; 0 goes on until the steady state, at most 5000.
+
+    Raises
+    ------
+    StickSlipError
+        If amplitude, frequency or steps are refused, or the integration has failed.
+
+    """
+    if amplitude_m == 0.0:
+        preload_n = parameters.stand.preload
+        return DriveRun(preload_n=preload_n, amplitude_m=0.0, frequency_hz=frequency_hz)
+    request = Request('sawtooth', (voltage_for(parameters, amplitude_m), frequency_hz, 0.0))
+    parameters = start_on_wave(parameters, request)
+    wave = check_request(request, parameters)
+    if steps < 0:
+        raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for the steady state')
+    plants = plant_of(parameters)
+    states = state_at_rest(plants, parameters.stand.preload)
+    if parameters.stand.preload_end:
+        change_preload(plants, states, parameters, parameters.stand.preload_end)
+    start_clock(states)
+    most, loss_j = steps or STEADY_STEPS_MAX, 0.0
+    ramps: Array = np.empty((0, 3))
+    while len(ramps) < most and (steps or not is_steady(plants[0], ramps)):
+        heed_stop()
+        cycles = min(STEADY_WINDOW, most - len(ramps))
+        _, before_j = energies_of_contacts(plants, states)
+        ramps = np.concatenate((ramps, _advance(plants, states, wave, cycles)))
+        _, after_j = energies_of_contacts(plants, states)
+        loss_j = float(after_j - before_j) / cycles
+    return DriveRun(
+        preload_n=float(states['preload_n'].item()),
+        amplitude_m=amplitude_m,
+        frequency_hz=frequency_hz,
+        energy_loss_per_step_j=loss_j,
+        **_read_off(plants[0], ramps, take_ledger(plants, states)),
+    )
+
+
+def _advance(plants: Record, states: Record, wave: Wave, cycles: int) -> Array:
+    """Advance by some cycles; return the log of their ramps."""
+    log = np.empty((cycles, 3))
+    first = int(states['clock']['cycle'].item())
+    time_s = cycles * wave.period_s - float(states['clock']['ramp_s'].item())
+    while int(states['clock']['cycle'].item()) < first + cycles:
+        advance(plants, states, wave, 0.0, time_s, log)
+        time_s = ROUNDING_S
+    return np.roll(log, -(first % cycles), axis=0)
 
 
 def run_sawtooth(
@@ -88,7 +170,7 @@ def run_sawtooth(
     progress: Progress | None = None,
 ) -> SawtoothRun:
     """
-    Drive the stand with a saw-tooth and report force and step length.
+    Drive the whole stand with a saw-tooth, from rest.
 
     Parameters
     ----------
@@ -114,15 +196,28 @@ def run_sawtooth(
     request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
     parameters = start_on_wave(parameters, request)
     Bench(parameters).update(parameters.block_ns)  # compiles, so that wall_s does not
-    bench = Bench(parameters if path else _in_long_blocks(parameters))
-    start_s = time.perf_counter()
     if path is None:
-        ramps = _drive(bench, request, None, progress, parameters.block_ns)
+        bench = Bench(_in_long_blocks(parameters))
+        start_s = time.perf_counter()
+        ramps = _drive(bench, bench.update, request, parameters.block_ns, progress)
     else:
+        start_s = time.perf_counter()
         with RunWriter(path, parameters, wait=True) as writer:
-            ramps = _drive(bench, request, writer, progress, parameters.block_ns)
-        writer.check()
-    return _summarise(bench, request, ramps, time.perf_counter() - start_s, path)
+            run = Run(parameters, writer=writer)
+            bench = run.bench
+            ramps = _drive(bench, run.update, request, parameters.trace_period_ns, progress)
+    wall_s, simulated_s = time.perf_counter() - start_s, bench.time_ns * NANO
+    return SawtoothRun(
+        preload_n=parameters.stand.preload,
+        voltage_v=voltage_v,
+        amplitude_m=voltage_v * parameters.actuator.gain,
+        frequency_hz=frequency_hz,
+        simulated_s=simulated_s,
+        wall_s=wall_s,
+        real_time_factor=simulated_s / wall_s,
+        recording=str(path) if path else '',
+        **_read_off(bench.plant, ramps, bench.ledger),
+    )
 
 
 def start_on_wave(parameters: Parameters, request: Request) -> Parameters:
@@ -151,76 +246,92 @@ def _in_long_blocks(parameters: Parameters) -> Parameters:
 
 def _drive(
     bench: Bench,
+    update: Callable[[int, list[Request]], Output],
     request: Request,
-    writer: RunWriter | None,
+    grid_ns: int,
     progress: Progress | None,
-    block_ns: int,
 ) -> Array:
     """
     Update block by block until the saw-tooth has ended; return the log of its ramps.
 
-    The bench may have longer blocks than asked for: it takes them while the end is far, and ends
-    at the same time.
+    It ends at a multiple of ``grid_ns``. The blocks of the bench may be longer: it takes them
+    while the end is far.
 
     """
-    feed = Feed(bench.parameters)
-    if writer is not None:
-        writer.begin(bench.time_ns, bench.status)
-    wanted = int(request.values[2])
-    requests = [request]
-    logs: list[Array] = []
-    done = 0
+    wanted, short_ns = int(request.values[2]), min(bench.parameters.block_ns, grid_ns)
+    requests, logs, done = [request], list[Array](), 0
     while True:
         heed_stop()
-        if writer is not None:
-            writer.write_requests(requests, bench.time_ns)
         sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(request.values[1])
         is_far = sure_s > 2.0 * bench.parameters.sim.block
-        step_ns = bench.parameters.block_ns if is_far else block_ns
-        output = bench.update(bench.time_ns + step_ns, requests)
+        step_ns = bench.parameters.block_ns if is_far else short_ns
+        output = update(bench.time_ns + step_ns, requests)
         requests = []
-        if writer is not None:
-            _write(writer, feed, output)
         if len(output.ramps):
             logs.append(output.ramps)
             done += len(output.ramps)
             if progress is not None:
                 progress(done, wanted)
-        if not output.status & Status.MOVING and feed.is_flushed:
+        if not output.status & Status.MOVING and bench.time_ns % grid_ns == 0:
             return np.concatenate(logs)
-        if not wanted and done >= STEADY_STEPS_MIN and len(output.ramps):
-            ramps = np.concatenate(logs)
-            if done >= STEADY_STEPS_MAX or is_steady(bench.plant, ramps):
-                requests = [Request('stop')]
+        may_end = not wanted and done >= STEADY_STEPS_MIN and len(output.ramps)
+        if may_end and (done >= STEADY_STEPS_MAX or is_steady(bench.plant, np.concatenate(logs))):
+            requests = [Request('stop')]
 
 
-def _write(writer: RunWriter, feed: Feed, output: Output) -> None:
-    for packed in feed.pack(output):
-        writer.write(packed)
-    writer.check()
+def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger) -> dict[str, Any]:
+    """Return what a result says of the log of its ramps, and its energy balance."""
+    return {
+        'force_mean_n': mean_force_n(plant, ramps),
+        'force_ramp_start_n': start_force_n(plant, ramps),
+        'step_length_m': step_length_m(ramps),
+        'steady': is_steady(plant, ramps),
+        'steps': len(ramps),
+        'energy_residual': relative_residual(ledger),
+    }
 
 
-def _summarise(
-    bench: Bench, request: Request, ramps: Array, wall_s: float, path: Path | None
-) -> SawtoothRun:
-    voltage_v, frequency_hz, _ = request.values
-    simulated_s = bench.time_ns * NANO
-    return SawtoothRun(
-        preload_n=bench.parameters.stand.preload,
-        voltage_v=voltage_v,
-        amplitude_m=voltage_v * bench.parameters.actuator.gain,
-        frequency_hz=frequency_hz,
-        force_mean_n=mean_force_n(bench.plant, ramps),
-        force_ramp_start_n=start_force_n(bench.plant, ramps),
-        step_length_m=step_length_m(ramps),
-        steady=is_steady(bench.plant, ramps),
-        steps=len(ramps),
-        simulated_s=simulated_s,
-        wall_s=wall_s,
-        real_time_factor=simulated_s / wall_s,
-        energy_residual=relative_residual(bench.ledger),
-        recording=str(path) if path else '',
-    )
+def is_steady(plant: Record, ramps: Array) -> bool:
+    """
+    Tell whether a run has become steady.
+
+    Parameters
+    ----------
+    plant : record of PLANT
+        The drive. With a load cell the mean force counts, which a one-sided one must show;
+        without, the steps of the runner.
+    ramps : array, shape (steps, 3)
+        Log of the ramps: position after the fall, mean and final position, m.
+
+    """
+    if len(ramps) < STEADY_STEPS_MIN:
+        return False
+    if plant.cell_n_per_m > 0.0 or plant.walls.cell_n_per_m > 0.0:
+        now, before = mean_force_n(plant, ramps), mean_force_n(plant, ramps[:-STEADY_WINDOW])
+        touches = plant.cell_n_per_m > 0.0 or now > 0.0
+    else:
+        ends = ramps[:, RAMP_END]
+        now = float(ends[-1] - ends[-1 - STEP_LENGTH_CYCLES])
+        before = float(ends[-1 - STEADY_WINDOW] - ends[-1 - STEADY_WINDOW - STEP_LENGTH_CYCLES])
+        touches = True
+    return bool(touches and abs(now - before) <= STEADY_CHANGE * abs(now))
+
+
+def mean_force_n(plant: Record, ramps: Array) -> float:
+    """Return the force in the load cell at the mean position of the last cycle, N."""
+    return float(in_python(cell_force)(plant, float(ramps[-1, RAMP_MEAN])))
+
+
+def start_force_n(plant: Record, ramps: Array) -> float:
+    """Return the force in the load cell at the start of the last ramp, its fall being over, N."""
+    return float(in_python(cell_force)(plant, float(ramps[-1, RAMP_START])))
+
+
+def step_length_m(ramps: Array) -> float:
+    """Return the net motion per cycle over the last cycles, m; a first cycle starts at 0."""
+    cycles = min(STEP_LENGTH_CYCLES, len(ramps))
+    start_m = float(ramps[-1 - cycles, RAMP_END]) if cycles < len(ramps) else 0.0
+    return (float(ramps[-1, RAMP_END]) - start_m) / cycles
 
 
 def relative_residual(ledger: EnergyLedger) -> float:
@@ -231,13 +342,6 @@ def relative_residual(ledger: EnergyLedger) -> float:
 def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
     """
     Return the saw-tooth voltage for a stroke of the feet, V.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        Gives the gain of the piezo.
-    amplitude_m : float
-        Stroke peak to peak, m.
 
     Raises
     ------
@@ -252,10 +356,15 @@ def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
         raise WrongKind('amplitude', amplitude_m, 'a finite number', mend)
     if amplitude_m < 0.0:
         raise OutOfRange('amplitude', amplitude_m, 'm', 'below 0 m', mend)
-    amplifier = parameters.amplifier
-    largest_m = (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain
+    largest_m = full_stroke_m(parameters)
     # A stroke typed in nanometres may exceed the largest by rounding only.
     if amplitude_m > largest_m * (1.0 + 1e-9):
         limit = f'above the {largest_m:.6g} m that the amplifier reaches'
         raise OutOfRange('amplitude', amplitude_m, 'm', limit, 'lower it, or give it in metres')
     return min(amplitude_m, largest_m) / parameters.actuator.gain
+
+
+def full_stroke_m(parameters: Parameters) -> float:
+    """Return the largest stroke of the feet, m: over the whole range of the amplifier."""
+    amplifier = parameters.amplifier
+    return (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain

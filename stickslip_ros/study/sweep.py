@@ -1,4 +1,4 @@
-"""A sweep: the drive at every combination of preload, amplitude, frequency and parameters."""
+"""A sweep: the drive at every combination of values, as they are typed."""
 
 import dataclasses
 import itertools
@@ -6,30 +6,54 @@ import math
 from dataclasses import dataclass
 from functools import partial
 
-from stickslip_ros.errors import OutOfRange
+import numpy as np
+
+from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.commands import Request, check_request
-from stickslip_ros.parameters import Parameters, Scalar, Spec
-from stickslip_ros.study.axes import Axis, column_name, refuse_repeated
+from stickslip_ros.parameters import Parameters, Scalar, Spec, parse_assignments, spec_of
 from stickslip_ros.study.batch import Progress, run_batch
-from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Identity, Journal, Row, identify
-from stickslip_ros.study.ramps import (
+from stickslip_ros.study.sawtooth_run import (
     STEADY_CHANGE,
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
     STEADY_WINDOW,
+    run_drive,
+    voltage_for,
 )
-from stickslip_ros.study.sawtooth_run import voltage_for
 
 CASES_MAX = 100_000
-RENAMED = {'energy_loss_j': 'energy_loss_per_step_j'}
 AMPLITUDE = Spec(float, 0.0, 'm', '', 'stroke of the feet', 0.0, 1.0)
 FREQUENCY = Spec(float, 1000.0, 'Hz', '', 'steps per second', -1e9, 1e9)
+END = Spec(float, 0.0, '', '', 'start or stop of a range')
+COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
+EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160e-9:33'
+MEASURED = (
+    'preload_n',
+    'amplitude_m',
+    'frequency_hz',
+    'force_mean_n',
+    'force_ramp_start_n',
+    'step_length_m',
+    'energy_loss_per_step_j',
+    'steady',
+    'steps',
+    'energy_residual',
+)
+"""Columns of a table that come from a run."""
 STEADY_RULE = (
     f'mean force of a cycle (free runner: step length) within {STEADY_CHANGE:.1%} per '
     f'{STEADY_WINDOW} steps; {STEADY_STEPS_MIN} to {STEADY_STEPS_MAX} steps'
 )
 """When a run is steady, and how many steps it makes at least and at most."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A name and the values that it takes in turn."""
+
+    name: str
+    values: tuple[Scalar, ...]
 
 
 @dataclass(frozen=True)
@@ -75,23 +99,27 @@ class Sweep:
         if self.steps < 0:
             mend = 'give a number, or 0 for the steady state'
             raise OutOfRange('steps', self.steps, '', 'below 0', mend)
-        refuse_repeated(list(self.varied))
+        names = [axis.name for axis in self.varied]
+        for name in names:
+            if names.count(name) > 1:
+                mend = 'put all its values into one list'
+                raise OutOfRange('parameter', name, '', 'varied twice', mend)
         counts = [len(axis.values) for axis in self.varied]
         total = math.prod(counts) * len(self.frequencies_hz) * len(self.amplitudes_m)
         if total > CASES_MAX:
             limit = f'above the maximum {CASES_MAX}'
             raise OutOfRange('number of runs', total, '', limit, 'take fewer values')
-        for values in self._combinations():
+        for values, cases in itertools.groupby(self.cases(), lambda case: case.values):
             there = self.parameters.updated(dict(values))
-            for frequency_hz in self.frequencies_hz:
-                for amplitude_m in self.amplitudes_m:
-                    _check_wave(there, amplitude_m, frequency_hz)
+            for case in cases:
+                _check_wave(there, case)
 
     def cases(self) -> list[Case]:
         """Return the full Cartesian product, in the order of the table."""
+        named = [[(axis.name, value) for value in axis.values] for axis in self.varied]
         return [
             Case(values, amplitude_m, frequency_hz)
-            for values in self._combinations()
+            for values in itertools.product(*named)
             for frequency_hz in self.frequencies_hz
             for amplitude_m in self.amplitudes_m
         ]
@@ -112,9 +140,80 @@ class Sweep:
         ramped = self.parameters.stand.preload_end or 'stand.preload_end' in names
         return tuple(name for name in names if ramped or name != 'stand.preload')
 
-    def _combinations(self) -> list[tuple[tuple[str, Scalar], ...]]:
-        named = [[(axis.name, value) for value in axis.values] for axis in self.varied]
-        return list(itertools.product(*named))
+
+def _check_wave(parameters: Parameters, case: Case) -> None:
+    AMPLITUDE.check('amplitude', case.amplitude_m)
+    FREQUENCY.check('frequency', case.frequency_hz)
+    # An amplitude of 0 makes no steps; its frequency is checked with the next one there is.
+    voltage_v = voltage_for(parameters, case.amplitude_m)
+    if voltage_v > 0.0:
+        check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), parameters)
+
+
+def parse_axis(name: str, text: str, spec: Spec) -> Axis:
+    """
+    Return the axis of a text: values with commas, or ``start:stop:count``, both ends included.
+
+    Parameters
+    ----------
+    name : str
+        What varies, as the user wrote it.
+    text : str
+        Such as ``0.1,0.4``, ``0:160e-9:33`` or ``rough,smooth``.
+    spec : Spec
+        Kind, unit and bounds of the values.
+
+    Raises
+    ------
+    WrongKind, OutOfRange
+        If the text is neither, the range is none, or a value is not allowed.
+
+    """
+    if ':' in text and spec.kind in {float, int}:
+        values: list[object] = list(_range(name, text, spec))
+    else:
+        values = [part.strip() for part in text.split(',')]
+    return Axis(name, tuple(spec.check(name, value) for value in values))
+
+
+def parse_varied(assignments: list[str]) -> list[Axis]:
+    """
+    Return the axes of texts such as ``contact.friction=0.2,0.3``.
+
+    Raises
+    ------
+    UnknownName, WrongKind, OutOfRange
+        If a parameter is not known, named twice, or a value is not allowed.
+
+    """
+    axes: list[Axis] = []
+    for assignment in assignments:
+        if '=' not in assignment:
+            mend = 'write --vary group.name=VALUES'
+            raise WrongKind('--vary', assignment, 'a parameter with values', mend)
+        ((name, text),) = parse_assignments([assignment]).items()
+        axes.append(parse_axis(name, text, spec_of(name)))
+    return axes
+
+
+def _range(name: str, text: str, spec: Spec) -> list[Scalar]:
+    parts = text.split(':')
+    if len(parts) != 3:
+        raise WrongKind(name, text, 'start:stop:count', EXAMPLE)
+    start, stop = (float(END.check(name, part)) for part in parts[:2])
+    count = int(COUNT.check(f'{name} count', parts[2]))
+    if start == stop:
+        limit = f'both start and stop of a range of {count}'
+        mend = 'move one of them, or give the value alone'
+        raise OutOfRange(name, start, spec.unit, limit, mend)
+    values = [float(value) for value in np.linspace(start, stop, count)]
+    if spec.kind is float:
+        return list(values)
+    for value in values:
+        if not value.is_integer():
+            limit = 'not a whole number'
+            raise OutOfRange(f'{name} in {text}', value, spec.unit, limit, 'change the count')
+    return [int(value) for value in values]
 
 
 def run_sweep(
@@ -146,38 +245,28 @@ def run_sweep(
 
 
 def run_case(parameters: Parameters, steps: int, columns: tuple[str, ...], case: Case) -> Row:
-    """
-    Return the row of one case.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand that the case starts from.
-    steps : int
-        Steps; 0 goes on until the steady state.
-    columns : tuple of str
-        Varied parameters that have a column of their own.
-    case : Case
-        The case.
-
-    """
+    """Return the row of a case; ``columns`` are the varied parameters with one of their own."""
     values = dict(case.values)
-    there = parameters.updated(values)
-    run = vars(run_drive(there, case.amplitude_m, case.frequency_hz, steps))
+    run = run_drive(parameters.updated(values), case.amplitude_m, case.frequency_hz, steps)
     varied = {column_name(name): values[name] for name in columns}
-    measured = {RENAMED.get(name, name): value for name, value in run.items()}
-    return {**varied, **measured, 'stop_rule': stop_rule(steps)}
+    return {
+        **varied,
+        **{name: getattr(run, name) for name in MEASURED},
+        'stop_rule': stop_rule(steps),
+    }
+
+
+def column_name(name: str) -> str:
+    """Return the name of a varied parameter with its unit, ``load_cell.stiffness [N/m]``."""
+    unit = spec_of(name).unit
+    return f'{name} [{unit}]' if unit else name
+
+
+def bare_name(column: str) -> str:
+    """Return the name of a parameter of which this is the column."""
+    return column.partition(' [')[0]
 
 
 def stop_rule(steps: int) -> str:
     """Say when a run of so many steps ends."""
     return f'{steps} steps' if steps else STEADY_RULE
-
-
-def _check_wave(parameters: Parameters, amplitude_m: float, frequency_hz: float) -> None:
-    AMPLITUDE.check('amplitude', amplitude_m)
-    FREQUENCY.check('frequency', frequency_hz)
-    # An amplitude of 0 makes no steps; its frequency is checked with the next one there is.
-    voltage_v = voltage_for(parameters, amplitude_m)
-    if voltage_v > 0.0:
-        check_request(Request('sawtooth', (voltage_v, frequency_hz, 0.0)), parameters)

@@ -11,10 +11,10 @@ import stickslip_ros
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
-from stickslip_ros.study.axes import bare_name
 from stickslip_ros.study.experiment import POINT_COLUMNS
 from stickslip_ros.study.extras import load_extra
 from stickslip_ros.study.journal import Row
+from stickslip_ros.study.sweep import bare_name
 
 CSV, PARQUET = '.csv', '.parquet'
 VERSION, PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'

@@ -16,8 +16,8 @@ from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Progress, run_batch
-from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.journal import Row
+from stickslip_ros.study.sawtooth_run import full_stroke_m, run_drive
 
 STEPS_MIN = 10
 STEPS = 120
@@ -112,7 +112,7 @@ def zero_amplitude(
         raise OutOfRange('steps', steps, '', limit, 'raise it')
     free = parameters.updated({'load_cell.contact': 'absent'})
     runner = _FreeRunner(free, frequency_hz, steps, workers, progress)
-    full_m = _full_stroke_m(free)
+    full_m = full_stroke_m(free)
     direct_m = _first_step_m(runner, full_m)
     amplitudes_m: Array = np.linspace(
         0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
@@ -173,11 +173,6 @@ class _FreeRunner:
 def _step(parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float) -> Row:
     run = run_drive(parameters, amplitude_m, frequency_hz, steps)
     return {'step_length_m': run.step_length_m if frequency_hz > 0.0 else -run.step_length_m}
-
-
-def _full_stroke_m(parameters: Parameters) -> float:
-    amplifier = parameters.amplifier
-    return (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain
 
 
 def _first_step_m(runner: _FreeRunner, full_m: float) -> float:

@@ -7,7 +7,7 @@ import pytest
 
 from stickslip_ros.cli.main import main
 from stickslip_ros.parameters import Parameters, load_yaml
-from stickslip_ros.study.drive_run import run_drive
+from stickslip_ros.study.sawtooth_run import run_drive
 
 TRUTH = {'contact.friction': 0.25, 'runner.damping': 80.0}
 FREQUENCY_HZ = 2000.0

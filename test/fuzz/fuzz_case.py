@@ -17,8 +17,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Event, Result
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, spec_of
-from stickslip_ros.recording.feed import Feed
-from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.recording.run import Run, RunWriter
 
 COMMANDS = 12
 BLOCKS_BETWEEN = 3
@@ -101,19 +100,12 @@ def program_of(rng: np.random.Generator, parameters: Parameters) -> list[tuple[R
 
 def record(parameters: Parameters, program: list[tuple[Request, int]], path: Path) -> None:
     """Record a program in a file."""
-    bench, feed = Bench(parameters), Feed(parameters)
-    requests: list[Request] = []
     with RunWriter(path, parameters, wait=True) as writer:
-        writer.begin(bench.time_ns, bench.status)
+        run = Run(parameters, writer=writer)
         for request, blocks in [*program, (Request('stop'), BLOCKS_BETWEEN)]:
-            requests.append(request)
+            run.accept(request)
             for _ in range(blocks):
-                writer.write_requests(requests, bench.time_ns)
-                output = bench.update(bench.time_ns + parameters.block_ns, requests)
-                requests = []
-                for packed in feed.pack(output):
-                    writer.write(packed)
-    writer.check()
+                run.update(run.bench.time_ns + parameters.block_ns)
 
 
 class _Run:

@@ -18,7 +18,7 @@ from stickslip_ros.paper.readings import (
 )
 from stickslip_ros.paper.rounded import BANDWIDTHS_HZ, rounded_stand
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.drive_run import run_drive
+from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.units import MN, NM
 
 FORCE_ERROR = 0.01

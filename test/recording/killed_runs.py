@@ -14,11 +14,9 @@ import sys
 import time
 from pathlib import Path
 
-from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.feed import Feed
-from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.recording.run import Run, RunWriter
 
 FLUSH_PERIOD_S = 0.1
 FORMS = (
@@ -29,6 +27,8 @@ FORMS = (
 )
 PACES = ('real time', 'fast', 'pausing')
 TICKS = 6000
+FIRST = 3
+"""Messages that are not published: what is latched, and the command."""
 LATEST_S = 1.4
 """After this time each run has been killed."""
 
@@ -41,20 +41,14 @@ def parameters_of(number: int) -> Parameters:
 
 def record(path: Path, parameters: Parameters, pace: str, ticks: int, tell) -> None:
     """Record a run, and tell after each tick how many messages were put and are on the disk."""
-    bench, feed = Bench(parameters), Feed(parameters)
-    requests = [Request('sawtooth', (200.0, 500.0, 0.0))]
-    put = 2
+    told = []
     start_s = time.monotonic()
     with RunWriter(path, parameters, wait=True) as writer:
-        writer.begin(0, 0)
+        run = Run(parameters, told.append, writer)
+        run.accept(Request('sawtooth', (200.0, 500.0, 0.0)))
         for tick in range(ticks):
-            writer.write_requests(requests, bench.time_ns)
-            put += len(requests)
-            output = bench.update(bench.time_ns + parameters.block_ns, requests)
-            requests = []
-            for packed in feed.pack(output):
-                writer.write(packed)
-                put += 1
+            run.update(run.bench.time_ns + parameters.block_ns)
+            put = FIRST + len(told)
             tell(put, writer.recorder.secured)
             if pace == 'real time':
                 time.sleep(max(0.0, start_s + tick * 1e-3 - time.monotonic()))

@@ -16,7 +16,7 @@ from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.fingerprint import compare_data, data_digest
 from stickslip_ros.recording.request_log import recorded_requests
-from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.recording.run import RunWriter, pack_effect
 
 NUMBER = st.floats(allow_nan=False)
 
@@ -41,7 +41,7 @@ def written(path: Path, requests: list[Request], voltage_v: float = 0.0) -> Reco
     with RunWriter(path, Parameters(), wait=True) as writer:
         writer.begin(0, Status(0))
         for tick, request in enumerate(requests):
-            writer.write_requests([request], tick)
+            writer.write(pack_effect(request, tick))
         writer.write(Packed('piezo', len(requests), cdr.pack_float64(voltage_v)))
     return Recording(path)
 

@@ -15,10 +15,9 @@ from mcap.stream_reader import StreamReader
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.feed import Feed
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.recording.run_file import RUN_RECORD
-from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.ros.orders import Order, Orders
 from stickslip_ros.ros.session import Session
 
@@ -68,22 +67,14 @@ def run_on_the_node(start_drive: Callable, path: Path, values: dict[str, Any]) -
 def run_on_the_bench(path: Path, values: dict[str, Any]) -> bytes:
     """Record the plan without ROS and without threads of the node; give the file."""
     parameters = Parameters().updated({**FAST, **values})
-    bench, feed = Bench(parameters), Feed(parameters)
+    run = Run(parameters)
     start_ns, end_ns = RECORDING_NS
-    status = bench.status
     with RunWriter(path, parameters, wait=True) as writer:
-        while bench.time_ns < end_ns:
-            now_ns = bench.time_ns
-            requests = [request for due_ns, request in PLAN if due_ns == now_ns]
+        while (now_ns := run.bench.time_ns) < end_ns:
             if now_ns == start_ns:
-                writer.begin(now_ns, status)
-            if now_ns >= start_ns:
-                writer.write_requests(requests, now_ns)
-            output = bench.update(now_ns + parameters.block_ns, requests)
-            status = output.status
-            for packed in feed.pack(output):
-                if now_ns >= start_ns:
-                    writer.write(packed)
+                run.record(writer)
+            requests = [request for due_ns, request in PLAN if due_ns == now_ns]
+            run.update(now_ns + parameters.block_ns, requests)
     return path.read_bytes()
 
 

@@ -12,7 +12,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import pack_float64
-from stickslip_ros.recording.run_writer import RunWriter
+from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.ros.diagnostics import FACTOR_SHARE, pace_status, recorder_status
 from stickslip_ros.ros.orders import NEXT_BLOCK, Order
 from stickslip_ros.ros.pacing import PaceReport

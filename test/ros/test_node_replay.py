@@ -8,14 +8,12 @@ import pytest
 from rclpy.parameter import Parameter
 from rosbags.highlevel import AnyReader
 
-from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.feed import Feed
 from stickslip_ros.recording.fingerprint import compare_data
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.recording.run_file import run_path
-from stickslip_ros.recording.run_writer import RunWriter
 from stickslip_ros.recording.topics import COMMANDS
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.position_controller import PositionController
@@ -137,14 +135,12 @@ EVERY_BLOCKS = 60
 def record_bag(folder: Path) -> Path:
     """Record the plan, one request after the other, as a bag directory."""
     stand = Parameters().updated({'record.format': 'bag', 'record.directory': str(folder)})
-    bench, feed = Bench(stand), Feed(stand)
     with RunWriter(run_path(stand), stand, wait=True) as writer:
-        writer.begin(0, bench.status)
-        for block in range(EVERY_BLOCKS * len(PLAN)):
-            due = [PLAN[block // EVERY_BLOCKS]] if block % EVERY_BLOCKS == 0 else []
-            writer.write_requests(due, bench.time_ns)
-            for packed in feed.pack(bench.update(bench.time_ns + BLOCK_NS, due)):
-                writer.write(packed)
+        run = Run(stand, writer=writer)
+        for request in PLAN:
+            run.accept(request)
+            for _ in range(EVERY_BLOCKS):
+                run.update(run.bench.time_ns + BLOCK_NS)
     return writer.recorder.path
 
 

@@ -17,9 +17,8 @@ from hypothesis import strategies as st
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study import batch, cluster
-from stickslip_ros.study.batch import Interrupted, run_batch
-from stickslip_ros.study.cluster import ClusterError
+from stickslip_ros.study import batch
+from stickslip_ros.study.batch import ClusterError, Interrupted, run_batch
 from stickslip_ros.study.extras import MissingExtra
 from stickslip_ros.study.journal import Identity, Journal, identify
 from stickslip_ros.study.sweep import Case, run_case
@@ -362,7 +361,7 @@ def test_workers_of_another_version_are_refused(scheduler, monkeypatch):
     [('tcp://127.0.0.1:1', 'does not answer'), ('nonsense://x', 'unknown address scheme')],
 )
 def test_a_scheduler_that_does_not_answer_is_refused(address, message, monkeypatch):
-    monkeypatch.setattr(cluster, 'CONNECT_S', 0.1)
+    monkeypatch.setattr(batch, 'CONNECT_S', 0.1)
     with pytest.raises(ClusterError) as caught:
         run_batch(third, CASES, scheduler=address)
     assert message in str(caught.value)
@@ -372,7 +371,7 @@ def test_a_scheduler_that_does_not_answer_is_refused(address, message, monkeypat
 def test_a_cluster_without_workers_is_refused(monkeypatch):
     with LocalCluster(n_workers=0, dashboard_address=':0') as local:
         address = local.scheduler_address
-        monkeypatch.setattr(cluster, 'WORKERS_S', 1.0)
+        monkeypatch.setattr(batch, 'WORKERS_S', 1.0)
         with pytest.raises(ClusterError, match=f'no worker after 1 s; .*dask worker {address}'):
             run_batch(third, CASES, scheduler=address)
 

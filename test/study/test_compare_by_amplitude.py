@@ -8,12 +8,11 @@ import pytest
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.axes import Axis
 from stickslip_ros.study.batch import Interrupted
 from stickslip_ros.study.comparison.by_amplitude import ModelSettings
 from stickslip_ros.study.comparison.compare import compare
-from stickslip_ros.study.drive_run import run_drive
-from stickslip_ros.study.sweep import Sweep, run_sweep
+from stickslip_ros.study.sawtooth_run import run_drive
+from stickslip_ros.study.sweep import Axis, Sweep, run_sweep
 from stickslip_ros.study.sweep_table import write_table
 
 AMPLITUDES_M = tuple(float(each) for each in np.linspace(0.0, 160e-9, 17))

@@ -16,7 +16,7 @@ from stickslip_ros.recording.series import Series
 from stickslip_ros.study.comparison.by_amplitude import ModelSettings
 from stickslip_ros.study.comparison.compare import compare
 from stickslip_ros.study.comparison.lag import estimate_alignment
-from stickslip_ros.study.run_quantities import recorded_series
+from stickslip_ros.study.recorded_run import recorded_series
 
 SETTINGS = ModelSettings(Parameters(), 1000.0)
 LATE_S = 1.234567

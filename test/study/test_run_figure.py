@@ -16,10 +16,16 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.series import Series
 from stickslip_ros.study.plotting import DOTS_PER_INCH
+from stickslip_ros.study.recorded_run import (
+    TimeWindow,
+    bits_within,
+    check_window,
+    events_within,
+    parse_window,
+    recorded_series,
+    topic_name,
+)
 from stickslip_ros.study.run_figure import COLOURS, WIDTH_INCHES, plot_run, step_window
-from stickslip_ros.study.run_log import bits_within, events_within
-from stickslip_ros.study.run_quantities import recorded_series, topic_name
-from stickslip_ros.study.time_window import TimeWindow, check_window, parse_window
 
 ROUNDING = 1e-12
 MS_NS = 1_000_000

@@ -1,21 +1,35 @@
-"""A saw-tooth run without ROS: what it reports, when it is steady, what it refuses."""
+"""A saw-tooth run without ROS: what it reports, when it is steady, its file, what it refuses."""
 
 import dataclasses
 import math
 import pickle
+import struct
+from collections.abc import Iterator
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
+from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import AmplifierParameters, Parameters, dump_yaml, parse_yaml
-from stickslip_ros.study.ramps import STEADY_STEPS_MAX, STEADY_STEPS_MIN
+from stickslip_ros.recording.messages import ArrayMessage
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.study.sawtooth_run import (
+    STEADY_STEPS_MAX,
+    STEADY_STEPS_MIN,
     SawtoothRun,
+    is_steady,
+    mean_force_n,
     relative_residual,
+    run_drive,
     run_sawtooth,
+    start_force_n,
     start_on_wave,
+    step_length_m,
     voltage_for,
 )
 
@@ -25,6 +39,22 @@ MIRROR = 1e-9
 FORCE_ERROR = 0.01
 """Of a reference force that is given to the millinewton."""
 MEASURED = ('wall_s', 'real_time_factor')
+AMPLITUDE_M, FREQUENCY_HZ, STEPS = 160e-9, 1000.0, 220
+# The stand cuts time at its samples, which moves steps by less than the error of the default step.
+OTHER_STEPS = 2e-4
+
+STIFFNESS_N_PER_M, GAP_M = 1e5, 2e-7
+PRESSED = {'load_cell.contact': 'one_sided', 'load_cell.gap': GAP_M}
+HELD = plant_of(Parameters())[0]
+FREE = plant_of(Parameters().updated({'load_cell.contact': 'absent'}))[0]
+BEHIND_GAP = plant_of(Parameters().updated(PRESSED))[0]
+SAME_FORCE = 2e-3
+"""A one-sided load cell is met in short steps, a fixed one in long ones."""
+
+MAGIC_BYTES = 8
+METADATA = 0x0C
+DATA_END = 0x0F
+"""Opcode of a metadata record of MCAP."""
 
 
 def _computed(result: SawtoothRun) -> dict:
@@ -195,3 +225,179 @@ def test_a_run_whose_recording_is_deleted_ends_and_says_so(stand, tmp_path):
 
     with pytest.raises(RecordingError, match='it was deleted, moved or replaced'):
         run_sawtooth(stand, 300.0, 1000.0, 20, path=path, progress=delete)
+
+
+@pytest.mark.parametrize('end_n', [0.0, 0.3, 1.0])
+def test_a_preload_ramp_is_the_same_with_and_without_sensors(end_n: float):
+    ramp = {'stand.preload': 0.5, 'stand.preload_end': end_n, 'stand.preload_rate': 10.0}
+    parameters = Parameters().updated(ramp)
+    alone = run_drive(parameters, AMPLITUDE_M, FREQUENCY_HZ, STEPS)
+    stand = run_sawtooth(parameters, voltage_for(parameters, AMPLITUDE_M), FREQUENCY_HZ, STEPS)
+    assert alone.preload_n == pytest.approx(end_n or 0.5, rel=1e-12)
+    assert alone.force_mean_n == pytest.approx(stand.force_mean_n, rel=OTHER_STEPS)
+
+
+def _ramps(values, column=1):
+    ramps = np.zeros((len(values), 3))
+    ramps[:, column] = values
+    return ramps
+
+
+def test_a_run_on_the_load_cell_is_steady_when_its_mean_position_is():
+    flat = np.ones(STEADY_STEPS_MIN)
+    assert is_steady(HELD, _ramps(flat))
+    assert not is_steady(HELD, _ramps(flat[1:]))
+    for rest, steady in ((0.9e-3, True), (1.1e-3, False)):
+        late = flat.copy()
+        late[-21] = 1.0 - rest
+        assert is_steady(HELD, _ramps(late)) is steady
+    late = flat.copy()
+    late[:-21] = 0.0
+    assert is_steady(HELD, _ramps(late))
+    assert is_steady(HELD, _ramps(-flat))
+
+
+def test_a_free_run_is_steady_when_its_step_length_is():
+    count = np.arange(STEADY_STEPS_MIN + 50)
+    assert is_steady(FREE, _ramps(1e-9 * count, column=2))
+    assert not is_steady(FREE, _ramps(1e-9 * count**1.1, column=2))
+    assert not is_steady(FREE, _ramps(1e-9 * count[:100], column=2))
+
+
+def test_the_step_length_is_the_mean_of_the_last_ten():
+    ends = np.concatenate((np.zeros(50), np.arange(1.0, 11.0)))
+    assert step_length_m(_ramps(ends, column=2)) == 1.0
+    assert step_length_m(_ramps([3.0, 8.0], column=2)) == 4.0
+
+
+def test_forces_are_those_of_the_load_cell_that_there_is():
+    ramps = np.array([[0.0, 0.0, 0.0], [5e-7, 3e-7, 6e-7]])
+    stiff = STIFFNESS_N_PER_M
+    for plant, mean_n, start_n in (
+        (HELD, stiff * 3e-7, stiff * 5e-7),
+        (FREE, 0.0, 0.0),
+        (BEHIND_GAP, stiff * (3e-7 - GAP_M), stiff * (5e-7 - GAP_M)),
+    ):
+        assert mean_force_n(plant, ramps) == pytest.approx(mean_n, rel=ROUNDING)
+        assert start_force_n(plant, ramps) == pytest.approx(start_n, rel=ROUNDING)
+        assert mean_force_n(plant, ramps[:1]) == 0.0
+
+
+def test_a_run_that_has_not_come_to_the_load_cell_is_not_steady():
+    assert not is_steady(BEHIND_GAP, _ramps(np.full(STEADY_STEPS_MIN, 0.5 * GAP_M)))
+    assert is_steady(BEHIND_GAP, _ramps(np.full(STEADY_STEPS_MIN, 2.0 * GAP_M)))
+
+
+@pytest.mark.parametrize('run', ['drive', 'bench'])
+def test_behind_a_gap_the_drive_presses_as_hard_as_when_it_is_fixed(run, stand):
+    pressed = stand.updated(PRESSED)
+    if run == 'drive':
+        fixed, behind = (run_drive(each, 160e-9, 1000.0) for each in (stand, pressed))
+    else:
+        fixed, behind = (run_sawtooth(each, 300.0, 1000.0) for each in (stand, pressed))
+    assert behind.steady
+    assert behind.force_mean_n == pytest.approx(fixed.force_mean_n, rel=SAME_FORCE)
+    assert behind.force_ramp_start_n == pytest.approx(fixed.force_ramp_start_n, rel=SAME_FORCE)
+
+
+@pytest.fixture(scope='module')
+def again(tmp_path_factory) -> Path:
+    """Give another recording of the run that `recorded_run` gives."""
+    path = tmp_path_factory.mktemp('again') / 'other_name.mcap'
+    run_sawtooth(Parameters(), 300.0, 1000.0, 20, path=path)
+    return path
+
+
+def _records(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Give opcode, first and last byte of each record of an MCAP file."""
+    at = MAGIC_BYTES
+    while at < len(data) - MAGIC_BYTES:
+        opcode, length = struct.unpack_from('<BQ', data, at)
+        end = at + 9 + length
+        yield opcode, at, end
+        at = end
+
+
+def _written(message) -> object:
+    if isinstance(message, ArrayMessage):
+        return message.labels, message.sizes, message.data.tobytes()
+    return message
+
+
+def test_two_recordings_of_a_run_differ_only_in_the_wall_clock_time_and_its_checksum(
+    recorded_run, again
+):
+    one, other = recorded_run[1].read_bytes(), again.read_bytes()
+    assert len(one) == len(other)
+    assert [record[:3] for record in _records(one)] == [record[:3] for record in _records(other)]
+    pairs = np.frombuffer(one, np.uint8), np.frombuffer(other, np.uint8)
+    differing = np.flatnonzero(pairs[0] != pairs[1])
+    # The end of the data section holds a checksum over all of it, wall-clock time included.
+    allowed = [
+        (start, end)
+        for opcode, start, end in _records(one)
+        if opcode == DATA_END or (opcode == METADATA and b'wall_start' in one[start:end])
+    ]
+    assert len(allowed) == 2
+    assert all(any(start < byte < end for start, end in allowed) for byte in differing)
+
+
+def test_two_recordings_of_a_run_hold_the_same_messages(recorded_run, again):
+    one, other = (
+        [
+            (topic, time_ns, _written(message))
+            for topic, time_ns, message in Recording(path).messages()
+        ]
+        for path in (recorded_run[1], again)
+    )
+    assert len(one) > 60
+    assert one == other
+
+
+def test_another_seed_gives_another_recording(recorded_run, stand, tmp_path):
+    run_sawtooth(stand.updated({'sim.seed': 2}), 300.0, 1000.0, 20, path=tmp_path / 'run.mcap')
+    one, other = (
+        Recording(path).trace()['position'].value
+        for path in (recorded_run[1], tmp_path / 'run.mcap')
+    )
+    assert not np.array_equal(one, other)
+
+
+def test_the_recording_holds_what_the_bench_tells(recorded_run, stand):
+    bench, request = Bench(stand), [Request('sawtooth', (300.0, 1000.0, 20.0))]
+    blocks = []
+    for _ in range(30):
+        blocks.append(bench.update(bench.time_ns + stand.block_ns, request).readings.trace)
+        request = []
+    told = np.concatenate(blocks)
+    trace = Recording(recorded_run[1]).trace()
+    np.testing.assert_array_equal(trace['position'].time_s, told[:, 0])
+    for column, name in enumerate(('voltage', 'foot', 'position', 'force'), start=1):
+        np.testing.assert_array_equal(trace[name].value, told[:, column])
+
+
+def test_the_recording_explains_itself(recorded_run):
+    recording = Recording(recorded_run[1])
+    _, text = recording.attachments['parameters.yaml']
+    assert parse_yaml(text.decode(), 'attachment') == Parameters()
+    run = recording.metadata['stickslip_run']
+    assert (run['seed'], run['dt_s']) == ('1', '5e-06')
+    (command,) = recording.messages(['command/sawtooth'])
+    assert command[1] == 0
+    assert command[2].data.tolist() == [300.0, 1000.0, 20.0]
+
+
+def test_a_run_never_replaces_a_file(stand, tmp_path):
+    path = tmp_path / 'run.mcap'
+    path.write_bytes(b'the old one')
+    with pytest.raises(RecordingError) as caught:
+        run_sawtooth(stand, 300.0, 1000.0, 5, path=path)
+    assert 'exists' in str(caught.value)
+    assert 'choose another name' in str(caught.value)
+    assert path.read_bytes() == b'the old one'
+
+
+def test_a_recording_that_cannot_be_made_is_refused(stand, tmp_path):
+    (tmp_path / 'file').write_bytes(b'')
+    with pytest.raises(RecordingError):
+        run_sawtooth(stand, 300.0, 1000.0, 5, path=tmp_path / 'file/run.mcap')

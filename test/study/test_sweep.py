@@ -12,10 +12,20 @@ import pytest
 from stickslip_ros.contact import profile
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.parameters import spec_of
-from stickslip_ros.study.axes import Axis, column_name, parse_axis, parse_varied
-from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.extras import MissingExtra
-from stickslip_ros.study.sweep import AMPLITUDE, Case, Sweep, run_case, run_sweep, stop_rule
+from stickslip_ros.study.sawtooth_run import run_drive
+from stickslip_ros.study.sweep import (
+    AMPLITUDE,
+    Axis,
+    Case,
+    Sweep,
+    column_name,
+    parse_axis,
+    parse_varied,
+    run_case,
+    run_sweep,
+    stop_rule,
+)
 from stickslip_ros.study.sweep_table import check_table_path, write_table
 
 PRELOAD = spec_of('stand.preload')
@@ -60,10 +70,10 @@ def test_a_range_includes_both_ends():
     [
         ('0.1:1', WrongKind, "preload '0.1:1' is not start:stop:count; write values with commas"),
         ('0.1:1:2:3', WrongKind, 'is not start:stop:count'),
-        ('0.1:x:3', WrongKind, "preload 'x' is not a finite number; write values with commas"),
+        ('0.1:x:3', WrongKind, "preload 'x' is not a finite number; give a number"),
         ('nan:1:3', WrongKind, "preload 'nan' is not a finite number"),
         ('0.1:1:2.5', WrongKind, "preload count '2.5' is not a whole number"),
-        ('0.1:1:1', OutOfRange, 'preload count 1 is below the minimum 2; raise it, or give'),
+        ('0.1:1:1', OutOfRange, 'preload count 1 is below the minimum 2; raise it'),
         ('0.1:1:-4', OutOfRange, 'preload count -4 is below the minimum 2'),
         ('0.1:1:100001', OutOfRange, 'count 100001 is above the maximum 100000; lower it'),
         ('0.5:0.5:3', OutOfRange, 'preload 0.5 N is both start and stop of a range of 3; move'),
@@ -175,7 +185,7 @@ def test_a_row_names_what_was_varied_and_what_came_of_it(short, stand):
     run = run_drive(there, 160e-9, 1000.0, 20)
     assert (row['contact.friction'], row['preload_n'], row['amplitude_m']) == (0.3, 0.5, 160e-9)
     assert row['force_mean_n'] == run.force_mean_n
-    assert row['energy_loss_per_step_j'] == run.energy_loss_j > 0.0
+    assert row['energy_loss_per_step_j'] == run.energy_loss_per_step_j > 0.0
     assert (row['steps'], row['stop_rule']) == (20, '20 steps')
 
 

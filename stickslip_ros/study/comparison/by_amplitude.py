@@ -10,13 +10,12 @@ import numpy as np
 import stickslip_ros
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.parameters import Parameters, Scalar
-from stickslip_ros.study.axes import bare_name
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.comparison.agreement import AMPLITUDE, Curve, Part, threshold_of
 from stickslip_ros.study.comparison.result import Compared, Incomparable, Side
 from stickslip_ros.study.experiment import BY_AMPLITUDE, POINT_COLUMNS, Experiment, sigma_name
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.sweep import Case, run_case
+from stickslip_ros.study.sweep import Case, bare_name, run_case
 from stickslip_ros.study.sweep_table import OF_A_RUN, read_table
 from stickslip_ros.units import NM
 

@@ -19,7 +19,7 @@ from stickslip_ros.study.experiment import (
     Experiment,
     sigma_name,
 )
-from stickslip_ros.study.run_quantities import recorded_series
+from stickslip_ros.study.recorded_run import recorded_series
 
 RECORDING = 'recording'
 NOT_COMPARED = {'wall_start', 'seed', 'dt_s'}

@@ -11,9 +11,9 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.drive_run import run_drive
 from stickslip_ros.study.experiment import read_experiment
 from stickslip_ros.study.fitting.free import Free
+from stickslip_ros.study.sawtooth_run import run_drive
 
 NEEDED = ('preload_n', 'amplitude_m', 'force_n')
 FREQUENCY, SIGMA = 'frequency_hz', 'force_sigma_n'

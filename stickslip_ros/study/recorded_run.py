@@ -1,0 +1,217 @@
+"""What a recorded run says: quantities over time, events and status bits, within a stretch."""
+
+import json
+import math
+import re
+from typing import Any, NamedTuple
+
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.series import Series
+from stickslip_ros.recording.topics import READINGS
+from stickslip_ros.units import MICRO, MILLI, NANO
+
+TRACE_SAMPLES_MIN = 2
+UNITS_S = {'': 1.0, 's': 1.0, 'ms': MILLI, 'us': MICRO, 'µs': MICRO}
+_TIME = re.compile(r'(?P<number>[-+.\deE]+?)\s*(?P<unit>s|ms|us|µs|)')
+
+
+class RunQuantity(NamedTuple):
+    """
+    A quantity of a run.
+
+    Attributes
+    ----------
+    name : str
+        Name with its unit, as a column of an experiment file.
+    column : str
+        Column of the trace.
+    topic : str
+        Topic that carries it beside the trace; empty if none does.
+    label : str
+        In words.
+
+    """
+
+    name: str
+    column: str
+    topic: str
+    label: str
+
+
+class TimeWindow(NamedTuple):
+    """Start and end, s."""
+
+    start_s: float
+    end_s: float
+
+
+class LoggedEvent(NamedTuple):
+    """The end of a command: when, which, how."""
+
+    time_s: float
+    command: str
+    result: str
+
+
+class BitSpan(NamedTuple):
+    """A stretch of time during which a status bit was set."""
+
+    bit: str
+    start_s: float
+    end_s: float
+
+
+RUN_QUANTITIES = (
+    RunQuantity('position_m', 'position', 'position', 'runner position'),
+    RunQuantity('force_n', 'force', 'force', 'load-cell force'),
+    RunQuantity('voltage_v', 'voltage', 'voltage', 'piezo voltage'),
+    RunQuantity('foot_m', 'foot', '', 'displacement of the feet'),
+)
+
+
+def recorded_series(recording: Recording) -> dict[str, Series]:
+    """
+    Return each quantity of a recording by its name: of the trace, else of its topic.
+
+    A trace counts from two samples on. The topics have position and force at 1 kHz, the voltage
+    once per ``trace.period``, and no displacement of the feet.
+
+    """
+    trace = recording.trace() if topic_name(recording, 'trace') else {}
+    found = {}
+    for quantity in RUN_QUANTITIES:
+        series = trace.get(quantity.column)
+        if series is None or len(series) < TRACE_SAMPLES_MIN:
+            topic = topic_name(recording, quantity.topic) if quantity.topic else ''
+            if not topic:
+                continue
+            series = recording.series(topic)
+        if len(series):
+            found[quantity.name] = series
+    return found
+
+
+def topic_name(recording: Recording, name: str) -> str:
+    """
+    Return the full name of a published topic in a recording; empty if it is not there.
+
+    ``position`` is neither ``command/position`` nor ``truth/position``.
+
+    """
+    kinds = {each.name.removeprefix('~/'): each.type_name for each in READINGS}
+    found = [
+        topic
+        for topic, kind in recording.types.items()
+        if topic.rpartition('/')[2] == name
+        and kind == kinds.get(name)
+        and topic.rpartition('/')[0].rpartition('/')[2] not in {'command', 'truth'}
+    ]
+    return min(found, key=lambda topic: topic.count('/'), default='')
+
+
+def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]:
+    """Return the events of a stretch; text that is no event of ours is passed over."""
+    found = []
+    for time_s, message in _messages(recording, 'event'):
+        content = _object(str(message))
+        if window.start_s <= time_s <= window.end_s and 'result' in content:
+            name = str(content.get('command', '?'))
+            found.append(LoggedEvent(time_s, name, str(content['result'])))
+    return found
+
+
+def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
+    """Return when each status bit was set, in the order of the bits."""
+    changes = [each for each in _messages(recording, 'status') if isinstance(each[1], int)]
+    ends = [time_s for time_s, _ in changes[1:]] + [window.end_s]
+    spans = []
+    for bit in Status:
+        stretches = [
+            (max(start_s, window.start_s), min(end_s, window.end_s))
+            for (start_s, status), end_s in zip(changes, ends, strict=True)
+            if status & bit
+        ]
+        spans += [BitSpan(bit.name or '', *pair) for pair in _merged(stretches)]
+    return spans
+
+
+def _messages(recording: Recording, name: str) -> list[tuple[float, Any]]:
+    """Return times, s, and messages of a published topic; none if it is not there."""
+    topic = topic_name(recording, name)
+    messages = recording.messages([topic]) if topic else ()
+    return [(at_ns * NANO, message) for _, at_ns, message in messages]
+
+
+def _merged(stretches: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Join what follows without a gap, and drop what ends before it starts."""
+    merged: list[tuple[float, float]] = []
+    for start_s, end_s in stretches:
+        if merged and start_s <= merged[-1][1]:
+            merged[-1] = merged[-1][0], max(end_s, merged[-1][1])
+        elif end_s > start_s:
+            merged.append((start_s, end_s))
+    return merged
+
+
+def _object(text: str) -> dict[str, object]:
+    try:
+        content = json.loads(text)
+    except ValueError:
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def parse_window(text: str) -> TimeWindow:
+    """
+    Return the stretch of a text: ``2ms@0.3s`` is two milliseconds from 0.3 s on.
+
+    Raises
+    ------
+    WrongKind
+        If it is not length, at sign and start.
+    OutOfRange
+        If the length is not above 0.
+
+    """
+    length, at, start = text.partition('@')
+    if not at:
+        raise _malformed('window', text, 'LENGTH@START')
+    length_s, start_s = _seconds('length', length), _seconds('start', start)
+    if not length_s > 0.0:
+        raise OutOfRange('length of the window', length_s, 's', 'not above 0 s', 'raise it')
+    return TimeWindow(start_s, start_s + length_s)
+
+
+def check_window(window: TimeWindow, run: TimeWindow) -> TimeWindow:
+    """
+    Return the part of a stretch that lies within a run.
+
+    Raises
+    ------
+    OutOfRange
+        If nothing of it does.
+
+    """
+    if window.start_s > run.end_s or window.end_s < run.start_s:
+        limit = f'outside of the run, {run.start_s:.6g} s to {run.end_s:.6g} s'
+        raise OutOfRange('start of the window', window.start_s, 's', limit, 'move it')
+    return TimeWindow(max(window.start_s, run.start_s), min(window.end_s, run.end_s))
+
+
+def _seconds(part: str, text: str) -> float:
+    match = _TIME.fullmatch(text.strip())
+    try:
+        number = float(match['number']) if match else math.nan
+    except ValueError:
+        number = math.nan
+    if match is None or not math.isfinite(number):
+        raise _malformed(f'{part} of the window', text, 'a time')
+    return number * UNITS_S[match['unit']]
+
+
+def _malformed(name: str, text: str, expected: str) -> WrongKind:
+    return WrongKind(
+        name, text, expected, 'write LENGTH@START with s, ms or us, as 2ms@0.3s or 0.002@0.3'
+    )
