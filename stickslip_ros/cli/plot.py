@@ -7,8 +7,8 @@ from typing import Any
 
 from stickslip_ros.cli.common import add_json, print_json, print_table, to_path
 from stickslip_ros.files import make_room
-from stickslip_ros.study.recorded_run import parse_window
-from stickslip_ros.study.run_figure import LABELS, RunPlot, plot_run
+from stickslip_ros.study.recorded_run import RUN_QUANTITIES, parse_window
+from stickslip_ros.study.run_figure import RunPlot, plot_run
 from stickslip_ros.units import with_unit
 
 
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _print(plot: RunPlot, picture: Path) -> None:
     rows = [
         (
-            LABELS[each.name],
+            RUN_QUANTITIES[each.name],
             str(each.samples),
             '' if each.smallest is None else with_unit(each.smallest, each.unit),
             '' if each.largest is None else with_unit(each.largest, each.unit),

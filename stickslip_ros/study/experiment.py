@@ -3,6 +3,7 @@
 import csv
 import difflib
 import io
+import itertools
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -49,6 +50,7 @@ TIME_COLUMNS: Mapping[str, Spec] = {
     'voltage_sigma_v': _sigma('V', 'the voltage'),
     'foot_sigma_m': _sigma('m', 'the displacement'),
 }
+COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
 NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
 MEASURED = {
     BY_AMPLITUDE: ('force_n', 'step_length_m'),
@@ -106,28 +108,14 @@ def read_experiment(path: Path) -> Experiment:
 
 
 def parse_experiment(content: bytes, origin: str) -> Experiment:
-    """
-    Return the experiment that a CSV text holds.
-
-    Parameters
-    ----------
-    content : bytes
-        The file.
-    origin : str
-        Its name, for the messages.
-
-    Raises
-    ------
-    StickSlipError
-        If it is not as docs/compare.md says; names line, column and value.
-
-    """
+    """Do what ``read_experiment`` does, with the content of a file."""
     try:
         text = content.decode('utf-8-sig')
     except UnicodeDecodeError as error:
         problem = f'byte {error.start} is not UTF-8'
         raise RecordingError(origin, problem, 'save it as CSV in UTF-8') from None
-    notes = _notes(text)
+    lines = text.splitlines()
+    notes = list(itertools.takewhile(lambda line: line.startswith(COMMENT), lines))
     rows = _rows(text, len(notes), origin)
     number, header = next(rows, (1, []))
     names = [name.strip() for name in header]
@@ -136,23 +124,17 @@ def parse_experiment(content: bytes, origin: str) -> Experiment:
     numbered = list(rows)
     if not numbered:
         raise RecordingError(origin, 'has no values below its header', 'give at least one row')
-    columns = _columns(names, numbered, _specs(kind), origin)
+    columns = {}
+    for index, name in enumerate(names):
+        spec = COLUMNS[kind][name]
+        values = [
+            _number(cells[index], spec, f'{origin}: line {line}, column {name}:')
+            for line, cells in numbered
+        ]
+        columns[name] = np.array(values, dtype=np.float64)
     if kind == OVER_TIME:
         _check_rising(columns['time_s'], [line for line, _ in numbered], origin)
     return Experiment(origin, kind, columns, tuple(note.lstrip('# ').rstrip() for note in notes))
-
-
-def _specs(kind: str) -> Mapping[str, Spec]:
-    return TIME_COLUMNS if kind == OVER_TIME else POINT_COLUMNS
-
-
-def _notes(text: str) -> list[str]:
-    notes = []
-    for line in text.splitlines():
-        if not line.startswith(COMMENT):
-            break
-        notes.append(line)
-    return notes
 
 
 def _rows(text: str, skipped: int, origin: str) -> Iterator[tuple[int, list[str]]]:
@@ -176,7 +158,7 @@ def _rows(text: str, skipped: int, origin: str) -> Iterator[tuple[int, list[str]
 
 
 def _check_header(names: Sequence[str], kind: str, where: str) -> None:
-    specs = _specs(kind)
+    specs = COLUMNS[kind]
     for index, name in enumerate(names):
         if name not in specs:
             raise RecordingError(where, f'column {name!r} is not known', _mend(name, specs))
@@ -206,22 +188,6 @@ def _mend(name: str, specs: Mapping[str, Spec]) -> str:
     return f'take it away; known are {", ".join(specs)}'
 
 
-def _columns(
-    names: Sequence[str],
-    rows: Sequence[tuple[int, list[str]]],
-    specs: Mapping[str, Spec],
-    origin: str,
-) -> dict[str, Array]:
-    columns = {}
-    for index, name in enumerate(names):
-        values = [
-            _number(cells[index], specs[name], f'{origin}: line {line}, column {name}:')
-            for line, cells in rows
-        ]
-        columns[name] = np.array(values, dtype=np.float64)
-    return columns
-
-
 def _number(text: str, spec: Spec, where: str) -> float:
     value = float(spec.check(where, text.strip()))
     if spec.minimum == 0.0 and spec.maximum is None and value == 0.0:
@@ -234,10 +200,7 @@ def _check_rising(time_s: Array, lines: Sequence[int], origin: str) -> None:
     wrong = np.flatnonzero(np.diff(time_s) <= 0.0)
     if len(wrong):
         index = int(wrong[0]) + 1
-        raise OutOfRange(
-            f'{origin}: line {lines[index]}, column time_s:',
-            float(time_s[index]),
-            's',
-            f'not after the {time_s[index - 1]:.9g} s of the row before',
-            'sort the rows, and keep one per time',
-        )
+        where = f'{origin}: line {lines[index]}, column time_s:'
+        limit = f'not after the {time_s[index - 1]:.9g} s of the row before'
+        mend = 'sort the rows, and keep one per time'
+        raise OutOfRange(where, float(time_s[index]), 's', limit, mend)

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from stickslip_ros.errors import OutOfRange, WrongKind
@@ -12,32 +13,17 @@ from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.topics import READINGS
 from stickslip_ros.units import MICRO, MILLI, NANO
 
+RUN_QUANTITIES = {
+    'position_m': 'runner position',
+    'force_n': 'load-cell force',
+    'voltage_v': 'piezo voltage',
+    'foot_m': 'displacement of the feet',
+}
+"""Quantities of a run in words, by their columns in an experiment file: without the unit they are
+the columns of the trace, and the topics."""
 TRACE_SAMPLES_MIN = 2
 UNITS_S = {'': 1.0, 's': 1.0, 'ms': MILLI, 'us': MICRO, 'µs': MICRO}
 _TIME = re.compile(r'(?P<number>[-+.\deE]+?)\s*(?P<unit>s|ms|us|µs|)')
-
-
-class RunQuantity(NamedTuple):
-    """
-    A quantity of a run.
-
-    Attributes
-    ----------
-    name : str
-        Name with its unit, as a column of an experiment file.
-    column : str
-        Column of the trace.
-    topic : str
-        Topic that carries it beside the trace; empty if none does.
-    label : str
-        In words.
-
-    """
-
-    name: str
-    column: str
-    topic: str
-    label: str
 
 
 class TimeWindow(NamedTuple):
@@ -63,14 +49,6 @@ class BitSpan(NamedTuple):
     end_s: float
 
 
-RUN_QUANTITIES = (
-    RunQuantity('position_m', 'position', 'position', 'runner position'),
-    RunQuantity('force_n', 'force', 'force', 'load-cell force'),
-    RunQuantity('voltage_v', 'voltage', 'voltage', 'piezo voltage'),
-    RunQuantity('foot_m', 'foot', '', 'displacement of the feet'),
-)
-
-
 def recorded_series(recording: Recording) -> dict[str, Series]:
     """
     Return each quantity of a recording by its name: of the trace, else of its topic.
@@ -82,14 +60,15 @@ def recorded_series(recording: Recording) -> dict[str, Series]:
     trace = recording.trace() if topic_name(recording, 'trace') else {}
     found = {}
     for quantity in RUN_QUANTITIES:
-        series = trace.get(quantity.column)
+        name = quantity.rpartition('_')[0]
+        series = trace.get(name)
         if series is None or len(series) < TRACE_SAMPLES_MIN:
-            topic = topic_name(recording, quantity.topic) if quantity.topic else ''
+            topic = topic_name(recording, name)
             if not topic:
                 continue
             series = recording.series(topic)
         if len(series):
-            found[quantity.name] = series
+            found[quantity] = series
     return found
 
 
@@ -137,11 +116,11 @@ def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
     return spans
 
 
-def _messages(recording: Recording, name: str) -> list[tuple[float, Any]]:
-    """Return times, s, and messages of a published topic; none if it is not there."""
-    topic = topic_name(recording, name)
-    messages = recording.messages([topic]) if topic else ()
-    return [(at_ns * NANO, message) for _, at_ns, message in messages]
+def _messages(recording: Recording, name: str) -> Iterator[tuple[float, Any]]:
+    """Give times, s, and messages of a published topic; none if it is not there."""
+    if topic := topic_name(recording, name):
+        for _, at_ns, message in recording.messages([topic]):
+            yield at_ns * NANO, message
 
 
 def _merged(stretches: list[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -33,7 +33,6 @@ from stickslip_ros.study.recorded_run import (
 )
 from stickslip_ros.units import display_unit
 
-LABELS = {each.name: each.label for each in RUN_QUANTITIES}
 COLOURS = {
     'position_m': 'tab:green',
     'force_n': 'tab:red',
@@ -201,7 +200,7 @@ def _draw(
         panels[-1].set_xlabel(f'simulated time{since} ({time.unit})')
         panels[-1].set_xlim(*map(time.at, span))
     for axes, name in zip(grid[:, 0], names, strict=False):
-        axes.set_ylabel(f'{LABELS[name]}\n({display_unit(series[name].unit)[1]})')
+        axes.set_ylabel(f'{RUN_QUANTITIES[name]}\n({display_unit(series[name].unit)[1]})')
     grid[-1, 0].set_ylabel('status')
     _draw_events(list(grid[:, 0]), plot, _time_axis(spans[0]))
     if with_step:

@@ -1,6 +1,5 @@
 """A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,16 +16,17 @@ from stickslip_ros.drive.build import change_preload, plant_of, start_clock, sta
 from stickslip_ros.drive.ledger import EnergyLedger, energies_of_contacts, take_ledger
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.walls import cell_force
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
-from stickslip_ros.parameters import Parameters, Unchosen, spec_of
+from stickslip_ros.parameters import Parameters, Spec, Unchosen, spec_of
 from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.batch import Progress
 from stickslip_ros.units import NANO
 
+STROKE = Spec(float, 0.0, 'm', '', 'stroke of the feet', 0.0)
 STEADY_STEPS_MIN = 200
 """Steps before a run may be called steady."""
 STEADY_WINDOW = 20
@@ -345,17 +345,11 @@ def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
 
     Raises
     ------
-    OutOfRange
-        If it is negative, or the amplifier cannot reach it.
-    WrongKind
-        If it is not finite.
+    OutOfRange, WrongKind
+        If it is negative or not finite, or the amplifier cannot reach it.
 
     """
-    mend = 'give the stroke of the feet in metres, as 60e-9'
-    if not math.isfinite(amplitude_m):
-        raise WrongKind('amplitude', amplitude_m, 'a finite number', mend)
-    if amplitude_m < 0.0:
-        raise OutOfRange('amplitude', amplitude_m, 'm', 'below 0 m', mend)
+    STROKE.check('amplitude', amplitude_m)
     largest_m = full_stroke_m(parameters)
     # A stroke typed in nanometres may exceed the largest by rounding only.
     if amplitude_m > largest_m * (1.0 + 1e-9):

@@ -18,20 +18,20 @@ from stickslip_ros.study.sawtooth_run import (
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
     STEADY_WINDOW,
+    STROKE,
     run_drive,
     voltage_for,
 )
 
 CASES_MAX = 100_000
-AMPLITUDE = Spec(float, 0.0, 'm', '', 'stroke of the feet', 0.0, 1.0)
+AMPLITUDE = dataclasses.replace(STROKE, maximum=1.0)
 FREQUENCY = Spec(float, 1000.0, 'Hz', '', 'steps per second', -1e9, 1e9)
 END = Spec(float, 0.0, '', '', 'start or stop of a range')
 COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
 EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160e-9:33'
-MEASURED = (
-    'preload_n',
-    'amplitude_m',
-    'frequency_hz',
+ASKED = ('preload_n', 'amplitude_m', 'frequency_hz')
+COLUMNS = (
+    *ASKED,
     'force_mean_n',
     'force_ramp_start_n',
     'step_length_m',
@@ -40,7 +40,9 @@ MEASURED = (
     'steps',
     'energy_residual',
 )
-"""Columns of a table that come from a run."""
+"""Columns of a table that come from a run, beside ``STOP_RULE``."""
+STOP_RULE = 'stop_rule'
+"""A column that every sweep has and no experiment."""
 STEADY_RULE = (
     f'mean force of a cycle (free runner: step length) within {STEADY_CHANGE:.1%} per '
     f'{STEADY_WINDOW} steps; {STEADY_STEPS_MIN} to {STEADY_STEPS_MAX} steps'
@@ -142,7 +144,6 @@ class Sweep:
 
 
 def _check_wave(parameters: Parameters, case: Case) -> None:
-    AMPLITUDE.check('amplitude', case.amplitude_m)
     FREQUENCY.check('frequency', case.frequency_hz)
     # An amplitude of 0 makes no steps; its frequency is checked with the next one there is.
     voltage_v = voltage_for(parameters, case.amplitude_m)
@@ -225,13 +226,10 @@ def run_sweep(
     progress: Progress | None = None,
 ) -> list[Row]:
     """
-    Run a sweep and return its table; the parameters are those of ``run_batch``.
+    Run a sweep and return its table, one row per case; the parameters are those of ``run_batch``.
 
-    Returns
-    -------
-    list of dict
-        One row per case: varied parameters with their units, what was asked for and what came
-        of it, and the rule by which the run ended.
+    A row has the varied parameters with their units, what was asked for and what came of it, and
+    the rule by which the run ended.
 
     """
     return run_batch(
@@ -251,8 +249,8 @@ def run_case(parameters: Parameters, steps: int, columns: tuple[str, ...], case:
     varied = {column_name(name): values[name] for name in columns}
     return {
         **varied,
-        **{name: getattr(run, name) for name in MEASURED},
-        'stop_rule': stop_rule(steps),
+        **{name: getattr(run, name) for name in COLUMNS},
+        STOP_RULE: stop_rule(steps),
     }
 
 

@@ -14,16 +14,13 @@ from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
 from stickslip_ros.study.experiment import POINT_COLUMNS
 from stickslip_ros.study.extras import load_extra
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.sweep import bare_name
+from stickslip_ros.study.sweep import ASKED, COLUMNS, STOP_RULE, bare_name
 
 CSV, PARQUET = '.csv', '.parquet'
 VERSION, PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
 """Metadata of a Parquet file."""
-ASKED = ('preload_n', 'amplitude_m', 'frequency_hz')
 MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
-STOP_RULE = 'stop_rule'
-"""A column that every sweep has and no experiment."""
-OF_A_RUN = {'force_ramp_start_n', 'steady', 'steps', 'energy_residual', STOP_RULE}
+OF_A_RUN = {*COLUMNS, STOP_RULE} - {*ASKED, *MEASURED}
 """Columns that say how a run went; all that are none of these are varied parameters."""
 NUMBER = Spec(float, 0.0, '', '', '')
 AGAIN = 'write the table again with: stickslip sweep'

@@ -6,6 +6,7 @@ a step of zero. And directly: the smallest amplitude with a net step.
 
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -49,14 +50,10 @@ class ZeroAmplitude:
         Smallest amplitude with a net step above ``step_min_m``.
     max_presliding_lower_m : float
         u_max of a lower contact (Eq. 22); the largest, if they differ.
-    preload_n, frequency_hz : float
-        What was asked for.
     fit_from_m, fit_to_m : float
-        Amplitudes between which the line was fitted.
+        Amplitudes between which the line was fitted, at ``fit_points``.
     fit_rms_m : float
         Root mean square of what the line misses.
-    fit_points, steps : int
-        Runs on the line, steps of each run.
     step_min_m : float
         Threshold of a net step.
 
@@ -88,18 +85,8 @@ def zero_amplitude(
     """
     Find the 0-amplitude of a drive whose runner is free.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand; its load cell is taken away.
-    frequency_hz : float
-        Steps per second; negative ones go backwards.
-    steps : int
-        Steps of each run.
-    workers : int
-        Runs at once; 0 is one per core.
-    progress : callable, optional
-        Called with runs done and runs in all.
+    The load cell of the stand is taken away. Negative frequencies go backwards; the number of
+    workers and the progress are those of ``run_batch``.
 
     Raises
     ------
@@ -111,13 +98,25 @@ def zero_amplitude(
         limit = f'below the minimum {STEPS_MIN} (the first steps are irregular)'
         raise OutOfRange('steps', steps, '', limit, 'raise it')
     free = parameters.updated({'load_cell.contact': 'absent'})
-    runner = _FreeRunner(free, frequency_hz, steps, workers, progress)
+    done = 0
+
+    def tell(new: int, _: int) -> None:
+        if progress is not None:
+            progress(done + new, SCAN_POINTS + BISECTIONS + FIT_POINTS)
+
+    def step_lengths_m(amplitudes_m: Array) -> Array:
+        nonlocal done
+        task = partial(_step, free, frequency_hz, steps)
+        rows = run_batch(task, amplitudes_m.tolist(), workers=workers, progress=tell)
+        done += len(rows)
+        return np.array([row['step_length_m'] for row in rows], dtype=float)
+
     full_m = full_stroke_m(free)
-    direct_m = _first_step_m(runner, full_m)
+    direct_m = _first_step_m(step_lengths_m, full_m)
     amplitudes_m: Array = np.linspace(
         0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
     )
-    slope, zero_m, rms_m = _line(amplitudes_m, runner.step_lengths_m(amplitudes_m))
+    slope, zero_m, rms_m = _line(amplitudes_m, step_lengths_m(amplitudes_m))
     method = (
         f"Edeler's extrapolation: straight line through the step lengths of a free runner at "
         f'{FIT_POINTS} amplitudes, {amplitudes_m[0]:.4g} to {full_m:.4g} m, the upper half of '
@@ -142,50 +141,23 @@ def zero_amplitude(
     )
 
 
-class _FreeRunner:
-    """Step lengths of a free runner, and how many runs they took."""
-
-    def __init__(
-        self,
-        parameters: Parameters,
-        frequency_hz: float,
-        steps: int,
-        workers: int,
-        progress: Progress | None,
-    ) -> None:
-        self._task = partial(_step, parameters, frequency_hz, steps)
-        self._workers = workers
-        self._progress = progress
-        self._done = 0
-
-    def step_lengths_m(self, amplitudes_m: Array) -> Array:
-        """Return the net motion per step in the direction of the drive, m."""
-        amplitudes = [float(amplitude_m) for amplitude_m in amplitudes_m]
-        rows = run_batch(self._task, amplitudes, workers=self._workers, progress=self._tell)
-        self._done += len(rows)
-        return np.array([row['step_length_m'] for row in rows], dtype=float)
-
-    def _tell(self, done: int, _: int) -> None:
-        if self._progress is not None:
-            self._progress(self._done + done, SCAN_POINTS + BISECTIONS + FIT_POINTS)
-
-
 def _step(parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float) -> Row:
+    """Return the net motion per step of a free runner in the direction of the drive, m."""
     run = run_drive(parameters, amplitude_m, frequency_hz, steps)
     return {'step_length_m': run.step_length_m if frequency_hz > 0.0 else -run.step_length_m}
 
 
-def _first_step_m(runner: _FreeRunner, full_m: float) -> float:
+def _first_step_m(step_lengths_m: Callable[[Array], Array], full_m: float) -> float:
     """Return the smallest amplitude with a net step, m."""
     grid_m: Array = np.linspace(0.0, full_m, SCAN_POINTS + 1, dtype=np.float64)
-    stepping = np.flatnonzero(runner.step_lengths_m(grid_m[1:]) > STEP_MIN_M)
+    stepping = np.flatnonzero(step_lengths_m(grid_m[1:]) > STEP_MIN_M)
     if not len(stepping):
         limit = f'too small for a step: none above {STEP_MIN_M:g} m'
         raise OutOfRange('stroke', full_m, 'm', limit, 'lower stand.preload')
     below_m, above_m = grid_m[stepping[0]], grid_m[stepping[0] + 1]
     for _ in range(BISECTIONS):
         middle_m = 0.5 * (below_m + above_m)
-        if runner.step_lengths_m(np.array([middle_m]))[0] > STEP_MIN_M:
+        if step_lengths_m(np.array([middle_m]))[0] > STEP_MIN_M:
             above_m = middle_m
         else:
             below_m = middle_m

@@ -16,7 +16,7 @@ def test_a_negative_frequency_in_e_notation_goes_backwards(capsys: pytest.Captur
 @pytest.mark.parametrize(
     ('words', 'said'),
     [
-        (['simulate', '--amplitude', '-1e-7'], 'amplitude -1e-07 m is below 0 m'),
+        (['simulate', '--amplitude', '-1e-7'], 'amplitude -1e-07 m is below the minimum 0 m'),
         (['contact', '--normal-force', '-1e-3'], 'normal force -0.001 N is not above 0 N'),
         (['contact', '--normal-force', 'inf'], 'normal force inf N is not finite'),
         (['contact', '--normal-force', '1e9'], 'beyond the radius of the sphere'),
