@@ -10,7 +10,6 @@ from scipy import stats
 
 from stickslip_ros.study.comparison.agreement import (
     AMPLITUDE,
-    Curve,
     Part,
     agreement_of,
     correlation_of,
@@ -25,7 +24,7 @@ NM = 1e-9
 def part(a, b, sigma=None, **at) -> Part:
     a, b = np.array(a, dtype=float), np.array(b, dtype=float)
     sigma = None if sigma is None else np.array(sigma, float)
-    return Part(at, Curve(AMPLITUDE, np.arange(len(a)) * NM, a, b, sigma))
+    return Part(at, AMPLITUDE, np.arange(len(a)) * NM, a, b, sigma)
 
 
 def agreement(a, b, sigma=None):

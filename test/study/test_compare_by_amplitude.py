@@ -133,8 +133,8 @@ def test_a_finer_table_is_interpolated_and_what_lies_outside_is_left_out(tmp_pat
         tmp_path / 'b.csv', [(0.5, x * 1e-9, x * 1e-3) for x in (40, 20, 10)], columns
     )
     force = force_of(compared(a, b))
-    np.testing.assert_allclose(force.parts[0].curve.x, [15e-9, 30e-9])
-    np.testing.assert_allclose(force.parts[0].curve.b, [15e-3, 30e-3])
+    np.testing.assert_allclose(force.parts[0].x, [15e-9, 30e-9])
+    np.testing.assert_allclose(force.parts[0].b, [15e-3, 30e-3])
     assert force.left_out == 2
 
 
@@ -144,9 +144,9 @@ def test_repeated_measurements_count_in_a_and_are_averaged_in_b(tmp_path):
     twice = write_points(tmp_path / 'twice.csv', rows, columns)
     once = write_points(tmp_path / 'once.csv', [rows[0], rows[2]], columns)
     force = force_of(compared(twice, once))
-    np.testing.assert_allclose(force.parts[0].curve.difference, [0.0, -0.02, 0.0], atol=1e-15)
+    np.testing.assert_allclose(force.parts[0].difference, [0.0, -0.02, 0.0], atol=1e-15)
     back = force_of(compared(once, twice))
-    np.testing.assert_allclose(back.parts[0].curve.difference, [0.01, 0.0], atol=1e-15)
+    np.testing.assert_allclose(back.parts[0].difference, [0.01, 0.0], atol=1e-15)
 
 
 @pytest.fixture(scope='module')
@@ -267,7 +267,8 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
     refused(
         other, folder / 'rough.csv', f'compute its points with: stickslip compare {other} model'
     )
-    refused(other, 'model', 'is by amplitude and knows no time; leave --shift', shift_s=1.0)
+    for moved in ({'shift_s': 1.0}, {'estimate_shift': True}):
+        refused(other, 'model', 'is by amplitude and knows no time; leave --shift', **moved)
     two = sweep_rows(stand, (0.3,), (60e-9,), contact__friction=(0.2, 0.3))
     write_table(two, tmp_path / 'two.csv', stand)
     refused(other, tmp_path / 'two.csv', 'two.csv varies contact.friction, of which')

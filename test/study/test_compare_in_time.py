@@ -135,9 +135,9 @@ def test_b_is_interpolated_onto_the_times_of_a_within_both(tmp_path):
     b = tmp_path / 'b.csv'
     b.write_text('time_s,position_m,foot_m\n0.5,1.5e-9,0\n2.5,3.5e-9,1e-9\n')
     [position] = compared(a, b).quantities
-    curve = position.parts[0].curve
-    np.testing.assert_array_equal(curve.x, [1.0, 2.0])
-    np.testing.assert_allclose(curve.difference, [1e-9, 1e-9], rtol=1e-9)
+    [part] = position.parts
+    np.testing.assert_array_equal(part.x, [1.0, 2.0])
+    np.testing.assert_allclose(part.difference, [1e-9, 1e-9], rtol=1e-9)
     assert position.left_out == 0
 
 
@@ -220,7 +220,7 @@ def test_the_lag_of_a_smooth_signal_is_found_between_samples(late_s):
     b = Series(time_s + 3.0, -2.0 * _bump(time_s, 0.9 + late_s) + 1.0, 'm', 'b')
     # Turned upside down nothing fits; turned back it does, whatever scale and offset.
     upright = Series(b.time_s, -b.value, 'm', 'b')
-    shift_s = estimate_alignment([a], [upright]).shift_s
+    shift_s = estimate_alignment([(a, upright)]).shift_s
     assert shift_s == pytest.approx(-3.0 - late_s, abs=SUBSAMPLE * 0.01)
 
 
@@ -229,7 +229,7 @@ def test_the_lag_of_noisy_signals_of_different_rates_is_found():
     fine_s, coarse_s = np.arange(0.0, 2.0, 0.001), np.arange(0.0, 2.0, 0.004)
     a = Series(fine_s, _bump(fine_s, 0.8) + 0.05 * rng.normal(size=len(fine_s)), 'N', 'a')
     b = Series(coarse_s, _bump(coarse_s, 1.1) + 0.05 * rng.normal(size=len(coarse_s)), 'N', 'b')
-    found = estimate_alignment([a], [b])
+    found = estimate_alignment([(a, b)])
     assert found.shift_s == pytest.approx(-0.3, abs=0.01)
     assert found.sample_s == pytest.approx(0.001)
 
@@ -237,14 +237,14 @@ def test_the_lag_of_noisy_signals_of_different_rates_is_found():
 def test_of_equal_periods_the_smallest_shift_counts():
     time_s = np.arange(400) * 0.01
     wave = Series(time_s, (time_s * 2.0) % 1.0, 'V', 'wave')
-    assert estimate_alignment([wave], [wave]).shift_s == pytest.approx(0.0, abs=1e-4)
+    assert estimate_alignment([(wave, wave)]).shift_s == pytest.approx(0.0, abs=1e-4)
 
 
 def test_where_nothing_changes_no_lag_is_found():
     time_s = np.arange(10.0)
     flat = Series(time_s, np.ones(10), 'V', 'flat')
     with pytest.raises(StickSlipError, match='nothing changes in both; record something that'):
-        estimate_alignment([flat], [flat])
+        estimate_alignment([(flat, flat)])
 
 
 def test_a_single_sample_gives_no_lag(tmp_path):

@@ -232,10 +232,12 @@ def test_the_number_of_threads_changes_nothing(truth):
     assert np.array_equal(one.covariance, two.covariance)
 
 
-def test_too_few_points_are_refused(truth):
-    points = exact_points(truth, known=False)
-    few = Points(*(column[:2] for column in dataclasses.astuple(points)[:4]))
-    with pytest.raises(OutOfRange, match=r'number of points 2 is below 3, one for each free'):
+@pytest.mark.parametrize(('known', 'count', 'least'), [(True, 1, 2), (False, 2, 3)])
+def test_too_few_points_are_refused(truth, known, count, least):
+    columns = [each[:count] for each in vars(exact_points(truth)).values()]
+    few = Points(*columns if known else columns[:4])
+    message = f'number of points {count} is below {least}, one for each free'
+    with pytest.raises(OutOfRange, match=message):
         fitted(truth, few)
 
 

@@ -61,41 +61,38 @@ class Threshold:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class Part:
     """
-    What was compared: A, and B interpolated onto A's points; at least one, all finite.
+    Points of a quantity, at least one, all finite: of one preload, or of a whole run.
 
-    The axis is AMPLITUDE or TIME; sigma is the uncertainty of B - A. All have the shape of x.
+    Attributes
+    ----------
+    at : dict of str to scalar
+        Preload, and what else varies; empty for a run.
+    axis : str
+        AMPLITUDE or TIME.
+    x, a, b : array, shape (n,)
+        Amplitudes or times of A's points, A, and B interpolated onto A's points.
+    sigma : array, shape (n,), or None
+        Uncertainty of B - A.
+    threshold_a, threshold_b : Threshold or None
+        Of forces by amplitude.
 
     """
 
+    at: dict[str, Scalar]
     axis: str
     x: Array
     a: Array
     b: Array
     sigma: Array | None = None
+    threshold_a: Threshold | None = None
+    threshold_b: Threshold | None = None
 
     @property
     def difference(self) -> Array:
         """B - A."""
         return self.b - self.a
-
-    def to_json(self) -> dict[str, Any] | None:
-        """Return the points; None over time, where they are too many."""
-        if self.axis == TIME:
-            return None
-        points = {self.axis: self.x, 'a': self.a, 'b': self.b, 'sigma': self.sigma}
-        return {name: None if each is None else each.tolist() for name, each in points.items()}
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """One preload of a quantity, at what else varies, or a whole run; forces have thresholds."""
-
-    at: dict[str, Scalar]
-    curve: Curve
-    threshold_a: Threshold | None = None
-    threshold_b: Threshold | None = None
 
     @cached_property
     def agreement(self) -> Agreement:
@@ -103,35 +100,36 @@ class Part:
         return agreement_of([self])
 
     def to_json(self) -> dict[str, Any]:
-        """Return what JSON can say."""
+        """Return what JSON can say; of runs, which have many, not the points themselves."""
+        points = {self.axis: self.x, 'a': self.a, 'b': self.b, 'sigma': self.sigma}
+        curve = {name: None if each is None else each.tolist() for name, each in points.items()}
         return {
             'at': self.at,
             'agreement': asdict(self.agreement),
             'threshold_a': self.threshold_a and asdict(self.threshold_a),
             'threshold_b': self.threshold_b and asdict(self.threshold_b),
-            'curve': self.curve.to_json(),
+            'curve': None if self.axis == TIME else curve,
         }
 
 
 def agreement_of(parts: Sequence[Part]) -> Agreement:
     """Return how far B is from A in all points of at least one part."""
-    curves = [part.curve for part in parts]
-    a = np.concatenate([curve.a for curve in curves])
-    b = np.concatenate([curve.b for curve in curves])
+    a = np.concatenate([part.a for part in parts])
+    b = np.concatenate([part.b for part in parts])
     difference = b - a
-    worst = max(parts, key=lambda part: np.max(np.abs(part.curve.difference)))
-    index = int(np.argmax(np.abs(worst.curve.difference)))
+    worst = max(parts, key=lambda part: np.max(np.abs(part.difference)))
+    index = int(np.argmax(np.abs(worst.difference)))
     rms = float(np.sqrt(np.mean(difference**2)))
     range_a = float(np.ptp(a))
     return Agreement(
         points=len(difference),
         bias=float(np.mean(difference)),
         rms=rms,
-        largest=float(worst.curve.difference[index]),
-        largest_at={**worst.at, worst.curve.axis: float(worst.curve.x[index])},
+        largest=float(worst.difference[index]),
+        largest_at={**worst.at, worst.axis: float(worst.x[index])},
         correlation=correlation_of(a, b),
         relative_rms=rms / range_a if range_a > 0.0 else None,
-        chi_square=_chi_square(difference, [curve.sigma for curve in curves]),
+        chi_square=_chi_square(difference, [part.sigma for part in parts]),
     )
 
 

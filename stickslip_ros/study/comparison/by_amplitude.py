@@ -1,7 +1,7 @@
 """Force curves against each other: of sweeps, experiments and the model, by preload and stroke."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import stickslip_ros
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.study.batch import Progress, run_batch
-from stickslip_ros.study.comparison.agreement import AMPLITUDE, Curve, Part, threshold_of
+from stickslip_ros.study.comparison.agreement import AMPLITUDE, Part, threshold_of
 from stickslip_ros.study.comparison.result import Compared, Incomparable, Side
 from stickslip_ros.study.experiment import BY_AMPLITUDE, POINT_COLUMNS, Experiment, sigma_name
 from stickslip_ros.study.journal import Row
@@ -228,7 +228,7 @@ def _compare(a: PointTable, b: PointTable, shared: list[dict[str, Scalar]], name
     parts = tuple(part for at in shared if (part := _part(a, b, at, name)) is not None)
     if not parts:
         raise _nothing_shared(a, b)
-    return Compared(name, parts, a.side.rows - sum(len(part.curve.x) for part in parts))
+    return Compared(name, parts, a.side.rows - sum(len(part.x) for part in parts))
 
 
 def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Part | None:
@@ -240,13 +240,13 @@ def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Par
     inside = [row for row, each in zip(rows_a, is_inside, strict=True) if each]
     if not inside:
         return None
-    x_m = a.values(AMPLITUDE, inside)
+    x_m, values_a = a.values(AMPLITUDE, inside), a.values(name, inside)
     sigma = _sigma(a, b, name, inside, rows_b)
-    curve = Curve(AMPLITUDE, x_m, a.values(name, inside), np.interp(x_m, nodes_m, nodes), sigma)
+    part = Part(at, AMPLITUDE, x_m, values_a, np.interp(x_m, nodes_m, nodes), sigma)
     if name != FORCE:
-        return Part(at, curve)
+        return part
     threshold_a = threshold_of(strokes_m, a.values(name, rows_a))
-    return Part(at, curve, threshold_a, threshold_of(nodes_m, nodes))
+    return replace(part, threshold_a=threshold_a, threshold_b=threshold_of(nodes_m, nodes))
 
 
 def _averaged(table: PointTable, name: str, rows: Sequence[int]) -> tuple[Array, Array]:

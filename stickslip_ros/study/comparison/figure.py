@@ -48,12 +48,12 @@ def draw_quantity(comparison: Comparison, quantity: Compared) -> str:
 
 def _draw_part(overlay: Axes, residuals: Axes, part: Part, factor: float, colour: object) -> None:
     """Draw one preload: A as points, with error bars where known, B as a line."""
-    order = np.argsort(part.curve.x, kind='stable')
-    x, a, b = (each[order] for each in (part.curve.x, part.curve.a, part.curve.b))
+    order = np.argsort(part.x, kind='stable')
+    x, a, b = (each[order] for each in (part.x, part.a, part.b))
     x, a, b = NM * x, factor * a, factor * b
     bars = None
-    if part.curve.sigma is not None and len(x) <= BARS_MAX:
-        bars = factor * part.curve.sigma[order]
+    if part.sigma is not None and len(x) <= BARS_MAX:
+        bars = factor * part.sigma[order]
     name = place(part.at)
     points: dict[str, Any] = {
         'fmt': 'o',
@@ -68,10 +68,9 @@ def _draw_part(overlay: Axes, residuals: Axes, part: Part, factor: float, colour
 
 
 def _draw_run(overlay: Axes, residuals: Axes, part: Part, factor: float) -> None:
-    x, curve = part.curve.x, part.curve
-    _thin(overlay, x, factor * curve.a, 'A', linewidth=1.8, color=COLOURS[0])
-    _thin(overlay, x, factor * curve.b, 'B', linewidth=0.9, color=COLOURS[1], linestyle='--')
-    _thin(residuals, x, factor * curve.difference, '', linewidth=0.8, color=COLOURS[3])
+    _thin(overlay, part.x, factor * part.a, 'A', linewidth=1.8, color=COLOURS[0])
+    _thin(overlay, part.x, factor * part.b, 'B', linewidth=0.9, color=COLOURS[1], linestyle='--')
+    _thin(residuals, part.x, factor * part.difference, '', linewidth=0.8, color=COLOURS[3])
     residuals.margins(x=0.0)
 
 

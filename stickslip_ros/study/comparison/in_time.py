@@ -9,7 +9,7 @@ from stickslip_ros.parameters import Scalar, parse_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
 from stickslip_ros.recording.series import Series
-from stickslip_ros.study.comparison.agreement import TIME, Curve, Part
+from stickslip_ros.study.comparison.agreement import TIME, Part
 from stickslip_ros.study.comparison.lag import estimate_alignment
 from stickslip_ros.study.comparison.result import Alignment, Compared, Incomparable, Side
 from stickslip_ros.study.experiment import (
@@ -88,7 +88,7 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     if not pairs:
         mend = 'give --shift instead of --align'
         raise Incomparable('the lag', 'cannot be found in single samples', mend)
-    return estimate_alignment([pair[0] for pair in pairs], [pair[1] for pair in pairs])
+    return estimate_alignment(pairs)
 
 
 def compare(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
@@ -132,8 +132,8 @@ def _compare(a: TimeRun, b: TimeRun, name: str) -> Compared:
         raise Incomparable(name, problem, 'compare another run')
     time_s = inside.time_s[usable]
     sigma = _sigma(a, b, name, time_s)
-    curve = Curve(TIME, time_s, inside.value[usable], values_b[usable], sigma)
-    return Compared(name, (Part({}, curve),), len(inside) - len(time_s))
+    part = Part({}, TIME, time_s, inside.value[usable], values_b[usable], sigma)
+    return Compared(name, (part,), len(inside) - len(time_s))
 
 
 def _sigma(a: TimeRun, b: TimeRun, name: str, time_s: Array) -> Array | None:

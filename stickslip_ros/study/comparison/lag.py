@@ -1,6 +1,6 @@
 """By how much one run is late: cross-correlation of all that both have, between samples too."""
 
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,22 +17,13 @@ NO_SPREAD = 1e-9
 """Variance, relative to that of the whole run, below which a stretch is constant."""
 
 
-class _Grid(NamedTuple):
-    """A run on even times: start, samples of each quantity, shape (quantities, n)."""
-
-    start_s: float
-    samples: Array
-
-
-def estimate_alignment(a: list[Series], b: list[Series]) -> Alignment:
+def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
     """
-    Estimate the shift that lays B onto A.
+    Estimate the shift that lays B onto A, of quantities of both: finite, two samples or more.
 
-    Both are interpolated onto even times. For each whole number of samples with enough overlap
+    All are interpolated onto even times. For each whole number of samples with enough overlap
     Pearson's coefficient of each quantity is taken over the overlap; the best shift has the
     largest mean over the quantities. A parabola through it and its neighbours refines it.
-
-    Both have the same quantities, finite, of at least two samples each.
 
     Raises
     ------
@@ -40,17 +31,15 @@ def estimate_alignment(a: list[Series], b: list[Series]) -> Alignment:
         If no quantity changes in both.
 
     """
-    step_s = _step_s([*a, *b])
-    grids = _resampled(a, step_s), _resampled(b, step_s)
-    scores = _scores(*grids)
-    if scores is None:
-        mend = 'record something that moves, or give --shift'
-        raise Incomparable('the lag', 'cannot be found: nothing changes in both', mend)
-    lags = np.arange(1 - grids[1].samples.shape[1], grids[0].samples.shape[1])
+    runs = [[pair[side] for pair in pairs] for side in (0, 1)]
+    step_s = _step_s([*runs[0], *runs[1]])
+    (start_a_s, a), (start_b_s, b) = (_resampled(run, step_s) for run in runs)
+    scores = _scores(a, b)
+    lags = np.arange(1 - b.shape[1], a.shape[1])
     tied = np.flatnonzero(scores >= np.max(scores) - TIED)
-    offset = grids[0].start_s - grids[1].start_s
-    best = int(tied[np.argmin(np.abs(offset + step_s * lags[tied]))])
-    shift_s = offset + step_s * (float(lags[best]) + _vertex(scores, best))
+    offset_s = start_a_s - start_b_s
+    best = int(tied[np.argmin(np.abs(offset_s + step_s * lags[tied]))])
+    shift_s = offset_s + step_s * (float(lags[best]) + _vertex(scores, best))
     return Alignment(shift_s, 'estimated', float(scores[best]), step_s)
 
 
@@ -61,27 +50,28 @@ def _step_s(series: list[Series]) -> float:
     return max(finest_s, longest_s / SAMPLES_MAX)
 
 
-def _resampled(run: list[Series], step_s: float) -> _Grid:
+def _resampled(run: list[Series], step_s: float) -> tuple[float, Array]:
+    """Return a start, s, and what is there on even times from it on, shape (quantities, n)."""
     start_s = max(float(each.time_s[0]) for each in run)
     end_s = min(float(each.time_s[-1]) for each in run)
     count = int(np.floor((end_s - start_s) / step_s + 0.5)) + 1 if end_s >= start_s else 1
     times_s = start_s + step_s * np.arange(count)
-    return _Grid(start_s, np.array([np.interp(times_s, each.time_s, each.value) for each in run]))
+    return start_s, np.array([np.interp(times_s, each.time_s, each.value) for each in run])
 
 
-def _scores(a: _Grid, b: _Grid) -> Array | None:
+def _scores(a: Array, b: Array) -> Array:
     """Return the mean coefficient of each lag, -1 where the overlap is too short."""
-    pairs = [
-        (one - one.mean(), other - other.mean())
-        for one, other in zip(a.samples, b.samples, strict=True)
+    coefficients = [
+        _coefficients(one - one.mean(), other - other.mean())
+        for one, other in zip(a, b, strict=True)
         if np.ptp(one) > 0.0 and np.ptp(other) > 0.0
     ]
-    if not pairs:
-        return None
-    scores = np.mean([_coefficients(*pair) for pair in pairs], axis=0)
-    count_a, count_b = a.samples.shape[1], b.samples.shape[1]
-    overlap = _overlaps(count_a, count_b)[2]
-    return np.where(overlap >= OVERLAP_MIN * min(count_a, count_b), scores, -1.0)
+    if not coefficients:
+        mend = 'record something that moves, or give --shift'
+        raise Incomparable('the lag', 'cannot be found: nothing changes in both', mend)
+    overlap = _overlaps(a.shape[1], b.shape[1])[2]
+    is_enough = overlap >= OVERLAP_MIN * min(a.shape[1], b.shape[1])
+    return np.where(is_enough, np.mean(coefficients, axis=0), -1.0)
 
 
 def _coefficients(a: Array, b: Array) -> Array:

@@ -193,5 +193,5 @@ def _found(quantity: Compared) -> Iterator[str]:
 
 
 def _is_rounding(quantity: Compared) -> bool:
-    largest = max(float(np.max(np.abs(part.curve.a))) for part in quantity.parts)
+    largest = max(float(np.max(np.abs(part.a))) for part in quantity.parts)
     return abs(quantity.agreement.largest) <= ROUNDING * largest

@@ -9,11 +9,9 @@ from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import run_batch
 from stickslip_ros.study.fitting.fit import Fit
 from stickslip_ros.study.fitting.problem import model_force_n
-from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import check_picture, label_axes, new_figure, save_figure
 from stickslip_ros.units import MN, NM
 
@@ -87,14 +85,13 @@ def _draw_curve(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, worker
     amplitudes_m = points.amplitude_m[at]
     grid_m: Array = np.linspace(amplitudes_m.min(), amplitudes_m.max(), CURVE_POINTS)
     task = partial(
-        _force_row,
+        model_force_n,
         fit.parameters,
         float(points.preload_n[at][0]),
-        float(points.frequency_hz[at][0]),
-        int(np.max(np.array(fit.problem.cycles)[at])),
+        frequency_hz=float(points.frequency_hz[at][0]),
+        cycles=int(np.max(np.array(fit.problem.cycles)[at])),
     )
-    rows = run_batch(task, grid_m.tolist(), workers=workers)
-    forces_n = np.array([float(row['force_n']) for row in rows])
+    forces_n = np.array(run_batch(task, grid_m.tolist(), workers=workers))
     axes.plot(NM * grid_m, MN * forces_n, color=colour, linewidth=1.0)
 
 
@@ -103,9 +100,3 @@ def _draw_residuals(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str) ->
     missed_n = fit.model_n - points.force_n
     shown = MN * missed_n if points.sigma_n is None else missed_n / points.sigma_n
     axes.plot(NM * points.amplitude_m[at], shown[at], 'o', markersize=4.0, color=colour)
-
-
-def _force_row(
-    parameters: Parameters, preload_n: float, frequency_hz: float, cycles: int, amplitude_m: float
-) -> Row:
-    return {'force_n': model_force_n(parameters, preload_n, amplitude_m, frequency_hz, cycles)}
