@@ -1,6 +1,7 @@
 """The executables: each heeds Ctrl-C, and says what it can, before it imports what takes long."""
 
 import sys
+from importlib import import_module
 
 from stickslip_ros.ros.ending import leave_on_signals
 
@@ -9,28 +10,20 @@ from stickslip_ros.ros.ending import leave_on_signals
 
 def drive() -> int:
     """Run the node; return its exit status."""
-    leave_on_signals('drive', is_well=True)
-    from stickslip_ros.ros.command_line import DRIVE, answer
-
-    status = answer(DRIVE, sys.argv[1:])
-    if status is not None:
-        return status
-    from stickslip_ros.ros.node import main
-
-    return main()
+    return _run_node('drive', 'stickslip_ros.ros.node')
 
 
 def position_controller() -> int:
     """Run the controller; return its exit status."""
-    leave_on_signals('position_controller', is_well=True)
-    from stickslip_ros.ros.command_line import CONTROLLER, answer
+    return _run_node('position_controller', 'stickslip_ros.ros.position_controller')
 
-    status = answer(CONTROLLER, sys.argv[1:])
-    if status is not None:
-        return status
-    from stickslip_ros.ros.position_controller import main
 
-    return main()
+def _run_node(name: str, module: str) -> int:
+    leave_on_signals(name, is_well=True)
+    from stickslip_ros.ros.command_line import PROGRAMS, help_or_refuse
+
+    status = help_or_refuse(PROGRAMS[name], sys.argv[1:])
+    return int(import_module(module).main()) if status is None else status
 
 
 def stickslip() -> int:
@@ -42,9 +35,9 @@ def stickslip() -> int:
     if not has_streams():
         return REFUSED
     if runs_node:
-        from stickslip_ros.ros.command_line import DRIVE, answer, of_verb
+        from stickslip_ros.ros.command_line import DRIVE, help_or_refuse, of_verb
 
-        status = answer(DRIVE._replace(name='stickslip'), of_verb(sys.argv[2:]))
+        status = help_or_refuse(DRIVE._replace(name='stickslip'), of_verb(sys.argv[2:]))
         if status is not None:
             return status
     from stickslip_ros.cli.main import VERBS, main, module_of

@@ -31,21 +31,10 @@ class _RateColumn(ProgressColumn):
 @contextmanager
 def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator[Show]:
     """
-    Show a progress bar while work is done.
+    Show a progress bar while work is done; give what is to be called at every progress.
 
-    Parameters
-    ----------
-    what : str
-        What is counted, as ``runs``.
-    quiet : bool
-        Whether to show nothing.
-    resumes : bool
-        Whether what is done at the first call was done before, so that it is no part of the rate.
-
-    Yields
-    ------
-    callable
-        To be told of every progress.
+    ``what`` is counted, as ``runs``. If the work ``resumes``, what is done at the first call was
+    done before, and is no part of the rate.
 
     """
     bar = Progress(

@@ -50,6 +50,7 @@ CONTROLLER = Program(
     declared_by(ControllerParameters),
     lambda given: controller_parameters({n: v for n, v in given.items() if n not in specs()}),
 )
+PROGRAMS = {program.name: program for program in (DRIVE, CONTROLLER)}
 HELP = """\
 usage: {name} [-h] [--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] ...]
 
@@ -67,7 +68,7 @@ parameters, with their defaults:
 """
 
 
-def answer(program: Program, words: Sequence[str]) -> int | None:
+def help_or_refuse(program: Program, words: Sequence[str]) -> int | None:
     """
     Print help, or refuse a parameter, as far as that can be known without ROS.
 
@@ -96,7 +97,7 @@ def help_of(program: Program) -> str:
 
 
 def of_verb(words: Sequence[str]) -> list[str]:
-    """Return what ``stickslip drive`` hands to ROS of its own arguments, for ``answer``."""
+    """Return what ``stickslip drive`` hands to ROS of its own arguments."""
     parser = argparse.ArgumentParser('stickslip drive', add_help=False)
     parser.add_argument('--params')
     parser.add_argument('--set', action='append', default=[])

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stickslip_ros.parameters import Parameters, dump_yaml
-from stickslip_ros.ros.command_line import CONTROLLER, DRIVE, Program, answer, of_verb
+from stickslip_ros.ros.command_line import CONTROLLER, DRIVE, Program, help_or_refuse, of_verb
 
 #: Calls an executable as its launcher does, then says which of the long imports it has made.
 CALL = """\
@@ -79,14 +79,14 @@ def test_a_parameter_file_is_looked_at(tmp_path: Path, capsys: pytest.CaptureFix
     whole = dump_yaml(Parameters(), '')
     path.write_text(whole)
     words = ('--ros-args', '--params-file', str(path))
-    assert answer(DRIVE, words) is None
-    assert answer(CONTROLLER, words) is None  # which passes over parameters of the drive
+    assert help_or_refuse(DRIVE, words) is None
+    assert help_or_refuse(CONTROLLER, words) is None  # which passes over parameters of the drive
     path.write_text(whole.replace('mass: 0.003', 'mass: -1.0'))
     for each in (words, of_verb(('--params', str(path)))):
-        assert answer(DRIVE, each) == 2
+        assert help_or_refuse(DRIVE, each) == 2
         assert 'runner.mass -1 kg is below the minimum' in capsys.readouterr().err
     path.write_text('no: [parameter file')
-    assert answer(DRIVE, words) is None  # rcl says what is wrong with it
+    assert help_or_refuse(DRIVE, words) is None  # rcl says what is wrong with it
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_a_parameter_file_is_looked_at(tmp_path: Path, capsys: pytest.CaptureFix
     ],
 )
 def test_nothing_is_refused_that_the_node_may_take(assignment: str):
-    assert answer(DRIVE, ('--ros-args', '-p', assignment)) is None
+    assert help_or_refuse(DRIVE, ('--ros-args', '-p', assignment)) is None
 
 
 def test_the_verb_hands_its_words_over_as_ros_writes_them():
