@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from unittest.mock import patch
 
 import rclpy
 from rclpy.context import Context
@@ -35,11 +34,24 @@ def reserve_domain() -> Iterator[int]:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 continue
-            with patch.dict(os.environ, {DISCOVERY_VARIABLE: 'LOCALHOST'}):
+            with _stay_on_this_host():
                 yield number
             return
     limits = f'{DOMAINS[0]} to {DOMAINS[-1]}'
     raise StickSlipError(f'all ROS domains for tests, {limits}, are taken; end a test run')
+
+
+@contextmanager
+def _stay_on_this_host() -> Iterator[None]:
+    """Limit discovery to this host, whatever the user has chosen outside of tests."""
+    chosen = os.environ.pop(DISCOVERY_VARIABLE, None)
+    os.environ[DISCOVERY_VARIABLE] = 'LOCALHOST'
+    try:
+        yield
+    finally:
+        del os.environ[DISCOVERY_VARIABLE]
+        if chosen is not None:
+            os.environ[DISCOVERY_VARIABLE] = chosen
 
 
 def open_context(
