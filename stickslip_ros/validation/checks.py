@@ -126,21 +126,43 @@ def forget() -> None:
         cached.cache_clear()
 
 
-def measures(*rows: Row) -> Callable[[Callable[[], Measured]], tuple[Check, ...]]:
-    """Make of rows, and of the function that measures them in this order, checks."""
+def measures(
+    *rows: Row, each: Sequence[Any] = ((),)
+) -> Callable[[Callable[..., Measured]], tuple[Check, ...]]:
+    """
+    Make checks of rows and of the function that measures them, in this order.
 
-    def decorate(function: Callable[[], Measured]) -> tuple[Check, ...]:
-        @shared
-        def once() -> dict[str, Compared]:
-            return dict(zip((row[0] for row in rows), function(), strict=True))
+    With ``each`` there are such rows for each of its cases, which the function receives and which
+    stands in the names for ``{}``.
 
-        def check(row: Row) -> Check:
-            name, source, unit, tolerance, *error_of = row
-            return Check(name, source, unit, tolerance, ''.join(error_of), lambda: once()[name])
+    """
 
-        return tuple(check(row) for row in rows)
+    def decorate(function: Callable[..., Measured]) -> tuple[Check, ...]:
+        cases = (case if isinstance(case, tuple) else (case,) for case in each)
+        return tuple(check for case in cases for check in _checks(rows, function, case))
 
     return decorate
+
+
+def _checks(
+    rows: Sequence[Row], function: Callable[..., Measured], case: tuple[Any, ...]
+) -> list[Check]:
+    names = [row[0].format(*case) for row in rows]
+
+    @shared
+    def measured() -> dict[str, Compared]:
+        return dict(zip(names, function(*case), strict=True))
+
+    def check(name: str, row: Row) -> Check:
+        _, source, unit, tolerance, *error_of = row
+        return Check(name, source, unit, tolerance, ''.join(error_of), lambda: measured()[name])
+
+    return [check(name, row) for name, row in zip(names, rows, strict=True)]
+
+
+def bounded(name: str, source: str) -> Row:
+    """Return the row of a pure number that does not exceed a bound, its reference."""
+    return name, source, '', BOUND, EXCESS
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,6 @@ from stickslip_ros.contact.roughness import hess_factor
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.units import GIGA, MICRO, MN, NM
 from stickslip_ros.validation.checks import (
-    Check,
     Curve,
     Family,
     Measured,
@@ -278,19 +277,15 @@ def _smooth() -> Measured:
     )
 
 
-def _rough(depth_m: float) -> tuple[Check, ...]:
-    name = f'rough, d = {depth_m * NM:g} nm'
-
-    @measures(
-        (f'{name}: force (Eq. 24)', SOLVED, 'N', FORCE_ERROR),
-        (f'{name}: radius (Eq. 25)', SOLVED, 'm', RADIUS_ERROR),
-    )
-    def measured() -> Measured:
-        solved = _solved('rough', depth_m)
-        forces, radii = _forces('rough', depth_m), _radius('rough', depth_m)
-        return (solved.force_n, forces), (solved.radius_m, radii)
-
-    return measured
+@measures(
+    ('rough, d = {1} nm: force (Eq. 24)', SOLVED, 'N', FORCE_ERROR),
+    ('rough, d = {1} nm: radius (Eq. 25)', SOLVED, 'm', RADIUS_ERROR),
+    each=tuple((depth_m, f'{depth_m * NM:g}') for depth_m in DEPTHS_M),
+)
+def _rough(depth_m: float, _depth_nm: str) -> Measured:
+    solved = _solved('rough', depth_m)
+    force_n, radius_m = _forces('rough', depth_m), _radius('rough', depth_m)
+    return (solved.force_n, force_n), (solved.radius_m, radius_m)
 
 
 def _pressure_panel() -> Panel:
@@ -347,6 +342,6 @@ def _mesh_panel() -> Panel:
 
 HALF_SPACE = Family(
     '3-D half-space',
-    (_solver, _order, _smooth, *map(_rough, DEPTHS_M)),
+    (_solver, _order, _smooth, _rough),
     (_pressure_panel, _force_panel, _mesh_panel),
 )

@@ -8,7 +8,6 @@ from stickslip_ros.contact.virgin import CELLS
 from stickslip_ros.units import GIGA
 from stickslip_ros.validation.checks import (
     ROUNDING,
-    Check,
     Curve,
     Family,
     Measured,
@@ -138,23 +137,21 @@ def _rough_pulled() -> Measured:
     )
 
 
-def _initial_stiffness(profile: str) -> tuple[Check, ...]:
-    @measures(
-        (f'{profile}: initial stiffness, closed form', '2 G* a', 'N/m', SLOPE),
-        (f'{profile}: initial stiffness, kernel', '2 G* a', 'N/m', FIRST_CELL),
+@measures(
+    ('{}: initial stiffness, closed form', '2 G* a', 'N/m', SLOPE),
+    ('{}: initial stiffness, kernel', '2 G* a', 'N/m', FIRST_CELL),
+    each=('smooth', 'rough'),
+)
+def _initial_stiffness(profile: str) -> Measured:
+    contact = lower_contact(profile, 0.5)
+    stiffness = 2.0 * G_STAR_PA * contact.indentation.radius_m
+    step_m = SLOPE_STEP * contact.max_displacement_m
+    one_n, two_n = contact.tangential_force(np.array([step_m, 2.0 * step_m]))
+    first_m = np.array([CELL_SHARE * contact.max_displacement_m / CELLS])
+    return (
+        (stiffness, (4.0 * one_n - two_n) / (2.0 * step_m)),
+        (stiffness, remember(contact, first_m).force_n / first_m),
     )
-    def measured() -> Measured:
-        contact = lower_contact(profile, 0.5)
-        stiffness = 2.0 * G_STAR_PA * contact.indentation.radius_m
-        step_m = SLOPE_STEP * contact.max_displacement_m
-        one_n, two_n = contact.tangential_force(np.array([step_m, 2.0 * step_m]))
-        first_m = np.array([CELL_SHARE * contact.max_displacement_m / CELLS])
-        return (
-            (stiffness, (4.0 * one_n - two_n) / (2.0 * step_m)),
-            (stiffness, remember(contact, first_m).force_n / first_m),
-        )
-
-    return measured
 
 
 def _stick_radius_panel() -> Panel:
@@ -181,7 +178,5 @@ def _core_ratio(profile: str, places: Array) -> Array:
 
 NORMAL_LOAD = Family('Normal load', (_moduli, _hertz, _rough))
 TANGENTIAL_LOAD = Family(
-    'Tangential load',
-    (_sphere_pulled, _rough_pulled, _initial_stiffness('smooth'), _initial_stiffness('rough')),
-    (_stick_radius_panel,),
+    'Tangential load', (_sphere_pulled, _rough_pulled, _initial_stiffness), (_stick_radius_panel,)
 )

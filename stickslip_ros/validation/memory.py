@@ -12,8 +12,6 @@ from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.virgin import CELLS, tabulate
 from stickslip_ros.units import MN, NM
 from stickslip_ros.validation.checks import (
-    BOUND,
-    EXCESS,
     ROUNDING,
     Check,
     Curve,
@@ -21,6 +19,7 @@ from stickslip_ros.validation.checks import (
     Measured,
     Panel,
     Tolerance,
+    bounded,
     measures,
     printed,
     shared,
@@ -157,34 +156,29 @@ def _sphere_loss() -> Measured:
     return (0.8, full_j / unit_j), (0.2, virgin_j / unit_j), half_j / unit_j, (expected, ours, 1.0)
 
 
-def _rough_loss(core: float, where: str) -> tuple[Check, ...]:
-    @measures(
-        (f'rough: loss per cycle {where}', 'closed form, sums of powers', 'J', ROUGH_LOSS),
-        (f'rough: virgin loss {where}', 'a quarter of the cycle', 'J', ROUGH_LOSS),
-    )
-    def measured() -> Measured:
-        contact = lower_contact('rough', 0.5)
-        form = closed_form_of(contact, 'rough')
-        core_m = core * form.radius_m
-        expected_j = form.loss_per_cycle(core_m)
-        virgin_j, cycle_j = cycle_loss(contact, float(form.displacement(core_m)))
-        return (expected_j, cycle_j), (expected_j / 4.0, virgin_j)
-
-    return measured
+@measures(
+    ('rough: loss per cycle {1}', 'closed form, sums of powers', 'J', ROUGH_LOSS),
+    ('rough: virgin loss {1}', 'a quarter of the cycle', 'J', ROUGH_LOSS),
+    each=((0.0, 'at u_max'), (CORE, 'at c = 0.4 a')),
+)
+def _rough_loss(core: float, _where: str) -> Measured:
+    contact = lower_contact('rough', 0.5)
+    form = closed_form_of(contact, 'rough')
+    core_m = core * form.radius_m
+    expected_j = form.loss_per_cycle(core_m)
+    virgin_j, cycle_j = cycle_loss(contact, float(form.displacement(core_m)))
+    return (expected_j, cycle_j), (expected_j / 4.0, virgin_j)
 
 
-def _balance(profile: str) -> tuple[Check, ...]:
-    """Check work = stored + lost over a history with nested loops and full slip."""
-
-    @measures(
-        (f'{profile}: stored + lost, 12 turns', 'work int T du', 'J', BALANCE, 'the whole work')
-    )
-    def measured() -> Measured:
-        contact = lower_contact(profile, 0.5)
-        found = remember(contact, wandering(contact, BALANCE_STEPS))
-        return ((found.work_j, found.stored_j + found.lost_j, found.work_j[-1]),)
-
-    return measured
+@measures(
+    ('{}: stored + lost, 12 turns', 'work int T du', 'J', BALANCE, 'the whole work'),
+    each=('smooth', 'rough'),
+)
+def _balance(profile: str) -> Measured:
+    """Compare over a history with nested loops and full slip."""
+    contact = lower_contact(profile, 0.5)
+    found = remember(contact, wandering(contact, BALANCE_STEPS))
+    return ((found.work_j, found.stored_j + found.lost_j, found.work_j[-1]),)
 
 
 def _loss_panel() -> Panel:
@@ -208,17 +202,7 @@ def _loss_panel() -> Panel:
     return Panel('Friction loss per cycle', x_label, y_label, curves, log_x=True, log_y=True)
 
 
-ENERGY = Family(
-    'Energy',
-    (
-        _sphere_loss,
-        _rough_loss(0.0, 'at u_max'),
-        _rough_loss(CORE, 'at c = 0.4 a'),
-        _balance('smooth'),
-        _balance('rough'),
-    ),
-    (_loss_panel,),
-)
+ENERGY = Family('Energy', (_sphere_loss, _rough_loss, _balance), (_loss_panel,))
 
 
 REVERSALS = 1_000_000
@@ -283,65 +267,46 @@ def run_ring_down(profile: str) -> RingDown:
     return RingDown(contact, turns_m, errors, bounds, bounded, endless)
 
 
-def _ring_down_checks(profile: str) -> tuple[Check, ...]:
-    back = f'{profile}, back'
-
-    @measures(
+def _ring_down_checks(profile: str, table: Tolerance) -> tuple[Check, ...]:
+    return measures(
         (
-            f'{profile}: force of an unbounded stack',
+            '{}: force of an unbounded stack',
             'alternating sum of the closed form',
             'N',
-            TABLES[profile],
+            table,
             MU_FN,
         ),
-        (
-            f'{profile}: rows of the stack in use',
-            'CAPACITY, a million reversals',
-            '',
-            BOUND,
-            EXCESS,
-        ),
-        (
-            f'{profile}: error/(mu F_n) where nearest to its bound',
-            'error_n/(mu F_n) at that turn',
-            '',
-            BOUND,
-            EXCESS,
-        ),
-        (f'{profile}: largest error/(mu F_n)', 'decision 1', '', BOUND, EXCESS),
-        (
-            f'{profile}: error_n/(mu F_n) at the end',
-            'ceiling above what is seen',
-            '',
-            BOUND,
-            EXCESS,
-        ),
-        (f'{back} out: largest error/(mu F_n)', 'error_n/(mu F_n)', '', BOUND, EXCESS),
-        (f'{back} at the first turn: force', 'mu F_n', 'N', ROUNDING),
-    )
-    def measured() -> Measured:
-        run = run_ring_down(profile)
-        limit_n, errors = run.contact.max_force_n, run.errors[:REVERSALS]
-        # Nothing closes on the way in, so the force of an unbounded stack is a plain sum.
-        swings_n = 2.0 * run.contact.tangential_force(0.5 * np.abs(np.diff(run.turns_m)))
-        swings_n[::2] *= -1.0
-        first_n = run.contact.tangential_force(run.turns_m[:1])
-        sums_n = np.cumsum(np.concatenate((first_n, swings_n)))
-        # Before anything is forgotten error and bound are zero, up to rounding.
-        bounds = np.maximum(run.bounds[:REVERSALS], ROUNDING.value)
-        nearest = int(np.argmax(errors / bounds))
-        rows = np.max(run.bounded[:, 2]) + 1.0  # the virgin origin has one too
-        return (
-            (sums_n, run.endless[:REVERSALS, 0], limit_n),
-            (CAPACITY, rows),
-            (bounds[nearest], errors[nearest]),
-            (LARGEST_ERROR, np.max(errors)),
-            (LARGEST_BOUND, run.bounds[REVERSALS - 1]),
-            (run.bounds[-1], np.max(run.errors[REVERSALS:])),
-            (limit_n, run.bounded[-1, 0]),
-        )
+        bounded('{}: rows of the stack in use', 'CAPACITY, a million reversals'),
+        bounded('{}: error/(mu F_n) where nearest to its bound', 'error_n/(mu F_n) at that turn'),
+        bounded('{}: largest error/(mu F_n)', 'decision 1'),
+        bounded('{}: error_n/(mu F_n) at the end', 'ceiling above what is seen'),
+        bounded('{}, back out: largest error/(mu F_n)', 'error_n/(mu F_n)'),
+        ('{}, back at the first turn: force', 'mu F_n', 'N', ROUNDING),
+        each=(profile,),
+    )(_compare_stacks)
 
-    return measured
+
+def _compare_stacks(profile: str) -> Measured:
+    run = run_ring_down(profile)
+    limit_n, errors = run.contact.max_force_n, run.errors[:REVERSALS]
+    # Nothing closes on the way in, so the force of an unbounded stack is a plain sum.
+    swings_n = 2.0 * run.contact.tangential_force(0.5 * np.abs(np.diff(run.turns_m)))
+    swings_n[::2] *= -1.0
+    first_n = run.contact.tangential_force(run.turns_m[:1])
+    sums_n = np.cumsum(np.concatenate((first_n, swings_n)))
+    # Before anything is forgotten error and bound are zero, up to rounding.
+    bounds = np.maximum(run.bounds[:REVERSALS], ROUNDING.value)
+    nearest = int(np.argmax(errors / bounds))
+    rows = np.max(run.bounded[:, 2]) + 1.0  # the virgin origin has one too
+    return (
+        (sums_n, run.endless[:REVERSALS, 0], limit_n),
+        (CAPACITY, rows),
+        (bounds[nearest], errors[nearest]),
+        (LARGEST_ERROR, np.max(errors)),
+        (LARGEST_BOUND, run.bounds[REVERSALS - 1]),
+        (run.bounds[-1], np.max(run.errors[REVERSALS:])),
+        (limit_n, run.bounded[-1, 0]),
+    )
 
 
 def _ring_down_panel() -> Panel:
@@ -360,4 +325,6 @@ def _ring_down_panel() -> Panel:
     return Panel(title, 'reversals', 'force error/(mu F_n)', curves, log_x=True, log_y=True)
 
 
-RING_DOWN = Family('Ring-down', tuple(map(_ring_down_checks, TABLES)), (_ring_down_panel,))
+RING_DOWN = Family(
+    'Ring-down', [_ring_down_checks(*each) for each in TABLES.items()], (_ring_down_panel,)
+)

@@ -18,7 +18,6 @@ from stickslip_ros.contact.self_affine import (
 )
 from stickslip_ros.validation.checks import (
     ROUNDING,
-    Check,
     Curve,
     Family,
     Measured,
@@ -109,50 +108,43 @@ def line_and_surface(hurst: float) -> tuple[Array, Array]:
     return line_m, rough_surface(surface, LENGTH_M, SURFACE_POINTS, SEED)
 
 
-def _realisations(hurst: float) -> tuple[Check, ...]:
-    line, surface = f'line of {LINE_POINTS}', f'surface of {SURFACE_POINTS}^2'
-
-    @measures(
-        (f'{line}, H = {hurst:g}: fitted H', ASKED, '', LINE_FIT),
-        (f'{line}, H = {hurst:g}: rms', ASKED, 'm', ROUNDING),
-        (f'{surface}, H = {hurst:g}: fitted H', ASKED, '', RING_FIT),
-        (f'{surface}, H = {hurst:g}: rms', ASKED, 'm', ROUNDING),
+@measures(
+    (f'line of {LINE_POINTS}, H = {{:g}}: fitted H', ASKED, '', LINE_FIT),
+    (f'line of {LINE_POINTS}, H = {{:g}}: rms', ASKED, 'm', ROUNDING),
+    (f'surface of {SURFACE_POINTS}^2, H = {{:g}}: fitted H', ASKED, '', RING_FIT),
+    (f'surface of {SURFACE_POINTS}^2, H = {{:g}}: rms', ASKED, 'm', ROUNDING),
+    each=HURSTS,
+)
+def _realisations(hurst: float) -> Measured:
+    line_m, surface_m = line_and_surface(hurst)
+    return (
+        (hurst, fit_hurst(*line_spectrum(line_m, LENGTH_M), 1)),
+        (RMS_HEIGHT_M, np.sqrt(np.mean(line_m**2))),
+        (hurst, fit_hurst(*surface_spectrum(surface_m, LENGTH_M), 2)),
+        (RMS_HEIGHT_M, np.sqrt(np.mean(surface_m**2))),
     )
-    def measured() -> Measured:
-        line_m, surface_m = line_and_surface(hurst)
-        return (
-            (hurst, fit_hurst(*line_spectrum(line_m, LENGTH_M), 1)),
-            (RMS_HEIGHT_M, np.sqrt(np.mean(line_m**2))),
-            (hurst, fit_hurst(*surface_spectrum(surface_m, LENGTH_M), 2)),
-            (RMS_HEIGHT_M, np.sqrt(np.mean(surface_m**2))),
-        )
-
-    return measured
 
 
-def _mean_squares(words: str, roll_off: float) -> tuple[Check, ...]:
-    """Check Eq. 8 and the corrected Eq. 9 by quadrature: one mean square."""
-
-    @measures(
-        (f'{words}: {SURFACE} (Eq. 8)', SQUARE, 'm^2', QUADRATURE),
-        (f'{words}: {LINE} (Eq. 9, corrected)', SQUARE, 'm^2', QUADRATURE),
-        (f'{words}: line against surface', SURFACE, 'm^2', ROUNDING),
-    )
-    def measured() -> Measured:
-        lower, upper, knee = FIRST_PER_M, 1e4 * FIRST_PER_M, roll_off * FIRST_PER_M
-        spectrum = Spectrum(0.7, RMS_HEIGHT_M, lower, upper, knee)
-        surface_m2 = line_m2 = 0.0
-        points, weights = unit_quadrature()
-        for low, high in pairwise([lower, *([knee] if knee else []), upper]):
-            octaves = log(high / low)
-            waves = low * np.exp(octaves * points)
-            steps = weights * octaves * waves
-            surface_m2 += 2.0 * pi * float(np.sum(steps * waves * spectrum.density_2d(waves)))
-            line_m2 += 2.0 * float(np.sum(steps * spectrum.density_1d(waves)))
-        square_m2 = RMS_HEIGHT_M**2
-        return (square_m2, surface_m2), (square_m2, line_m2), (surface_m2, line_m2)
-
-    return measured
+@measures(
+    (f'{{}}: {SURFACE} (Eq. 8)', SQUARE, 'm^2', QUADRATURE),
+    (f'{{}}: {LINE} (Eq. 9, corrected)', SQUARE, 'm^2', QUADRATURE),
+    ('{}: line against surface', SURFACE, 'm^2', ROUNDING),
+    each=(('no roll-off', 0.0), ('roll-off', ROLL_OFF)),
+)
+def _mean_squares(_words: str, roll_off: float) -> Measured:
+    """Compare Eq. 8 and the corrected Eq. 9 by quadrature: one mean square."""
+    lower, upper, knee = FIRST_PER_M, 1e4 * FIRST_PER_M, roll_off * FIRST_PER_M
+    spectrum = Spectrum(0.7, RMS_HEIGHT_M, lower, upper, knee)
+    surface_m2 = line_m2 = 0.0
+    points, weights = unit_quadrature()
+    for low, high in pairwise([lower, *([knee] if knee else []), upper]):
+        octaves = log(high / low)
+        waves = low * np.exp(octaves * points)
+        steps = weights * octaves * waves
+        surface_m2 += 2.0 * pi * float(np.sum(steps * waves * spectrum.density_2d(waves)))
+        line_m2 += 2.0 * float(np.sum(steps * spectrum.density_1d(waves)))
+    square_m2 = RMS_HEIGHT_M**2
+    return (square_m2, surface_m2), (square_m2, line_m2), (surface_m2, line_m2)
 
 
 def _spectrum_panel() -> Panel:
@@ -177,11 +169,6 @@ def _spread(count: int, length: int) -> NDArray[np.intp]:
 
 SPECTRA = Family(
     'Spectra',
-    (
-        *map(_realisations, HURSTS),
-        _mean_squares('no roll-off', 0.0),
-        _mean_squares('roll-off', ROLL_OFF),
-        rough_line_checks,
-    ),
+    (_realisations, _mean_squares, rough_line_checks),
     (_spectrum_panel, rough_line_panel),
 )

@@ -78,12 +78,11 @@ def random_path(limit_m: float) -> Array:
     return zigzag(tuple(turn * REACH * limit_m for turn in random_turns(SEED, TURNS)), STEPS)
 
 
-def _constant_load(profile: str, tolerance: Tolerance, preload_n: float) -> tuple[Check, ...]:
-    name = f'{profile}, F_p = {preload_n:g} N: force'
+def _constant_load(profile: str, tolerance: Tolerance) -> tuple[Check, ...]:
     text = f'memory of turning points, {TURNS} random turns'
 
-    @measures((name, text, 'N', tolerance, MU_FN))
-    def measured() -> Measured:
+    @measures((f'{profile}, F_p = {{:g}} N: force', text, 'N', tolerance, MU_FN), each=PRELOADS_N)
+    def measured(preload_n: float) -> Measured:
         model = model_at(preload_n, profile)
         path_m = random_path(model.curve.limit_m)
         expected = remember_all(model.curve, path_m)
@@ -93,32 +92,37 @@ def _constant_load(profile: str, tolerance: Tolerance, preload_n: float) -> tupl
     return measured
 
 
-def _full_slip(profile: str) -> tuple[Check, ...]:
-    @measures((f'{profile}: full slip, 0.1 to 2 N', 'mu 2 sqrt2 F_p', 'N', SUMS))
-    def measured() -> Measured:
-        preloads_n = np.linspace(PRELOADS_N[0], PRELOADS_N[-1], 39, dtype=np.float64)
-        model = model_at(PRELOADS_N[-1], profile)
-        there_m = np.array([0.0, FAR * model.curve.limit_m])
-        slips = [drag_along(model.bank, there_m, np.full(2, f)).force_n[-1] for f in preloads_n]
-        return ((LIMIT_PER_PRELOAD * preloads_n, slips),)
-
-    return measured
+@measures(('{}: full slip, 0.1 to 2 N', 'mu 2 sqrt2 F_p', 'N', SUMS), each=('rough', 'smooth'))
+def _full_slip(profile: str) -> Measured:
+    preloads_n = np.linspace(PRELOADS_N[0], PRELOADS_N[-1], 39, dtype=np.float64)
+    model = model_at(PRELOADS_N[-1], profile)
+    there_m = np.array([0.0, FAR * model.curve.limit_m])
+    slips = [drag_along(model.bank, there_m, np.full(2, f)).force_n[-1] for f in preloads_n]
+    return ((LIMIT_PER_PRELOAD * preloads_n, slips),)
 
 
-def _hand_over(preload_n: float) -> tuple[Check, ...]:
-    """Check that no force jumps at any turn of the history, to the springs and back."""
-    name, turns = f'F_p = {preload_n:g} N: hand-over', f'{TURNS} turns'
-
-    @measures(
-        (f'{name} to the springs', f'force before it, {turns}', 'N', SUMS, MU_FN),
-        (f'{name} back in full slip', f'force of the springs, {turns}', 'N', SUMS, MU_FN),
-    )
-    def measured() -> Measured:
-        before_n, after_n, slipping_n, back_n = np.array(_all_hand_overs(preload_n)).T
-        limit_n = LIMIT_PER_PRELOAD * preload_n
-        return (before_n, after_n, limit_n), (slipping_n, back_n, limit_n)
-
-    return measured
+@measures(
+    (
+        'F_p = {:g} N: hand-over to the springs',
+        f'force before it, {TURNS} turns',
+        'N',
+        SUMS,
+        MU_FN,
+    ),
+    (
+        'F_p = {:g} N: hand-over back in full slip',
+        f'force of the springs, {TURNS} turns',
+        'N',
+        SUMS,
+        MU_FN,
+    ),
+    each=PRELOADS_N,
+)
+def _hand_over(preload_n: float) -> Measured:
+    """Compare forces before and after, at any turn of the history: none may jump."""
+    before_n, after_n, slipping_n, back_n = np.array(_all_hand_overs(preload_n)).T
+    limit_n = LIMIT_PER_PRELOAD * preload_n
+    return (before_n, after_n, limit_n), (slipping_n, back_n, limit_n)
 
 
 def _all_hand_overs(preload_n: float) -> list[tuple[float, float, float, float]]:
@@ -218,27 +222,22 @@ def both_on_the_ramp(profile: str) -> tuple[History, History, Array]:
     return slow.part(slice(None, None, REFINEMENT)), found, LIMIT_PER_PRELOAD * preloads_n
 
 
-def _changing_load(profile: str) -> tuple[Check, ...]:
-    """Check force, loss and energy balance while the preload changes."""
-    ramps, changes = f'{profile}, preload ramps', f'{profile}, preload changes'
-    source, loss_source = f'{FINE}, NumPy', f'{FINE}, NumPy: work - stored'
-
-    @measures(
-        (f'{ramps}: T/(mu F_n)', source, '', RAMP_ERROR, 'mu F_n of that instant'),
-        (f'{ramps}: friction loss', loss_source, 'J', RAMP_LOSS),
-        (f'{changes}: stored + lost', 'work int T du', 'J', BALANCE, 'the whole work'),
+@measures(
+    ('{}, preload ramps: T/(mu F_n)', f'{FINE}, NumPy', '', RAMP_ERROR, 'mu F_n of that instant'),
+    ('{}, preload ramps: friction loss', f'{FINE}, NumPy: work - stored', 'J', RAMP_LOSS),
+    ('{}, preload changes: stored + lost', 'work int T du', 'J', BALANCE, 'the whole work'),
+    each=('rough', 'smooth'),
+)
+def _changing_load(profile: str) -> Measured:
+    """Compare force, loss and energy balance while the preload changes."""
+    slow, bank, limits_n = both_on_the_ramp(profile)
+    smooth = _smooth_path(profile)
+    kept_j = smooth.stored_j + smooth.lost_j
+    return (
+        (slow.force_n / limits_n, bank.force_n / limits_n, 1.0),
+        (slow.lost_j[-1], bank.lost_j[-1]),
+        (smooth.work_j, kept_j, smooth.work_j[-1]),
     )
-    def measured() -> Measured:
-        slow, bank, limits_n = both_on_the_ramp(profile)
-        smooth = _smooth_path(profile)
-        kept_j = smooth.stored_j + smooth.lost_j
-        return (
-            (slow.force_n / limits_n, bank.force_n / limits_n, 1.0),
-            (slow.lost_j[-1], bank.lost_j[-1]),
-            (smooth.work_j, kept_j, smooth.work_j[-1]),
-        )
-
-    return measured
 
 
 def _smooth_path(profile: str) -> History:
@@ -266,14 +265,12 @@ def _ramp_panel() -> Panel:
 SPRING_BANK = Family(
     'Spring bank',
     (
-        *(_constant_load('rough', FEW, preload_n) for preload_n in PRELOADS_N),
-        *(_constant_load('smooth', FEW, preload_n) for preload_n in PRELOADS_N),
-        *(_constant_load('rough_line', FEWER, preload_n) for preload_n in PRELOADS_N),
-        _full_slip('rough'),
-        _full_slip('smooth'),
-        *map(_hand_over, PRELOADS_N),
-        _changing_load('rough'),
-        _changing_load('smooth'),
+        _constant_load('rough', FEW),
+        _constant_load('smooth', FEW),
+        _constant_load('rough_line', FEWER),
+        _full_slip,
+        _hand_over,
+        _changing_load,
     ),
     (_ramp_panel,),
 )
