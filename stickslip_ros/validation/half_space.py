@@ -55,19 +55,7 @@ RINGS_MIN = 4
 
 @dataclass(frozen=True)
 class RingMesh:
-    """
-    Rings of the unit circle.
-
-    Attributes
-    ----------
-    middles : array, shape (rings,)
-        Radii at which displacements are prescribed.
-    areas : array, shape (rings,)
-        Areas of the rings.
-    inverse : array, shape (rings, rings)
-        Pressures by displacements at E* = 1.
-
-    """
+    """Rings of the unit circle; the inverse, rings by rings, gives pressures at E* = 1."""
 
     middles: Array
     areas: Array
@@ -76,17 +64,7 @@ class RingMesh:
 
 @dataclass(frozen=True)
 class HalfSpaceContact:
-    """
-    Solution of the normal problem.
-
-    Attributes
-    ----------
-    radius_m, force_n : float
-        Contact radius a, normal force F_n.
-    radii_m, pressures_pa : array, shape (rings,)
-        Pressure at the middles of the rings.
-
-    """
+    """Solution of the normal problem, with the pressure at the middles of the rings."""
 
     radius_m: float
     force_n: float

@@ -4,19 +4,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import fresh_memory, move
 from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
 from stickslip_ros.contact.presliding import Presliding, presliding
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.profile import Array, PowerProfile, Profile
 from stickslip_ros.contact.record import Record, record
 from stickslip_ros.contact.springs import drag, springs_kind, stored_in_springs
 from stickslip_ros.contact.virgin import CELLS, tabulate
 from stickslip_ros.drive.build import all_contacts
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.validation.checks import Tolerance
-from stickslip_ros.validation.references import LOWER_SHARE, TERMS, PowerContact
+from stickslip_ros.validation.references import (
+    E_STAR_PA,
+    FRICTION,
+    G_STAR_PA,
+    LOWER_SHARE,
+    TERMS,
+    PowerContact,
+)
 
 drag = entry_point(drag)
 lost_energy = entry_point(lost_energy)
@@ -45,6 +53,16 @@ def lower_contact(profile: str, preload_n: float) -> Presliding:
         parameters.friction,
         LOWER_SHARE * preload_n,
     )
+
+
+def power_profile(body: str) -> PowerProfile:
+    """Return the package's profile of one of TERMS."""
+    return PowerProfile(*zip(*TERMS[body], strict=True))
+
+
+def pressed(profile: Profile, force_n: float) -> Presliding:
+    """Return the package's contact of a profile, of the moduli and friction of the reference."""
+    return presliding(profile, Elasticity(E_STAR_PA, G_STAR_PA), FRICTION, force_n)
 
 
 def closed_form_of(contact: Presliding, profile: str) -> PowerContact:

@@ -230,16 +230,8 @@ class RingDown(NamedTuple):
     """
     A ring-down from u_max to nothing with linearly decreasing amplitude, and the way back out.
 
-    Attributes
-    ----------
-    contact : Presliding
-        The contact.
-    turns_m : array, shape (REVERSALS,)
-        Turning points.
-    errors, bounds : array, shape (REVERSALS + WAY_OUT,)
-        By how much the force of the drive's stack is off, and its error_n, of mu F_n.
-    bounded, endless : array, shape (REVERSALS + WAY_OUT, 3)
-        Log of ``follow`` with the stack of the drive, and with one that forgets nothing.
+    Errors (of the force) and their bounds (error_n) are of the drive's stack, relative to mu F_n.
+    Logs of ``follow`` are those of the drive's stack and of one that forgets nothing.
 
     """
 

@@ -34,13 +34,13 @@ UPPER_SHARE, LOWER_SHARE = math.sqrt(2.0) / 2.0, math.sqrt(2.0) / 4.0
 LIMIT_PER_PRELOAD = FRICTION * 2.0 * math.sqrt(2.0)
 """Full slip of all six contacts per preload: mu times the sum of Eq. 19."""
 
-Terms: TypeAlias = tuple[tuple[float, ...], tuple[float, ...]]
-"""Prefactors Q_i, m^(1-n_i), and exponents n_i of a profile g = sum Q_i |x|^n_i."""
+Terms: TypeAlias = tuple[tuple[float, float], ...]
+"""Prefactors Q_i, m^(1-n_i), and exponents n_i, in pairs, of a profile g = sum Q_i |x|^n_i."""
 CONE_SLOPE = 0.01
 TERMS: dict[str, Terms] = {
-    'smooth': ((1.0 / RADIUS_M,), (2.0,)),
-    'rough': ((1.0 / RADIUS_M, PREFACTOR), (2.0, HURST)),
-    'cone': ((0.5 * pi * CONE_SLOPE,), (1.0,)),
+    'smooth': ((1.0 / RADIUS_M, 2.0),),
+    'rough': ((1.0 / RADIUS_M, 2.0), (PREFACTOR, HURST)),
+    'cone': ((0.5 * pi * CONE_SLOPE, 1.0),),
 }
 """Of the sphere, of the equivalent rough body (Eq. 18), and of a cone."""
 
@@ -51,7 +51,7 @@ STRETCH = 10
 
 def height(terms: Terms, x_m: Array | float) -> Array:
     """Return g, m, at places x >= 0, m."""
-    return np.asarray(sum(q * np.asarray(x_m) ** n for q, n in zip(*terms, strict=True)))
+    return np.asarray(sum(q * np.asarray(x_m) ** n for q, n in terms))
 
 
 @dataclass(frozen=True)
@@ -63,11 +63,8 @@ class PowerContact:
 
     def normal_force(self, radius_m: Array | float) -> Array:
         """Return F_n of a contact radius, N: 2 E* int (g(a) - g(x)) dx term by term."""
-        area = sum(
-            q * n / (n + 1.0) * np.asarray(radius_m) ** (n + 1.0)
-            for q, n in zip(*self.terms, strict=True)
-        )
-        return np.asarray(2.0 * E_STAR_PA * area)
+        area_m2 = sum(q * n / (n + 1.0) * np.asarray(radius_m) ** (n + 1.0) for q, n in self.terms)
+        return np.asarray(2.0 * E_STAR_PA * area_m2)
 
     def displacement(self, core_m: Array | float) -> Array:
         """Return the virgin displacement at which the core has a radius, m."""
@@ -89,20 +86,15 @@ class PowerContact:
         double sum of powers.
 
         """
-        pairs = list(zip(*self.terms, strict=True))
-        integral = (
-            2.0
-            * E_STAR_PA
-            * sum(
-                q * n / (n + 1.0) * r * m * self._power_step(core_m, n + m + 1.0)
-                for q, n in pairs
-                for r, m in pairs
-            )
+        double_sum = sum(
+            q * n / (n + 1.0) * r * m * self._power_step(core_m, n + m + 1.0)
+            for q, n in self.terms
+            for r, m in self.terms
         )
         reached_m, force_n = float(self.displacement(core_m)), float(self.force(core_m))
         whole_n = float(self.normal_force(self.radius_m))
-        ratio = FRICTION * E_STAR_PA / G_STAR_PA
-        energy_j = FRICTION * (whole_n * reached_m - ratio * integral)
+        integral = 2.0 * E_STAR_PA * FRICTION * E_STAR_PA / G_STAR_PA * double_sum
+        energy_j = FRICTION * (whole_n * reached_m - integral)
         return 8.0 * (energy_j - 0.5 * force_n * reached_m)
 
     def _power_step(self, core_m: float, exponent: float) -> float:
@@ -151,7 +143,7 @@ def pressure(contact: PowerContact, radii_m: Array) -> Array:
     points, weights = unit_quadrature()
     reach = np.sqrt(contact.radius_m**2 - radii_m**2)[:, None]
     x_m = np.sqrt(radii_m[:, None] ** 2 + (reach * points**2) ** 2)
-    slope = sum(q * n * x_m ** (n - 1.0) for q, n in zip(*contact.terms, strict=True))
+    slope = sum(q * n * x_m ** (n - 1.0) for q, n in contact.terms)
     integrals = np.sum(weights * 2.0 * points * reach * slope / x_m, axis=1)
     return np.asarray(E_STAR_PA / pi * integrals)
 

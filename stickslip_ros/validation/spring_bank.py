@@ -14,11 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip_ros.contact.bank import BANK_ERROR, SPRINGS
-from stickslip_ros.contact.elasticity import Elasticity
-from stickslip_ros.contact.indentation import indent
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import move
-from stickslip_ros.contact.profile import Array, PowerProfile
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import fresh_contact, onto_springs, react
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, drag
 from stickslip_ros.units import MN
@@ -37,6 +35,8 @@ from stickslip_ros.validation.histories import (
     History,
     drag_along,
     model_at,
+    power_profile,
+    pressed,
     random_turns,
     remember_all,
     zigzag,
@@ -176,10 +176,8 @@ def fine_springs(profile: str, displacements_m: Array, preloads_n: Array) -> His
     stored: no formula for slip enters.
 
     """
-    heaviest_n = UPPER_SHARE * max(RAMP_N)
-    moduli = Elasticity(E_STAR_PA, G_STAR_PA)
-    edge_m = indent(PowerProfile(*TERMS[profile]), moduli, heaviest_n).radius_m
-    spacing_m = EDGE * edge_m / FINE_SPRINGS
+    heaviest = pressed(power_profile(profile), UPPER_SHARE * max(RAMP_N))
+    spacing_m = EDGE * heaviest.indentation.radius_m / FINE_SPRINGS
     numbers = np.arange(FINE_SPRINGS, dtype=np.float64)
     heights_m = height(TERMS[profile], spacing_m * (numbers + 0.5))
     force_n, stored_j = np.zeros((2, len(preloads_n)))

@@ -8,15 +8,15 @@ stiffness G* dx and slips at mu times its normal force E* dx (d - g(x_i)).
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from itertools import repeat
 
 import numpy as np
 
-from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.hemisphere import profile_of
 from stickslip_ros.contact.line_profile import LineProfile
-from stickslip_ros.contact.presliding import Presliding, presliding
-from stickslip_ros.contact.profile import Array, PowerProfile
+from stickslip_ros.contact.presliding import Presliding
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.virgin import CELLS
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import MN, NM
@@ -34,18 +34,13 @@ from stickslip_ros.validation.histories import (
     WANDERING,
     History,
     fractions,
+    power_profile,
+    pressed,
     remember,
     wandering,
     zigzag,
 )
-from stickslip_ros.validation.references import (
-    E_STAR_PA,
-    FRICTION,
-    G_STAR_PA,
-    LOWER_SHARE,
-    TERMS,
-    height,
-)
+from stickslip_ros.validation.references import LOWER_SHARE, TERMS, height
 
 
 @dataclass(frozen=True)
@@ -125,10 +120,8 @@ BODIES = {'sphere': 'smooth', 'equivalent rough': 'rough', 'cone': 'cone'}
 
 def _body(name: str, count: int = SPRINGS) -> tuple[Presliding, Springs]:
     """Return a body as the package presses it, and the row of springs under it."""
-    terms = TERMS[BODIES[name]]
-    moduli = Elasticity(E_STAR_PA, G_STAR_PA)
-    contact = presliding(PowerProfile(*terms), moduli, FRICTION, FORCE_N)
-    return contact, plant_springs(contact, lambda x_m: height(terms, x_m), count)
+    contact = pressed(power_profile(BODIES[name]), FORCE_N)
+    return contact, plant_springs(contact, partial(height, TERMS[BODIES[name]]), count)
 
 
 def both(contact: Presliding, springs: Springs) -> tuple[History, History]:
@@ -207,8 +200,7 @@ ENERGY_TABLE = Tolerance(2e-5, f'the same {CELLS} cells')
 def rough_line_contact() -> tuple[Presliding, Springs]:
     """Return a lower contact under the default line, and the springs that it presses."""
     line = profile_of(Parameters().updated({'contact.profile': 'rough_line'}).contact)
-    moduli = Elasticity(E_STAR_PA, G_STAR_PA)
-    contact = presliding(line, moduli, FRICTION, LOWER_SHARE * PRELOAD_N)
+    contact = pressed(line, LOWER_SHARE * PRELOAD_N)
     return contact, springs_of_line(contact)
 
 
