@@ -11,13 +11,13 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.experiment import read_experiment
+from stickslip_ros.study.experiment import POINT_COLUMNS, read_experiment
 from stickslip_ros.study.fitting.free import Free
 from stickslip_ros.study.sawtooth_run import run_drive
 
 NEEDED = ('preload_n', 'amplitude_m', 'force_n')
 FREQUENCY, SIGMA = 'frequency_hz', 'force_sigma_n'
-DEFAULT_FREQUENCY_HZ = 1000.0
+DEFAULT_FREQUENCY_HZ = float(POINT_COLUMNS[FREQUENCY].default)
 EXAMPLE = f'its first line names the columns: {",".join(NEEDED)}, and may name {FREQUENCY},{SIGMA}'
 STEP = 3e-4
 """Step of differences in a coordinate: 0.03 % of a value, or of a range. The forces of a fixed

@@ -68,14 +68,6 @@ def as_object(
     return {name: _plain(value) for name, value in content.items()}
 
 
-def interval_text(one: Estimate) -> str:
-    """Return an estimate with its interval in words."""
-    if not math.isfinite(one.standard_error):
-        return f'{one.value:.6g} {one.unit}'.rstrip() + ', not determined'
-    between = f'95 % interval {one.low:.6g} to {one.high:.6g}'
-    return f'{one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip() + f', {between}'
-
-
 def check_output(path: Path) -> None:
     """
     Refuse a file that is neither JSON nor YAML, before the work is done.
@@ -152,10 +144,18 @@ def _trade_warnings(fit: Fit) -> Iterator[str]:
 
 def _heading(fit: Fit, content: dict[str, Any], origin: str) -> str:
     lines = [f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.']
-    lines += [f'{one.name}: {interval_text(one)}' for one in fit.estimates]
+    lines += [f'{one.name}: {_interval_text(one)}' for one in fit.estimates]
     lines += [f'Note: {note}' for note in content['notes']]
     lines += [f'Warning: {warning}' for warning in content['warnings']]
     return '\n'.join(lines)
+
+
+def _interval_text(one: Estimate) -> str:
+    """Return an estimate with its interval in words."""
+    if not math.isfinite(one.standard_error):
+        return f'{one.value:.6g} {one.unit}'.rstrip() + ', not determined'
+    between = f'95 % interval {one.low:.6g} to {one.high:.6g}'
+    return f'{one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip() + f', {between}'
 
 
 def _points(fit: Fit) -> list[dict[str, float]]:
