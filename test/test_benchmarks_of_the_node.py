@@ -28,7 +28,6 @@ END_SHARES = 2 * 100 / 6000
 """The least delay may lie anywhere in the hundred windows of six thousand at either end."""
 SPREAD_ERROR = 0.3
 """Three standard errors of the standard deviation of 200 exponential delays."""
-TOPIC_OF = {'position': 'position', 'force': 'force', 'voltage': 'piezo', 'trace': 'trace'}
 
 
 class Wire:
@@ -62,7 +61,7 @@ def test_a_bare_loop_sends_as_many_bytes_as_the_node_in_as_many_messages(kind):
         bare.send(tick)
         for packed in feed.pack(bench.update(tick * BLOCK_NS, [])):
             ours.setdefault(packed.key, []).append(len(packed.data))
-    theirs = {TOPIC_OF[name]: list(map(len, wire.sent)) for name, wire in board.wires.items()}
+    theirs = {name: list(map(len, wire.sent)) for name, wire in board.wires.items()}
     assert theirs == {key: ours[key] for key in theirs}
     assert set(ours) - set(theirs) <= {'status'}
 
@@ -70,7 +69,7 @@ def test_a_bare_loop_sends_as_many_bytes_as_the_node_in_as_many_messages(kind):
 def test_a_bare_loop_uses_the_types_of_the_node():
     types = {topic.key: topic.type_name for topic in READINGS}
     for name, kind in TYPES.items():
-        assert types[TOPIC_OF[name]].split('/')[-1] == kind.__name__
+        assert types[name].split('/')[-1] == kind.__name__
 
 
 def test_lateness_is_summed_up_by_the_second():

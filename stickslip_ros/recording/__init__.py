@@ -2,7 +2,7 @@
 
 from stickslip_ros.recording.channels import Channel, Qos
 from stickslip_ros.recording.file_form import FileForm
-from stickslip_ros.recording.messages import ArrayMessage, Message, PointMessage, WrenchMessage
+from stickslip_ros.recording.messages import ArrayMessage, Message, StampedMessage
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.schemas import SCHEMAS, TYPE_HASHES
@@ -17,10 +17,9 @@ __all__ = [
     'ChannelSummary',
     'FileForm',
     'Message',
-    'PointMessage',
     'Qos',
     'Recorder',
     'Recording',
     'Series',
-    'WrenchMessage',
+    'StampedMessage',
 ]

@@ -1,14 +1,16 @@
 """
 Messages to bytes and back, as ROS 2 carries and records them.
 
-Padding is zero, so equal messages are equal bytes. Numbers that a field cannot hold are refused
-by `struct.error`, as `struct` does.
+The layout is that of the OMG's DDS-XTypes 1.3, Section 7.4.1 (plain CDR, version 1), little
+endian: a header of four bytes, then each number aligned to its own size, counted from behind the
+header. Padding is zero, so equal messages are equal bytes. Numbers that a field cannot hold are
+refused by `struct.error`, as `struct` does.
 
 """
 
 import struct
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import prod
 from typing import Final
 
@@ -17,11 +19,13 @@ from numpy.typing import NDArray
 
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.recording import messages as m
-from stickslip_ros.recording.cdr_fields import HEADER, Cursor, padding, text_field
 from stickslip_ros.units import NS_PER_S
 
-#: Distinct frames and array layouts that are kept packed.
+HEADER: Final = b'\x00\x01\x00\x00'
+LONGEST_TAIL_BYTES: Final = 3
+"""Some serialisers fill the last word, so a message may be this much longer than its fields."""
 CACHED_HEADS: Final = 64
+"""Distinct frames and array layouts that are kept packed."""
 
 _pack_float64: Final = struct.Struct('<4sd').pack
 _pack_int32: Final = struct.Struct('<4si').pack
@@ -46,7 +50,7 @@ def pack_uint32(value: int) -> bytes:
 
 def pack_string(text: str) -> bytes:
     """Pack a ``std_msgs/msg/String``."""
-    return HEADER + text_field(text)
+    return HEADER + _text_field(text)
 
 
 def pack_float64_array(values: NDArray[np.float64], labels: Sequence[str]) -> bytes:
@@ -58,12 +62,8 @@ def pack_float64_array(values: NDArray[np.float64], labels: Sequence[str]) -> by
     values : ndarray of float
         Any number of axes.
     labels : sequence of str
-        One label per axis of `values`.
-
-    Returns
-    -------
-    bytes
-        The message; the stride of an axis is the product of its size and all later sizes.
+        One label per axis of `values`; the stride of an axis is the product of its size and all
+        later sizes.
 
     Raises
     ------
@@ -75,18 +75,22 @@ def pack_float64_array(values: NDArray[np.float64], labels: Sequence[str]) -> by
     return head + np.asarray(values, dtype='<f8').tobytes()
 
 
-def pack_point_stamped(stamp_ns: int, frame_id: str, xyz: Sequence[float]) -> bytes:
-    """Pack a ``geometry_msgs/msg/PointStamped``: time in ns, coordinates in m."""
-    pack, size, text = _stamped(frame_id, 3)
-    return pack(HEADER, *divmod(stamp_ns, NS_PER_S), size, text, *xyz)
+def pack_stamped(stamp_ns: int, frame_id: str, values: Sequence[float]) -> bytes:
+    """
+    Pack a ``geometry_msgs/msg/PointStamped`` or ``WrenchStamped``.
 
+    Parameters
+    ----------
+    stamp_ns : int
+        Time, ns.
+    frame_id : str
+        Frame.
+    values : sequence of float
+        Three coordinates, m; or three forces, N, and three torques, N m.
 
-def pack_wrench_stamped(
-    stamp_ns: int, frame_id: str, force: Sequence[float], torque: Sequence[float]
-) -> bytes:
-    """Pack a ``geometry_msgs/msg/WrenchStamped``: time in ns, force in N, torque in N m."""
-    pack, size, text = _stamped(frame_id, 6)
-    return pack(HEADER, *divmod(stamp_ns, NS_PER_S), size, text, *force, *torque)
+    """
+    pack, size, text = _stamped(frame_id, len(values))
+    return pack(HEADER, *divmod(stamp_ns, NS_PER_S), size, text, *values)
 
 
 def unpack(type_name: str, data: bytes) -> m.Message:
@@ -102,7 +106,7 @@ def unpack(type_name: str, data: bytes) -> m.Message:
 
     Returns
     -------
-    float, int, str, ArrayMessage, PointMessage or WrenchMessage
+    float, int, str, ArrayMessage or StampedMessage
         What the message says.
 
     Raises
@@ -117,20 +121,34 @@ def unpack(type_name: str, data: bytes) -> m.Message:
     if read is None:
         raise UnknownName('message type', type_name, f'the known ones are {", ".join(_READERS)}')
     try:
-        cursor = Cursor(data)
+        cursor = _Cursor(data)
         message = read(cursor)
         cursor.check_end()
     except ValueError as error:
-        raise _foreign(type_name, len(data), error) from error
+        raise RecordingError(
+            type_name,
+            f'{len(data)} bytes are not one little-endian CDR message of this type: {error}',
+            'check the type of the topic, and that the message was not cut off',
+        ) from error
     return message
 
 
-def _foreign(type_name: str, size_bytes: int, error: ValueError) -> RecordingError:
-    return RecordingError(
-        type_name,
-        f'{size_bytes} bytes are not one little-endian CDR message of this type: {error}',
-        'check the type of the topic, and that the message was not cut off',
-    )
+def _text_field(text: str) -> bytes:
+    """
+    Give a string as CDR does: its length with the closing zero, the text, a zero.
+
+    One with a zero inside is refused: whoever reads it in C would see it cut off there.
+
+    """
+    encoded = text.encode()
+    if b'\0' in encoded:
+        raise WrongKind('text', text, 'free of zero characters', 'remove them')
+    return struct.pack('<I', len(encoded) + 1) + encoded + b'\0'
+
+
+def _padding(length_bytes: int, alignment_bytes: int) -> bytes:
+    """Give the zeros that fill a length up to a multiple of the alignment."""
+    return bytes(-length_bytes % alignment_bytes)
 
 
 @lru_cache(maxsize=CACHED_HEADS)
@@ -146,52 +164,95 @@ def _array_head(sizes: tuple[int, ...], labels: tuple[str, ...]) -> bytes:
         raise WrongKind('labels', labels, f'{len(sizes)} in number', 'give one label per axis')
     body = struct.pack('<I', len(sizes))
     for axis, label in enumerate(labels):
-        body += text_field(label)
-        body += padding(len(body), 4) + _pack_words(sizes[axis], prod(sizes[axis:]))
-    body += padding(len(body), 4) + _pack_words(0, prod(sizes))
-    return HEADER + body + (padding(len(body), 8) if prod(sizes) else b'')
+        body += _text_field(label)
+        body += _padding(len(body), 4) + _pack_words(sizes[axis], prod(sizes[axis:]))
+    body += _padding(len(body), 4) + _pack_words(0, prod(sizes))
+    return HEADER + body + (_padding(len(body), 8) if prod(sizes) else b'')
 
 
 @lru_cache(maxsize=CACHED_HEADS)
 def _stamped(frame_id: str, count: int) -> tuple[Callable[..., bytes], int, bytes]:
     """Give what packs a std_msgs/Header in `frame_id` and `count` numbers behind it."""
-    text = text_field(frame_id)[4:]
-    fill = len(padding(12 + len(text), 8))
+    text = _text_field(frame_id)[4:]
+    fill = len(_padding(12 + len(text), 8))
     return struct.Struct(f'<4siII{len(text)}s{fill}x{count}d').pack, len(text), text
 
 
-def _read_float64(cursor: Cursor) -> float:
-    return cursor.float64s(1)[0]
+class _Cursor:
+    """Takes the fields off a message one after the other; ValueError where they are not there."""
+
+    def __init__(self, data: bytes) -> None:
+        if data[:2] != HEADER[:2] or len(data) < len(HEADER):
+            raise ValueError(f'they begin with "{data[:4].hex(" ")}", not "{HEADER.hex(" ")}"')
+        self._body = memoryview(data)[len(HEADER) :]
+        self._at = 0
+
+    def int32(self) -> int:
+        """Take a signed word."""
+        return int.from_bytes(self._claim(4, 4), 'little', signed=True)
+
+    def uint32(self) -> int:
+        """Take an unsigned word."""
+        return int.from_bytes(self._claim(4, 4), 'little')
+
+    def text(self) -> str:
+        """Take a string; some writers leave out the closing zero of an empty one."""
+        encoded = bytes(self._claim(self.uint32(), 1))
+        if encoded[-1:] not in (b'', b'\0'):
+            raise ValueError('a text in them has no closing zero')
+        return encoded[:-1].decode()
+
+    def float64(self) -> float:
+        """Take a number."""
+        return self.float64s(1)[0]
+
+    def float64s(self, count: int) -> tuple[float, ...]:
+        """Take `count` numbers."""
+        return struct.unpack(f'<{count}d', self._claim(8 * count, 8))
+
+    def stamped(self, count: int) -> m.StampedMessage:
+        """Take a ``std_msgs/msg/Header`` and `count` numbers."""
+        stamp_ns = self.int32() * NS_PER_S + self.uint32()
+        return m.StampedMessage(stamp_ns, self.text(), self.float64s(count))
+
+    def array(self) -> m.ArrayMessage:
+        """Take a ``std_msgs/msg/Float64MultiArray``; its numbers are a copy, aligned, writable."""
+        axes = [(self.text(), self.uint32(), self.uint32()) for _ in range(self.uint32())]
+        labels, sizes, strides = zip(*axes, strict=True) if axes else ((), (), ())
+        offset, count = self.uint32(), self.uint32()
+        if count:
+            data = np.frombuffer(self._claim(8 * count, 8), '<f8').astype(np.float64)
+        else:
+            self._at = min(self._at + -self._at % 8, len(self._body))
+            data = np.empty(0)
+        if sizes and offset == 0 and prod(sizes) == count:
+            data = data.reshape(sizes)
+        return m.ArrayMessage(labels, sizes, data, strides, offset)
+
+    def check_end(self) -> None:
+        """Refuse bytes behind the last field."""
+        left_bytes = len(self._body) - self._at
+        if left_bytes > LONGEST_TAIL_BYTES:
+            raise ValueError(f'{left_bytes} of them are left over')
+
+    def _claim(self, size_bytes: int, alignment_bytes: int) -> memoryview:
+        """Give the bytes of a field and step behind it."""
+        start = self._at + -self._at % alignment_bytes
+        missing_bytes = start + size_bytes - len(self._body)
+        if missing_bytes > 0:
+            raise ValueError(f'at least {missing_bytes} are missing')
+        self._at = start + size_bytes
+        return self._body[start : self._at]
 
 
-def _read_array(cursor: Cursor) -> m.ArrayMessage:
-    rows = [(cursor.text(), cursor.uint32(), cursor.uint32()) for _ in range(cursor.uint32())]
-    labels = tuple(label for label, _, _ in rows)
-    sizes = tuple(size for _, size, _ in rows)
-    offset, data = cursor.uint32(), cursor.float64_sequence()
-    if sizes and offset == 0 and prod(sizes) == data.size:
-        data = data.reshape(sizes)
-    return m.ArrayMessage(labels, sizes, data)
-
-
-def _read_point(cursor: Cursor) -> m.PointMessage:
-    stamp_ns, frame_id = cursor.stamp_ns(), cursor.text()
-    x, y, z = cursor.float64s(3)
-    return m.PointMessage(stamp_ns, frame_id, x, y, z)
-
-
-def _read_wrench(cursor: Cursor) -> m.WrenchMessage:
-    stamp_ns, frame_id = cursor.stamp_ns(), cursor.text()
-    fx, fy, fz, tx, ty, tz = cursor.float64s(6)
-    return m.WrenchMessage(stamp_ns, frame_id, (fx, fy, fz), (tx, ty, tz))
-
-
-_READERS: Final[dict[str, Callable[[Cursor], m.Message]]] = {
-    m.FLOAT64: _read_float64,
-    m.INT32: Cursor.int32,
-    m.UINT32: Cursor.uint32,
-    m.STRING: Cursor.text,
-    m.FLOAT64_ARRAY: _read_array,
-    m.POINT_STAMPED: _read_point,
-    m.WRENCH_STAMPED: _read_wrench,
+_READERS: Final[dict[str, Callable[[_Cursor], m.Message]]] = {
+    m.FLOAT64: _Cursor.float64,
+    m.INT32: _Cursor.int32,
+    m.UINT32: _Cursor.uint32,
+    m.STRING: _Cursor.text,
+    m.FLOAT64_ARRAY: _Cursor.array,
+    **{
+        type_name: partial(_Cursor.stamped, count=len(fields))
+        for type_name, fields in m.STAMPED_FIELDS.items()
+    },
 }

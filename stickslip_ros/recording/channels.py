@@ -8,6 +8,7 @@ _RELIABLE, _BEST_EFFORT = 1, 2
 _TRANSIENT_LOCAL, _VOLATILE = 1, 2
 _AUTOMATIC: Final = 1
 _FOREVER: Final = '{sec: 9223372036, nsec: 854775807}'
+_NAMES_IN_FILES: Final = {'command/position': 'target', 'voltage': 'piezo'}
 
 
 @dataclass(frozen=True)
@@ -71,3 +72,8 @@ class Channel:
     topic: str
     type_name: str
     qos: Qos
+
+
+def name_in_file(key: str) -> str:
+    """Return the name under which the metadata of a recording has the topic of a key."""
+    return _NAMES_IN_FILES.get(key, key.removeprefix('command/').replace('/', '_'))

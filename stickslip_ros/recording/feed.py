@@ -1,27 +1,22 @@
 """From the bench's output to packed messages: the same bytes go to a topic and to a file."""
 
-import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import TRACE_COLUMNS, Output, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import (
     pack_float64,
     pack_float64_array,
-    pack_int32,
-    pack_point_stamped,
+    pack_stamped,
     pack_string,
     pack_uint32,
-    pack_wrench_stamped,
 )
 
-STAGE_FRAME, CELL_FRAME, RUNNER_FRAME = 'stage_base', 'load_cell', 'runner'
-SAWTOOTH_LABEL = 'amplitude[V],frequency[Hz],steps'
+STAGE_FRAME, CELL_FRAME = 'stage_base', 'load_cell'
 
 
 class Packed(NamedTuple):
@@ -49,10 +44,10 @@ class Feed:
         yield from _pack_pair('', readings.time_ns, readings.position_m, readings.force_n)
         if self._tells_truth:
             truth = (readings.truth_position_m, readings.truth_force_n)
-            yield from _pack_pair('truth_', readings.time_ns, *truth)
+            yield from _pack_pair('truth/', readings.time_ns, *truth)
         self._blocks.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
-            yield Packed('piezo', readings.time_ns, pack_float64(readings.voltage_v))
+            yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
             yield Packed('trace', readings.time_ns, self._pack_trace())
         if output.status != self._status:
             self._status = output.status
@@ -66,37 +61,7 @@ class Feed:
 
 def _pack_pair(prefix: str, time_ns: int, position_m: float, force_n: float) -> Iterator[Packed]:
     """Yield position and force, as read or as they are."""
-    point = pack_point_stamped(time_ns, STAGE_FRAME, (position_m, 0.0, 0.0))
+    point = pack_stamped(time_ns, STAGE_FRAME, (position_m, 0.0, 0.0))
     yield Packed(f'{prefix}position', time_ns, point)
-    wrench = pack_wrench_stamped(time_ns, CELL_FRAME, (force_n, 0.0, 0.0), (0.0, 0.0, 0.0))
+    wrench = pack_stamped(time_ns, CELL_FRAME, (force_n, 0.0, 0.0, 0.0, 0.0, 0.0))
     yield Packed(f'{prefix}force', time_ns, wrench)
-
-
-def pack_note(request: Request) -> bytes:
-    """Return a request that has no topic of its own as the text of ``~/request``."""
-    content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
-    return pack_string(json.dumps(content))
-
-
-def _pack_waveform(values: Sequence[float]) -> bytes:
-    """Return rows of time and voltage; what is not made of rows goes as one row."""
-    array = np.asarray(values)
-    if len(values) % 2 == 0:
-        return pack_float64_array(array.reshape(-1, 2), ('row', 'time[s],voltage[V]'))
-    return pack_float64_array(array, ('time[s],voltage[V]',))
-
-
-def pack_request(request: Request, time_ns: int) -> bytes:
-    """Return a request as the message of its command topic, whose stamp is a time, if any."""
-    if request.name in ('voltage', 'preload', 'jog'):
-        return pack_float64(*request.values)
-    if request.name == 'steps':
-        return pack_int32(int(request.values[0]))
-    if request.name == 'sawtooth':
-        return pack_float64_array(np.array(request.values), (SAWTOOTH_LABEL,))
-    if request.name == 'waveform':
-        return _pack_waveform(request.values)
-    if request.name == 'position':
-        return pack_point_stamped(time_ns, STAGE_FRAME, request.values)
-    force, torque = request.values[:3], request.values[3:]
-    return pack_wrench_stamped(time_ns, RUNNER_FRAME, force, torque)

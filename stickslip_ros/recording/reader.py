@@ -10,14 +10,18 @@ from mcap.records import Message as Stored
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.cdr import unpack
 from stickslip_ros.recording.integrity import check_data, check_profile, open_whole
-from stickslip_ros.recording.messages import FLOAT64_ARRAY, ArrayMessage, Message
-from stickslip_ros.recording.quantities import find_quantity, time_ns
+from stickslip_ros.recording.messages import (
+    FLOAT64_ARRAY,
+    ArrayMessage,
+    Message,
+    find_quantity,
+    time_ns,
+)
 from stickslip_ros.recording.run_parts import find_parts, missing_part
 from stickslip_ros.recording.run_storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
 from stickslip_ros.recording.schemas import SCHEMAS
-from stickslip_ros.recording.series import Series
+from stickslip_ros.recording.series import Series, split_columns
 from stickslip_ros.recording.tally import ChannelSummary, Tally
-from stickslip_ros.recording.trace import split_columns
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.units import NS_PER_S
 
@@ -141,7 +145,7 @@ class Recording:
         if self._types[name] == FLOAT64_ARRAY:
             return self._column(name, field)
         quantity = find_quantity(name, self._types[name], field)
-        pairs = [(time_ns(each, at), quantity.take(each)) for _, at, each in self._read([name])]
+        pairs = [(time_ns(each, at), quantity.of(each)) for _, at, each in self._read([name])]
         times_ns = np.array([time for time, _ in pairs], dtype=np.int64)
         values = np.array([value for _, value in pairs], dtype=np.float64)
         return Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))

@@ -9,23 +9,12 @@ from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.feed import Feed, Packed, pack_note, pack_request
+from stickslip_ros.recording.feed import Feed, Packed
+from stickslip_ros.recording.requests import BY_TOPIC, pack_request
 from stickslip_ros.recording.run_file import info_json, open_recorder
-from stickslip_ros.recording.topics import COMMANDS, recorded_channels
+from stickslip_ros.recording.topics import recorded_channels
 
-COMMAND_KEYS = {topic.request: topic.key for topic in COMMANDS if topic.recorded}
-"""Topic of each request that comes over one."""
-NOTE_KEY = 'request'
-"""Topic that tells of every other request."""
 Publish = Callable[[Packed], None]
-
-
-def pack_effect(request: Request, time_ns: int) -> Packed:
-    """Return a request as the message of its topic, at the time at which it takes effect."""
-    key = COMMAND_KEYS.get(request.name)
-    if key is None:
-        return Packed(NOTE_KEY, time_ns, pack_note(request))
-    return Packed(key, time_ns, pack_request(request, time_ns))
 
 
 class RunWriter:
@@ -156,9 +145,9 @@ class Run:
 
     def accept(self, request: Request) -> None:
         """Carry out a request at the present time, and note it."""
-        is_noted = request.name not in COMMAND_KEYS
+        is_noted = request.name not in BY_TOPIC
         if is_noted or self.writer is not None:
-            packed = pack_effect(request, self.bench.time_ns)
+            packed = pack_request(request, self.bench.time_ns)
             if is_noted:
                 self._publish(packed)
             if self.writer is not None:

@@ -13,17 +13,16 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import readable
 from stickslip_ros.instrument.reports import STATUS_TEXTS, TRACE_COLUMNS
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
-from stickslip_ros.recording.channels import Channel, Qos
+from stickslip_ros.recording.channels import Channel, name_in_file
 from stickslip_ros.recording.file_form import FileForm
 from stickslip_ros.recording.layout import SUFFIX, check_name
 from stickslip_ros.recording.recorder import Recorder
-from stickslip_ros.recording.topics import TOPICS
 
 RUN_RECORD = 'stickslip_run'
 """Name of the metadata record of a run; it alone holds wall-clock time."""
 TOPICS_RECORD = 'stickslip_topics'
 """Name of the metadata record that says under which name and quality of service each topic of
-docs/interface.md was recorded, as JSON by its key."""
+docs/interface.md was recorded, as JSON by its name in files."""
 PARAMETERS_FILE = 'parameters.yaml'
 """Name of the attachment with every parameter."""
 EXPERIMENT_FILE = 'experiment.csv'
@@ -128,28 +127,9 @@ def _experiment_of(parameters: Parameters) -> dict[str, tuple[str, bytes]]:
 
 def _describe(channels: Mapping[str, Channel]) -> dict[str, str]:
     return {
-        key: json.dumps({'topic': channel.topic, **dataclasses.asdict(channel.qos)})
+        name_in_file(key): json.dumps({'topic': channel.topic, **dataclasses.asdict(channel.qos)})
         for key, channel in channels.items()
     }
-
-
-def read_channels(metadata: Mapping[str, Mapping[str, str]]) -> dict[str, Channel]:
-    """
-    Return the channels of a recorded run by the keys of their topics, from its metadata.
-
-    Raises
-    ------
-    KeyError, ValueError
-        If the metadata is not that of a run.
-
-    """
-    types = {topic.key: topic.type_name for topic in TOPICS}
-    channels = {}
-    for key, text in metadata.get(TOPICS_RECORD, {}).items():
-        content = json.loads(text)
-        topic = content.pop('topic')
-        channels[key] = Channel(topic, types[key], Qos(**content))
-    return channels
 
 
 def _form(parameters: Parameters) -> FileForm:

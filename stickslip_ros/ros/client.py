@@ -11,9 +11,9 @@ from rclpy.node import Node
 
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.parameters import to_nanoseconds
+from stickslip_ros.recording.requests import pack_command
 from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
-from stickslip_ros.ros.requests import to_message
 from stickslip_ros.units import NANO, NS_PER_S
 
 RETRY_S = 0.2
@@ -22,7 +22,7 @@ BEGIN_PERIOD_S = 0.02
 """Wall-clock time after which the first grant is sent again, until a position arrives."""
 
 Commands = Iterable[tuple[str, Any]]
-"""Names of commands, as they follow ``command/``, and their values as `to_message` takes them."""
+"""Names of commands, as they follow ``command/``, and their values as for `pack_command`."""
 
 _COMMANDS = {topic.request: topic for topic in COMMANDS}
 
@@ -165,7 +165,7 @@ class LockstepClient:
         name : str
             What follows ``command/`` in the name of its topic.
         value : float, int or sequence of float
-            Its numbers; see `to_message`.
+            Its numbers; see `pack_command`.
 
         Raises
         ------
@@ -174,7 +174,7 @@ class LockstepClient:
 
         """
         topic = command_topic(name, but='grant')
-        self._publishers[name].publish(to_message(topic, value))
+        self._publishers[name].publish(pack_command(topic, value))
         self.sent += 1
 
     def close(self) -> None:
@@ -229,4 +229,4 @@ class LockstepClient:
 
     def _grant(self) -> None:
         values = (self.granted_ns * NANO, self.sent)
-        self._publishers['grant'].publish(to_message(_COMMANDS['grant'], values))
+        self._publishers['grant'].publish(pack_command(_COMMANDS['grant'], values))

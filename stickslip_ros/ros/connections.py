@@ -23,7 +23,7 @@ from stickslip_ros.errors import StickSlipError, UnknownName
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.feed import Packed
-from stickslip_ros.recording.topics import READINGS, SUBSCRIBED, TOPICS, Topic
+from stickslip_ros.recording.topics import READINGS, TOPICS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile, to_qos
 
 POLICIES = (QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
@@ -36,7 +36,8 @@ SHARED = 'diagnostics'
 EXPECTED_MAX = 64
 """Next numbers that are kept of a topic: of so many publishers, and of gaps since a report."""
 
-OnMessage = Callable[[Topic, Any], None]
+OnMessage = Callable[[Topic, bytes], None]
+"""Receives the topic of a command and the message that came on it, not yet opened."""
 
 
 class SequenceGaps:
@@ -144,7 +145,7 @@ class Connections:
             entity = self._offered.pop(topic.key, None)
             if entity is None:
                 continue
-            if topic.direction == SUBSCRIBED:
+            if topic.is_command:
                 self._node.destroy_subscription(entity)
             else:
                 self._node.destroy_lifecycle_publisher(entity)
@@ -209,40 +210,39 @@ class Connections:
 
     def _open(self, topic: Topic) -> Any:
         """Make the publisher or the subscription of a topic."""
-        subscribe = topic.direction == SUBSCRIBED
         note = partial(self._note_incompatible, topic)
         options: dict[str, Any] = {
             'event_callbacks': (
                 SubscriptionEventCallbacks(incompatible_qos=note)
-                if subscribe
+                if topic.is_command
                 else PublisherEventCallbacks(incompatible_qos=note)
             ),
             'qos_overriding_options': QoSOverridingOptions(POLICIES, callback=_check_profile),
         }
         message_type, profile = MESSAGE_TYPES[topic.type_name], to_profile(topic.qos)
         try:
-            if not subscribe:
+            if not topic.is_command:
                 return self._node.create_lifecycle_publisher(
                     message_type, topic.name, profile, **options
                 )
             gaps = self._gaps[topic.name] = SequenceGaps()
             callback = partial(self._receive, topic, gaps)
             return self._node.create_subscription(
-                message_type, topic.name, callback, profile, **options
+                message_type, topic.name, callback, profile, raw=True, **options
             )
         except REFUSALS as error:
             raise StickSlipError(f'{topic.name} cannot be offered: {error}') from error
 
-    def _receive(self, topic: Topic, gaps: SequenceGaps, message: Any, origin: Any) -> None:
+    def _receive(self, topic: Topic, gaps: SequenceGaps, data: bytes, origin: Any) -> None:
         """Note which message of its publisher came, and hand it over."""
         gaps.take(origin['publication_sequence_number'])
-        self._on_message(topic, message)
+        self._on_message(topic, data)
 
     def _note_incompatible(self, topic: Topic, event: Any) -> None:
         """Count and log that another node's endpoint does not fit."""
         self.incompatible[topic.name] = event.total_count
         policy = qos_policy_name_from_kind(event.last_policy_kind)
-        other = 'publisher' if topic.direction == SUBSCRIBED else 'subscription'
+        other = 'publisher' if topic.is_command else 'subscription'
         self._node.get_logger().warning(
             f'a {other} on {topic.name} does not fit its {policy}: nothing passes between them'
         )

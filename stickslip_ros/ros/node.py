@@ -21,6 +21,7 @@ from stickslip_ros.instrument.compilation import told
 from stickslip_ros.parameters import Parameters, format_value
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.feed import Packed
+from stickslip_ros.recording.requests import receive_request
 from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.recording.run_file import info_json
 from stickslip_ros.recording.topics import NODE_NAME, Topic
@@ -42,6 +43,7 @@ from stickslip_ros.ros.parameter_bridge import (
     read_parameters,
     with_numbers,
 )
+from stickslip_ros.ros.permit import read_grant
 from stickslip_ros.ros.recordings import (
     await_reply,
     close_recording,
@@ -49,7 +51,6 @@ from stickslip_ros.ros.recordings import (
     open_recording,
     start_recording,
 )
-from stickslip_ros.ros.requests import to_grant, to_request
 from stickslip_ros.ros.services import Services
 from stickslip_ros.ros.session import Session, require
 from stickslip_ros.ros.worker import Callbacks, Faults
@@ -246,20 +247,20 @@ class StickSlipDrive(LifecycleNode):
         if self._active is not None and self._active.failure is not None:
             self.trigger_deactivate()
 
-    def _on_message(self, topic: Topic, message: Any) -> None:
+    def _on_message(self, topic: Topic, data: bytes) -> None:
         try:
-            self._take(topic, message)
+            self._take(topic, data)
         except StickSlipError as error:
             self._refusals.refuse(topic.name, f'{topic.name} refused: {error}')
 
-    def _take(self, topic: Topic, message: Any) -> None:
+    def _take(self, topic: Topic, data: bytes) -> None:
         """Hand a message to the drive; one that makes no sense counts as received."""
         session = self.session
-        if topic.key == 'grant':
-            session.extend_grant(to_grant(message))
+        if topic.request == 'grant':
+            session.extend_grant(read_grant(topic, data))
             return
         try:
-            request = to_request(topic, message)
+            request = receive_request(topic, data)
         except StickSlipError:
             session.receive(None)
             raise

@@ -1,6 +1,12 @@
 """Whether simulated time may go on: neither paused, nor ahead of what was granted."""
 
+import math
 from typing import NamedTuple
+
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.parameters import to_nanoseconds
+from stickslip_ros.recording.requests import read_request
+from stickslip_ros.recording.topics import Topic
 
 
 class Grant(NamedTuple):
@@ -18,6 +24,29 @@ class Grant(NamedTuple):
 
     until_ns: int
     commands: int
+
+
+def read_grant(topic: Topic, data: bytes) -> Grant:
+    """
+    Return what a message on ``command/grant`` allows.
+
+    Raises
+    ------
+    StickSlipError
+        If it is not a time and a count of commands.
+
+    """
+    values = list(read_request(topic, data).values[:3])
+    if len(values) != 2 or not all(map(math.isfinite, values)):
+        mend = 'send [until s, commands]'
+        raise WrongKind('grant', values, 'a list of 2 finite numbers', mend)
+    until_s, commands = values
+    if until_s < 0.0:
+        raise OutOfRange('grant until', until_s, 's', 'below 0 s', 'give a simulated time')
+    if commands < 0.0 or commands != math.floor(commands):
+        mend = 'give the number of messages sent on command topics since the activation'
+        raise OutOfRange('grant commands', commands, '', 'not a count', mend)
+    return Grant(to_nanoseconds(until_s), int(commands))
 
 
 class Permit:

@@ -10,8 +10,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
 from stickslip_ros.instrument.reports import Event, Output, Result, Status
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
-from stickslip_ros.recording.cdr import pack_string
-from stickslip_ros.recording.cdr_fields import HEADER
+from stickslip_ros.recording.cdr import HEADER, pack_string
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.run import Publish, Run, RunWriter
 from stickslip_ros.ros.orders import Order

@@ -18,7 +18,7 @@ from stickslip_ros.parameters import Parameters, parse_yaml
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.request_log import TimedRequest, channels_of, recorded_requests
+from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
 from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
 from stickslip_ros.recording.run_storage import CLOSING_RECORD

@@ -21,11 +21,11 @@ from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.recording.requests import pack_command
 from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, TOPICS, Topic
 from stickslip_ros.ros.client import Handshake, command_topic, stamp_ns
 from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
-from stickslip_ros.ros.requests import to_message
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.units import NS_PER_S
 
@@ -100,7 +100,7 @@ class Operator:
         self._drive = drive_name
         self._clients: dict[str, Client] = {}
         self._publishers = {
-            topic.key: self.node.create_publisher(
+            topic.request: self.node.create_publisher(
                 MESSAGE_TYPES[topic.type_name], topic.name, to_profile(topic.qos)
             )
             for topic in COMMANDS
@@ -182,12 +182,12 @@ class Operator:
 
         """
         topic = command_topic(name)
-        self.send(topic.key, to_message(topic, value))
+        self.send(name, pack_command(topic, value))
 
-    def send(self, key: str, message: Any) -> None:
-        """Send any message on a command topic, by its key: what a drive shall refuse, for one."""
-        self._publishers[key].publish(message)
-        self.received[key] += 1
+    def send(self, name: str, message: Any) -> None:
+        """Send any message on ``command/NAME``: what a drive shall refuse, for one."""
+        self._publishers[name].publish(message)
+        self.received[f'command/{name}'] += 1
 
     def wait_for_event(self, command: str, after: int, timeout_s: float = TIMEOUT_S) -> Any:
         """Wait for the end of a command, ignoring the first ``after`` events; return the event."""
@@ -279,7 +279,7 @@ class Operator:
 
     def _is_connected(self) -> bool:
         heard = (self._subscriptions[topic.key] for topic in READINGS if not topic.switch)
-        obeyed = (self._publishers[topic.key] for topic in COMMANDS if not topic.switch)
+        obeyed = (self._publishers[topic.request] for topic in COMMANDS if not topic.switch)
         return all(each.get_publisher_count() for each in heard) and all(
             each.get_subscription_count() for each in obeyed
         )

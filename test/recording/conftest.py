@@ -37,19 +37,15 @@ def _stamp_ns(header: Any) -> int:
     return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)
 
 
-def _plain_point(message: Any) -> m.PointMessage:
+def _plain_point(message: Any) -> m.StampedMessage:
     header, point = message.header, message.point
-    return m.PointMessage(_stamp_ns(header), header.frame_id, point.x, point.y, point.z)
+    return m.StampedMessage(_stamp_ns(header), header.frame_id, (point.x, point.y, point.z))
 
 
-def _plain_wrench(message: Any) -> m.WrenchMessage:
+def _plain_wrench(message: Any) -> m.StampedMessage:
     header, force, torque = message.header, message.wrench.force, message.wrench.torque
-    return m.WrenchMessage(
-        _stamp_ns(header),
-        header.frame_id,
-        (force.x, force.y, force.z),
-        (torque.x, torque.y, torque.z),
-    )
+    values = (force.x, force.y, force.z, torque.x, torque.y, torque.z)
+    return m.StampedMessage(_stamp_ns(header), header.frame_id, values)
 
 
 def _plain(type_name: str, message: Any) -> str:
@@ -85,9 +81,9 @@ def _run() -> Iterator[tuple[str, int, bytes]]:
     for tick in range(20):
         at_ns = tick * MS_NS
         position_m = tick * 1e-9
-        yield '/stand/position', at_ns, cdr.pack_point_stamped(at_ns, 'runner', (position_m, 0, 0))
-        yield '/stand/truth/position', at_ns, cdr.pack_point_stamped(at_ns, 'runner', (-1, 0, 0))
-        wrench = cdr.pack_wrench_stamped(at_ns, 'load_cell', (-tick, 0, 0), (0, 0, 0.5))
+        yield '/stand/position', at_ns, cdr.pack_stamped(at_ns, 'runner', (position_m, 0, 0))
+        yield '/stand/truth/position', at_ns, cdr.pack_stamped(at_ns, 'runner', (-1, 0, 0))
+        wrench = cdr.pack_stamped(at_ns, 'load_cell', (-tick, 0, 0, 0, 0, 0.5))
         yield '/stand/force', at_ns, wrench
         if tick % 10 == 0:
             yield '/stand/voltage', at_ns, cdr.pack_float64(10.0 * tick)

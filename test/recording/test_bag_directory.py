@@ -70,7 +70,7 @@ def foreign_bag(path: Path, mode: CompressionMode | None = None, **options) -> P
         )
         flag = writer.add_connection('/flag', 'std_msgs/msg/Bool', typestore=STORE)
         for tick in range(3):
-            writer.write(point, tick, cdr.pack_point_stamped(tick, 'runner', (tick, 0, 0)))
+            writer.write(point, tick, cdr.pack_stamped(tick, 'runner', (tick, 0, 0)))
             writer.write(flag, tick, b'\0\1\0\0\1')
     return path
 

@@ -114,7 +114,7 @@ def test_a_recording_of_rosbags_opens_here(tmp_path: Path):
         point = writer.add_connection('/position', m.POINT_STAMPED, typestore=store)
         flag = writer.add_connection('/flag', 'std_msgs/msg/Bool', typestore=store)
         for tick in range(3):
-            writer.write(point, tick, cdr.pack_point_stamped(tick, 'runner', (tick, 0, 0)))
+            writer.write(point, tick, cdr.pack_stamped(tick, 'runner', (tick, 0, 0)))
             writer.write(flag, tick, b'\0\1\0\0\1')
     [path] = (tmp_path / 'bag').glob('*.mcap')
     recording = Recording(path)

@@ -128,7 +128,7 @@ def test_a_quantity_is_asked_for_by_topic_and_field(
 def test_a_point_is_placed_at_its_own_stamp_and_a_number_at_its_log_time(tmp_path: Path):
     channels = [Channel('/p', m.POINT_STAMPED, Qos(1)), Channel('/u', m.FLOAT64, Qos(1))]
     with Recorder(tmp_path / 'run.mcap', channels) as recorder:
-        recorder.put('/p', 2_500_000_000, cdr.pack_point_stamped(1_500_000_000, '', (0, 0, 0)))
+        recorder.put('/p', 2_500_000_000, cdr.pack_stamped(1_500_000_000, '', (0, 0, 0)))
         recorder.put('/u', 2_500_000_000, cdr.pack_float64(0.0))
     recording = Recording(tmp_path / 'run.mcap')
     assert recording.series('p').time_s.tolist() == [1.5]

@@ -5,7 +5,7 @@ import pytest
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.recording import ArrayMessage, Series
-from stickslip_ros.recording.trace import split_columns
+from stickslip_ros.recording.series import split_columns
 
 
 def ramp(*times_s: float) -> Series:

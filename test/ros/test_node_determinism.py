@@ -148,7 +148,7 @@ def requests_of(path: Path) -> list[tuple[int, Request]]:
             settings = tuple(note['settings'].items())
             found.append((time_ns, Request(note['name'], tuple(note['values']), settings)))
         elif name == 'load':
-            found.append((time_ns, Request(name, message.force + message.torque)))
+            found.append((time_ns, Request(name, message.values)))
         elif name == 'sawtooth':
             found.append((time_ns, Request(name, tuple(message.data))))
         elif name != topic:

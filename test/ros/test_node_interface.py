@@ -104,7 +104,7 @@ def test_every_service_has_the_declared_type(stand: Any):
     ('key', 'name'),
     [
         ('position', '/left/position'),
-        ('voltage', '/left/command/voltage'),
+        ('command/voltage', '/left/command/voltage'),
         ('status', '/left/stickslip_drive/status'),
         ('diagnostics', '/diagnostics'),
     ],

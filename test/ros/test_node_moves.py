@@ -87,7 +87,7 @@ def test_force_is_stiffness_times_position_within_the_noise(start_drive: Callabl
 
 
 def test_a_voltage_is_reached_and_held(stand: Any):
-    heard = stand.operator.listen('piezo')
+    heard = stand.operator.listen('voltage')
     stand.operator.command('voltage', 123.0)
     event = stand.operator.wait_for_event('voltage', 0)
     assert (event['result'], event['steps']) == ('DONE', 0)
@@ -101,7 +101,7 @@ def test_a_slow_amplifier_is_still_moving_when_a_voltage_is_on_its_way(
     start_drive: Callable,
 ):
     stand = start_drive({**deep_queues('voltage'), 'amplifier.slew_rate': 5000.0})
-    heard = stand.operator.listen('piezo')
+    heard = stand.operator.listen('voltage')
     stand.operator.command('voltage', AMPLITUDE_V)
     event = stand.operator.wait_for_event('voltage', 0)
     assert event['result'] == 'DONE'

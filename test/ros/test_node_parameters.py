@@ -200,7 +200,7 @@ def test_a_text_that_is_none_or_a_number_out_of_range_is_refused(manual: Any):
 END_S = 0.05
 """Simulated time of a run; the drive is in lockstep, so that equal runs give equal bytes."""
 BLOCK_S = 1e-3
-TOPICS = ('position', 'force', 'piezo', 'trace')
+TOPICS = ('position', 'force', 'voltage', 'trace')
 STEPPING = (('steps', 10),)
 JOGGING = (('jog', 1000.0),)
 LUGRE = {'contact.law': 'lugre'}
@@ -212,7 +212,7 @@ CASES: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any], tuple[Any, ...],
     'friction_law': (LUGRE, {'friction_law.viscous': 5.0}, STEPPING, 'position'),
     'stand': ({}, {'stand.preload': 0.2}, STEPPING, 'position'),
     'runner': ({}, {'runner.mass': 0.006}, STEPPING, 'position'),
-    'amplifier': ({}, {'amplifier.slew_rate': 1e4}, (('voltage', 300.0),), 'piezo'),
+    'amplifier': ({}, {'amplifier.slew_rate': 1e4}, (('voltage', 300.0),), 'voltage'),
     'actuator': ({}, {'actuator.gain': 2e-10}, STEPPING, 'trace'),
     'step': ({}, {'step.frequency': 500.0}, STEPPING, 'trace'),
     'jog': ({}, {'jog.timeout': 0.01}, JOGGING, 'event'),
@@ -252,7 +252,7 @@ def run(stand: Any, commands: tuple[Any, ...], folder: Path) -> dict[str, list[A
     operator.spin_until(
         lambda: (
             len(heard['force']) > blocks
-            and min(len(heard['piezo']), len(heard['trace'])) >= round(END_S / traces)
+            and min(len(heard['voltage']), len(heard['trace'])) >= round(END_S / traces)
         ),
         'the readings',
     )

@@ -16,7 +16,7 @@ from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 
 from stickslip_ros.parameters import Parameters, parse_yaml
-from stickslip_ros.recording.messages import ArrayMessage, WrenchMessage
+from stickslip_ros.recording.messages import ArrayMessage, StampedMessage
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.topics import COMMANDS, READINGS, recorded_channels
 from stickslip_ros.ros.interface import MESSAGE_TYPES
@@ -266,8 +266,8 @@ def test_commands_are_in_the_file_at_the_tick_of_their_effect(stand: Any):
     lasts_ns = round(STEPS / FREQUENCY_HZ * 1e9)
     assert lasts_ns <= at_ns['sawtooth'] - sawtooth[0] <= lasts_ns + block_ns
     [load] = [(t, m) for topic, t, m in commands if topic == '/command/load']
-    assert isinstance(load[1], WrenchMessage)
-    assert load[1].force == (LOAD_N, 0.0, 0.0)
+    assert isinstance(load[1], StampedMessage)
+    assert load[1].values == (LOAD_N, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert load[0] == load[1].stamp_ns == at_ns['load']  # a load is done when it is taken
     voltages = [(t, m) for topic, t, m in commands if topic == '/command/voltage']
     assert [m for _, m in voltages] == [40.0, 400.0]

@@ -233,7 +233,7 @@ def test_the_truth_is_published_and_recorded_if_asked_for(
 ):
     stand = start_drive({**perfect_sensors, 'sim.publish_truth': True})
     operator = stand.operator
-    truth, force = stand.operator.listen('truth_position'), stand.operator.listen('truth_force')
+    truth, force = stand.operator.listen('truth/position'), stand.operator.listen('truth/force')
     path = operator.set_recording(wanted=True).message
     start_ns = stand.drive.session.bench.time_ns
     operator.command('sawtooth', (300.0, 1000.0, 5.0))
@@ -256,7 +256,7 @@ def test_topics_follow_a_parameter_that_was_changed_while_inactive(stand: Any):
     stand.operator.change_state('deactivate')
     assert stand.operator.set_parameter('sim.publish_truth', value=True).successful
     assert stand.operator.change_state('activate')
-    truth = stand.operator.listen('truth_position')
+    truth = stand.operator.listen('truth/position')
     stand.operator.spin_until(lambda: bool(truth), 'the truth')
 
 

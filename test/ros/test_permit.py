@@ -1,10 +1,20 @@
 """Whether a block may begin depends on pause, grants and commands, and on nothing else."""
 
+import math
+
+import pytest
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Float64MultiArray
+
+from stickslip_ros.errors import OutOfRange, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.recording.requests import pack_command
+from stickslip_ros.recording.topics import COMMANDS
 from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
-from stickslip_ros.ros.permit import Grant, Permit
+from stickslip_ros.ros.permit import Grant, Permit, read_grant
 
 BLOCK_NS = 1_000_000
+[GRANT] = [topic for topic in COMMANDS if topic.request == 'grant']
 
 
 def test_without_lockstep_only_a_pause_holds_the_drive():
@@ -104,3 +114,27 @@ def test_a_withdrawn_order_is_not_taken():
     orders = Orders(by_topic=False)
     assert orders.put(Order(NEXT_BLOCK, request=Request('stop'))).reply.cancel()
     assert orders.take(0) == []
+
+
+def test_a_grant_is_rounded_to_nanoseconds():
+    assert read_grant(GRANT, pack_command(GRANT, (0.1 + 0.2, 3))) == Grant(300_000_000, 3)
+
+
+@pytest.mark.parametrize(
+    ('values', 'refusal', 'message'),
+    [
+        ([], WrongKind, 'grant [] is not a list of 2 finite numbers; send [until s, commands]'),
+        ([1.0], WrongKind, 'is not a list of 2'),
+        ([1.0, 2.0, 3.0, 4.0], WrongKind, 'is not a list of 2'),
+        ([math.nan, 0.0], WrongKind, 'is not a list of 2 finite'),
+        ([math.inf, 0.0], WrongKind, 'is not a list of 2 finite'),
+        ([1.0, math.nan], WrongKind, 'is not a list of 2 finite'),
+        ([-1e-9, 0.0], OutOfRange, 'grant until -1e-09 s is below 0 s; give a simulated time'),
+        ([1.0, -1.0], OutOfRange, 'grant commands -1 is not a count; give the number'),
+        ([1.0, 0.5], OutOfRange, 'grant commands 0.5 is not a count'),
+    ],
+)
+def test_a_bad_grant_is_refused(values: list[float], refusal: type[StickSlipError], message: str):
+    with pytest.raises(refusal) as caught:
+        read_grant(GRANT, bytes(serialize_message(Float64MultiArray(data=values))))
+    assert message in str(caught.value)

@@ -66,7 +66,7 @@ def test_targets_from_100_nm_to_100_um_are_reached_within_5_nm_and_held_under_lo
 ):
     stand, controller = controlled
     operator = stand.operator
-    truth = stand.operator.listen('truth_position')
+    truth = stand.operator.listen('truth/position')
     for target_m in TARGETS_M:
         controller.loop.aim(target_m)
         operator.spin_until(lambda: controller.loop.in_position, f'{target_m} m', 60.0)

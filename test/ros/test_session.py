@@ -6,10 +6,9 @@ from collections.abc import Iterator
 import pytest
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
-from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.commands import WAVEFORM_ROWS_MAX, Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.feed import Packed
-from stickslip_ros.recording.topics import WAVEFORM_ROWS_MAX
 from stickslip_ros.ros.session import Session, require
 
 TIMEOUT_S = 20.0

@@ -8,7 +8,7 @@ import pytest
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording import messages as m
-from stickslip_ros.recording.cdr import pack_point_stamped
+from stickslip_ros.recording.cdr import pack_stamped
 from stickslip_ros.recording.channels import Channel, Qos
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -61,7 +61,7 @@ def record_points(path, values_m, attachments=None):
     with Recorder(path, channels, attachments=attachments or {}) as recorder:
         for tick, value_m in enumerate(values_m):
             at_ns = tick * MS_NS
-            message = pack_point_stamped(at_ns, 'stage_base', (value_m, 0.0, 0.0))
+            message = pack_stamped(at_ns, 'stage_base', (value_m, 0.0, 0.0))
             recorder.put('/position', at_ns, message, wait=True)
     return path
 

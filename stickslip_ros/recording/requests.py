@@ -1,0 +1,197 @@
+"""Requests as messages: to bytes and back, live and in a recording."""
+
+import json
+from array import array
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
+from stickslip_ros.instrument.commands import WAVEFORM_ROWS_MAX, Request
+from stickslip_ros.recording import messages as m
+from stickslip_ros.recording.cdr import (
+    pack_float64,
+    pack_float64_array,
+    pack_int32,
+    pack_stamped,
+    pack_string,
+    unpack,
+)
+from stickslip_ros.recording.channels import Channel, Qos, name_in_file
+from stickslip_ros.recording.feed import Packed
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import TOPICS_RECORD
+from stickslip_ros.recording.topics import COMMANDS, TOPICS, Topic
+
+BY_TOPIC = {topic.request: topic for topic in COMMANDS if topic.recorded}
+"""Topic of each request that comes over one."""
+NOTES = 'request'
+"""Key of the topic that reports every other request."""
+
+
+def pack_request(request: Request, time_ns: int) -> Packed:
+    """Return a request as the message of its topic, at the time at which it takes effect."""
+    topic = BY_TOPIC.get(request.name)
+    if topic is not None:
+        return Packed(topic.key, time_ns, pack_command(topic, request.values, time_ns))
+    content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
+    return Packed(NOTES, time_ns, pack_string(json.dumps(content)))
+
+
+def pack_command(topic: Topic, values: Any, time_ns: int = 0) -> bytes:
+    """
+    Return the message of a command topic.
+
+    Parameters
+    ----------
+    topic : Topic
+        A command topic.
+    values : float, int or sequence of float
+        The number, or the numbers in their order; rows for a waveform; of a load or a position
+        its x alone will do.
+    time_ns : int
+        Stamp, where the message has one.
+
+    """
+    numbers = np.ravel(values)
+    if topic.type_name == m.FLOAT64:
+        return pack_float64(*numbers)
+    if topic.type_name == m.INT32:
+        return pack_int32(int(*numbers))
+    if topic.type_name in m.STAMPED_FIELDS:
+        rest = (0.0,) * (len(topic.numbers) - len(numbers))
+        return pack_stamped(time_ns, topic.frame, (*numbers, *rest))
+    columns = ','.join(map(_column, topic.numbers))
+    if topic.is_table and len(numbers) % len(topic.numbers) == 0:
+        rows = numbers.reshape(-1, len(topic.numbers))
+        return pack_float64_array(rows, ('row', columns))
+    return pack_float64_array(numbers, (columns,))
+
+
+def _column(label: str) -> str:
+    """Return the label of a number as a layout has it: ``voltage V`` as ``voltage[V]``."""
+    name, _, unit = label.partition(' ')
+    return f'{name}[{unit}]' if unit else name
+
+
+def read_request(topic: Topic, data: bytes) -> Request:
+    """
+    Return what a message on a command topic asks for.
+
+    Raises
+    ------
+    RecordingError
+        If the bytes are not such a message.
+    WrongKind
+        If the layout of a table says anything but its rows.
+
+    """
+    message = unpack(topic.type_name, data)
+    values: Sequence[float]
+    if isinstance(message, m.StampedMessage):
+        values = message.values
+    elif isinstance(message, m.ArrayMessage):
+        if topic.is_table:
+            _check_layout(topic, message)
+        values = array('d', message.data.tobytes())
+    else:
+        values = (float(message),)
+    return Request(topic.request, values)
+
+
+def receive_request(topic: Topic, data: bytes) -> Request:
+    """
+    Return what a message asks for that came over the network, where waveforms have an end.
+
+    Raises
+    ------
+    StickSlipError
+        As `read_request`, and if a waveform has too many rows for a message.
+
+    """
+    request = read_request(topic, data)
+    rows = len(request.values) // len(topic.numbers)
+    if topic.is_table and rows > WAVEFORM_ROWS_MAX:
+        limit = f'above the {WAVEFORM_ROWS_MAX} of a message'
+        mend = 'send fewer, or play the whole from a file with `stickslip replay`'
+        raise OutOfRange(f'{topic.request} rows', rows, '', limit, mend)
+    return request
+
+
+def _check_layout(topic: Topic, message: m.ArrayMessage) -> None:
+    """Refuse a table whose layout is given and is not that of rows in order."""
+    count, width = message.data.size, len(topic.numbers)
+    sizes, strides = list(message.sizes), list(message.strides)
+    # What is not made of rows may say so: whoever counts the numbers refuses it.
+    fits = sizes == [count // width, width] if count % width == 0 else sizes == [count]
+    in_order = all(
+        given in (0, meant) for given, meant in zip(strides, (count, width), strict=False)
+    )
+    if (sizes and not (fits and in_order)) or message.offset:
+        shown = f'sizes {sizes[:4]}, strides {strides[:4]}, offset {message.offset}'
+        mend = 'say [n, 2] with strides [2 n, 2], or leave the layout empty'
+        name = f'layout of a {topic.request} of {count} numbers'
+        raise WrongKind(name, shown, 'rows of two', mend)
+
+
+class TimedRequest(NamedTuple):
+    """A request and the simulated time at which it took effect, ns."""
+
+    time_ns: int
+    request: Request
+
+
+def channels_of(recording: Recording) -> dict[str, Channel]:
+    """
+    Return the channels of a run by the keys of their topics.
+
+    Raises
+    ------
+    RecordingError
+        If the recording does not say which topic is which.
+
+    """
+    topics = {name_in_file(topic.key): topic for topic in TOPICS}
+    channels = {}
+    try:
+        for name, text in recording.metadata.get(TOPICS_RECORD, {}).items():
+            content, topic = json.loads(text), topics[name]
+            channels[topic.key] = Channel(content.pop('topic'), topic.type_name, Qos(**content))
+    except (ValueError, KeyError, TypeError):
+        channels = {}
+    if 'position' not in channels or NOTES not in channels:
+        problem = 'does not say which topic is which'
+        raise RecordingError(recording.path, problem, 'record with a drive of this package')
+    return channels
+
+
+def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
+    """
+    Give every request of a run of this package, in the order in which they were carried out.
+
+    Raises
+    ------
+    RecordingError
+        If it is no run of this package, or a note of a request cannot be read.
+
+    """
+    channels = channels_of(recording)
+    commands = {channels[each.key].topic: each for each in COMMANDS if each.key in channels}
+    notes = channels[NOTES].topic
+    for topic, stored in recording.records():
+        if topic == notes:
+            yield TimedRequest(stored.log_time, _read_note(recording, stored.data))
+        elif topic in commands:
+            yield TimedRequest(stored.log_time, read_request(commands[topic], stored.data))
+
+
+def _read_note(recording: Recording, data: bytes) -> Request:
+    text = str(unpack(m.STRING, data))
+    try:
+        note = json.loads(text)
+        return Request(note['name'], tuple(note['values']), tuple(note['settings'].items()))
+    except (ValueError, KeyError, TypeError, AttributeError):
+        problem = f'holds a request that cannot be read: {text[:80]}'
+        mend = 'record with a drive of this package'
+        raise RecordingError(recording.path, problem, mend) from None

@@ -1,0 +1,197 @@
+"""Messages become requests and requests messages, live and recorded; nonsense is refused."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from geometry_msgs.msg import PointStamped
+from hypothesis import given
+from hypothesis import strategies as st
+from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+
+from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
+from stickslip_ros.instrument.commands import COMMANDS as ROWS
+from stickslip_ros.instrument.commands import WAVEFORM_ROWS_MAX, Request
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording import Channel, Qos, Recorder, Recording, cdr
+from stickslip_ros.recording import messages as m
+from stickslip_ros.recording.feed import Packed
+from stickslip_ros.recording.fingerprint import compare_data, data_digest
+from stickslip_ros.recording.requests import pack_command, pack_request, receive_request, recorded_requests
+from stickslip_ros.recording.run import RunWriter
+from stickslip_ros.recording.topics import COMMANDS, Topic
+from stickslip_ros.ros.interface import MESSAGE_TYPES
+
+BY_NAME = {topic.request: topic for topic in COMMANDS}
+
+NUMBER = st.floats(allow_nan=False)
+
+
+def numbers(count: int) -> st.SearchStrategy[tuple[float, ...]]:
+    return st.tuples(*[NUMBER] * count)
+
+
+REQUESTS = st.one_of(
+    st.builds(Request, st.sampled_from(['voltage', 'preload', 'jog']), numbers(1)),
+    st.builds(Request, st.just('steps'), st.integers(-(2**31), 2**31 - 1).map(lambda n: (n,))),
+    st.builds(Request, st.just('sawtooth'), st.lists(NUMBER, max_size=5).map(tuple)),
+    st.builds(Request, st.just('waveform'), st.lists(NUMBER, max_size=9).map(tuple)),
+    st.builds(Request, st.just('position'), numbers(3)),
+    st.builds(Request, st.just('load'), numbers(6)),
+    st.sampled_from([Request('stop'), Request('reset'), Request('clear_faults')]),
+    st.just(Request('fault', settings=(('fault.dead_foot', 2), ('fault.load_cell', 'freeze')))),
+)
+
+
+def written(path: Path, requests: list[Request], voltage_v: float = 0.0) -> Recording:
+    with RunWriter(path, Parameters(), wait=True) as writer:
+        writer.begin(0, Status(0))
+        for tick, request in enumerate(requests):
+            writer.write(pack_request(request, tick))
+        writer.write(Packed('voltage', len(requests), cdr.pack_float64(voltage_v)))
+    return Recording(path)
+
+
+@given(requests=st.lists(REQUESTS, max_size=6))
+def test_requests_come_back_in_their_order_and_to_the_bit(tmp_path_factory, requests):
+    recording = written(tmp_path_factory.mktemp('log') / 'run.mcap', requests)
+    read = list(recorded_requests(recording))
+    assert [each.time_ns for each in read] == list(range(len(requests)))
+    back = [replace(each.request, values=tuple(each.request.values)) for each in read]
+    assert back == requests
+
+
+def test_a_recording_that_is_no_run_has_no_requests(tmp_path):
+    path = tmp_path / 'other.mcap'
+    with Recorder(path, [Channel('/voltage', m.FLOAT64, Qos(1))]):
+        pass
+    with pytest.raises(RecordingError, match='does not say which topic is which'):
+        list(recorded_requests(Recording(path)))
+
+
+def test_equal_recordings_are_equal_and_the_first_difference_is_named(tmp_path):
+    requests = [Request('voltage', (1.0,)), Request('stop')]
+    one = written(tmp_path / 'one.mcap', requests)
+    same = written(tmp_path / 'same.mcap', requests)
+    other = written(tmp_path / 'other.mcap', requests, voltage_v=2.0)
+    short = written(tmp_path / 'short.mcap', requests[:1])
+    assert compare_data(one, same) is None
+    assert data_digest(one) == data_digest(same) != data_digest(other)
+    difference = compare_data(one, other)
+    assert difference is not None
+    assert (difference.message, difference.topic, difference.what) == (4, '/voltage', 'data')
+    assert compare_data(one, short) is not None
+
+
+def topic_of(name: str) -> Topic:
+    return BY_NAME[name]
+
+
+def received(name: str, message: Any) -> Request:
+    """Give what the drive makes of a message that ROS has serialised."""
+    return receive_request(topic_of(name), bytes(serialize_message(message)))
+
+
+def waveform(dims: list[tuple[int, int]], count: int, offset: int = 0) -> Float64MultiArray:
+    """Give a waveform of so many numbers whose layout has these sizes and strides."""
+    message = Float64MultiArray(data=[float(n) for n in range(count)])
+    message.layout.data_offset = offset
+    message.layout.dim = [MultiArrayDimension(size=size, stride=stride) for size, stride in dims]
+    return message
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'values'),
+    [
+        ('voltage', 150.0, (150.0,)),
+        ('sawtooth', (300.0, 1000.0, 20.0), (300.0, 1000.0, 20.0)),
+        ('steps', -7, (-7.0,)),
+        ('jog', 40.0, (40.0,)),
+        ('waveform', ((0.0, 0.0), (0.1, 5.0)), (0.0, 0.0, 0.1, 5.0)),
+        ('position', 2e-6, (2e-6, 0.0, 0.0)),
+        ('load', 0.1, (0.1, 0.0, 0.0, 0.0, 0.0, 0.0)),
+        ('preload', 0.3, (0.3,)),
+    ],
+)
+def test_a_value_goes_through_its_message_to_the_request(
+    name: str, value: object, values: tuple[float, ...]
+):
+    data = pack_command(topic_of(name), value)
+    request = received(name, deserialize_message(data, MESSAGE_TYPES[topic_of(name).type_name]))
+    assert Request(request.name, tuple(request.values)) == Request(name, values)
+
+
+def test_every_command_topic_is_covered():
+    assert set(BY_NAME) == {name for name, row in ROWS.items() if row.has_topic} | {'grant'}
+    assert len(BY_NAME) == 9
+
+
+def test_all_coordinates_of_a_target_reach_the_request():
+    message = PointStamped()
+    message.point.x, message.point.y, message.point.z = 1.0, 2.0, 3.0
+    assert received('position', message).values == (1.0, 2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        waveform([], 6),
+        waveform([], 5),  # the bench refuses it, with an event
+        waveform([(3, 6), (2, 2)], 6),
+        waveform([(3, 0), (2, 0)], 6),
+    ],
+    ids=['no layout', 'odd', 'rows', 'no strides'],
+)
+def test_a_waveform_is_taken_as_rows(message: Float64MultiArray):
+    request = received('waveform', message)
+    assert tuple(request.values) == tuple(message.data)
+
+
+@pytest.mark.parametrize(
+    'message',
+    [
+        waveform([(6, 6)], 6),
+        waveform([(2, 6), (3, 3)], 6),
+        waveform([(3, 2), (2, 6)], 6),
+        waveform([(3, 6), (2, 1)], 6),
+        waveform([(2, 4), (2, 2)], 6),
+        waveform([(1, 6), (3, 6), (2, 2)], 6),
+        waveform([(2, 4), (2, 2)], 5),
+        waveform([(3, 6), (2, 2)], 6, offset=1),
+        waveform([], 6, offset=2),
+    ],
+    ids=[
+        'one axis',
+        'columns',
+        'column-major',
+        'stride',
+        'fewer',
+        'three axes',
+        'odd',
+        'offset',
+        'offset alone',
+    ],
+)
+def test_a_layout_that_is_not_rows_of_two_is_refused(message: Float64MultiArray):
+    with pytest.raises(WrongKind, match='rows of two; say'):
+        received('waveform', message)
+
+
+def test_the_longest_waveform_is_taken_and_a_longer_one_refused():
+    longest = waveform([], 2 * WAVEFORM_ROWS_MAX)
+    assert received('waveform', longest).values == longest.data
+    longer = waveform([], 2 * (WAVEFORM_ROWS_MAX + 1))
+    with pytest.raises(OutOfRange) as caught:
+        received('waveform', longer)
+    assert str(caught.value) == (
+        'waveform rows 100001 is above the 100000 of a message; '
+        'send fewer, or play the whole from a file with `stickslip replay`'
+    )
+
+
+def test_bytes_that_are_no_message_of_the_topic_are_refused():
+    with pytest.raises(RecordingError, match='check the type of the topic'):
+        receive_request(topic_of('load'), pack_command(topic_of('voltage'), 1.0))
