@@ -43,7 +43,7 @@ def test_an_override_of_a_subscription_and_of_a_depth(start_drive: Callable):
     stand = start_drive({f'{name}.reliability': 'best_effort', f'{name}.depth': 7}, wait=False)
     profile = endpoint_of(stand, '/command/voltage', published=False)
     assert profile.reliability == ReliabilityPolicy.BEST_EFFORT
-    assert stand.drive._topics._offered['voltage'].qos_profile.depth == 7
+    assert stand.drive._topics._offered['command/voltage'].qos_profile.depth == 7
 
 
 def test_an_override_in_a_namespace_names_the_resolved_topic(start_drive: Callable):
