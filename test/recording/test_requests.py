@@ -20,7 +20,12 @@ from stickslip_ros.recording import Channel, Qos, Recorder, Recording, cdr
 from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.fingerprint import compare_data, data_digest
-from stickslip_ros.recording.requests import pack_command, pack_request, receive_request, recorded_requests
+from stickslip_ros.recording.requests import (
+    pack_command,
+    pack_request,
+    receive_request,
+    recorded_requests,
+)
 from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.recording.topics import COMMANDS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES
