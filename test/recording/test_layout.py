@@ -142,7 +142,7 @@ def test_the_parameters_choose_the_form(tmp_path: Path):
         'record.name': 'run.mcap',
     }
     parameters = Parameters().updated(values)
-    channels = {'piezo': VOLTAGE}
+    channels = {'voltage': VOLTAGE}
     with open_recorder(run_path(parameters), parameters, channels) as recorder:
         for time_ns in (0, 1_000_000_000):
             recorder.put('/voltage', time_ns, cdr.pack_float64(1.0))
