@@ -35,6 +35,13 @@ def add_json(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--json', action='store_true', help='print one JSON object, SI units')
 
 
+def add_folder(parser: argparse.ArgumentParser, default: str = 'runs') -> None:
+    """Add the folder into which a verb writes."""
+    parser.add_argument(
+        '--out', type=to_path, default=Path(default), metavar='DIR', help='default: %(default)s'
+    )
+
+
 def add_workers(parser: argparse._ActionsContainer) -> None:
     """Add how many threads do the work."""
     parser.add_argument(

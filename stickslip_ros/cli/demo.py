@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.common import (
+    add_folder,
     add_json,
     add_parameters,
     chosen_parameters,
     print_json,
     print_table,
-    to_path,
 )
 from stickslip_ros.files import make_folder
 from stickslip_ros.study.run_figure import plot_run
@@ -27,9 +27,7 @@ def add_verb(add_parser: Any) -> None:
         description='Start the node as a process of its own; from here, over topics: a saw-tooth '
         'burst, a direct-voltage ramp, an external load. Writes DIR/demo.mcap and DIR/demo.png.',
     )
-    parser.add_argument(
-        '--out', type=to_path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
-    )
+    add_folder(parser)
     add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)

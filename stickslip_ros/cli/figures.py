@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.common import (
+    add_folder,
     add_json,
     add_parameters,
     add_workers,
     chosen_parameters,
     print_json,
     print_table,
-    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.files import make_folder
@@ -31,13 +31,7 @@ def add_verb(add_parser: Any) -> None:
         'DIR/NAME.csv (all digits, SI), DIR/NAME.png, DIR/NAME.svg, and DIR/NAME.md with the '
         f'caption. Names: {", ".join(FIGURES)}.',
     )
-    parser.add_argument(
-        '--out',
-        type=to_path,
-        default=Path('runs/figures'),
-        metavar='DIR',
-        help='default: %(default)s',
-    )
+    add_folder(parser, 'runs/figures')
     parser.add_argument('--only', metavar='NAME,…', help='default: all figures')
     parser.add_argument(
         '--points',

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.common import (
+    add_folder,
     add_json,
     add_parameters,
     chosen_parameters,
     print_json,
     print_table,
-    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.errors import OutOfRange
@@ -30,9 +30,7 @@ def add_verb(add_parser: Any) -> None:
         '0.1, 0.5 and 1 N. Writes DIR/laws.csv and DIR/laws.png. The rival laws take their '
         'stiffness and limit from the contact model, unless friction_law.* says otherwise.',
     )
-    parser.add_argument(
-        '--out', type=to_path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
-    )
+    add_folder(parser)
     parser.add_argument(
         '--amplitudes', type=int, default=LAWS.points, metavar='N', help='default: %(default)s'
     )

@@ -5,16 +5,17 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.common import (
+    add_folder,
     add_json,
     add_parameters,
     chosen_parameters,
     print_json,
     print_table,
-    to_path,
 )
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_folder
 from stickslip_ros.study.positioning_figure import draw_positioning, largest_errors_m
+from stickslip_ros.units import NM
 
 CHECK_FAILED = 1
 TOLERANCE_M = 5e-9
@@ -29,7 +30,7 @@ def add_verb(add_parser: Any) -> None:
         'positioning',
         description='Drive and position_controller in lockstep, over topics: the same bytes on '
         'every machine. Goes to the targets one after the other, then an external load comes. '
-        f'Passes if every target is held within {TOLERANCE_M * 1e9:g} nm of the true position. '
+        f'Passes if every target is held within {TOLERANCE_M * NM:g} nm of the true position. '
         'Try --params config/realistic.yaml. Writes DIR/positioning.mcap and .png.',
     )
     parser.add_argument(
@@ -41,9 +42,7 @@ def add_verb(add_parser: Any) -> None:
     parser.add_argument(
         '--load', type=float, default=0.05, metavar='N', help='load at the end (default: 0.05)'
     )
-    parser.add_argument(
-        '--out', type=to_path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
-    )
+    add_folder(parser)
     add_parameters(parser)
     add_json(parser)
     parser.set_defaults(run=run)
@@ -97,13 +96,13 @@ def _targets(text: str) -> list[float]:
 def _print(legs: list[dict[str, float]], recording: Path, picture: Path, *, passed: bool) -> None:
     rows = [
         (
-            f'{leg["target_m"] * 1e9:g} nm'
+            f'{leg["target_m"] * NM:g} nm'
             + (f' under {leg["load_n"]:g} N' if leg['load_n'] else ''),
             '-' if leg['load_n'] else f'{leg["way_s"] * 1e3:.0f}',
-            f'{leg["largest_error_m"] * 1e9:.2f}',
+            f'{leg["largest_error_m"] * NM:.2f}',
         )
         for leg in legs
     ]
     print_table('targets', rows, ('target', 'way (ms)', 'largest error in hold (nm)'))
-    print(f'{"held" if passed else "NOT held"} within {TOLERANCE_M * 1e9:g} nm')
+    print(f'{"held" if passed else "NOT held"} within {TOLERANCE_M * NM:g} nm')
     print(f'recording {recording}\npicture {picture}')

@@ -1,18 +1,17 @@
 """``stickslip roughness``: random rough lines against the equivalent profile."""
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stickslip_ros.cli.common import (
+    add_folder,
     add_json,
     add_parameters,
     chosen_parameters,
     print_json,
     print_table,
-    to_path,
 )
 from stickslip_ros.cli.progress import shown_progress
 from stickslip_ros.files import make_folder
@@ -32,9 +31,7 @@ def add_verb(add_parser: Any) -> None:
         'compare the contact of the lines with that of the equivalent rough profile, which has '
         f'the same rms height and Hurst exponent. Writes DIR/{PICTURE}.',
     )
-    parser.add_argument(
-        '--out', type=to_path, default=Path('runs'), metavar='DIR', help='default: %(default)s'
-    )
+    add_folder(parser)
     parser.add_argument(
         '--realisations',
         type=int,
