@@ -1,8 +1,8 @@
 /*
-The ideal drive in plain C: the algorithm of drive/plant.py, drive/glide.py, drive/oscillator.py,
-contact/branch.py, contact/memory.py and contact/virgin.py, with the same arithmetic in the same
-order. What the standard case never comes to is left out: walls, tables and missed ramps, a full
-stack of turning points (which ends the run), the count of passes.
+The ideal drive in plain C: the algorithm of drive/advance.py, drive/long_step.py,
+contact/memory.py and contact/virgin.py, with the same arithmetic in the same order. What the
+standard case never comes to is left out: walls, tables and missed ramps, a full stack of turning
+points (which ends the run), the count of passes.
 */
 
 #include <math.h>
@@ -278,7 +278,7 @@ static inline double time_to_close(const Slide *slide, const Branch *branch, dou
 }
 
 /* Advance until the sliding turns, at most by a given time; return the time, 0 if it failed. */
-static inline double glide(const Plant *plant, State *state, double rate_v_per_s, double load_n,
+static inline double long_step(const Plant *plant, State *state, double rate_v_per_s, double load_n,
                            double longest_s)
 {
     Memory *memory = &state->memory;
@@ -355,7 +355,7 @@ static inline double longest_on_slope(const Plant *plant, double rate_v_per_s)
     return foot_m_per_s * longest_s <= travel_m ? longest_s : travel_m / foot_m_per_s;
 }
 
-static inline int ride(const Plant *plant, State *state, double start_v, double rate_v_per_s,
+static inline int take_long_steps(const Plant *plant, State *state, double start_v, double rate_v_per_s,
                        double load_n, double stretch_s)
 {
     double longest_s = longest_on_slope(plant, rate_v_per_s), left_s = stretch_s;
@@ -364,7 +364,7 @@ static inline int ride(const Plant *plant, State *state, double start_v, double 
         double h_s = left_s;
         if (left_s > longest_s)
             h_s = left_s >= 2.0 * longest_s ? longest_s : 0.5 * left_s;
-        double done_s = glide(plant, state, rate_v_per_s, load_n, h_s);
+        double done_s = long_step(plant, state, rate_v_per_s, load_n, h_s);
         if (done_s == 0.0)
             return 0;
         left_s = done_s < left_s ? left_s - done_s : 0.0;
@@ -373,7 +373,7 @@ static inline int ride(const Plant *plant, State *state, double start_v, double 
     return 1;
 }
 
-static inline void tell_time(const Wave *wave, State *state, double stretch_s, int fall_is_over,
+static inline void advance_clock(const Wave *wave, State *state, double stretch_s, int fall_is_over,
                              Ramp *ramps, long rows)
 {
     state->ramp_s = state->ramp_s + stretch_s;
@@ -411,11 +411,11 @@ int advance(const Plant *plant, State *state, const Wave *wave, double load_n, d
             caught_s = INFINITY;
         }
         double stretch_s = least(least(remaining_s, corner_s), caught_s);
-        if (!ride(plant, state, start_v, rate_v_per_s, load_n, stretch_s))
+        if (!take_long_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s))
             return 0;
         double left_v = clamp(plant, target_v + slope_v_per_s * stretch_s) - state->voltage_v;
         int fall_is_over = caught_s < INFINITY && fabs(left_v) <= SETTLED_V;
-        tell_time(wave, state, stretch_s, fall_is_over, ramps, rows);
+        advance_clock(wave, state, stretch_s, fall_is_over, ramps, rows);
         remaining_s -= stretch_s;
     }
     return 1;

@@ -113,7 +113,7 @@ class InC:
     def __init__(self, library: ctypes.CDLL, ours: Ours) -> None:
         plant = ours.plants[0]
         curve = plant.contacts[ALL].curve
-        assert plant.glides
+        assert plant.only_long_steps
         self.work_s = ours.work_s
         self.state = CState()
         self._advance = library.advance

@@ -17,11 +17,9 @@ import numpy as np
 
 from benchmarks.case import AMPLITUDE_M, PERIOD_S
 from benchmarks.clock import Array
-from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.hemisphere import elasticity_of
-from stickslip_ros.contact.line_profile import LineProfile
-from stickslip_ros.contact.presliding import Presliding
-from stickslip_ros.contact.profile import PowerProfile
+from stickslip_ros.contact.mdr import Elasticity, Presliding
+from stickslip_ros.contact.profile import LineProfile, PowerProfile
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.parameters import Parameters
 

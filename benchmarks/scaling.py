@@ -13,11 +13,10 @@ from benchmarks.case import AMPLITUDE_M, FREQUENCY_HZ, PERIOD_S, PRELOAD_N, Ours
 from benchmarks.clock import Array, Program, in_turn
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
-from stickslip_ros.contact.bank import spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of
 from stickslip_ros.contact.memory import fresh_memory, move
 from stickslip_ros.contact.record import Record, record
-from stickslip_ros.contact.springs import drag, springs_kind
+from stickslip_ros.contact.springs import move_springs, spring_bank, springs_kind
 from stickslip_ros.drive.build import groups_of, plant_of
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.parameters import Parameters
@@ -112,7 +111,9 @@ def shake(bank: Record, springs: Record, reach_m: float, drags: int) -> float:
     """Drag a bank of springs to and fro at constant preload."""
     total_n = 0.0
     for i in range(drags):
-        force_n, _ = drag(bank, springs, reach_m if i % 2 else -reach_m, PRELOAD_N, PRELOAD_N)
+        force_n, _ = move_springs(
+            bank, springs, reach_m if i % 2 else -reach_m, PRELOAD_N, PRELOAD_N
+        )
         total_n += force_n
     return total_n
 
@@ -125,7 +126,7 @@ def run_springs(sizes: Sizes) -> Outcome:
     programs = []
     for springs in (n for n in sizes.scaling if n <= 1000):
         bank = spring_bank(
-            groups_of(parameters),
+            groups_of(parameters.contact),
             elasticity_of(parameters.contact),
             parameters.contact.friction,
             PRELOAD_N,

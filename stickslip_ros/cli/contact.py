@@ -13,7 +13,7 @@ from stickslip_ros.cli.common import (
     print_table,
 )
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.presliding import Presliding, presliding
+from stickslip_ros.contact.mdr import Presliding, presliding
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters import spec_of
 

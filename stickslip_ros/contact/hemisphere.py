@@ -2,11 +2,18 @@
 
 from functools import lru_cache
 
-from stickslip_ros.contact.elasticity import Elasticity, effective_elasticity
-from stickslip_ros.contact.line_profile import rough_line_profile
-from stickslip_ros.contact.profile import Profile, rough_profile, smooth_profile
-from stickslip_ros.contact.roughness import rough_prefactor_1d
-from stickslip_ros.contact.self_affine import Spectrum
+import numpy as np
+
+from stickslip_ros.contact.mdr import Elasticity, effective_elasticity
+from stickslip_ros.contact.profile import (
+    Array,
+    LineProfile,
+    Profile,
+    line_profile,
+    rough_profile,
+    smooth_profile,
+)
+from stickslip_ros.contact.roughness import Spectrum, rough_line, rough_prefactor_1d
 from stickslip_ros.parameters import ContactParameters
 
 PROFILES_KEPT = 64
@@ -58,3 +65,40 @@ def prefactor_of(contact: ContactParameters) -> float:
     if contact.prefactor:
         return contact.prefactor
     return rough_prefactor_1d(contact.rms_height, contact.hurst, contact.radius)
+
+
+def rough_line_profile(
+    spectrum: Spectrum, radius_m: float, length_m: float, points: int, seed: int
+) -> LineProfile:
+    """
+    Return one rough parabola g(x) = x^2/R + h(x) (Eq. 14).
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        Of the random line h.
+    radius_m : float
+        Radius R of the sphere, m.
+    length_m : float
+        Length of the line, m; it is centred below the sphere.
+    points : int
+        Number of springs.
+    seed : int
+        Seed of the line.
+
+    Raises
+    ------
+    OutOfRange
+        If the grid does not resolve the spectrum.
+
+    """
+    spacing_m = length_m / points
+    x_m = line_places(length_m, points)
+    return line_profile(
+        x_m**2 / radius_m + rough_line(spectrum, length_m, points, seed), spacing_m
+    )
+
+
+def line_places(length_m: float, points: int) -> Array:
+    """Return the places of the springs, m: the middles of equal cells from -L/2 to L/2."""
+    return (np.arange(points, dtype=np.float64) + 0.5) * (length_m / points) - 0.5 * length_m

@@ -15,11 +15,12 @@ forgotten.
 """
 
 import math
+from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind, record
-from stickslip_ros.contact.virgin import virgin_energy, virgin_force
+from stickslip_ros.contact.virgin import virgin_energy, virgin_force, virgin_stiffness
 
 CAPACITY = 1024
 """Turning points that a stack holds."""
@@ -255,3 +256,159 @@ def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
             turns[kept, ERROR] = turns[j, ERROR] + shift_n
             j += 1
     return kept
+
+
+class Branch(NamedTuple):
+    """
+    A stretch of the force-displacement curve: T = force + sense fold T_v(travel / fold).
+
+    Attributes
+    ----------
+    origin_m, force_n : float
+        Turning point from which it starts; force 0 on the virgin curve.
+    sense : float
+        +1 or -1: its direction.
+    fold, unfold : float
+        2 on a Masing branch, 1 on the virgin curve; and its inverse.
+    reach_m : float
+        Travel at which it ends, because a loop closes.
+
+    """
+
+    origin_m: float
+    force_n: float
+    sense: float
+    fold: float
+    unfold: float
+    reach_m: float
+
+
+@kernel
+def present_branch(memory: Record) -> Branch:
+    """Return the branch on which the contact is."""
+    turns, depth, sense = memory.turns, memory.depth, memory.sense
+    if depth == 0:
+        return Branch(turns[0, U], 0.0, sense, 1.0, 1.0, math.inf)
+    return Branch(turns[depth, U], turns[depth, FORCE], sense, 2.0, 0.5, loop_length(turns, depth))
+
+
+@kernel
+def branch_towards(curve: Record, memory: Record, direction: float) -> Branch:
+    """Return the branch along which the contact goes if it moves in a direction now."""
+    present = present_branch(memory)
+    travel_m = abs(memory.u_m - present.origin_m)
+    if direction * memory.sense >= 0.0 or travel_m <= present.fold * curve.core_m:
+        return present
+    reach_m = 2.0 * travel_m if memory.depth == 0 else travel_m
+    return Branch(memory.u_m, memory.force_n, -memory.sense, 2.0, 0.5, reach_m)
+
+
+@kernel
+def stiffness_on(curve: Record, branch: Branch, u_m: float) -> float:
+    """Return the tangent stiffness of a branch at a displacement, N/m."""
+    return virgin_stiffness(curve, abs(u_m - branch.origin_m) * branch.unfold)
+
+
+@kernel
+def force_ahead(curve: Record, memory: Record, branch: Branch, u_m: float) -> float:
+    """Return the force at a displacement near the branch, N, as if the contact had gone there."""
+    travel_m = branch.sense * (u_m - branch.origin_m)
+    if 0.0 <= travel_m < branch.reach_m:
+        folded_n = branch.fold * virgin_force(curve, travel_m * branch.unfold)
+        return branch.force_n + branch.sense * folded_n
+    return _force_after_closing(curve, memory, u_m)
+
+
+@kernel
+def _force_after_closing(curve: Record, memory: Record, u_m: float) -> float:
+    """Return the force at a displacement that lies beyond the closing of at least one loop, N."""
+    direction = 1.0 if u_m > memory.u_m else -1.0
+    turns, depth = memory.turns, memory.depth
+    if direction != memory.sense:
+        depth = max(depth - 1, 0)
+    while depth > 0 and direction * (u_m - turns[depth, U]) >= loop_length(turns, depth):
+        depth = max(depth - 2, 0)
+    offset_m = u_m - turns[depth, U]
+    if depth == 0:
+        return math.copysign(virgin_force(curve, abs(offset_m)), offset_m)
+    return turns[depth, FORCE] + direction * 2.0 * virgin_force(curve, 0.5 * abs(offset_m))
+
+
+@kernel
+def lost_energy(curve: Record, memory: Record) -> float:
+    """Return the friction loss since the start, J."""
+    travel_m = abs(memory.u_m - memory.turns[memory.depth, U])
+    return memory.lost_j + branch_loss(curve, memory.depth, travel_m) - memory.base_j
+
+
+@kernel
+def stored_energy(curve: Record, memory: Record) -> float:
+    """
+    Return the elastic energy in the springs, J; O(depth).
+
+    Notes
+    -----
+    An element that slips at w has the density p(w) = -T_v''(w) and the elongation e(w):
+    the stack says that between two half loop widths e = +-w + (u - u_k), beyond the largest
+    e = u - u_0. The energy is the integral of p e^2 / 2.
+
+    """
+    turns = memory.turns
+    half_m = 0.5 * memory.sense * (memory.u_m - turns[memory.depth, U])
+    if memory.depth == 0:
+        half_m *= 2.0
+    energy_j = _energy_between(curve, 0.0, half_m, 1.0, 0.0)
+    sense = memory.sense
+    for k in range(memory.depth, 0, -1):
+        outer_m = 0.5 * abs(turns[k, U] - turns[k - 1, U])
+        if k == 1:
+            outer_m *= 2.0
+        energy_j += _energy_between(curve, half_m, outer_m, -sense, memory.u_m - turns[k, U])
+        sense = -sense
+        half_m = outer_m
+    return energy_j + _energy_between(curve, half_m, curve.limit_m, 0.0, memory.u_m - turns[0, U])
+
+
+@kernel
+def _energy_between(
+    curve: Record, inner_m: float, outer_m: float, slope: float, shift_m: float
+) -> float:
+    """Return the energy of the elements inner < w < outer with elongation slope w + shift, J."""
+    moments = _moments(curve, outer_m)
+    inner = _moments(curve, inner_m)
+    return 0.5 * (
+        slope * slope * (moments[2] - inner[2])
+        + 2.0 * slope * shift_m * (moments[1] - inner[1])
+        + shift_m * shift_m * (moments[0] - inner[0])
+    )
+
+
+@kernel
+def _moments(curve: Record, w_m: float) -> tuple[float, float, float]:
+    """Return the integrals of p, p w and p w^2 from 0 to w, with p = -T_v''."""
+    force_n = virgin_force(curve, w_m)
+    stiffness = virgin_stiffness(curve, w_m)
+    energy_j = virgin_energy(curve, w_m)
+    return (
+        curve.cells[0, 1] - stiffness,
+        force_n - w_m * stiffness,
+        2.0 * (w_m * force_n - energy_j) - w_m * w_m * stiffness,
+    )
+
+
+@kernel
+def elongation(memory: Record, threshold_m: float) -> float:
+    """Return the elongation that turning points give to a spring which slips at a threshold, m."""
+    turns, depth, sense = memory.turns, memory.depth, memory.sense
+    offset_m = memory.u_m - turns[depth, U]
+    half_m = abs(offset_m) if depth == 0 else 0.5 * abs(offset_m)
+    if threshold_m <= half_m:
+        return sense * threshold_m
+    for k in range(depth, 0, -1):
+        outer_m = abs(turns[k, U] - turns[k - 1, U])
+        if k > 1:
+            outer_m *= 0.5
+        if threshold_m <= outer_m:
+            return -sense * threshold_m + memory.u_m - turns[k, U]
+        sense = -sense
+    return memory.u_m - turns[0, U]

@@ -11,17 +11,24 @@ same force, and full slip is the same state for both. The rival laws know only t
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.laws import COULOMB, LAW, MDR, deflect
-from stickslip_ros.contact.memory import MEMORY, U, fresh_memory, move, set_memory
-from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
+from stickslip_ros.contact.memory import (
+    MEMORY,
+    U,
+    fresh_memory,
+    lost_energy,
+    move,
+    set_memory,
+    stored_energy,
+)
 from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind, record
 from stickslip_ros.contact.springs import (
     BANK,
     SLIP_SLACK,
     SPRINGS_STATE,
-    drag,
     friction_limit,
+    load_springs,
+    move_springs,
     stored_in_springs,
-    take_over,
 )
 from stickslip_ros.contact.virgin import CURVE, virgin_energy
 
@@ -128,10 +135,10 @@ def next_preload(contact: Record, preload_n: float, dt_s: float) -> float:
 
 @kernel
 def _react_by_springs(contact: Record, state: Record, u_m: float, preload_n: float) -> None:
-    """Drag the springs; hand back to the turning points in the moment of full slip."""
+    """Move the springs; hand back to the turning points in the moment of full slip."""
     curve, memory = contact.curve, state.memory
     du_m = u_m - memory.u_m
-    force_n, lost_j = drag(contact.bank, state.springs, du_m, state.preload_n, preload_n)
+    force_n, lost_j = move_springs(contact.bank, state.springs, du_m, state.preload_n, preload_n)
     lost_j += memory.lost_j
     slips = abs(force_n) >= (1.0 - SLIP_SLACK) * friction_limit(contact.bank, preload_n)
     state.on_springs = not slips or preload_n != contact.preload_n
@@ -167,12 +174,12 @@ def _react_by_law(
 
 
 @kernel
-def onto_springs(contact: Record, state: Record) -> None:
+def switch_to_springs(contact: Record, state: Record) -> None:
     """Let the springs take over from the turning points, with the same force; once."""
     if not remembers_turns(contact, state):
         return
     memory = state.memory
-    take_over(contact.bank, contact.compliance, memory, state.preload_n, state.springs)
+    load_springs(contact.bank, contact.compliance, memory, state.preload_n, state.springs)
     lost_j = lost_energy(contact.curve, memory)
     set_memory(memory, memory.u_m, memory.force_n, memory.sense, lost_j, 0.0)
     state.on_springs = True

@@ -1,9 +1,302 @@
-"""Roughness as an equivalent axisymmetric body: Hess's factor and the Pohrt-Popov rule."""
+"""
+Roughness: random self-affine lines and surfaces (Eqs 1 to 13), and the body that presses alike.
+
+Two of the printed equations are read as they must have been meant: <h^2> of a line is
+2 int C_1D dq (Eq. 9 has a q too many; only without it does Eq. 10 follow), and the root of
+Eq. 13 covers both factors, B_1D = sqrt((2 pi/L) C_1D). The equivalent axisymmetric body follows
+from Hess's factor and the Pohrt-Popov rule (Eqs 16 and 17).
+
+"""
 
 import math
+from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.errors import OutOfRange
+
+ROUNDING = 1e-9
+"""Share by which a cut-off may miss what a grid resolves: it was computed, so it is rounded."""
+WAVES_MIN = 2
+"""Fewest waves of a line: one alone has no exponent."""
 POHRT_POPOV = 1.9412
 """Number of the Pohrt-Popov rule, Eq. 16."""
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """
+    Isotropic power spectrum of a self-affine roughness.
+
+    Attributes
+    ----------
+    hurst : float
+        Hurst exponent H, in (0, 1].
+    rms_height_m : float
+        Root mean square of the heights, m.
+    lower_cutoff_per_m, upper_cutoff_per_m : float
+        Wave numbers between which there are waves, rad/m.
+    rolloff_per_m : float
+        Wave number below which C_2D is constant, rad/m; 0 for none.
+
+    Raises
+    ------
+    OutOfRange
+        If H is outside (0, 1], the height not positive, or the wave numbers out of order.
+
+    """
+
+    hurst: float
+    rms_height_m: float
+    lower_cutoff_per_m: float
+    upper_cutoff_per_m: float
+    rolloff_per_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no spectrum."""
+        if not 0.0 < self.hurst <= 1.0:
+            mend = 'take one such as 0.7'
+            raise OutOfRange('Hurst exponent', self.hurst, '', 'outside (0, 1]', mend)
+        _check_positive('rms height', self.rms_height_m, 'm')
+        _check_positive('lower cut-off', self.lower_cutoff_per_m, 'rad/m')
+        lower, upper = self.lower_cutoff_per_m, self.upper_cutoff_per_m
+        if not lower < upper < math.inf:
+            limit = f'not above the lower cut-off, {lower:.6g} rad/m'
+            raise OutOfRange('upper cut-off', upper, 'rad/m', limit, 'raise it or lower the other')
+        if self.rolloff_per_m and not lower <= self.rolloff_per_m < upper:
+            limit = f'outside the cut-offs, {lower:.6g} to {upper:.6g} rad/m'
+            mend = 'move it inside, or give 0 for none'
+            raise OutOfRange('roll-off', self.rolloff_per_m, 'rad/m', limit, mend)
+
+    @property
+    def knee_per_m(self) -> float:
+        """Wave number q_0 from which the power law holds, rad/m: roll-off or lower cut-off."""
+        return self.rolloff_per_m or self.lower_cutoff_per_m
+
+    @property
+    def plateau_m4(self) -> float:
+        """
+        C_2D at the knee, m^4, such that 2 pi int q C_2D dq is the square of the rms (Eq. 8).
+
+        Notes
+        -----
+        The integral of q is (q_0^2 - q_l^2)/2 up to the knee q_0 and
+        q_0^2 (1 - (q_u/q_0)^(-2H))/(2H) beyond it.
+
+        """
+        knee, exponent = self.knee_per_m, 2.0 * self.hurst
+        flat = 0.5 * (knee**2 - self.lower_cutoff_per_m**2)
+        falling = knee**2 * -math.expm1(-exponent * math.log(self.upper_cutoff_per_m / knee))
+        return self.rms_height_m**2 / (2.0 * math.pi * (flat + falling / exponent))
+
+    def density_2d(self, wave_number_per_m: Array | float) -> Array:
+        """Return C_2D, m^4, at wave numbers, rad/m (any shape); 0 outside the cut-offs (Eq. 1)."""
+        wave = np.asarray(wave_number_per_m, dtype=float)
+        inside = self._contains(wave)
+        steps = np.maximum(np.where(inside, wave, self.knee_per_m) / self.knee_per_m, 1.0)
+        return np.where(inside, self.plateau_m4 * steps ** (-2.0 * self.hurst - 2.0), 0.0)
+
+    def density_1d(self, wave_number_per_m: Array | float) -> Array:
+        """Return C_1D = pi q C_2D, m^3, at wave numbers, rad/m; any shape (Eq. 10)."""
+        wave = np.asarray(wave_number_per_m, dtype=float)
+        return np.pi * wave * self.density_2d(wave)
+
+    def check_grid(self, length_m: float, points: int) -> None:
+        """
+        Refuse a grid, of a length in m, that does not resolve the spectrum.
+
+        Raises
+        ------
+        OutOfRange
+            If the longest wave is longer than the grid, the shortest one shorter than two
+            spacings, or there are no two waves between the cut-offs.
+
+        """
+        _check_positive('length', length_m, 'm')
+        first, last = 2.0 * math.pi / length_m, math.pi * points / length_m
+        lower, upper = self.lower_cutoff_per_m, self.upper_cutoff_per_m
+        if lower < first * (1.0 - ROUNDING):
+            limit = f'below {first:.6g} rad/m, the one wave in the length of {length_m:.6g} m'
+            raise OutOfRange('lower cut-off', lower, 'rad/m', limit, 'raise it or the length')
+        if upper > last * (1.0 + ROUNDING):
+            limit = f'above {last:.6g} rad/m, two of the {points} points per wave'
+            raise OutOfRange('upper cut-off', upper, 'rad/m', limit, 'lower it or add points')
+        waves = _wave_numbers(length_m, points)[: (points + 1) // 2]
+        if np.count_nonzero(self._contains(waves)) < WAVES_MIN:
+            limit = f'too near the lower one, {lower:.6g} rad/m: no {WAVES_MIN} waves of the grid'
+            mend = 'raise it or lengthen the grid'
+            raise OutOfRange('upper cut-off', upper, 'rad/m', limit, mend)
+
+    def _contains(self, wave: Array) -> NDArray[np.bool_]:
+        low = wave >= self.lower_cutoff_per_m * (1.0 - ROUNDING)
+        return np.asarray(low & (wave <= self.upper_cutoff_per_m * (1.0 + ROUNDING)))
+
+
+def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> Array:
+    """
+    Return one realisation of a rough line (Eqs 11 to 13).
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        What the line is made of.
+    length_m, points : float, int
+        Length L, m, with which the line is periodic, and the number of points along it.
+    seed : int
+        Seed of the phases, >= 0.
+
+    Returns
+    -------
+    array, shape (points,)
+        Heights, m, of mean zero.
+
+    Raises
+    ------
+    OutOfRange
+        If the grid does not resolve the spectrum.
+
+    Notes
+    -----
+    Amplitudes B_1D are fixed and only phases are random. The amplitudes are scaled by one
+    factor such that the sum of their squares, which is finite where Eq. 9 has an integral, is
+    the square of the asked rms: every realisation has exactly this rms, to rounding. The wave
+    at the limit of the grid, two points long, stays empty: its phase could not be free.
+
+    """
+    spectrum.check_grid(length_m, points)
+    power = spectrum.density_1d(_wave_numbers(length_m, points))
+    power[(points + 1) // 2 :] = 0.0
+    power *= spectrum.rms_height_m**2 / (2.0 * np.sum(power))
+    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(power))
+    return np.fft.irfft(points * np.sqrt(power) * np.exp(1j * phases), points)
+
+
+def rough_surface(spectrum: Spectrum, length_m: float, points: int, seed: int) -> Array:
+    """
+    Return one realisation of a square rough surface (Eqs 1 to 3).
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+        What the surface is made of.
+    length_m, points : float, int
+        Side L, m, with which the surface is periodic, and the number of points along it.
+    seed : int
+        Seed of the phases, >= 0.
+
+    Returns
+    -------
+    array, shape (points, points)
+        Heights, m, of mean zero and exactly the asked rms; refused like those of `rough_line`.
+
+    """
+    spectrum.check_grid(length_m, points)
+    power = spectrum.density_2d(_wave_numbers_2d(length_m, points))
+    power[0, 0] = 0.0
+    if points % 2 == 0:
+        power[points // 2, :] = power[:, -1] = 0.0
+    # The half that a real transform leaves out repeats all columns but the first.
+    power *= spectrum.rms_height_m**2 / (2.0 * np.sum(power) - np.sum(power[:, 0]))
+    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, power.shape)
+    middle = (points + 1) // 2
+    phases[:-middle:-1, 0] = -phases[1:middle, 0]
+    return np.fft.irfft2(points**2 * np.sqrt(power) * np.exp(1j * phases), (points, points))
+
+
+def line_spectrum(heights_m: Array, length_m: float) -> tuple[Array, Array]:
+    """
+    Return wave numbers, rad/m, and the density C_1D, m^3, of a periodic line.
+
+    Parameters
+    ----------
+    heights_m : array, shape (points,)
+        Heights, m.
+    length_m : float
+        Length L, m.
+
+    Notes
+    -----
+    C_1D = |B_1D|^2 L/(2 pi), Eq. 13 solved for it. A line that is not periodic, such as a
+    measured one, needs a window first.
+
+    """
+    points = len(heights_m)
+    wanted = slice(1, (points + 1) // 2)
+    amplitudes = np.abs(np.fft.rfft(heights_m)[wanted]) / points
+    waves = _wave_numbers(length_m, points)[wanted]
+    return waves, amplitudes**2 * (length_m / (2.0 * np.pi))
+
+
+def surface_spectrum(heights_m: Array, length_m: float) -> tuple[Array, Array]:
+    """
+    Return wave numbers, rad/m, and the density C_2D, m^4, of a periodic square surface.
+
+    Parameters
+    ----------
+    heights_m : array, shape (points, points)
+        Heights, m.
+    length_m : float
+        Side L, m.
+
+    Notes
+    -----
+    C_2D = |B_2D|^2 (L/(2 pi))^2 (Eq. 3), averaged over the waves of a ring, one wave per length
+    wide; its wave number is the mean of theirs.
+
+    """
+    points = len(heights_m)
+    density = np.abs(np.fft.rfft2(heights_m) / points**2) ** 2 * (length_m / (2.0 * np.pi)) ** 2
+    waves = _wave_numbers_2d(length_m, points)
+    rings = np.rint(waves * (length_m / (2.0 * np.pi))).astype(int).ravel()
+    counts = np.bincount(rings)
+    wanted = slice(1, (points + 1) // 2)
+    mean_wave, mean_density = (
+        np.asarray(np.bincount(rings, values.ravel())[wanted] / counts[wanted])
+        for values in (waves, density)
+    )
+    return mean_wave, mean_density
+
+
+def fit_hurst(wave_number_per_m: Array, density: Array, dimensions: int) -> float:
+    """
+    Return the Hurst exponent of a density.
+
+    Parameters
+    ----------
+    wave_number_per_m, density : array
+        Wave numbers inside the power law, rad/m, and C_1D or C_2D there; 0 is left out.
+    dimensions : int
+        1 for C_1D ~ q^(-2H-1), 2 for C_2D ~ q^(-2H-2).
+
+    Notes
+    -----
+    Least squares of the logarithms. The waves of a line are weighted with 1/q, so that every
+    octave counts alike; the rings of a surface are not, as the first ones average over octaves.
+
+    """
+    filled = density > 0.0
+    wave = wave_number_per_m[filled]
+    weights = wave ** (0.5 * dimensions - 1.0)
+    slope, _ = np.polyfit(np.log(wave), np.log(density[filled]), 1, w=weights)
+    return float(-0.5 * (slope + dimensions))
+
+
+def _wave_numbers(length_m: float, points: int) -> Array:
+    """Return q of a real transform, rad/m, shape (points // 2 + 1,)."""
+    return (2.0 * np.pi / length_m) * np.arange(points // 2 + 1, dtype=np.float64)
+
+
+def _wave_numbers_2d(length_m: float, points: int) -> Array:
+    """Return |q| of a real transform, rad/m, shape (points, points // 2 + 1)."""
+    along = np.fft.fftfreq(points, length_m / points / (2.0 * np.pi))
+    return np.asarray(np.hypot(along[:, np.newaxis], _wave_numbers(length_m, points)))
+
+
+def _check_positive(name: str, value: float, unit: str) -> None:
+    if not 0.0 < value < math.inf:
+        raise OutOfRange(name, value, unit, f'not above 0 {unit}', 'give a positive number')
 
 
 def hess_factor(exponent: float) -> float:

@@ -9,13 +9,14 @@ table is itself a physically admissible friction law: it can never create energy
 
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.presliding import Presliding
+from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import FLOAT, Record, kind, record
 
@@ -74,13 +75,8 @@ def tabulate(contacts: Sequence[Presliding]) -> Record:
     full slip has exactly the force sum(mu F_n).
 
     """
-    nodes_m = _nodes(contacts)
-    stiffness = np.zeros(CELLS + 1)
-    for contact, count in _counted(contacts):
-        stiffness += count * _stiffness(contact, nodes_m[-1])
-    start, end = _cells_of(stiffness)
-    scale = _scale(contacts, start, end)
-    return _assemble(start * scale, end * scale, nodes_m[-1] / CELLS)
+    whole, _, scale, cell_m = _stiffnesses(contacts)
+    return _assemble(whole, scale, cell_m)
 
 
 def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
@@ -98,31 +94,39 @@ def tabulate_each(contacts: Sequence[Presliding]) -> list[Record]:
     the contact which slips last; on its own a contact slips before, and its table is flat there.
 
     """
-    nodes_m = _nodes(contacts)
-    shares, stiffness = {}, np.zeros(CELLS + 1)
-    for contact, count in _counted(contacts):
-        shares[id(contact)] = _stiffness(contact, nodes_m[-1])
-        stiffness += count * shares[id(contact)]
-    scale = _scale(contacts, *_cells_of(stiffness))
-    curves = {}
-    for key, share in shares.items():
-        start, end = _cells_of(share)
-        curves[key] = _assemble(start * scale, end * scale, nodes_m[-1] / CELLS)
+    _, each, scale, cell_m = _stiffnesses(contacts)
+    curves = {key: _assemble(stiffness, scale, cell_m) for key, stiffness in each.items()}
     return [curves[id(contact)] for contact in contacts]
 
 
-def _nodes(contacts: Sequence[Presliding]) -> Array:
-    return _grid(max(contact.max_displacement_m for contact in contacts))
+def _stiffnesses(contacts: Sequence[Presliding]) -> tuple[Array, dict[int, Array], float, float]:
+    """
+    Return what all tables of some contacts are made of.
 
+    Returns
+    -------
+    tuple
+        Stiffness at the nodes, N/m: of all contacts together, and of each by its id; the factor
+        with which full slip has exactly the force sum(mu F_n); width of a cell, m.
 
-def _grid(limit_m: float) -> Array:
-    return np.linspace(0.0, limit_m, CELLS + 1, dtype=np.float64)
+    """
+    limit_m = max(contact.max_displacement_m for contact in contacts)
+    each = {id(contact): _stiffness(contact, limit_m) for contact in contacts}
+    whole = np.zeros(CELLS + 1)
+    for key, count in Counter(map(id, contacts)).items():
+        whole += count * each[key]
+    cell_m = limit_m / CELLS
+    start, end = _cells_of(whole)
+    unscaled_n = np.cumsum(0.5 * (start + end))[-1] * cell_m
+    full_slip_n = sum(contact.max_force_n for contact in contacts)
+    return whole, each, float(full_slip_n / unscaled_n), cell_m
 
 
 @lru_cache(maxsize=STIFFNESSES_KEPT)
 def _stiffness(contact: Presliding, limit_m: float) -> Array:
     """Return the stiffness of a contact at the nodes up to a limit, N/m; not to be written."""
-    return contact.tangential_stiffness(_grid(limit_m))
+    nodes_m = np.linspace(0.0, limit_m, CELLS + 1, dtype=np.float64)
+    return contact.tangential_stiffness(nodes_m)
 
 
 def _cells_of(stiffness: Array) -> tuple[Array, Array]:
@@ -133,20 +137,8 @@ def _cells_of(stiffness: Array) -> tuple[Array, Array]:
     return start, end
 
 
-def _scale(contacts: Sequence[Presliding], start: Array, end: Array) -> float:
-    """Return the factor with which full slip has exactly the force sum(mu F_n)."""
-    width_m = _nodes(contacts)[-1] / CELLS
-    forces_n = np.cumsum(0.5 * (start + end)) * width_m
-    return float(sum(contact.max_force_n for contact in contacts) / forces_n[-1])
-
-
-def _counted(contacts: Sequence[Presliding]) -> list[tuple[Presliding, int]]:
-    """Return each contact once, with the number of times that the same object is there."""
-    found = {id(contact): contact for contact in contacts}
-    return [(c, sum(other is c for other in contacts)) for c in found.values()]
-
-
-def _assemble(start: Array, end: Array, width_m: float) -> Record:
+def _assemble(stiffness: Array, scale: float, width_m: float) -> Record:
+    start, end = (scale * edge for edge in _cells_of(stiffness))
     force_n = np.concatenate(([0.0], np.cumsum(0.5 * (start + end)) * width_m))
     half_slope = 0.5 * (end - start) / width_m
     gains_j = width_m * (force_n[:-1] + width_m * (start / 2.0 + width_m * half_slope / 3.0))

@@ -1,20 +1,29 @@
 """
-Kernel: the drive under a wave, from corner to corner of its voltage, from sample to sample.
+The drive under a wave: from sample to sample, from corner to corner of its voltage, step by step.
 
 The voltage is piecewise linear, and its corners are known in advance: those of the command, and
 the moment when a slewing amplifier has caught up. Between two of them the drive takes steps, so no
-step ever straddles a corner: long ones of ``glide_along`` while the drive is ideal, short ones of
-``ride_through`` otherwise.
+step ever straddles a corner: long steps while the drive is ideal. Short steps are for everything
+that long ones cannot do: a rounded voltage, a piezo that is not linear, feet that differ, a runner
+that is stuck. They are so short that the feet cross the presliding range in many of them; how fast
+the feet can be is known beforehand, so the steps are chosen, not tried.
+
+Every loop over time comes to its end: its passes are counted. Whoever proposes a stretch or a step
+takes care that it moves the clock. Should one of them not do so, the loops end all the same, and
+the drive fails with the state that led there.
 
 """
 
+import math
+
 import numpy as np
 
-from stickslip_ros.contact.kernel import entry_point, kernel
+from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import remembers_turns
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.amplifier import (
+    clamp,
     has_caught_up,
     is_direct,
     is_fall_over,
@@ -22,17 +31,38 @@ from stickslip_ros.drive.amplifier import (
     stretch_ahead,
     time_to_settle,
 )
-from stickslip_ros.drive.glide import glide_along
-from stickslip_ros.drive.passes import allow_passes, check_motion, may_pass
+from stickslip_ros.drive.long_step import long_step
+from stickslip_ros.drive.piezo import fastest_m_per_s
+from stickslip_ros.drive.plant import VERLET_REFINEMENT, pace_of, step
 from stickslip_ros.drive.records import ALL, Wave
-from stickslip_ros.drive.short_steps import ride_through
-from stickslip_ros.drive.walls import cell_force
+from stickslip_ros.drive.runner import cell_force, is_near_wall
 from stickslip_ros.drive.waveform import ramp_is_over
+from stickslip_ros.errors import StickSlipError
 
 RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
 """Columns of the log of ramps: position after the fall, mean and final position, m."""
 TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
 """Columns of a trace."""
+SLEW_REFINEMENT = 64
+"""Steps during a fall are so many times shorter: the feet cross the whole presliding range in
+two microseconds, and their work is an integral over that range."""
+SLOPE_STEPS_MIN = 6.0
+"""Long steps in which feet that follow a steep slope cross the presliding range, at least."""
+CROSSING_S = 3.2e-4
+"""Feet that are rounded off, or ring, go at most sim.dt/CROSSING_S of the presliding range in one
+step: a 64th of it at the default of 5 us."""
+CROSSING_STEPS_MIN = 16.0
+"""Steps in which they cross it, at least."""
+BURST = 16
+"""Steps of one length before the next length is chosen."""
+STEP_SLACK = 1e-9
+"""Share of a step by which a stretch may exceed a whole number of steps, for rounding."""
+PASSES_MIN = 100_000
+"""Passes that any stretch of time may take, however short: its longest falls have a hundredth."""
+PASSES_PER_STEP = 1_000
+"""Passes that it may take besides, for each of the longest steps that it holds."""
+PASSES_PER_ROW = 4
+"""Passes that it may take besides, for each row of a waveform's table: 2 are needed."""
 
 
 @entry_point
@@ -45,7 +75,7 @@ def observe_ideal(
     truth: Array,
     ramps: Array,
 ) -> None:
-    """Do what ``observe`` does, for a drive that ``takes_long_steps``."""
+    """Do what ``observe`` does, for a drive that ``takes_only_long_steps``."""
     plant, state = plants[0], states[0]
     for i in range(len(truth)):
         remaining_s = sample_s
@@ -53,13 +83,13 @@ def observe_ideal(
         while remaining_s > 0.0 and may_pass(state):
             ahead = stretch_ahead(plant, wave, state.clock, state.voltage_v)
             stretch_s = min(remaining_s, ahead.lasts_s)
-            glide_along(plant, state, ahead.start_v, ahead.rate_v_per_s, load_n, stretch_s)
+            take_long_steps(plant, state, ahead.start_v, ahead.rate_v_per_s, load_n, stretch_s)
             if state.passes_left < 0:
                 return
             fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
-            tell_time(wave, state, stretch_s, fall_is_over, ramps)
+            advance_clock(wave, state, stretch_s, fall_is_over, ramps)
             remaining_s -= stretch_s
-        _write_down(plant, state, truth, i)
+        _sample(plant, state, truth, i)
 
 
 @entry_point
@@ -79,12 +109,6 @@ def observe(
     ----------
     plants, states : array of one record of PLANT, of STATE
         The drive; its state is changed in place.
-    wave : Wave
-        Commanded voltage.
-    load_n : float
-        External force on the runner, N.
-    sample_s : float
-        Time between two samples, s.
     truth : array, shape (samples, 5)
         Receives voltage (V), foot (m), position (m), force in the load cell (N).
     ramps : array, shape (n, 3)
@@ -101,16 +125,16 @@ def observe(
             ahead = stretch_ahead(plant, wave, state.clock, slewed_voltage(plant, state))
             settled_s = time_to_settle(plant, wave, before_v, ahead.start_v, ahead.rate_v_per_s)
             stretch_s = min(remaining_s, ahead.lasts_s, settled_s)
-            ride(plant, state, ahead.start_v, ahead.rate_v_per_s, load_n, stretch_s)
+            advance_stretch(plant, state, ahead.start_v, ahead.rate_v_per_s, load_n, stretch_s)
             if state.passes_left < 0:
                 return
             if is_direct(plant):
                 fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
             else:
                 fall_is_over = is_fall_over(plant, wave, state, before_v, stretch_s)
-            tell_time(wave, state, stretch_s, fall_is_over, ramps)
+            advance_clock(wave, state, stretch_s, fall_is_over, ramps)
             remaining_s -= stretch_s
-        _write_down(plant, state, truth, i)
+        _sample(plant, state, truth, i)
 
 
 def observe_samples(
@@ -122,16 +146,8 @@ def observe_samples(
     truth: Array,
     ramps: Array,
 ) -> None:
-    """
-    Do what ``observe`` does, by the kernel that is fit for it.
-
-    Raises
-    ------
-    StickSlipError
-        If the integration has failed.
-
-    """
-    kernel = observe_ideal if takes_long_steps(plants, states) else observe
+    """Do what ``observe`` does, by the kernel that is fit for it; refuses like `check_motion`."""
+    kernel = observe_ideal if takes_only_long_steps(plants, states) else observe
     kernel(plants, states, wave, load_n, sample_s, truth, ramps)
     check_motion(states, load_n)
 
@@ -143,13 +159,13 @@ def advance(
     observe_samples(plants, states, wave, load_n, duration_s, np.empty((1, FORCE + 1)), ramps)
 
 
-def takes_long_steps(plants: Record, states: Record) -> bool:
+def takes_only_long_steps(plants: Record, states: Record) -> bool:
     """Tell whether a drive, given as arrays of one record, takes nothing but long steps now."""
-    return bool(plants['glides'].item() and not states['contacts']['on_springs'][0, ALL])
+    return bool(plants['only_long_steps'].item() and not states['contacts']['on_springs'][0, ALL])
 
 
 @kernel
-def ride(
+def advance_stretch(
     plant: Record,
     state: Record,
     start_v: float,
@@ -160,14 +176,105 @@ def ride(
     """Advance along a straight stretch of the voltage."""
     left_s = stretch_s
     if plant.ideal and remembers_turns(plant.contacts[ALL], state.contacts[ALL]):
-        left_s = glide_along(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
+        left_s = take_long_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
     if left_s > 0.0:
         start_v += rate_v_per_s * (stretch_s - left_s)
-        ride_through(plant, state, start_v, rate_v_per_s, load_n, left_s)
+        take_short_steps(plant, state, start_v, rate_v_per_s, load_n, left_s)
 
 
 @kernel
-def tell_time(
+def take_long_steps(
+    plant: Record,
+    state: Record,
+    start_v: float,
+    rate_v_per_s: float,
+    load_n: float,
+    stretch_s: float,
+) -> float:
+    """Advance in long steps; return the time left, s: a wall is near, or no pass is left."""
+    state.voltage_v = start_v
+    longest_s = longest_on_slope(plant, rate_v_per_s)
+    left_s = stretch_s
+    while left_s > 0.0 and may_pass(state):
+        h_s = left_s
+        if left_s > longest_s:
+            h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
+        if plant.walls.exist and is_near_wall(plant, state, load_n, h_s):
+            return left_s
+        done_s = long_step(plant, state, rate_v_per_s, load_n, h_s)
+        left_s = left_s - done_s if done_s < left_s else 0.0
+    if left_s > 0.0:
+        return left_s
+    state.voltage_v = clamp(plant, start_v + rate_v_per_s * stretch_s)
+    return 0.0
+
+
+@kernel
+def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
+    """Return the longest step along a straight voltage that the feet follow in proportion, s."""
+    falls = abs(rate_v_per_s) >= plant.slew_v_per_s
+    longest_s = plant.dt_s / SLEW_REFINEMENT if falls else plant.dt_s
+    foot_m_per_s = plant.gain_m_per_v * abs(rate_v_per_s)
+    travel_m = plant.contacts[ALL].curve.limit_m / SLOPE_STEPS_MIN
+    return longest_s if foot_m_per_s * longest_s <= travel_m else travel_m / foot_m_per_s
+
+
+@kernel_apart
+def take_short_steps(
+    plant: Record,
+    state: Record,
+    start_v: float,
+    rate_v_per_s: float,
+    load_n: float,
+    stretch_s: float,
+) -> None:
+    """Advance along a straight stretch of the voltage before the low-pass."""
+    state.places_m[ALL] = state.foot_m
+    left_s, input_v = stretch_s, start_v
+    while left_s > 0.0 and may_pass(state):
+        dt_s, steps, left_s = _burst(plant, state, input_v, rate_v_per_s, left_s)
+        pace = pace_of(plant, state, dt_s)
+        from_v = clamp(plant, input_v)
+        for i in range(1, steps + 1):
+            to_v = clamp(plant, input_v + rate_v_per_s * (i * dt_s))
+            step(plant, state, from_v, to_v, load_n, pace)
+            from_v = to_v
+        input_v = clamp(plant, start_v + rate_v_per_s * (stretch_s - left_s))
+        state.piezo.slewed_v = input_v
+
+
+@kernel
+def _burst(
+    plant: Record, state: Record, input_v: float, rate_v_per_s: float, left_s: float
+) -> tuple[float, int, float]:
+    """Return length and number of the next equal steps, and the time that is left after them."""
+    if plant.ideal and abs(rate_v_per_s) >= plant.slew_v_per_s:
+        longest_s = longest_on_slope(plant, rate_v_per_s)
+    else:
+        longest_s = _longest_in_burst(plant, state, input_v, rate_v_per_s)
+    steps = max(1, math.ceil(VERLET_REFINEMENT * left_s / longest_s - STEP_SLACK))
+    dt_s = left_s / steps
+    if plant.ideal or steps <= BURST:
+        return dt_s, steps, 0.0
+    return dt_s, BURST, left_s - BURST * dt_s
+
+
+@kernel
+def _longest_in_burst(plant: Record, state: Record, input_v: float, rate_v_per_s: float) -> float:
+    """Return the longest step that resolves what the mean foot does next, however fast, s."""
+    fastest_v_per_s = abs(rate_v_per_s)
+    if plant.amplifier.tau_s > 0.0:
+        fastest_v_per_s += abs(input_v - state.voltage_v) / plant.amplifier.tau_s
+    speed_m_per_s = fastest_m_per_s(plant, state.piezo, fastest_v_per_s)
+    share = min(plant.dt_s / CROSSING_S, 1.0 / CROSSING_STEPS_MIN)
+    travel_m = VERLET_REFINEMENT * share * plant.contacts[ALL].curve.limit_m
+    if speed_m_per_s * plant.dt_s <= travel_m:
+        return plant.dt_s
+    return travel_m / speed_m_per_s
+
+
+@kernel
+def advance_clock(
     wave: Wave, state: Record, stretch_s: float, fall_is_over: bool, ramps: Array
 ) -> None:
     """Move the clock on, and write down a ramp that is over."""
@@ -187,8 +294,57 @@ def tell_time(
 
 
 @kernel
-def _write_down(plant: Record, state: Record, truth: Array, i: int) -> None:
+def _sample(plant: Record, state: Record, truth: Array, i: int) -> None:
     truth[i, VOLTAGE] = state.voltage_v
     truth[i, FOOT] = state.foot_m
     truth[i, POSITION] = state.position_m
     truth[i, FORCE] = cell_force(plant, state.position_m)
+
+
+@kernel
+def allow_passes(plant: Record, state: Record, rows: int, duration_s: float) -> None:
+    """Say how many passes a duration may take; none, if the drive has given up."""
+    if state.passes_left >= 0:
+        steps = int(min(duration_s / plant.dt_s, 1e12))
+        state.passes_left = PASSES_MIN + PASSES_PER_STEP * steps + PASSES_PER_ROW * rows
+
+
+@kernel
+def may_pass(state: Record) -> bool:
+    """Count a pass; tell whether it may be made."""
+    state.passes_left -= 1
+    state.passes_made += 1
+    return bool(state.passes_left >= 0)
+
+
+def check_motion(states: Record, load_n: float) -> None:
+    """
+    Refuse to go on with a drive that has given up, or whose motion is not finite.
+
+    Raises
+    ------
+    StickSlipError
+        With the state that led there.
+
+    """
+    if states['passes_left'].item() < 0:
+        raise StickSlipError(
+            f'time stands still after {states[0].passes_made} passes, {_place(states, load_n)}; '
+            'bring sim.dt, bandwidth, resonance and preload nearer to their defaults, and report '
+            'this line'
+        )
+    if not math.isfinite(states['position_m'].item() + states['velocity_m_per_s'].item()):
+        raise StickSlipError(
+            f'the motion is no longer finite, {_place(states, load_n)}; lower sim.dt, or bring '
+            'mass, damping and stiffnesses nearer to each other'
+        )
+
+
+def _place(states: Record, load_n: float) -> str:
+    names = ('voltage_v', 'foot_m', 'position_m', 'velocity_m_per_s')
+    voltage_v, foot_m, position_m, velocity_m_per_s = (states[name].item() for name in names)
+    ramp_s, cycle, *_ = states['clock'].item()
+    return (
+        f'at {voltage_v!r} V, foot {foot_m!r} m, runner {position_m!r} m and '
+        f'{velocity_m_per_s!r} m/s, load {load_n!r} N, {ramp_s!r} s into ramp {cycle}'
+    )

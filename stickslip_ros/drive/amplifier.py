@@ -125,16 +125,8 @@ def follow(
     """
     Return how the output runs on: voltage now (V), its rate (V/s), time until it changes (s).
 
-    Parameters
-    ----------
-    plant : record of PLANT
-        Range and slew rate.
-    voltage_v : float
-        Output so far, V; before the low-pass if there is one.
-    target_v, slope_v_per_s : float
-        Wanted voltage and its slope.
-    clock_s : float
-        Time since the wave's ramp began, s: a voltage that will be caught before it moves is.
+    The output is that before the low-pass, the clock the time since the wave's ramp began: a
+    voltage that will be caught before the clock moves is caught.
 
     """
     wanted_v = clamp(plant, target_v)
@@ -199,17 +191,7 @@ def is_direct(plant: Record) -> bool:
 
 
 def has_arrived(plants: Record, wave: Wave, states: Record) -> bool:
-    """
-    Tell whether a wave is over and the voltage has come to what is held after it.
-
-    Parameters
-    ----------
-    plants, states : array of one record of PLANT, of STATE
-        The drive.
-    wave : Wave
-        What it follows.
-
-    """
+    """Tell whether a wave is over and the voltage has come to what is held after it."""
     if states['clock']['cycle'].item() < wave.cycles:
         return False
     plant = plants[0]

@@ -2,30 +2,32 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from stickslip_ros.contact.bank import Group, bank_of_rows, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.laws import LAW, LAW_NUMBERS, MDR
-from stickslip_ros.contact.presliding import Presliding, presliding
+from stickslip_ros.contact.mdr import Presliding, presliding
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import CONTACT, fresh_contact
 from stickslip_ros.contact.record import Record, record, records
-from stickslip_ros.contact.springs import SPRINGS_IN_ALL
+from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
 from stickslip_ros.contact.virgin import tabulate, tabulate_each
+from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
-from stickslip_ros.drive.feet import put_on_springs, share_out
-from stickslip_ros.drive.passes import PASSES_MIN
-from stickslip_ros.drive.piezo import rest
+from stickslip_ros.drive.feet import divide_among_feet, switch_all_to_springs
+from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.plant import VERLET_REFINEMENT
-from stickslip_ros.drive.records import ALL, CONTACTS, FEET, PLANT, STATE
-from stickslip_ros.drive.stages_build import amplifier_of, is_linear, piezo_of, slew_of, walls_of
+from stickslip_ros.drive.records import ALL, AMPLIFIER, CONTACTS, FEET, PIEZO, PLANT, STATE, WALLS
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import (
+    ContactParameters,
+    FrictionLawParameters,
+    Parameters,
+    StandParameters,
+)
 
 UPPER_CONTACTS = 2
 LOWER_CONTACTS = 4
@@ -38,31 +40,8 @@ PHASE_MAX = 1.1
 both; up to here the energy balances to a few 1e-3."""
 MODELS_KEPT = 64
 """Contact models kept for the next drive: a sweep over amplitudes has one for each preload."""
-BARE = Parameters()
-"""What contacts are kept by, but for contact, friction law and stand."""
 FEET_STREAM = 40
 """Number of the random stream of the gains: sensors have others."""
-
-
-def groups_of(parameters: Parameters) -> list[Group]:
-    """Return the groups of equal contacts (Eq. 19); rough lines are all different."""
-    counts = ((UPPER_CONTACTS, UPPER_SHARE), (LOWER_CONTACTS, LOWER_SHARE))
-    if parameters.contact.profile != 'rough_line':
-        return [Group(profile_of(parameters.contact), count, share) for count, share in counts]
-    shares = [share for count, share in counts for _ in range(count)]
-    return [Group(profile_of(parameters.contact, i), 1, share) for i, share in enumerate(shares)]
-
-
-def contacts_of(parameters: Parameters) -> list[Presliding]:
-    """Return the six contacts, the two upper ones first, under the normal forces of Eq. 19."""
-    elasticity = elasticity_of(parameters.contact)
-    friction = parameters.contact.friction
-    contacts: list[Presliding] = []
-    for group in groups_of(parameters):
-        force_n = group.share * parameters.stand.preload
-        contact = presliding(group.profile, elasticity, friction, force_n)
-        contacts += [contact] * group.contacts
-    return contacts
 
 
 def plant_of(parameters: Parameters) -> Record:
@@ -76,7 +55,6 @@ def plant_of(parameters: Parameters) -> Record:
 
     """
     attached = parameters.load_cell.contact == 'attached'
-    kept = _kept_contact(_contact_parameters(parameters))
     plants = records(
         PLANT,
         mass_kg=parameters.runner.mass,
@@ -94,7 +72,7 @@ def plant_of(parameters: Parameters) -> Record:
         ratios=_ratios(parameters),
     )
     plant = plants[0]
-    plant.contacts[ALL] = kept
+    plant.contacts[ALL] = all_contacts(parameters)
     _set_longest_step(plant, parameters)
     if parameters.actuator.gain_tolerance:
         separate_feet(plants, parameters)
@@ -108,19 +86,177 @@ def set_ideal(plant: Record) -> None:
     ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
     follows_model = plant['contacts'][ALL]['law']['number'] == MDR
     plant['ideal'] = ideal
-    plant['glides'] = ideal and follows_model and not plant['walls']['exist']
+    plant['only_long_steps'] = ideal and follows_model and not plant['walls']['exist']
+
+
+def _set_longest_step(plant: Record, parameters: Parameters) -> None:
+    walls = plant['walls']
+    cell_n_per_m = plant['cell_n_per_m'] + walls['cell_n_per_m'] + walls['stop_n_per_m']
+    longest_s = longest_step_s(parameters, plant['contacts'][ALL], float(cell_n_per_m))
+    plant['dt_s'] = min(parameters.sim.dt, longest_s)
+    plant['short_s'] = plant['dt_s'] / VERLET_REFINEMENT
+
+
+def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:
+    """
+    Return the longest step that resolves the fastest motion of the runner, s.
+
+    All contacts together are stiffest while everything sticks; beside them stand load cell and
+    end stops.
+
+    """
+    law, mass_kg = contact['law'], parameters.runner.mass
+    contact_n_per_m = max(float(contact['curve']['cells'][0, 1]), float(law['bristle_n_per_m']))
+    omega_per_s = math.sqrt((cell_n_per_m + contact_n_per_m) / mass_kg)
+    law_n_s_per_m = float(law['bristle_n_s_per_m'] + law['viscous_n_s_per_m'])
+    gamma_per_s = (parameters.runner.damping + law_n_s_per_m) / mass_kg
+    return PHASE_MAX / max(omega_per_s, gamma_per_s)
+
+
+def amplifier_of(parameters: Parameters) -> Record:
+    """Return what is not ideal about the amplifier."""
+    setting = parameters.amplifier
+    tau_s = 1.0 / (2.0 * math.pi * setting.bandwidth) if setting.bandwidth else 0.0
+    return record(AMPLIFIER, on=True, resolution_v=setting.resolution, tau_s=tau_s)
+
+
+def slew_of(parameters: Parameters) -> float:
+    """Return the slew rate, V/s: the current into the piezos may allow less than the amplifier."""
+    setting = parameters.amplifier
+    if not setting.current_max:
+        return setting.slew_rate
+    return min(setting.slew_rate, setting.current_max / parameters.actuator.capacitance)
+
+
+def piezo_of(parameters: Parameters) -> Record:
+    """
+    Return what is not ideal about the piezo.
+
+    Notes
+    -----
+    n plays have the half widths r_j = (R/2) j/(n+1), R the range of the voltage. Over the whole
+    range play j makes the stroke R - 2 r_j, and in mid-stroke its branches lie 2 min(r_j,
+    R/2 - r_j) apart. That the opening is h R and the stroke R gives the weight
+    w = h (n+1)/floor((n+1)^2/4) of each and the linear part 1 - w n/2.
+
+    """
+    setting, amplifier = parameters.actuator, parameters.amplifier
+    plays = setting.plays if setting.hysteresis else 0
+    weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
+    return record(
+        PIEZO,
+        linear=1.0 - 0.5 * weight * plays,
+        weight=weight,
+        plays=plays,
+        play_v=0.5 * (amplifier.voltage_max - amplifier.voltage_min) / (plays + 1),
+        creep=setting.creep,
+        omega_per_s=2.0 * math.pi * setting.resonance,
+        damping_ratio=setting.damping_ratio,
+    )
+
+
+def is_linear(piezo: Record) -> bool:
+    """Tell whether the displacement is proportional to the voltage at every instant."""
+    return not (piezo['plays'] or piezo['creep'] or piezo['omega_per_s'])
+
+
+def walls_of(parameters: Parameters) -> Record:
+    """Return the one-sided springs that the runner may run into."""
+    stand, cell = parameters.stand, parameters.load_cell
+    presses, stops = cell.contact == 'one_sided', stand.stop_stiffness > 0.0
+    return record(
+        WALLS,
+        exist=presses or stops,
+        cell_n_per_m=cell.stiffness if presses else 0.0,
+        gap_m=cell.gap,
+        stop_n_per_m=stand.stop_stiffness,
+        low_m=stand.travel_min,
+        high_m=stand.travel_max,
+        nearest_low_m=stand.travel_min if stops else -math.inf,
+        nearest_high_m=min(
+            cell.gap if presses else math.inf, stand.travel_max if stops else math.inf
+        ),
+    )
+
+
+def all_contacts(parameters: Parameters) -> Record:
+    """Return the constants of the six contacts as one, a record of CONTACT."""
+    kept = _kept_contact(parameters.contact, parameters.friction_law, parameters.stand)
+    return kept.copy()
+
+
+@lru_cache(maxsize=MODELS_KEPT)
+def _kept_contact(
+    contact: ContactParameters, law: FrictionLawParameters, stand: StandParameters
+) -> Record:
+    """Return the six contacts as one, a record of CONTACT; not to be written."""
+    contacts, groups = _contacts_at(contact, stand.preload), groups_of(contact)
+    elasticity = elasticity_of(contact)
+    return record(
+        CONTACT,
+        curve=tabulate(contacts),
+        bank=spring_bank(
+            groups,
+            elasticity,
+            contact.friction,
+            max(stand.preload_limit, stand.preload, stand.preload_end),
+            springs=SPRINGS_IN_ALL // len(groups),
+        ),
+        law=_law_of(LAW_NUMBERS[contact.law], law, contacts),
+        compliance=contact.friction * elasticity.cattaneo_mindlin,
+        preload_n=stand.preload,
+        preload_n_per_s=stand.preload_rate,
+    )
+
+
+def groups_of(contact: ContactParameters) -> list[Group]:
+    """Return the groups of equal contacts (Eq. 19); rough lines are all different."""
+    counts = ((UPPER_CONTACTS, UPPER_SHARE), (LOWER_CONTACTS, LOWER_SHARE))
+    if contact.profile != 'rough_line':
+        return [Group(profile_of(contact), count, share) for count, share in counts]
+    shares = [share for count, share in counts for _ in range(count)]
+    return [Group(profile_of(contact, i), 1, share) for i, share in enumerate(shares)]
+
+
+def contacts_of(parameters: Parameters) -> list[Presliding]:
+    """Return the six contacts, the two upper ones first, under the normal forces of Eq. 19."""
+    return _contacts_at(parameters.contact, parameters.stand.preload)
+
+
+def _contacts_at(contact: ContactParameters, preload_n: float) -> list[Presliding]:
+    elasticity = elasticity_of(contact)
+    contacts: list[Presliding] = []
+    for group in groups_of(contact):
+        one = presliding(group.profile, elasticity, contact.friction, group.share * preload_n)
+        contacts += [one] * group.contacts
+    return contacts
+
+
+def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Presliding]) -> Record:
+    """Return the friction law; a bristle stiffness of 0 is that of the sticking contacts."""
+    stick_n_per_m = sum(contact.stick_stiffness_n_per_m for contact in contacts)
+    return record(
+        LAW,
+        number=number,
+        bristle_n_per_m=law.bristle_stiffness or stick_n_per_m,
+        bristle_n_s_per_m=law.bristle_damping,
+        viscous_n_s_per_m=law.viscous,
+        static_ratio=law.static_ratio,
+        stribeck_m_per_s=law.stribeck_velocity,
+        breakaway_ratio=law.breakaway_ratio,
+    )
 
 
 def separate_feet(plants: Record, parameters: Parameters) -> None:
-    """Give each foot of a plant a contact of its own; from now on they are moved one by one."""
-    plant, groups = plants[0], groups_of(parameters)
+    """Give each foot of a plant a contact of its own; from now on they are moving one by one."""
+    plant, groups = plants[0], groups_of(parameters.contact)
     shares = np.array([group.share for group in groups for _ in range(group.contacts)])
     plant.separate = True
     plant.parts[1:] = shares / shares.sum()
     plant.groups[1:] = np.repeat(np.arange(len(groups)), [group.contacts for group in groups])
     for k, share in enumerate(shares, start=1):
         _set_contact_of_foot(plant, k, share, groups[plant.groups[k]].contacts)
-    _set_curves(plant, parameters)
+    _set_curves(plant, parameters.contact)
 
 
 def _set_contact_of_foot(plant: Record, k: int, share: float, contacts: int) -> None:
@@ -144,10 +280,9 @@ def _set_contact_of_foot(plant: Record, k: int, share: float, contacts: int) -> 
     own.preload_n, own.preload_n_per_s = whole.preload_n, whole.preload_n_per_s
 
 
-def _set_curves(plant: Record, parameters: Parameters) -> None:
+def _set_curves(plant: Record, contact: ContactParameters) -> None:
     """Give all contacts their virgin curves at the preload that the plant goes to."""
-    preload_n = float(plant.contacts[ALL].preload_n)
-    contacts = contacts_of(parameters.updated({'stand.preload': preload_n}))
+    contacts = _contacts_at(contact, float(plant.contacts[ALL].preload_n))
     plant.contacts[ALL].curve = tabulate(contacts)
     if plant.separate:
         for k, curve in enumerate(tabulate_each(contacts), start=1):
@@ -175,104 +310,10 @@ def _ratios(parameters: Parameters) -> Array:
 
 
 def gain_ratios(tolerance: float, seed: int) -> Array:
-    """
-    Return the gain of each foot relative to the mean, shape (6,).
-
-    Parameters
-    ----------
-    tolerance : float
-        Largest deviation.
-    seed : int
-        Seed of the stand.
-
-    """
+    """Return the gain of each foot relative to the mean, shape (6,), within a tolerance."""
     deviations = np.random.default_rng((seed, FEET_STREAM)).uniform(-1.0, 1.0, FEET)
     deviations -= deviations.mean()
     return 1.0 + tolerance * deviations / max(1.0, float(np.abs(deviations).max()))
-
-
-def _set_longest_step(plant: Record, parameters: Parameters) -> None:
-    walls = plant['walls']
-    cell_n_per_m = plant['cell_n_per_m'] + walls['cell_n_per_m'] + walls['stop_n_per_m']
-    longest_s = longest_step_s(parameters, plant['contacts'][ALL], float(cell_n_per_m))
-    plant['dt_s'] = min(parameters.sim.dt, longest_s)
-    plant['short_s'] = plant['dt_s'] / VERLET_REFINEMENT
-
-
-def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:
-    """
-    Return the longest step that resolves the fastest motion of the runner, s.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        Mass and damping of the runner.
-    contact : record of CONTACT
-        All contacts; they are stiffest while everything sticks.
-    cell_n_per_m : float
-        Stiffness of load cell and end stops together, N/m.
-
-    """
-    law, mass_kg = contact['law'], parameters.runner.mass
-    contact_n_per_m = max(float(contact['curve']['cells'][0, 1]), float(law['bristle_n_per_m']))
-    omega_per_s = math.sqrt((cell_n_per_m + contact_n_per_m) / mass_kg)
-    law_n_s_per_m = float(law['bristle_n_s_per_m'] + law['viscous_n_s_per_m'])
-    gamma_per_s = (parameters.runner.damping + law_n_s_per_m) / mass_kg
-    return PHASE_MAX / max(omega_per_s, gamma_per_s)
-
-
-def all_contacts(parameters: Parameters) -> Record:
-    """Return the constants of the six contacts as one, a record of CONTACT."""
-    return _kept_contact(_contact_parameters(parameters)).copy()
-
-
-def _contact_parameters(parameters: Parameters) -> Parameters:
-    contact, law = parameters.contact, parameters.friction_law
-    return replace(BARE, contact=contact, friction_law=law, stand=parameters.stand)
-
-
-@lru_cache(maxsize=MODELS_KEPT)
-def _kept_contact(parameters: Parameters) -> Record:
-    contacts = contacts_of(parameters)
-    elasticity = elasticity_of(parameters.contact)
-    return record(
-        CONTACT,
-        curve=tabulate(contacts),
-        bank=bank_of(parameters),
-        law=law_of(parameters, contacts),
-        compliance=parameters.contact.friction * elasticity.cattaneo_mindlin,
-        preload_n=parameters.stand.preload,
-        preload_n_per_s=parameters.stand.preload_rate,
-    )
-
-
-def bank_of(parameters: Parameters) -> Record:
-    """Return springs that carry any preload that the drive may come to."""
-    stand = parameters.stand
-    groups = groups_of(parameters)
-    return spring_bank(
-        groups,
-        elasticity_of(parameters.contact),
-        parameters.contact.friction,
-        max(stand.preload_limit, stand.preload, stand.preload_end),
-        springs=SPRINGS_IN_ALL // len(groups),
-    )
-
-
-def law_of(parameters: Parameters, contacts: Sequence[Presliding]) -> Record:
-    """Return the friction law; a bristle stiffness of 0 is that of the sticking contacts."""
-    setting = parameters.friction_law
-    stick_n_per_m = sum(contact.stick_stiffness_n_per_m for contact in contacts)
-    return record(
-        LAW,
-        number=LAW_NUMBERS[parameters.contact.law],
-        bristle_n_per_m=setting.bristle_stiffness or stick_n_per_m,
-        bristle_n_s_per_m=setting.bristle_damping,
-        viscous_n_s_per_m=setting.viscous,
-        static_ratio=setting.static_ratio,
-        stribeck_m_per_s=setting.stribeck_velocity,
-        breakaway_ratio=setting.breakaway_ratio,
-    )
 
 
 def change_preload(
@@ -280,9 +321,9 @@ def change_preload(
 ) -> None:
     """Let plant and state go to another preload: the springs take over on the way."""
     plant = plants[0]
-    put_on_springs(plants, states)
+    switch_all_to_springs(plants, states)
     plant.contacts['preload_n'] = preload_n
-    _set_curves(plant, parameters)
+    _set_curves(plant, parameters.contact)
     _set_longest_step(plant, parameters)
 
 
@@ -291,8 +332,8 @@ def state_at_rest(plants: Record, preload_n: float) -> Record:
     states = _fresh_states(preload_n).copy()
     states['voltage_v'] = plants['rest_v']
     if plants['separate'].item():
-        share_out(plants, states)
-    rest(plants[0], states[0]['piezo'])
+        divide_among_feet(plants, states)
+    rest_piezo(plants[0], states[0]['piezo'])
     return states
 
 

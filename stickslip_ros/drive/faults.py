@@ -3,7 +3,7 @@
 from stickslip_ros.contact.laws import COULOMB
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.build import separate_feet, set_ideal
-from stickslip_ros.drive.feet import share_out
+from stickslip_ros.drive.feet import divide_among_feet
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
@@ -19,21 +19,11 @@ def apply_faults(
     amplifier_on: bool,
 ) -> None:
     """
-    Let a drive have the faults that there are now; those of before are mended.
+    Let a drive have the faults that there are now, between two advances; the others are mended.
 
-    Parameters
-    ----------
-    plants, states : array of one record of PLANT, of STATE
-        The drive between two advances; changed in place.
-    parameters : Parameters
-        Its stand.
-    dead_foot : int
-        Foot that stays where it is, 1 to 6, the two upper ones first; 0 is none. A foot that is
-        mended follows again from where it is.
-    runner_stuck : bool
-        Whether the runner does not move; what it had of kinetic energy is lost.
-    amplifier_on : bool
-        Whether the amplifier has power; without it the voltage goes to the lowest.
+    A dead foot, 1 to 6, the two upper ones first, stays where it is; when it is mended it follows
+    again from there; 0 is none. What a stuck runner had of kinetic energy is lost. Without power
+    the voltage goes to the lowest.
 
     Raises
     ------
@@ -60,7 +50,7 @@ def _change_dead_foot(
         raise OutOfRange('fault.dead_foot', dead_foot, '', limit, 'take another contact.law')
     if not plant.separate:
         separate_feet(plants, parameters)
-        share_out(plants, states)
+        divide_among_feet(plants, states)
     if plant.dead:
         follows_m = plant.ratios[plant.dead] * state.foot_m
         state.offsets_m[plant.dead] = state.places_m[plant.dead] - follows_m

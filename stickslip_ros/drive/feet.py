@@ -1,5 +1,5 @@
 """
-Kernel: the feet drag their contacts, all as one or each its own, and share out what they remember.
+Kernel: the feet move their contacts, all as one or each its own, and divide what these remember.
 
 To the rest of the drive they are one contact against the mean foot, with the sum of their forces.
 
@@ -11,43 +11,33 @@ from stickslip_ros.contact.memory import U, move, set_memory
 from stickslip_ros.contact.reaction import (
     contact_lost,
     contact_stored,
-    onto_springs,
     react,
     remembers_turns,
+    switch_to_springs,
 )
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.records import ALL, CONTACTS
 
 
 @kernel
-def moved(plant: Record) -> range:
+def moving(plant: Record) -> range:
     """Return the numbers of the contacts that the drive moves: all as one, or each."""
     return range(1, CONTACTS) if plant.separate else range(ALL, 1)
 
 
 @kernel
-def drag_feet(
+def move_contacts(
     plant: Record, state: Record, position_m: float, foot_m: float, dt_s: float, holding_n: float
 ) -> float:
     """
     Let all contacts answer one step; return the work that the feet have done in it, J.
 
-    Parameters
-    ----------
-    plant : record of PLANT
-        The drive.
-    state : record of STATE
-        Contacts and their force are changed.
-    position_m, foot_m : float
-        Runner and mean foot at the end of the step.
-    dt_s : float
-        Time of the step, s.
-    holding_n : float
-        Force with which the runner would keep the velocity of the feet, N.
+    Runner and mean foot are where they are at its end; the holding force is that with which the
+    runner would keep the velocity of the feet.
 
     """
     work_j, total_n, preload_n = 0.0, 0.0, 0.0
-    for k in moved(plant):
+    for k in moving(plant):
         contact = state.contacts[k]
         ratio = plant.ratios[k] if k == ALL or k != plant.dead else 0.0
         place_m = state.offsets_m[k] + ratio * foot_m
@@ -67,7 +57,7 @@ def drag_feet(
 def stored_by_feet(plant: Record, state: Record) -> float:
     """Return the elastic energy in the contacts of all feet, J."""
     energy_j = 0.0
-    for k in moved(plant):
+    for k in moving(plant):
         energy_j += contact_stored(plant.contacts[k], state.contacts[k])
     return energy_j
 
@@ -76,29 +66,23 @@ def stored_by_feet(plant: Record, state: Record) -> float:
 def lost_by_feet(plant: Record, state: Record) -> float:
     """Return the friction loss in the contacts of all feet, J."""
     energy_j = 0.0
-    for k in moved(plant):
+    for k in moving(plant):
         energy_j += contact_lost(plant.contacts[k], state.contacts[k])
     return energy_j
 
 
 @entry_point
-def put_on_springs(plants: Record, states: Record) -> None:
+def switch_all_to_springs(plants: Record, states: Record) -> None:
     """Let the springs of every contact take over from its turning points."""
     plant, state = plants[0], states[0]
-    for k in moved(plant):
-        onto_springs(plant.contacts[k], state.contacts[k])
+    for k in moving(plant):
+        switch_to_springs(plant.contacts[k], state.contacts[k])
 
 
 @entry_point
-def share_out(plants: Record, states: Record) -> None:
+def divide_among_feet(plants: Record, states: Record) -> None:
     """
-    Give each foot its share of what all contacts together remember.
-
-    Parameters
-    ----------
-    plants, states : array of one record of PLANT, of STATE
-        The drive, whose feet have contacts of their own; what these remember is changed, and
-        their places, and the force of all.
+    Give each foot its share of what all contacts together remember, its place, and its force.
 
     Notes
     -----
@@ -115,12 +99,12 @@ def share_out(plants: Record, states: Record) -> None:
         contact.preload_n = whole.preload_n
         contact.bristle_m = whole.bristle_m
         if remembers_turns(plant.contacts[ALL], whole):
-            _lead_along(plant.contacts[k].curve, contact.memory, whole.memory)
+            _repeat_turns(plant.contacts[k].curve, contact.memory, whole.memory)
             lost_j += contact_lost(plant.contacts[k], contact)
         else:
             force_n = plant.parts[k] * whole.memory.force_n
             if plant.contacts[ALL].law.number == MDR:
-                force_n = _share_springs(plant, state, k)
+                force_n = _divide_springs(plant, state, k)
             set_memory(contact.memory, whole.memory.u_m, force_n, whole.memory.sense, 0.0, 0.0)
         state.places_m[k] = state.foot_m
         state.offsets_m[k] = 0.0
@@ -132,8 +116,8 @@ def share_out(plants: Record, states: Record) -> None:
 
 
 @kernel
-def _lead_along(curve: Record, memory: Record, whole: Record) -> None:
-    """Lead a fresh contact along the turning points of another one."""
+def _repeat_turns(curve: Record, memory: Record, whole: Record) -> None:
+    """Repeat the turning points of another contact with a fresh one."""
     origin_m = whole.turns[0, U]
     memory.turns[0, U] = origin_m
     set_memory(memory, origin_m, 0.0, 1.0, 0.0, 0.0)
@@ -143,7 +127,7 @@ def _lead_along(curve: Record, memory: Record, whole: Record) -> None:
 
 
 @kernel
-def _share_springs(plant: Record, state: Record, k: int) -> float:
+def _divide_springs(plant: Record, state: Record, k: int) -> float:
     """Give a foot its share of the springs of its group; return their force, N."""
     group = plant.groups[k]
     count = 0.0

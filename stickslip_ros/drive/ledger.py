@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.feet import lost_by_feet, stored_by_feet
-from stickslip_ros.drive.walls import cell_energy, stops_energy
+from stickslip_ros.drive.runner import cell_energy, stops_energy
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.plays import drag_plays
 from stickslip_ros.drive.records import DECADES
 
 CREEP_FASTEST_S = 1e-2
@@ -50,16 +50,9 @@ class Ring(NamedTuple):
 @kernel
 def free_ring(piezo_omega_per_s: float, damping_ratio: float, h_s: float) -> Ring:
     """
-    Return the free motion of x'' + 2 D w x' + w^2 x = 0 after a time, in closed form.
+    Return the free motion of x'' + 2 D w x' + w^2 x = 0 after any time, in closed form.
 
-    Parameters
-    ----------
-    piezo_omega_per_s : float
-        w, 1/s; 0 returns what nobody uses.
-    damping_ratio : float
-        D, of any size.
-    h_s : float
-        Time, s; of any length.
+    D is the damping ratio, of any size; w = 0 returns what nobody uses.
 
     """
     sigma = damping_ratio * piezo_omega_per_s
@@ -91,23 +84,7 @@ def prepare_piezo(plant: Record, memory: Record, h_s: float) -> Ring:
 
 @kernel
 def displace(plant: Record, memory: Record, voltage_v: float, ring: Ring, h_s: float) -> float:
-    """
-    Return the displacement of the mean foot after a step, m.
-
-    Parameters
-    ----------
-    plant : record of PLANT
-        The drive.
-    memory : record of PIEZO_STATE
-        Changed in place.
-    voltage_v : float
-        Output of the amplifier at the end of the step.
-    ring : Ring
-        Of ``prepare_piezo``.
-    h_s : float
-        Time of the step, s.
-
-    """
+    """Return the displacement of the mean foot after a step to a voltage, m."""
     static_m = hysteresis(plant, memory, voltage_v)
     driving_m = static_m
     if plant.piezo.creep > 0.0:
@@ -126,10 +103,27 @@ def hysteresis(plant: Record, memory: Record, voltage_v: float) -> float:
     piezo = plant.piezo
     if piezo.plays == 0:
         return foot_displacement(plant, voltage_v)
-    total_v = drag_plays(memory.plays_v, piezo.plays, 1.0, piezo.play_v, voltage_v)
+    total_v = move_plays(memory.plays_v, piezo.plays, 1.0, piezo.play_v, voltage_v)
     total_v -= memory.plays_at_rest_v
     linear_v = piezo.linear * (voltage_v - plant.rest_v)
     return plant.gain_m_per_v * (linear_v + piezo.weight * total_v)
+
+
+@kernel
+def move_plays(plays: Array, count: int, first: float, spacing: float, value: float) -> float:
+    """
+    Let play operators follow a value; return the sum of their outputs.
+
+    Play j, from 0 on, has the half-width (j + first) spacing, in the unit of the value. The
+    outputs, ``count`` of them or more, are changed in place.
+
+    """
+    total = 0.0
+    for j in range(count):
+        half_width = (j + first) * spacing
+        plays[j] = min(max(plays[j], value - half_width), value + half_width)
+        total += plays[j]
+    return total
 
 
 @kernel
@@ -171,7 +165,7 @@ def fastest_m_per_s(plant: Record, memory: Record, rate_v_per_s: float) -> float
     return speed_m_per_s
 
 
-def rest(plant: Record, memory: Record) -> None:
+def rest_piezo(plant: Record, memory: Record) -> None:
     """
     Bring a piezo to rest at the voltage of the start, without creep and ringing.
 

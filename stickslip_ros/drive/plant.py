@@ -11,7 +11,7 @@ from typing import NamedTuple
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.amplifier import low_pass
-from stickslip_ros.drive.feet import drag_feet
+from stickslip_ros.drive.feet import move_contacts
 from stickslip_ros.drive.ledger import book
 from stickslip_ros.drive.piezo import Ring, displace, prepare_piezo
 from stickslip_ros.drive.runner import force_on_runner, holding_force, kick_after, kick_before
@@ -53,23 +53,7 @@ def pace_of(plant: Record, state: Record, dt_s: float) -> Pace:
 def step(
     plant: Record, state: Record, from_v: float, to_v: float, load_n: float, pace: Pace
 ) -> None:
-    """
-    Advance the drive by one short step.
-
-    Parameters
-    ----------
-    plant : record of PLANT
-        The drive.
-    state : record of STATE
-        Changed in place.
-    from_v, to_v : float
-        Voltage before the low-pass of the amplifier, straight from one to the other.
-    load_n : float
-        External force on the runner, N.
-    pace : Pace
-        Length of the step, and what follows from it.
-
-    """
+    """Advance by one short step, along a straight voltage before the amplifier's low-pass."""
     dt_s = pace.dt_s
 
     # Amplifier and feet.
@@ -84,7 +68,7 @@ def step(
 
     # Contacts.
     holding_n = holding_force(plant, position_m, middle_m_per_s, foot_m_per_s, load_n, dt_s)
-    feet_work_j = drag_feet(plant, state, position_m, foot_m, dt_s, holding_n)
+    feet_work_j = move_contacts(plant, state, position_m, foot_m, dt_s, holding_n)
 
     # Runner, up to the end.
     after_n = force_on_runner(plant, position_m, state.contact_n, load_n)

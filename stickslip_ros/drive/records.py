@@ -116,7 +116,7 @@ PLANT = kind(
     dt_s=FLOAT,
     short_s=FLOAT,
     ideal=FLAG,
-    glides=FLAG,
+    only_long_steps=FLAG,
     stuck=FLAG,
     separate=FLAG,
     dead=COUNT,
@@ -152,13 +152,13 @@ dt_s, short_s : float
 ideal : bool
     Whether the feet are one, and proportional to a voltage that consists of straight stretches,
     and the runner moves: then long steps are exact.
-glides : bool
+only_long_steps : bool
     Whether it is ideal, obeys the contact model and meets no walls: then all steps are long while
     turning points hold its history.
 stuck : bool
     Whether the runner does not move.
 separate : bool
-    Whether the feet are moved one by one, each with a contact of its own.
+    Whether the feet are moving one by one, each with a contact of its own.
 dead : int
     Foot that does not move, from 1; 0 is none.
 amplifier, piezo, walls
@@ -327,6 +327,6 @@ passes_left : int
 passes_made : int
     Passes made since the start.
 contacts : array of records of CONTACT_STATE, shape (CONTACTS,)
-    All together, valid while the feet are moved as one, and each, valid while they are separate.
+    All together, valid while the feet are moving as one, and each, valid while they are separate.
 
 """

@@ -31,17 +31,9 @@ def sawtooth(base_v: float, amplitude_v: float, frequency_hz: float, steps: int)
     """
     Return a saw-tooth between ``base_v`` and ``base_v + amplitude_v``.
 
-    Parameters
-    ----------
-    base_v : float
-        Lower end, V.
-    amplitude_v : float
-        Peak to peak, V, >= 0.
-    frequency_hz : float
-        Ramps per second; positive ramps rise slowly and fall at once (forwards), negative
-        ones fall slowly and rise at once (backwards, starting from the upper end).
-    steps : int
-        Number of ramps; 0 repeats until replaced.
+    Ramps of a positive frequency rise slowly and fall at once (forwards), those of a negative one
+    fall slowly and rise at once (backwards, starting from the upper end). ``steps`` is their
+    number; 0 repeats until replaced.
 
     """
     forwards = frequency_hz > 0.0
@@ -57,11 +49,8 @@ def table(rows: Array | Sequence[Sequence[float]]) -> Wave:
     """
     Return the wave that plays a table once and holds its last voltage; one cycle in all.
 
-    Parameters
-    ----------
-    rows : array, shape (n, 2)
-        Times, s, not falling, the first one 0; voltages, V. Straight lines join them; two rows
-        of the same time are a jump.
+    Its rows, shape (n, 2), are times, s, not falling, the first one 0, and voltages, V. Straight
+    lines join them; two rows of the same time are a jump.
 
     """
     rows = np.array(rows, dtype=np.float64, order='C').reshape(-1, 2)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.drive.build import slew_of
 from stickslip_ros.drive.records import Wave
-from stickslip_ros.drive.stages_build import slew_of
 from stickslip_ros.drive.waveform import level, sawtooth, table
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.parameters import Parameters, Scalar, spec_of

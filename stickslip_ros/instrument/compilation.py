@@ -45,7 +45,7 @@ def needs_all_kernels(parameters: Parameters) -> bool:
     """Tell whether a stand needs more than the kernels of an ideal drive, from its start on."""
     if parameters.stand.preload_end or parameters.fault.schedule or parameters.fault.names:
         return True
-    return not plant_of(parameters)[0].glides
+    return not plant_of(parameters)[0].only_long_steps
 
 
 def told(say: Callable[[str], None], kernels: int = KERNELS) -> Callable[[int], None]:

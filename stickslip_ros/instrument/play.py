@@ -3,7 +3,7 @@
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import FLOAT, Record, kind, record
-from stickslip_ros.drive.plays import drag_plays
+from stickslip_ros.drive.piezo import move_plays
 
 PLAYS = 16
 """Play operators of a loop; an even number, for which the weights below are exact."""
@@ -52,5 +52,5 @@ def loop_of(opening: float, full_scale: float) -> Record:
 @kernel
 def follow(loop: Record, plays: Array, value: float) -> float:
     """Return what the loop makes of its next input; ``plays`` is changed in place."""
-    total = drag_plays(plays, len(plays), 0.5, loop.spacing, value)
+    total = move_plays(plays, len(plays), 0.5, loop.spacing, value)
     return float(loop.direct * value + loop.weight * total)

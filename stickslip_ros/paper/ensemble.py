@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.indentation import normal_force
-from stickslip_ros.contact.presliding import Presliding, presliding
+from stickslip_ros.contact.mdr import Presliding, normal_force, presliding
 from stickslip_ros.contact.profile import Array, PowerProfile, Profile, rough_profile
 from stickslip_ros.contact.roughness import rough_prefactor_1d
 from stickslip_ros.errors import OutOfRange

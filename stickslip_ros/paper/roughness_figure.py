@@ -11,11 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FormatStrFormatter, LogLocator, NullFormatter
 
-from stickslip_ros.contact.hemisphere import elasticity_of, spectrum_of
-from stickslip_ros.contact.indentation import indent
-from stickslip_ros.contact.line_profile import line_places, line_profile
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.self_affine import (
+from stickslip_ros.contact.hemisphere import elasticity_of, line_places, spectrum_of
+from stickslip_ros.contact.mdr import indent
+from stickslip_ros.contact.profile import Array, line_profile
+from stickslip_ros.contact.roughness import (
     Spectrum,
     fit_hurst,
     line_spectrum,

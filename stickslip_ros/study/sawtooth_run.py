@@ -15,7 +15,7 @@ from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START, advance
 from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import EnergyLedger, energies_of_contacts, take_ledger
 from stickslip_ros.drive.records import Wave
-from stickslip_ros.drive.walls import cell_force
+from stickslip_ros.drive.runner import cell_force
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import bisect
 from scipy.special import ellipe, ellipkm1
 
-from stickslip_ros.contact.indentation import normal_force
+from stickslip_ros.contact.mdr import normal_force
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.roughness import hess_factor
 from stickslip_ros.errors import OutOfRange

@@ -4,15 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.memory import fresh_memory, move
-from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
-from stickslip_ros.contact.presliding import Presliding, presliding
+from stickslip_ros.contact.mdr import Elasticity, Presliding, presliding
+from stickslip_ros.contact.memory import fresh_memory, lost_energy, move, stored_energy
 from stickslip_ros.contact.profile import Array, PowerProfile, Profile
 from stickslip_ros.contact.record import Record, record
-from stickslip_ros.contact.springs import drag, springs_kind, stored_in_springs
+from stickslip_ros.contact.springs import move_springs, springs_kind, stored_in_springs
 from stickslip_ros.contact.virgin import CELLS, tabulate
 from stickslip_ros.drive.build import all_contacts
 from stickslip_ros.parameters import Parameters
@@ -26,7 +24,7 @@ from stickslip_ros.validation.references import (
     PowerContact,
 )
 
-drag = entry_point(drag)
+move_springs = entry_point(move_springs)
 lost_energy = entry_point(lost_energy)
 move = entry_point(move)
 stored_energy = entry_point(stored_energy)
@@ -127,7 +125,7 @@ def drag_along(bank: Record, displacements_m: Array, preloads_n: Array) -> Histo
     place_m, preload_n, lost_j = displacements_m[0], preloads_n[0], 0.0
     rows = []
     for next_m, next_n in zip(displacements_m, preloads_n, strict=True):
-        force_n, loss_j = drag(bank, springs, next_m - place_m, preload_n, next_n)
+        force_n, loss_j = move_springs(bank, springs, next_m - place_m, preload_n, next_n)
         place_m, preload_n, lost_j = next_m, next_n, lost_j + loss_j
         rows.append((force_n, stored_in_springs(bank, springs), lost_j))
     return History(displacements_m, *np.array(rows).T)

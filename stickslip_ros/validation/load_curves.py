@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from stickslip_ros.contact.indentation import indent, normal_force
+from stickslip_ros.contact.mdr import indent, normal_force
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.virgin import CELLS
 from stickslip_ros.units import GIGA

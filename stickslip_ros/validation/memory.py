@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.contact.memory import CAPACITY, fresh_memory, move
-from stickslip_ros.contact.presliding import Presliding
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.virgin import CELLS, tabulate

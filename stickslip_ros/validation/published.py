@@ -13,9 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import bisect
 
-from stickslip_ros.contact.elasticity import effective_elasticity
-from stickslip_ros.contact.indentation import normal_force
-from stickslip_ros.contact.presliding import Presliding, presliding
+from stickslip_ros.contact.mdr import Presliding, effective_elasticity, normal_force, presliding
 from stickslip_ros.contact.profile import smooth_profile
 from stickslip_ros.contact.virgin import CELLS
 from stickslip_ros.drive.build import contacts_of

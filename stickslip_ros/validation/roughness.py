@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.roughness import hess_factor, rough_prefactor_1d
-from stickslip_ros.contact.self_affine import (
+from stickslip_ros.contact.roughness import (
     Spectrum,
     fit_hurst,
+    hess_factor,
     line_spectrum,
     rough_line,
+    rough_prefactor_1d,
     rough_surface,
     surface_spectrum,
 )

@@ -13,12 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from stickslip_ros.contact.bank import BANK_ERROR, SPRINGS
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import move
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import fresh_contact, onto_springs, react
-from stickslip_ros.contact.springs import SPRINGS_IN_ALL, drag
+from stickslip_ros.contact.reaction import fresh_contact, react, switch_to_springs
+from stickslip_ros.contact.springs import BANK_ERROR, SPRINGS, SPRINGS_IN_ALL, move_springs
 from stickslip_ros.units import MN
 from stickslip_ros.validation.checks import (
     Check,
@@ -53,10 +52,10 @@ from stickslip_ros.validation.references import (
 )
 from stickslip_ros.validation.springs import Springs, pull
 
-drag = entry_point(drag)
+move_springs = entry_point(move_springs)
 move = entry_point(move)
 react = entry_point(react)
-onto_springs = entry_point(onto_springs)
+switch_to_springs = entry_point(switch_to_springs)
 
 PRELOADS_N = (0.1, 0.5, 1.0, 2.0)
 SEED, TURNS, STEPS = 20140, 60, 8
@@ -133,11 +132,11 @@ def _all_hand_overs(preload_n: float) -> list[tuple[float, float, float, float]]
     for place_m in random_path(model.curve.limit_m)[STEPS::STEPS]:
         move(model.curve, contact.memory, float(place_m))
         there = contact.copy()
-        onto_springs(model, there)
-        after_n, _ = drag(model.bank, there.springs, 0.0, preload_n, preload_n)
+        switch_to_springs(model, there)
+        after_n, _ = move_springs(model.bank, there.springs, 0.0, preload_n, preload_n)
         far_m = float(place_m) - np.sign(place_m) * FAR * model.curve.limit_m
         springs = there.springs.copy()
-        slipping_n, _ = drag(model.bank, springs, far_m - place_m, preload_n, preload_n)
+        slipping_n, _ = move_springs(model.bank, springs, far_m - place_m, preload_n, preload_n)
         react(model, there, far_m, STEP_S, 0.0)
         back_n = np.nan if there.on_springs else there.memory.force_n
         rows.append((contact.memory.force_n, after_n, slipping_n, back_n))

@@ -14,9 +14,8 @@ from itertools import repeat
 import numpy as np
 
 from stickslip_ros.contact.hemisphere import profile_of
-from stickslip_ros.contact.line_profile import LineProfile
-from stickslip_ros.contact.presliding import Presliding
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.mdr import Presliding
+from stickslip_ros.contact.profile import Array, LineProfile
 from stickslip_ros.contact.virgin import CELLS
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import MN, NM

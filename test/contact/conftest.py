@@ -4,9 +4,8 @@ import math
 
 import pytest
 
-from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.presliding import Presliding, presliding
+from stickslip_ros.contact.mdr import Elasticity, Presliding, presliding
 from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.parameters import ContactParameters

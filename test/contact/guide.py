@@ -5,8 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.memory import CAPACITY, fresh_memory, move
-from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
+from stickslip_ros.contact.memory import CAPACITY, fresh_memory, lost_energy, move, stored_energy
 from stickslip_ros.contact.record import Record
 from stickslip_ros.validation.memory import follow
 

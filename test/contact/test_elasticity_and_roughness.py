@@ -2,8 +2,8 @@
 
 import pytest
 
-from stickslip_ros.contact.elasticity import effective_elasticity, shear_modulus
 from stickslip_ros.contact.hemisphere import prefactor_of, profile_of
+from stickslip_ros.contact.mdr import effective_elasticity, shear_modulus
 from stickslip_ros.contact.profile import rough_profile, smooth_profile
 from stickslip_ros.contact.roughness import rough_prefactor_1d
 from stickslip_ros.parameters import ContactParameters

@@ -8,8 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from stickslip_ros.contact.elasticity import effective_elasticity
-from stickslip_ros.contact.indentation import indent, normal_force
+from stickslip_ros.contact.mdr import effective_elasticity, indent, normal_force
 from stickslip_ros.contact.profile import PowerProfile, rough_profile, smooth_profile
 from stickslip_ros.errors import OutOfRange
 

@@ -7,18 +7,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.indentation import indent
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.line_profile import (
-    LineProfile,
+from stickslip_ros.contact.hemisphere import (
+    elasticity_of,
     line_places,
-    line_profile,
+    profile_of,
     rough_line_profile,
 )
-from stickslip_ros.contact.presliding import presliding
-from stickslip_ros.contact.profile import smooth_profile
-from stickslip_ros.contact.self_affine import Spectrum, rough_line
+from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.mdr import indent, presliding
+from stickslip_ros.contact.profile import LineProfile, line_profile, smooth_profile
+from stickslip_ros.contact.roughness import Spectrum, rough_line
 from stickslip_ros.contact.virgin import CELLS, tabulate, virgin_force
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.errors import OutOfRange

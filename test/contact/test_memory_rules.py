@@ -8,8 +8,7 @@ import pytest
 from guide import Guide
 
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.memory import U, fresh_memory, move, set_memory
-from stickslip_ros.contact.memory_energy import lost_energy
+from stickslip_ros.contact.memory import U, fresh_memory, lost_energy, move, set_memory
 from stickslip_ros.contact.virgin import virgin_force
 
 virgin_force = entry_point(virgin_force)

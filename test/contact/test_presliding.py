@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.presliding import presliding
+from stickslip_ros.contact.mdr import presliding
 from stickslip_ros.contact.profile import smooth_profile
 from stickslip_ros.errors import OutOfRange
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_ros.contact.self_affine import (
+from stickslip_ros.contact.roughness import (
     Spectrum,
     fit_hurst,
     line_spectrum,

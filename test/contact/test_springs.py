@@ -7,33 +7,34 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip_ros.contact.bank import BANK_ERROR, Group, bank_of_rows, spring_bank
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.indentation import indent
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.memory import fresh_memory, move
-from stickslip_ros.contact.memory_energy import lost_energy, stored_energy
-from stickslip_ros.contact.presliding import presliding
+from stickslip_ros.contact.mdr import indent, presliding
+from stickslip_ros.contact.memory import fresh_memory, lost_energy, move, stored_energy
 from stickslip_ros.contact.record import record
 from stickslip_ros.contact.springs import (
+    BANK_ERROR,
+    Group,
+    bank_of_rows,
     depth_at,
-    drag,
     friction_limit,
+    load_springs,
+    move_springs,
+    spring_bank,
     springs_kind,
     stored_in_springs,
-    take_over,
 )
 from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.parameters import ContactParameters
 
 depth_at = entry_point(depth_at)
-drag = entry_point(drag)
+move_springs = entry_point(move_springs)
 friction_limit = entry_point(friction_limit)
 lost_energy = entry_point(lost_energy)
 move = entry_point(move)
 stored_energy = entry_point(stored_energy)
 stored_in_springs = entry_point(stored_in_springs)
-take_over = entry_point(take_over)
+load_springs = entry_point(load_springs)
 
 CONTACT = ContactParameters()
 ELASTICITY = elasticity_of(CONTACT)
@@ -96,7 +97,7 @@ def test_random_histories_at_constant_load_agree_with_the_turning_points(preload
     lost_j = before_m = 0.0
     for u_m in np.array(strokes) * curve.limit_m:
         move(curve, memory, u_m)
-        force_n, loss_j = drag(BANK, springs, u_m - before_m, preload_n, preload_n)
+        force_n, loss_j = move_springs(BANK, springs, u_m - before_m, preload_n, preload_n)
         lost_j, before_m = lost_j + loss_j, u_m
         assert abs(force_n - memory.force_n) <= BANK_ERROR * curve.force_max_n
     scale_j = curve.force_max_n * curve.limit_m
@@ -112,8 +113,8 @@ def test_taking_over_from_the_turning_points_keeps_the_force(preload_n, strokes)
     memory, springs = fresh_memory(), empty()
     for u_m in np.array(strokes) * curve.limit_m:
         move(curve, memory, u_m)
-    take_over(BANK, COMPLIANCE, memory, preload_n, springs)
-    force_n, loss_j = drag(BANK, springs, 0.0, preload_n, preload_n)
+    load_springs(BANK, COMPLIANCE, memory, preload_n, springs)
+    force_n, loss_j = move_springs(BANK, springs, 0.0, preload_n, preload_n)
     assert abs(force_n - memory.force_n) <= ROUNDING * curve.force_max_n
     assert loss_j == 0.0
 
@@ -123,7 +124,7 @@ def test_taking_over_from_the_turning_points_keeps_the_force(preload_n, strokes)
 def test_no_spring_exceeds_its_limit_and_friction_never_gives_energy(strokes, loads):
     springs = empty()
     for stroke, before_n, after_n in zip(strokes, loads, loads[1:], strict=False):
-        _, loss_j = drag(BANK, springs, 2e-7 * stroke, before_n, after_n)
+        _, loss_j = move_springs(BANK, springs, 2e-7 * stroke, before_n, after_n)
         assert loss_j >= 0.0
         for group in range(2):
             own = springs_of(group)
@@ -134,22 +135,22 @@ def test_no_spring_exceeds_its_limit_and_friction_never_gives_energy(strokes, lo
 
 def test_springs_that_lose_contact_forget_and_come_back_unloaded():
     springs = empty()
-    drag(BANK, springs, 3e-8, 1.0, 1.0)
+    move_springs(BANK, springs, 3e-8, 1.0, 1.0)
     loaded_n = springs.forces_n.copy()
-    drag(BANK, springs, 0.0, 1.0, 0.1)
+    move_springs(BANK, springs, 0.0, 1.0, 0.1)
     upper = springs_of(0)
     high = BANK.heights_m[upper] > depth_at(BANK, 0, 0.1)
     assert np.any(loaded_n[upper][high] > 0.0)
     assert np.all(springs.forces_n[upper][high] == 0.0)
-    drag(BANK, springs, 0.0, 0.1, 1.0)
+    move_springs(BANK, springs, 0.0, 0.1, 1.0)
     assert np.all(springs.forces_n[upper][high] == 0.0)
 
 
 def test_a_lighter_load_lets_springs_slip_back_to_the_new_limit_and_loses_what_they_held():
     springs = empty()
-    drag(BANK, springs, 1e-5, 1.0, 1.0)
+    move_springs(BANK, springs, 1e-5, 1.0, 1.0)
     before_j = stored_in_springs(BANK, springs)
-    force_n, loss_j = drag(BANK, springs, 0.0, 1.0, 0.5)
+    force_n, loss_j = move_springs(BANK, springs, 0.0, 1.0, 0.5)
     assert force_n == pytest.approx(friction_limit(BANK, 0.5), rel=ROUNDING)
     assert loss_j == pytest.approx(before_j - stored_in_springs(BANK, springs), rel=1e-9)
 
@@ -165,7 +166,7 @@ def test_more_springs_come_closer_with_the_square_of_their_number():
         for u_m in displacements_m:
             memory = fresh_memory()
             move(curve, memory, u_m)
-            force_n, _ = drag(few, empty(few), u_m, preload_n, preload_n)
+            force_n, _ = move_springs(few, empty(few), u_m, preload_n, preload_n)
             worst = max(worst, abs(force_n - memory.force_n))
         errors.append(worst)
     ratios = np.array(errors[:-1]) / np.array(errors[1:])
@@ -178,7 +179,7 @@ def test_a_class_without_a_spring_has_no_force_and_no_energy():
     rows = (heights_m, FRICTION * stiffness, stiffness, np.array([[0.0, 1e-3]]))
     few = bank_of_rows(*rows, np.array([[1e6, 1e6]]), shares=[1.0], friction=FRICTION)
     springs = empty(few)
-    force_n, loss_j = drag(few, springs, 1e-6, 0.5, 0.4)
+    force_n, loss_j = move_springs(few, springs, 1e-6, 0.5, 0.4)
     assert force_n == springs.forces_n[0] == pytest.approx(FRICTION * 0.4, rel=ROUNDING)
     assert springs.forces_n[1] == springs.losses_j[1] == 0.0
     assert 0.0 < loss_j < np.inf

@@ -14,7 +14,7 @@ from stickslip_ros.drive.build import (
     start_clock,
     state_at_rest,
 )
-from stickslip_ros.drive.feet import share_out
+from stickslip_ros.drive.feet import divide_among_feet
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.parameters import Parameters
@@ -45,7 +45,7 @@ class Drive:
     def separate(self) -> 'Drive':
         """Move the feet one by one from now on."""
         separate_feet(self.plants, self.parameters)
-        share_out(self.plants, self.states)
+        divide_among_feet(self.plants, self.states)
         set_ideal(self.plant)
         return self
 

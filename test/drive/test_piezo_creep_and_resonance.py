@@ -8,7 +8,7 @@ import pytest
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.record import record
 from stickslip_ros.drive.build import plant_of
-from stickslip_ros.drive.piezo import displace, free_ring, prepare_piezo, rest
+from stickslip_ros.drive.piezo import displace, free_ring, prepare_piezo, rest_piezo
 from stickslip_ros.drive.records import PIEZO_STATE
 from stickslip_ros.drive.waveform import level
 from stickslip_ros.parameters import Parameters
@@ -33,7 +33,7 @@ class Piezo:
         values = {f'actuator.{name}': value for name, value in actuator.items()}
         self.plant = plant_of(Parameters().updated(values))[0]
         self.memory = record(PIEZO_STATE)
-        rest(self.plant, self.memory)
+        rest_piezo(self.plant, self.memory)
 
     def jump(self) -> 'Piezo':
         """Be at STEP_V from now on, with the mass of the piezo still at rest."""

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.record import record
 from stickslip_ros.drive.build import plant_of
-from stickslip_ros.drive.piezo import hysteresis, rest
+from stickslip_ros.drive.piezo import hysteresis, rest_piezo
 from stickslip_ros.drive.records import PIEZO_STATE
 from stickslip_ros.parameters import Parameters
 
@@ -39,7 +39,7 @@ class Loop:
             )
         )[0]
         self.memory = record(PIEZO_STATE)
-        rest(self.plant, self.memory)
+        rest_piezo(self.plant, self.memory)
 
     def to(self, *voltages_v: float) -> np.ndarray:
         return np.array([hysteresis(self.plant, self.memory, volt) for volt in voltages_v])

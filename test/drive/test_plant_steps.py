@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START
-from stickslip_ros.drive.glide import SLEW_REFINEMENT
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START, SLEW_REFINEMENT
 from stickslip_ros.drive.plant import VERLET_REFINEMENT
 from stickslip_ros.drive.waveform import sawtooth
 

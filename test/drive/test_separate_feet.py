@@ -34,7 +34,7 @@ def _residual(machine):
 
 
 def _in_short_steps(machine):
-    machine.plant.ideal = machine.plant.glides = False
+    machine.plant.ideal = machine.plant.only_long_steps = False
     return machine
 
 

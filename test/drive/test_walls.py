@@ -8,7 +8,7 @@ import pytest
 from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.drive.advance import RAMP_MEAN
 from stickslip_ros.drive.records import ALL
-from stickslip_ros.drive.walls import cell_energy, cell_force, stops_energy, stops_force
+from stickslip_ros.drive.runner import cell_energy, cell_force, stops_energy, stops_force
 from stickslip_ros.drive.waveform import level, sawtooth
 
 cell_force = in_python(cell_force)

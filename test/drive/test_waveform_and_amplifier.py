@@ -7,7 +7,7 @@ import pytest
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.record import record
-from stickslip_ros.drive.advance import ride
+from stickslip_ros.drive.advance import advance_stretch
 from stickslip_ros.drive.amplifier import SETTLED_V, clamp, follow
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.piezo import foot_displacement
@@ -18,7 +18,7 @@ clamp = entry_point(clamp)
 follow = entry_point(follow)
 foot_displacement = entry_point(foot_displacement)
 ramp_is_over = entry_point(ramp_is_over)
-ride = entry_point(ride)
+advance_stretch = entry_point(advance_stretch)
 target = entry_point(target)
 
 SLEW = 150e6
@@ -156,5 +156,5 @@ def test_a_level_is_reached_at_the_slew_rate(drive):
 
 def test_no_step_leaves_the_range_of_the_amplifier(plant, drive):
     machine = drive()
-    ride(plant, machine.state, 299.0, SLEW, 0.0, 1e-6)
+    advance_stretch(plant, machine.state, 299.0, SLEW, 0.0, 1e-6)
     assert machine.state.voltage_v == 300.0

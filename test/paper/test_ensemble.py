@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.presliding import presliding
+from stickslip_ros.contact.mdr import presliding
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.paper.ensemble import (
     LOADS_N,

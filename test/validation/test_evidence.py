@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from stickslip_ros.cli.validate import failure_text
-from stickslip_ros.contact.elasticity import Elasticity
 from stickslip_ros.contact.hemisphere import elasticity_of
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.laws import deflect
-from stickslip_ros.contact.self_affine import Spectrum
-from stickslip_ros.contact.springs import drag
+from stickslip_ros.contact.mdr import Elasticity
+from stickslip_ros.contact.roughness import Spectrum
+from stickslip_ros.contact.springs import move_springs
 from stickslip_ros.validation.checks import EXCESS, Check, Tolerance, forget, printed
 from stickslip_ros.validation.evidence import EVIDENCE
 from stickslip_ros.validation.friction_laws import FRICTION_LAWS
@@ -31,7 +31,7 @@ from stickslip_ros.validation.springs import (
     rough_line_contact,
 )
 
-drag = entry_point(drag)
+move_springs = entry_point(move_springs)
 deflect = entry_point(deflect)
 
 DOCUMENT = Path(__file__).parents[2] / 'docs' / 'validation.md'
@@ -162,9 +162,9 @@ def test_a_loss_that_is_a_thousandth_too_large_is_found(monkeypatch):
 
 def test_springs_that_do_not_feel_a_lighter_load_are_found(monkeypatch):
     def heavy(bank, forces_n, du_m, before_n, after_n):
-        return drag(bank, forces_n, du_m, before_n, max(before_n, after_n))
+        return move_springs(bank, forces_n, du_m, before_n, max(before_n, after_n))
 
-    monkeypatch.setattr(f'{PACKAGE}.histories.drag', heavy)
+    monkeypatch.setattr(f'{PACKAGE}.histories.move_springs', heavy)
     failed = names_of_failed(SPRING_BANK, 'preload ramps')
     assert 'rough, preload ramps: T/(mu F_n)' in failed
     assert 'smooth, preload ramps: friction loss' in failed
