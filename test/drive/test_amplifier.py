@@ -1,4 +1,4 @@
-"""From command to output: converter, current, low-pass, and what arrival means."""
+"""From command to output: range and slew rate, converter, current, low-pass, and arrival."""
 
 import math
 
@@ -7,20 +7,125 @@ import pytest
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.record import record
-from stickslip_ros.drive.advance import RAMP_MEAN, RAMP_START
-from stickslip_ros.drive.amplifier import ARRIVED_SHARE, FALL_SHARE, has_arrived, low_pass, wanted
+from stickslip_ros.drive.advance import RAMP_MEAN, RAMP_START, advance_stretch
+from stickslip_ros.drive.amplifier import (
+    ARRIVED_SHARE,
+    FALL_SHARE,
+    SETTLED_V,
+    clamp,
+    follow,
+    has_arrived,
+    low_pass,
+    wanted,
+)
 from stickslip_ros.drive.build import plant_of
+from stickslip_ros.drive.piezo import foot_displacement
 from stickslip_ros.drive.records import CLOCK
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.parameters import Parameters
 
+clamp = entry_point(clamp)
+follow = entry_point(follow)
+foot_displacement = entry_point(foot_displacement)
+advance_stretch = entry_point(advance_stretch)
 low_pass = entry_point(low_pass)
 wanted = entry_point(wanted)
 
-WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
 SLEW = 150e6
+ROUNDING = 1e-12
+"""A few operations on doubles."""
+WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
 BANDWIDTH_HZ = 5e4
 TAU_S = 1.0 / (2.0 * math.pi * BANDWIDTH_HZ)
+
+
+@pytest.fixture(scope='module')
+def plant(stand):
+    return plant_of(stand)[0]
+
+
+def test_the_foot_follows_the_voltage_in_proportion(plant):
+    assert foot_displacement(plant, 0.0) == 0.0
+    assert foot_displacement(plant, 300.0) == pytest.approx(160e-9, rel=ROUNDING, abs=0.0)
+    resting = plant.copy()
+    resting.rest_v = 100.0
+    assert foot_displacement(resting, 100.0) == 0.0
+    assert foot_displacement(resting, 0.0) == pytest.approx(-160e-9 / 3.0, rel=ROUNDING, abs=0.0)
+
+
+def test_the_amplifier_stays_in_its_range(plant):
+    assert [clamp(plant, volt) for volt in (-1.0, 0.0, 150.0, 300.0, 301.0)] == [
+        0.0, 0.0, 150.0, 300.0, 300.0,
+    ]  # fmt: skip
+    assert follow(plant, 300.0, 500.0, 0.0, 0.0) == (300.0, 0.0, math.inf)
+
+
+def test_a_settled_amplifier_takes_the_slope_of_the_command(plant):
+    assert follow(plant, 50.0, 50.0 + 0.5 * SETTLED_V, 3e5, 0.0) == (
+        50.0 + 0.5 * SETTLED_V,
+        3e5,
+        math.inf,
+    )
+    assert follow(plant, 50.0, 50.0, 2.0 * SLEW, 0.0)[1] == SLEW
+    assert follow(plant, 50.0, 50.0, -2.0 * SLEW, 0.0)[1] == -SLEW
+
+
+@pytest.mark.parametrize('slope', [0.0, 3e5, -3e5])
+@pytest.mark.parametrize(('voltage_v', 'target_v'), [(300.0, 0.0), (0.0, 300.0), (20.0, 21.0)])
+def test_the_amplifier_catches_up_exactly_when_it_says(voltage_v, target_v, slope, plant):
+    now_v, rate, caught_s = follow(plant, voltage_v, target_v, slope, 0.0)
+    assert now_v == voltage_v
+    assert rate == math.copysign(SLEW, target_v - voltage_v)
+    reached_v = now_v + rate * caught_s
+    assert reached_v == pytest.approx(target_v + slope * caught_s, rel=0.0, abs=300.0 * ROUNDING)
+    assert caught_s > 0.0
+
+
+def test_the_full_fall_takes_two_microseconds(plant):
+    assert follow(plant, 300.0, 0.0, 0.0, 0.0)[2] == pytest.approx(2e-6, rel=ROUNDING, abs=0.0)
+
+
+@pytest.mark.parametrize('slope', [SLEW, 2.0 * SLEW])
+def test_a_command_that_runs_away_is_never_caught(slope, plant):
+    assert follow(plant, 0.0, 100.0, slope, 0.0) == (0.0, SLEW, math.inf)
+
+
+def test_the_voltage_of_a_drive_is_the_sawtooth_with_finite_falls(drive):
+    machine = drive()
+    wave = sawtooth(0.0, 300.0, 1000.0, 4)
+    pieces_s = np.diff(np.concatenate(([0.0], np.linspace(1.7e-5, 6e-3, 353))))
+    machine.start(wave, ())
+    time_s, fall_s = 0.0, 300.0 / (SLEW + 300e3)
+    for piece_s in pieces_s:
+        machine.run(wave, [piece_s])
+        time_s += piece_s
+        cycle, ramp_s = divmod(time_s, 1e-3)
+        slope = 300e3 if cycle < 4 else 0.0
+        expected_v = slope * ramp_s
+        if cycle in range(1, 5):
+            expected_v = max(300.0 - SLEW * ramp_s, expected_v)
+        # Next to a corner the cycle depends on rounding; the slew rate makes 1e-15 s harmless.
+        near_corner = min(ramp_s, 1e-3 - ramp_s) < 1e-12
+        assert near_corner or machine.state.voltage_v == pytest.approx(
+            expected_v, rel=0.0, abs=1e-6
+        )
+    assert fall_s < 2e-6
+    assert machine.state.voltage_v == 0.0
+    assert machine.state.clock.cycle == 4
+
+
+def test_a_level_is_reached_at_the_slew_rate(drive):
+    machine = drive(amplifier__slew_rate=1e6)
+    machine.start(level(300.0), [1e-4])
+    assert machine.state.voltage_v == pytest.approx(100.0, rel=1e-9, abs=0.0)
+    machine.run(level(300.0), [1e-3])
+    assert machine.state.voltage_v == 300.0
+
+
+def test_no_step_leaves_the_range_of_the_amplifier(plant, drive):
+    machine = drive()
+    advance_stretch(plant, machine.state, 299.0, SLEW, 0.0, 1e-6)
+    assert machine.state.voltage_v == 300.0
 
 
 def test_the_current_into_the_piezos_limits_the_slew_rate(stand):

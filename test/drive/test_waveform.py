@@ -1,4 +1,4 @@
-"""Voltages from a table, and saw-teeth of which some are left out."""
+"""The commanded voltage: saw-teeth, levels, tables, and ramps that are left out."""
 
 import math
 
@@ -8,19 +8,72 @@ import pytest
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.record import record
 from stickslip_ros.drive.amplifier import has_arrived
-from stickslip_ros.drive.records import CLOCK
-from stickslip_ros.drive.waveform import is_missed, missing, sawtooth, table, target
+from stickslip_ros.drive.records import CLOCK, ENDLESS
+from stickslip_ros.drive.waveform import (
+    CORNER_S,
+    is_missed,
+    level,
+    missing,
+    ramp_is_over,
+    sawtooth,
+    table,
+    target,
+)
 
-is_missed = entry_point(is_missed)
+ramp_is_over = entry_point(ramp_is_over)
 target = entry_point(target)
+is_missed = entry_point(is_missed)
 
+ROUNDING = 1e-12
+"""A few operations on doubles."""
 ROWS = [(0.0, 0.0), (1e-3, 200.0), (1.5e-3, 200.0), (4e-3, 50.0)]
-ROUNDING = 1e-9
+SUMMED_TIME = 1e-9
 """Relative; the drive adds pieces of time up."""
 
 
 def _clock(ramp_s, cycle=0):
     return record(CLOCK, ramp_s=ramp_s, cycle=cycle)
+
+
+def test_a_level_is_held_for_ever():
+    wave = level(120.0)
+    for clock in (_clock(0.0), _clock(3.0), _clock(1e6, 7)):
+        assert target(wave, clock) == (120.0, 0.0, math.inf)
+        assert not ramp_is_over(wave, clock)
+
+
+def test_a_sawtooth_forwards_rises_from_its_lower_end():
+    wave = sawtooth(10.0, 200.0, 500.0, 3)
+    assert (wave.start_v, wave.rise_v, wave.period_s, wave.cycles) == (10.0, 200.0, 2e-3, 3)
+    voltage_v, slope, corner_s = target(wave, _clock(0.5e-3))
+    assert voltage_v == pytest.approx(60.0, rel=ROUNDING, abs=0.0)
+    assert slope == pytest.approx(1e5, rel=ROUNDING, abs=0.0)
+    assert corner_s == pytest.approx(1.5e-3, rel=ROUNDING, abs=0.0)
+
+
+def test_a_sawtooth_backwards_falls_from_its_upper_end():
+    wave = sawtooth(10.0, 200.0, -500.0, 3)
+    assert (wave.start_v, wave.rise_v, wave.period_s) == (210.0, -200.0, 2e-3)
+    voltage_v, slope, _ = target(wave, _clock(0.5e-3))
+    assert voltage_v == pytest.approx(160.0, rel=ROUNDING, abs=0.0)
+    assert slope == pytest.approx(-1e5, rel=ROUNDING, abs=0.0)
+
+
+def test_after_its_ramps_a_sawtooth_is_held_where_it_started():
+    wave = sawtooth(10.0, 200.0, -500.0, 3)
+    assert target(wave, _clock(1e-3, 3)) == (210.0, 0.0, math.inf)
+    assert not ramp_is_over(wave, _clock(1.0, 3))
+
+
+def test_a_sawtooth_without_a_number_of_steps_is_endless():
+    assert sawtooth(0.0, 300.0, 1.0, 0).cycles == ENDLESS
+
+
+def test_a_ramp_is_over_at_its_corner():
+    wave = sawtooth(0.0, 300.0, 1000.0, 1)
+    assert not ramp_is_over(wave, _clock(1e-3 - 1e-9))
+    assert ramp_is_over(wave, _clock(1e-3 - 0.5 * CORNER_S))
+    assert ramp_is_over(wave, _clock(1e-3))
 
 
 def test_a_table_is_joined_by_straight_lines_and_its_rows_are_corners():
@@ -68,7 +121,7 @@ def test_a_drive_plays_a_table_once_and_holds(changes, piece_s, drive):
         machine.run(wave, [piece_s])
         times_s, voltages_v = np.transpose(ROWS)
         expected_v = np.interp(i * piece_s, times_s, voltages_v)
-        assert machine.state.voltage_v == pytest.approx(expected_v, rel=ROUNDING, abs=1e-9)
+        assert machine.state.voltage_v == pytest.approx(expected_v, rel=SUMMED_TIME, abs=1e-9)
         assert has_arrived(machine.plants, wave, machine.states) == (i * piece_s >= 4e-3 - 1e-12)
     assert machine.state.clock.cycle == 1
 
