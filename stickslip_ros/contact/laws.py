@@ -26,35 +26,15 @@ SHARE_MIN = 1e-6
 
 
 LAW = kind(
-    number=COUNT,
-    bristle_n_per_m=FLOAT,
-    bristle_n_s_per_m=FLOAT,
-    viscous_n_s_per_m=FLOAT,
-    static_ratio=FLOAT,
-    stribeck_m_per_s=FLOAT,
-    breakaway_ratio=FLOAT,
+    number=COUNT,  # MDR, COULOMB, DAHL, LUGRE or EPM
+    bristle_n_per_m=FLOAT,  # sigma0, stiffness of the bristles
+    bristle_n_s_per_m=FLOAT,  # sigma1, damping of the bristles
+    viscous_n_s_per_m=FLOAT,  # sigma2, viscous friction
+    static_ratio=FLOAT,  # Fs/Fc, static over Coulomb friction, >= 1
+    stribeck_m_per_s=FLOAT,  # vs, Stribeck velocity
+    breakaway_ratio=FLOAT,  # z_ba/z_ss of EPM, in [0, 1): bristles deflected less are elastic
 )
-"""
-Constants of a friction law.
-
-Fields
-------
-number : int
-    MDR, COULOMB, DAHL, LUGRE or EPM.
-bristle_n_per_m : float
-    sigma0, stiffness of the bristles.
-bristle_n_s_per_m : float
-    sigma1, damping of the bristles.
-viscous_n_s_per_m : float
-    sigma2, viscous friction.
-static_ratio : float
-    Fs/Fc, static over Coulomb friction, >= 1.
-stribeck_m_per_s : float
-    vs, Stribeck velocity.
-breakaway_ratio : float
-    z_ba/z_ss of EPM, in [0, 1): bristles deflected less are elastic.
-
-"""
+"""Constants of a friction law."""
 
 
 @kernel

@@ -32,38 +32,18 @@ U, FORCE, ERROR = 0, 1, 2
 
 
 def memory_kind(capacity: int) -> Kind:
-    """
-    Return the type of a memory that holds so many turning points.
-
-    Fields
-    ------
-    u_m : float
-        Relative displacement of the runner against the feet, m.
-    force_n : float
-        Sum of the spring forces T, N; the runner feels -T.
-    depth : int
-        Turning points on the stack; row 0 of ``turns`` is the virgin origin.
-    sense : float
-        +1 or -1: the direction in which the current branch runs.
-    lost_j : float
-        Friction loss up to the start of the current stretch of the current branch, J.
-    base_j : float
-        Loss of the current branch from its turning point to the start of that stretch, J.
-    error_n : float
-        Bound of the force error by forgotten turning points, N.
-    turns : array, shape (capacity, 3)
-        The stack.
-
-    """
+    """Return the type of a memory that holds so many turning points."""
     return kind(
-        u_m=FLOAT,
-        force_n=FLOAT,
-        depth=COUNT,
-        sense=FLOAT,
+        u_m=FLOAT,  # Relative displacement of the runner against the feet, m
+        force_n=FLOAT,  # Sum of the spring forces T, N; the runner feels -T
+        depth=COUNT,  # Turning points on the stack; row 0 of ``turns`` is the virgin origin
+        sense=FLOAT,  # +1 or -1: the direction in which the current branch runs
+        # Friction loss up to the start of the current stretch of the current branch, J
         lost_j=FLOAT,
+        # Loss of the current branch from its turning point to the start of that stretch, J
         base_j=FLOAT,
-        error_n=FLOAT,
-        turns=(FLOAT, (capacity, 3)),
+        error_n=FLOAT,  # Bound of the force error by forgotten turning points, N
+        turns=(FLOAT, (capacity, 3)),  # The stack
     )
 
 

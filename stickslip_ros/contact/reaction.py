@@ -36,50 +36,24 @@ ARRIVAL_SLACK = 1e-6
 """Share of a step by which a preload may miss its end, for the rounding of many steps."""
 
 CONTACT = kind(
-    curve=CURVE, bank=BANK, law=LAW, compliance=FLOAT, preload_n=FLOAT, preload_n_per_s=FLOAT
+    curve=CURVE,  # Tangential behaviour at the preload ``preload_n``
+    bank=BANK,  # Springs for any preload
+    law=LAW,  # Which law holds, and the constants of the rival laws
+    compliance=FLOAT,  # mu C_M: presliding per depth
+    # Preload to go to, and how fast
+    preload_n=FLOAT,
+    preload_n_per_s=FLOAT,
 )
-"""
-Constants of a contact.
-
-Fields
-------
-curve : record of CURVE
-    Tangential behaviour at the preload ``preload_n``.
-bank : record of BANK
-    Springs for any preload.
-law : record of LAW
-    Which law holds, and the constants of the rival laws.
-compliance : float
-    mu C_M: presliding per depth.
-preload_n, preload_n_per_s : float
-    Preload to go to, and how fast.
-
-"""
+"""Constants of a contact."""
 
 CONTACT_STATE = kind(
-    memory=MEMORY,
-    on_springs=FLAG,
-    preload_n=FLOAT,
-    bristle_m=FLOAT,
-    springs=SPRINGS_STATE,
+    memory=MEMORY,  # Displacement, force, friction loss, and the turning points
+    on_springs=FLAG,  # Whether the springs, not the turning points, hold the history
+    preload_n=FLOAT,  # Present preload
+    bristle_m=FLOAT,  # Deflection of the bristles of a rival law
+    springs=SPRINGS_STATE,  # Forces of the springs
 )
-"""
-What a contact remembers.
-
-Fields
-------
-memory : record of MEMORY
-    Displacement, force, friction loss, and the turning points.
-on_springs : bool
-    Whether the springs, not the turning points, hold the history.
-preload_n : float
-    Present preload.
-bristle_m : float
-    Deflection of the bristles of a rival law.
-springs : record of SPRINGS_STATE
-    Forces of the springs.
-
-"""
+"""What a contact remembers."""
 
 
 def fresh_contact(preload_n: float) -> Record:

@@ -43,42 +43,25 @@ CLASSES_KEPT = 32
 
 
 def bank_kind(springs: int) -> Kind:
-    """
-    Return the type of a bank with room for so many springs.
-
-    Fields
-    ------
-    groups : int
-        Groups of equal contacts, at most 6.
-    first : array of int, shape (7,)
-        Number of the first spring of each group; after the last group, of all springs.
-    heights_m : array, shape (springs,)
-        Depth at which a spring begins to press, rising within a group.
-    limit_n_per_m : array, shape (springs,)
-        Growth of the friction limit with the depth, mu E* dx, all contacts of a group together.
-    shear_n_per_m, per_shear_m_per_n : array, shape (springs,)
-        Tangential stiffness G* dx of them together, and its inverse; 0 where there is no spring.
-    area_n, slope_n_per_m : array, shape (springs,)
-        Normal force of the group when a spring begins to press, and stiffness from there on: a
-        table of the normal law.
-    shares : array, shape (6,)
-        Normal force of a group, all its contacts together, per preload.
-    friction : float
-        Friction coefficient mu.
-
-    """
+    """Return the type of a bank with room for so many springs."""
     per_spring = (FLOAT, (springs,))
     return kind(
-        groups=COUNT,
+        groups=COUNT,  # Groups of equal contacts, at most 6
+        # Number of the first spring of each group; after the last group, of all springs
         first=(COUNT, (GROUPS_MAX + 1,)),
-        heights_m=per_spring,
+        heights_m=per_spring,  # Depth at which a spring begins to press, rising within a group
+        # Growth of the friction limit with the depth, mu E* dx, all contacts of a group together
         limit_n_per_m=per_spring,
+        # Tangential stiffness G* dx of them together, and its inverse; 0 where there is no spring
         shear_n_per_m=per_spring,
         per_shear_m_per_n=per_spring,
+        # Normal force of the group when a spring begins to press, and stiffness from there on: a
+        # table of the normal law
         area_n=per_spring,
         slope_n_per_m=per_spring,
+        # Normal force of a group, all its contacts together, per preload
         shares=(FLOAT, (GROUPS_MAX,)),
-        friction=FLOAT,
+        friction=FLOAT,  # Friction coefficient mu
     )
 
 
@@ -86,21 +69,13 @@ BANK = bank_kind(SPRINGS_IN_ALL)
 
 
 def springs_kind(springs: int) -> Kind:
-    """
-    Return the type of what so many springs remember.
-
-    Fields
-    ------
-    forces_n : array, shape (springs,)
-        Tangential forces. Springs that nothing presses have none.
-    losses_j : array, shape (springs,)
-        Friction losses in the last step.
-    last : array of int, shape (6,)
-        Highest spring of each group that was pressed then.
-
-    """
+    """Return the type of what so many springs remember."""
     per_spring = (FLOAT, (springs,))
-    return kind(forces_n=per_spring, losses_j=per_spring, last=(COUNT, (GROUPS_MAX,)))
+    return kind(
+        forces_n=per_spring,  # Tangential forces. Springs that nothing presses have none.
+        losses_j=per_spring,  # Friction losses in the last step
+        last=(COUNT, (GROUPS_MAX,)),  # Highest spring of each group that was pressed then
+    )
 
 
 SPRINGS_STATE = springs_kind(SPRINGS_IN_ALL)

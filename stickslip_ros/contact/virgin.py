@@ -30,33 +30,16 @@ STIFFNESSES_KEPT = 8
 
 
 CURVE = kind(
+    # Per cell: force at its start (N), stiffness at its start (N/m), half the slope of the
+    # stiffness (N/m^2), integral of the force up to its start (J)
     cells=(FLOAT, (CELLS, 4)),
-    cells_per_m=FLOAT,
-    core_m=FLOAT,
-    limit_m=FLOAT,
-    force_max_n=FLOAT,
-    energy_max_j=FLOAT,
+    cells_per_m=FLOAT,  # Inverse width of a cell, 1/m
+    core_m=FLOAT,  # Width of the first cell, m: up to it the curve is linear, hence free of loss
+    limit_m=FLOAT,  # Displacement from which the force is constant, m
+    force_max_n=FLOAT,  # Force of full slip, N
+    energy_max_j=FLOAT,  # Integral of the force from 0 to limit_m, J
 )
-"""
-Virgin curve of one Prandtl-Ishlinskii operator, tabulated.
-
-Fields
-------
-cells : array, shape (CELLS, 4)
-    Per cell: force at its start (N), stiffness at its start (N/m), half the slope of the
-    stiffness (N/m^2), integral of the force up to its start (J).
-cells_per_m : float
-    Inverse width of a cell, 1/m.
-core_m : float
-    Width of the first cell, m: up to it the curve is linear, hence free of loss.
-limit_m : float
-    Displacement from which the force is constant, m.
-force_max_n : float
-    Force of full slip, N.
-energy_max_j : float
-    Integral of the force from 0 to limit_m, J.
-
-"""
+"""Virgin curve of one Prandtl-Ishlinskii operator, tabulated."""
 
 
 def tabulate(contacts: Sequence[Presliding]) -> Record:

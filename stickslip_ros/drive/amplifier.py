@@ -8,7 +8,7 @@ In this order: the digital-to-analogue converter, range and slew rate, the low-p
 import math
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import in_python, kernel
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import target
@@ -198,7 +198,7 @@ def has_arrived(plants: Record, wave: Wave, states: Record) -> bool:
     held_v, step_v = wave.start_v, plant.amplifier.resolution_v
     if step_v > 0.0:
         held_v = round(held_v / step_v) * step_v
-    held_v = min(max(held_v, plant.voltage_min_v), plant.voltage_max_v)
+    held_v = in_python(clamp)(plant, held_v)
     range_v = plant.voltage_max_v - plant.voltage_min_v
     within_v = ARRIVED_SHARE * range_v if plant.amplifier.tau_s > 0.0 else SETTLED_V
     return bool(abs(states['voltage_v'].item() - held_v) <= within_v)

@@ -248,7 +248,7 @@ def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Preslidi
 
 
 def separate_feet(plants: Record, parameters: Parameters) -> None:
-    """Give each foot of a plant a contact of its own; from now on they are moving one by one."""
+    """Give each foot of a plant a contact of its own; from now on they are moved one by one."""
     plant, groups = plants[0], groups_of(parameters.contact)
     shares = np.array([group.share for group in groups for _ in range(group.contacts)])
     plant.separate = True
