@@ -198,12 +198,11 @@ class RecordedApart(Recorded):
         from stickslip_ros.recording.topics import recorded_channels  # noqa: PLC0415
 
         channels = recorded_channels(Parameters())
-        self._topics = {name: channels[name].topic for name in TYPES}
-        self._recorder = Recorder(path, [channels[name] for name in TYPES])
+        self._recorder = Recorder(path, {name: channels[name] for name in TYPES})
         end.callback(self._recorder.close)
 
     def _write(self, name: str, message: Any, time_ns: int) -> None:
-        self._recorder.put(self._topics[name], time_ns, message)
+        self._recorder.put(name, time_ns, message)
 
     def publish(self, name: str, message: Any, tick: int) -> None:
         """Pack a message, once for both."""

@@ -1,14 +1,11 @@
 """``stickslip recover``: make the rest of a broken recording readable."""
 
 import argparse
-import dataclasses
-from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.common import add_json, print_json, print_table, to_path
 from stickslip_ros.files import make_folder
-from stickslip_ros.recording.recover import Recovery
-from stickslip_ros.recording.recover_run import recover
+from stickslip_ros.recording.recover import Recovery, recover
 from stickslip_ros.units import NS_PER_S
 
 
@@ -39,7 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
         make_folder(arguments.out.parent)
     recoveries, written = recover(arguments.file, arguments.out)
     if arguments.json:
-        print_json(_result(recoveries, written))
+        files = [each.to_json() for each in recoveries]
+        print_json({'written': str(written or ''), 'files': files})
         return 0
     for recovery in recoveries:
         _print(recovery)
@@ -47,26 +45,12 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _result(recoveries: list[Recovery], written: Path | None) -> dict[str, Any]:
-    files = [
-        {**dataclasses.asdict(each), 'is_whole': each.is_whole, 'last_ns': each.last_ns}
-        for each in recoveries
-    ]
-    return {'written': str(written or ''), 'files': files}
-
-
 def _print(recovery: Recovery) -> None:
     if recovery.is_whole:
         print(f'{recovery.source} is whole: {recovery.messages} messages')
         return
     rows = [
-        (
-            each.topic,
-            str(each.messages),
-            _seconds(each.first_ns),
-            _seconds(each.last_ns),
-            str(each.gaps),
-        )
+        (each.topic, str(each.messages), *_seconds(each.first_ns, each.last_ns), str(each.gaps))
         for each in recovery.topics
     ]
     header = ('topic', 'messages', 'first (s)', 'last (s)', 'missing')
@@ -75,8 +59,7 @@ def _print(recovery: Recovery) -> None:
         (
             str(loss.offset),
             str(loss.size_bytes),
-            _seconds(loss.first_ns),
-            _seconds(loss.last_ns),
+            *_seconds(loss.first_ns, loss.last_ns),
             loss.problem,
         )
         for loss in recovery.losses
@@ -90,5 +73,5 @@ def _print(recovery: Recovery) -> None:
         print(note)
 
 
-def _seconds(time_ns: int | None) -> str:
-    return '-' if time_ns is None else f'{time_ns / NS_PER_S:.6f}'
+def _seconds(*times_ns: int | None) -> list[str]:
+    return ['-' if each is None else f'{each / NS_PER_S:.6f}' for each in times_ns]

@@ -1,5 +1,6 @@
 """Whether a file is a whole MCAP container, said in words that tell what to do about it."""
 
+import os
 import shlex
 import struct
 import zlib
@@ -34,8 +35,7 @@ DAMAGE: Final = (
 )
 _FOOTER: Final = struct.Struct('<BQQQI')
 _DATA_END: Final = struct.Struct('<BQI')
-#: The checksum itself and the magic behind it.
-_UNCHECKED_BYTES: Final = 4 + len(MAGIC)
+_CRC_BYTES: Final = 4
 _BLOCK_BYTES: Final = 1 << 20
 
 
@@ -53,9 +53,17 @@ def convert_mend(path: Path) -> str:
 
 
 @contextmanager
-def open_whole(path: Path) -> Iterator[McapReader]:
+def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[McapReader]:
     """
     Open a recording, and give the reader's complaints about its bytes as RecordingError.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    checks_data : bool
+        Whether to compare all that stands before the summary with its checksum, where there is
+        one. Those of chunks say nothing of metadata, attachments and indexes: this one does.
 
     Raises
     ------
@@ -65,55 +73,16 @@ def open_whole(path: Path) -> Iterator[McapReader]:
     """
     with _open(path) as stream:
         try:
-            size_bytes = _check(path, stream)
+            summary_start = _check_ends(path, stream)
+            if checks_data:
+                _check_data(path, stream, summary_start - _DATA_END.size)
+            size_bytes = stream.seek(0, os.SEEK_END)
             stream.seek(0)
             yield SeekingReader(stream, validate_crcs=True, record_size_limit=size_bytes)
         except StickSlipError:
             raise
         except DAMAGE as error:
             raise _damaged(path, f'{type(error).__name__} {error}') from error
-
-
-def check_data(path: Path) -> None:
-    """
-    Compare all that stands before the summary with its checksum, where there is one.
-
-    The checksums of chunks say nothing of metadata, attachments and indexes: this one does.
-
-    Raises
-    ------
-    RecordingError
-        If the file is not whole.
-
-    """
-    with open_whole(path), path.open('rb') as stream:
-        _, _, summary_start, _, _ = _FOOTER.unpack(_tail(stream)[: _FOOTER.size])
-        end = summary_start - _DATA_END.size
-        stream.seek(end)
-        opcode, _, expected = _DATA_END.unpack(stream.read(_DATA_END.size))
-        if opcode != Opcode.DATA_END:
-            raise _damaged(path, 'its data and its summary do not meet')
-        if expected and expected != _checksum(stream, end):
-            raise _damaged(path, 'the checksum of its data is wrong')
-
-
-def check_profile(path: Path, reader: McapReader) -> None:
-    """
-    Make sure that an MCAP file was made for ROS 2.
-
-    Raises
-    ------
-    RecordingError
-        If its header names another profile.
-
-    """
-    profile = reader.get_header().profile
-    if profile != PROFILE:
-        raise RecordingError(
-            path,
-            f'it is an MCAP file of profile {profile!r}, not a recording of ROS 2',
-            'open it with the program that it was made for',
-        )
 
 
 def _open(path: Path) -> BinaryIO:
@@ -126,16 +95,24 @@ def _open(path: Path) -> BinaryIO:
         ) from error
 
 
-def _check(path: Path, stream: BinaryIO) -> int:
-    """Look at both ends of a file; give its size."""
+def _check_ends(path: Path, stream: BinaryIO) -> int:
+    """Look at both ends of a file; give where its summary begins."""
     _check_magic(path, stream.read(len(SQLITE_MAGIC)))
-    tail = _tail(stream)
-    if len(tail) < _FOOTER.size + len(MAGIC) or not tail.endswith(MAGIC):
+    end_bytes = _FOOTER.size + len(MAGIC)
+    tail_start = max(stream.seek(0, os.SEEK_END) - end_bytes, 0)
+    stream.seek(tail_start)
+    tail = stream.read()
+    if len(tail) < end_bytes or not tail.endswith(MAGIC):
         raise RecordingError(
             path, 'its end is missing: the recording was cut off', recover_mend(path)
         )
-    _check_summary(path, stream, tail)
-    return stream.seek(0, 2)
+    _, _, summary_start, _, expected = _FOOTER.unpack_from(tail)
+    if summary_start == 0:
+        raise RecordingError(path, 'it has no summary', recover_mend(path))
+    checked_bytes = tail_start + _FOOTER.size - _CRC_BYTES - summary_start
+    if expected not in (0, _checksum(stream, summary_start, checked_bytes)):
+        raise _damaged(path, 'the checksum of its summary is wrong')
+    return int(summary_start)
 
 
 def _check_magic(path: Path, start: bytes) -> None:
@@ -148,27 +125,19 @@ def _check_magic(path: Path, start: bytes) -> None:
     raise RecordingError(path, 'it is not an MCAP file', 'name a recording that ends in .mcap')
 
 
-def _tail(stream: BinaryIO) -> bytes:
-    """Return footer and magic."""
-    size_bytes = stream.seek(0, 2)
-    stream.seek(max(size_bytes - _FOOTER.size - len(MAGIC), 0))
-    return stream.read()
+def _check_data(path: Path, stream: BinaryIO, end: int) -> None:
+    """Compare what stands before the end of the data with the checksum that is written there."""
+    stream.seek(end)
+    opcode, _, expected = _DATA_END.unpack(stream.read(_DATA_END.size))
+    if opcode != Opcode.DATA_END:
+        raise _damaged(path, 'its data and its summary do not meet')
+    if expected and expected != _checksum(stream, 0, end):
+        raise _damaged(path, 'the checksum of its data is wrong')
 
 
-def _check_summary(path: Path, stream: BinaryIO, tail: bytes) -> None:
-    """Compare the summary with the checksum that is written behind it."""
-    _, _, start, _, crc = _FOOTER.unpack_from(tail)
-    if start == 0:
-        raise RecordingError(path, 'it has no summary', recover_mend(path))
+def _checksum(stream: BinaryIO, start: int, size_bytes: int) -> int:
+    """Return the checksum of a stretch of a file."""
     stream.seek(start)
-    summary = stream.read().removesuffix(tail[-_UNCHECKED_BYTES:])
-    if crc not in (0, zlib.crc32(summary)):
-        raise _damaged(path, 'the checksum of its summary is wrong')
-
-
-def _checksum(stream: BinaryIO, size_bytes: int) -> int:
-    """Return the checksum of the beginning of a file."""
-    stream.seek(0)
     crc = 0
     while size_bytes > 0 and (block := stream.read(min(size_bytes, _BLOCK_BYTES))):
         crc = zlib.crc32(block, crc)

@@ -1,18 +1,66 @@
-"""Where a run goes: the names of its files, and the names that a user may give."""
+"""Where a run goes and in what form: the names of its files, chunks, parts, bag."""
 
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.units import NS_PER_S
 
 SUFFIX: Final = '.mcap'
 NAME_MAX_BYTES: Final = 200
 """Leaves room for the number of a part, ``.recovered`` and the suffix within the usual 255."""
+CHUNKS_PER_PERIOD: Final = 3
+"""Chunks that end in one flush period: the last one is then on the disk before it is over."""
 
 _DEVICES: Final = {'con', 'prn', 'aux', 'nul'} | {
     f'{port}{n}' for port in ('com', 'lpt') for n in range(10)
 }
+
+
+@dataclass(frozen=True)
+class FileForm:
+    """
+    In what form a run is written.
+
+    Parameters
+    ----------
+    compression : str
+        Of the chunks: ``zstd``, ``lz4`` or ``none``.
+    chunk_size_bytes : int
+        Size, before compression, at which a chunk is written.
+    flush_period_s : float
+        What is older than this, in wall-clock time, is on the disk.
+    split_size_bytes : int
+        Size at which a file ends and the next begins; 0 for never.
+    split_duration_s : float
+        Simulated time after which a file ends and the next begins; 0 for never.
+    bag : bool
+        Whether to make a directory with ``metadata.yaml``, as rosbag2 does.
+
+    """
+
+    compression: str = 'zstd'
+    chunk_size_bytes: int = 512 * 1024
+    flush_period_s: float = 1.0
+    split_size_bytes: int = 0
+    split_duration_s: float = 0.0
+    bag: bool = False
+
+    @property
+    def chunk_period_ns(self) -> int:
+        """Simulated time after which a chunk ends."""
+        return max(1, round(self.flush_period_s * NS_PER_S / CHUNKS_PER_PERIOD))
+
+    @property
+    def split_duration_ns(self) -> int:
+        """Simulated time after which a file ends; 0 for never."""
+        return round(self.split_duration_s * NS_PER_S)
+
+    @property
+    def splits(self) -> bool:
+        """Whether a run can have several files."""
+        return self.split_size_bytes > 0 or self.split_duration_s > 0.0
 
 
 @dataclass(frozen=True)
@@ -58,12 +106,15 @@ class Layout:
 
     def parts(self) -> list[Path]:
         """List the numbered files that are there, in the order of their numbers."""
-        numbers = sorted(map(_number, self._candidates()))
-        return [self.part(number) for number in numbers]
+        if not self.folder.is_dir():
+            return []
+        ends = [path.stem.removeprefix(f'{self.stem}_') for path in self.folder.iterdir()]
+        numbers = {int(end) for end in ends if end.isascii() and end.isdecimal()}
+        return [self.part(number) for number in sorted(numbers) if self.part(number).exists()]
 
     def refuse_existing(self) -> None:
         """
-        Make sure that nothing is there yet.
+        Make sure that nothing is there yet; one file by itself is refused when it is made.
 
         Raises
         ------
@@ -77,16 +128,6 @@ class Layout:
                 found[0], 'it exists and is not overwritten', 'choose another name'
             )
 
-    def _candidates(self) -> list[Path]:
-        if not self.folder.is_dir():
-            return []
-        start = f'{self.stem}_'
-        return [
-            path
-            for path in self.folder.iterdir()
-            if path.name.startswith(start) and path.suffix == SUFFIX and _is_number(path, start)
-        ]
-
 
 def check_name(name: str) -> None:
     """
@@ -98,6 +139,7 @@ def check_name(name: str) -> None:
         If it has a separator, begins or ends oddly, is reserved or too long.
 
     """
+    size_bytes = len(name.encode(errors='surrogatepass'))
     problems = {
         'it contains a separator of folders': '/' in name or '\\' in name,
         'it contains a character that cannot be printed': not name.isprintable(),
@@ -105,23 +147,9 @@ def check_name(name: str) -> None:
         'it ends with a dot or a space': name[-1:] in '. ',
         'it is the name of a device on some systems': name.split('.', maxsplit=1)[0].lower()
         in _DEVICES,
-        f'it is longer than {NAME_MAX_BYTES} bytes': _size_bytes(name) > NAME_MAX_BYTES,
+        f'it is longer than {NAME_MAX_BYTES} bytes': size_bytes > NAME_MAX_BYTES,
     }
     for problem, applies in problems.items():
         if applies:
             limit = f'not a plain file name: {problem}'
             raise OutOfRange('record.name', name, '', limit, 'give a name such as run_7')
-
-
-def _size_bytes(name: str) -> int:
-    return len(name.encode(errors='surrogatepass'))
-
-
-def _is_number(path: Path, start: str) -> bool:
-    """Tell whether a file is ``stem_12.mcap``, and not ``stem_012.mcap`` or another run's."""
-    digits = path.stem.removeprefix(start)
-    return digits.isascii() and digits.isdecimal() and str(int(digits)) == digits
-
-
-def _number(path: Path) -> int:
-    return int(path.stem.rpartition('_')[2])

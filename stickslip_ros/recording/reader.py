@@ -1,15 +1,19 @@
 """Opens a recording and gives what is in it: messages, descriptions, quantities over time."""
 
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from mcap.records import Message as Stored
 
 from stickslip_ros.errors import RecordingError, UnknownName
+from stickslip_ros.recording.bag import bag_parts
 from stickslip_ros.recording.cdr import unpack
-from stickslip_ros.recording.integrity import check_data, check_profile, open_whole
+from stickslip_ros.recording.integrity import PROFILE, open_whole
+from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.messages import (
     FLOAT64_ARRAY,
     ArrayMessage,
@@ -17,13 +21,54 @@ from stickslip_ros.recording.messages import (
     find_quantity,
     time_ns,
 )
-from stickslip_ros.recording.run_parts import find_parts, missing_part
 from stickslip_ros.recording.run_storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
 from stickslip_ros.recording.schemas import SCHEMAS
 from stickslip_ros.recording.series import Series, split_columns
-from stickslip_ros.recording.tally import ChannelSummary, Tally
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.units import NS_PER_S
+
+_SEQUENCE_NUMBERS: Final = 1 << 32
+
+
+@dataclass
+class ChannelSummary:
+    """
+    What a topic of a recording holds, counted message by message in the order of the file.
+
+    Attributes
+    ----------
+    first_ns, last_ns : int or None
+        Earliest and latest time; None without messages.
+    gaps : int
+        Sequence numbers missing between messages: so many were lost on the way to the file.
+
+    """
+
+    topic: str = ''
+    type_name: str = ''
+    messages: int = 0
+    first_ns: int | None = None
+    last_ns: int | None = None
+    gaps: int = 0
+
+    def __post_init__(self) -> None:
+        self._sequence: int | None = None
+
+    @property
+    def rate_hz(self) -> float:
+        """Mean rate from the first to the last message; 0 where none can be told."""
+        if self.first_ns is None or self.last_ns is None or self.first_ns == self.last_ns:
+            return 0.0
+        return (self.messages - 1) * NS_PER_S / (self.last_ns - self.first_ns)
+
+    def add(self, time_ns: int, sequence: int) -> None:
+        """Count a message; numbers that repeat or run backwards leave no gap."""
+        self.first_ns = time_ns if self.first_ns is None else min(self.first_ns, time_ns)
+        self.last_ns = time_ns if self.last_ns is None else max(self.last_ns, time_ns)
+        step = 1 if self._sequence is None else (sequence - self._sequence) % _SEQUENCE_NUMBERS
+        self.gaps += step - 1 if 0 < step < _SEQUENCE_NUMBERS // 2 else 0
+        self.messages += 1
+        self._sequence = sequence
 
 
 class Recording:
@@ -49,13 +94,12 @@ class Recording:
 
     def __init__(self, path: str | Path) -> None:
         self.path = Path(path)
-        self.files = find_parts(self.path)
+        self.files = _find_parts(self.path)
         self.metadata: dict[str, dict[str, str]] = {}
         self.attachments: dict[str, tuple[str, bytes]] = {}
         self._types: dict[str, str] = {}
         closing: dict[str, str] = {}
         for file in self.files:
-            check_data(file)
             closing = self._describe(file).get(CLOSING_RECORD, {})
         self._repeats = PART_RECORD in self.metadata
         self._refuse_open_end(closing)
@@ -64,12 +108,18 @@ class Recording:
         """Refuse a run in parts whose last file says that another one follows."""
         follower = closing.get(FOLLOWED_BY, '')
         if follower and self.path not in self.files:
-            raise missing_part(self.files[-1].with_name(follower))
+            raise _missing_part(self.files[-1].with_name(follower))
 
     def _describe(self, file: Path) -> dict[str, dict[str, str]]:
         """Take in what a file says beside its messages; give its metadata."""
-        with open_whole(file) as reader:
-            check_profile(file, reader)
+        with open_whole(file, checks_data=True) as reader:
+            profile = reader.get_header().profile
+            if profile != PROFILE:
+                raise RecordingError(
+                    file,
+                    f'it is an MCAP file of profile {profile!r}, not a recording of ROS 2',
+                    'open it with the program that it was made for',
+                )
             summary = reader.get_summary()
             assert summary is not None, 'a file without summary does not open'
             schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
@@ -90,24 +140,19 @@ class Recording:
     @cached_property
     def channels(self) -> list[ChannelSummary]:
         """What each topic holds, in the order of the file; costs one pass over the messages."""
-        tallies = {topic: Tally() for topic in self._types}
-        for _, topic, message in self._stored(None, log_time_order=False):
-            tallies[topic].add(message.log_time, message.sequence)
-        return [tally.summary(topic, self._types[topic]) for topic, tally in tallies.items()]
+        summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self._types.items()}
+        for topic, message in self.records():
+            summaries[topic].add(message.log_time, message.sequence)
+        return list(summaries.values())
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:
         """
-        Give messages in the order of their times.
+        Give topic, time in ns and message, in the order of their times.
 
         Parameters
         ----------
         topics : iterable of str, optional
             Topics to read; by default all whose type this package knows.
-
-        Returns
-        -------
-        iterator of (topic, time in ns, message)
-            One entry per message.
 
         Raises
         ------
@@ -121,7 +166,7 @@ class Recording:
 
     def series(self, topic: str, field: str = '') -> Series:
         """
-        Give one quantity over time.
+        Give one quantity over the messages' own stamps, or their log times if they have none.
 
         Parameters
         ----------
@@ -129,11 +174,6 @@ class Recording:
             A topic of numbers, points, wrenches, or traces.
         field : str
             ``x``, ``force.x``, ``data`` or a column of a trace; by default the first.
-
-        Returns
-        -------
-        Series
-            Over the messages' own stamps where they have one, else over their log times.
 
         Raises
         ------
@@ -229,3 +269,23 @@ class Recording:
 
 def _depth(topic: str) -> int:
     return topic.count('/')
+
+
+def _find_parts(path: Path) -> list[Path]:
+    """Return the files of a recording, in the order of time; what is missing is refused."""
+    if path.is_dir():
+        return bag_parts(path)
+    if path.exists():
+        return [path]
+    layout = Layout.plan(path, split=True)
+    parts = layout.parts()
+    for number, part in enumerate(parts):
+        if part != layout.part(number):
+            raise _missing_part(layout.part(number))
+    return parts or [path]
+
+
+def _missing_part(path: Path) -> RecordingError:
+    return RecordingError(
+        path, 'this part of the run is missing', 'put it back, or open parts one by one'
+    )

@@ -9,10 +9,9 @@ from typing import Final
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.chunks import Stored
-from stickslip_ros.recording.file_form import FileForm
-from stickslip_ros.recording.layout import Layout
-from stickslip_ros.recording.run_storage import Head, RunStorage
+from stickslip_ros.recording.layout import FileForm, Layout
+from stickslip_ros.recording.mcap_writer import Stored
+from stickslip_ros.recording.run_storage import RunStorage
 from stickslip_ros.recording.schemas import SCHEMAS
 
 #: Messages that wake the writer: more wake it less often, but it then holds the GIL longer.
@@ -22,17 +21,6 @@ QUEUE_LENGTH: Final = 20_000
 PATIENCE: Final = 1 / 4
 
 _SEQUENCE_MASK: Final = 0xFFFF_FFFF
-
-
-class _Track:
-    """What is counted per topic."""
-
-    __slots__ = ('channel_id', 'dropped', 'sequence')
-
-    def __init__(self, channel_id: int) -> None:
-        self.channel_id = channel_id
-        self.sequence = 0
-        self.dropped = 0
 
 
 class Recorder:
@@ -49,8 +37,9 @@ class Recorder:
     path : path-like
         The file, which must not exist; missing folders are made. A bag is a directory of that
         name, parts are numbered after it.
-    channels : sequence of Channel
-        Every topic that will be recorded.
+    channels : mapping of str to Channel, or sequence of Channel
+        Every topic that will be recorded, under the name by which its messages are put; in a
+        sequence, that is the topic.
     metadata : mapping of str to mapping of str to str
         Named records that describe the run.
     attachments : mapping of str to (media type, bytes)
@@ -59,6 +48,15 @@ class Recorder:
         Compression, chunks, parts, bag.
     queue_length : int
         Messages that may wait for the disk; what comes on top is dropped and counted.
+
+    Attributes
+    ----------
+    path : Path
+        The file, the directory of a bag, or the name that parts share.
+    queue_peak : int
+        The longest that the queue has been.
+    error : Exception or None
+        What stopped the writing, such as a full disk; None while all is well.
 
     Raises
     ------
@@ -72,7 +70,7 @@ class Recorder:
     def __init__(
         self,
         path: str | Path,
-        channels: Sequence[Channel],
+        channels: Mapping[str, Channel] | Sequence[Channel],
         *,
         metadata: Mapping[str, Mapping[str, str]] | None = None,
         attachments: Mapping[str, tuple[str, bytes]] | None = None,
@@ -82,21 +80,24 @@ class Recorder:
         form = form or FileForm()
         self._layout = Layout.plan(Path(path), bag=form.bag, split=form.splits)
         self.path = self._layout.path
-        _check_channels(self.path, channels)
-        head = Head(metadata or {}, attachments or {})
-        self._tracks: dict[str, _Track] = {}
-        self._storage = RunStorage(self._layout, channels, form, head, self._account)
-        topics = (channel.topic for channel in channels)
-        self._tracks = dict(zip(topics, map(_Track, self._storage.channel_ids), strict=True))
+        described = list(channels.values() if isinstance(channels, Mapping) else channels)
+        _check_channels(self.path, described)
+        self._topics = [channel.topic for channel in described]
+        names = channels if isinstance(channels, Mapping) else self._topics
+        self._ids = {name: number for number, name in enumerate(names, 1)}
+        self._sequences = [0] * len(described)
+        self._dropped = [0] * len(described)
+        self._storage = RunStorage(
+            self._layout, described, form, metadata or {}, attachments or {}, self._losses
+        )
         self._patience_s = PATIENCE * form.flush_period_s
-        self._queue: deque[tuple[_Track, int, bytes, int]] = deque()
+        self._queue: deque[Stored] = deque()
         self._queue_length = queue_length
         self._batch = max(1, min(BATCH, queue_length // 2))
         self._last_ns = 0
-        self._peak = 0
-        self._written = 0
+        self.queue_peak = 0
         self._closed = False
-        self._error: Exception | None = None
+        self.error: Exception | None = None
         self._lock = Lock()
         self._changed = Condition(self._lock)
         self._thread = Thread(target=self._run, name=f'record {self.path.name}', daemon=True)
@@ -119,7 +120,7 @@ class Recorder:
     @property
     def written(self) -> int:
         """Messages handed to the file."""
-        return self._written
+        return self._storage.written
 
     @property
     def stored(self) -> int:
@@ -134,31 +135,21 @@ class Recorder:
     @property
     def dropped(self) -> int:
         """Messages lost to a full queue, a failed disk or a closed recorder."""
-        return sum(track.dropped for track in self._tracks.values())
+        return sum(self._dropped)
 
     @property
     def queued(self) -> int:
         """Messages that wait for the writer; it is woken by a batch, not by every message."""
         return len(self._queue)
 
-    @property
-    def queue_peak(self) -> int:
-        """The longest that the queue has been."""
-        return self._peak
-
-    @property
-    def error(self) -> Exception | None:
-        """What stopped the writing, such as a full disk; None while all is well."""
-        return self._error
-
-    def put(self, topic: str, time_ns: int, data: bytes, *, wait: bool = False) -> bool:
+    def put(self, name: str, time_ns: int, data: bytes, *, wait: bool = False) -> bool:
         """
         Hand over a message to be written.
 
         Parameters
         ----------
-        topic : str
-            One of the recorded topics.
+        name : str
+            One of the names of the channels.
         time_ns : int
             Time of the message; not before that of any earlier one.
         data : bytes
@@ -169,8 +160,7 @@ class Recorder:
         Returns
         -------
         bool
-            Whether the message was taken. One that was not is counted, and its sequence number
-            stays missing in the file.
+            Whether it was taken. If not, it is counted and its number stays missing in the file.
 
         Raises
         ------
@@ -180,14 +170,16 @@ class Recorder:
             If the time runs backwards.
 
         """
-        track = self._tracks.get(topic)
-        if track is None:
-            raise UnknownName('recorded topic', topic, f'known are {", ".join(self._tracks)}')
+        channel_id = self._ids.get(name)
+        if channel_id is None:
+            raise UnknownName('recorded topic', name, f'known are {", ".join(self._ids)}')
         with self._lock:
             if wait:
                 self._changed.wait_for(self._has_room_or_ended)
             self._check_time(time_ns)
-            return self._append(track, time_ns, data)
+            sequence = self._sequences[channel_id - 1]
+            self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
+            return self._append(Stored(channel_id, time_ns, data, sequence))
 
     def close(self) -> None:
         """
@@ -217,21 +209,20 @@ class Recorder:
             )
         self._last_ns = time_ns
 
-    def _append(self, track: _Track, time_ns: int, data: bytes) -> bool:
+    def _append(self, message: Stored) -> bool:
         """Queue a message, or drop it: its number is used up either way."""
-        sequence = track.sequence
-        track.sequence = (sequence + 1) & _SEQUENCE_MASK
         if self._ended() or len(self._queue) >= self._queue_length:
-            track.dropped += 1
+            self._dropped[message.channel_id - 1] += 1
             return False
-        self._peak = max(self._peak, len(self._queue) + 1)  # first: nobody sees more than the peak
-        self._queue.append((track, time_ns, data, sequence))
+        # Before it is so long: nobody sees a queue above its peak.
+        self.queue_peak = max(self.queue_peak, len(self._queue) + 1)
+        self._queue.append(message)
         if len(self._queue) == self._batch:
             self._changed.notify_all()
         return True
 
     def _ended(self) -> bool:
-        return self._closed or self._error is not None
+        return self._closed or self.error is not None
 
     def _has_room_or_ended(self) -> bool:
         return len(self._queue) < self._queue_length or self._ended()
@@ -259,22 +250,20 @@ class Recorder:
     def _write_queue(self) -> None:
         """Write what is queued now; a message leaves the queue when it is written."""
         for _ in range(len(self._queue)):
-            track, time_ns, data, sequence = self._queue[0]
-            self._storage.write(Stored(track.channel_id, time_ns, data, sequence))
+            self._storage.write(self._queue[0])
             self._queue.popleft()
-            self._written += 1
 
-    def _account(self) -> dict[str, str]:
-        """Say what is in the file and, per topic, what is not."""
-        losses = {f'dropped {topic}': str(t.dropped) for topic, t in self._tracks.items()}
-        return {'written': str(self._written), **losses}
+    def _losses(self) -> dict[str, str]:
+        """Say what of each topic was lost on the way here."""
+        counts = zip(self._topics, self._dropped, strict=True)
+        return {f'dropped {topic}': str(count) for topic, count in counts}
 
     def _fail(self, error: Exception) -> None:
         """Give up writing: what waits is lost, and nobody waits for room any more."""
         with self._lock:
-            self._error = error
-            for track, *_ in self._queue:
-                track.dropped += 1
+            self.error = error
+            for message in self._queue:
+                self._dropped[message.channel_id - 1] += 1
             self._queue.clear()
             self._changed.notify_all()
         self._storage.abandon()

@@ -1,79 +1,126 @@
 """Makes the rest of an unfinished, cut or damaged recording readable: a new file beside it."""
 
+import dataclasses
 import mmap
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, Final
+from typing import Any, BinaryIO, Final, NamedTuple
 
-from mcap.records import Message
-from mcap.writer import Writer
+from mcap import records
+from mcap.writer import CompressionType, Writer
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.files import readable
-from stickslip_ros.recording.chunks import COMPRESSIONS
+from stickslip_ros.recording.bag import bag_parts, refuse_sqlite, write_metadata
 from stickslip_ros.recording.integrity import (
     MAGIC,
+    PROFILE,
     SQLITE_MAGIC,
-    check_data,
     convert_mend,
     open_whole,
 )
-from stickslip_ros.recording.records import Bytes
-from stickslip_ros.recording.salvage import Loss, Salvage
-from stickslip_ros.recording.tally import ChannelSummary
+from stickslip_ros.recording.layout import SUFFIX, Layout
+from stickslip_ros.recording.reader import ChannelSummary
+from stickslip_ros.recording.salvage import Bytes, Scan, Stretch, read_messages, times_ns
 
 RECOVERY_RECORD: Final = 'stickslip_recovery'
 """Metadata record in which a recovered file says what it was made of and what is lost."""
+MARK: Final = '.recovered'
+"""What is added to the name of a recovered file or directory."""
 _CHUNK_BYTES: Final = 1 << 20
+_NUMBERS: Final = ('size_bytes', 'lost_bytes', 'chunks', 'messages', 'unchecked', 'strangers')
 
 
-@dataclass(frozen=True)
+class Loss(NamedTuple):
+    """Bytes that cannot be read, what is wrong with them, and the times that they still tell."""
+
+    offset: int
+    size_bytes: int
+    problem: str
+    first_ns: int | None
+    last_ns: int | None
+
+
 class Recovery:
     """
-    What became of one file.
+    What can be read of a file, and what became of it.
 
     Parameters
     ----------
-    source : str
+    source : Path
         The file.
+    data : bytes or mmap
+        Its content.
+
+    Attributes
+    ----------
     output : str
         The readable copy; empty for a file that is whole.
-    size_bytes, lost_bytes : int
-        Of the file, and how many of them cannot be read.
-    chunks, messages : int
-        What was read.
+    chunks : int
+        Chunks that are whole.
     unchecked : int
         Messages that no checksum covers, such as those of a chunk that was cut off.
-    strangers : int
-        Messages that are lost because nothing says what they are.
-    topics : list of ChannelSummary
-        What there is of each topic.
     losses : list of Loss
         Every stretch that cannot be read.
-    notes : list of str
-        What else is to be known.
 
     """
 
-    source: str
-    output: str
-    size_bytes: int
-    lost_bytes: int
-    chunks: int
-    messages: int
-    unchecked: int
-    strangers: int
-    topics: list[ChannelSummary]
-    losses: list[Loss]
-    notes: list[str]
+    def __init__(self, source: Path, data: Bytes) -> None:
+        self.source, self.output = str(source), ''
+        self.size_bytes = len(data)
+        self.chunks = self.unchecked = 0
+        self.losses: list[Loss] = []
+        self.header: records.Header | None = None
+        self.schemas: dict[int, records.Schema] = {}
+        self.channels: dict[int, records.Channel] = {}
+        self.metadata: list[records.Metadata] = []
+        self.attachments: list[records.Attachment] = []
+        self.compression = ''
+        self.is_finished = self.has_index = False
+        self.offsets: list[int] = []
+        self._counts: dict[int, ChannelSummary] = {}
+        for stretch in Scan(data):
+            if stretch.problem:
+                size_bytes = stretch.end - stretch.start
+                times = times_ns(data, stretch.start)
+                self.losses.append(Loss(stretch.start, size_bytes, stretch.problem, *times))
+            self._take(stretch)
 
     @property
     def is_whole(self) -> bool:
         """Whether there was nothing to recover."""
         return not self.output
+
+    @property
+    def lost_bytes(self) -> int:
+        """Bytes that cannot be read."""
+        return sum(loss.size_bytes for loss in self.losses)
+
+    @property
+    def messages(self) -> int:
+        """Messages that were read."""
+        return sum(topic.messages for topic in self.topics)
+
+    @property
+    def strangers(self) -> int:
+        """Messages that are lost because nothing says what they are."""
+        counts = self._counts.items()
+        return sum(each.messages for key, each in counts if key not in self.channels)
+
+    @property
+    def topics(self) -> list[ChannelSummary]:
+        """What there is of each topic."""
+        return [
+            dataclasses.replace(
+                self._counts.get(key, ChannelSummary()),
+                topic=channel.topic,
+                type_name=getattr(self.schemas.get(channel.schema_id), 'name', ''),
+            )
+            for key, channel in sorted(self.channels.items())
+        ]
 
     @property
     def last_ns(self) -> int | None:
@@ -82,20 +129,104 @@ class Recovery:
             (each.last_ns for each in self.topics if each.last_ns is not None), default=None
         )
 
+    @property
+    def notes(self) -> list[str]:
+        """What the list of losses does not say."""
+        strangers = self.strangers
+        remarks = {
+            'it was not finished: what came after its last chunk was never written': (
+                not self.is_finished
+            ),
+            f'{strangers} messages are lost: what they are is not described any more': (
+                strangers > 0
+            ),
+            'it has no index': self.is_finished and not self.has_index,
+            'every chunk is whole, but a byte outside of them is wrong: look at metadata and '
+            'names': self.is_finished and self.has_index and not self.losses,
+            'its header is lost: ROS 2 is assumed': self.header is None,
+        }
+        return [remark for remark, applies in remarks.items() if applies and not self.is_whole]
 
-def is_whole(path: Path) -> bool:
-    """Tell whether every byte of a file is as its checksums say, and all of it is indexed."""
-    try:
-        check_data(path)
-        with open_whole(path) as reader:
-            messages = sum(1 for _ in reader.iter_messages(log_time_order=False))
-            summary = reader.get_summary()
-            list(reader.iter_metadata())
-            list(reader.iter_attachments())
-    except RecordingError:
-        return False
-    statistics = summary.statistics if summary else None
-    return statistics is None or bool(statistics.message_count == messages)
+    def to_json(self) -> dict[str, Any]:
+        """Return all of it, as ``stickslip recover --json`` prints it."""
+        return {
+            'source': self.source,
+            'output': self.output,
+            **{name: getattr(self, name) for name in _NUMBERS},
+            'topics': [dataclasses.asdict(topic) for topic in self.topics],
+            'losses': [loss._asdict() for loss in self.losses],
+            'notes': self.notes,
+            'is_whole': self.is_whole,
+            'last_ns': self.last_ns,
+        }
+
+    def _take(self, stretch: Stretch) -> None:
+        for record in stretch.records:
+            self._take_record(record)
+        messages = [record for record in stretch.records if isinstance(record, records.Message)]
+        for message in messages:
+            count = self._counts.setdefault(message.channel_id, ChannelSummary())
+            count.add(message.log_time, message.sequence)
+        if messages:
+            self.offsets.append(stretch.start)
+        self.unchecked += 0 if stretch.is_checked else len(messages)
+        self.chunks += bool(stretch.compression)
+        self.compression = self.compression or stretch.compression
+
+    def _take_record(self, record: records.McapRecord) -> None:
+        """Keep what is no message; of two descriptions the first one counts."""
+        match record:
+            case records.Header():
+                self.header = self.header or record
+            case records.Schema():
+                self.schemas.setdefault(record.id, record)
+            case records.Channel():
+                self.channels.setdefault(record.id, record)
+            case records.Metadata():
+                self.metadata.append(record)
+            case records.Attachment():
+                self.attachments.append(record)
+            case records.Statistics() | records.ChunkIndex():
+                self.has_index = True
+            case records.Footer():
+                self.is_finished = True
+
+
+def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
+    """
+    Make a recording readable, and leave the original as it is.
+
+    Parameters
+    ----------
+    path : Path
+        An MCAP file, a bag directory, or the name that numbered parts share.
+    output : Path, optional
+        Where the readable copy goes; by default beside the original, ``run.recovered.mcap`` or
+        the directory ``run.recovered``.
+
+    Returns
+    -------
+    list of Recovery
+        What became of each file.
+    Path or None
+        What was written: a file, a directory, the ``metadata.yaml`` that was missing in a bag of
+        whole files, or nothing for a recording that is whole.
+
+    Raises
+    ------
+    RecordingError
+        If there is nothing to recover, or the copy exists or cannot be written.
+
+    """
+    if path.is_dir():
+        return _recover_bag(path, output)
+    layout = Layout.plan(path, split=True)
+    target = output or path.with_name(f'{layout.stem}{MARK}{SUFFIX}')
+    parts = [] if path.exists() else layout.parts()
+    if parts:
+        return _recover_parts(parts, Layout.plan(target, split=True))
+    recovery = recover_file(path, target)
+    return [recovery], None if recovery.is_whole else target
 
 
 def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recovery:
@@ -107,14 +238,9 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
     source : Path
         An MCAP file in any state, of any program; it is only read.
     output : Path
-        The new file; it must not exist.
+        The new file, which must not exist; nothing is written if the source is whole.
     is_part : bool
         Whether it belongs to a run of several: it is then replaced even if nothing can be read.
-
-    Returns
-    -------
-    Recovery
-        What was found; nothing is written if the source is whole.
 
     Raises
     ------
@@ -124,26 +250,74 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
     """
     whole = is_whole(source)
     with _mapped(source) as data:
-        found = Salvage(data).scan()
+        recovery = Recovery(source, data)
+        if whole:
+            recovery.losses.clear()
+            return recovery
         if not is_part:
-            _refuse_nothing(source, found, data)
-        topics, strangers = found.topics(), found.strangers()
-        recovery = Recovery(
-            source=str(source),
-            output='' if whole else str(output),
-            size_bytes=len(data),
-            lost_bytes=0 if whole else sum(loss.size_bytes for loss in found.losses),
-            chunks=found.chunks,
-            messages=sum(topic.messages for topic in topics),
-            unchecked=found.unchecked,
-            strangers=strangers,
-            topics=topics,
-            losses=[] if whole else found.losses,
-            notes=[] if whole else _notes(found, strangers),
-        )
-        if not whole:
-            _write(found, recovery, output)
+            _refuse_nothing(source, recovery, data)
+        recovery.output = str(output)
+        _write(recovery, data, output)
     return recovery
+
+
+def is_whole(path: Path) -> bool:
+    """Tell whether every byte of a file is as its checksums say, and all of it is indexed."""
+    try:
+        with open_whole(path, checks_data=True) as reader:
+            messages = sum(1 for _ in reader.iter_messages(log_time_order=False))
+            summary = reader.get_summary()
+            list(reader.iter_metadata())
+            list(reader.iter_attachments())
+    except RecordingError:
+        return False
+    statistics = summary.statistics if summary else None
+    return statistics is None or bool(statistics.message_count == messages)
+
+
+def _recover_bag(path: Path, output: Path | None) -> tuple[list[Recovery], Path | None]:
+    refuse_sqlite(path)
+    parts = sorted(path.glob(f'*{SUFFIX}'), key=_by_number)
+    if not parts:
+        raise RecordingError(path, 'there is no MCAP file in it', 'name the directory of a bag')
+    copy = Layout.plan(output or path.with_name(f'{path.name}{MARK}'), bag=True)
+    recoveries, written = _recover_parts(parts, copy)
+    if written is not None:
+        write_metadata(copy.folder, copy.parts())
+    elif not _is_described(path):
+        written = write_metadata(path, parts)
+    return recoveries, written
+
+
+def _by_number(path: Path) -> tuple[str, int, str]:
+    stem, _, number = path.stem.rpartition('_')
+    is_number = number.isascii() and number.isdecimal()
+    return (stem, int(number), path.name) if is_number else (path.stem, -1, path.name)
+
+
+def _is_described(bag: Path) -> bool:
+    """Tell whether a directory has a readable description whose files are all there."""
+    try:
+        return bool(bag_parts(bag))
+    except RecordingError:
+        return False
+
+
+def _recover_parts(parts: list[Path], copy: Layout) -> tuple[list[Recovery], Path | None]:
+    """Recover what is damaged; if anything is, copy what is whole beside it."""
+    copy.refuse_existing()
+    recoveries = [recover_file(part, copy.part(n), is_part=True) for n, part in enumerate(parts)]
+    if all(recovery.is_whole for recovery in recoveries):
+        return recoveries, None
+    for number, recovery in enumerate(recoveries):
+        if recovery.is_whole:
+            target = copy.part(number)
+            try:
+                target.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copyfile(recovery.source, target)
+            except OSError as error:
+                raise _refused(target, error) from error
+    return recoveries, copy.path
 
 
 @contextmanager
@@ -165,7 +339,7 @@ def _map(stream: BinaryIO) -> AbstractContextManager[Bytes]:
     return mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ)
 
 
-def _refuse_nothing(path: Path, found: Salvage, data: Bytes) -> None:
+def _refuse_nothing(path: Path, found: Recovery, data: Bytes) -> None:
     """Refuse a file in which there is no record at all."""
     if data[: len(SQLITE_MAGIC)] == SQLITE_MAGIC:
         raise RecordingError(path, 'it is a bag of storage sqlite3', convert_mend(path))
@@ -177,23 +351,7 @@ def _refuse_nothing(path: Path, found: Salvage, data: Bytes) -> None:
     raise RecordingError(path, problem, 'there is nothing in it to recover')
 
 
-def _notes(found: Salvage, strangers: int) -> list[str]:
-    """Say what the list of losses does not."""
-    remarks = {
-        'it was not finished: what came after its last chunk was never written': (
-            not found.is_finished
-        ),
-        f'{strangers} messages are lost: what they are is not described any more': strangers > 0,
-        'it has no index': found.is_finished and not found.has_index,
-        'every chunk is whole, but a byte outside of them is wrong: look at metadata and names': (
-            found.is_finished and found.has_index and not found.losses
-        ),
-        'its header is lost: ROS 2 is assumed': found.header is None,
-    }
-    return [remark for remark, applies in remarks.items() if applies]
-
-
-def _write(found: Salvage, recovery: Recovery, output: Path) -> None:
+def _write(recovery: Recovery, data: Bytes, output: Path) -> None:
     """Write a new file, or none: one that cannot be completed is taken away again."""
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
@@ -202,7 +360,7 @@ def _write(found: Salvage, recovery: Recovery, output: Path) -> None:
         raise _refused(output, error) from error
     try:
         with stream:
-            _rewrite(found, recovery, stream)
+            _rewrite(recovery, data, stream)
             stream.flush()
             os.fsync(stream.fileno())
     except BaseException as error:
@@ -222,11 +380,12 @@ def _refused(output: Path, error: OSError) -> RecordingError:
     )
 
 
-def _rewrite(found: Salvage, recovery: Recovery, stream: BinaryIO) -> None:
-    compression = COMPRESSIONS.get(found.compression, COMPRESSIONS['zstd'])
+def _rewrite(recovery: Recovery, data: Bytes, stream: BinaryIO) -> None:
+    """Write all that was read; identifiers are given anew."""
+    compression = CompressionType[(recovery.compression or 'zstd').upper()]
     writer = Writer(stream, _CHUNK_BYTES, compression, enable_data_crcs=True)
-    writer.start(found.header.profile if found.header else 'ros2')
-    for attachment in found.attachments:
+    writer.start(recovery.header.profile if recovery.header else PROFILE)
+    for attachment in recovery.attachments:
         writer.add_attachment(
             attachment.create_time,
             attachment.log_time,
@@ -234,35 +393,26 @@ def _rewrite(found: Salvage, recovery: Recovery, stream: BinaryIO) -> None:
             attachment.media_type,
             attachment.data,
         )
-    for metadata in found.metadata:
+    for metadata in recovery.metadata:
         writer.add_metadata(metadata.name, metadata.metadata)
     writer.add_metadata(RECOVERY_RECORD, _record(recovery))
-    _copy_messages(found, writer)
-    writer.finish()  # type: ignore[no-untyped-call]
-
-
-def _copy_messages(found: Salvage, writer: Writer) -> None:
-    """Copy descriptions and messages; identifiers are given anew."""
     schemas = {
         key: writer.register_schema(each.name, each.encoding, each.data)
-        for key, each in sorted(found.schemas.items())
+        for key, each in sorted(recovery.schemas.items())
     }
     channels = {
         key: writer.register_channel(
             each.topic, each.message_encoding, schemas.get(each.schema_id, 0), each.metadata
         )
-        for key, each in sorted(found.channels.items())
+        for key, each in sorted(recovery.channels.items())
     }
-    for messages in found.groups():
-        for message in messages:
-            if message.channel_id in channels:
-                _copy(message, channels[message.channel_id], writer)
-
-
-def _copy(message: Message, channel_id: int, writer: Writer) -> None:
-    writer.add_message(
-        channel_id, message.log_time, message.data, message.publish_time, message.sequence
-    )
+    for offset in recovery.offsets:
+        for each in read_messages(data, offset):
+            if (channel := channels.get(each.channel_id)) is not None:
+                writer.add_message(
+                    channel, each.log_time, each.data, each.publish_time, each.sequence
+                )
+    writer.finish()  # type: ignore[no-untyped-call]
 
 
 def _record(recovery: Recovery) -> dict[str, str]:

@@ -48,7 +48,6 @@ class RunWriter:
         channels: Mapping[str, Channel] | None = None,
     ) -> None:
         channels = recorded_channels(parameters) if channels is None else channels
-        self._topics = {key: channel.topic for key, channel in channels.items()}
         self.waits = wait
         self._info = pack_string(info_json(parameters))
         self.recorder = open_recorder(path, parameters, channels)
@@ -60,8 +59,7 @@ class RunWriter:
 
     def write(self, packed: Packed) -> None:
         """Hand one message over."""
-        topic = self._topics[packed.key]
-        self.recorder.put(topic, packed.time_ns, packed.data, wait=self.waits)
+        self.recorder.put(packed.key, packed.time_ns, packed.data, wait=self.waits)
 
     def check(self) -> None:
         """Raise what has ended the writing, such as a full disk, if anything has."""
@@ -157,7 +155,11 @@ class Run:
     def report(self, output: Output) -> None:
         """Publish and write what an update of the bench has given."""
         self.status = output.status
-        for packed in self._feed.pack(output):
+        self.send(self._feed.pack(output))
+
+    def send(self, messages: Iterable[Packed]) -> None:
+        """Publish messages and write them down."""
+        for packed in messages:
             self._publish(packed)
             if self.writer is not None:
                 self.writer.write(packed)

@@ -14,8 +14,7 @@ from stickslip_ros.files import readable
 from stickslip_ros.instrument.reports import STATUS_TEXTS, TRACE_COLUMNS
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.channels import Channel, name_in_file
-from stickslip_ros.recording.file_form import FileForm
-from stickslip_ros.recording.layout import SUFFIX, check_name
+from stickslip_ros.recording.layout import SUFFIX, FileForm, check_name
 from stickslip_ros.recording.recorder import Recorder
 
 RUN_RECORD = 'stickslip_run'
@@ -73,17 +72,7 @@ def run_path(parameters: Parameters) -> Path:
 
 def open_recorder(path: Path, parameters: Parameters, channels: Mapping[str, Channel]) -> Recorder:
     """
-    Start the recording of a run.
-
-    Parameters
-    ----------
-    path : Path
-        The file; it must not exist. A bag is a directory of that name without its suffix, parts
-        are numbered after it.
-    parameters : Parameters
-        Go into the file as an attachment, with units and sources.
-    channels : mapping of str to Channel
-        Every topic that will be recorded, by its key.
+    Start the recording of a run, with its parameters, under the keys of its channels.
 
     Raises
     ------
@@ -102,7 +91,7 @@ def open_recorder(path: Path, parameters: Parameters, channels: Mapping[str, Cha
     }
     return Recorder(
         path,
-        list(channels.values()),
+        channels,
         metadata={RUN_RECORD: run, TOPICS_RECORD: _describe(channels)},
         attachments={
             PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode()),

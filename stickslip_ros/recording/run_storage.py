@@ -3,14 +3,12 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Final, NamedTuple
+from typing import Final
 
-from stickslip_ros.recording.bag_metadata import write_metadata
+from stickslip_ros.recording.bag import write_metadata
 from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.chunks import Stored
-from stickslip_ros.recording.container import Container
-from stickslip_ros.recording.file_form import FileForm
-from stickslip_ros.recording.layout import Layout
+from stickslip_ros.recording.layout import FileForm, Layout
+from stickslip_ros.recording.mcap_writer import McapWriter, Stored
 
 CLOSING_RECORD: Final = 'stickslip_recorder'
 """Metadata record with which a finished file says what it holds and what was lost."""
@@ -24,15 +22,6 @@ SECURE_AFTER: Final = 1 / 2
 SECURE_CHUNK_AFTER: Final = 1 / 4
 """Share of it after which one that has ended is: it costs less, but not nothing."""
 
-Account = Callable[[], dict[str, str]]
-
-
-class Head(NamedTuple):
-    """What every file of a run begins with."""
-
-    metadata: Mapping[str, Mapping[str, str]]
-    attachments: Mapping[str, tuple[str, bytes]]
-
 
 class RunStorage:
     """
@@ -44,16 +33,10 @@ class RunStorage:
 
     Parameters
     ----------
-    layout : Layout
-        Names of the files.
-    channels : sequence of Channel
-        Every topic.
-    form : FileForm
-        When chunks and files end.
-    head : Head
+    metadata, attachments : mapping
         What every file begins with.
-    account : callable
-        Gives what the closing record says.
+    losses : callable
+        Gives what the closing record says of messages that never came here.
 
     Raises
     ------
@@ -69,8 +52,9 @@ class RunStorage:
         layout: Layout,
         channels: Sequence[Channel],
         form: FileForm,
-        head: Head,
-        account: Account,
+        metadata: Mapping[str, Mapping[str, str]],
+        attachments: Mapping[str, tuple[str, bytes]],
+        losses: Callable[[], dict[str, str]],
     ) -> None:
         layout.refuse_existing()
         self.parts = 0
@@ -78,15 +62,17 @@ class RunStorage:
         self._layout = layout
         self._channels = channels
         self._form = form
-        self._head = head
-        self._account = account
-        self._latched: dict[int, Stored | None] = {}
+        self._metadata = metadata
+        self._attachments = attachments
+        self._losses = losses
+        self._latches = {n for n, channel in enumerate(channels, 1) if channel.qos.latched}
+        self._latched: dict[int, Stored] = {}
         self._start_ns: int | None = None
-        self._container = self._begin_first()
+        self._file = self._begin_first()
         self._secured_s = time.monotonic()
         self._chunks_secured = 0
 
-    def _begin_first(self) -> Container:
+    def _begin_first(self) -> McapWriter:
         try:
             return self._begin()
         except BaseException:
@@ -95,27 +81,25 @@ class RunStorage:
                     self._layout.folder.rmdir()
             raise
 
-    def _begin(self) -> Container:
+    def _begin(self) -> McapWriter:
         """Make the next file."""
-        container = Container(self._layout.part(self.parts), self._channels, self._form)
-        part = {PART_RECORD: {'run': self._layout.stem, 'part': str(self.parts)}}
-        own = part if self._layout.numbered else {}
-        self.channel_ids = container.start({**self._head.metadata, **own}, self._head.attachments)
-        if not self.parts:
-            pairs = zip(self.channel_ids, self._channels, strict=True)
-            self._latched = {key: None for key, channel in pairs if channel.qos.latched}
+        metadata = dict(self._metadata)
+        if self._layout.numbered:
+            metadata[PART_RECORD] = {'run': self._layout.stem, 'part': str(self.parts)}
+        path = self._layout.part(self.parts)
+        file = McapWriter(path, self._channels, self._form, metadata, self._attachments)
         self.parts += 1
-        return container
+        return file
 
     def write(self, message: Stored) -> None:
         """Add a message; its time must not be earlier than the last one's."""
         if self._start_ns is None:
             self._start_ns = message.time_ns
-        elif self._is_full(message.time_ns):
+        elif self._is_full(message.time_ns - self._start_ns):
             self._go_on_in_next(message.time_ns)
         self._store(message)
         self.written += 1
-        if message.channel_id in self._latched:
+        if message.channel_id in self._latches:
             self._latched[message.channel_id] = message
 
     def keep(self) -> None:
@@ -125,15 +109,15 @@ class RunStorage:
         period_s = self._form.flush_period_s
         waited_s = time.monotonic() - self._secured_s
         if waited_s >= SECURE_AFTER * period_s:
-            self._container.secure()
+            self._file.secure()
             self.secured = self.written
         elif waited_s >= SECURE_CHUNK_AFTER * period_s and self._has_new_chunk():
-            self._container.sync()
-            self.secured = self.written - self._container.pending
+            self._file.sync()
+            self.secured = self.written - self._file.pending
         else:
             return
         self._secured_s = time.monotonic()
-        self._chunks_secured = self._container.chunks
+        self._chunks_secured = self._file.chunks
 
     def finish(self) -> None:
         """End the last file, and describe the bag."""
@@ -143,17 +127,15 @@ class RunStorage:
 
     def abandon(self) -> None:
         """Close what is open as it is."""
-        self._container.abandon()
+        self._file.abandon()
 
     def _has_new_chunk(self) -> bool:
-        return self._container.chunks != self._chunks_secured
+        return self._file.chunks != self._chunks_secured
 
-    def _is_full(self, time_ns: int) -> bool:
-        """Tell whether a message belongs into the next file."""
-        assert self._start_ns is not None, 'a file without messages is not full'
+    def _is_full(self, lasted_ns: int) -> bool:
+        """Tell whether the next message belongs into the next file."""
         duration_ns, size_bytes = self._form.split_duration_ns, self._form.split_size_bytes
-        lasted = bool(duration_ns) and time_ns - self._start_ns >= duration_ns
-        return lasted or (bool(size_bytes) and self._container.size_bytes >= size_bytes)
+        return 0 < duration_ns <= lasted_ns or 0 < size_bytes <= self._file.size_bytes
 
     def _go_on_in_next(self, time_ns: int) -> None:
         """Begin a file before the last one ends: one that says that it goes on does go on."""
@@ -167,17 +149,17 @@ class RunStorage:
         except BaseException:
             following.abandon()
             raise
-        self._container = following
+        self._file = following
         self._start_ns = time_ns
-        for latched in self._latched.values():
-            if latched is not None:
-                self._store(latched._replace(time_ns=time_ns))
+        for _, latched in sorted(self._latched.items()):
+            self._store(latched._replace(time_ns=time_ns))
 
     def _store(self, message: Stored) -> None:
-        self._container.write(message)
+        self._file.write(message)
         self.stored += 1
 
     def _end_file(self, next_name: str) -> None:
         own = {FOLLOWED_BY: next_name} if self._layout.numbered else {}
-        self._container.finish({CLOSING_RECORD: {**self._account(), **own}})
+        said = {'written': str(self.written), **self._losses(), **own}
+        self._file.finish({CLOSING_RECORD: said})
         self.secured = self.written

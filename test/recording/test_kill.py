@@ -10,7 +10,7 @@ import pytest
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording import Recording
-from stickslip_ros.recording.recover_run import recover
+from stickslip_ros.recording.recover import recover
 from stickslip_ros.units import NS_PER_S
 
 PROCESSES, RUNS_EACH = 2, 6

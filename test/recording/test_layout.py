@@ -145,7 +145,7 @@ def test_the_parameters_choose_the_form(tmp_path: Path):
     channels = {'voltage': VOLTAGE}
     with open_recorder(run_path(parameters), parameters, channels) as recorder:
         for time_ns in (0, 1_000_000_000):
-            recorder.put('/voltage', time_ns, cdr.pack_float64(1.0))
+            recorder.put('voltage', time_ns, cdr.pack_float64(1.0))
     assert recorder.path == tmp_path / 'run'
     assert [path.name for path in recorder.files] == ['run_0.mcap', 'run_1.mcap']
     assert Recording(recorder.path).series('/voltage').time_s.tolist() == [0.0, 1.0]

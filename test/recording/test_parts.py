@@ -9,7 +9,7 @@ import yaml
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
 from stickslip_ros.recording import messages as m
-from stickslip_ros.recording.bag_metadata import METADATA_FILE, ROOT
+from stickslip_ros.recording.bag import METADATA_FILE, ROOT
 
 MS_NS = 1_000_000
 STATUS = Channel('/status', m.UINT32, Qos(1, latched=True))

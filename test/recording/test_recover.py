@@ -1,28 +1,35 @@
 """Whatever happened to a file: all that is whole comes back, and nothing that is wrong."""
 
+import struct
 from collections.abc import Callable, Iterator
+from io import BytesIO
 from pathlib import Path
 from random import Random
 
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import CompressionType, IndexType, Writer
 from rosbags.highlevel import AnyReader
+from rosbags.rosbag2 import Reader
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
 from stickslip_ros.recording import messages as m
+from stickslip_ros.recording.bag import METADATA_FILE
 from stickslip_ros.recording.integrity import MAGIC
-from stickslip_ros.recording.records import read_record, unpack_chunk
-from stickslip_ros.recording.recover import RECOVERY_RECORD, Recovery, recover_file
+from stickslip_ros.recording.recover import RECOVERY_RECORD, Recovery, recover, recover_file
 
 Row = tuple[str, int, int, bytes]
 MS_NS = 1_000_000
 COMPRESSIONS = ['zstd', 'lz4', 'none']
+SPLIT = FileForm(split_duration_s=0.005, flush_period_s=0.005)
+BAG = FileForm(split_duration_s=0.005, flush_period_s=0.005, bag=True)
 
 
 @pytest.fixture(scope='module')
@@ -65,21 +72,23 @@ def rows_of(path: Path) -> list[Row]:
         ]
 
 
-def records_of(content: bytes) -> Iterator[tuple[int, int, object]]:
-    """Give where each record of a file begins and ends."""
+def records_of(content: bytes) -> Iterator[tuple[int, int, Opcode]]:
+    """Give where each record of a file begins and ends, and of what kind it is."""
     offset = len(MAGIC)
-    while (found := read_record(content, offset)) is not None:
-        yield offset, found.end, found.record
-        offset = found.end
+    while offset < len(content) - len(MAGIC):
+        opcode, length = struct.unpack_from('<BQ', content, offset)
+        end = offset + 9 + length
+        yield offset, end, Opcode(opcode)
+        offset = end
 
 
 def chunks_of(content: bytes) -> list[tuple[int, int, int]]:
     """Give where each chunk begins and ends, and how many messages it has."""
-    return [
-        (start, end, sum(isinstance(each, Message) for each in unpack_chunk(record)))
-        for start, end, record in records_of(content)
-        if isinstance(record, Chunk)
-    ]
+    reader = StreamReader(BytesIO(content), emit_chunks=True)
+    chunks = [each for each in reader.records if isinstance(each, Chunk)]
+    counts = [sum(isinstance(each, Message) for each in breakup_chunk(chunk)) for chunk in chunks]
+    places = [(start, end) for start, end, kind in records_of(content) if kind == Opcode.CHUNK]
+    return [(*place, count) for place, count in zip(places, counts, strict=True)]
 
 
 def recover_bytes(content: bytes, place: Path) -> tuple[Recovery, list[Row]]:
@@ -97,12 +106,11 @@ def recover_bytes(content: bytes, place: Path) -> tuple[Recovery, list[Row]]:
     return recovery, rows
 
 
-def cuts_of(content: bytes) -> Iterator[tuple[str, int]]:
+def cuts_of(content: bytes) -> Iterator[tuple[Opcode, int]]:
     """Give a cut in the middle, one byte before the end, and at the end of every record."""
-    for start, end, record in records_of(content):
-        name = type(record).__name__
+    for start, end, kind in records_of(content):
         cuts = ((start + end) // 2, end - 1, end)
-        yield from ((name, cut) for cut in cuts if cut < len(content))
+        yield from ((kind, cut) for cut in cuts if cut < len(content))
 
 
 def test_a_whole_file_is_left_alone(whole: Path, place: Path):
@@ -118,30 +126,18 @@ def test_a_cut_in_any_record_saves_every_chunk_before_it(whole: Path, place: Pat
     assert len(chunks) == 6
     [(_, header_end, _), *_] = records_of(content)
     seen = set()
-    for name, cut in cuts_of(content):
-        if name == 'Header' and cut < header_end:
+    for kind, cut in cuts_of(content):
+        if kind == Opcode.HEADER and cut < header_end:
             with pytest.raises(RecordingError, match='it ends before its first record'):
                 recover_bytes(content[:cut], place)
             continue
         recovery, rows = recover_bytes(content[:cut], place)
-        seen.add(name)
+        seen.add(kind)
         safe = sum(messages for _, end, messages in chunks if end <= cut)
         assert rows[:safe] == expected[:safe]
         assert rows == expected[: len(rows)]
         assert recovery.unchecked == len(rows) - safe
-    assert seen >= {
-        'Attachment',
-        'Metadata',
-        'Chunk',
-        'MessageIndex',
-        'DataEnd',
-        'Schema',
-        'Channel',
-        'Statistics',
-        'ChunkIndex',
-        'SummaryOffset',
-        'Footer',
-    }
+    assert seen >= set(Opcode) - {Opcode.HEADER, Opcode.MESSAGE}
 
 
 @settings(derandomize=True, deadline=None, max_examples=60)
@@ -410,3 +406,120 @@ def test_what_was_written_before_the_disk_was_full_comes_back(
     assert values == list(range(len(values)))
     assert len(values) >= recorder.written - 2 * 5000 // 43
     assert Opcode.CHUNK in path.read_bytes()
+
+
+def record(path: Path, channels: list[Channel], run: list, form: FileForm) -> Path:
+    with Recorder(path, channels, form=form) as recorder:
+        for each in run:
+            recorder.put(*each, wait=True)
+    assert len(recorder.files) == 4
+    return recorder.path
+
+
+@pytest.fixture
+def bag(tmp_path: Path, channels: list[Channel], run: list) -> Path:
+    return record(tmp_path / 'run', channels, run, BAG)
+
+
+@pytest.fixture
+def cut_bag(bag: Path) -> Path:
+    """Give a bag whose process was killed: the last part is cut, nothing describes it."""
+    (bag / METADATA_FILE).unlink()
+    last = bag / 'run_3.mcap'
+    last.write_bytes(last.read_bytes()[:-1000])
+    return bag
+
+
+def content_of(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def texts_of(path: Path) -> list[str]:
+    return list(map(str, Recording(path).messages()))
+
+
+def test_a_whole_bag_is_left_alone(bag: Path):
+    before = content_of(bag)
+    recoveries, written = recover(bag)
+    assert written is None
+    assert all(each.is_whole for each in recoveries)
+    assert content_of(bag) == before
+
+
+def test_a_bag_whose_description_is_missing_gets_one(bag: Path):
+    before = content_of(bag)
+    (bag / METADATA_FILE).unlink()
+    _, written = recover(bag)
+    assert written == bag / METADATA_FILE
+    assert content_of(bag) == before
+
+
+def test_a_bag_that_was_cut_off_is_recovered_beside_itself(cut_bag: Path, recorded: Path):
+    before = content_of(cut_bag)
+    recoveries, written = recover(cut_bag)
+    assert written == cut_bag.with_name('run.recovered')
+    assert content_of(cut_bag) == before
+    assert [each.is_whole for each in recoveries] == [True, True, True, False]
+    expected = texts_of(recorded)
+    back = texts_of(written)
+    assert expected[: len(back)] == back
+    assert len(back) > 0.7 * len(expected)
+
+
+def test_the_recovered_bag_opens_in_rosbags(cut_bag: Path):
+    _, written = recover(cut_bag)
+    names = [f'run.recovered_{number}.mcap' for number in range(4)]
+    described = yaml.safe_load((written / METADATA_FILE).read_text())
+    assert described['rosbag2_bagfile_information']['relative_file_paths'] == names
+    with Reader(written) as reader:
+        assert reader.message_count == sum(1 for _ in reader.messages())
+
+
+def test_a_part_of_which_nothing_is_left_keeps_its_number(cut_bag: Path):
+    (cut_bag / 'run_3.mcap').write_bytes(b'')
+    recoveries, written = recover(cut_bag)
+    assert [each.messages > 0 for each in recoveries] == [True, True, True, False]
+    assert [part.name for part in Recording(written).files][-1] == 'run.recovered_3.mcap'
+
+
+def test_a_run_in_parts_is_recovered_by_the_name_that_they_share(
+    tmp_path: Path, channels: list[Channel], run: list, recorded: Path
+):
+    path = record(tmp_path / 'run.mcap', channels, run, SPLIT)
+    part = tmp_path / 'run_1.mcap'
+    part.write_bytes(part.read_bytes()[:-1000])
+    _, written = recover(path)
+    assert written == tmp_path / 'run.recovered.mcap'
+    assert set(texts_of(written)) <= set(texts_of(recorded))
+    assert len(Recording(written).files) == 4
+
+
+def test_the_copy_goes_where_it_is_wanted(cut_bag: Path, tmp_path: Path):
+    _, written = recover(cut_bag, tmp_path / 'else' / 'where')
+    assert written == tmp_path / 'else' / 'where'
+    assert len(Recording(written).files) == 4
+
+
+def test_a_copy_that_exists_is_not_overwritten(cut_bag: Path):
+    recover(cut_bag)
+    before = content_of(cut_bag.with_name('run.recovered'))
+    with pytest.raises(RecordingError, match='exists and is not overwritten'):
+        recover(cut_bag)
+    assert content_of(cut_bag.with_name('run.recovered')) == before
+
+
+@pytest.mark.parametrize('name', ['missing', 'missing.mcap'])
+def test_what_is_not_there_is_refused(tmp_path: Path, name: str):
+    with pytest.raises(RecordingError, match='No such file'):
+        recover(tmp_path / name)
+
+
+def test_a_directory_without_a_recording_is_refused(tmp_path: Path):
+    with pytest.raises(RecordingError, match='there is no MCAP file in it'):
+        recover(tmp_path)
+
+
+def test_a_bag_of_storage_sqlite3_is_refused(tmp_path: Path):
+    (tmp_path / 'bag_0.db3').write_bytes(b'SQLite format 3\0')
+    with pytest.raises(RecordingError, match='ros2 bag convert'):
+        recover(tmp_path)

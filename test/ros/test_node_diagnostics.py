@@ -1,6 +1,7 @@
 """Diagnostics say whether the drive keeps up, what it refused, and whether the disk keeps up."""
 
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import pack_float64
+from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.ros.diagnostics import FACTOR_SHARE, pace_status, recorder_status
 from stickslip_ros.ros.orders import NEXT_BLOCK, Order
@@ -210,30 +212,36 @@ def test_what_is_behind_because_of_a_preload_on_its_way_says_so_once():
     assert messages == [f'{slow}; a preload on its way steps every spring', slow]
 
 
-def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path):
+@pytest.fixture
+def unshared() -> Iterator[None]:
+    """Keep the interpreter with this thread until it waits: no other one runs meanwhile."""
+    interval_s = sys.getswitchinterval()
+    sys.setswitchinterval(1000.0)
+    yield
+    sys.setswitchinterval(interval_s)
+
+
+def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path, unshared: None):
     parameters = Parameters().updated(
         {'record.queue_length': 10, 'record.directory': str(tmp_path)}
     )
     session = Session(parameters, lambda _: None)
     with RunWriter(tmp_path / 'run.mcap', parameters) as writer:
         session.worker.writer = writer
-        with writer.recorder._lock:  # the writing thread cannot begin
-            track = writer.recorder._tracks['/voltage']
-            levels = []
-            for _ in range(10):
-                writer.recorder._append(track, 0, pack_float64(0.0))
-                levels.append(recorder_status('x', session).level)
+        levels = []
+        for _ in range(10):
+            writer.write(Packed('voltage', 0, pack_float64(0.0)))
+            levels.append(recorder_status('x', session).level)
         ok, warn = DiagnosticStatus.OK, DiagnosticStatus.WARN
         assert levels == [ok] * 5 + [warn] * 5
 
 
-def test_a_recorder_that_may_wait_for_the_disk_is_not_warned_about(tmp_path: Path):
+def test_a_recorder_that_may_wait_for_the_disk_is_not_warned_about(tmp_path: Path, unshared: None):
     parameters = Parameters().updated({'record.queue_length': 10})
     session = Session(parameters, lambda _: None)
     with RunWriter(tmp_path / 'run.mcap', parameters, wait=True) as writer:
         session.worker.writer = writer
-        with writer.recorder._lock:
-            track = writer.recorder._tracks['/voltage']
-            for _ in range(10):
-                writer.recorder._append(track, 0, pack_float64(0.0))
-            assert recorder_status('x', session).level == DiagnosticStatus.OK
+        for _ in range(10):
+            writer.write(Packed('voltage', 0, pack_float64(0.0)))
+        assert writer.recorder.queued == 10
+        assert recorder_status('x', session).level == DiagnosticStatus.OK

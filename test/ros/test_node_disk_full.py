@@ -14,7 +14,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.recover_run import recover
+from stickslip_ros.recording.recover import recover
 from stickslip_ros.ros.interface import MESSAGE_TYPES
 from stickslip_ros.testing import Operator, open_context
 

@@ -14,7 +14,7 @@ from executables import end
 
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.recover_run import recover
+from stickslip_ros.recording.recover import recover
 from stickslip_ros.ros.executable import CUT, LAST_S
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')

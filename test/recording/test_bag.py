@@ -23,7 +23,7 @@ from rosbags.typesys import Stores, get_typestore
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording import TYPE_HASHES, Channel, FileForm, Qos, Recorder, Recording, cdr
 from stickslip_ros.recording import messages as m
-from stickslip_ros.recording.bag_metadata import METADATA_FILE
+from stickslip_ros.recording.bag import METADATA_FILE
 
 Run = list[tuple[str, int, bytes]]
 BAG = FileForm(bag=True, split_duration_s=0.005, flush_period_s=0.005)
