@@ -1,6 +1,7 @@
 """``stickslip replay``: a recording, or a measured voltage, through the virtual stand again."""
 
 import argparse
+import dataclasses
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,6 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.replay import (
-    DriveInput,
     Replay,
     is_run,
     read_drive_input,
@@ -85,33 +85,16 @@ def _run(arguments: argparse.Namespace, output: Path, *, is_kept: bool) -> int:
                 mend = 'give the recording to write with -o'
                 raise WrongKind('--output', 'nothing', 'a file', mend)
             stand = Parameters().updated(changes)
-            result = replay_input(_input(arguments, stand), output, stand, progress=show)
+            given = read_drive_input(
+                arguments.file, stand, arguments.topic, arguments.field, is_stroke=arguments.stroke
+            )
+            result = replay_input(given, output, stand, progress=show)
     if arguments.json:
-        print_json({**_as_object(result), 'output': str(output) if is_kept else ''})
+        print_json({**dataclasses.asdict(result), 'output': str(output) if is_kept else ''})
     else:
         _print(result, str(output) if is_kept else 'not kept')
-    expected = not result.changed and not arguments.from_rest and result.compared
-    return CHECK_FAILED if expected and not result.identical else 0
-
-
-def _input(arguments: argparse.Namespace, stand: Parameters) -> DriveInput:
-    return read_drive_input(
-        arguments.file, stand, arguments.topic, arguments.field, is_stroke=arguments.stroke
-    )
-
-
-def _as_object(result: Replay) -> dict[str, Any]:
-    return {
-        'source': result.source,
-        'requests': result.requests,
-        'simulated_s': result.simulated_s,
-        'changed': result.changed,
-        'identical': result.identical if result.compared else None,
-        'difference': None if result.difference is None else vars(result.difference),
-        'digest': result.digest,
-        'position_m': result.position_m,
-        'force_n': result.force_n,
-    }
+    is_same_run = not result.changed and not arguments.from_rest
+    return CHECK_FAILED if is_same_run and result.identical is False else 0
 
 
 def _print(result: Replay, output: str) -> None:

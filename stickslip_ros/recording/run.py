@@ -155,11 +155,7 @@ class Run:
     def report(self, output: Output) -> None:
         """Publish and write what an update of the bench has given."""
         self.status = output.status
-        self.send(self._feed.pack(output))
-
-    def send(self, messages: Iterable[Packed]) -> None:
-        """Publish messages and write them down."""
-        for packed in messages:
+        for packed in self._feed.pack(output):
             self._publish(packed)
             if self.writer is not None:
                 self.writer.write(packed)

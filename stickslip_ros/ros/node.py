@@ -43,7 +43,6 @@ from stickslip_ros.ros.parameter_bridge import (
     read_parameters,
     with_numbers,
 )
-from stickslip_ros.ros.permit import read_grant
 from stickslip_ros.ros.recordings import (
     await_reply,
     close_recording,
@@ -53,6 +52,7 @@ from stickslip_ros.ros.recordings import (
 )
 from stickslip_ros.ros.services import Services
 from stickslip_ros.ros.session import Session, require
+from stickslip_ros.ros.time_control import read_grant
 from stickslip_ros.ros.worker import Callbacks, Faults
 from stickslip_ros.units import KILO
 

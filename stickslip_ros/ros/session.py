@@ -14,7 +14,7 @@ from stickslip_ros.ros.ending import StillBusy, interruptible
 from stickslip_ros.ros.kernels import Kernels
 from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
 from stickslip_ros.ros.pacing import Pacer
-from stickslip_ros.ros.permit import Grant, Permit
+from stickslip_ros.ros.time_control import Grant, TimeControl
 from stickslip_ros.ros.worker import NOBODY, Callbacks, Worker
 
 LONG_PAUSE_S = 0.2
@@ -71,7 +71,7 @@ class Session:
             self.kernels = Kernels(parameters, self._notify)
         self.worker = Worker(parameters, publish, callbacks)
         self.bench = self.worker.bench
-        self._permit = Permit(parameters.block_ns, lockstep=lockstep)
+        self._time_control = TimeControl(parameters.block_ns, lockstep=lockstep)
         self._orders = Orders(by_topic=lockstep, must_wait=self.kernels.must_wait)
         self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
@@ -82,7 +82,7 @@ class Session:
     @property
     def is_paused(self) -> bool:
         """Whether simulated time is held by ``~/set_paused``."""
-        return self._permit.is_paused
+        return self._time_control.is_paused
 
     @property
     def busy_s(self) -> float:
@@ -93,7 +93,7 @@ class Session:
     def start(self) -> None:
         """Begin to tick, neither paused nor granted anything."""
         self._is_ending = False
-        self._permit.restart()
+        self._time_control.restart()
         self.pacer.start()
         self._thread = threading.Thread(target=self._run, name='stickslip drive', daemon=True)
         self._thread.start()
@@ -142,7 +142,7 @@ class Session:
 
         """
         with self._changed:
-            self._permit.count_command()
+            self._time_control.count_command()
             if request is not None:
                 _check_waiting(self._orders.numbers)
                 self._orders.put(Order(NEXT_BLOCK, request=request))
@@ -151,7 +151,7 @@ class Session:
     def extend_grant(self, grant: Grant) -> None:
         """Allow the drive to go on in lockstep."""
         with self._changed:
-            self._permit.extend(grant)
+            self._time_control.extend(grant)
             self._changed.notify_all()
 
     def set_paused(self, wanted: bool) -> None:
@@ -165,7 +165,7 @@ class Session:
 
         """
         with self._changed:
-            self._permit.is_paused = wanted
+            self._time_control.is_paused = wanted
             self._changed.notify_all()
             if wanted and not self._changed.wait_for(
                 lambda: self._busy_since_s is None, HOLD_TIMEOUT_S
@@ -183,9 +183,9 @@ class Session:
 
         """
         with self._changed:
-            if not self._permit.is_paused:
+            if not self._time_control.is_paused:
                 raise StickSlipError('simulated time runs; call ~/set_paused with true first')
-            if not self._permit.is_granted(self.bench.time_ns):
+            if not self._time_control.is_granted(self.bench.time_ns):
                 raise StickSlipError('the next block is not granted; send command/grant first')
             reply: Future[None] = Future()
             self._steps.append(reply)
@@ -246,7 +246,7 @@ class Session:
             return Turn.END
         if self._waits_for_kernels(now_ns):
             return None
-        if self._permit.allows(now_ns):
+        if self._time_control.allows(now_ns):
             self._due = self._orders.take(now_ns)
             return Turn.ADVANCE
         self._due = self._orders.take(AT_ONCE)

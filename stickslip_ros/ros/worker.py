@@ -88,7 +88,8 @@ class Worker(Run):
     def serve(self, orders: list[Order]) -> None:
         """Carry out orders at the present time, which stands still."""
         self._carry_out(orders)
-        _answer(orders)
+        for order in orders:
+            order.answer()
 
     def advance(self, orders: list[Order]) -> None:
         """Carry out orders and what is scheduled, advance by one block, publish what was seen."""
@@ -98,12 +99,16 @@ class Worker(Run):
         self._look_at(output)
         self.report(output)
         self._watch_recording()
-        _answer(orders)
+        for order in orders:
+            order.answer()
 
     def report_failure(self, error: BaseException) -> None:
         """Say, on the topic of events and in the recording, that the drive has stopped."""
         event = Event(self.bench.time_ns, 0, 'drive', Result.DRIVE_FAILED, message=str(error))
-        self.send([Packed('event', event.time_ns, pack_string(event.to_json()))])
+        packed = Packed('event', event.time_ns, pack_string(event.to_json()))
+        if self.writer is not None:
+            self.writer.write(packed)
+        self._publish(packed)
 
     def _carry_out(self, orders: list[Order], scheduled: Iterable[Request] = ()) -> None:
         """Do what is due at the present time: recordings first, then the schedule's faults."""
@@ -165,11 +170,6 @@ class Worker(Run):
 def _pack_clock(time_ns: int) -> bytes:
     """Pack a ``rosgraph_msgs/msg/Clock``."""
     return struct.pack('<4siI', HEADER, *divmod(time_ns, NS_PER_S))
-
-
-def _answer(orders: list[Order]) -> None:
-    for order in orders:
-        order.answer()
 
 
 def _schedule_of(parameters: Parameters) -> FaultSchedule:

@@ -26,8 +26,7 @@ from stickslip_ros.recording.topics import recorded_channels
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.batch import Progress
 from stickslip_ros.study.experiment import read_experiment
-from stickslip_ros.study.extras import load_extra
-from stickslip_ros.study.sweep_table import PARQUET
+from stickslip_ros.study.sweep_table import PARQUET, read_parquet
 from stickslip_ros.units import NANO, NS_PER_S
 
 MCAP = '.mcap'
@@ -63,40 +62,37 @@ class Replay:
 
     Attributes
     ----------
-    source, output : str
-        The recording, and the one of the replay.
+    source : str
+        The recording, or the file of a measured voltage.
     requests : int
         Requests that were carried out again.
     simulated_s : float
         Length of the run.
     changed : dict
         Parameters that were set differently.
-    compared : bool
-        Whether there is a recording to compare with; a measured voltage is none.
+    identical : bool or None
+        Whether the data sections are the same, byte for byte; None of a measured voltage.
     difference : Difference or None
-        The first place where the data sections of both are not the same, byte for byte.
+        The first place where they are not.
     digest : str
         SHA-256 of the messages of the replay.
     position_m, force_n : float
         Readings at the end of the replay.
+    output : str
+        The recording of the replay.
 
     """
 
     source: str
-    output: str
     requests: int
     simulated_s: float
     changed: dict[str, object]
-    compared: bool
+    identical: bool | None
     difference: Difference | None
     digest: str
     position_m: float
     force_n: float
-
-    @property
-    def identical(self) -> bool:
-        """Whether the data sections are the same, byte for byte."""
-        return self.compared and self.difference is None
+    output: str
 
 
 def replay(
@@ -143,7 +139,8 @@ def replay(
     due = [TimedRequest(at_ns - begin_ns, each) for at_ns, each in recorded_requests(recording)]
     stand = parameters.updated(changes or {})
     before, after = parameters.flat(), stand.flat()
-    changed = {name: after[name] for name in changes or {} if after[name] != before[name]}
+    differing = [name for name in changes or {} if after[name] != before[name]]
+    changed: dict[str, object] = {name: after[name] for name in differing}
     if 'fault.schedule' in changed:
         limit = 'without effect: a replay takes its faults from the recording'
         mend = 'leave it away, or record a new run with it'
@@ -153,12 +150,13 @@ def replay(
         channels.setdefault(key, channel)
     end_ns = last_ns - begin_ns
     again = Recording(_play(stand, output, channels, due, end_ns, progress))
+    difference = compare_data(recording, again)
     return Replay(
         source=str(source),
         requests=len(due),
-        changed=dict(changed),
-        compared=True,
-        difference=compare_data(recording, again),
+        changed=changed,
+        identical=difference is None,
+        difference=difference,
         **_end_of(again, end_ns),
     )
 
@@ -187,7 +185,7 @@ def replay_input(
         source=given.origin,
         requests=1,
         changed=dict(stand.changed()),
-        compared=False,
+        identical=None,
         difference=None,
         **_end_of(again, end_ns),
     )
@@ -299,20 +297,12 @@ def read_drive_input(
         series = Recording(path).series(topic, field)
         columns = {TIME: series.time_s, FOOT if is_stroke else VOLTAGE: series.value}
     elif path.suffix.lower() == PARQUET:
-        columns = _read_parquet(path)
+        table = read_parquet(path, 'check the file')
+        names = [name for name in (TIME, VOLTAGE, FOOT) if name in table.column_names]
+        columns = {name: np.asarray(table[name].to_numpy(), dtype=float) for name in names}
     else:
         columns = read_experiment(path).columns
     return _as_input(path, columns, stand)
-
-
-def _read_parquet(path: Path) -> dict[str, Array]:
-    parquet = load_extra('a Parquet file', 'pyarrow.parquet')
-    try:
-        table = parquet.read_table(path)
-    except (OSError, ValueError) as error:
-        raise RecordingError(path, f'cannot be read ({error})', 'check the file') from None
-    names = [name for name in (TIME, VOLTAGE, FOOT) if name in table.column_names]
-    return {name: np.asarray(table[name].to_numpy(), dtype=float) for name in names}
 
 
 def _as_input(path: Path, columns: dict[str, Array], stand: Parameters) -> DriveInput:

@@ -22,7 +22,8 @@ VERSION, PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
 MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
 OF_A_RUN = {*COLUMNS, STOP_RULE} - {*ASKED, *MEASURED}
 """Columns that say how a run went; all that are none of these are varied parameters."""
-NUMBER = Spec(float, 0.0, '', '', '')
+NUMBERS = {name: POINT_COLUMNS[name] for name in ASKED}
+NUMBERS |= dict.fromkeys(MEASURED, Spec(float, 0.0, '', '', ''))
 AGAIN = 'write the table again with: stickslip sweep'
 
 
@@ -72,7 +73,10 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
         if path.suffix == PARQUET:
             _write_parquet(rows, part, parameters)
         else:
-            _write_csv(rows, part)
+            with part.open('w', newline='', encoding='utf-8') as file:
+                writer = csv.DictWriter(file, list(rows[0]))
+                writer.writeheader()
+                writer.writerows(rows)
         part.replace(path)
     except OSError as error:
         with contextlib.suppress(OSError):
@@ -108,7 +112,8 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
 
     """
     if path.suffix == PARQUET:
-        rows, described = _read_parquet(path)
+        table = read_parquet(path, AGAIN)
+        rows, described = table.to_pylist(), _described(table.schema.metadata or {})
         first = 1
     else:
         with path.open(newline='', encoding='utf-8') as file:
@@ -118,13 +123,6 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
         raise RecordingError(path, 'has no rows', AGAIN)
     numbered = enumerate(rows, first)
     return [_checked(row, f'{path}: line {number}') for number, row in numbered], described
-
-
-def _write_csv(rows: Sequence[Row], path: Path) -> None:
-    with path.open('w', newline='', encoding='utf-8') as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
 
 
 def _write_parquet(rows: Sequence[Row], path: Path, parameters: Parameters) -> None:
@@ -138,24 +136,26 @@ def _write_parquet(rows: Sequence[Row], path: Path, parameters: Parameters) -> N
     parquet.write_table(table.replace_schema_metadata(metadata), path)
 
 
-def _read_parquet(path: Path) -> tuple[list[dict[str, Any]], dict[str, Scalar] | None]:
+def read_parquet(path: Path, mend: str) -> Any:
+    """Return the pyarrow table of a Parquet file; RecordingError with this mend if it is none."""
     parquet = load_extra('a Parquet file', 'pyarrow.parquet')
     try:
-        table = parquet.read_table(path)
+        return parquet.read_table(path)
     except (OSError, ValueError) as error:  # pyarrow's errors are both
-        problem = f'is not a Parquet file ({str(error).splitlines()[0]})'
-        raise RecordingError(path, problem, AGAIN) from None
-    known = {name.decode(): value for name, value in (table.schema.metadata or {}).items()}
-    if PARAMETERS not in known:
-        return table.to_pylist(), None
-    described = {'stickslip_ros': known[VERSION].decode(), **json.loads(known[PARAMETERS])}
-    return table.to_pylist(), described
+        problem = f'cannot be read as a Parquet file ({str(error).splitlines()[0]})'
+        raise RecordingError(path, problem, mend) from None
+
+
+def _described(metadata: Mapping[bytes, bytes]) -> dict[str, Scalar] | None:
+    if PARAMETERS.encode() not in metadata:
+        return None
+    version = metadata[VERSION.encode()].decode()
+    return {'stickslip_ros': version, **json.loads(metadata[PARAMETERS.encode()])}
 
 
 def _checked(row: Mapping[str, Any], where: str) -> Row:
     """Return a row with its values as what they are, or refuse it."""
-    needed = {*ASKED, 'steady', *MEASURED}
-    missing = sorted(name for name in needed if row.get(name) in (None, ''))
+    missing = sorted(name for name in (*NUMBERS, 'steady') if row.get(name) in (None, ''))
     if missing:
         raise RecordingError(where, f'column {missing[0]} has no value', AGAIN)
     if None in row:
@@ -164,10 +164,8 @@ def _checked(row: Mapping[str, Any], where: str) -> Row:
 
 
 def _value(name: str, value: Any, where: str) -> Scalar:
-    if name in ASKED:
-        return POINT_COLUMNS[name].check(where, value)
-    if name in MEASURED:
-        return NUMBER.check(where, value)
+    if name in NUMBERS:
+        return NUMBERS[name].check(where, value)
     if name == 'steady':
         return str(value).lower() == 'true'
     if name in OF_A_RUN:

@@ -17,7 +17,6 @@ from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Progress, run_batch
-from stickslip_ros.study.journal import Row
 from stickslip_ros.study.sawtooth_run import full_stroke_m, run_drive
 
 STEPS_MIN = 10
@@ -107,9 +106,9 @@ def zero_amplitude(
     def step_lengths_m(amplitudes_m: Array) -> Array:
         nonlocal done
         task = partial(_step, free, frequency_hz, steps)
-        rows = run_batch(task, amplitudes_m.tolist(), workers=workers, progress=tell)
-        done += len(rows)
-        return np.array([row['step_length_m'] for row in rows], dtype=float)
+        steps_m = run_batch(task, amplitudes_m.tolist(), workers=workers, progress=tell)
+        done += len(steps_m)
+        return np.array(steps_m)
 
     full_m = full_stroke_m(free)
     direct_m = _first_step_m(step_lengths_m, full_m)
@@ -141,10 +140,10 @@ def zero_amplitude(
     )
 
 
-def _step(parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float) -> Row:
+def _step(parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float) -> float:
     """Return the net motion per step of a free runner in the direction of the drive, m."""
     run = run_drive(parameters, amplitude_m, frequency_hz, steps)
-    return {'step_length_m': run.step_length_m if frequency_hz > 0.0 else -run.step_length_m}
+    return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
 
 
 def _first_step_m(step_lengths_m: Callable[[Array], Array], full_m: float) -> float:

@@ -123,7 +123,7 @@ def test_a_pause_holds_what_was_granted_and_a_step_needs_a_grant(start_drive: Ca
         'step_simulation refused: the next block is not granted; send command/grant first'
     )
     operator.command('grant', (3 * BLOCK_S, 0))
-    operator.spin_until(lambda: stand.drive.session._permit.is_granted(0), 'the grant')
+    operator.spin_until(lambda: stand.drive.session._time_control.is_granted(0), 'the grant')
     assert operator.trigger('step_simulation').success
     assert time_ns_of(stand) == BLOCK_NS
     operator.switch('set_paused', wanted=False)

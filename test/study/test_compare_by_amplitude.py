@@ -298,7 +298,7 @@ def test_a_damaged_parquet_file_is_refused(tables, tmp_path):
     folder, _ = tables
     content = (folder / 'rough.parquet').read_bytes()
     (tmp_path / 'damaged.parquet').write_bytes(content[:-20])
-    refused(tmp_path / 'damaged.parquet', folder / 'rough.csv', 'is not a Parquet file')
+    refused(tmp_path / 'damaged.parquet', folder / 'rough.csv', 'cannot be read as a Parquet file')
 
 
 def test_runs_that_were_not_steady_are_told(tables):

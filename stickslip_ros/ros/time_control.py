@@ -49,23 +49,8 @@ def read_grant(topic: Topic, data: bytes) -> Grant:
     return Grant(to_nanoseconds(until_s), int(commands))
 
 
-class Permit:
-    """
-    Pause and lockstep of one drive.
-
-    Parameters
-    ----------
-    block_ns : int
-        Simulated time of a block.
-    lockstep : bool
-        Whether every block waits for a grant.
-
-    Attributes
-    ----------
-    is_paused : bool
-        Whether simulated time is held.
-
-    """
+class TimeControl:
+    """Pause and lockstep of one drive: in lockstep every block waits for a grant."""
 
     def __init__(self, block_ns: int, *, lockstep: bool) -> None:
         self._block_ns = block_ns

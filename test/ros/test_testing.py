@@ -1,0 +1,57 @@
+"""What testers get: domains that nobody shares, and waits that end when no answer can come."""
+
+import os
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from stickslip_ros.errors import StickSlipError, UnknownName
+from stickslip_ros.ros.executable import DISCOVERY_VARIABLE
+from stickslip_ros.testing import isolation, reserve_domain
+from stickslip_ros.testing.stand import Stand
+
+
+def test_every_reserved_domain_is_another_one_and_can_be_had_again(ros_domain: int):
+    with reserve_domain() as one, reserve_domain() as other:
+        assert len({ros_domain, one, other}) == 3
+    with reserve_domain() as again:
+        assert again not in {ros_domain, None}
+
+
+def test_where_all_domains_are_taken_that_is_said(
+    monkeypatch: pytest.MonkeyPatch, ros_domain: int
+):
+    monkeypatch.setattr(isolation, 'DOMAINS', range(ros_domain, ros_domain + 1))
+    with pytest.raises(StickSlipError, match='are taken; end a test run'), reserve_domain():
+        pass
+
+
+@pytest.mark.parametrize('chosen', [None, 'SUBNET'])
+def test_discovery_stays_on_this_host_while_a_domain_is_reserved(
+    monkeypatch: pytest.MonkeyPatch, chosen: str | None
+):
+    monkeypatch.setenv(DISCOVERY_VARIABLE, chosen or '')
+    if chosen is None:
+        monkeypatch.delenv(DISCOVERY_VARIABLE)
+    with reserve_domain():
+        assert os.environ[DISCOVERY_VARIABLE] == 'LOCALHOST'
+    assert os.environ.get(DISCOVERY_VARIABLE) == chosen
+
+
+def test_what_ends_the_executor_of_the_drive_is_raised_where_the_test_waits(
+    start_drive: Callable[..., Stand],
+):
+    def fail() -> None:
+        raise ZeroDivisionError
+
+    stand = start_drive({'autostart': False}, wait=False)
+    stand.drive.create_guard_condition(fail).trigger()
+    with pytest.raises(ZeroDivisionError):
+        stand.operator.spin_until(lambda: False, 'nothing')
+    stand.close()  # has nothing more to say
+
+
+def test_an_operator_refuses_a_command_that_does_not_exist(drive: Any):
+    with pytest.raises(UnknownName, match="command 'volts' is not known; use voltage, "):
+        drive.operator.command('volts', 1.0)
