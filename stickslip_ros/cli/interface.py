@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from stickslip_ros.cli.common import add_json, print_json
-from stickslip_ros.instrument.reports import RESULT_TEXTS, STATUS_TEXTS
+from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import (
     ControllerParameters,
     Spec,
@@ -57,9 +57,9 @@ def _lines() -> Iterator[str]:
     yield from _topic_table('Published topics', READINGS)
     services = [(f'`{service.name}`', service.type_name, service.text) for service in SERVICES]
     yield from _table('Services', ('name', 'type', 'meaning'), services)
-    bits = [(f'`0x{int(bit):08x}`', bit.name or '', text) for bit, text in STATUS_TEXTS.items()]
+    bits = [(f'`0x{int(bit):08x}`', bit.name or '', bit.text) for bit in Status]
     yield from _table('Status bits', ('bit', 'name', 'meaning'), bits)
-    results = [(f'`{result.value}`', text) for result, text in RESULT_TEXTS.items()]
+    results = [(f'`{result.name}`', result.value) for result in Result]
     yield from _table('Results of a command', ('result', 'meaning'), results)
     yield from _parameter_table('Parameters', specs())
     title = 'Parameters of `position_controller`, read at its start'

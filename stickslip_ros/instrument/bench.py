@@ -38,11 +38,6 @@ class Bench:
     Nothing here knows what time it is: the same parameters and the same requests at the same
     times give the same output, to the bit.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand.
-
     Attributes
     ----------
     stand, sensing, motion : Stand, Sensing, Motion
@@ -103,17 +98,7 @@ class Bench:
         """
         Carry out requests at the present time, then advance to ``until_ns``.
 
-        Parameters
-        ----------
-        until_ns : int
-            Simulated time to advance to, ns: a whole number of samples ahead, at most one block.
-        requests : iterable of Request
-            What was asked for; a bad one is refused with an event and changes nothing.
-
-        Returns
-        -------
-        Output
-            Readings, ended commands, status and finished ramps.
+        A bad request is refused with an event and changes nothing.
 
         Raises
         ------
@@ -141,15 +126,7 @@ class Bench:
         return Output(readings, events, self.status, ramps)
 
     def accept(self, request: Request) -> None:
-        """
-        Carry out a request at the present time; a bad one is refused with an event.
-
-        Parameters
-        ----------
-        request : Request
-            What was asked for. Its event comes with the next update.
-
-        """
+        """Carry out a request at the present time; its event comes with the next update."""
         self._requests += 1
         delay_ns = to_nanoseconds(self.faults.command_delay)
         command = COMMANDS.get(request.name)

@@ -58,15 +58,6 @@ class ClosedLoop:
     """
     One closed-loop move, from its start to the end of its hold.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand.
-    target_m : float
-        Position reading to go to, m.
-    start : Observation
-        What there was when the move began.
-
     Attributes
     ----------
     holds : bool

@@ -11,8 +11,7 @@ import math
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind, record
-from stickslip_ros.instrument.display import displayed, standing
-from stickslip_ros.instrument.filters import low_pass_gain
+from stickslip_ros.instrument.signal_chain import displayed, low_pass_gain, standing
 from stickslip_ros.parameters import InterferometerParameters
 
 ON_TIME = 1e-9

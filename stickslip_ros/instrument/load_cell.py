@@ -10,9 +10,18 @@ import math
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind, record
-from stickslip_ros.instrument.display import displayed, standing
-from stickslip_ros.instrument.filters import SWING, low_pass_gain, swing, swing_of
-from stickslip_ros.instrument.play import LOOP, PLAYS, follow, loop_of
+from stickslip_ros.instrument.signal_chain import (
+    LOOP,
+    PLAYS,
+    SWING,
+    displayed,
+    follow,
+    loop_of,
+    low_pass_gain,
+    standing,
+    swing,
+    swing_of,
+)
 from stickslip_ros.parameters import LoadCellParameters
 
 CELL = kind(

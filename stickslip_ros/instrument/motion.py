@@ -57,18 +57,12 @@ class Running:
 
 
 Report = Callable[[int, str, Result, str, int], None]
+"""Receives the end of a move: number and name of its command, result, reason, steps."""
 
 
 class Motion:
     """
     The moves of one drive.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand.
-    report : callable
-        Receives the end of a move: number and name of its command, result, reason, steps.
 
     Attributes
     ----------

@@ -12,79 +12,51 @@ TRACE_COLUMNS = ('t[s]', 'voltage[V]', 'foot[m]', 'position[m]', 'force[N]')
 
 
 class Result(Enum):
-    """How a command ended."""
+    """How a command ended: the word of ``~/event`` is its name, the value says what it means."""
 
-    DONE = 'DONE'
-    ABORTED = 'ABORTED'
-    INVALID_PARAMETER = 'INVALID_PARAMETER'
-    RANGE_LIMIT_REACHED = 'RANGE_LIMIT_REACHED'
-    END_STOP_REACHED = 'END_STOP_REACHED'
-    FOLLOWING_LIMIT_REACHED = 'FOLLOWING_LIMIT_REACHED'
-    TIMEOUT = 'TIMEOUT'
-    NO_SENSOR = 'NO_SENSOR'
-    AMPLIFIER_DISABLED = 'AMPLIFIER_DISABLED'
-    RECORDING_FAILED = 'RECORDING_FAILED'
-    DRIVE_FAILED = 'DRIVE_FAILED'
-
-
-RESULT_TEXTS = {
-    Result.DONE: 'carried out to its end',
-    Result.ABORTED: 'ended before its end: replaced by another move, stopped or reset',
-    Result.INVALID_PARAMETER: 'refused; the message gives value, limit, unit and mend',
-    Result.RANGE_LIMIT_REACHED: 'stopped or refused at a soft limit',
-    Result.END_STOP_REACHED: 'closed loop gave up: the runner no longer comes nearer',
-    Result.FOLLOWING_LIMIT_REACHED: 'closed loop gave up: too far from its set point',
-    Result.TIMEOUT: 'closed loop gave up: closed_loop.timeout passed before it was in position',
-    Result.NO_SENSOR: 'closed loop gave up: the position reading is no number',
-    Result.AMPLIFIER_DISABLED: 'refused or stopped: the amplifier is off',
-    Result.RECORDING_FAILED: 'full disk or lost file: recording has stopped, the drive goes on',
-    Result.DRIVE_FAILED: 'the drive has stopped; the node leaves its active state: unconfigured',
-}
+    DONE = 'carried out to its end'
+    ABORTED = 'ended before its end: replaced by another move, stopped or reset'
+    INVALID_PARAMETER = 'refused; the message gives value, limit, unit and mend'
+    RANGE_LIMIT_REACHED = 'stopped or refused at a soft limit'
+    END_STOP_REACHED = 'closed loop gave up: the runner no longer comes nearer'
+    FOLLOWING_LIMIT_REACHED = 'closed loop gave up: too far from its set point'
+    TIMEOUT = 'closed loop gave up: closed_loop.timeout passed before it was in position'
+    NO_SENSOR = 'closed loop gave up: the position reading is no number'
+    AMPLIFIER_DISABLED = 'refused or stopped: the amplifier is off'
+    RECORDING_FAILED = 'full disk or lost file: recording has stopped, the drive goes on'
+    DRIVE_FAILED = 'the drive has stopped; the node leaves its active state: unconfigured'
 
 
 class Status(IntFlag):
     """State of the drive, bit by bit; bits from 24 on are not those of usual controllers."""
 
-    MOVING = 1 << 0
-    CLOSED_LOOP = 1 << 1
-    MOVE_DELAYED = 1 << 4
-    SENSOR_PRESENT = 1 << 5
-    IS_REFERENCED = 1 << 7
-    END_STOP_REACHED = 1 << 8
-    RANGE_LIMIT_REACHED = 1 << 9
-    FOLLOWING_LIMIT_REACHED = 1 << 10
-    MOVEMENT_FAILED = 1 << 11
-    STREAMING = 1 << 12
-    AMPLIFIER_ENABLED = 1 << 18
-    IN_POSITION = 1 << 19
-    LOADED = 1 << 24
-    REFUSED = 1 << 25
-    PRELOADING = 1 << 26
-    FAULT = 1 << 27
-    BEAM_LOST = 1 << 28
-    FORCE_OVERRANGE = 1 << 29
+    text: str
 
+    def __new__(cls, bits: int, text: str = '') -> 'Status':
+        """Make a bit and its meaning; of several bits together there is none."""
+        status = int.__new__(cls, bits)
+        status._value_ = bits
+        status.text = text
+        return status
 
-STATUS_TEXTS = {
-    Status.MOVING: 'a move is being carried out; not while closed loop holds its target',
-    Status.CLOSED_LOOP: 'closed loop moves to its target or holds it',
-    Status.MOVE_DELAYED: 'a command has come but has not yet taken effect',
-    Status.SENSOR_PRESENT: 'the position reading is a number',
-    Status.IS_REFERENCED: 'the zero of position was set by ~/zero_position',
-    Status.END_STOP_REACHED: 'the last move ended because the runner came no nearer',
-    Status.RANGE_LIMIT_REACHED: 'the last move ended at a soft limit',
-    Status.FOLLOWING_LIMIT_REACHED: 'the last move ended too far from its set point',
-    Status.MOVEMENT_FAILED: 'the last move failed, for whatever reason; the next one clears it',
-    Status.STREAMING: 'a waveform is being played',
-    Status.AMPLIFIER_ENABLED: 'the amplifier is on',
-    Status.IN_POSITION: 'closed loop is within closed_loop.tolerance of its target',
-    Status.LOADED: 'an external load acts on the runner',
-    Status.REFUSED: 'the last command was refused',
-    Status.PRELOADING: 'the preload is on its way to another value',
-    Status.FAULT: 'at least one fault.* is on',
-    Status.BEAM_LOST: 'the interferometer lost its beam; ~/zero_position or ~/reset finds it',
-    Status.FORCE_OVERRANGE: 'the load cell is at the end of its range',
-}
+    MOVING = 1 << 0, 'a move is being carried out; not while closed loop holds its target'
+    CLOSED_LOOP = 1 << 1, 'closed loop moves to its target or holds it'
+    MOVE_DELAYED = 1 << 4, 'a command has come but has not yet taken effect'
+    SENSOR_PRESENT = 1 << 5, 'the position reading is a number'
+    IS_REFERENCED = 1 << 7, 'the zero of position was set by ~/zero_position'
+    END_STOP_REACHED = 1 << 8, 'the last move ended because the runner came no nearer'
+    RANGE_LIMIT_REACHED = 1 << 9, 'the last move ended at a soft limit'
+    FOLLOWING_LIMIT_REACHED = 1 << 10, 'the last move ended too far from its set point'
+    MOVEMENT_FAILED = 1 << 11, 'the last move failed, for whatever reason; the next one clears it'
+    STREAMING = 1 << 12, 'a waveform is being played'
+    AMPLIFIER_ENABLED = 1 << 18, 'the amplifier is on'
+    IN_POSITION = 1 << 19, 'closed loop is within closed_loop.tolerance of its target'
+    LOADED = 1 << 24, 'an external load acts on the runner'
+    REFUSED = 1 << 25, 'the last command was refused'
+    PRELOADING = 1 << 26, 'the preload is on its way to another value'
+    FAULT = 1 << 27, 'at least one fault.* is on'
+    BEAM_LOST = 1 << 28, 'the interferometer lost its beam; ~/zero_position or ~/reset finds it'
+    FORCE_OVERRANGE = 1 << 29, 'the load cell is at the end of its range'
 
 
 @dataclass(frozen=True)
@@ -121,7 +93,7 @@ class Event:
         return json.dumps(
             {
                 'message': self.message,
-                'result': self.result.value,
+                'result': self.result.name,
                 'command': self.command,
                 'number': self.number,
                 'steps': self.steps,

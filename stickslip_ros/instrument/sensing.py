@@ -8,7 +8,6 @@ from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import COUNT, Record, kind, records
 from stickslip_ros.drive.advance import FORCE, POSITION, TIME
-from stickslip_ros.instrument.display import CONDITIONS, FAULT
 from stickslip_ros.instrument.interferometer import (
     BEAM,
     OPTICS,
@@ -18,6 +17,7 @@ from stickslip_ros.instrument.interferometer import (
 )
 from stickslip_ros.instrument.load_cell import CELL, STRAIN, cell_of, read_force
 from stickslip_ros.instrument.reports import Readings, Status
+from stickslip_ros.instrument.signal_chain import CONDITIONS, FAULT
 from stickslip_ros.parameters import FaultParameters, Parameters
 from stickslip_ros.units import NANO
 
@@ -103,15 +103,7 @@ def read_sensors(
 
 
 class Noise:
-    """
-    Normal random numbers, drawn many at once: the same ones, however many are taken at a time.
-
-    Parameters
-    ----------
-    seed : tuple of int
-        Seed and numbers of the stream.
-
-    """
+    """Normal random numbers, drawn many at once: the same ones, however many one takes."""
 
     def __init__(self, seed: tuple[int, ...]) -> None:
         self._source = np.random.default_rng(seed)
@@ -131,11 +123,6 @@ class Noise:
 class Sensing:
     """
     Interferometer and load cell.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand; it uses ``interferometer``, ``load_cell``, ``trace.sample_rate``, ``sim.seed``.
 
     Attributes
     ----------

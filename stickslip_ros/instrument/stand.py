@@ -24,11 +24,6 @@ class Stand:
     """
     Plant and state of the drive, its load and its preload.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand.
-
     Attributes
     ----------
     plants : array of one record of PLANT

@@ -11,7 +11,7 @@ from pathlib import Path
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import readable
-from stickslip_ros.instrument.reports import STATUS_TEXTS, TRACE_COLUMNS
+from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.channels import Channel, name_in_file
 from stickslip_ros.recording.layout import SUFFIX, FileForm, check_name
@@ -37,7 +37,7 @@ def info_json(parameters: Parameters) -> str:
             'parameters': parameters.flat(),
             'units': {name: spec.unit for name, spec in specs().items() if spec.unit},
             'trace_columns': TRACE_COLUMNS,
-            'status_bits': {f'0x{bit:08x}': text for bit, text in STATUS_TEXTS.items()},
+            'status_bits': {f'0x{bit:08x}': bit.text for bit in Status},
         }
     )
 

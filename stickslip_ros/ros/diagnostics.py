@@ -54,7 +54,7 @@ class Refusals:
     def note(self, event: Event) -> None:
         """Note the end of a command that the drive has refused, or that has failed."""
         start = f'{event.command} (command {event.number})'
-        self._log(event.command, f'{start} {event.result.value}: {event.message}')
+        self._log(event.command, f'{start} {event.result.name}: {event.message}')
 
     def _log(self, name: str, line: str) -> None:
         with self._lock:

@@ -15,8 +15,7 @@ from geometry_msgs.msg import PointStamped
 from rclpy.node import Node
 from std_msgs.msg import Bool, Float64, Int32
 
-from stickslip_ros.instrument.position_loop import Level, LoopSettings, Steps
-from stickslip_ros.instrument.remote_loop import RemoteLoop
+from stickslip_ros.instrument.position_loop import Level, LoopSettings, RemoteLoop, Steps
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.topics import COMMAND, LATCHED, STREAM
 from stickslip_ros.ros.client import Commands, LockstepClient, stamp_ns

@@ -103,7 +103,7 @@ def test_a_move_that_is_cut_short_is_told_as_aborted_with_its_steps(second, reas
 def test_moves_at_the_same_time_end_in_their_order(bench):
     requests = [sawtooth(300.0, 1000.0), Request('fly'), load(0.1), Request('voltage', (1.0,))]
     told = drive_bench(bench, MS, {0: requests})
-    results = [(event.number, event.result.value) for event in told.events]
+    results = [(event.number, event.result.name) for event in told.events]
     assert results == [(2, 'INVALID_PARAMETER'), (3, 'DONE'), (1, 'ABORTED'), (4, 'DONE')]
 
 

@@ -14,9 +14,9 @@ from stickslip_ros.instrument.position_loop import (
     Level,
     LoopSettings,
     PositionLoop,
+    RemoteLoop,
     Steps,
 )
-from stickslip_ros.instrument.remote_loop import RemoteLoop
 from stickslip_ros.instrument.reports import Result, Status
 
 FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}

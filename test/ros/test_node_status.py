@@ -146,7 +146,7 @@ def test_a_result_is_told_with_its_reason_and_status(start_drive: Callable, resu
     operator = stand.operator
     act(operator)
     event = operator.wait_for_event(command, 0)
-    assert (event['number'], event['result']) == (1, result.value)
+    assert (event['number'], event['result']) == (1, result.name)
     assert bool(event['message']) == (result is not Result.DONE)
     failed = result not in {Result.DONE, Result.ABORTED} | REFUSALS
     told = {Status.MOVEMENT_FAILED: failed, Status.REFUSED: result in REFUSALS}
