@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters, dump_yaml
+from stickslip_ros.recording.channels import name_in_file
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
@@ -236,7 +237,7 @@ def _summarise(
 ) -> DemoSummary:
     position, force = recording.series('position'), recording.series('force')
     summaries = {channel.topic: channel for channel in recording.channels}
-    published = {key: summaries[name].messages for key, name in topics.items()}
+    published = {name_in_file(key): summaries[name].messages for key, name in topics.items()}
     recorded = dict(
         zip((round(t / NANO) for t in position.time_s), position.value.tolist(), strict=True)
     )
@@ -245,7 +246,7 @@ def _summarise(
     times = [part[title] for part in stand.diagnostics if title in part]
     start_s = (summaries['/command/sawtooth'].first_ns or 0) * NANO
     first_s, end_s = start_s + 1.0 / FREQUENCY_HZ, marks['burst_end_ns'] * NANO
-    load = summaries[topics['load']]
+    load = summaries[topics['command/load']]
     loaded, unloaded = (_at(position, (t or 0) * NANO) for t in (load.first_ns, load.last_ns))
     origin, first, end = (_at(position, time_s) for time_s in (start_s, first_s, end_s))
     return DemoSummary(
@@ -261,7 +262,7 @@ def _summarise(
         overruns=int(times[-1]['overruns_total']),
         dropped=sum(channel.gaps for channel in recording.channels),
         published=published,
-        received={key: marks[f'seen {key}'] for key in published},
+        received={name_in_file(key): marks[f'seen {key}'] for key in topics},
         positions_equal=sum(stand.positions[t] == recorded[t] for t in both),
         positions_altered=sum(stand.positions[t] != recorded[t] for t in both),
         positions_recorded=len(recorded),

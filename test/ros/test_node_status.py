@@ -166,7 +166,7 @@ def test_a_target_beyond_a_soft_limit_is_refused_with_the_result_of_the_limit(
     stand = start_drive(CONFINED)
     stand.operator.command('position', 2e-6)
     event = stand.operator.wait_for_event('position', 0)
-    assert event['result'] == Result.RANGE_LIMIT_REACHED.value
+    assert event['result'] == Result.RANGE_LIMIT_REACHED.name
     stand.operator.spin_until(lambda: stand.operator.status == IDLE | Status.REFUSED, 'the bit')
 
 
