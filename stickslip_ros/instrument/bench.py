@@ -1,11 +1,15 @@
 """The virtual test stand: time and requests in; readings, events and status out."""
 
+import dataclasses
 from collections import deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.instrument import checkpoint
 from stickslip_ros.instrument.checks import BeyondSoftLimit
 from stickslip_ros.instrument.closed_loop import Observation, Outcome
 from stickslip_ros.instrument.commands import COMMANDS, Accepted, Request, check_request
@@ -46,6 +50,8 @@ class Bench:
         What is broken at the moment.
     refused : int
         Requests refused since the start.
+    beside : mapping of str to object
+        What was kept beside it in the checkpoint that it comes from.
 
     """
 
@@ -53,6 +59,7 @@ class Bench:
         self.parameters = parameters
         self.time_ns = 0
         self.refused = 0
+        self.beside: Mapping[str, Any] = {}
         self.faults = parameters.fault
         self._enabled = True
         self._is_faulty = False
@@ -75,6 +82,11 @@ class Bench:
         return self.motion.replaced + self._preloads_replaced
 
     @property
+    def is_at_start(self) -> bool:
+        """Whether nothing has happened yet."""
+        return self.time_ns == 0 and self._requests == 0
+
+    @property
     def plant(self) -> Record:
         """The drive as it is now, a record of PLANT."""
         return self.stand.plants[0]
@@ -93,6 +105,65 @@ class Bench:
     def passes_made(self) -> int:
         """Passes that the loops over time have made: what the drive has cost so far."""
         return self.stand.passes_made
+
+    def save(self, beside: Mapping[str, Any] | None = None) -> bytes:
+        """
+        Return a checkpoint: all that the bench remembers, to the bit, and its parameters.
+
+        Parameters
+        ----------
+        beside : mapping of str to object, optional
+            Numbers, texts and arrays to keep with it.
+
+        """
+        known = self._known()
+        if checkpoint.is_same(self.stand.plants, self.stand.plants_at_rest):
+            known['plants as at rest'] = self.stand.plants
+        return checkpoint.pack(self.parameters, {**vars(self), 'beside': beside or {}}, known)
+
+    @classmethod
+    def restore(cls, saved: bytes, changes: Mapping[str, object] | None = None) -> 'Bench':
+        """
+        Return a bench that goes on where another one was saved.
+
+        Parameters
+        ----------
+        saved : bytes
+            A checkpoint.
+        changes : mapping of str to object, optional
+            Parameters to set differently from here on; those on which nothing depends that a
+            bench remembers.
+
+        Raises
+        ------
+        WrongKind
+            If it is no checkpoint of this version, or one of the parameters cannot change.
+        StickSlipError
+            If a parameter is refused.
+
+        """
+        head = checkpoint.read_head(saved)
+        bench = cls(checkpoint.changed_stand(head.parameters, changes or {}))
+        known = {**bench._known(), 'plants as at rest': bench.stand.plants_at_rest.copy()}
+        after = bench.stand.plants_at_rest
+        vars(bench).update(checkpoint.unpack(head.state, known))
+        if bench.parameters != head.parameters:
+            before = plant_of(head.parameters)
+            checkpoint.take_over_changes(bench.stand.plants, before, after)
+        return bench
+
+    def _known(self) -> dict[str, Any]:
+        """Return what a bench of the same parameters has too, by names."""
+        groups = {
+            f'parameters.{each.name}': getattr(self.parameters, each.name)
+            for each in dataclasses.fields(self.parameters)
+        }
+        return {
+            **{name: group for name, group in groups.items() if dataclasses.is_dataclass(group)},
+            'parameters': self.parameters,
+            'plants at rest': self.stand.plants_at_rest,
+            checkpoint.REPORT: self._report,
+        }
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """

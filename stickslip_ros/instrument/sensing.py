@@ -1,6 +1,7 @@
 """The sensors of the stand together: truth in, readings out."""
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -108,6 +109,15 @@ class Noise:
     def __init__(self, seed: tuple[int, ...]) -> None:
         self._source = np.random.default_rng(seed)
         self._drawn: Array = np.empty(0)
+        self._taken = 0
+
+    def __getstate__(self) -> tuple[dict[str, Any], Array]:
+        """Return the state of the generator, and the numbers that were drawn and not taken."""
+        return dict(self._source.bit_generator.state), self._drawn[self._taken :].copy()
+
+    def __setstate__(self, state: tuple[dict[str, Any], Array]) -> None:
+        self._source = np.random.default_rng()
+        self._source.bit_generator.state, self._drawn = state
         self._taken = 0
 
     def take(self, count: int) -> Array:

@@ -30,6 +30,8 @@ class Stand:
         What does not change while the drive runs, but for preload and faults.
     states : array of one record of STATE
         What does.
+    plants_at_rest : array of one record of PLANT
+        The plant as it is after a reset, without faults.
     load_n : float
         External force on the runner, N.
 
@@ -41,7 +43,7 @@ class Stand:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        self._first_plants = plant_of(parameters)
+        self.plants_at_rest = plant_of(parameters)
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
         self._sample_s = parameters.sample_ns * NANO
@@ -75,7 +77,7 @@ class Stand:
     def to_rest(self) -> None:
         """Go back to the state at the start, without faults."""
         stand = self.parameters.stand
-        self.plants = self._first_plants.copy()
+        self.plants = self.plants_at_rest.copy()
         self.states = state_at_rest(self.plants, stand.preload)
         self.load_n = 0.0
         self._wanted_n = stand.preload
