@@ -28,13 +28,25 @@ class Packed(NamedTuple):
 
 
 class Feed:
-    """What a bench reports, packed in the order of time."""
+    """
+    What a bench reports, packed in the order of time.
+
+    Attributes
+    ----------
+    pending : list of array
+        Blocks of the trace that no message has held yet.
+
+    """
 
     def __init__(self, parameters: Parameters) -> None:
         self._period_ns = parameters.trace_period_ns
         self._tells_truth = parameters.sim.publish_truth
-        self._blocks: list[Array] = []
+        self.pending: list[Array] = []
         self._status: Status | None = None
+
+    def resume(self, pending: list[Array], status: Status) -> None:
+        """Go on with samples that no message has held yet, and a status that is known."""
+        self.pending, self._status = list(pending), status
 
     def pack(self, output: Output) -> Iterator[Packed]:
         """Yield the messages of one update."""
@@ -45,7 +57,7 @@ class Feed:
         if self._tells_truth:
             truth = (readings.truth_position_m, readings.truth_force_n)
             yield from _pack_pair('truth/', readings.time_ns, *truth)
-        self._blocks.append(readings.trace)
+        self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
             yield Packed('trace', readings.time_ns, self._pack_trace())
@@ -54,8 +66,8 @@ class Feed:
             yield Packed('status', readings.time_ns, pack_uint32(int(output.status)))
 
     def _pack_trace(self) -> bytes:
-        block = np.concatenate(self._blocks)
-        self._blocks.clear()
+        block = np.concatenate(self.pending)
+        self.pending.clear()
         return pack_float64_array(block, ('sample', ','.join(TRACE_COLUMNS)))
 
 

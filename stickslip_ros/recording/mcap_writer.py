@@ -42,6 +42,14 @@ class Stored(NamedTuple):
     sequence: int
 
 
+class Attached(NamedTuple):
+    """A file inside a recording."""
+
+    name: str
+    media_type: str
+    data: bytes
+
+
 def encode(record: records.McapRecord) -> bytes:
     """Return the bytes of a record."""
     builder = RecordBuilder()
@@ -109,12 +117,19 @@ class McapWriter:
         self._put(MAGIC)
         self._put(encode(records.Header(PROFILE, LIBRARY_IDENTIFIER)))
         for name, (media_type, data) in attachments.items():
-            offset, length = self._put(encode(records.Attachment(0, 0, name, media_type, data)))
-            index = records.AttachmentIndex(offset, length, 0, 0, len(data), name, media_type)
-            self._indexes[Opcode.ATTACHMENT_INDEX].append(encode(index))
+            self.attach(Attached(name, media_type, data))
         self._add_metadata(metadata)
         self._stream.flush()
         _sync_folder(self.path.parent)
+
+    def attach(self, attached: Attached) -> None:
+        """Add an attachment, behind what was written before."""
+        if self.pending:
+            self.end_chunk()
+        name, media_type, data = attached
+        offset, length = self._put(encode(records.Attachment(0, 0, name, media_type, data)))
+        index = records.AttachmentIndex(offset, length, 0, 0, len(data), name, media_type)
+        self._indexes[Opcode.ATTACHMENT_INDEX].append(encode(index))
 
     def write(self, message: Stored) -> None:
         """Add a message; its time must not be earlier than the last one's."""

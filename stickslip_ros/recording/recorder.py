@@ -10,7 +10,7 @@ from typing import Final
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.layout import FileForm, Layout
-from stickslip_ros.recording.mcap_writer import Stored
+from stickslip_ros.recording.mcap_writer import Attached, Stored
 from stickslip_ros.recording.run_storage import RunStorage
 from stickslip_ros.recording.schemas import SCHEMAS
 
@@ -91,7 +91,7 @@ class Recorder:
             self._layout, described, form, metadata or {}, attachments or {}, self._losses
         )
         self._patience_s = PATIENCE * form.flush_period_s
-        self._queue: deque[Stored] = deque()
+        self._queue: deque[Stored | Attached] = deque()
         self._queue_length = queue_length
         self._batch = max(1, min(BATCH, queue_length // 2))
         self._last_ns = 0
@@ -181,6 +181,12 @@ class Recorder:
             self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
             return self._append(Stored(channel_id, time_ns, data, sequence))
 
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Keep a file inside the recording, before what is put from now on; it is not dropped."""
+        with self._lock:
+            if not self._ended():
+                self._queue.append(Attached(name, media_type, data))
+
     def close(self) -> None:
         """
         Write what is queued, finish the file and end the thread; the second time, nothing.
@@ -250,7 +256,11 @@ class Recorder:
     def _write_queue(self) -> None:
         """Write what is queued now; a message leaves the queue when it is written."""
         for _ in range(len(self._queue)):
-            self._storage.write(self._queue[0])
+            match self._queue[0]:
+                case Stored() as message:
+                    self._storage.write(message)
+                case Attached() as attached:
+                    self._storage.attach(attached)
             self._queue.popleft()
 
     def _losses(self) -> dict[str, str]:
@@ -263,7 +273,8 @@ class Recorder:
         with self._lock:
             self.error = error
             for message in self._queue:
-                self._dropped[message.channel_id - 1] += 1
+                if isinstance(message, Stored):
+                    self._dropped[message.channel_id - 1] += 1
             self._queue.clear()
             self._changed.notify_all()
         self._storage.abandon()

@@ -11,8 +11,10 @@ from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.feed import Feed, Packed
 from stickslip_ros.recording.requests import BY_TOPIC, pack_request
-from stickslip_ros.recording.run_file import info_json, open_recorder
+from stickslip_ros.recording.run_file import CHECKPOINT_FILE, info_json, open_recorder
 from stickslip_ros.recording.topics import recorded_channels
+
+PENDING = 'pending'
 
 Publish = Callable[[Packed], None]
 
@@ -52,8 +54,10 @@ class RunWriter:
         self._info = pack_string(info_json(parameters))
         self.recorder = open_recorder(path, parameters, channels)
 
-    def begin(self, time_ns: int, status: Status) -> None:
-        """Write what is latched: the recording starts at this simulated time."""
+    def begin(self, time_ns: int, status: Status, checkpoint: bytes = b'') -> None:
+        """Write what is latched, and a state that is not rest: the recording starts now."""
+        if checkpoint:
+            self.recorder.attach(CHECKPOINT_FILE, 'application/octet-stream', checkpoint)
         self.write(Packed('info', time_ns, self._info))
         self.write(Packed('status', time_ns, pack_uint32(int(status))))
 
@@ -91,6 +95,8 @@ class Run:
         Receives every packed message but the requests that came over a topic.
     writer : RunWriter, optional
         Holds the run from its start.
+    bench : Bench, optional
+        One that was restored, to go on with; by default a new one.
 
     Attributes
     ----------
@@ -108,11 +114,14 @@ class Run:
         parameters: Parameters,
         publish: Publish = lambda _: None,
         writer: RunWriter | None = None,
+        bench: Bench | None = None,
     ) -> None:
-        self.bench = Bench(parameters)
+        self.bench = bench or Bench(parameters)
         self.status = self.bench.status
         self.writer: RunWriter | None = None
         self._feed = Feed(parameters)
+        if bench is not None:
+            self._feed.resume(bench.beside.get(PENDING, []), bench.status)
         self._publish = publish
         self.record(writer)
 
@@ -120,8 +129,13 @@ class Run:
         """Record into another file, or none, from now on; return the one so far, still open."""
         previous, self.writer = self.writer, writer
         if writer is not None:
-            writer.begin(self.bench.time_ns, self.status)
+            checkpoint = b'' if self.bench.is_at_start else self.save()
+            writer.begin(self.bench.time_ns, self.status, checkpoint)
         return previous
+
+    def save(self) -> bytes:
+        """Return a checkpoint of the bench, with the samples that no message has held yet."""
+        return self.bench.save({PENDING: self._feed.pending})
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """

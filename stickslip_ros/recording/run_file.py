@@ -24,6 +24,8 @@ TOPICS_RECORD = 'stickslip_topics'
 docs/interface.md was recorded, as JSON by its name in files."""
 PARAMETERS_FILE = 'parameters.yaml'
 """Name of the attachment with every parameter."""
+CHECKPOINT_FILE = 'checkpoint.bin'
+"""Name of the attachment with the state in which a recording begins, unless it is rest."""
 EXPERIMENT_FILE = 'experiment.csv'
 """Name of the attachment under which a recording carries its experiment."""
 WALL_TIME = '%Y-%m-%dT%H:%M:%S.%fZ'

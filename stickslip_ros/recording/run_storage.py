@@ -8,7 +8,7 @@ from typing import Final
 from stickslip_ros.recording.bag import write_metadata
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.layout import FileForm, Layout
-from stickslip_ros.recording.mcap_writer import McapWriter, Stored
+from stickslip_ros.recording.mcap_writer import Attached, McapWriter, Stored
 
 CLOSING_RECORD: Final = 'stickslip_recorder'
 """Metadata record with which a finished file says what it holds and what was lost."""
@@ -101,6 +101,10 @@ class RunStorage:
         self.written += 1
         if message.channel_id in self._latches:
             self._latched[message.channel_id] = message
+
+    def attach(self, attached: Attached) -> None:
+        """Add an attachment to the present file alone."""
+        self._file.attach(attached)
 
     def keep(self) -> None:
         """Bring to the disk what came since, if the last time is long ago by the clock."""

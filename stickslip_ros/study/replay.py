@@ -13,6 +13,7 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import readable
+from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.parameters import Parameters, parse_yaml
 from stickslip_ros.recording.channels import Channel
@@ -20,7 +21,7 @@ from stickslip_ros.recording.fingerprint import Difference, compare_data, data_d
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
 from stickslip_ros.recording.run import Run, RunWriter
-from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
+from stickslip_ros.recording.run_file import CHECKPOINT_FILE, PARAMETERS_FILE, RUN_RECORD
 from stickslip_ros.recording.run_storage import CLOSING_RECORD
 from stickslip_ros.recording.topics import recorded_channels
 from stickslip_ros.stopping import heed_stop
@@ -120,7 +121,7 @@ def replay(
     Raises
     ------
     RecordingError
-        If the recording has no parameters, lacks messages, or began after the run did.
+        If the recording has no parameters, lacks messages, or began in a state that it lacks.
     StickSlipError
         If a parameter is refused.
 
@@ -128,14 +129,17 @@ def replay(
     recording = Recording(source)
     parameters = _parameters_of(recording)
     first_ns, last_ns = _span(recording)
-    if first_ns > parameters.block_ns and not from_rest:
+    start: Bench | None = None
+    if CHECKPOINT_FILE in recording.attachments and not from_rest:
+        start = Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes)
+    elif first_ns > parameters.block_ns and not from_rest:
         mend = (
-            'record from the start (record.on_start), or start from rest instead (--from-rest), '
-            'which is not the same run'
+            'replay the whole run, or start from rest instead (--from-rest), which is not the same'
         )
         problem = f'begins {first_ns * NANO:g} s into the run, in a state that nobody recorded'
         raise RecordingError(recording.path, problem, mend)
-    begin_ns = first_ns - parameters.block_ns
+    begin_ns = 0 if start else first_ns - parameters.block_ns
+    lasts_ns = last_ns - first_ns + parameters.block_ns
     due = [TimedRequest(at_ns - begin_ns, each) for at_ns, each in recorded_requests(recording)]
     stand = parameters.updated(changes or {})
     before, after = parameters.flat(), stand.flat()
@@ -149,7 +153,7 @@ def replay(
     for key, channel in recorded_channels(stand).items():
         channels.setdefault(key, channel)
     end_ns = last_ns - begin_ns
-    again = Recording(_play(stand, output, channels, due, end_ns, progress))
+    again = Recording(_play(Run(stand, bench=start), output, channels, due, end_ns, progress))
     difference = compare_data(recording, again)
     return Replay(
         source=str(source),
@@ -157,7 +161,7 @@ def replay(
         changed=changed,
         identical=difference is None,
         difference=difference,
-        **_end_of(again, end_ns),
+        **_end_of(again, lasts_ns),
     )
 
 
@@ -180,7 +184,7 @@ def replay_input(
     blocks = math.ceil(float(given.time_s[-1]) * NS_PER_S / stand.trace_period_ns)
     end_ns = (blocks + 1) * stand.trace_period_ns
     due = [TimedRequest(0, request)]
-    again = Recording(_play(stand, output, recorded_channels(stand), due, end_ns, progress))
+    again = Recording(_play(Run(stand), output, recorded_channels(stand), due, end_ns, progress))
     return Replay(
         source=given.origin,
         requests=1,
@@ -192,7 +196,7 @@ def replay_input(
 
 
 def _play(
-    stand: Parameters,
+    run: Run,
     output: Path,
     channels: Mapping[str, Channel],
     due: Iterable[TimedRequest],
@@ -201,13 +205,14 @@ def _play(
 ) -> Path:
     """Record a run with requests at their times; return its path."""
     waiting = deque(sorted(due, key=lambda each: each.time_ns))
-    with RunWriter(output, stand, wait=True, channels=channels) as writer:
-        run = Run(stand, writer=writer)
+    parameters = run.bench.parameters
+    with RunWriter(output, parameters, wait=True, channels=channels) as writer:
+        run.record(writer)
         while run.bench.time_ns < end_ns:
             heed_stop()
             while waiting and waiting[0].time_ns <= run.bench.time_ns:
                 run.accept(waiting.popleft().request)
-            run.update(run.bench.time_ns + stand.block_ns)
+            run.update(run.bench.time_ns + parameters.block_ns)
             if progress is not None:
                 progress(run.bench.time_ns, end_ns)
         for _, request in waiting:  # asked after the last block: of a held drive, for example
@@ -215,12 +220,12 @@ def _play(
     return writer.recorder.path
 
 
-def _end_of(again: Recording, end_ns: int) -> dict[str, Any]:
+def _end_of(again: Recording, lasts_ns: int) -> dict[str, Any]:
     """Return what a result says of the recording of a replay."""
     channels = channels_of(again)
     return {
         'output': str(again.path),
-        'simulated_s': end_ns * NANO,
+        'simulated_s': lasts_ns * NANO,
         'digest': data_digest(again),
         'position_m': float(again.series(channels['position'].topic).value[-1]),
         'force_n': float(again.series(channels['force'].topic).value[-1]),

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.study.replay import replay
 
 TIMEOUT_S = 180.0
 PNG = b'\x89PNG\r\n\x1a\n'
@@ -83,3 +84,9 @@ def test_it_draws_a_picture(demo: tuple[Any, Path]):
     data = picture.read_bytes()
     assert data.startswith(PNG)
     assert len(data) > 10_000
+
+
+def test_its_recording_is_replayed_to_the_byte(demo: tuple[Any, Path]):
+    recording = demo[1] / 'demo.mcap'
+    assert Recording(recording).series('position').time_s[0] > 0.0
+    assert replay(recording, demo[1] / 'again.mcap').identical

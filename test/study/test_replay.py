@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 
-from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import pack_float64
@@ -199,14 +199,39 @@ def test_another_block_keeps_the_times_of_requests(tmp_path: Path):
     assert times == {'/command/voltage': 10 * MS_NS, '/stickslip_drive/request': 15 * MS_NS}
 
 
-def test_a_recording_that_began_in_the_middle_is_refused_with_its_mend(tmp_path: Path):
+@pytest.mark.parametrize('plan', [MOVES, FAULTS, HELD], ids=['moves', 'faults', 'held'])
+@pytest.mark.parametrize('begin_ms', [1, 27, 63])
+def test_a_recording_that_began_in_the_middle_is_replayed(
+    tmp_path: Path, plan: Plan, begin_ms: int
+):
+    source = record(tmp_path / 'run.mcap', plan, begin_ms=begin_ms)
+    assert_same(source, tmp_path / 'again.mcap')
+    assert_same(tmp_path / 'again.mcap', tmp_path / 'third.mcap')
+
+
+def test_from_the_middle_on_another_drive_can_be_tried(tmp_path: Path):
+    source = record(tmp_path / 'run.mcap', MOVES, begin_ms=27)
+    result = replay(source, tmp_path / 'again.mcap', {'runner.mass': 0.05})
+    assert result.difference is not None
+    assert result.simulated_s == pytest.approx((END_MS - 27) * 1e-3)
+    with pytest.raises(WrongKind, match=r'stand\.preload .*start from rest'):
+        replay(source, tmp_path / 'third.mcap', {'stand.preload': 0.25})
+
+
+def test_a_recording_that_began_in_the_middle_can_be_replayed_from_rest(tmp_path: Path):
     source = record(tmp_path / 'run.mcap', MOVES, begin_ms=10)
-    with pytest.raises(RecordingError, match=r'begins 0\.011 s into the run.*--from-rest'):
-        replay(source, tmp_path / 'again.mcap')
-    assert not (tmp_path / 'again.mcap').exists()
     result = replay(source, tmp_path / 'again.mcap', from_rest=True)
     assert not result.identical
     assert result.simulated_s == pytest.approx((END_MS - 10) * 1e-3)
+
+
+def test_a_part_whose_beginning_nobody_recorded_is_refused_with_its_mend(tmp_path: Path):
+    values = {'record.split_duration': 0.04, 'record.flush_period': 0.03}
+    source = record(tmp_path / 'run.mcap', MOVES, values)
+    assert_same(source, tmp_path / 'again.mcap')
+    with pytest.raises(RecordingError, match=r'begins 0\.04\d* s into the run.*--from-rest'):
+        replay(tmp_path / 'run_1.mcap', tmp_path / 'third.mcap')
+    assert not (tmp_path / 'third.mcap').exists()
 
 
 def test_a_recording_with_lost_messages_is_refused(tmp_path: Path):
