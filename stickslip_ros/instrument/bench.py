@@ -3,12 +3,14 @@
 import dataclasses
 from collections import deque
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.ledger import EnergyLedger
-from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
+from stickslip_ros.files import readable
 from stickslip_ros.instrument import checkpoint
 from stickslip_ros.instrument.checks import BeyondSoftLimit
 from stickslip_ros.instrument.closed_loop import Observation, Outcome
@@ -22,6 +24,29 @@ from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
 MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
 LOADED, REFUSED = int(Status.LOADED), int(Status.REFUSED)
 PRELOADING, FAULT = int(Status.PRELOADING), int(Status.FAULT)
+
+
+def start_bench(parameters: Parameters) -> 'Bench':
+    """
+    Return a bench at rest, or in the state of the file ``sim.checkpoint``.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read.
+    WrongKind
+        If it is no checkpoint of this version, or of a stand that differs in more than may change.
+
+    """
+    path = parameters.sim.checkpoint
+    if not path:
+        return Bench(parameters)
+    try:
+        saved = readable(Path(path)).read_bytes()
+    except OSError as error:
+        problem = f'cannot be read ({error.strerror})'
+        raise RecordingError(path, problem, 'check sim.checkpoint') from None
+    return Bench.restore(saved, parameters.flat())
 
 
 class AmplifierOff(StickSlipError):

@@ -61,6 +61,16 @@ CLASSES: tuple[Any, ...] = (
     deque,
 )
 CHANGEABLE = ('closed_loop.', 'jog.', 'limits.', 'record.', 'step.')
+CHANGEABLE_NODE = frozenset(
+    (
+        'autostart',
+        'sim.checkpoint',
+        'sim.lockstep',
+        'sim.publish_clock',
+        'sim.publish_truth',
+        'sim.real_time_factor',
+    )
+)
 CHANGEABLE_PLANT = frozenset(('amplifier.slew_rate', 'runner.damping', 'runner.mass'))
 """Parameters on which nothing depends that is remembered: of moves, and numbers of the plant."""
 
@@ -183,7 +193,7 @@ def changed_stand(parameters: Parameters, changes: Mapping[str, object]) -> Para
     stand = parameters.updated(changes)
     before, after = parameters.flat(), stand.flat()
     for name in changes:
-        is_free = name.startswith(CHANGEABLE) or name in CHANGEABLE_PLANT
+        is_free = name.startswith(CHANGEABLE) or name in CHANGEABLE_PLANT | CHANGEABLE_NODE
         if before[name] != after[name] and not is_free:
             mend = (
                 f'change {", ".join(sorted(CHANGEABLE_PLANT))} or {"*, ".join(CHANGEABLE)}*, or '

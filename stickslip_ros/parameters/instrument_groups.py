@@ -40,6 +40,9 @@ class SimParameters(Checked):
     lockstep: bool = switch(
         False, 'advance only as far as command/grant allows: same bytes at any speed'
     )
+    checkpoint: str = words(
+        '', 'file of ~/save_checkpoint from which the node starts; empty starts at rest'
+    )
 
 
 @dataclass(frozen=True)

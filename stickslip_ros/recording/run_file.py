@@ -72,6 +72,27 @@ def run_path(parameters: Parameters) -> Path:
     return Path(parameters.record.directory) / f'{name.removesuffix(SUFFIX)}{SUFFIX}'
 
 
+def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
+    """
+    Write a checkpoint into the folder of recordings; return its path, after date and time.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be written.
+
+    """
+    folder = Path(parameters.record.directory)
+    path = folder / f'checkpoint_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}.bin'
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(checkpoint)
+    except OSError as error:
+        problem = f'cannot be written ({error.strerror})'
+        raise RecordingError(path, problem, 'change record.directory') from None
+    return path
+
+
 def open_recorder(path: Path, parameters: Parameters, channels: Mapping[str, Channel]) -> Recorder:
     """
     Start the recording of a run, with its parameters, under the keys of its channels.

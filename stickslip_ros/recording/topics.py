@@ -152,6 +152,11 @@ SERVICES = (
     Service('~/set_paused', SET_BOOL, 'hold simulated time, or let it run on'),
     Service('~/step_simulation', TRIGGER, 'while paused: advance by one sim.block'),
     _service_of('clear_faults'),
+    Service(
+        '~/save_checkpoint',
+        TRIGGER,
+        'write the present state to a file, for sim.checkpoint; the answer names it',
+    ),
     Service('~/set_recording', SET_BOOL, 'start or end a recording; the answer names the file'),
 )
 

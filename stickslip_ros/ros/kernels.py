@@ -36,7 +36,8 @@ def kernels_for(parameters: Parameters) -> int:
 
 
 def _waits_for_all(parameters: Parameters) -> bool:
-    return cache_folders().write is None or needs_all_kernels(parameters)
+    is_restored = bool(parameters.sim.checkpoint)
+    return cache_folders().write is None or is_restored or needs_all_kernels(parameters)
 
 
 class Kernels:

@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from typing import Any
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import Request
@@ -35,12 +36,14 @@ class Order:
     due_ns : int
         Simulated time from which on it is carried out, or AT_ONCE, or NEXT_BLOCK.
     request : Request or None
-        For the bench; None exchanges the recording.
+        For the bench; None exchanges the recording, or saves.
     writer : RunWriter or None
         The new recording; None ends the present one.
+    saves : bool
+        Whether a checkpoint is asked for.
     reply : Future
-        Receives the previous recording, or None, once the block is over.
-    outcome : RunWriter or StickSlipError or None
+        Receives the previous recording, the checkpoint, or None, once the block is over.
+    outcome : RunWriter or bytes or StickSlipError or None
         What the reply will be.
 
     """
@@ -48,8 +51,9 @@ class Order:
     due_ns: int
     request: Request | None = None
     writer: RunWriter | None = None
-    reply: 'Future[RunWriter | None]' = field(default_factory=Future)
-    outcome: RunWriter | StickSlipError | None = None
+    saves: bool = False
+    reply: 'Future[Any]' = field(default_factory=Future)
+    outcome: RunWriter | bytes | StickSlipError | None = None
 
     def answer(self) -> None:
         """Reply with the outcome."""

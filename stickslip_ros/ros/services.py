@@ -8,6 +8,7 @@ from rclpy.node import Node
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.recording.run_file import save_checkpoint
 from stickslip_ros.recording.topics import SERVICES
 from stickslip_ros.ros.interface import SERVICE_TYPES
 from stickslip_ros.ros.orders import AT_ONCE
@@ -95,6 +96,10 @@ def _step_simulation(session: Session, _: Any) -> str:
     return f'advanced to {_time(session)}'
 
 
+def _save_checkpoint(session: Session, _: Any) -> str:
+    return str(save_checkpoint(await_reply(session.save()), session.parameters).absolute())
+
+
 def _time(session: Session) -> str:
     return f'{session.bench.time_ns * NANO:.9g} s'
 
@@ -106,4 +111,5 @@ _ACTS: dict[str, Act] = {
     'enable_amplifier': _enable_amplifier,
     'set_paused': _set_paused,
     'step_simulation': _step_simulation,
+    'save_checkpoint': _save_checkpoint,
 }

@@ -5,6 +5,7 @@ import time
 from collections import deque
 from concurrent.futures import Future
 from enum import Enum, auto
+from typing import Any
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import Request
@@ -131,6 +132,10 @@ class Session:
         """Record into ``writer`` from a tick on; the reply is the recording so far."""
         return self._put(Order(due_ns, writer=writer))
 
+    def save(self) -> 'Future[bytes]':
+        """Ask for a checkpoint of the drive at the next tick."""
+        return self._put(Order(AT_ONCE, saves=True))
+
     def receive(self, request: Request | None) -> None:
         """
         Take what came on a command topic; None for a message that made no sense.
@@ -207,7 +212,7 @@ class Session:
         with self._changed:
             self._changed.notify_all()
 
-    def _put(self, order: Order) -> 'Future[RunWriter | None]':
+    def _put(self, order: Order) -> 'Future[Any]':
         with self._changed:
             self._orders.put(order)
             self._changed.notify_all()

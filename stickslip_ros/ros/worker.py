@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.bench import start_bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
 from stickslip_ros.instrument.reports import Event, Output, Result, Status
@@ -70,7 +71,9 @@ class Worker(Run):
 
     def __init__(self, parameters: Parameters, publish: Publish, callbacks: Callbacks) -> None:
         self._schedule = _schedule_of(parameters)
-        super().__init__(parameters, publish)
+        bench = start_bench(parameters)
+        self._schedule.due(bench.time_ns - 1)  # what was due before a checkpoint has been done
+        super().__init__(parameters, publish, bench=bench)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
         self.preload_ramped = False
@@ -113,7 +116,9 @@ class Worker(Run):
     def _carry_out(self, orders: list[Order], scheduled: Iterable[Request] = ()) -> None:
         """Do what is due at the present time: recordings first, then the schedule's faults."""
         for order in orders:
-            if order.request is None:
+            if order.saves:
+                order.outcome = self.save()
+            elif order.request is None:
                 if order.writer is not None:
                     self.failed_writer = None
                 order.outcome = self.record(order.writer)

@@ -7,9 +7,12 @@ from typing import Any
 
 import pytest
 
+from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.topics import SERVICES
+from stickslip_ros.study.replay import replay
 
 
 def still(stand: Any, name: str) -> None:
@@ -60,6 +63,12 @@ def held(stand: Any, name: str) -> None:
     assert stand.drive.session.bench.time_ns == time_ns + 1_000_000
 
 
+def saved(stand: Any, name: str) -> None:
+    folder = stand.drive.session.parameters.record.directory
+    [path] = Path(folder).glob('checkpoint_*.bin')
+    assert Bench.restore(path.read_bytes()).time_ns > 0
+
+
 def recorded(stand: Any, name: str) -> None:
     assert stand.drive.session.worker.writer is not None
 
@@ -73,6 +82,7 @@ WITNESSES: Mapping[str, Callable[[Any, str], None]] = {
     'set_paused': held,
     'step_simulation': held,
     'clear_faults': sound,
+    'save_checkpoint': saved,
     'set_recording': recorded,
 }
 SERVICE_NAMES = [service.name.removeprefix('~/') for service in SERVICES]
@@ -221,3 +231,35 @@ def test_what_an_inactive_drive_refuses_is_counted_and_told_once_as_news(manual:
         'running',
     ]
     assert {pair.key: pair.value for pair in reports[1].values}['messages_refused'] == '2'
+
+
+def test_a_drive_starts_where_another_one_was_saved(start_drive: Callable, tmp_path: Path):
+    first = start_drive({'stand.preload': 0.37, 'sim.lockstep': False})
+    first.operator.command('sawtooth', (113.76725643485543, 1153.3955451232346, 0.0))
+    first.operator.spin_until(lambda: bool(first.operator.status & Status.MOVING), 'steps')
+    path = first.operator.trigger('save_checkpoint').message
+    first.close()
+    saved = Bench.restore(Path(path).read_bytes())
+    values = {'stand.preload': 0.37, 'sim.checkpoint': path, 'record.on_start': True}
+    second = start_drive({**values, 'record.name': 'second'})
+    second.operator.spin_for(0.03)
+    second.close()
+    recording = Recording(tmp_path / 'second.mcap')
+    assert recording.series('position').time_s[0] == pytest.approx(saved.time_ns * 1e-9 + 1e-3)
+    block = saved.update(saved.time_ns + saved.parameters.block_ns)
+    assert recording.series('position').value[0] == block.readings.position_m
+    assert block.status & Status.MOVING
+    assert replay(tmp_path / 'second.mcap', tmp_path / 'again.mcap').identical
+
+
+def test_a_checkpoint_of_another_stand_is_refused(start_drive: Callable, tmp_path: Path):
+    path = tmp_path / 'saved.bin'
+    path.write_bytes(Bench(Parameters()).save())
+    values = {'autostart': False, 'sim.checkpoint': str(path)}
+    stand = start_drive({**values, 'stand.preload': 0.37}, wait=False)
+    log = stand.operator.listen_to_log()
+    assert not stand.operator.change_state('configure')
+    stand.operator.spin_until(lambda: any('not configured' in line for line in log), 'the log')
+    assert 'stand.preload 0.37 is not 0.5, as in the checkpoint' in ' '.join(log)
+    assert stand.operator.set_parameter('stand.preload', 0.5).successful
+    assert stand.operator.change_state('configure')
