@@ -27,15 +27,7 @@ class Entry:
 
 
 class FaultSchedule:
-    """
-    The faults still to come; without entries, none.
-
-    Parameters
-    ----------
-    entries : iterable of Entry
-        In any order; those of equal times keep theirs.
-
-    """
+    """The faults still to come, given in any order; those of equal times keep theirs."""
 
     def __init__(self, entries: Iterable[Entry] = ()) -> None:
         self._waiting = deque(sorted(entries, key=lambda entry: entry.at_ns))

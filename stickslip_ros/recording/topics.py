@@ -142,16 +142,16 @@ class Service:
     text: str
 
 
-def _service_of(name: str) -> Service:
-    command = COMMAND_ROWS[name]
-    return Service(f'~/{name}', command.interface, command.text)
-
-
+*_OF_DRIVE, _OF_FAULTS = (
+    Service(f'~/{command.name}', command.interface, command.text)
+    for command in COMMAND_ROWS.values()
+    if command.has_service
+)
 SERVICES = (
-    *map(_service_of, ('stop', 'reset', 'zero_position', 'tare_force', 'enable_amplifier')),
+    *_OF_DRIVE,
     Service('~/set_paused', SET_BOOL, 'hold simulated time, or let it run on'),
     Service('~/step_simulation', TRIGGER, 'while paused: advance by one sim.block'),
-    _service_of('clear_faults'),
+    _OF_FAULTS,
     Service(
         '~/save_checkpoint',
         TRIGGER,

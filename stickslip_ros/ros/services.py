@@ -7,7 +7,7 @@ from typing import Any
 from rclpy.node import Node
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.commands import COMMANDS, SET_BOOL, Command, Request
 from stickslip_ros.recording.run_file import save_checkpoint
 from stickslip_ros.recording.topics import SERVICES
 from stickslip_ros.ros.interface import SERVICE_TYPES
@@ -75,14 +75,10 @@ class Services:
         return response
 
 
-def _ask(name: str, session: Session, _: Any) -> str:
-    await_reply(session.submit(Request(name), AT_ONCE))
-    return ''
-
-
-def _enable_amplifier(session: Session, request: Any) -> str:
-    values = (1.0 if request.data else 0.0,)
-    await_reply(session.submit(Request('enable_amplifier', values), AT_ONCE))
+def _ask(command: Command, session: Session, request: Any) -> str:
+    """Let the bench carry out a command; a switch is its only number."""
+    values = (float(request.data),) if command.interface == SET_BOOL else ()
+    await_reply(session.submit(Request(command.name, values), AT_ONCE))
     return ''
 
 
@@ -104,11 +100,8 @@ def _time(session: Session) -> str:
     return f'{session.bench.time_ns * NANO:.9g} s'
 
 
-ASKED = ('stop', 'reset', 'zero_position', 'tare_force', 'clear_faults')
-"""Services that the bench alone carries out."""
 _ACTS: dict[str, Act] = {
-    **{name: partial(_ask, name) for name in ASKED},
-    'enable_amplifier': _enable_amplifier,
+    **{name: partial(_ask, row) for name, row in COMMANDS.items() if row.has_service},
     'set_paused': _set_paused,
     'step_simulation': _step_simulation,
     'save_checkpoint': _save_checkpoint,

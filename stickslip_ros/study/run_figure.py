@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import EngFormatter
 from numpy.typing import NDArray
 
 from stickslip_ros.errors import OutOfRange, RecordingError
@@ -42,8 +44,6 @@ COLOURS = {
 WIDTH_INCHES, PANEL_INCHES, BIT_INCHES = 11.0, 1.9, 0.25
 LABELLED_MAX = 12
 """Events that are named in the picture; more would hide each other."""
-TIMES = ((1e-3, 1e6, 'us'), (1.0, 1e3, 'ms'))
-"""Stretches shorter than the first number, s, are drawn in the unit behind it."""
 FALL_SHARE = 0.5
 """A fall is a drop between two samples by more than this share of the voltage range."""
 STEP_FALL, STEP_PERIODS = 2, 1.6
@@ -73,18 +73,6 @@ class RunPlot:
     status: tuple[BitSpan, ...]
 
 
-class _TimeAxis(NamedTuple):
-    """Zero of a time axis, s, factor to its unit, and the unit."""
-
-    zero_s: float
-    factor: float
-    unit: str
-
-    def at(self, time_s: Any) -> Any:
-        """Return a time, or an array of them, as it is drawn."""
-        return self.factor * (time_s - self.zero_s)
-
-
 def plot_run(
     path: Path,
     picture: Path,
@@ -96,18 +84,8 @@ def plot_run(
     """
     Draw position, force, voltage and foot of a recording against time.
 
-    Parameters
-    ----------
-    path : Path
-        The recording; its trace is drawn, else its topics.
-    picture : Path
-        PNG, SVG or PDF file to write; folders are made.
-    window : TimeWindow, optional
-        Stretch to draw; the whole run without.
-    title : str
-        Heading; the file's name if empty.
-    with_step : bool
-        Whether one step is enlarged beside it.
+    The trace is drawn, else the topics; without a window the whole run, if wanted with one step
+    enlarged beside it. The picture is PNG, SVG or PDF; without a title it has the file's name.
 
     Raises
     ------
@@ -192,66 +170,61 @@ def _draw(
         width_ratios=(2.0, 1.0)[: len(spans)],
     )
     for panels, span in zip(grid.T, spans, strict=True):
-        time = _time_axis(span)
+        zero_s = _zero_s(span)
         for axes, name in zip(panels, names, strict=False):
-            _draw_series(axes, name, series[name].window(*span), time)
-        _draw_bits(panels[-1], plot, bits, time)
-        since = f' after {time.zero_s:.9g} s' if time.zero_s else ''
-        panels[-1].set_xlabel(f'simulated time{since} ({time.unit})')
-        panels[-1].set_xlim(*map(time.at, span))
+            _draw_series(axes, name, series[name].window(*span), zero_s)
+        _draw_bits(panels[-1], plot, bits, zero_s)
+        panels[-1].set_xlabel('simulated time' + (f' after {zero_s:.9g} s' if zero_s else ''))
+        panels[-1].set_xlim(span.start_s - zero_s, span.end_s - zero_s)
+        panels[-1].xaxis.set_major_formatter(EngFormatter('s'))
     for axes, name in zip(grid[:, 0], names, strict=False):
         axes.set_ylabel(f'{RUN_QUANTITIES[name]}\n({display_unit(series[name].unit)[1]})')
     grid[-1, 0].set_ylabel('status')
-    _draw_events(list(grid[:, 0]), plot, _time_axis(spans[0]))
+    _draw_events(list(grid[:, 0]), plot, _zero_s(spans[0]))
     if with_step:
         _mark_step(grid, spans)
         if names[0] == 'position_m' and 'foot_m' in series:
-            _lay_foot_beside(grid[0, 1], series['foot_m'].window(*spans[1]), spans[1])
+            _lay_foot_beside(grid[0, 1], series['foot_m'].window(*spans[1]), _zero_s(spans[1]))
     return figure
 
 
-def _time_axis(span: TimeWindow) -> _TimeAxis:
-    length_s = span.end_s - span.start_s
-    zero_s = span.start_s if span.start_s > length_s else 0.0
-    for below_s, factor, unit in TIMES:
-        if length_s < below_s:
-            return _TimeAxis(zero_s, factor, unit)
-    return _TimeAxis(0.0, 1.0, 's')
+def _zero_s(span: TimeWindow) -> float:
+    """Return the zero of a time axis, s: a short stretch late in a run counts from its start."""
+    return span.start_s if span.start_s > span.end_s - span.start_s else 0.0
 
 
-def _draw_series(axes: Axes, name: str, series: Series, time: _TimeAxis) -> None:
-    x, y = series.time_s, display_unit(series.unit)[0] * series.value
+def _draw_series(axes: Axes, name: str, series: Series, zero_s: float) -> None:
+    x, y = series.time_s - zero_s, display_unit(series.unit)[0] * series.value
     if len(series):
         x, y = decimated(x, y, round(WIDTH_INCHES * DOTS_PER_INCH))
-    axes.plot(time.at(x), y, color=COLOURS[name], linewidth=0.8)
+    axes.plot(x, y, color=COLOURS[name], linewidth=0.8)
     label_axes(axes, '', '')
     axes.margins(x=0.0)
 
 
-def _draw_bits(axes: Axes, plot: RunPlot, bits: Sequence[str], time: _TimeAxis) -> None:
+def _draw_bits(axes: Axes, plot: RunPlot, bits: Sequence[str], zero_s: float) -> None:
     """Draw a bar for each stretch during which a bit was set."""
-    for span in plot.status:
-        width = time.factor * (span.end_s - span.start_s)
-        axes.barh(
-            bits.index(span.bit), width, left=time.at(span.start_s), height=0.6, color='0.55'
-        )
+    for bit, start_s, end_s in plot.status:
+        bar = (bits.index(bit), end_s - start_s, 0.6, start_s - zero_s)
+        axes.barh(*bar, color='0.55')
     axes.set_yticks(range(len(bits)), [bit.lower() for bit in bits], fontsize='x-small')
     axes.set_ylim(max(len(bits), 1) - 0.5, -0.5)
     axes.grid(visible=True, axis='x', alpha=0.3)
 
 
-def _draw_events(panels: Sequence[Axes], plot: RunPlot, time: _TimeAxis) -> None:
+def _draw_events(panels: Sequence[Axes], plot: RunPlot, zero_s: float) -> None:
     """Draw a line at the end of each command; of equal ones in a row the first is named."""
-    labels = [f'{event.command}: {event.result}' for event in plot.events]
-    named = 0
-    for index, event in enumerate(plot.events):
+    ends = groupby(plot.events, lambda event: f'{event.command}: {event.result}')
+    for number, (label, group) in enumerate(ends):
+        times_s = [event.time_s - zero_s for event in group]
         for axes in panels:
-            axes.axvline(time.at(event.time_s), color='0.3', linewidth=0.7, linestyle=':')
-        if named < LABELLED_MAX and labels[index] not in labels[max(index - 1, 0) : index]:
-            late = event.time_s > 0.5 * (plot.start_s + plot.end_s)
+            for time_s in times_s:
+                axes.axvline(time_s, color='0.3', linewidth=0.7, linestyle=':')
+        if number < LABELLED_MAX:
+            late = times_s[0] > 0.5 * (plot.start_s + plot.end_s) - zero_s
             panels[0].annotate(
-                labels[index],
-                (time.at(event.time_s), 0.97 - 0.14 * (named % 6)),
+                label,
+                (times_s[0], 0.97 - 0.14 * (number % 6)),
                 xycoords=('data', 'axes fraction'),
                 xytext=(-3 if late else 3, 0),
                 textcoords='offset points',
@@ -260,29 +233,21 @@ def _draw_events(panels: Sequence[Axes], plot: RunPlot, time: _TimeAxis) -> None
                 fontsize='x-small',
                 bbox={'boxstyle': 'square,pad=0.1', 'color': 'white', 'alpha': 0.8},
             )
-            named += 1
 
 
 def _mark_step(grid: NDArray[Any], spans: Sequence[TimeWindow]) -> None:
     """Shade the enlarged step in the panels of the whole run, and name both columns."""
-    time = _time_axis(spans[0])
+    zero_s = _zero_s(spans[0])
     for axes in grid[:, 0]:
-        axes.axvspan(*map(time.at, spans[1]), color='0.85', zorder=0)
+        axes.axvspan(spans[1].start_s - zero_s, spans[1].end_s - zero_s, color='0.85', zorder=0)
     grid[0, 0].set_title('whole run; grey: enlarged', fontsize='medium')
     grid[0, 1].set_title('one step', fontsize='medium')
     grid[-1, 1].tick_params(labelleft=False)
 
 
-def _lay_foot_beside(axes: Axes, foot: Series, span: TimeWindow) -> None:
+def _lay_foot_beside(axes: Axes, foot: Series, zero_s: float) -> None:
     """Draw the foot from where the runner's panel begins, to show when the runner follows it."""
-    low, _ = axes.get_ylim()
-    shifted = display_unit(foot.unit)[0] * (foot.value - foot.value.min()) + low
-    axes.plot(
-        _time_axis(span).at(foot.time_s),
-        shifted,
-        color='0.5',
-        linewidth=0.8,
-        linestyle='--',
-        label='foot (shifted)',
-    )
+    shifted = display_unit(foot.unit)[0] * (foot.value - foot.value.min()) + axes.get_ylim()[0]
+    x, label = foot.time_s - zero_s, 'foot (shifted)'
+    axes.plot(x, shifted, color='0.5', linewidth=0.8, linestyle='--', label=label)
     axes.legend(loc='upper left', fontsize='small')

@@ -318,7 +318,7 @@ WRITING = {
     'fit': (['points.csv', '--free', 'contact.friction', '-o'], 'fit_drive'),
     'compare': (['points.csv', 'model', '--report'], 'compare'),
     'roughness': (['--out'], 'sample_roughness'),
-    'laws': (['--out'], 'compare_laws'),
+    'laws': (['--out'], 'make_tables'),
     'figures': (['--out'], 'make_tables'),
     'validate': (['--out'], 'validate'),
 }

@@ -1,5 +1,6 @@
 """Messages become requests and requests messages, live and recorded; nonsense is refused."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -67,6 +68,27 @@ def test_requests_come_back_in_their_order_and_to_the_bit(tmp_path_factory, requ
     assert [each.time_ns for each in read] == list(range(len(requests)))
     back = [replace(each.request, values=tuple(each.request.values)) for each in read]
     assert back == requests
+
+
+def test_topics_have_the_names_in_a_recording_that_they_always_had(tmp_path):
+    names = written(tmp_path / 'run.mcap', []).metadata['stickslip_topics']
+    topics = {name: json.loads(text)['topic'] for name, text in names.items()}
+    assert (topics['voltage'], topics['piezo']) == ('/command/voltage', '/voltage')
+    assert (topics['target'], topics['position']) == ('/command/position', '/position')
+    assert topics.keys() - {'voltage', 'piezo', 'target', 'position'} == {
+        'sawtooth',
+        'steps',
+        'jog',
+        'waveform',
+        'load',
+        'preload',
+        'force',
+        'trace',
+        'status',
+        'event',
+        'request',
+        'info',
+    }
 
 
 def test_a_recording_that_is_no_run_has_no_requests(tmp_path):

@@ -183,7 +183,7 @@ def test_a_recorded_session_is_replayed_to_the_bit(start_drive: Callable, tmp_pa
         if time_ns not in replayed:
             now = [request for at_ns, request in asked if at_ns == bench.time_ns]
             replayed[time_ns] = bench.update(time_ns, now).readings
-        seen = message.x if topic == '/position' else message.force[0]
+        seen = message.values[0]
         again = replayed[time_ns]
         assert seen == (again.position_m if topic == '/position' else again.force_n)
     assert len(replayed) > 20

@@ -242,7 +242,8 @@ def test_positions_on_the_topic_are_those_in_the_file_to_the_bit(start_drive: Ca
     stand = start_drive(UNHURRIED)
     path = record_a_session(stand)
     recorded = {
-        message.stamp_ns: message.x for _, _, message in Recording(path).messages(['/position'])
+        message.stamp_ns: message.values[0]
+        for _, _, message in Recording(path).messages(['/position'])
     }
     operator = stand.operator
     operator.spin_until(lambda: max(operator.positions) >= max(recorded), 'the last position')

@@ -244,7 +244,7 @@ def test_the_truth_is_published_and_recorded_if_asked_for(
     operator.set_recording(wanted=False)
     recorded: dict[str, dict[int, float]] = {'/position': {}, '/truth/position': {}}
     for topic, time_ns, message in Recording(Path(path)).messages(list(recorded)):
-        recorded[topic][time_ns] = message.x
+        recorded[topic][time_ns] = message.values[0]
     assert recorded['/position'] == recorded['/truth/position']
     kept = recorded['/truth/position']
     both = [each for each in truth if stamp_ns(each) in kept]

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,23 +21,12 @@ CURVE_POINTS = 41
 
 def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None:
     """
-    Draw a fit.
-
-    Parameters
-    ----------
-    fit : Fit
-        The fit.
-    picture : Path
-        PNG, SVG or PDF file to write; folders are made.
-    title : str
-        Heading.
-    workers : int
-        Runs at once for the curves; 0 is one per core.
+    Draw a fit as PNG, SVG or PDF: the points with error bars, the model, and what it misses.
 
     Raises
     ------
     UnknownName
-        If the picture is to be of a kind that cannot be drawn.
+        If the picture is to be of another kind.
 
     """
     check_picture(picture)
@@ -44,9 +34,8 @@ def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
     for number, (label, at) in enumerate(_curves(fit)):
         colour = f'C{number % 10}'
-        _draw_forces(top, fit, at, colour, label)
+        _draw_points(top, bottom, fit, at, colour, label)
         _draw_curve(top, fit, at, colour, workers)
-        _draw_residuals(bottom, fit, at, colour)
     label_axes(top, '', 'generated force (mN)')
     top.legend(fontsize='small')
     known = fit.problem.points.sigma_n is not None
@@ -65,19 +54,19 @@ def _curves(fit: Fit) -> Iterator[tuple[str, NDArray[np.bool_]]]:
         yield f'{preload_n:g} N, {frequency_hz:g} Hz', at
 
 
-def _draw_forces(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, label: str) -> None:
+def _draw_points(
+    top: Axes, bottom: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, label: str
+) -> None:
+    """Draw the measured forces, and below what the model misses, in standard errors if known."""
     points = fit.problem.points
-    bars = None if points.sigma_n is None else MN * points.sigma_n[at]
-    axes.errorbar(
-        NM * points.amplitude_m[at],
-        MN * points.force_n[at],
-        yerr=bars,
-        fmt='o',
-        markersize=4.0,
-        capsize=2.0,
-        color=colour,
-        label=label,
-    )
+    amplitudes_nm, forces_mn = NM * points.amplitude_m[at], MN * points.force_n[at]
+    missed, bars = MN * fit.model_n[at] - forces_mn, None
+    if points.sigma_n is not None:
+        bars = MN * points.sigma_n[at]
+        missed = missed / bars
+    style: dict[str, Any] = {'fmt': 'o', 'markersize': 4.0, 'color': colour}
+    top.errorbar(amplitudes_nm, forces_mn, yerr=bars, capsize=2.0, label=label, **style)
+    bottom.errorbar(amplitudes_nm, missed, **style)
 
 
 def _draw_curve(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, workers: int) -> None:
@@ -93,10 +82,3 @@ def _draw_curve(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, worker
     )
     forces_n = np.array(run_batch(task, grid_m.tolist(), workers=workers))
     axes.plot(NM * grid_m, MN * forces_n, color=colour, linewidth=1.0)
-
-
-def _draw_residuals(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str) -> None:
-    points = fit.problem.points
-    missed_n = fit.model_n - points.force_n
-    shown = MN * missed_n if points.sigma_n is None else missed_n / points.sigma_n
-    axes.plot(NM * points.amplitude_m[at], shown[at], 'o', markersize=4.0, color=colour)
