@@ -2,7 +2,7 @@
 A bare rclpy program with the outer shape of the node: an executor, and a thread that ticks.
 
 It publishes what the node publishes, and answers ``command/voltage`` at its next tick; nothing is
-simulated. As the node does, it asks to be woken promptly and keeps its objects from garbage
+simulated. As the node does, it asks for timely wake-ups and keeps its objects from garbage
 collection, unless it is to be plain. ``python -m benchmarks.node.bare_loop`` is started by the
 benchmarks.
 

@@ -10,14 +10,14 @@ from benchmarks.node.programs import BareLoop, Drive, Program, in_turn, may_begi
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import Sizes
 
-PLAIN_DRIVE = 'the node, not prompt'
+PLAIN_DRIVE = 'the node, untuned'
 
 
 def run(sizes: Sizes) -> Outcome:
     """Run nodes and bare loops in turn, with others all the time."""
     makers: list[Callable[[], Program]] = [
         lambda: Drive(DRIVE),
-        lambda: Drive(PLAIN_DRIVE, prompt=False),
+        lambda: Drive(PLAIN_DRIVE, tuned=False),
     ]
     if may_begin_with(sizes.real_time):
         name = f'{DRIVE}, {" ".join(sizes.real_time)}'

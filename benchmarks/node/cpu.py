@@ -14,7 +14,7 @@ from benchmarks.sizes import Sizes
 
 DRIVE = 'the node'
 OBJECTS, FRESH, PACKED = 'message objects, kept', 'message objects, new', 'bytes, packed once'
-PLAIN = 'message objects, kept; not prompt'
+PLAIN = 'message objects, kept; untuned'
 TIMER, SILENCE = 'message objects, kept; rclpy timer', 'no messages, no subscriber'
 FORMS = {
     OBJECTS: (),
@@ -30,7 +30,7 @@ ABOUT_LATENESS = (
         'p99: median of the percentiles of about a second each; overruns: ticks more than a '
         'period late; ratios: medians of those of the turns'
     ),
-    'not prompt: without the short slices, exact sleeps and kept objects that the node asks for',
+    'untuned: without the short slices, exact sleeps and kept objects that the node asks for',
 )
 
 Turns = dict[str, list[Turn]]

@@ -14,7 +14,7 @@ from benchmarks.node.process import Helper, Lane, Process
 
 MOVE = (300.0, 50.0, 0.0)
 """The saw-tooth that a moving drive performs: V, Hz, steps (0: until it is stopped)."""
-NOT_PROMPT = """
+UNTUNED = """
 import sys
 from unittest.mock import patch
 from rclpy.lifecycle import ManagedEntity
@@ -112,7 +112,7 @@ class Drive(Program):
     """
     The node, as its executable; parameters are given by name.
 
-    It moves from its first start on if ``moves``; it asks to be woken promptly if ``prompt``;
+    It moves from its first start on if ``moves``; it asks for timely wake-ups if ``tuned``;
     ``before`` is what its command begins with, such as ``chrt``.
 
     """
@@ -123,7 +123,7 @@ class Drive(Program):
         parameters: Mapping[str, object] | None = None,
         *,
         moves: bool = True,
-        prompt: bool = True,
+        tuned: bool = True,
         before: Sequence[str] = (),
     ) -> None:
         super().__init__(name)
@@ -131,7 +131,7 @@ class Drive(Program):
         words = ['-p', 'autostart:=false']
         for parameter, value in (parameters or {}).items():
             words += ['-p', f'{parameter}:={value}']
-        program = ['-m', 'stickslip_ros.ros.node'] if prompt else ['-c', NOT_PROMPT]
+        program = ['-m', 'stickslip_ros.ros.node'] if tuned else ['-c', UNTUNED]
         main = [*program, *self.lane.ros_arguments, *words]
         self.process = Process(main, self.lane, before)
         self.listener = listener_in(self.lane)
