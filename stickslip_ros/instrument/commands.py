@@ -8,18 +8,19 @@ Topics and services, recording, replay and documentation follow from the row.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.instrument import checks
+from stickslip_ros.instrument.closed_loop import Observation
+from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.instrument.sensing import Sensing
+from stickslip_ros.instrument.stand import Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
-
-if TYPE_CHECKING:
-    from stickslip_ros.instrument.bench import Bench
 
 FLOAT64, INT32 = 'std_msgs/msg/Float64', 'std_msgs/msg/Int32'
 FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
@@ -51,6 +52,33 @@ class Request:
     name: str
     values: Sequence[float] = ()
     settings: tuple[tuple[str, Scalar], ...] = ()
+
+
+class Instrument(Protocol):
+    """What commands act on: a ``Bench``."""
+
+    stand: Stand
+    sensing: Sensing
+    motion: Motion
+    faults: FaultParameters
+
+    def observe_powered(self) -> Observation:
+        """Return what a move sees of the stand; refused without power."""
+
+    def change_preload(self, number: int, preload_n: float) -> None:
+        """Go to another preload; the command ends when it is there."""
+
+    def end_move(self, why: str) -> None:
+        """End the running move before its end."""
+
+    def reset(self, why: str) -> None:
+        """Go back to the state at the start."""
+
+    def enable(self, *, wanted: bool) -> None:
+        """Switch the amplifier on or off."""
+
+    def apply_faults(self, faults: FaultParameters) -> None:
+        """Have these faults and no others."""
 
 
 class Accepted(NamedTuple):
@@ -103,7 +131,7 @@ class Command:
     interface: str
     numbers: tuple[str, ...]
     check: Callable[..., Any]
-    act: 'Callable[[Bench, Accepted], Result | None]'
+    act: Callable[[Instrument, Accepted], Result | None]
     text: str
     frame: str = ''
     is_table: bool = False
@@ -195,63 +223,63 @@ def _any(_: Parameters, *numbers: float) -> float | None:
     return numbers[0] if numbers else None
 
 
-def _move(bench: 'Bench', accepted: Accepted) -> Result | None:
+def _move(bench: Instrument, accepted: Accepted) -> Result | None:
     if accepted.value is None:
         return Result.DONE
     bench.motion.start(accepted.number, accepted.name, accepted.value, bench.observe_powered())
     return None
 
 
-def _jog(bench: 'Bench', accepted: Accepted) -> None:
+def _jog(bench: Instrument, accepted: Accepted) -> None:
     bench.motion.jog(accepted.number, accepted.value, bench.observe_powered())
 
 
-def _approach(bench: 'Bench', accepted: Accepted) -> None:
+def _approach(bench: Instrument, accepted: Accepted) -> None:
     bench.motion.approach(accepted.number, accepted.value, bench.observe_powered())
 
 
-def _load(bench: 'Bench', accepted: Accepted) -> Result:
+def _load(bench: Instrument, accepted: Accepted) -> Result:
     bench.stand.load_n = accepted.value
     return Result.DONE
 
 
-def _preload(bench: 'Bench', accepted: Accepted) -> None:
+def _preload(bench: Instrument, accepted: Accepted) -> None:
     bench.change_preload(accepted.number, accepted.value)
 
 
-def _stop(bench: 'Bench', accepted: Accepted) -> Result:
+def _stop(bench: Instrument, accepted: Accepted) -> Result:
     bench.end_move(f'stopped by command {accepted.number}')
     return Result.DONE
 
 
-def _reset(bench: 'Bench', accepted: Accepted) -> Result:
+def _reset(bench: Instrument, accepted: Accepted) -> Result:
     bench.reset(f'reset by command {accepted.number}')
     return Result.DONE
 
 
-def _zero_position(bench: 'Bench', accepted: Accepted) -> Result:
+def _zero_position(bench: Instrument, accepted: Accepted) -> Result:
     if bench.motion.status & Status.CLOSED_LOOP:
         bench.end_move(f'position zeroed by command {accepted.number}')
     bench.sensing.zero_position()
     return Result.DONE
 
 
-def _tare_force(bench: 'Bench', _: Accepted) -> Result:
+def _tare_force(bench: Instrument, _: Accepted) -> Result:
     bench.sensing.tare_force()
     return Result.DONE
 
 
-def _enable_amplifier(bench: 'Bench', accepted: Accepted) -> Result:
+def _enable_amplifier(bench: Instrument, accepted: Accepted) -> Result:
     bench.enable(wanted=bool(accepted.value))
     return Result.DONE
 
 
-def _clear_faults(bench: 'Bench', _: Accepted) -> Result:
+def _clear_faults(bench: Instrument, _: Accepted) -> Result:
     bench.apply_faults(FaultParameters(schedule=bench.faults.schedule))
     return Result.DONE
 
 
-def _set_faults(bench: 'Bench', accepted: Accepted) -> Result:
+def _set_faults(bench: Instrument, accepted: Accepted) -> Result:
     bench.apply_faults(Parameters(fault=bench.faults).updated(accepted.value).fault)
     return Result.DONE
 
