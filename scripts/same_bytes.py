@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parent.parent
 SEEDS = range(1, 5)
 REALISTIC = shlex.quote(str(ROOT / 'config' / 'realistic.yaml'))
 DOMAINS = range(41, 101)
-WALL_CLOCK = {'wall_start', 'stickslip_ros'}
+WALL_CLOCK = {'wall_start', 'stickslip_ros', 'sources'}
 """Fields of the metadata that may differ."""
 VERBS = {
     'default': 'simulate --preload 0.7 --amplitude 130e-9 --steps 60',

@@ -118,3 +118,5 @@ def _print(result: Replay, output: str) -> None:
             f'the data differ from message {where.message} on: {where.what} of {where.topic} '
             f'at {where.time_s:g} s'
         )
+        if result.other_sources:
+            print('the recording was computed by other sources, which may round differently')

@@ -8,7 +8,6 @@ kernels. Where there is no such folder, kernels are compiled anew in every proce
 
 """
 
-import hashlib
 import os
 import stat
 from collections.abc import Callable, Iterator
@@ -27,10 +26,10 @@ from numba.core.caching import (
     _SourceFileBackedLocatorMixin,
 )
 
+from stickslip_ros.sources import sources_digest
+
 CONFIG: Any = numba.config
 """Settings of numba; its attributes are made at run time."""
-KERNEL_FOLDERS = ('contact', 'drive', 'instrument')
-"""Sub-packages whose sources a compiled kernel may depend on."""
 ALL_KEPT = 'all'
 """Name of the file that says so."""
 ROOT = 0
@@ -114,11 +113,7 @@ def _package() -> Path:
 
 
 def _name() -> str:
-    digest = hashlib.sha256()
-    for folder in KERNEL_FOLDERS:
-        for source in sorted((_package() / folder).glob('*.py')):
-            digest.update(source.read_bytes())
-    return f'stickslip_ros-{digest.hexdigest()[:16]}'
+    return f'stickslip_ros-{sources_digest(_package())}'
 
 
 def _make(folder: Path) -> None:

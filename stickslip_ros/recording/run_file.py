@@ -16,7 +16,10 @@ from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.channels import Channel, name_in_file
 from stickslip_ros.recording.layout import SUFFIX, FileForm, check_name
 from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.sources import sources_digest
 
+SOURCES = 'sources'
+"""Entry of the metadata of a run: digest of the sources that computed it."""
 RUN_RECORD = 'stickslip_run'
 """Name of the metadata record of a run; it alone holds wall-clock time."""
 TOPICS_RECORD = 'stickslip_topics'
@@ -108,6 +111,7 @@ def open_recorder(path: Path, parameters: Parameters, channels: Mapping[str, Cha
     heading = 'Parameters of the recorded run; SI units.'
     run = {
         **versions(),
+        SOURCES: sources_digest(),
         'seed': str(parameters.sim.seed),
         'dt_s': repr(parameters.sim.dt),
         'wall_start': datetime.now(timezone.utc).strftime(WALL_TIME),

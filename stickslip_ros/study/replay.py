@@ -21,9 +21,10 @@ from stickslip_ros.recording.fingerprint import Difference, compare_data, data_d
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
 from stickslip_ros.recording.run import Run, RunWriter
-from stickslip_ros.recording.run_file import CHECKPOINT_FILE, PARAMETERS_FILE, RUN_RECORD
+from stickslip_ros.recording.run_file import CHECKPOINT_FILE, PARAMETERS_FILE, RUN_RECORD, SOURCES
 from stickslip_ros.recording.run_storage import CLOSING_RECORD
 from stickslip_ros.recording.topics import recorded_channels
+from stickslip_ros.sources import sources_digest
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.batch import Progress
 from stickslip_ros.study.experiment import read_experiment
@@ -79,6 +80,8 @@ class Replay:
         SHA-256 of the messages of the replay.
     position_m, force_n : float
         Readings at the end of the replay.
+    other_sources : bool
+        Whether other sources than these have computed the recording: they may round differently.
     output : str
         The recording of the replay.
 
@@ -93,6 +96,7 @@ class Replay:
     digest: str
     position_m: float
     force_n: float
+    other_sources: bool
     output: str
 
 
@@ -161,6 +165,7 @@ def replay(
         changed=changed,
         identical=difference is None,
         difference=difference,
+        other_sources=recording.metadata[RUN_RECORD].get(SOURCES) != sources_digest(),
         **_end_of(again, lasts_ns),
     )
 
@@ -191,6 +196,7 @@ def replay_input(
         changed=dict(stand.changed()),
         identical=None,
         difference=None,
+        other_sources=False,
         **_end_of(again, end_ns),
     )
 

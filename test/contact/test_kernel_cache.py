@@ -14,7 +14,8 @@ from numba.core.caching import FunctionCache
 
 from stickslip_ros.contact import kernel_cache
 from stickslip_ros.contact.kernel import entry_point, in_python, kernel
-from stickslip_ros.contact.kernel_cache import CONFIG, KERNEL_FOLDERS, cache_folders, why_not_kept
+from stickslip_ros.contact.kernel_cache import CONFIG, cache_folders, why_not_kept
+from stickslip_ros.sources import FOLDERS
 
 # Where it is read once, a test may ask again.
 fresh_folders = cache_folders.__wrapped__
@@ -37,7 +38,7 @@ def package(tmp_path, monkeypatch) -> Path:
     """Give a copy of the kernel sources that the functions take for their own package."""
     original = Path(kernel_cache.__file__).resolve().parent.parent
     copy = tmp_path / 'package'
-    for folder in KERNEL_FOLDERS:
+    for folder in FOLDERS:
         shutil.copytree(original / folder, copy / folder, ignore=shutil.ignore_patterns('__*__'))
     monkeypatch.setattr(kernel_cache, '__file__', str(copy / 'contact/kernel_cache.py'))
     monkeypatch.setattr(CONFIG, 'CACHE_DIR', '')

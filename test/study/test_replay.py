@@ -209,6 +209,16 @@ def test_a_recording_that_began_in_the_middle_is_replayed(
     assert_same(tmp_path / 'again.mcap', tmp_path / 'third.mcap')
 
 
+def test_a_replay_says_whether_other_sources_computed_the_recording(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr('stickslip_ros.recording.run_file.sources_digest', lambda: 'before')
+    source = record(tmp_path / 'run.mcap', HELD)
+    monkeypatch.undo()
+    assert replay(source, tmp_path / 'again.mcap').other_sources
+    assert not replay(tmp_path / 'again.mcap', tmp_path / 'third.mcap').other_sources
+
+
 def test_from_the_middle_on_another_drive_can_be_tried(tmp_path: Path):
     source = record(tmp_path / 'run.mcap', MOVES, begin_ms=27)
     result = replay(source, tmp_path / 'again.mcap', {'runner.mass': 0.05})
