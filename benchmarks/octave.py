@@ -1,4 +1,4 @@
-"""The algorithm of the paper in GNU Octave, as near to the authors' MATLAB as one can come."""
+"""The algorithm of the paper in GNU Octave, close to the authors' MATLAB."""
 
 import shutil
 import subprocess

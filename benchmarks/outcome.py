@@ -1,4 +1,4 @@
-"""What a benchmark comes to."""
+"""The result of a benchmark: rows, targets, notes."""
 
 from dataclasses import dataclass, field
 

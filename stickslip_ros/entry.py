@@ -1,4 +1,4 @@
-"""The executables: each heeds Ctrl-C, and says what it can, before it imports what takes long."""
+"""The executables: each handles Ctrl-C, help and refusals before it imports what takes long."""
 
 import sys
 from importlib import import_module

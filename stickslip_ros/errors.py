@@ -1,4 +1,4 @@
-"""Refusals of the package: each builds its own message from value, unit, limit and mend."""
+"""Errors of the package: each builds its message from value, unit, limit and remedy (mend)."""
 
 
 class StickSlipError(Exception):

@@ -1,4 +1,4 @@
-"""What may be read, and where may be written: asked before the work begins."""
+"""Checks of input and output files, made before the work begins."""
 
 import os
 from pathlib import Path

@@ -1,9 +1,9 @@
 """
-The end that a user asks for with Ctrl-C, heeded where nothing is half done.
+Ctrl-C ends long work between two of its steps, where nothing is half done.
 
 An exception that a signal raises at any moment may strike between a kernel and its caller, which
 numba does not survive, or in a place where Python only prints it. So no signal raises one: long
-work calls ``heed_stop`` between two of its steps, in whatever thread it runs.
+work calls ``heed_stop`` between its steps, in any thread.
 
 """
 

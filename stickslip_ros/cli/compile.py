@@ -1,4 +1,4 @@
-"""``stickslip compile``: the kernels, before somebody waits for them."""
+"""``stickslip compile``: compiles the kernels beforehand."""
 
 import argparse
 import sys

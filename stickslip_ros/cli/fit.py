@@ -87,7 +87,7 @@ def _add_work(parser: argparse.ArgumentParser) -> None:
         type=int,
         default=0,
         metavar='N',
-        help='fit N synthetic data sets too, and count the intervals that hold the truth',
+        help='fit N synthetic data sets too, and count the intervals that contain the truth',
     )
     add_workers(parser)
     parser.add_argument(

@@ -26,8 +26,8 @@ def add_verb(add_parser: Any) -> None:
     """Add the verb to the parser."""
     parser = add_parser(
         'laws',
-        description='Run the drive with every contact profile and every rival friction law at '
-        '0.1, 0.5 and 1 N. Writes DIR/laws.csv and DIR/laws.png. The rival laws take their '
+        description='Run the drive with every contact profile and every friction law at '
+        '0.1, 0.5 and 1 N. Writes DIR/laws.csv and DIR/laws.png. The laws take their '
         'stiffness and limit from the contact model, unless friction_law.* says otherwise.',
     )
     add_folder(parser)

@@ -28,7 +28,7 @@ CUT = 'stopped in the midst of its work: what it was writing is not whole'
 
 
 def run_verb(main: Callable[[], int]) -> int:
-    """Return the exit status of a verb, which signals ask to stop: it heeds `stopping`."""
+    """Return the exit status of a verb, which signals ask to stop; see `stopping`."""
     ending = end_on_signals()
     status: SimpleQueue[int] = SimpleQueue()
 

@@ -84,7 +84,7 @@ def clamp(plant: Record, voltage_v: float) -> float:
 
 @kernel
 def wanted(plant: Record, wave: Wave, clock: Record) -> tuple[float, float, float]:
-    """Return what the amplifier is told: voltage (V), its slope (V/s), time to a corner (s)."""
+    """Return the input of the amplifier: voltage (V), its slope (V/s), time to a corner (s)."""
     target_v, slope_v_per_s, corner_s = target(wave, clock)
     if not plant.amplifier.on:
         return plant.voltage_min_v, 0.0, corner_s

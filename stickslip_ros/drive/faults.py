@@ -19,11 +19,11 @@ def apply_faults(
     amplifier_on: bool,
 ) -> None:
     """
-    Let a drive have the faults that there are now, between two advances; the others are mended.
+    Give a drive the present faults, between two advances; all others end.
 
-    A dead foot, 1 to 6, the two upper ones first, stays where it is; when it is mended it follows
-    again from there; 0 is none. What a stuck runner had of kinetic energy is lost. Without power
-    the voltage goes to the lowest.
+    A dead foot, 1 to 6, the two upper ones first, stays where it is and follows again from there
+    when the fault ends; 0 is none. A runner that gets stuck loses its kinetic energy. Without
+    power the voltage goes to the lowest.
 
     Raises
     ------

@@ -103,7 +103,7 @@ class Bench:
 
     @property
     def replaced(self) -> int:
-        """Set-points since the start that the next one of their topic has replaced, untold."""
+        """Set-points since the start that the next one of their topic replaced, without event."""
         return self.motion.replaced + self._preloads_replaced
 
     @property

@@ -1,5 +1,5 @@
 """
-What a bench remembers, as bytes: to the bit, and safe to read from files of strangers.
+The exact state of a bench as bytes, safe to read from files of unknown origin.
 
 Python's pickle, but only of the classes listed here, none of which does anything when it is made;
 arrays are checked against the kinds of records that this version has.

@@ -11,7 +11,7 @@ from stickslip_ros.parameters import Parameters
 KERNELS, IDEAL_KERNELS = 120, 56
 """What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet."""
 TOLD_EVERY = 20
-"""Kernels after which it is told again how far the compilation is."""
+"""Kernels after which the progress of the compilation is logged again."""
 
 
 def compile_kernels() -> None:

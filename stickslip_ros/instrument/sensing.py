@@ -1,4 +1,4 @@
-"""The sensors of the stand together: truth in, readings out."""
+"""The sensors of the stand: true position and force in, readings out."""
 
 import math
 from typing import Any

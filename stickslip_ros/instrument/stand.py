@@ -1,4 +1,4 @@
-"""The drive on its test stand: the truth that the sensors look at."""
+"""The drive on its test stand: the true position and force that the sensors measure."""
 
 import math
 

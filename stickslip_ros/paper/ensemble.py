@@ -1,5 +1,5 @@
 """
-Many rough lines against the one profile that is to stand for them (Eq. 14 against Eq. 18).
+Many rough lines against the equivalent profile (Eq. 14 against Eq. 18).
 
 The equivalent profile takes its prefactor from Eqs 16 and 17 with the rms height, the Hurst
 exponent and the radius of the lines; nothing is fitted. Depths of a rough line count from its

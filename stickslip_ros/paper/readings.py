@@ -1,4 +1,4 @@
-"""What a figure reads off the drive: generated force, 0-amplitudes, presliding."""
+"""Quantities of the figures: generated force, 0-amplitudes, presliding."""
 
 import math
 from collections.abc import Mapping

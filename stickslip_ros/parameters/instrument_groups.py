@@ -266,7 +266,7 @@ class RecordParameters(Checked):
 
 @dataclass(frozen=True)
 class FaultParameters(Checked):
-    """What is broken at the moment; ``~/clear_faults`` mends it."""
+    """Present faults; ``~/clear_faults`` ends them."""
 
     interferometer: str = choice(
         'none', SENSOR_FAULTS, 'position reading that stands still, or is not a number', live=True

@@ -115,7 +115,7 @@ class ContactParameters(Checked):
 
 @dataclass(frozen=True)
 class FrictionLawParameters(Checked):
-    """Constants of the rival friction laws; zeros are derived from the contact model."""
+    """Constants of the other friction laws; zeros are derived from the contact model."""
 
     bristle_stiffness: float = quantity(
         0.0, 'N/m', 'sigma0; 0 takes the full-stick stiffness of all contacts', bounds=(0.0, 1e12)

@@ -71,7 +71,7 @@ class Layout:
     Parameters
     ----------
     path : Path
-        What the user is told: a file, the directory of a bag, or the name that parts share.
+        What the user is shown: a file, the directory of a bag, or the name that parts share.
     folder : Path
         Where the files stand.
     stem : str

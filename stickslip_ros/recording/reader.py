@@ -56,7 +56,7 @@ class ChannelSummary:
 
     @property
     def rate_hz(self) -> float:
-        """Mean rate from the first to the last message; 0 where none can be told."""
+        """Mean rate from the first to the last message; 0 where it is not defined."""
         if self.first_ns is None or self.last_ns is None or self.first_ns == self.last_ns:
             return 0.0
         return (self.messages - 1) * NS_PER_S / (self.last_ns - self.first_ns)

@@ -29,7 +29,7 @@ class Recorder:
 
     Equal messages put in equal order give equal files, byte for byte, whatever the timing.
     What was put longer ago than the flush period is on the disk, also when the process is killed
-    or the power fails; a file that was not finished is then mended by ``stickslip recover``.
+    or the power fails; ``stickslip recover`` then repairs a file that was not finished.
     A recorder that nobody closed is finished when the interpreter ends.
 
     Parameters

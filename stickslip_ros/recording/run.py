@@ -1,4 +1,4 @@
-"""One run: a bench, and who hears what it is asked and what it says: a file, a publisher."""
+"""One run: a bench, and the outputs of its requests and readings: a file, a publisher."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What can still be read of an MCAP file in whatever state: stretch by stretch, with distrust."""
+"""Reads what is intact of a damaged MCAP file, stretch by stretch."""
 
 import re
 import struct

@@ -1,4 +1,4 @@
-"""What talks to a drive: proof that it is known there, and a controller's side of lockstep."""
+"""Clients of a drive: a handshake after discovery, and a controller's side of lockstep."""
 
 from collections.abc import Callable, Iterable
 from time import monotonic

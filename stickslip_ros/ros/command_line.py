@@ -119,7 +119,7 @@ def _given(program: Program, words: Sequence[str]) -> Iterator[tuple[str, object
 
 
 def _in_file(path: Path) -> dict[str, object]:
-    """Return what a parameter file has for every node; of a bad file nothing: ROS tells why."""
+    """Return what a parameter file has for every node; of a bad file nothing: ROS says why."""
     try:
         document = yaml.safe_load(readable(path).read_text(encoding='utf-8'))
         return dict(_flat(document['/**']['ros__parameters']))

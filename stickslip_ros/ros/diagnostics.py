@@ -1,4 +1,4 @@
-"""Diagnostics: does the drive keep up, is it refused, is it broken, does the disk keep up."""
+"""Diagnostics: lateness, refusals, faults, connections, state of the recording."""
 
 import threading
 from collections import deque

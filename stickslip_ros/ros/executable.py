@@ -1,4 +1,4 @@
-"""What the nodes have in common as executables: on this host, prompt, ended cleanly by signals."""
+"""What both executables do: discovery on this host, timely wake-ups, a clean end on signals."""
 
 import gc
 import os
@@ -42,7 +42,7 @@ LAST_S = 10
 PATIENCE_S = 0.5
 """Time that a node has to end what it need not finish."""
 LOOK_S = 0.05
-MEND = 'a recording that was not finished is mended by `stickslip recover`'
+MEND = '`stickslip recover` repairs a recording that was not finished'
 
 
 def stay_on_this_host() -> None:
@@ -182,7 +182,7 @@ def _refuse(name: str, error: Exception) -> int:
 
 
 def _leave(name: str, why: str, status: int) -> NoReturn:
-    """End the process without a look back: threads that will never end would hold it up."""
+    """End the process at once: threads that never end would keep it alive."""
     sys.stderr.write(f'{name}: {why}\n')
     for stream in (sys.stdout, sys.stderr):
         stream.flush()

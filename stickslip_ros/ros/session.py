@@ -1,4 +1,4 @@
-"""A running drive: its own thread does the work; others only ask."""
+"""A running drive: its own thread does the work; other threads only queue orders."""
 
 import threading
 import time

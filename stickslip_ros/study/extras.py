@@ -1,4 +1,4 @@
-"""Packages that only some studies need: imported when asked for, missed with a command."""
+"""Optional packages: imported when needed; a missing one is named with the command to install."""
 
 import importlib
 from typing import Any

@@ -127,7 +127,7 @@ class Sweep:
         ]
 
     def identity(self) -> Identity:
-        """Return what tells this sweep from others."""
+        """Return what distinguishes this sweep from others."""
         settings: dict[str, object] = {
             'varied': [dataclasses.astuple(axis) for axis in self.varied],
             'frequencies_hz': self.frequencies_hz,

@@ -1,4 +1,4 @@
-"""The main job in one function: a node in its own process, commanded from this one."""
+"""The demo: a node in its own process, commanded from this one, recorded and plotted."""
 
 import math
 import os

@@ -1,4 +1,4 @@
-"""A ROS domain and contexts of its own for every test process, so that none hears another."""
+"""A ROS domain and contexts of its own for every test process, so that none receives another."""
 
 import fcntl
 import os

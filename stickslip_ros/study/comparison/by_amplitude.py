@@ -25,7 +25,7 @@ PRELOAD, FREQUENCY, FORCE = 'preload_n', 'frequency_hz', 'force_n'
 MEASURED = (FORCE, 'step_length_m', 'energy_loss_per_step_j')
 NO_SETTINGS = {each for name in (AMPLITUDE, *MEASURED) for each in (name, sigma_name(name))}
 RENAMED = {'force_mean_n': FORCE}
-"""Columns of a sweep that an experiment calls otherwise."""
+"""Columns of a sweep that have another name in an experiment."""
 SAME = 1e-9
 """Relative difference up to which two typed numbers are the same."""
 

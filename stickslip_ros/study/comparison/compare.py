@@ -1,4 +1,4 @@
-"""Two files, or a file and the model, compared: what are they, and which way is it done."""
+"""Compares two files, or a file and the model: recognises them and chooses the way."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Runs against each other: quantity by quantity on the time that both share."""
+"""Runs against each other: quantity by quantity in the time that both cover."""
 
 from dataclasses import dataclass, replace
 

@@ -1,4 +1,4 @@
-"""By how much one run is late: cross-correlation of all that both have, between samples too."""
+"""The time shift between two runs, by cross-correlation, to a fraction of a sample."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""A comparison in words and in rows of a table: the same on a screen and on a page."""
+"""A comparison as sentences and table rows, the same on a screen and in the report."""
 
 from collections.abc import Iterator, Mapping
 

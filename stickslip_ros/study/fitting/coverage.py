@@ -1,5 +1,5 @@
 """
-Whether the intervals of a fit hold what they promise, by fitting synthetic data again.
+The coverage of the intervals of a fit, measured by fitting synthetic data.
 
 The fitted stand is taken for the truth; noise of the standard error of the points is added to its
 forces; every data set is fitted anew, from the same start as the first. The truth must lie in

@@ -1,4 +1,4 @@
-"""What a minimum says about its parameters: errors, intervals, correlations, blind spots."""
+"""Statistics of a minimum: errors, intervals, correlations, parameters without influence."""
 
 from dataclasses import dataclass
 
