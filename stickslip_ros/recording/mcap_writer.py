@@ -7,8 +7,9 @@ import zlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from io import FileIO
 from pathlib import Path
-from typing import IO, BinaryIO, Final, NamedTuple
+from typing import IO, Final, NamedTuple
 
 import lz4.frame
 import zstandard
@@ -89,7 +90,7 @@ class McapWriter:
         self.path = path
         self.chunks = 0
         self.pending = 0
-        self.size_bytes = 0
+        self.size_bytes = self._end = 0
         self._form = form
         self._schemas, self._channels = _announcements(channels)
         self._announced = b''.join((*self._schemas, *self._channels))
@@ -100,6 +101,8 @@ class McapWriter:
         self._start_ns: int | None = None
         self._counts: dict[int, int] = defaultdict(int)
         self._secured = 0
+        self._provisional_bytes = 0
+        self._unwritten = bytearray()
         self._crc = 0
         self._indexes: dict[Opcode, list[bytes]] = defaultdict(list)
         self._stream = _create(path)
@@ -119,7 +122,7 @@ class McapWriter:
         for name, (media_type, data) in attachments.items():
             self.attach(Attached(name, media_type, data))
         self._add_metadata(metadata)
-        self._stream.flush()
+        self._write_out()
         _sync_folder(self.path.parent)
 
     def attach(self, attached: Attached) -> None:
@@ -130,6 +133,7 @@ class McapWriter:
         offset, length = self._put(encode(records.Attachment(0, 0, name, media_type, data)))
         index = records.AttachmentIndex(offset, length, 0, 0, len(data), name, media_type)
         self._indexes[Opcode.ATTACHMENT_INDEX].append(encode(index))
+        self._write_out()
 
     def write(self, message: Stored) -> None:
         """Add a message; its time must not be earlier than the last one's."""
@@ -172,12 +176,12 @@ class McapWriter:
             uncompressed_size=chunk.uncompressed_size,
         )
         self._chunk_indexes.append(encode(index))
-        self._stream.flush()
+        self._write_out()
         self._records.clear()
         self._times_ns.clear()
         self.pending = self._secured = self._least_bytes = 0
         self.chunks += 1
-        self.size_bytes = self._stream.tell()
+        self.size_bytes = self._end
 
     def _chunk_of(self, plain: bytes) -> records.Chunk:
         compression = self._form.compression
@@ -194,16 +198,16 @@ class McapWriter:
         """
         Bring all that was written to the disk, without ending the chunk.
 
-        The chunk in progress is written behind the end of the file, where the real one will be
-        written over it: what the finished file says does not depend on when this is called. It
-        announces every channel again: the file may hold no other chunk.
+        The chunk in progress is written provisionally at the end of the file, where the real one
+        will take its place: what the finished file says does not depend on when this is called.
+        It announces every channel again: the file may hold no other chunk.
 
         """
-        self._stream.flush()
         if self.pending > self._secured:
             announced = self._announced if self.chunks else b''
             chunk = encode(self._chunk_of(announced + self._records))
-            _write_at(self._stream.fileno(), chunk, self._stream.tell())
+            self._replace_provisional(chunk)
+            self._provisional_bytes = len(chunk)
             self._secured = self.pending
         self.sync()
 
@@ -235,7 +239,6 @@ class McapWriter:
             self.end_chunk()
         self._put(encode(records.DataEnd(self._crc)))
         self._add_summary()
-        self._stream.truncate()
         self.sync()
         self._close()
 
@@ -249,11 +252,37 @@ class McapWriter:
         self._stream.close()
 
     def _put(self, data: bytes) -> tuple[int, int]:
-        """Write bytes behind the others; give where they begin and how many they are."""
-        offset = self._stream.tell()
-        self._stream.write(data)
+        """Add bytes behind the others; give where they begin and how many they are."""
+        offset = self._end + len(self._unwritten)
+        self._unwritten += data
         self._crc = zlib.crc32(data, self._crc)
         return offset, len(data)
+
+    def _write_out(self) -> None:
+        """Hand what was added to the operating system."""
+        self._replace_provisional(bytes(self._unwritten))
+        self._end += len(self._unwritten)
+        self._provisional_bytes = 0
+        self._unwritten.clear()
+
+    def _replace_provisional(self, data: bytes) -> None:
+        """
+        Write at the end of the file, over the provisional chunk if one stands there.
+
+        In its place it would be lost to a kill or a power failure in between: the bytes are first
+        brought to the disk behind it. What stands twice in between, `recover` takes once.
+
+        """
+        handle = self._stream.fileno()
+        if self._provisional_bytes:
+            behind = self._end + max(self._provisional_bytes, len(data))
+            _write_at(handle, data, behind)
+            os.fsync(handle)
+        _write_at(handle, data, self._end)
+        if self._provisional_bytes:
+            os.fsync(handle)
+            os.ftruncate(handle, self._end + len(data))
+            os.fsync(handle)
 
     def _add_metadata(self, metadata: Mapping[str, Mapping[str, str]]) -> None:
         for name, entries in metadata.items():
@@ -272,17 +301,22 @@ class McapWriter:
             Opcode.ATTACHMENT_INDEX: self._indexes[Opcode.ATTACHMENT_INDEX],
             Opcode.METADATA_INDEX: self._indexes[Opcode.METADATA_INDEX],
         }
+        self._write_out()
         self._crc = 0
-        start = self._stream.tell()
+        start = self._end
         offsets = []
         for opcode, blocks in groups.items():
-            group_start = self._stream.tell()
-            group_length = sum(self._put(block)[1] for block in blocks)
+            group_start = self._end
+            for block in blocks:
+                self._put(block)
+                self._write_out()
+            group_length = self._end - group_start
             offsets.append(encode(records.SummaryOffset(opcode, group_start, group_length)))
         offset_start, _ = self._put(b''.join(offsets))
         footer = encode(records.Footer(start, offset_start, 0))[:-CRC_BYTES]
         crc = zlib.crc32(footer, self._crc)
         self._put(footer + crc.to_bytes(CRC_BYTES, 'little') + MAGIC)
+        self._write_out()
 
     def _statistics(self) -> records.Statistics:
         return records.Statistics(
@@ -372,11 +406,11 @@ def _announcements(channels: Sequence[Channel]) -> tuple[list[bytes], list[bytes
     return schemas, described
 
 
-def _create(path: Path) -> BinaryIO:
+def _create(path: Path) -> FileIO:
     """Open a file that must not exist yet."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open('xb')
+        return path.open('xb', buffering=0)
     except OSError as error:
         if os.path.lexists(path):
             problem, mend = 'it exists and is not overwritten', 'choose another name'
@@ -391,7 +425,7 @@ def _identity(status: os.stat_result) -> tuple[int, int]:
 
 
 def _write_at(handle: int, data: bytes, offset: int) -> None:
-    """Write at a place of a file, and leave the place where its stream goes on alone."""
+    """Write at a place of a file."""
     view = memoryview(data)
     while view:
         written = os.pwrite(handle, view, offset)

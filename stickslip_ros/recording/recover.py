@@ -65,6 +65,8 @@ class Recovery:
         Messages that no checksum covers, such as those of a chunk that was cut off.
     losses : list of Loss
         Every stretch that cannot be read.
+    places : list of (int, int)
+        Where messages begin that count, and how many of them are left out as repeated.
 
     """
 
@@ -80,7 +82,8 @@ class Recovery:
         self.attachments: list[records.Attachment] = []
         self.compression = ''
         self.is_finished = self.has_index = False
-        self.offsets: list[int] = []
+        self.places: list[tuple[int, int]] = []
+        self._last: list[records.Message] = []
         self._counts: dict[int, ChannelSummary] = {}
         for stretch in Scan(data):
             if stretch.problem:
@@ -164,14 +167,27 @@ class Recovery:
         for record in stretch.records:
             self._take_record(record)
         messages = [record for record in stretch.records if isinstance(record, records.Message)]
-        for message in messages:
+        repeated = self._repeated(messages, stretch)
+        for message in messages[repeated:]:
             count = self._counts.setdefault(message.channel_id, ChannelSummary())
             count.add(message.log_time, message.sequence)
-        if messages:
-            self.offsets.append(stretch.start)
-        self.unchecked += 0 if stretch.is_checked else len(messages)
+        if messages[repeated:]:
+            self.places.append((stretch.start, repeated))
+            self._last = messages
+        self.unchecked += 0 if stretch.is_checked else len(messages) - repeated
         self.chunks += bool(stretch.compression)
         self.compression = self.compression or stretch.compression
+
+    def _repeated(self, messages: list[records.Message], stretch: Stretch) -> int:
+        """
+        Count the messages of a chunk that the last one held: what replaces it may stand behind it.
+
+        One that is cut off is known by its first message: further ones may be wrong.
+
+        """
+        both = min(len(messages), len(self._last)) if stretch.is_chunk else 0
+        compared = min(both, 1) if stretch.problem else both
+        return both if messages[:compared] == self._last[:compared] else 0
 
     def _take_record(self, record: records.McapRecord) -> None:
         """Keep what is no message; of two descriptions the first one counts."""
@@ -182,7 +198,7 @@ class Recovery:
                 self.schemas.setdefault(record.id, record)
             case records.Channel():
                 self.channels.setdefault(record.id, record)
-            case records.Metadata():
+            case records.Metadata() if record not in self.metadata:
                 self.metadata.append(record)
             case records.Attachment():
                 self.attachments.append(record)
@@ -406,8 +422,8 @@ def _rewrite(recovery: Recovery, data: Bytes, stream: BinaryIO) -> None:
         )
         for key, each in sorted(recovery.channels.items())
     }
-    for offset in recovery.offsets:
-        for each in read_messages(data, offset):
+    for offset, repeated in recovery.places:
+        for each in read_messages(data, offset)[repeated:]:
             if (channel := channels.get(each.channel_id)) is not None:
                 writer.add_message(
                     channel, each.log_time, each.data, each.publish_time, each.sequence

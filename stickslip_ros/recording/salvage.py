@@ -68,6 +68,11 @@ class Stretch(NamedTuple):
     compression: str = ''
     is_checked: bool = False
 
+    @property
+    def is_chunk(self) -> bool:
+        """Whether the records stand in a chunk, whole or cut off."""
+        return bool(self.compression or self.problem)
+
 
 class _Found(NamedTuple):
     record: McapRecord
@@ -142,8 +147,16 @@ class Scan:
         return stretch
 
     def _judge(self, record: McapRecord, stretch: Stretch) -> Stretch | None:
-        """Take a record outside of chunks for what it is worth: None for a doubtful message."""
-        if isinstance(record, Message) and not self._is_followed(stretch.end):
+        """
+        Take a record outside of chunks for what it is worth: None for a doubtful message.
+
+        A file has its messages in chunks or outside of them: one behind a chunk may be what was
+        left of another.
+
+        """
+        if isinstance(record, Message) and (
+            self._has_chunks or not self._is_followed(stretch.end)
+        ):
             return None
         if isinstance(record, Footer):
             return stretch._replace(records=[record, *self._indexed(record, stretch.end)])

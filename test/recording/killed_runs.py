@@ -17,6 +17,7 @@ from pathlib import Path
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.units import NS_PER_S
 
 FLUSH_PERIOD_S = 0.1
 FORMS = (
@@ -30,7 +31,9 @@ TICKS = 6000
 FIRST = 3
 """Messages that are not published: what is latched, and the command."""
 LATEST_S = 1.4
-"""After this time each run has been killed."""
+"""After this time each run has been killed; what it waits for a processor does not count."""
+PATIENCE_S = 15.0
+"""After this time it is killed even if it had none: a full pipe stops it much earlier."""
 
 
 def parameters_of(number: int) -> Parameters:
@@ -75,6 +78,16 @@ def _run_child(path: Path, number: int, pace: str, pipe: int) -> None:
     record(path, parameters_of(number), pace, TICKS, tell)
 
 
+def _sleep(child: int, moment_s: float) -> None:
+    """Sleep until a child had as much time, without what it waited for a processor."""
+    start_ns, before_ns = time.monotonic_ns(), waited_ns(child)
+    had_ns = passed_ns = 0
+    while had_ns < moment_s * NS_PER_S and passed_ns < PATIENCE_S * NS_PER_S:
+        time.sleep(0.001)
+        passed_ns = time.monotonic_ns() - start_ns
+        had_ns = passed_ns - (waited_ns(child) - before_ns)
+
+
 def _kill(number: int, path: Path, moment_s: float) -> dict:
     pace = PACES[number % len(PACES)]
     reading, writing = os.pipe()
@@ -86,7 +99,7 @@ def _kill(number: int, path: Path, moment_s: float) -> dict:
     os.close(writing)
     with os.fdopen(reading, 'rb') as told:
         lines = [told.readline()]
-        time.sleep(moment_s)
+        _sleep(child, moment_s)
         killed_ns, all_waited_ns = time.monotonic_ns(), waited_ns(child)
         os.kill(child, signal.SIGKILL)
         lines += told.readlines()
