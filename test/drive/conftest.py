@@ -68,6 +68,11 @@ class Drive:
     def ledger(self) -> EnergyLedger:
         return take_ledger(self.plants, self.states)
 
+    @property
+    def residual(self) -> float:
+        """Energy that the balance misses, relative to the work of the feet."""
+        return self.ledger.residual_j / self.ledger.feet_work_j
+
 
 @pytest.fixture(scope='session')
 def drive() -> Callable[..., Drive]:

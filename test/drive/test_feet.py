@@ -29,10 +29,6 @@ ORDER_2 = 3.0
 """Half the step leaves a quarter of the error; the closing of loops scatters it."""
 
 
-def _residual(machine):
-    return abs(machine.ledger.residual_j / machine.ledger.feet_work_j)
-
-
 def _in_short_steps(machine):
     machine.plant.ideal = machine.plant.only_long_steps = False
     return machine
@@ -80,7 +76,7 @@ def test_equal_feet_go_to_another_preload_like_all_as_one(drive):
         assert machine.state.preload_n == pytest.approx(0.505, rel=1e-6)
         machine.run(WAVE, [0.02])
         assert machine.state.preload_n == 0.52
-        assert _residual(machine) < 1e-3
+        assert abs(machine.residual) < 1e-3
     one, six = machines
     # Each foot's springs take up their own misfit to the continuum, 2.5e-3 of the limit.
     assert six.state.position_m == pytest.approx(one.state.position_m, rel=5e-3, abs=0.0)
@@ -92,7 +88,7 @@ def test_feet_that_differ_go_back_from_the_springs_to_their_turning_points(drive
     machine.run(WAVE, [0.02])
     assert machine.state.preload_n == 0.45
     assert not machine.contacts['on_springs'].any()
-    assert _residual(machine) < 1e-3
+    assert abs(machine.residual) < 1e-3
 
 
 @pytest.mark.parametrize('tolerance', [1e-3, 0.1, 0.9])
@@ -137,7 +133,7 @@ def test_the_mirrored_drive_moves_in_the_mirror(drive):
 )  # fmt: skip
 def test_the_balance_closes_with_everything_on(extra, drive):
     residuals = [
-        _residual(drive(**(EVERYTHING | extra), sim__dt=dt_s).start(WAVE, [RUN_S]))
+        abs(drive(**(EVERYTHING | extra), sim__dt=dt_s).start(WAVE, [RUN_S]).residual)
         for dt_s in (5e-6, 1.25e-6)
     ]
     assert residuals[0] < RESIDUAL

@@ -21,10 +21,6 @@ NEGLIGIBLE = 1e-12
 """Rounding of sums over the run, relative to the work of the feet."""
 
 
-def _residual(machine):
-    return machine.ledger.residual_j / machine.ledger.feet_work_j
-
-
 @pytest.mark.parametrize('damping', [0.0, 80.0])
 @pytest.mark.parametrize('profile', ['rough', 'smooth'])
 @pytest.mark.parametrize('preload_n', [0.1, 1.0])
@@ -33,7 +29,7 @@ def test_the_balance_closes_at_the_default_step(damping, profile, preload_n, dri
         runner__damping=damping, contact__profile=profile, stand__preload=preload_n
     ).start(WAVE, [RUN_S])
     assert machine.ledger.feet_work_j > 0.0
-    assert abs(_residual(machine)) < RESIDUAL
+    assert abs(machine.residual) < RESIDUAL
 
 
 @pytest.mark.parametrize('damping', [0.0, 80.0])
@@ -42,7 +38,7 @@ def test_the_balance_closes_at_least_with_the_third_power_of_the_step(damping, p
     residuals = []
     for dt_s in (2e-5, 2.5e-6):
         machine = drive(runner__damping=damping, stand__preload=preload_n, sim__dt=dt_s)
-        residuals.append(abs(_residual(machine.start(WAVE, [RUN_S]))))
+        residuals.append(abs(machine.start(WAVE, [RUN_S]).residual))
     # The fourth power, less what scatters where steps meet the closing of loops.
     assert residuals[0] / residuals[1] > 8.0**3
 
@@ -68,7 +64,7 @@ def test_the_balance_of_a_rival_law_closes_with_the_second_power_of_the_step(
         machine = drive(
             contact__law='dahl', runner__damping=damping, stand__preload=preload_n, sim__dt=dt_s
         )
-        residuals.append(abs(_residual(machine.start(WAVE, [0.05]))))
+        residuals.append(abs(machine.start(WAVE, [0.05]).residual))
     ratios = np.array(residuals[:-1]) / np.array(residuals[1:])
     assert np.all((ratios > ORDER_2[0]) & (ratios < ORDER_2[1]))
 
@@ -147,4 +143,4 @@ def test_a_free_runner_has_no_energy_in_a_load_cell(drive):
 def test_steps_are_short_enough_at_the_ends_of_the_bounds(extreme, drive):
     machine = drive(**extreme).start(WAVE, [0.02])
     assert np.isfinite(machine.state.position_m)
-    assert abs(_residual(machine)) < EXTREME_RESIDUAL
+    assert abs(machine.residual) < EXTREME_RESIDUAL

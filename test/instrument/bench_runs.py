@@ -10,6 +10,12 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Event, Output, Status
 
 MS = 1_000_000
+PERFECT = {
+    f'{sensor}.{name}': 0.0
+    for sensor in ('interferometer', 'load_cell')
+    for name in ('noise_density', 'resolution', 'bandwidth')
+}
+"""Sensors that read the truth."""
 
 
 @dataclass
@@ -50,3 +56,7 @@ def sawtooth(voltage_v: float, frequency_hz: float, steps: int = 0) -> Request:
 
 def load(force_n: float) -> Request:
     return Request('load', (force_n, 0.0, 0.0, 0.0, 0.0, 0.0))
+
+
+def steps(count: int) -> Request:
+    return Request('steps', (float(count),))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 import numpy as np
+from bench_runs import PERFECT
 
 from stickslip_ros.drive.advance import FORCE, POSITION
 from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
@@ -18,11 +19,6 @@ ROUNDING = 1e-12
 
 SENSORS = {'interferometer': POSITION, 'load_cell': FORCE}
 """Columns of the trace that the sensors read."""
-PERFECT = {
-    f'{sensor}.{name}': 0.0
-    for sensor in SENSORS
-    for name in ('noise_density', 'resolution', 'bandwidth')
-}
 EVERYTHING = {
     'interferometer.sample_rate': 17e3,
     'interferometer.latency': 1.23e-4,

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from bench_runs import MS, drive_bench, load, sawtooth
+from bench_runs import MS, PERFECT, drive_bench, load, sawtooth
 
 from stickslip_ros.drive.advance import FOOT, FORCE, POSITION, RAMP_END, RAMP_START, TIME, VOLTAGE
 from stickslip_ros.errors import OutOfRange
@@ -14,15 +14,6 @@ from stickslip_ros.instrument.reports import Result, Status
 
 READY = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
 """Bits of a stand on which nothing happens."""
-FAULTLESS = {
-    'interferometer.noise_density': 0.0,
-    'interferometer.resolution': 0.0,
-    'interferometer.bandwidth': 0.0,
-    'load_cell.noise_density': 0.0,
-    'load_cell.resolution': 0.0,
-    'load_cell.bandwidth': 0.0,
-}
-"""Sensors that read the truth."""
 
 
 def _force_is_that_of_the_spring(trace):
@@ -36,7 +27,7 @@ def bench(stand) -> Bench:
 
 @pytest.fixture
 def true_bench(stand) -> Bench:
-    return Bench(stand.updated(FAULTLESS))
+    return Bench(stand.updated(PERFECT))
 
 
 def test_a_sawtooth_ends_with_an_event_that_counts_its_steps(bench):
@@ -170,7 +161,7 @@ def test_a_trace_holds_time_voltage_foot_position_and_force(true_bench):
 
 
 def test_a_free_runner_presses_on_nothing(stand):
-    free = Bench(stand.updated(FAULTLESS | {'load_cell.contact': 'absent'}))
+    free = Bench(stand.updated(PERFECT | {'load_cell.contact': 'absent'}))
     trace = drive_bench(free, 3 * MS, {0: [sawtooth(300.0, 1000.0)]}).trace
     assert set(trace[:, FORCE]) == {0.0}
     assert trace[-1, POSITION] > 0.0

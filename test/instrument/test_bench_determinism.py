@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 from bench_runs import MS, drive_bench, load, sawtooth
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from stickslip_ros.drive.advance import FORCE, POSITION
 from stickslip_ros.instrument.bench import Bench
@@ -59,7 +57,7 @@ def test_another_seed_changes_the_noise_and_nothing_else(reference):
     assert bench.state == reference[0].state
 
 
-@pytest.mark.parametrize('step_ns', [20_000, 100_000, 200_000, 500_000])
+@pytest.mark.parametrize('step_ns', [20_000, 500_000])
 def test_updates_of_another_length_tell_the_same_to_the_bit(step_ns, reference):
     bench, told = _run(Parameters(), step_ns)
     np.testing.assert_array_equal(told.trace, reference[1].trace)
@@ -85,21 +83,3 @@ def test_refused_requests_change_neither_motion_nor_noise(reference):
     refusals = [event for event in told.events if event.result is Result.INVALID_PARAMETER]
     assert len(refusals) == bench.refused == 4 * len(REFUSED)
     assert all(event.message for event in refusals)
-
-
-@settings(max_examples=50)
-@given(
-    st.lists(
-        st.builds(
-            Request,
-            st.sampled_from(['voltage', 'sawtooth', 'load', 'stop', 'reset', 'fly']),
-            st.lists(st.floats() | st.floats(-400.0, 400.0), max_size=6).map(tuple),
-        ),
-        max_size=8,
-    )
-)
-def test_whatever_is_asked_every_request_ends_and_every_reading_is_finite(requests):
-    bench = Bench(Parameters())
-    told = drive_bench(bench, 2 * MS, {0: requests, MS: [Request('stop')]})
-    assert np.all(np.isfinite(told.trace))
-    assert sorted(event.number for event in told.events) == list(range(1, len(requests) + 2))

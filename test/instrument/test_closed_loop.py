@@ -4,7 +4,7 @@ from collections import deque
 
 import numpy as np
 import pytest
-from bench_runs import MS, drive_bench
+from bench_runs import MS, drive_bench, load
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -26,10 +26,6 @@ TOLERANCE_M = 2e-9
 
 def go_to(position_m):
     return Request('position', (position_m, 0.0, 0.0))
-
-
-def load(force_n):
-    return Request('load', (force_n, 0.0, 0.0, 0.0, 0.0, 0.0))
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bench_runs import MS, drive_bench
+from bench_runs import MS, drive_bench, steps
 
 from stickslip_ros.drive.advance import FOOT, POSITION, VOLTAGE
 from stickslip_ros.errors import OutOfRange, UnknownName
@@ -19,10 +19,6 @@ CLEAR = Request('clear_faults')
 
 def fault(**settings):
     return Request('fault', settings=tuple((f'fault.{k}', v) for k, v in settings.items()))
-
-
-def steps(count):
-    return Request('steps', (float(count),))
 
 
 @pytest.fixture
@@ -159,18 +155,6 @@ def test_faults_of_the_parameters_hold_from_the_start(stand):
     output = bench.update(MS)
     assert math.isnan(output.readings.position_m)
     assert output.status & Status.FAULT
-
-
-def test_a_run_with_faults_is_the_same_to_the_bit(stand):
-    requests = {
-        0: [steps(30)],
-        5 * MS: [fault(dead_foot=2, missed_steps=0.2)],
-        15 * MS: [fault(dead_foot=0, interferometer='freeze')],
-        20 * MS: [fault(runner_stuck=True)],
-        25 * MS: [CLEAR],
-    }
-    first, second = (drive_bench(Bench(stand), 35 * MS, requests).trace for _ in range(2))
-    np.testing.assert_array_equal(first, second)
 
 
 @pytest.mark.parametrize(

@@ -27,24 +27,11 @@ def _assert_equal(readings, expected):
     np.testing.assert_allclose(readings, expected, rtol=0.0, atol=atol)
 
 
-def test_without_errors_it_reads_the_truth():
-    truth = np.random.default_rng(0).normal(0.0, 1e-7, 1000)
-    _assert_equal(interferometer_with().readings(truth, HEALTHY), truth)
-
-
 def test_the_truth_itself_is_left_alone():
     truth = _ramp(100)
     truth.flags.writeable = False
     interferometer_with(noise_density=1e-9, bandwidth=1e3).readings(truth, HEALTHY)
     _assert_equal(truth, _ramp(100))
-
-
-def test_a_step_is_answered_by_an_exponential_that_has_gone_63_percent_after_its_time():
-    after = 40
-    sensor = interferometer_with(bandwidth=RATE_HZ / (2.0 * math.pi * after))
-    readings = sensor.readings(np.ones(200), HEALTHY)
-    _assert_equal(readings, 1.0 - np.exp(-np.arange(1, 201) / after))
-    assert readings[after - 1] == pytest.approx(0.632, abs=5e-4)
 
 
 def test_at_the_corner_the_reading_is_3_db_smaller_and_45_degrees_late():
@@ -83,13 +70,7 @@ def test_the_cyclic_error_follows_the_runner_and_not_the_drift():
     _assert_equal(readings, truth + 2e-9 + drift * times(1000))
 
 
-@pytest.mark.parametrize('drift', [1e-9, -3e-6])
-def test_the_zero_drifts_steadily(drift):
-    readings = interferometer_with(drift=drift).readings(np.full(1000, 2e-8), HEALTHY)
-    _assert_equal(readings, 2e-8 + drift * times(1000))
-
-
-@pytest.mark.parametrize('late', [0.0, 1e-6, 0.3, 1.0, 10.0, 10.3, 50.0, 2499.9999])
+@pytest.mark.parametrize('late', [0.0, 0.3, 1.0, 10.3, 2499.9999])
 def test_a_reading_is_as_old_as_the_latency_says_to_a_fraction_of_a_sample(late):
     readings = interferometer_with(latency=late / RATE_HZ).readings(_ramp(3000), HEALTHY)
     expected = VELOCITY * np.maximum(0.0, times(3000) - late / RATE_HZ)
@@ -103,7 +84,7 @@ def test_a_step_arrives_in_the_samples_on_both_sides_of_the_latency():
     _assert_equal(readings[30:32], [0.7e-6, 1e-6])
 
 
-@pytest.mark.parametrize('rate_hz', [1, 7_000, 10_000, 17_001, 25_000, 49_999])
+@pytest.mark.parametrize('rate_hz', [1, 10_000, 17_001, 49_999])
 # In doubles 51 samples of latency are a little more than 51 samples.
 @pytest.mark.parametrize('late', [Fraction(0), Fraction(7), Fraction(21, 2), Fraction(51)])
 def test_own_samples_are_held_until_the_next_one(rate_hz, late):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bench_runs import MS, drive_bench, sawtooth
+from bench_runs import MS, drive_bench, sawtooth, steps
 
 from stickslip_ros.drive.advance import POSITION, VOLTAGE
 from stickslip_ros.instrument.bench import Bench
@@ -10,13 +10,8 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Result, Status
 
 FREE = {'load_cell.contact': 'absent', 'interferometer.noise_density': 0.0}
-SOFT = {**FREE, 'limits.soft_min': -1e-6, 'limits.soft_max': 1e-6}
 STEP_M = 160e-9
 """No step of 300 V is longer than the stroke of the feet."""
-
-
-def steps(count):
-    return Request('steps', (float(count),))
 
 
 def jog(frequency_hz):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from bench_runs import PERFECT, load
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.springs import friction_limit
@@ -17,14 +18,6 @@ friction_limit = entry_point(friction_limit)
 
 LAWS = specs()['contact.law'].choices
 PROFILES = specs()['contact.profile'].choices
-QUIET = {
-    'interferometer.noise_density': 0.0,
-    'interferometer.resolution': 0.0,
-    'interferometer.bandwidth': 0.0,
-    'load_cell.noise_density': 0.0,
-    'load_cell.resolution': 0.0,
-    'load_cell.bandwidth': 0.0,
-}
 FALL = Request('sawtooth', (300.0, 1000.0, 0.0))
 # The ledger's error bound at the default step, relative to the work of the feet.
 ENERGY_RESIDUAL = 1e-3
@@ -34,7 +27,7 @@ BANK_TOLERANCE = 3e-3
 
 def quiet(**values):
     names = {name.replace('__', '.'): value for name, value in values.items()}
-    return Parameters().updated({**QUIET, **names})
+    return Parameters().updated({**PERFECT, **names})
 
 
 def advance(bench, blocks, requests=()):
@@ -116,7 +109,7 @@ def test_no_law_gives_more_force_than_friction_allows(law, profile):
 
 def test_coulomb_friction_holds_the_runner_still_under_a_load_below_its_limit():
     bench = Bench(quiet(contact__law='coulomb', load_cell__contact='absent'))
-    outputs = advance(bench, 50, [Request('load', (0.2, 0.0, 0.0, 0.0, 0.0, 0.0))])
+    outputs = advance(bench, 50, [load(0.2)])
     position_m = np.concatenate([output.readings.trace[:, POSITION] for output in outputs])
     # It cannot know the force before the first step: half a step of free flight.
     first_step_m = 0.2 / 3e-3 * (5e-7) ** 2
@@ -126,7 +119,7 @@ def test_coulomb_friction_holds_the_runner_still_under_a_load_below_its_limit():
 
 def test_coulomb_friction_lets_go_above_its_limit():
     bench = Bench(quiet(contact__law='coulomb', load_cell__contact='absent'))
-    advance(bench, 10, [Request('load', (0.5, 0.0, 0.0, 0.0, 0.0, 0.0))])
+    advance(bench, 10, [load(0.5)])
     excess_n = 0.5 - friction_limit(bench.plant.contacts[0].bank, 0.5)
     expected_m = 0.5 * excess_n / 3e-3 * 0.01**2
     # Velocity Verlet is exact for a constant force but for its first step.

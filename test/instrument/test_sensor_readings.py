@@ -8,6 +8,7 @@ from scipy import stats
 from sensor_setups import (
     EVERYTHING,
     HEALTHY,
+    RATE_HZ,
     ROUNDING,
     SENSORS,
     SIGMAS,
@@ -15,6 +16,7 @@ from sensor_setups import (
     sensor_with,
     sensor_with_everything,
     shaken,
+    times,
 )
 
 from stickslip_ros.parameters import FaultParameters, Parameters, Spec, specs
@@ -42,6 +44,31 @@ def _noisy(name, **settings):
     density = {'interferometer': 1e-11, 'load_cell': 1e-5}[name]
     settings = {'noise_density': density, 'bandwidth': 5e3} | settings
     return sensor_with(name, {f'{name}.{k}': v for k, v in settings.items()})
+
+
+def test_without_errors_it_reads_the_truth(name):
+    truth = np.random.default_rng(0).normal(0.0, 1e-7, 1000)
+    readings = sensor_with(name, {}).readings(truth, HEALTHY)
+    np.testing.assert_allclose(readings, truth, rtol=0.0, atol=ROUNDING * np.max(np.abs(truth)))
+
+
+def test_a_step_is_answered_by_an_exponential_that_has_gone_63_percent_after_its_time(name):
+    after = 40
+    sensor = sensor_with(name, {f'{name}.bandwidth': RATE_HZ / (2.0 * np.pi * after)})
+    readings = sensor.readings(np.ones(200), HEALTHY)
+    expected = 1.0 - np.exp(-np.arange(1, 201) / after)
+    np.testing.assert_allclose(readings, expected, rtol=0.0, atol=ROUNDING)
+    assert readings[after - 1] == pytest.approx(0.632, abs=5e-4)
+
+
+@pytest.mark.parametrize('drift', [1e-3, -2.0])
+def test_the_zero_drifts_steadily(name, drift):
+    drift *= {'interferometer': 1e-6, 'load_cell': 1.0}[name]
+    sensor = sensor_with(name, {f'{name}.drift': drift})
+    readings = sensor.readings(np.full(1000, 2e-8), HEALTHY)
+    expected = 2e-8 + drift * times(1000)
+    atol = ROUNDING * np.max(np.abs(expected))
+    np.testing.assert_allclose(readings, expected, rtol=0.0, atol=atol)
 
 
 @pytest.mark.parametrize('resolution', [1e-12, 1e-9, 1e-5])
