@@ -95,8 +95,10 @@ def test_energy_balances_for_every_law_and_the_residual_falls_with_the_step(law)
     assert residuals[1] < residuals[0]
 
 
-@pytest.mark.parametrize('law', LAWS)
-@pytest.mark.parametrize('profile', PROFILES)
+@pytest.mark.parametrize(
+    ('law', 'profile'),
+    [(law, PROFILES[0]) for law in LAWS] + [(LAWS[0], profile) for profile in PROFILES[1:]],
+)
 def test_no_law_gives_more_force_than_friction_allows(law, profile):
     parameters = quiet(contact__law=law, contact__profile=profile, stand__preload=0.1)
     bench = Bench(parameters)

@@ -62,35 +62,30 @@ def test_a_value_of_the_wrong_kind_is_refused(name, value, expected):
     assert message.startswith(f'{name} {value!r} is not {expected}; ')
 
 
-@pytest.mark.parametrize('name', NUMBERS)
 @pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
-def test_no_quantity_takes_what_is_not_finite(name, value):
-    assert 'is not a finite number' in _refusal({name: value}, WrongKind)
+def test_no_quantity_takes_what_is_not_finite(value):
+    for name in NUMBERS:
+        assert f'{name} {value} is not a finite number' in _refusal({name: value}, WrongKind)
 
 
 def test_a_whole_number_too_large_for_a_float_is_refused():
     _refusal({'stand.preload': 10**400}, StickSlipError)
 
 
-@pytest.mark.parametrize('name', NUMBERS)
 @pytest.mark.parametrize(
     ('side', 'word', 'mend'), [('below', 'minimum', 'raise it'), ('above', 'maximum', 'lower it')]
 )
-def test_beyond_a_bound_the_message_gives_value_limit_unit_and_mend(name, side, word, mend):
-    spec = NUMBERS[name]
-    bound = spec.minimum if side == 'below' else spec.maximum
-    excess = max(BEYOND * abs(bound), 1e-12)
-    value = bound - excess if side == 'below' else bound + excess
-    message = _refusal({name: value})
-    unit = f' {spec.unit}' if spec.unit else ''
-    assert message == f'{name} {value:.6g}{unit} is {side} the {word} {bound:g}{unit}; {mend}'
-
-
-@pytest.mark.parametrize('name', NUMBERS)
-def test_the_bounds_themselves_are_inside(name):
-    spec = NUMBERS[name]
-    assert spec.check(name, spec.minimum) == spec.minimum
-    assert spec.check(name, spec.maximum) == spec.maximum
+def test_bounds_are_inside_and_beyond_the_message_gives_value_limit_unit_and_mend(
+    side, word, mend
+):
+    for name, spec in NUMBERS.items():
+        bound = getattr(spec, word)
+        assert spec.check(name, bound) == bound
+        excess = max(BEYOND * abs(bound), 1e-12)
+        value = bound - excess if side == 'below' else bound + excess
+        unit = f' {spec.unit}' if spec.unit else ''
+        message = f'{name} {value:.6g}{unit} is {side} the {word} {bound:g}{unit}; {mend}'
+        assert _refusal({name: value}) == message
 
 
 @given(st.sampled_from(sorted(specs())), st.floats() | st.text() | st.booleans() | st.none())

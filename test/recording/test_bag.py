@@ -188,11 +188,12 @@ def test_a_bag_without_messages_opens(tmp_path: Path):
 
 @pytest.mark.parametrize('version', [8, 9])
 def test_a_bag_of_another_recorder_opens_here(tmp_path: Path, version: int):
-    recording = Recording(foreign_bag(tmp_path / 'bag', version=version))
-    assert recording.series('position').value.tolist() == [0.0, 1.0, 2.0]
-    assert {topic for topic, _, _ in recording.messages()} == {'/position'}
-    assert [(each.messages, each.gaps) for each in recording.channels] == [(3, 0), (3, 0)]
-    assert recording.attachments == {}
+    bag = foreign_bag(tmp_path / 'bag', version=version)
+    for recording in (Recording(bag), Recording(next(bag.glob('*.mcap')))):
+        assert recording.series('position').value.tolist() == [0.0, 1.0, 2.0]
+        assert {topic for topic, _, _ in recording.messages()} == {'/position'}
+        assert [(each.messages, each.gaps) for each in recording.channels] == [(3, 0), (3, 0)]
+        assert recording.attachments == {}
 
 
 def test_chunks_that_another_recorder_compressed_open_here(tmp_path: Path):

@@ -9,11 +9,8 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability, QosHistory, QosLiveliness, QosReliability
-from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.typesys import Stores, get_typestore
 
-from stickslip_ros.recording import SCHEMAS, TYPE_HASHES, Channel, Qos, Recording, cdr
-from stickslip_ros.recording import messages as m
+from stickslip_ros.recording import SCHEMAS, TYPE_HASHES, Channel, Qos, cdr
 
 Run = list[tuple[str, int, bytes]]
 
@@ -106,18 +103,3 @@ def test_a_profile_is_a_sequence_of_one_complete_entry_in_numbers():
             'avoid_ros_namespace_conventions': False,
         }
     ]
-
-
-def test_a_recording_of_rosbags_opens_here(tmp_path: Path):
-    store = get_typestore(Stores.ROS2_JAZZY)
-    with Writer(tmp_path / 'bag', version=9, storage_plugin=StoragePlugin.MCAP) as writer:
-        point = writer.add_connection('/position', m.POINT_STAMPED, typestore=store)
-        flag = writer.add_connection('/flag', 'std_msgs/msg/Bool', typestore=store)
-        for tick in range(3):
-            writer.write(point, tick, cdr.pack_stamped(tick, 'runner', (tick, 0, 0)))
-            writer.write(flag, tick, b'\0\1\0\0\1')
-    [path] = (tmp_path / 'bag').glob('*.mcap')
-    recording = Recording(path)
-    assert recording.series('position').value.tolist() == [0.0, 1.0, 2.0]
-    assert {topic for topic, _, _ in recording.messages()} == {'/position'}
-    assert [(each.messages, each.gaps) for each in recording.channels] == [(3, 0), (3, 0)]

@@ -119,15 +119,11 @@ def test_the_recorder_tells_of_files_that_exist_and_counts_what_is_in_them(tmp_p
     assert bag.stored == described['message_count'] == recorder.stored
 
 
-def test_a_missing_part_is_named(parts: Path):
-    (parts.parent / 'run_1.mcap').unlink()
-    with pytest.raises(RecordingError, match=r'run_1\.mcap: this part of the run is missing'):
-        Recording(parts)
-
-
-def test_a_missing_last_part_is_named(parts: Path):
-    (parts.parent / 'run_3.mcap').unlink()
-    with pytest.raises(RecordingError, match=r'run_3\.mcap: this part of the run is missing'):
+@pytest.mark.parametrize('number', [1, 3], ids=['middle', 'last'])
+def test_a_missing_part_is_named(parts: Path, number: int):
+    (parts.parent / f'run_{number}.mcap').unlink()
+    missing = rf'run_{number}\.mcap: this part of the run is missing'
+    with pytest.raises(RecordingError, match=missing):
         Recording(parts)
 
 

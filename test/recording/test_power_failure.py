@@ -8,7 +8,7 @@ from random import Random
 from typing import NamedTuple
 
 import pytest
-from mcap.reader import make_reader
+from mcap_records import Row, rows_of
 
 from stickslip_ros.recording import Channel, FileForm, Qos, cdr
 from stickslip_ros.recording import messages as m
@@ -98,13 +98,7 @@ def test_no_moment_loses_what_was_secured(
         assert len(set(rows) - set(expected)) <= unchecked
 
 
-def rows_of(path: Path) -> list[tuple[int, int, bytes]]:
-    with path.open('rb') as stream:
-        messages = make_reader(stream, validate_crcs=True).iter_messages(log_time_order=False)
-        return [(each.channel_id, each.log_time, each.data) for _, _, each in messages]
-
-
-def recovered(moment: Moment, folder: Path) -> tuple[list, int]:
+def recovered(moment: Moment, folder: Path) -> tuple[list[Row], int]:
     """Give the messages that come back, and how many of them no checksum covers."""
     if moment.secured == 0:
         return [], 0

@@ -152,13 +152,6 @@ def test_a_topic_that_was_not_announced_is_refused(path: Path):
         recorder.put('/force', 0, b'')
 
 
-def test_an_existing_file_is_refused_and_left_alone(path: Path):
-    path.write_bytes(b'precious')
-    with pytest.raises(RecordingError, match='exists and is not overwritten'):
-        Recorder(path, [VOLTAGE])
-    assert path.read_bytes() == b'precious'
-
-
 def test_missing_folders_are_made(tmp_path: Path):
     path = tmp_path / 'runs' / 'today' / 'run.mcap'
     Recorder(path, [VOLTAGE]).close()

@@ -1,6 +1,5 @@
 """Whatever happened to a file: all that is whole comes back, and nothing that is wrong."""
 
-import struct
 from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
@@ -15,6 +14,7 @@ from mcap.reader import make_reader
 from mcap.records import Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import CompressionType, IndexType, Writer
+from mcap_records import Row, records_of, rows_of
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
@@ -25,7 +25,6 @@ from stickslip_ros.recording.bag import METADATA_FILE
 from stickslip_ros.recording.integrity import MAGIC
 from stickslip_ros.recording.recover import RECOVERY_RECORD, Recovery, recover, recover_file
 
-Row = tuple[str, int, int, bytes]
 MS_NS = 1_000_000
 COMPRESSIONS = ['zstd', 'lz4', 'none']
 SPLIT = FileForm(split_duration_s=0.005, flush_period_s=0.005)
@@ -60,26 +59,6 @@ def whole(request: pytest.FixtureRequest, files: dict[str, Path]) -> Path:
 @pytest.fixture(scope='module')
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp('place')
-
-
-def rows_of(path: Path) -> list[Row]:
-    """Give what a finished file holds, as the mcap library reads it."""
-    with path.open('rb') as stream:
-        messages = make_reader(stream, validate_crcs=True).iter_messages(log_time_order=False)
-        return [
-            (channel.topic, each.log_time, each.sequence, each.data)
-            for _, channel, each in messages
-        ]
-
-
-def records_of(content: bytes) -> Iterator[tuple[int, int, Opcode]]:
-    """Give where each record of a file begins and ends, and of what kind it is."""
-    offset = len(MAGIC)
-    while offset < len(content) - len(MAGIC):
-        opcode, length = struct.unpack_from('<BQ', content, offset)
-        end = offset + 9 + length
-        yield offset, end, Opcode(opcode)
-        offset = end
 
 
 def chunks_of(content: bytes) -> list[tuple[int, int, int]]:

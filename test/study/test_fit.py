@@ -188,7 +188,7 @@ def test_the_interval_of_a_share_is_that_of_clopper_and_pearson():
     assert binomial_interval(95, 100) == pytest.approx((0.887165, 0.983568), rel=0.0, abs=1e-6)
 
 
-def test_a_parameter_on_its_bound_has_no_error(truth):
+def test_a_parameter_on_its_bound_has_no_error_and_a_wrong_model_is_told_by_its_p_value(truth):
     fit = fitted(truth, noisy_points(truth, 1), contact__friction='0.265:0.5')
     one, other = fit.estimates
     assert one.at_bound
@@ -196,10 +196,6 @@ def test_a_parameter_on_its_bound_has_no_error(truth):
     assert one.value == pytest.approx(0.265, rel=1e-2, abs=0.0)
     assert math.isfinite(other.standard_error)
     assert 'contact.friction sits on its bound and was held there' in warnings_of(fit)[-1]
-
-
-def test_a_wrong_model_is_told_by_its_p_value(truth):
-    fit = fitted(truth, noisy_points(truth, 1), contact__friction='0.265:0.5')
     assert fit.p_value < 1e-3
     assert 'the model misses the points by more than their standard errors' in ' '.join(
         warnings_of(fit)

@@ -1,12 +1,15 @@
 """A recording, or a measured voltage, that is run again; what cannot be run is refused."""
 
 from collections.abc import Sequence
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from mcap.opcode import Opcode
+from mcap_records import records_of
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import Request
@@ -37,6 +40,7 @@ ROUNDING = 1e-12
 MS_NS = 1_000_000
 END_MS = 120
 NOBODY = (0.0,) * 5
+BESIDE = (Opcode.ATTACHMENT, Opcode.METADATA)
 Plan = Sequence[tuple[int, Request]]
 
 MOVES: Plan = (
@@ -101,24 +105,12 @@ def record(
 
 def data_bytes(path: Path) -> list[list[bytes]]:
     """Give each file's records up to the end of the data, but for metadata and attachments."""
-    return [_data_bytes(file) for file in Recording(path).files]
-
-
-def _data_bytes(file: Path) -> list[bytes]:
-    content = file.read_bytes()
-    records: list[bytes] = []
-    at = 8
-    while True:
-        opcode = content[at]
-        end = at + 9 + int.from_bytes(content[at + 1 : at + 9], 'little')
-        if opcode == DATA_END:
-            return records
-        if opcode not in (ATTACHMENT, METADATA):
-            records.append(content[at:end])
-        at = end
-
-
-ATTACHMENT, METADATA, DATA_END = 0x09, 0x0C, 0x0F
+    kept = []
+    for file in Recording(path).files:
+        content = file.read_bytes()
+        records = takewhile(lambda each: each[2] != Opcode.DATA_END, records_of(content))
+        kept.append([content[start:end] for start, end, kind in records if kind not in BESIDE])
+    return kept
 
 
 def assert_same(source: Path, output: Path) -> None:
@@ -199,8 +191,11 @@ def test_another_block_keeps_the_times_of_requests(tmp_path: Path):
     assert times == {'/command/voltage': 10 * MS_NS, '/stickslip_drive/request': 15 * MS_NS}
 
 
-@pytest.mark.parametrize('plan', [MOVES, FAULTS, HELD], ids=['moves', 'faults', 'held'])
-@pytest.mark.parametrize('begin_ms', [1, 27, 63])
+@pytest.mark.parametrize(
+    ('plan', 'begin_ms'),
+    [(MOVES, 27), (MOVES, 63), (FAULTS, 27), (FAULTS, 63), (HELD, 1)],
+    ids=['moves', 'jog', 'faults', 'delayed', 'held'],
+)
 def test_a_recording_that_began_in_the_middle_is_replayed(
     tmp_path: Path, plan: Plan, begin_ms: int
 ):
