@@ -28,7 +28,7 @@ class Verdict:
 
     @property
     def met(self) -> bool:
-        """Tell whether the target was reached."""
+        """Return whether the target was reached."""
         return self.found <= self.wanted if self.at_most else self.found >= self.wanted
 
 

@@ -211,7 +211,7 @@ def listener_in(lane: Lane) -> Helper:
 
 
 def may_begin_with(words: Sequence[str]) -> bool:
-    """Tell whether commands may begin with these words; ``chrt --fifo`` needs a privilege."""
+    """Return whether commands may begin with these words; ``chrt --fifo`` needs a privilege."""
     if shutil.which(words[0]) is None:
         return False
     return not subprocess.run([*words, 'true'], capture_output=True, check=False).returncode

@@ -6,9 +6,9 @@ import time
 from typing import Any
 
 from stickslip_ros.cli.common import add_json, print_json
-from stickslip_ros.contact.kernel import compilation_told
+from stickslip_ros.contact.kernel import compilation_reported
 from stickslip_ros.contact.kernel_cache import cache_folders
-from stickslip_ros.instrument.compilation import compile_kernels, told
+from stickslip_ros.instrument.compilation import compile_kernels, progress_reporter
 
 NOT_KEPT = 1
 
@@ -31,15 +31,15 @@ def add_verb(add_parser: Any) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Compile; say something only where there is something to do."""
     compiled = 0
-    tell = told(lambda line: print(line, file=sys.stderr, flush=True))
+    report = progress_reporter(lambda line: print(line, file=sys.stderr, flush=True))
 
     def count(done: int) -> None:
         nonlocal compiled
         compiled = done + 1
-        tell(done)
+        report(done)
 
     start_s, start_cpu_s = time.perf_counter(), time.process_time()
-    with compilation_told(count):
+    with compilation_reported(count):
         compile_kernels()
     wall_s, processor_s = time.perf_counter() - start_s, time.process_time() - start_cpu_s
     folder = cache_folders().write

@@ -147,16 +147,16 @@ def _compilation_told(parsed: argparse.Namespace) -> Iterator[None]:
         yield
         return
     from stickslip_ros.contact.kernel import (  # noqa: PLC0415 - most do without
-        compilation_told,
+        compilation_reported,
     )
     from stickslip_ros.contact.kernel_cache import why_not_kept  # noqa: PLC0415
 
-    def tell(done: int) -> None:
+    def report(done: int) -> None:
         line = why_not_kept() or ('compiling kernels, once' if sys.stderr.isatty() else '')
         if done == 0 and line:
             sys.stderr.write(f'stickslip: {line}\n')
 
-    with compilation_told(tell):
+    with compilation_reported(report):
         yield
 
 

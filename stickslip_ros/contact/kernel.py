@@ -69,7 +69,7 @@ def kernel(function: Function) -> Function:
 
 def kernel_apart(function: Function) -> Function:
     """
-    Compile a kernel that is called, not folded into its callers: long ways off the fast path.
+    Compile a kernel that is called, not inlined: for long code off the fast path.
 
     What it keeps in registers is not taken from the loops of its callers.
 
@@ -99,23 +99,23 @@ def _compile(
 
 
 @contextmanager
-def compilation_told(tell: Callable[[int], None]) -> Iterator[None]:
+def compilation_reported(report: Callable[[int], None]) -> Iterator[None]:
     """Call a function before each kernel that is compiled meanwhile, with how many were before."""
-    with event.install_listener('numba:compile', _Counter(tell)):
+    with event.install_listener('numba:compile', _Counter(report)):
         yield
 
 
 class _Counter(event.Listener):
     """Counts kernels; numba compiles functions of its own beside them."""
 
-    def __init__(self, tell: Callable[[int], None]) -> None:
-        self._tell = tell
+    def __init__(self, report: Callable[[int], None]) -> None:
+        self._report = report
         self._done = 0
 
     def on_start(self, news: Any) -> None:
-        """Tell of the next kernel."""
+        """Report the next kernel."""
         if isinstance(news.data['dispatcher'], EntryPoint | InnerKernel):
-            self._tell(self._done)
+            self._report(self._done)
             self._done += 1
 
     def on_end(self, news: Any) -> None:

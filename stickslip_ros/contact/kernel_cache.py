@@ -84,7 +84,7 @@ def note_all_kept() -> None:
 
 
 def are_all_kept() -> bool:
-    """Tell whether all kernels of the package have been compiled into a folder that is read."""
+    """Return whether all kernels of the package have been compiled into a folder that is read."""
     return any((folder / ALL_KEPT).exists() for folder in cache_folders().read)
 
 
@@ -124,7 +124,7 @@ def _make(folder: Path) -> None:
 
 
 def _is_trusted(folder: Path, owner: int) -> bool:
-    """Tell whether a folder and all in it belong to a user, and nobody else can write them."""
+    """Return whether a folder and all in it belong to a user, and nobody else can write them."""
     try:
         entries = [folder.lstat(), *_entries(folder)]
     except OSError:

@@ -63,7 +63,7 @@ def fresh_contact(preload_n: float) -> Record:
 
 @kernel
 def remembers_turns(contact: Record, state: Record) -> bool:
-    """Tell whether the turning points hold the history."""
+    """Return whether the turning points hold the history."""
     return contact.law.number == MDR and not state.on_springs
 
 

@@ -20,7 +20,7 @@ Field: TypeAlias = Any
 
 
 def kind(**fields: Field) -> Kind:
-    """Return the type of records with these fields, each where a processor likes to read it."""
+    """Return the type of records with these fields, each aligned."""
     return np.dtype((np.record, np.dtype(list(fields.items()), align=True)))
 
 

@@ -160,7 +160,7 @@ def advance(
 
 
 def takes_only_long_steps(plants: Record, states: Record) -> bool:
-    """Tell whether a drive, given as arrays of one record, takes nothing but long steps now."""
+    """Return whether a drive, given as arrays of one record, takes nothing but long steps now."""
     return bool(plants['only_long_steps'].item() and not states['contacts']['on_springs'][0, ALL])
 
 
@@ -303,7 +303,7 @@ def _sample(plant: Record, state: Record, truth: Array, i: int) -> None:
 
 @kernel
 def allow_passes(plant: Record, state: Record, rows: int, duration_s: float) -> None:
-    """Say how many passes a duration may take; none, if the drive has given up."""
+    """Set how many passes of the time loops a duration may take; none, if the drive has failed."""
     if state.passes_left >= 0:
         steps = int(min(duration_s / plant.dt_s, 1e12))
         state.passes_left = PASSES_MIN + PASSES_PER_STEP * steps + PASSES_PER_ROW * rows

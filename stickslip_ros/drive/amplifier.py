@@ -71,7 +71,7 @@ def slewed_voltage(plant: Record, state: Record) -> float:
 
 @kernel
 def has_caught_up(plant: Record, ahead: Stretch, output_v: float, stretch_s: float) -> bool:
-    """Tell whether a slewing output has caught up at the end of a stretch; no low-pass."""
+    """Return whether a slewing output has caught up at the end of a stretch; no low-pass."""
     gap_v = clamp(plant, ahead.target_v + ahead.slope_v_per_s * stretch_s) - output_v
     return ahead.caught_s < math.inf and abs(gap_v) <= SETTLED_V
 
@@ -170,7 +170,7 @@ def time_to_settle(
 def is_fall_over(
     plant: Record, wave: Wave, after: Record, before_v: float, stretch_s: float
 ) -> bool:
-    """Tell whether a fall has ended in a stretch, behind a converter or a low-pass."""
+    """Return whether a fall has ended in a stretch, behind a converter or a low-pass."""
     target_v, slope_v_per_s, _ = target(wave, after.clock)
     lag_v = slope_v_per_s * plant.amplifier.tau_s
     end_v = clamp(plant, target_v + slope_v_per_s * stretch_s)
@@ -186,12 +186,12 @@ def _fall_gap(plant: Record, wave: Wave) -> float:
 
 @kernel
 def is_direct(plant: Record) -> bool:
-    """Tell whether there is neither a converter nor a low-pass."""
+    """Return whether there is neither a converter nor a low-pass."""
     return plant.amplifier.resolution_v == 0.0 and plant.amplifier.tau_s == 0.0
 
 
 def has_arrived(plants: Record, wave: Wave, states: Record) -> bool:
-    """Tell whether a wave is over and the voltage has come to what is held after it."""
+    """Return whether a wave is over and the voltage has come to what is held after it."""
     if states['clock']['cycle'].item() < wave.cycles:
         return False
     plant = plants[0]

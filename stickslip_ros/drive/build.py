@@ -81,7 +81,7 @@ def plant_of(parameters: Parameters) -> Record:
 
 
 def set_ideal(plant: Record) -> None:
-    """Let a plant know whether it is ideal."""
+    """Note in a plant whether it is ideal."""
     feet_are_one = is_linear(plant['piezo']) and not plant['separate']
     ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
     follows_model = plant['contacts'][ALL]['law']['number'] == MDR
@@ -156,7 +156,7 @@ def piezo_of(parameters: Parameters) -> Record:
 
 
 def is_linear(piezo: Record) -> bool:
-    """Tell whether the displacement is proportional to the voltage at every instant."""
+    """Return whether the displacement is proportional to the voltage at every instant."""
     return not (piezo['plays'] or piezo['creep'] or piezo['omega_per_s'])
 
 

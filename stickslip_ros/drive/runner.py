@@ -54,7 +54,7 @@ def stops_energy(plant: Record, position_m: float) -> float:
 
 @kernel
 def is_near_wall(plant: Record, state: Record, load_n: float, h_s: float) -> bool:
-    """Tell whether a one-sided spring is touched, or could be within a few steps of h_s."""
+    """Return whether a one-sided spring is touched, or could be within a few steps of h_s."""
     force_n = abs(load_n) + plant.contacts[ALL].curve.force_max_n
     force_n += abs(plant.cell_n_per_m * state.position_m)
     reach_m = MARGIN_STEPS * h_s * (abs(state.velocity_m_per_s) + h_s * force_n * plant.per_kg)

@@ -99,7 +99,7 @@ def _target_of_table(rows: Array, time_s: float) -> tuple[float, float, float]:
 
 @kernel
 def is_missed(wave: Wave, cycle: int) -> bool:
-    """Tell whether the amplifier leaves a ramp out; the same answer every time it is asked."""
+    """Return whether the amplifier leaves a ramp out; the same answer every time it is asked."""
     bits = (wave.missed_seed & LOW_31_BITS) * CYCLE_FACTOR + (cycle & LOW_31_BITS)
     bits = (bits ^ (bits >> 31)) & LOW_32_BITS
     for _ in range(3):
@@ -110,5 +110,5 @@ def is_missed(wave: Wave, cycle: int) -> bool:
 
 @kernel
 def ramp_is_over(wave: Wave, clock: Record) -> bool:
-    """Tell whether the present ramp has come to its corner."""
+    """Return whether the present ramp has come to its corner."""
     return clock.cycle < wave.cycles and wave.period_s - clock.ramp_s <= CORNER_S

@@ -211,7 +211,7 @@ def take_over_changes(plants: Record, before: Record, after: Record) -> None:
 
 
 def is_same(first: Record, second: Record) -> bool:
-    """Tell whether records hold the same bytes in all fields."""
+    """Return whether records hold the same bytes in all fields."""
     packed = without_gaps(first.dtype)
     return bool(first.astype(packed).tobytes() == second.astype(packed).tobytes())
 
@@ -251,7 +251,7 @@ class _Writer(pickle.Pickler):
         self._names = {id(each): name for name, each in known.items()}
 
     def persistent_id(self, value: Any) -> str | None:
-        """Return the name of what is known; of bound methods a new object is made every time."""
+        """Return the name of a known object; of bound methods a new object is made every time."""
         if isinstance(value, MethodType) and value == self._known.get(REPORT):
             return REPORT
         return self._names.get(id(value))

@@ -10,7 +10,7 @@ from stickslip_ros.parameters import Parameters
 
 KERNELS, IDEAL_KERNELS = 120, 56
 """What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet."""
-TOLD_EVERY = 20
+REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
 
 
@@ -42,29 +42,29 @@ def compile_ideal_kernels() -> Bench:
 
 
 def needs_all_kernels(parameters: Parameters) -> bool:
-    """Tell whether a stand needs more than the kernels of an ideal drive, from its start on."""
+    """Return whether a stand needs more than the kernels of an ideal drive, from its start on."""
     if parameters.stand.preload_end or parameters.fault.schedule or parameters.fault.names:
         return True
     return not plant_of(parameters)[0].only_long_steps
 
 
-def told(say: Callable[[str], None], kernels: int = KERNELS) -> Callable[[int], None]:
+def progress_reporter(say: Callable[[str], None], kernels: int = KERNELS) -> Callable[[int], None]:
     """
-    Return what to tell of compiled kernels, as ``compilation_told`` does, to put it into words.
+    Return a listener for ``compilation_reported`` that puts the progress into lines.
 
     Parameters
     ----------
     say : callable
-        Receives a line at the first kernel, and after every ``TOLD_EVERY``.
+        Receives a line at the first kernel, and after every ``REPORT_EVERY``.
     kernels : int
         How many there are to compile, at most.
 
     """
 
-    def tell(done: int) -> None:
+    def report(done: int) -> None:
         if done == 0 and (why := why_not_kept()):
             say(why)
-        if done % TOLD_EVERY == 0:
+        if done % REPORT_EVERY == 0:
             say(f'compiling kernels, once: {done} of {max(kernels, done)}')
 
-    return tell
+    return report

@@ -135,7 +135,7 @@ class PositionLoop:
         return self.centre() if may_centre else self._step(error_m, position_m)
 
     def passes(self, target_m: float, position_m: float) -> bool:
-        """Tell whether a burst is a stroke beyond its target: steps are longer than thought."""
+        """Return whether a burst is a stroke beyond its target: steps are longer than thought."""
         error_m = target_m - position_m
         stroke_m = self._stroke_m(self.settings.step_v)
         if self._burst * error_m >= 0.0 or abs(error_m) <= stroke_m:
@@ -159,7 +159,7 @@ class PositionLoop:
         return self.settings.gain_m_per_v * voltage_v
 
     def _may_scan(self, error_m: float) -> bool:
-        """Tell whether an error can be scanned away; a scan that has begun goes on to the end."""
+        """Return whether an error can be scanned away; a scan that has begun is continued."""
         settings = self.settings
         end_v = settings.voltage_max_v if error_m > 0.0 else settings.voltage_min_v
         room_m = self._stroke_m(abs(end_v - self.voltage_v))
@@ -168,7 +168,7 @@ class PositionLoop:
         return abs(error_m) <= max(REACH * room_m, settings.deadband_m)
 
     def _is_at_an_end(self) -> bool:
-        """Tell whether the piezo has hardly any way left on one side."""
+        """Return whether the piezo has hardly any way left on one side."""
         low_v, high_v = self.settings.voltage_min_v, self.settings.voltage_max_v
         return min(self.voltage_v - low_v, high_v - self.voltage_v) < MARGIN * (high_v - low_v)
 

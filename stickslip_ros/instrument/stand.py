@@ -109,7 +109,7 @@ class Stand:
         start_clock(self.states)
 
     def has_arrived(self, wave: Wave) -> bool:
-        """Tell whether a wave and the amplifier are at their end."""
+        """Return whether a wave and the amplifier are at their end."""
         return has_arrived(self.plants, wave, self.states)
 
     def advance(self, wave: Wave, samples: int) -> Array:

@@ -278,7 +278,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
 
 
 def is_whole(path: Path) -> bool:
-    """Tell whether every byte of a file is as its checksums say, and all of it is indexed."""
+    """Return whether every byte of a file is as its checksums say, and all of it is indexed."""
     try:
         with open_whole(path, checks_data=True) as reader:
             messages = sum(1 for _ in reader.iter_messages(log_time_order=False))
@@ -312,7 +312,7 @@ def _by_number(path: Path) -> tuple[str, int, str]:
 
 
 def _is_described(bag: Path) -> bool:
-    """Tell whether a directory has a readable description whose files are all there."""
+    """Return whether a directory has a readable description whose files are all there."""
     try:
         return bool(bag_parts(bag))
     except RecordingError:

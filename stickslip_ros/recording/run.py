@@ -66,7 +66,7 @@ class RunWriter:
         self.recorder.put(packed.key, packed.time_ns, packed.data, wait=self.waits)
 
     def check(self) -> None:
-        """Raise what has ended the writing, such as a full disk, if anything has."""
+        """Raise the error that has ended the writing, such as a full disk, if any."""
         if self.recorder.error is not None:
             raise self.recorder.error
 

@@ -137,7 +137,7 @@ class RunStorage:
         return self._file.chunks != self._chunks_secured
 
     def _is_full(self, lasted_ns: int) -> bool:
-        """Tell whether the next message belongs into the next file."""
+        """Return whether the next message belongs into the next file."""
         duration_ns, size_bytes = self._form.split_duration_ns, self._form.split_size_bytes
         return 0 < duration_ns <= lasted_ns or 0 < size_bytes <= self._file.size_bytes
 

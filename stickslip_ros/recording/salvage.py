@@ -200,12 +200,12 @@ class Scan:
         return record.channel_id in self._channels and self._is_followed(found.end)
 
     def _is_followed(self, end: int) -> bool:
-        """Tell whether a record follows a message outside a chunk: nothing else checks it."""
+        """Return whether a record follows a message outside a chunk: nothing else checks it."""
         is_last = end == len(self._data) or self._is_cut_message(end)
         return is_last or _read_record(self._data, end) is not None
 
     def _is_cut_message(self, offset: int) -> bool:
-        """Tell whether a message begins here that the end of the file cuts off."""
+        """Return whether a message begins here that the end of the file cuts off."""
         if self._data[offset] != Opcode.MESSAGE:
             return False
         end = _end_of(self._data, offset)

@@ -74,7 +74,7 @@ class Topic:
         return self.name.removeprefix(PREFIX)
 
     def exists(self, parameters: Parameters) -> bool:
-        """Tell whether the topic is offered under these parameters."""
+        """Return whether the topic is offered under these parameters."""
         return not self.switch or bool(parameters.flat()[self.switch])
 
     def full_name(self, namespace: str = '/', node_name: str = NODE_NAME) -> str:

@@ -115,7 +115,7 @@ class Connections:
         return {name: gaps.lost for name, gaps in self._gaps.items() if gaps.lost}
 
     def fit(self, parameters: Parameters) -> bool:
-        """Tell whether exactly the topics that exist under these parameters are offered."""
+        """Return whether exactly the topics that exist under these parameters are offered."""
         return {t.key for t in TOPICS if t.exists(parameters)} == self._offered.keys()
 
     def offer(self, parameters: Parameters) -> None:

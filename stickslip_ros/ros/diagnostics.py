@@ -111,7 +111,7 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
 
 
 def _take_preload_ramp(session: Session) -> bool:
-    """Tell whether a preload was on its way in a block since the last call."""
+    """Return whether a preload was on its way in a block since the last call."""
     ramped, session.worker.preload_ramped = session.worker.preload_ramped, False
     return ramped
 
@@ -140,7 +140,7 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
 
 
 def is_long(session: Session) -> bool:
-    """Tell whether the present block of a drive takes longer than it should."""
+    """Return whether the present block of a drive takes longer than it should."""
     return session.busy_s > BLOCK_MAX_S
 
 

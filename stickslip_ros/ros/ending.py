@@ -46,7 +46,7 @@ class Ending:
         os.set_blocking(self.writing, False)
 
     def is_set(self) -> bool:
-        """Tell whether the end has been asked for."""
+        """Return whether the end has been asked for."""
         return self._is_set
 
     def set(self) -> None:
@@ -127,7 +127,7 @@ def interruptible() -> Iterator[None]:
 
 
 def is_interruptible() -> bool:
-    """Tell whether such a thing is being done."""
+    """Return whether such a thing is being done."""
     return bool(_interruptible)
 
 

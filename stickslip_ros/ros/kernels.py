@@ -71,7 +71,7 @@ class Kernels:
         ).start()
 
     def must_wait(self, request: Request | None, after: bool) -> bool:
-        """Tell whether a request must wait; ``after`` says whether one before it does."""
+        """Return whether a request must wait; ``after`` says whether one before it does."""
         if self.are_ready or request is None:
             return False
         return request.name in (IN_ORDER if after else BEYOND_IDEAL)

@@ -13,11 +13,11 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from stickslip_ros.contact.kernel import compilation_told
+from stickslip_ros.contact.kernel import compilation_reported
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.compilation import told
+from stickslip_ros.instrument.compilation import progress_reporter
 from stickslip_ros.parameters import Parameters, format_value
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.feed import Packed
@@ -151,7 +151,8 @@ class StickSlipDrive(LifecycleNode):
         return result
 
     def _build(self, parameters: Any) -> Session:
-        with compilation_told(told(self.get_logger().warning, kernels_for(parameters))):
+        report = progress_reporter(self.get_logger().warning, kernels_for(parameters))
+        with compilation_reported(report):
             callbacks = Callbacks(
                 self._on_faults, self._on_lost_recording, self._refusals.note, self._on_failure
             )

@@ -88,7 +88,7 @@ class Orders:
         Whether orders of one block are sorted by their topics, so that it does not matter in
         which order the network delivered them.
     must_wait : callable
-        Tells whether a request must wait for more than its time.
+        Returns whether a request must wait for more than its time.
 
     Attributes
     ----------

@@ -192,6 +192,6 @@ def live_defaults(node: Node) -> list[Parameter]:
 
 
 def differ_when_built(one: Parameters, other: Parameters) -> bool:
-    """Tell whether two sets of parameters make different drives: live ones do not."""
+    """Return whether two sets of parameters make different drives: live ones do not."""
     values = other.flat()
     return any(value != values[n] for n, value in one.flat().items() if not spec_of(n).live)

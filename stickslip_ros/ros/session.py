@@ -199,12 +199,12 @@ class Session:
 
     @property
     def held(self) -> int:
-        """How many commands wait for kernels that are being compiled."""
+        """Number of commands that wait for kernels that are being compiled."""
         with self._changed:
             return self._orders.held(self.bench.time_ns)
 
     def _waits_for_kernels(self, now_ns: int) -> bool:
-        """Tell whether simulated time waits: what is not paced must not depend on compiling."""
+        """Return whether simulated time waits: what is not paced must not depend on compiling."""
         is_paced = self.pacer.real_time_factor > 0.0
         return not (is_paced or self.kernels.are_ready) and self._orders.held(now_ns) > 0
 

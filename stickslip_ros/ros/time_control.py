@@ -73,12 +73,12 @@ class TimeControl:
             self._grant = grant
 
     def is_granted(self, now_ns: int) -> bool:
-        """Tell whether the block that begins now was granted, and its commands have come."""
+        """Return whether the block that begins now was granted, and its commands have come."""
         if not self._lockstep:
             return True
         reached = now_ns + self._block_ns <= self._grant.until_ns
         return reached and self._received >= self._grant.commands
 
     def allows(self, now_ns: int) -> bool:
-        """Tell whether the block that begins now may be simulated."""
+        """Return whether the block that begins now may be simulated."""
         return not self.is_paused and self.is_granted(now_ns)

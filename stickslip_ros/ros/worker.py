@@ -27,7 +27,7 @@ Faults = dict[str, Scalar]
 @dataclass(frozen=True)
 class Callbacks:
     """
-    Who hears of what happens in a drive, on its thread; by default nobody.
+    Listeners to what happens in a drive, called on its thread; by default none.
 
     Attributes
     ----------

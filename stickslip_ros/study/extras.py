@@ -7,7 +7,7 @@ from stickslip_ros.errors import StickSlipError
 
 
 class MissingExtra(StickSlipError):
-    """A package that the user's wish needs is not installed; the purpose begins a sentence."""
+    """A package that the request needs is not installed; the purpose begins a sentence."""
 
     def __init__(self, purpose: str, module: str) -> None:
         mend = f'install it with: pip install {module}'

@@ -55,7 +55,7 @@ def deep_queues(*topics: str) -> dict[str, int]:
 
 class Operator:
     """
-    A node that commands a drive and collects everything that it says.
+    A node that commands a drive and collects everything that it publishes.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ class Operator:
         self.send(name, pack_command(topic, value))
 
     def send(self, name: str, message: Any) -> None:
-        """Send any message on ``command/NAME``: what a drive shall refuse, for one."""
+        """Send any message on ``command/NAME``: for example one that the drive must refuse."""
         self._publishers[name].publish(message)
         self.received[f'command/{name}'] += 1
 

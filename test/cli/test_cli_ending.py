@@ -28,7 +28,7 @@ Reached = Callable[[int, Path], bool]
 
 
 def knows_signals(pid: int, folder: Path) -> bool:
-    """Tell whether a process catches SIGTERM: the first thing that it does by itself."""
+    """Return whether a process catches SIGTERM: the first thing that it does by itself."""
     for line in Path(f'/proc/{pid}/status').read_text().splitlines():
         if line.startswith('SigCgt:'):
             return bool(int(line.split()[1], 16) >> (signal.SIGTERM - 1) & 1)

@@ -7,12 +7,12 @@ import pytest
 from bench_runs import MS
 
 from stickslip_ros.contact import kernel_cache
-from stickslip_ros.contact.kernel import compilation_told, entry_point, kernel
+from stickslip_ros.contact.kernel import compilation_reported, entry_point, kernel
 from stickslip_ros.contact.kernel_cache import Folders
 from stickslip_ros.instrument import compilation
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.compilation import KERNELS, TOLD_EVERY, told
+from stickslip_ros.instrument.compilation import KERNELS, REPORT_EVERY, progress_reporter
 from stickslip_ros.instrument.reports import Result
 from stickslip_ros.parameters import Parameters, load_yaml
 
@@ -47,7 +47,7 @@ REQUESTS = (
 def test_no_stand_compiles_anything_once_the_kernels_are_compiled(name, compiled_kernels):
     parameters = load_yaml(REALISTIC) if name == 'realistic' else Parameters()
     compiled = []
-    with compilation_told(compiled.append):
+    with compilation_reported(compiled.append):
         bench = Bench(parameters.updated(STANDS.get(name, {})))
         results = Counter()
         for number, request in enumerate(REQUESTS, start=1):
@@ -68,9 +68,9 @@ def test_it_is_told_how_many_kernels_were_compiled(monkeypatch):
         return twice(twice(value))
 
     monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: Folders((), None))
-    monkeypatch.setattr(compilation, 'TOLD_EVERY', 1)
+    monkeypatch.setattr(compilation, 'REPORT_EVERY', 1)
     lines = []
-    with compilation_told(told(lines.append)):
+    with compilation_reported(progress_reporter(lines.append)):
         assert four_times(1.5) == 6.0
         assert four_times(2.5) == 10.0
     assert 'set NUMBA_CACHE_DIR' in lines.pop(0)
@@ -79,7 +79,7 @@ def test_it_is_told_how_many_kernels_were_compiled(monkeypatch):
 
 def test_it_is_not_told_too_often():
     lines = []
-    tell = told(lines.append)
+    tell = progress_reporter(lines.append)
     for done in range(KERNELS):
         tell(done)
-    assert len(lines) == -(-KERNELS // TOLD_EVERY)
+    assert len(lines) == -(-KERNELS // REPORT_EVERY)

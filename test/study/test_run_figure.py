@@ -134,7 +134,7 @@ def test_a_window_without_a_sample_is_refused(recorded_run, tmp_path):
 
 
 def shows(picture, colour):
-    """Tell whether a picture has a curve of a colour."""
+    """Return whether a picture has a curve of a colour."""
     near = np.all(np.abs(picture[:, :, :3] - to_rgb(colour)) < COLOUR_ERROR, axis=2)
     return near.sum() > PIXELS_PER_LINE
 

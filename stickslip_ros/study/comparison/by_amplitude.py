@@ -189,7 +189,7 @@ def _of_rows(
 
 
 def _is_same(one: Scalar, other: Scalar) -> bool:
-    """Tell whether two values are the same, but for the rounding of typed numbers."""
+    """Return whether two values are the same, but for the rounding of typed numbers."""
     if isinstance(one, (bool, str)) or isinstance(other, (bool, str)):
         return one == other
     return abs(one - other) <= SAME * max(abs(one), abs(other))

@@ -12,7 +12,7 @@ UNITS = {'n': 'N', 'm': 'm', 'v': 'V', 'j': 'J', 's': 's', 'hz': 'Hz'}
 
 
 class Incomparable(StickSlipError):
-    """Two things, each in order, do not fit together."""
+    """Two inputs, each valid, cannot be compared."""
 
     def __init__(self, what: object, problem: str, mend: str) -> None:
         super().__init__(f'{what} {problem}; {mend}')

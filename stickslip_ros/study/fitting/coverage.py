@@ -33,7 +33,7 @@ SETS_MIN, SETS_MAX = 2, 100_000
 @dataclass(frozen=True)
 class Coverage:
     """
-    How often the interval of a parameter held the truth.
+    How often the interval of a parameter contained the truth.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ def coverage_of(
     fit: Fit, sets: int, *, seed: int = 1, workers: int = 0, progress: Progress | None = None
 ) -> tuple[Coverage, ...]:
     """
-    Fit synthetic data sets and count the intervals that hold the truth, which is the fitted stand.
+    Fit synthetic data sets and count the intervals that contain the truth, the fitted stand.
 
     The noise of each data set is a stream of its own of the seed; workers and progress are those
     of ``run_batch``.

@@ -42,7 +42,7 @@ RIVAL = 3.84
 @dataclass(frozen=True)
 class Found:
     """
-    Where a search ended, whether by itself, and how many stands it tried.
+    Where a search ended, whether it converged, and how many stands it tried.
 
     There are no coordinates if the search came to a stand that cannot be.
 
@@ -131,7 +131,7 @@ class Fit:
 
     @property
     def noise_n(self) -> float | None:
-        """Standard error of the points as the residuals tell it; None where it is known."""
+        """Standard error of the points from the residuals; None where it is known."""
         points = self.problem.points
         if points.sigma_n is not None:
             return None
@@ -214,7 +214,7 @@ def fit_drive(
 
 
 def search(problem: Problem, start: Array) -> Found:
-    """Go downhill from coordinates: a bounded trust region, with differences to one side."""
+    """Search from coordinates: a bounded trust region, with one-sided differences."""
     optimize = load_extra(PURPOSE, 'scipy.optimize')
     ended = optimize.least_squares(
         problem.residuals,
