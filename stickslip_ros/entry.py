@@ -40,8 +40,8 @@ def stickslip() -> int:
         status = help_or_refuse(DRIVE._replace(name='stickslip'), of_verb(sys.argv[2:]))
         if status is not None:
             return status
-    from stickslip_ros.cli.main import VERBS, main, module_of
+    from stickslip_ros.cli.main import VERBS, main, verb_of
 
-    for verb in VERBS.keys() & set(sys.argv[1:2]):
-        module_of(verb)
+    for name in VERBS.keys() & set(sys.argv[1:2]):
+        verb_of(name)
     return main() if runs_node else run_verb(main)

@@ -14,17 +14,26 @@ MN: Final = 1e3
 """Millinewtons in a newton."""
 NS_PER_S: Final = 1_000_000_000
 
-DISPLAY: Final[Mapping[str, tuple[float, str]]] = {
-    'N': (MN, 'mN'),
-    'm': (NM, 'nm'),
-    'J': (1e9, 'nJ'),
+FACTORS: Final[Mapping[str, float]] = {
+    '': 1.0,
+    's': 1.0,
+    'nm': NM,
+    'um': 1e6,
+    'mN': MN,
+    'nJ': 1e9,
+    'ms': 1e3,
+    'GPa': 1e-9,
+    'N/um': 1e-6,
 }
-"""Factor and name of the unit in which people read a quantity; topics and files are in SI."""
+"""Units in which people read, and how many of each make the SI unit of the quantity."""
+DISPLAY: Final[Mapping[str, str]] = {'N': 'mN', 'm': 'nm', 'J': 'nJ'}
+"""The one of them that stands for an SI unit; topics and files are in SI."""
 
 
 def display_unit(unit: str) -> tuple[float, str]:
     """Return factor and name of the unit in which pictures and tables show an SI unit."""
-    return DISPLAY.get(unit, (1.0, unit))
+    name = DISPLAY.get(unit, unit)
+    return FACTORS.get(name, 1.0), name
 
 
 def with_unit(value: float, unit: str) -> str:

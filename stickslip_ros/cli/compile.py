@@ -3,32 +3,22 @@
 import argparse
 import sys
 import time
-from typing import Any
 
-from stickslip_ros.cli.common import add_json, print_json
+from stickslip_ros.cli.options import switch, verb
+from stickslip_ros.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.contact.kernel import compilation_reported
 from stickslip_ros.contact.kernel_cache import cache_folders
 from stickslip_ros.instrument.compilation import compile_kernels, progress_reporter
 
-NOT_KEPT = 1
 
-
-def add_verb(add_parser: Any) -> None:
-    """Add the verb to the parser."""
-    parser = add_parser(
-        'compile',
-        description='Compile the kernels of the drive and keep them on the disk, as part of an '
-        'installation. What root has compiled, every user of the machine may read. Exit status 1 '
-        'if there is no folder to keep them in.',
-    )
-    parser.add_argument(
-        '--timings', action='store_true', help='print how many were compiled, and the time'
-    )
-    add_json(parser)
-    parser.set_defaults(run=run, tells_compilation=True)
-
-
-def run(arguments: argparse.Namespace) -> int:
+@verb(
+    'Compile the kernels of the drive and keep them on the disk, as part of an installation. What '
+    'root has compiled, every user of the machine may read. Exit status 1 if there is no folder '
+    'to keep them in.',
+    switch('--timings', 'print how many were compiled, and the time'),
+    reports_compilation=True,
+)
+def compile_verb(arguments: argparse.Namespace) -> Answer:
     """Compile; say something only where there is something to do."""
     compiled = 0
     report = progress_reporter(lambda line: print(line, file=sys.stderr, flush=True))
@@ -43,13 +33,14 @@ def run(arguments: argparse.Namespace) -> int:
         compile_kernels()
     wall_s, processor_s = time.perf_counter() - start_s, time.process_time() - start_cpu_s
     folder = cache_folders().write
-    if arguments.json:
-        kept = str(folder) if folder else None
-        print_json(
-            {'kernels': compiled, 'wall_s': wall_s, 'processor_s': processor_s, 'folder': kept}
-        )
-    elif arguments.timings or compiled:
-        print(f'{compiled} kernels compiled in {wall_s:.1f} s, {processor_s:.1f} s of a processor')
-    if compiled and folder is None:
-        return NOT_KEPT
-    return 0
+    line = f'{compiled} kernels compiled in {wall_s:.1f} s, {processor_s:.1f} s of a processor'
+    return Answer(
+        {
+            'kernels': compiled,
+            'wall_s': wall_s,
+            'processor_s': processor_s,
+            'folder': str(folder) if folder else None,
+        },
+        [line] if arguments.timings or compiled else [],
+        CHECK_FAILED if compiled and folder is None else 0,
+    )

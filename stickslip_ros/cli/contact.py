@@ -1,67 +1,50 @@
 """``stickslip contact``: one hemisphere under a normal force, in closed form."""
 
 import argparse
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from stickslip_ros.cli.common import (
-    add_json,
-    add_parameters,
-    chosen_parameters,
-    print_json,
-    print_table,
-)
+from stickslip_ros.cli.options import PARAMETERS, chosen_parameters, option, to_numbers, verb
+from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.mdr import Presliding, presliding
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import spec_of
 
 
-def add_verb(add_parser: Any) -> None:
-    """Add the verb to the parser."""
-    parser = add_parser(
-        'contact',
-        description='Solve the contact of one hemisphere under a constant normal force.',
-    )
-    parser.add_argument(
-        '--normal-force', type=float, required=True, metavar='N', help='normal force F_n, N'
-    )
-    parser.add_argument(
-        '--profile', choices=spec_of('contact.profile').choices, help='sets contact.profile'
-    )
-    parser.add_argument(
+@verb(
+    'Solve the contact of one hemisphere under a constant normal force.',
+    option('--normal-force', 'normal force F_n, N', float, 'N', required=True),
+    option(
+        '--profile',
+        'sets contact.profile',
+        dest='contact.profile',
+        choices=spec_of('contact.profile').choices,
+    ),
+    option(
         '--curve',
+        'tangential force at these fractions of the maximal presliding, as 0.1,0.5',
         metavar='FRACTIONS',
-        help='tangential force at these fractions of the maximal presliding, as 0.1,0.5',
-    )
-    add_parameters(parser)
-    add_json(parser)
-    parser.set_defaults(run=run)
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Solve and print."""
-    parameters = chosen_parameters(arguments)
-    if arguments.profile:
-        parameters = parameters.updated({'contact.profile': arguments.profile})
+    ),
+    *PARAMETERS,
+)
+def contact_verb(arguments: argparse.Namespace) -> Answer:
+    """Solve."""
+    material = chosen_parameters(arguments).contact
+    normal_force_n = arguments.normal_force
     contact = presliding(
-        profile_of(parameters.contact),
-        elasticity_of(parameters.contact),
-        parameters.contact.friction,
-        arguments.normal_force,
+        profile_of(material), elasticity_of(material), material.friction, normal_force_n
     )
-    _check_size(contact, parameters.contact.radius)
+    _check_size(contact, material.radius)
     result = describe_contact(contact)
-    if arguments.curve is not None:
-        fractions = parse_fractions(arguments.curve)
+    fractions = [] if arguments.curve is None else parse_fractions(arguments.curve)
+    if fractions:
         displacements_m = np.array(fractions) * contact.max_displacement_m
         result['tangential_force_n'] = contact.tangential_force(displacements_m).tolist()
-    if arguments.json:
-        print_json(result)
-    else:
-        _print(result, parameters.contact.profile, arguments)
-    return 0
+    title = f'{material.profile} hemisphere under {normal_force_n:g} N'
+    return Answer(result, [table(title, _rows(result, fractions))])
 
 
 def _check_size(contact: Presliding, sphere_m: float) -> None:
@@ -95,11 +78,7 @@ def parse_fractions(text: str) -> list[float]:
         If one is negative.
 
     """
-    try:
-        fractions = [float(part) for part in text.split(',')]
-    except ValueError:
-        mend = 'write fractions with commas, as 0.1,0.5'
-        raise WrongKind('--curve', text, 'a list of numbers', mend) from None
+    fractions = to_numbers('--curve', text, 'write fractions with commas, as 0.1,0.5')
     for fraction in fractions:
         if not 0.0 <= fraction < float('inf'):
             mend = '1 is the displacement of full slip'
@@ -107,21 +86,12 @@ def parse_fractions(text: str) -> list[float]:
     return fractions
 
 
-def _print(result: dict[str, Any], profile: str, arguments: argparse.Namespace) -> None:
-    rows = [
-        ('indentation d', f'{result["indentation_m"] * 1e9:.4f}', 'nm'),
-        ('contact radius a', f'{result["contact_radius_m"] * 1e6:.5f}', 'um'),
-        ('maximal presliding u_max', f'{result["max_presliding_m"] * 1e9:.4f}', 'nm'),
-        ('stick stiffness 2 G* a', f'{result["stick_stiffness_n_per_m"] * 1e-6:.5f}', 'N/um'),
-        ('effective modulus E*', f'{result["effective_modulus_pa"] * 1e-9:.4f}', 'GPa'),
-        (
-            'effective shear modulus G*',
-            f'{result["effective_shear_modulus_pa"] * 1e-9:.4f}',
-            'GPa',
-        ),
-    ]
-    if 'tangential_force_n' in result:
-        fractions = parse_fractions(arguments.curve)
-        for fraction, force_n in zip(fractions, result['tangential_force_n'], strict=True):
-            rows.append((f'tangential force at {fraction:g} u_max', f'{force_n * 1e3:.5f}', 'mN'))
-    print_table(f'{profile} hemisphere under {arguments.normal_force:g} N', rows)
+def _rows(result: dict[str, Any], fractions: list[float]) -> Iterator[tuple[str, str, str]]:
+    yield number('indentation d', result['indentation_m'], '.4f', 'nm')
+    yield number('contact radius a', result['contact_radius_m'], '.5f', 'um')
+    yield number('maximal presliding u_max', result['max_presliding_m'], '.4f', 'nm')
+    yield number('stick stiffness 2 G* a', result['stick_stiffness_n_per_m'], '.5f', 'N/um')
+    yield number('effective modulus E*', result['effective_modulus_pa'], '.4f', 'GPa')
+    yield number('effective shear modulus G*', result['effective_shear_modulus_pa'], '.4f', 'GPa')
+    for fraction, force_n in zip(fractions, result.get('tangential_force_n', ()), strict=True):
+        yield number(f'tangential force at {fraction:g} u_max', force_n, '.5f', 'mN')

@@ -1,41 +1,42 @@
-"""``stickslip demo``: node and operator as two processes, topics between them, a recording."""
+"""``stickslip demo`` and ``stickslip positioning``: the instrument at work, over topics."""
 
 import argparse
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from stickslip_ros.cli.common import (
-    add_folder,
-    add_json,
-    add_parameters,
+from rich.table import Table
+
+from stickslip_ros.cli.options import (
+    PARAMETERS,
     chosen_parameters,
-    print_json,
-    print_table,
+    folder,
+    option,
+    to_numbers,
+    verb,
 )
+from stickslip_ros.cli.printing import CHECK_FAILED, Answer, number, table
 from stickslip_ros.files import make_folder
+from stickslip_ros.study.positioning_figure import draw_positioning, largest_errors_m
 from stickslip_ros.study.run_figure import plot_run
+from stickslip_ros.units import NM
 
-CHECK_FAILED = 1
-
-
-def add_verb(add_parser: Any) -> None:
-    """Add the verb to the parser."""
-    parser = add_parser(
-        'demo',
-        description='Start the node as a process of its own; from here, over topics: a saw-tooth '
-        'burst, a direct-voltage ramp, an external load. Writes DIR/demo.mcap and DIR/demo.png.',
-    )
-    add_folder(parser)
-    add_parameters(parser)
-    add_json(parser)
-    parser.set_defaults(run=run)
+TOLERANCE_M = 5e-9
+"""Largest true distance from a target while it is held, for a pass."""
+SETTLE_S = 0.2
+"""Time after the load has come in which the controller may take it back."""
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Run the demo, print its table, draw its picture."""
-    from stickslip_ros.testing.demo import run_demo  # noqa: PLC0415 - other verbs do without ROS
+@verb(
+    'Start the node as a process of its own; from here, over topics: a saw-tooth burst, a '
+    'direct-voltage ramp, an external load. Writes DIR/demo.mcap and DIR/demo.png.',
+    folder(),
+    *PARAMETERS,
+)
+def demo_verb(arguments: argparse.Namespace) -> Answer:
+    """Run the demo, draw its picture."""
+    from stickslip_ros.testing.demo import run_demo  # noqa: PLC0415 - help does without ROS
 
     parameters = chosen_parameters(arguments)
     make_folder(arguments.out)
@@ -43,11 +44,7 @@ def run(arguments: argparse.Namespace) -> int:
     picture = arguments.out / 'demo.png'
     title = 'Saw-tooth burst, direct-voltage ramp and external load on the virtual stand'
     plot_run(Path(summary.recording), picture, title=title, with_step=True)
-    if arguments.json:
-        print_json(summary)
-    else:
-        _print(summary, picture)
-    return 0 if summary.passed else CHECK_FAILED
+    return Answer(summary, _demo_parts(summary, picture), 0 if summary.passed else CHECK_FAILED)
 
 
 def _say_unless(quiet: bool) -> Callable[[str], None]:
@@ -55,31 +52,91 @@ def _say_unless(quiet: bool) -> Callable[[str], None]:
     return (lambda _: None) if quiet else (lambda line: print(line, file=sys.stderr, flush=True))
 
 
-def _print(summary: Any, picture: Path) -> None:
+def _demo_parts(summary: Any, picture: Path) -> Iterator[str | Table]:
+    equal = f'{summary.positions_equal} of {summary.positions_recorded}'
     rows = [
-        ('steps made', str(summary.steps), ''),
-        ('mean step of the burst', f'{summary.mean_step_m * 1e9:.2f}', 'nm'),
-        ('first step', f'{summary.first_step_m * 1e9:.2f}', 'nm'),
-        ('generated force at the end of the burst', f'{summary.force_n * 1e3:.2f}', 'mN'),
-        ('motion by the external load', f'{summary.load_motion_m * 1e9:.2f}', 'nm'),
-        ('real-time factor', f'{summary.real_time_factor:.4f}', ''),
+        ('steps made', summary.steps),
+        number('mean step of the burst', summary.mean_step_m, '.2f', 'nm'),
+        number('first step', summary.first_step_m, '.2f', 'nm'),
+        number('generated force at the end of the burst', summary.force_n, '.2f', 'mN'),
+        number('motion by the external load', summary.load_motion_m, '.2f', 'nm'),
+        number('real-time factor', summary.real_time_factor, '.4f'),
         ('lateness mean', f'{summary.lateness_mean_us:.0f}', 'us'),
         ('lateness 99 %', f'{summary.lateness_p99_us:.0f}', 'us'),
         ('lateness max', f'{summary.lateness_max_us:.0f}', 'us'),
-        ('overruns', str(summary.overruns), ''),
-        ('messages dropped by the recorder', str(summary.dropped), ''),
-        (
-            'positions equal on topic and in file',
-            f'{summary.positions_equal} of {summary.positions_recorded}',
-            '',
-        ),
-        ('positions altered on the way', str(summary.positions_altered), ''),
-        ('node ended with status', str(summary.exit_status), ''),
+        ('overruns', summary.overruns),
+        ('messages dropped by the recorder', summary.dropped),
+        ('positions equal on topic and in file', equal),
+        ('positions altered on the way', summary.positions_altered),
+        ('node ended with status', summary.exit_status),
     ]
-    print_table('The drive, commanded over topics', rows)
+    yield table('The drive, commanded over topics', rows)
     counts = [
-        (key, str(count), str(summary.received.get(key, 0)))
-        for key, count in summary.published.items()
+        (topic, count, summary.received.get(topic, 0))
+        for topic, count in summary.published.items()
     ]
-    print_table('messages', counts, ('topic', 'in the recording', 'at the operator'))
-    print(f'recording {summary.recording}\npicture   {picture}')
+    yield table('messages', counts, ('topic', 'in the recording', 'at the operator'))
+    yield f'recording {summary.recording}\npicture   {picture}'
+
+
+@verb(
+    'Drive and position_controller in lockstep, over topics: the same bytes on every machine. '
+    'Goes to the targets one after the other, then an external load comes. Passes if every target '
+    f'is held within {TOLERANCE_M * NM:g} nm of the true position. Try --params '
+    'config/realistic.yaml. Writes DIR/positioning.mcap and .png.',
+    option('--targets', 'positions, m', metavar='M,M,...', default='100e-9,1e-6,10e-6,100e-6'),
+    option('--load', 'load at the end', float, 'N', default=0.05),
+    folder(),
+    *PARAMETERS,
+)
+def positioning_verb(arguments: argparse.Namespace) -> Answer:
+    """Run, judge, draw."""
+    from stickslip_ros.testing.positioning import (  # noqa: PLC0415 - help does without ROS
+        run_positioning,
+    )
+
+    recording = arguments.out / 'positioning.mcap'
+    picture = recording.with_suffix('.png')
+    targets_m = to_numbers('--targets', arguments.targets, 'give positions in m, as 100e-9,1e-6')
+    parameters = chosen_parameters(arguments)
+    make_folder(arguments.out)
+    legs = run_positioning(parameters, recording, targets_m, arguments.load)
+    # A load pushes the runner away at first; from then on the target must be held again.
+    holds = [
+        (leg.start_s + SETTLE_S if leg.load_n else leg.arrival_s, leg.end_s, leg.target_m)
+        for leg in legs
+    ]
+    errors_m = largest_errors_m(recording, holds)
+    draw_positioning(
+        recording, [(leg.start_s, leg.end_s, leg.target_m) for leg in legs], TOLERANCE_M, picture
+    )
+    result = {
+        'legs': [
+            {
+                'target_m': leg.target_m,
+                'load_n': leg.load_n,
+                'way_s': leg.arrival_s - leg.start_s,
+                'largest_error_m': error_m,
+            }
+            for leg, error_m in zip(legs, errors_m, strict=True)
+        ],
+        'passed': all(error_m <= TOLERANCE_M for error_m in errors_m),
+        'recording': str(recording),
+        'picture': str(picture),
+    }
+    return Answer(result, _positioning_parts(result), 0 if result['passed'] else CHECK_FAILED)
+
+
+def _positioning_parts(result: dict[str, Any]) -> Iterator[str | Table]:
+    rows = [
+        (
+            f'{leg["target_m"] * NM:g} nm'
+            + (f' under {leg["load_n"]:g} N' if leg['load_n'] else ''),
+            '-' if leg['load_n'] else f'{leg["way_s"] * 1e3:.0f}',
+            f'{leg["largest_error_m"] * NM:.2f}',
+        )
+        for leg in result['legs']
+    ]
+    yield table('targets', rows, ('target', 'way (ms)', 'largest error in hold (nm)'))
+    yield f'{"held" if result["passed"] else "NOT held"} within {TOLERANCE_M * NM:g} nm'
+    yield f'recording {result["recording"]}\npicture {result["picture"]}'

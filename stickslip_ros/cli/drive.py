@@ -1,32 +1,27 @@
 """``stickslip drive``: the node."""
 
 import argparse
-from typing import Any
 
-from stickslip_ros.cli.common import add_json, add_parameters, chosen_parameters, print_json
+from stickslip_ros.cli.options import PARAMETERS, chosen_parameters, verb
+from stickslip_ros.cli.printing import Answer, print_json
 from stickslip_ros.parameters import format_value, parse_assignments, spec_of
 
 
-def add_verb(add_parser: Any) -> None:
-    """Add the verb to the parser."""
-    parser = add_parser(
-        'drive',
-        description='Run the node until Ctrl-C. Further arguments go to ROS, '
-        'as in: stickslip drive --ros-args -r __ns:=/left',
-    )
-    add_parameters(parser)
-    add_json(parser)
-    parser.set_defaults(run=run, tells_compilation=True, takes_ros_arguments=True)
-
-
-def run(arguments: argparse.Namespace) -> int:
+@verb(
+    'Run the node until Ctrl-C. Further arguments go to ROS, '
+    'as in: stickslip drive --ros-args -r __ns:=/left',
+    *PARAMETERS,
+    reports_compilation=True,
+    takes_ros_arguments=True,
+)
+def drive_verb(arguments: argparse.Namespace) -> Answer:
     """Run the node; with ``--json`` its parameters are printed first."""
     from stickslip_ros.ros.node import main  # noqa: PLC0415 - other verbs do without ROS
 
     parameters = chosen_parameters(arguments)
     if arguments.json:
         print_json(parameters.flat())
-    return main(ros_arguments(arguments))
+    return Answer(None, status=main(ros_arguments(arguments)))
 
 
 def ros_arguments(arguments: argparse.Namespace) -> list[str]:

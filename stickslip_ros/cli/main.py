@@ -6,15 +6,17 @@ import re
 import sys
 from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING
 
 import stickslip_ros
 from stickslip_ros.cli.program import REFUSED
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.ros.ending import STOPPED
 from stickslip_ros.stopping import Stopped, heed_stop
+
+if TYPE_CHECKING:
+    from stickslip_ros.cli.options import Verb
 
 VERBS = {
     'contact': 'indentation, contact radius and presliding of one hemisphere',
@@ -39,6 +41,14 @@ VERBS = {
     'compile': 'compile the kernels now, so that the first run need not',
 }
 """What each verb does; its module is imported when it is asked for."""
+MODULES = {
+    'zero-amplitude': 'sweep',
+    'positioning': 'demo',
+    **dict.fromkeys(('info', 'plot', 'recover'), 'recording'),
+    **dict.fromkeys(('roughness', 'laws', 'figures'), 'paper'),
+    **dict.fromkeys(('parameters', 'interface'), 'reference'),
+}
+"""Where verbs share a module; the others have one of their name."""
 NEGATIVE_NUMBER = re.compile(r'-(\d+\.?\d*|\.\d+)(e[-+]?\d+)?|-inf|-nan', re.IGNORECASE)
 
 DESCRIPTION = """\
@@ -82,18 +92,18 @@ def build_parser(asked: Collection[str] = VERBS) -> argparse.ArgumentParser:
     )
     parser.add_argument('--version', action='version', version=stickslip_ros.__version__)
     verbs = parser.add_subparsers(title='verbs', metavar='VERB', required=True)
-    for verb, summary in VERBS.items():
-        add_parser = partial(verbs.add_parser, help=summary)
-        if verb in asked:
-            module_of(verb).add_verb(add_parser)
-        else:
-            add_parser(verb)
+    for name, summary in VERBS.items():
+        parser_of_verb = verbs.add_parser(name, help=summary)
+        if name in asked:
+            verb_of(name).fill(parser_of_verb)
     return parser
 
 
-def module_of(verb: str) -> Any:
-    """Return the module of a verb."""
-    return import_module(f'stickslip_ros.cli.{verb.replace("-", "_")}')
+def verb_of(name: str) -> 'Verb':
+    """Import the module of a verb and return what it declares."""
+    module = import_module(f'stickslip_ros.cli.{MODULES.get(name, name)}')
+    verb: Verb = getattr(module, f'{name.replace("-", "_")}_verb')
+    return verb
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -109,8 +119,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         heed_stop()
         parsed = _parse(words)
         heed_stop()
-        with _compilation_told(parsed):
-            status = int(parsed.run(parsed))
+        with _compilation_reported(parsed):
+            answer = parsed.verb.run(parsed)
+            answer.show(as_json=parsed.json)
         sys.stdout.flush()
     except Stopped as stopped:
         sys.stderr.write(f'stickslip: {stopped}\n')
@@ -128,28 +139,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
         name = f'{error.filename}: ' if error.filename else ''
         sys.stderr.write(f'stickslip: {name}{error.strerror}; choose another path\n')
         return REFUSED
-    return status
+    return int(answer.status)
 
 
 def _parse(words: Sequence[str]) -> argparse.Namespace:
     parser = build_parser(words[:1])
     parsed, rest = parser.parse_known_args(words)
-    if rest and not (getattr(parsed, 'takes_ros_arguments', False) and rest[0] == '--ros-args'):
+    if rest and not (parsed.verb.takes_ros_arguments and rest[0] == '--ros-args'):
         parser.error(f'unrecognized arguments: {" ".join(rest)}')
-    parsed.ros_arguments = rest
+    parsed.ros_arguments, parsed.words = rest, words
     return parsed
 
 
 @contextmanager
-def _compilation_told(parsed: argparse.Namespace) -> Iterator[None]:
+def _compilation_reported(parsed: argparse.Namespace) -> Iterator[None]:
     """Say that a verb compiles, unless it has no kernels or says so itself."""
-    if 'numba' not in sys.modules or getattr(parsed, 'tells_compilation', False):
+    if 'numba' not in sys.modules or parsed.verb.reports_compilation:
         yield
         return
-    from stickslip_ros.contact.kernel import (  # noqa: PLC0415 - most do without
-        compilation_reported,
-    )
-    from stickslip_ros.contact.kernel_cache import why_not_kept  # noqa: PLC0415
+    # ruff: noqa: PLC0415 - most verbs do without
+    from stickslip_ros.contact.kernel import compilation_reported
+    from stickslip_ros.contact.kernel_cache import why_not_kept
 
     def report(done: int) -> None:
         line = why_not_kept() or ('compiling kernels, once' if sys.stderr.isatty() else '')

@@ -3,73 +3,52 @@
 import argparse
 import dataclasses
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
-from stickslip_ros.cli.common import (
-    add_json,
-    add_parameters,
-    chosen_values,
-    print_json,
-    print_table,
-    to_path,
-)
-from stickslip_ros.cli.progress import shown_progress
+from rich.table import Table
+
+from stickslip_ros.cli.options import PARAMETERS, chosen_values, option, switch, to_path, verb
+from stickslip_ros.cli.printing import CHECK_FAILED, Answer, shown_progress, table
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.replay import (
-    Replay,
-    is_run,
-    read_drive_input,
-    replay,
-    replay_input,
-)
-from stickslip_ros.units import NANO
-
-CHECK_FAILED = 1
+from stickslip_ros.study.replay import Replay, is_run, read_drive_input, replay, replay_input
+from stickslip_ros.units import MN, NM
 
 
-def add_verb(add_parser: Any) -> None:
-    """Add the verb to the parser."""
-    parser = add_parser(
-        'replay',
-        description='Without --set, the requests of a recording give the same data again, byte '
-        'for byte; the exit status is 1 if they do not. With --set or --params they answer what '
-        'another stand would have done. A table of voltages or strokes over time (CSV, Parquet, '
-        'or a topic of an MCAP file) is played as a waveform.',
-    )
-    parser.add_argument('file', type=to_path, help='recording, or table with time_s and voltage_v')
-    parser.add_argument('-o', '--output', type=to_path, metavar='FILE', help='recording to write')
-    parser.add_argument(
-        '--topic', default='', metavar='NAME', help='topic of an MCAP file that gives the voltage'
-    )
-    parser.add_argument(
-        '--field', default='', metavar='NAME', help='field or column of that topic, as voltage'
-    )
-    parser.add_argument(
-        '--stroke', action='store_true', help='the topic gives a stroke in m, not a voltage'
-    )
-    parser.add_argument(
+@verb(
+    'Without --set, the requests of a recording give the same data again, byte for byte; the exit '
+    'status is 1 if they do not. With --set or --params they answer what another stand would have '
+    'done. A table of voltages or strokes over time (CSV, Parquet, or a topic of an MCAP file) is '
+    'played as a waveform.',
+    option('file', 'recording, or table with time_s and voltage_v', to_path),
+    option('-o --output', 'recording to write', to_path),
+    option('--topic', 'topic of an MCAP file that gives the voltage', metavar='NAME', default=''),
+    option('--field', 'field or column of that topic, as voltage', metavar='NAME', default=''),
+    switch('--stroke', 'the topic gives a stroke in m, not a voltage'),
+    switch(
         '--from-rest',
-        action='store_true',
-        help='replay a recording that began in the middle of a run from rest: not the same run',
-    )
-    add_parameters(parser)
-    add_json(parser)
-    parser.set_defaults(run=run)
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Replay and print."""
-    if arguments.output is None:
+        'replay a recording that began in the middle of a run from rest: not the same run',
+    ),
+    *PARAMETERS,
+)
+def replay_verb(arguments: argparse.Namespace) -> Answer:
+    """Replay, into a file that is thrown away if none is given."""
+    kept = arguments.output
+    if kept:
+        make_room(kept, is_new=True)
+        result = _replay(arguments, kept)
+    else:
         with tempfile.TemporaryDirectory() as folder:
-            return _run(arguments, Path(folder) / 'replay.mcap', is_kept=False)
-    make_room(arguments.output, is_new=True)
-    return _run(arguments, arguments.output, is_kept=True)
+            result = _replay(arguments, Path(folder) / 'replay.mcap')
+    content = {**dataclasses.asdict(result), 'output': str(kept or '')}
+    is_same_run = not result.changed and not arguments.from_rest
+    status = CHECK_FAILED if is_same_run and result.identical is False else 0
+    return Answer(content, _parts(result, str(kept or 'not kept')), status)
 
 
-def _run(arguments: argparse.Namespace, output: Path, *, is_kept: bool) -> int:
+def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
     changes = chosen_values(arguments)
     with shown_progress('simulated ms', quiet=arguments.json) as progress:
 
@@ -77,46 +56,39 @@ def _run(arguments: argparse.Namespace, output: Path, *, is_kept: bool) -> int:
             progress(now_ns // 1_000_000, end_ns // 1_000_000)
 
         if not arguments.topic and is_run(arguments.file):
-            result = replay(
+            return replay(
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
             )
-        else:
-            if not is_kept:
-                mend = 'give the recording to write with -o'
-                raise WrongKind('--output', 'nothing', 'a file', mend)
-            stand = Parameters().updated(changes)
-            given = read_drive_input(
-                arguments.file, stand, arguments.topic, arguments.field, is_stroke=arguments.stroke
-            )
-            result = replay_input(given, output, stand, progress=show)
-    if arguments.json:
-        print_json({**dataclasses.asdict(result), 'output': str(output) if is_kept else ''})
-    else:
-        _print(result, str(output) if is_kept else 'not kept')
-    is_same_run = not result.changed and not arguments.from_rest
-    return CHECK_FAILED if is_same_run and result.identical is False else 0
+        if arguments.output is None:
+            mend = 'give the recording to write with -o'
+            raise WrongKind('--output', 'nothing', 'a file', mend)
+        stand = Parameters().updated(changes)
+        given = read_drive_input(
+            arguments.file, stand, arguments.topic, arguments.field, is_stroke=arguments.stroke
+        )
+        return replay_input(given, output, stand, progress=show)
 
 
-def _print(result: Replay, output: str) -> None:
+def _parts(result: Replay, output: str) -> Iterator[str | Table]:
     rows = [
-        ('requests carried out again', str(result.requests)),
+        ('requests carried out again', result.requests),
         ('simulated time', f'{result.simulated_s:g} s'),
-        ('position at the end', f'{result.position_m / NANO:.3f} nm'),
-        ('force at the end', f'{result.force_n * 1e3:.4f} mN'),
+        ('position at the end', f'{result.position_m * NM:.3f} nm'),
+        ('force at the end', f'{result.force_n * MN:.4f} mN'),
         ('SHA-256 of the data', result.digest[:16] + '...'),
         ('recording', output),
+        *((f'changed {name}', value) for name, value in result.changed.items()),
     ]
-    rows += [(f'changed {name}', str(value)) for name, value in result.changed.items()]
-    print_table(f'replay of {result.source}', rows)
+    yield table(f'replay of {result.source}', rows)
     if result.identical:
-        print('the data section is identical, byte for byte')
+        yield 'the data section is identical, byte for byte'
     elif result.changed:
-        print(f'see what changed: stickslip compare {result.source} {output}')
+        yield f'see what changed: stickslip compare {result.source} {output}'
     elif result.difference is not None:
         where = result.difference
-        print(
+        yield (
             f'the data differ from message {where.message} on: {where.what} of {where.topic} '
             f'at {where.time_s:g} s'
         )
         if result.other_sources:
-            print('the recording was computed by other sources, which may round differently')
+            yield 'the recording was computed by other sources, which may round differently'

@@ -1,63 +1,51 @@
 """``stickslip simulate``: a saw-tooth run of the whole stand, without ROS."""
 
 import argparse
-from typing import Any
+from collections.abc import Iterator
 
-from stickslip_ros.cli.common import (
-    add_json,
-    add_parameters,
+from rich.table import Table
+
+from stickslip_ros.cli.options import (
+    FREE,
+    PARAMETERS,
+    PRELOAD,
     chosen_parameters,
-    print_json,
-    print_table,
+    either,
+    option,
     to_path,
+    verb,
 )
-from stickslip_ros.cli.progress import shown_progress
+from stickslip_ros.cli.printing import Answer, number, shown_progress, table
 from stickslip_ros.files import make_room
-from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.sawtooth_run import SawtoothRun, run_sawtooth, voltage_for
+from stickslip_ros.units import NM
 
-DEFAULT_FREQUENCY_HZ = 1000.0
 
-
-def add_verb(add_parser: Any) -> None:
-    """Add the verb to the parser."""
-    parser = add_parser(
-        'simulate',
-        description='Drive the virtual stand with a saw-tooth, without ROS. Generated force is '
-        'k x, the force in the load-cell spring.',
-    )
-    parser.add_argument('--preload', type=float, metavar='N', help='sets stand.preload, N')
-    stroke = parser.add_mutually_exclusive_group(required=True)
-    stroke.add_argument('--amplitude', type=float, metavar='M', help='stroke of the feet, m')
-    stroke.add_argument('--voltage', type=float, metavar='V', help='saw-tooth voltage, V')
-    parser.add_argument(
-        '--frequency',
-        type=float,
-        default=DEFAULT_FREQUENCY_HZ,
-        metavar='HZ',
-        help='steps per second; negative ones go backwards (default: %(default)g)',
-    )
-    parser.add_argument(
+@verb(
+    'Drive the virtual stand with a saw-tooth, without ROS. Generated force is k x, the force in '
+    'the load-cell spring.',
+    PRELOAD,
+    either(
+        option('--amplitude', 'stroke of the feet, m', float, 'M'),
+        option('--voltage', 'saw-tooth voltage, V', float, 'V'),
+        required=True,
+    ),
+    option(
+        '--frequency', 'steps per second; negative ones go backwards', float, 'HZ', default=1000.0
+    ),
+    option(
         '--steps',
-        type=int,
+        'number of steps (default: until the force is steady, at most 5000)',
+        int,
         default=0,
-        metavar='N',
-        help='number of steps (default: until the force is steady, at most 5000)',
-    )
-    parser.add_argument(
-        '--free', action='store_true', help='no load cell: sets load_cell.contact=absent'
-    )
-    parser.add_argument(
-        '-o', '--output', type=to_path, metavar='FILE', help='record the run as MCAP'
-    )
-    add_parameters(parser)
-    add_json(parser)
-    parser.set_defaults(run=run)
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Simulate and print."""
-    parameters = _with_shortcuts(chosen_parameters(arguments), arguments)
+    ),
+    FREE,
+    option('-o --output', 'record the run as MCAP', to_path),
+    *PARAMETERS,
+)
+def simulate_verb(arguments: argparse.Namespace) -> Answer:
+    """Run the stand, record it if asked."""
+    parameters = chosen_parameters(arguments)
     voltage_v = arguments.voltage
     if voltage_v is None:
         voltage_v = voltage_for(parameters, arguments.amplitude)
@@ -72,38 +60,25 @@ def run(arguments: argparse.Namespace) -> int:
             path=arguments.output,
             progress=lambda done, _: progress(done, arguments.steps),
         )
-    if arguments.json:
-        print_json(result)
-    else:
-        _print(result)
-    return 0
+    return Answer(result, [_table(result)])
 
 
-def _with_shortcuts(parameters: Parameters, arguments: argparse.Namespace) -> Parameters:
-    values: dict[str, object] = {}
-    if arguments.preload is not None:
-        values['stand.preload'] = arguments.preload
-    if arguments.free:
-        values['load_cell.contact'] = 'absent'
-    return parameters.updated(values)
-
-
-def _print(result: SawtoothRun) -> None:
-    state = 'steady' if result.steady else 'NOT steady'
-    rows = [
-        ('generated force, mean of the last cycle', f'{result.force_mean_n * 1e3:.4f}', 'mN'),
-        ('generated force, start of the ramp', f'{result.force_ramp_start_n * 1e3:.4f}', 'mN'),
-        ('step length, last 10 cycles', f'{result.step_length_m * 1e9:.4f}', 'nm'),
-        ('steps', str(result.steps), state),
-        ('simulated time', f'{result.simulated_s:.4f}', 's'),
-        ('wall time', f'{result.wall_s:.4f}', 's'),
-        ('real-time factor', f'{result.real_time_factor:.1f}', ''),
-        ('energy residual / work of the feet', f'{result.energy_residual:.2e}', ''),
-    ]
-    if result.recording:
-        rows.append(('recording', result.recording, ''))
-    print_table(
-        f'preload {result.preload_n:g} N, stroke {result.amplitude_m * 1e9:.4g} nm '
-        f'({result.voltage_v:.4g} V), {result.frequency_hz:g} Hz',
-        rows,
+def _table(result: SawtoothRun) -> Table:
+    title = (
+        f'preload {result.preload_n:g} N, stroke {result.amplitude_m * NM:.4g} nm '
+        f'({result.voltage_v:.4g} V), {result.frequency_hz:g} Hz'
     )
+    return table(title, _rows(result))
+
+
+def _rows(result: SawtoothRun) -> Iterator[tuple[object, ...]]:
+    yield number('generated force, mean of the last cycle', result.force_mean_n, '.4f', 'mN')
+    yield number('generated force, start of the ramp', result.force_ramp_start_n, '.4f', 'mN')
+    yield number('step length, last 10 cycles', result.step_length_m, '.4f', 'nm')
+    yield 'steps', result.steps, 'steady' if result.steady else 'NOT steady'
+    yield number('simulated time', result.simulated_s, '.4f', 's')
+    yield number('wall time', result.wall_s, '.4f', 's')
+    yield number('real-time factor', result.real_time_factor, '.1f')
+    yield number('energy residual / work of the feet', result.energy_residual, '.2e')
+    if result.recording:
+        yield 'recording', result.recording

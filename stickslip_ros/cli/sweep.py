@@ -1,21 +1,29 @@
-"""``stickslip sweep``: the drive at every combination of values, in one table."""
+"""
+``stickslip sweep`` and ``stickslip zero-amplitude``: many runs, without ROS and sensors.
+
+The one makes a table of every combination of values, the other looks for one stroke.
+
+"""
 
 import argparse
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
 
-from stickslip_ros.cli.common import (
-    add_json,
-    add_parameters,
-    add_workers,
+from stickslip_ros.cli.options import (
+    PARAMETERS,
+    PRELOAD,
+    WORKERS,
     chosen_parameters,
-    print_json,
-    print_table,
+    either,
+    many,
+    option,
+    switch,
     to_path,
+    verb,
 )
-from stickslip_ros.cli.progress import shown_progress
+from stickslip_ros.cli.printing import Answer, number, shown_progress, table
 from stickslip_ros.parameters import spec_of
-from stickslip_ros.study.journal import Journal, Row
+from stickslip_ros.study.journal import Journal
 from stickslip_ros.study.sweep import (
     AMPLITUDE,
     FREQUENCY,
@@ -28,81 +36,78 @@ from stickslip_ros.study.sweep import (
     stop_rule,
 )
 from stickslip_ros.study.sweep_table import check_table_path, write_table
+from stickslip_ros.study.zero_amplitude import (
+    FIT_POINTS,
+    STEP_MIN_M,
+    STEPS,
+    ZeroAmplitude,
+    zero_amplitude,
+)
+from stickslip_ros.units import NM
 
 VALUES = 'VALUES'
 
 
-def add_verb(add_parser: Any) -> None:
-    """Add the verb to the parser."""
-    parser = add_parser(
-        'sweep',
-        description='Run the drive alone, without sensors, at every combination of values. '
-        'VALUES are a list, 0.1,0.4, or a range start:stop:count with both ends, 0:160e-9:33; '
-        'one that begins with a minus needs an equals sign before it, --frequency=-500,500. '
-        f'A run ends when it is steady: {STEADY_RULE}; --steps sets a number instead. Finished '
-        'runs are kept in FILE.journal: after Ctrl-C or a crash the same command goes on.',
-    )
-    parser.add_argument('--preload', metavar=VALUES, help='varies stand.preload, N')
-    parser.add_argument(
-        '--amplitude', metavar=VALUES, required=True, help='strokes of the feet, m'
-    )
-    parser.add_argument(
-        '--frequency',
-        metavar=VALUES,
-        default=str(FREQUENCY.default),
-        help='steps per second (default: %(default)s)',
-    )
-    parser.add_argument(
+@verb(
+    'Run the drive alone, without sensors, at every combination of values. VALUES are a list, '
+    '0.1,0.4, or a range start:stop:count with both ends, 0:160e-9:33; one that begins with a '
+    'minus needs an equals sign before it, --frequency=-500,500. A run ends when it is steady: '
+    f'{STEADY_RULE}; --steps sets a number instead. Finished runs are kept in FILE.journal: after '
+    'Ctrl-C or a crash the same command goes on.',
+    option('--preload', 'varies stand.preload, N', metavar=VALUES),
+    option('--amplitude', 'strokes of the feet, m', metavar=VALUES, required=True),
+    option('--frequency', 'steps per second', metavar=VALUES, default=str(FREQUENCY.default)),
+    many(
         '--vary',
-        action='append',
-        default=[],
-        metavar='GROUP.NAME=VALUES',
-        help='vary any parameter; may be repeated; the first one is the slowest',
-    )
-    parser.add_argument(
-        '--steps', type=int, default=0, metavar='N', help='steps (default: until steady)'
-    )
-    parser.add_argument(
-        '--free', action='store_true', help='no load cell: sets load_cell.contact=absent'
-    )
-    parser.add_argument(
-        '-o', '--output', type=to_path, required=True, metavar='FILE', help='.csv or .parquet'
-    )
-    _add_who(parser)
-    add_parameters(parser)
-    add_json(parser)
-    parser.set_defaults(run=run)
-
-
-def _add_who(parser: argparse.ArgumentParser) -> None:
-    """Add who does the work, and whether it begins anew."""
-    who = parser.add_mutually_exclusive_group()
-    add_workers(who)
-    who.add_argument(
-        '--scheduler',
-        default='',
-        metavar='ADDRESS',
-        help='run on a Dask cluster instead, as tcp://HOST:8786; needs: pip install distributed',
-    )
-    parser.add_argument('--fresh', action='store_true', help='forget what FILE.journal holds')
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Sweep, write and print."""
-    check_table_path(arguments.output)
+        'vary any parameter; may be repeated; the first one is the slowest',
+        f'GROUP.NAME={VALUES}',
+    ),
+    option('--steps', 'steps (default: until steady)', int, default=0),
+    switch('--free', 'no load cell: sets load_cell.contact=absent'),
+    option('-o --output', '.csv or .parquet', to_path, required=True),
+    either(
+        WORKERS,
+        option(
+            '--scheduler',
+            'run on a Dask cluster instead, as tcp://HOST:8786; needs: pip install distributed',
+            metavar='ADDRESS',
+            default='',
+        ),
+    ),
+    switch('--fresh', 'forget what FILE.journal holds'),
+    *PARAMETERS,
+)
+def sweep_verb(arguments: argparse.Namespace) -> Answer:
+    """Sweep and write the table."""
+    path = arguments.output
+    check_table_path(path)
     sweep = chosen_sweep(arguments)
-    journal_path = arguments.output.with_name(f'{arguments.output.name}.journal')
-    with Journal(journal_path, sweep.identity(), fresh=arguments.fresh) as journal:
+    journal_path = path.with_name(f'{path.name}.journal')
+    with (
+        Journal(journal_path, sweep.identity(), fresh=arguments.fresh) as journal,
+        shown_progress('runs', quiet=arguments.json, resumes=True) as progress,
+    ):
         resumed = len(journal.rows)
-        rows = _run(sweep, journal, arguments)
-        write_table(rows, arguments.output, sweep.parameters)
+        rows = run_sweep(
+            sweep,
+            journal=journal,
+            workers=arguments.workers,
+            scheduler=arguments.scheduler,
+            progress=progress,
+        )
+        write_table(rows, path, sweep.parameters)
         journal.remove()
-    if arguments.json:
-        file = str(arguments.output)
-        print_json({'file': file, 'stop_rule': stop_rule(sweep.steps), 'rows': rows})
-    else:
-        _print(rows, resumed, sweep, arguments.output)
-    return 0
+    rule = stop_rule(sweep.steps)
+    counts = [
+        ('runs', len(rows)),
+        ('of these taken from the journal', resumed),
+        ('steady', sum(bool(row['steady']) for row in rows)),
+        ('largest energy residual', f'{max(abs(float(r["energy_residual"])) for r in rows):.2e}'),
+    ]
+    return Answer(
+        {'file': str(path), 'stop_rule': rule, 'rows': rows},
+        [table('sweep', counts), f'stop    {rule}', f'table   {path}'],
+    )
 
 
 def chosen_sweep(arguments: argparse.Namespace) -> Sweep:
@@ -134,25 +139,39 @@ def _floats(name: str, text: str, spec: Any) -> tuple[float, ...]:
     return tuple(float(value) for value in parse_axis(name, text, spec).values)
 
 
-def _run(sweep: Sweep, journal: Journal, arguments: argparse.Namespace) -> list[Row]:
-    with shown_progress('runs', quiet=arguments.json, resumes=True) as progress:
-        return run_sweep(
-            sweep,
-            journal=journal,
-            workers=arguments.workers,
-            scheduler=arguments.scheduler,
-            progress=progress,
+@verb(
+    "Find the 0-amplitude of a free runner in two ways. Edeler's: a straight line through the "
+    f'step lengths at {FIT_POINTS} amplitudes, from half-way between the first that steps and the '
+    'full stroke up to the full stroke, extrapolated to zero. Directly: the smallest amplitude '
+    f'with a net step above {STEP_MIN_M:g} m. The load cell is taken away, whatever '
+    'load_cell.contact says.',
+    PRELOAD,
+    option('--frequency', 'steps per second', float, 'HZ', default=200.0),
+    switch(
+        '--smooth',
+        'bare spheres: sets contact.profile=smooth',
+        dest='contact.profile',
+        const='smooth',
+    ),
+    option('--steps', 'steps of each run', int, default=STEPS),
+    *PARAMETERS,
+)
+def zero_amplitude_verb(arguments: argparse.Namespace) -> Answer:
+    """Find the 0-amplitude."""
+    parameters = chosen_parameters(arguments)
+    with shown_progress('runs', quiet=arguments.json) as progress:
+        result = zero_amplitude(
+            parameters, arguments.frequency, steps=arguments.steps, progress=progress
         )
+    title = f'preload {result.preload_n:g} N, {result.frequency_hz:g} Hz, {result.steps} steps'
+    return Answer(result, [table(title, _zero_rows(result))])
 
 
-def _print(rows: list[Row], resumed: int, sweep: Sweep, path: Path) -> None:
-    steady = sum(bool(row['steady']) for row in rows)
-    table = [
-        ('runs', str(len(rows))),
-        ('of these taken from the journal', str(resumed)),
-        ('steady', str(steady)),
-        ('largest energy residual', f'{max(abs(float(r["energy_residual"])) for r in rows):.2e}'),
-    ]
-    print_table('sweep', table)
-    print(f'stop    {stop_rule(sweep.steps)}')
-    print(f'table   {path}')
+def _zero_rows(result: ZeroAmplitude) -> Iterator[tuple[str, str, str]]:
+    fitted = f'{result.fit_from_m * NM:.2f} to {result.fit_to_m * NM:.2f}'
+    yield number("0-amplitude, Edeler's extrapolation", result.zero_amplitude_m, '.3f', 'nm')
+    yield number('slope of step length', result.slope, '.4f')
+    yield f'line fitted at {result.fit_points} amplitudes', fitted, 'nm'
+    yield number('rms of what the line misses', result.fit_rms_m, '.4f', 'nm')
+    yield number('0-amplitude, first net step', result.zero_amplitude_direct_m, '.3f', 'nm')
+    yield number('u_max of a lower contact', result.max_presliding_lower_m, '.3f', 'nm')

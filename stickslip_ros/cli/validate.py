@@ -1,16 +1,14 @@
 """``stickslip validate``: every check of the contact mechanics, in one table and one page."""
 
 import argparse
-import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from stickslip_ros.cli.common import add_json, print_json, to_path
+from stickslip_ros.cli.options import folder, verb
+from stickslip_ros.cli.printing import CHECK_FAILED, Answer, table
 from stickslip_ros.files import make_folder
 from stickslip_ros.validation.checks import Findings, Outcome, failed_checks
 from stickslip_ros.validation.evidence import validate
@@ -22,60 +20,35 @@ from stickslip_ros.validation.report import (
     write_report,
 )
 
-DEFAULT_FOLDER = Path('runs/validation')
-FAILED = 1
 STAR = '* error relative to a scale that the files name, not to the reference'
-WIDTH = 120
-"""Columns of the table where no terminal says how many it has."""
 
 
-def add_verb(add_parser: Any) -> None:
-    """Add the verb to the parser."""
-    parser = add_parser(
-        'validate',
-        description='Compare the contact mechanics with closed forms, springs stepped one by one, '
-        'a 3-D half-space solution and published numbers. Writes validation.md, validation.csv '
-        'and validation.png. Exit status 1 if a check fails.',
-    )
-    parser.add_argument(
-        '--out',
-        type=to_path,
-        default=DEFAULT_FOLDER,
-        metavar='DIR',
-        help='folder for table and plots (default: %(default)s)',
-    )
-    add_json(parser)
-    parser.set_defaults(run=run)
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Check, write and print."""
+@verb(
+    'Compare the contact mechanics with closed forms, springs stepped one by one, a 3-D '
+    'half-space solution and published numbers. Writes validation.md, validation.csv and '
+    'validation.png. Exit status 1 if a check fails.',
+    folder('runs/validation', 'folder for table and plots'),
+)
+def validate_verb(arguments: argparse.Namespace) -> Answer:
+    """Check and write."""
     make_folder(arguments.out)
     findings = validate()
     files = write_report(findings, arguments.out)
-    failed = failed_checks(findings)
-    if arguments.json:
-        print_json(
-            {
-                'passed': not failed,
-                'checks': as_objects(findings),
-                'files': [str(path) for path in files],
-            }
-        )
-    else:
-        _print(findings, files)
-    return FAILED if failed else 0
+    is_well = not failed_checks(findings)
+    content = {
+        'passed': is_well,
+        'checks': as_objects(findings),
+        'files': [str(path) for path in files],
+    }
+    return Answer(content, _parts(findings, files), 0 if is_well else CHECK_FAILED)
 
 
-def _print(findings: Sequence[Findings], files: Sequence[Path]) -> None:
-    console = Console(width=None if sys.stdout.isatty() else WIDTH)
-    console.print(_table(findings))
+def _parts(findings: Sequence[Findings], files: Sequence[Path]) -> Iterator[str | Table]:
+    yield _table(findings)
     for found in failed_checks(findings):
-        console.print(failure_text(found), markup=False, highlight=False)
-    summary = f'{summary_text(findings)}; {STAR}'
-    console.print(summary, markup=False, highlight=False)
-    for path in files:
-        console.print(str(path), markup=False, highlight=False, soft_wrap=True)
+        yield failure_text(found)
+    yield f'{summary_text(findings)}; {STAR}'
+    yield from map(str, files)
 
 
 def failure_text(found: Outcome) -> str:
@@ -88,16 +61,14 @@ def failure_text(found: Outcome) -> str:
 
 
 def _table(findings: Sequence[Findings]) -> Table:
-    table = Table(title='contact mechanics against references', title_justify='left')
-    for column, name in enumerate(HEADER):
-        table.add_column(name, justify='right' if column else 'left', overflow='fold')
+    shown = table('contact mechanics against references', (), HEADER)
     for found in findings:
-        table.add_row(Text(found.family, style='bold'))
+        shown.add_row(Text(found.family, style='bold'))
         for each in found.outcomes:
             name, reference, ours, error, *rest = row_texts(each)
             star = '*' if each.check.error_of else ' '
             cells = (f'  {name}', reference, ours, error + star, *rest)
             style = '' if each.passed else 'bold red'
-            table.add_row(*(Text(cell) for cell in cells), style=style)
-        table.add_section()
-    return table
+            shown.add_row(*(Text(cell) for cell in cells), style=style)
+        shown.add_section()
+    return shown

@@ -1,4 +1,4 @@
-"""`stickslip contact`: one hemisphere, against independently computed numbers."""
+"""`stickslip contact`: one hemisphere, against the published numbers of `validation`."""
 
 import json
 from typing import Any
@@ -6,31 +6,14 @@ from typing import Any
 import pytest
 
 from stickslip_ros.cli.main import main
+from stickslip_ros.validation.published import ROWS, TableRow
 
-#: The reference has six digits, or five behind the point.
+FORCE_N = 0.35355339
+"""Normal force of one contact, N, per newton of preload."""
 RELATIVE = 1e-5
+"""The reference has six digits, or five behind the point; of the stiffness it has four."""
 FRACTIONS = '0.1,0.25,0.5,0.75,0.9'
 FRICTION = 0.3
-
-#: Profile, normal force N: indentation nm, contact radius um, maximal presliding nm.
-TABLE = {
-    ('rough', 0.035355): (81.5873, 3.11549, 29.7211),
-    ('rough', 0.353553): (263.2160, 8.34539, 95.8858),
-    ('smooth', 0.035355): (40.1840, 4.48241, 14.6385),
-    ('smooth', 0.353553): (186.5176, 9.65706, 67.9457),
-}
-#: Stick stiffness 2 G* a, N/um, to four digits.
-STIFFNESS = {0.035355: 0.7554, 0.353553: 2.0235}
-#: Tangential force over mu F_n at the FRACTIONS of the maximal presliding.
-RATIOS = {
-    ('rough', 0.035355): (0.20108, 0.46195, 0.78288, 0.95697, 0.99524),
-    ('rough', 0.353553): (0.17623, 0.41426, 0.73314, 0.93695, 0.99214),
-    ('smooth', 0.035355): (0.14619, 0.35048, 0.64645, 0.87500, 0.96838),
-    ('smooth', 0.353553): (0.14619, 0.35048, 0.64645, 0.87500, 0.96838),
-}
-RATIO_DIGITS = 0.5e-5
-DEPTH_DIGITS_M = 0.5e-13
-RADIUS_DIGITS_M = 0.5e-11
 KEYS = {
     'indentation_m',
     'contact_radius_m',
@@ -46,28 +29,25 @@ def contact(capsys: Any, *words: str) -> dict[str, Any]:
     return json.loads(capsys.readouterr().out)
 
 
-@pytest.mark.parametrize(('profile', 'force_n'), TABLE)
-def test_figures_are_those_of_the_reference(capsys: Any, profile: str, force_n: float):
-    depth_nm, radius_um, presliding_nm = TABLE[profile, force_n]
-    seen = contact(capsys, '--normal-force', str(force_n), '--profile', profile)
-    assert seen.keys() == KEYS
-    assert seen['indentation_m'] == pytest.approx(depth_nm * 1e-9, rel=RELATIVE)
-    assert seen['contact_radius_m'] == pytest.approx(radius_um * 1e-6, rel=RELATIVE)
-    assert seen['max_presliding_m'] == pytest.approx(presliding_nm * 1e-9, rel=RELATIVE)
-
-
-@pytest.mark.parametrize('force_n', STIFFNESS)
-def test_stick_stiffness_is_that_of_the_reference(capsys: Any, force_n: float):
-    seen = contact(capsys, '--normal-force', str(force_n))
-    stiffness = seen['stick_stiffness_n_per_m']
-    assert stiffness == pytest.approx(STIFFNESS[force_n] * 1e6, rel=1e-4)  # four digits
-    assert stiffness == pytest.approx(
-        2.0 * seen['effective_shear_modulus_pa'] * seen['contact_radius_m'], rel=1e-12
-    )
+@pytest.mark.parametrize('row', ROWS, ids=lambda row: row.name)
+def test_figures_and_curve_are_those_of_the_reference(capsys: Any, row: TableRow):
+    force_n = FORCE_N * row.preload_n
+    words = ('--normal-force', str(force_n), '--profile', row.profile, '--curve', FRACTIONS)
+    seen = contact(capsys, *words)
+    assert seen.keys() == KEYS | {'tangential_force_n'}
+    assert seen['indentation_m'] == pytest.approx(float(row.depth) * 1e-9, rel=RELATIVE)
+    assert seen['contact_radius_m'] == pytest.approx(float(row.radius) * 1e-6, rel=RELATIVE)
+    assert seen['max_presliding_m'] == pytest.approx(float(row.presliding) * 1e-9, rel=RELATIVE)
+    if row.stiffness:
+        stiffness = pytest.approx(float(row.stiffness) * 1e6, rel=1e-4)
+        assert seen['stick_stiffness_n_per_m'] == stiffness
+    ratios = [each / (FRICTION * force_n) for each in seen['tangential_force_n']]
+    assert ratios == pytest.approx(row.ratios, rel=0.0, abs=0.5e-5)
 
 
 def test_moduli_follow_from_the_materials(capsys: Any):
     seen = contact(capsys, '--normal-force', '0.1')
+    assert seen.keys() == KEYS
     e1, e2, nu = 210e9, 370e9, 0.3
     assert seen['effective_modulus_pa'] == pytest.approx(
         1.0 / ((1.0 - nu**2) / e1 + (1.0 - nu**2) / e2), rel=1e-12
@@ -76,16 +56,9 @@ def test_moduli_follow_from_the_materials(capsys: Any):
     assert seen['effective_shear_modulus_pa'] == pytest.approx(
         1.0 / ((2.0 - nu) / (4.0 * g1) + (2.0 - nu) / (4.0 * g2)), rel=1e-12
     )
-
-
-@pytest.mark.parametrize(('profile', 'force_n'), RATIOS)
-def test_the_curve_is_that_of_the_reference(capsys: Any, profile: str, force_n: float):
-    words = ('--normal-force', str(force_n), '--profile', profile, '--curve', FRACTIONS)
-    seen = contact(capsys, *words)
-    assert seen.keys() == KEYS | {'tangential_force_n'}
-    limit_n = FRICTION * force_n
-    ratios = [each / limit_n for each in seen['tangential_force_n']]
-    assert ratios == pytest.approx(RATIOS[profile, force_n], rel=0.0, abs=RATIO_DIGITS)
+    assert seen['stick_stiffness_n_per_m'] == pytest.approx(
+        2.0 * seen['effective_shear_modulus_pa'] * seen['contact_radius_m'], rel=1e-12
+    )
 
 
 def test_the_curve_ends_at_full_slip(capsys: Any):

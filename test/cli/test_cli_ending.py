@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip_ros.cli.main import VERBS, main
+from stickslip_ros.cli.main import MODULES, VERBS, main
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_storage import CLOSING_RECORD
 
@@ -70,14 +70,14 @@ from stickslip_ros import stopping
 
 class Strike:
     def find_spec(self, name, *_):
-        if name == f'stickslip_ros.cli.{verb}':
+        if name == f'stickslip_ros.cli.{module}':
             for _ in range(2):
                 os.kill(os.getpid(), number)
             assert stopping._asked.wait(PATIENCE_S)
 
-number, PATIENCE_S, verb = int(sys.argv[1]), float(sys.argv[2]), sys.argv[3].replace('-', '_')
+number, PATIENCE_S, module = int(sys.argv[1]), float(sys.argv[2]), sys.argv[3]
 sys.meta_path.insert(0, Strike())
-sys.argv[1:] = sys.argv[3:]
+sys.argv[1:] = sys.argv[4:]
 from stickslip_ros.entry import stickslip
 sys.exit(stickslip())
 """
@@ -141,7 +141,7 @@ def stopped(
         'ROS_DOMAIN_ID': str(ros_domain),
         'ROS_LOG_DIR': str(folder / 'log'),
     }
-    alone = [STRIKE, str(int(number)), str(PATIENCE_S)]
+    alone = [STRIKE, str(int(number)), str(PATIENCE_S), MODULES.get(words[0], words[0])]
     with subprocess.Popen(
         [sys.executable, '-c', *(alone if reached is in_imports else [WATCHED]), *words],
         cwd=folder,

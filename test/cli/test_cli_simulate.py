@@ -188,25 +188,3 @@ def test_an_existing_recording_is_kept(capsys: Any, tmp_path: Path):
     assert main(['simulate', *AMPLITUDE, '--steps', '5', '-o', str(file)]) == 2
     assert 'is not overwritten' in capsys.readouterr().err
     assert file.read_bytes() == b'mine'
-
-
-@pytest.mark.parametrize(
-    ('content', 'message'),
-    [
-        (None, 'it cannot be opened (No such file or directory); check the name'),
-        (b'', 'it is not an MCAP file'),
-        (b'no recording at all', 'it is not an MCAP file'),
-        (b'\x89MCAP0\r\n' + bytes(100), 'its end is missing'),
-    ],
-)
-def test_info_refuses_what_is_no_recording(
-    capsys: Any, tmp_path: Path, content: bytes | None, message: str
-):
-    file = tmp_path / 'odd.mcap'
-    if content is not None:
-        file.write_bytes(content)
-    assert main(['info', str(file)]) == 2
-    out, err = capsys.readouterr()
-    assert out == ''
-    assert err.startswith(f'stickslip: {file}: ')
-    assert message in err

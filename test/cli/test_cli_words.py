@@ -16,7 +16,7 @@ import yaml
 
 import stickslip_ros
 from stickslip_ros.cli.drive import ros_arguments
-from stickslip_ros.cli.main import VERBS, build_parser, main, module_of
+from stickslip_ros.cli.main import MODULES, build_parser, main
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import ControllerParameters, Parameters, load_yaml, specs
 
@@ -38,18 +38,13 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
 NAMES = list(parsers())
 
 
-def test_every_verb_has_the_name_of_its_module():
-    assert [name.replace('-', '_') for name in NAMES] == [
-        module_of(verb).__name__.rpartition('.')[2] for verb in VERBS
-    ]
-
-
 @pytest.mark.parametrize(
     ('words', 'spared'),
     [
         ((), ('numba', 'scipy', 'matplotlib', 'rich', 'numpy', 'yaml', 'rclpy')),
         (('contact', '--normal-force', '0.1'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
         (('recover', '--help'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
+        (('plot', '--help'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
         (('simulate', '--help'), ('matplotlib', 'rclpy')),
     ],
 )
@@ -336,17 +331,12 @@ def test_what_cannot_be_written_is_refused_before_the_work(
     monkeypatch.chdir(tmp_path)
     Path('taken').write_text('')
     Path('points.csv').write_text('preload_n,amplitude_m,force_n\n' + '0.5,1e-7,0.1\n' * 3)
-    monkeypatch.setattr(f'stickslip_ros.cli.{verb}.{work}', None)
+    monkeypatch.setattr(f'stickslip_ros.cli.{MODULES.get(verb, verb)}.{work}', None)
     if path.startswith('.'):
         Path(path).mkdir()
     assert main([verb, *words, path]) == 2
     [line] = capsys.readouterr().err.splitlines()
     assert 'choose another' in line or 'end its name so' in line or 'give a path' in line
-
-
-def test_figures_of_no_name_are_refused(capsys: Any):
-    assert main(['figures', '--only', '']) == 2
-    assert "figure '' is not known; use fig2" in capsys.readouterr().err
 
 
 def test_a_long_value_is_quoted_in_part(capsys: Any, tmp_path: Path):
@@ -356,3 +346,31 @@ def test_a_long_value_is_quoted_in_part(capsys: Any, tmp_path: Path):
     [line] = capsys.readouterr().err.splitlines()
     assert len(line) < 600 + len(str(file))
     assert '...' in line
+
+
+def test_a_negative_frequency_in_e_notation_goes_backwards(capsys: pytest.CaptureFixture[str]):
+    words = ['simulate', '--amplitude', '160e-9', '--frequency', '-1e3', '--steps', '5', '--json']
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out)['force_mean_n'] < 0.0
+
+
+@pytest.mark.parametrize(
+    ('words', 'said'),
+    [
+        (['simulate', '--amplitude', '-1e-7'], 'amplitude -1e-07 m is below the minimum 0 m'),
+        (['contact', '--normal-force', '-1e-3'], 'normal force -0.001 N is not above 0 N'),
+        (['contact', '--normal-force', 'inf'], 'normal force inf N is not finite'),
+        (['contact', '--normal-force', '1e9'], 'beyond the radius of the sphere'),
+    ],
+)
+def test_a_number_out_of_range_is_refused_in_the_unit_in_which_it_was_given(
+    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+):
+    assert main(words) == 2
+    assert said in capsys.readouterr().err
+
+
+def test_the_node_takes_further_words_only_behind_ros_args(capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit):
+        main(['drive', '--frobnicate'])
+    assert 'unrecognized arguments: --frobnicate' in capsys.readouterr().err

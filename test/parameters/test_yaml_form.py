@@ -10,7 +10,7 @@ from allowed_values import allowed_values
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_ros.cli.parameters import HEADING
+from stickslip_ros.cli.reference import HEADING
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.parameters import (
     Parameters,

@@ -1,20 +1,26 @@
-"""``stickslip interface``: the page docs/interface.md, written from the code."""
+"""``stickslip parameters`` and ``interface``: what files and pages are written from the code."""
 
 import argparse
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from stickslip_ros.cli.common import add_json, print_json
+from stickslip_ros.cli.options import PARAMETERS, chosen_parameters, verb
+from stickslip_ros.cli.printing import Answer
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import (
     ControllerParameters,
     Spec,
     declared_by,
+    dump_yaml,
     format_value,
     specs,
 )
 from stickslip_ros.recording.topics import COMMANDS, READINGS, SERVICES, Topic
 
+HEADING = """\
+The test stand of Nguyen, Teidelt, Popov, Fatikow, Physical Mesomechanics (2014),
+as ROS 2 parameters. SI units. In brackets: place in that paper, or "assumed".
+Written by: stickslip parameters > config/test_stand.yaml
+"""
 TITLE = """\
 # Interface
 
@@ -27,40 +33,32 @@ Stamps and recorded times are simulated time, from 0 at the configuration.
 """
 
 
-def add_verb(add_parser: Any) -> None:
-    """Add the verb to the parser."""
-    parser = add_parser(
-        'interface',
-        description='Print the ROS interface as Markdown.',
-    )
-    add_json(parser)
-    parser.set_defaults(run=run)
+@verb(
+    'Print a ROS parameter file with every parameter, its unit and its source.',
+    *PARAMETERS,
+)
+def parameters_verb(arguments: argparse.Namespace) -> Answer:
+    """Return the parameters."""
+    parameters = chosen_parameters(arguments)
+    return Answer(parameters.flat(), [dump_yaml(parameters, HEADING).removesuffix('\n')])
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Print the page, or its content as JSON."""
-    if arguments.json:
-        print_json({topic.name: topic.type_name for topic in (*COMMANDS, *READINGS)})
-    else:
-        print(interface_page(), end='')
-    return 0
+@verb('Print the ROS interface as Markdown.')
+def interface_verb(_: argparse.Namespace) -> Answer:
+    """Return the page docs/interface.md; as JSON the types of the topics."""
+    return Answer({topic.name: topic.type_name for topic in (*COMMANDS, *READINGS)}, _page())
 
 
-def interface_page() -> str:
-    """Return the page in Markdown."""
-    return '\n'.join(_lines()) + '\n'
-
-
-def _lines() -> Iterator[str]:
+def _page() -> Iterator[str]:
     yield TITLE
     yield from _topic_table('Subscribed topics', COMMANDS)
     yield from _topic_table('Published topics', READINGS)
     services = [(f'`{service.name}`', service.type_name, service.text) for service in SERVICES]
-    yield from _table('Services', ('name', 'type', 'meaning'), services)
+    yield from _markdown('Services', ('name', 'type', 'meaning'), services)
     bits = [(f'`0x{int(bit):08x}`', bit.name or '', bit.text) for bit in Status]
-    yield from _table('Status bits', ('bit', 'name', 'meaning'), bits)
+    yield from _markdown('Status bits', ('bit', 'name', 'meaning'), bits)
     results = [(f'`{result.name}`', result.value) for result in Result]
-    yield from _table('Results of a command', ('result', 'meaning'), results)
+    yield from _markdown('Results of a command', ('result', 'meaning'), results)
     yield from _parameter_table('Parameters', specs())
     title = 'Parameters of `position_controller`, read at its start'
     yield from _parameter_table(title, declared_by(ControllerParameters))
@@ -68,7 +66,7 @@ def _lines() -> Iterator[str]:
 
 def _topic_table(title: str, topics: tuple[Topic, ...]) -> Iterator[str]:
     rows = [(f'`{t.name}`', t.type_name, _qos_words(t), t.text) for t in topics]
-    yield from _table(title, ('name', 'type', 'QoS', 'meaning'), rows)
+    yield from _markdown(title, ('name', 'type', 'QoS', 'meaning'), rows)
 
 
 def _qos_words(topic: Topic) -> str:
@@ -85,10 +83,10 @@ def _parameter_table(title: str, declared: Mapping[str, Spec]) -> Iterator[str]:
         default = f'`{format_value(spec.default)}`'
         rows.append((f'`{name}`', default, spec.unit, bounds, spec.source, spec.text))
     header = ('name', 'default', 'unit', 'bounds or choices', 'source', 'meaning')
-    yield from _table(title, header, rows)
+    yield from _markdown(title, header, rows)
 
 
-def _table(title: str, header: tuple[str, ...], rows: Any) -> Iterator[str]:
+def _markdown(title: str, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
     yield f'## {title}\n'
     yield f'| {" | ".join(header)} |'
     yield '|' + ' --- |' * len(header)

@@ -5,7 +5,7 @@ import re
 import sys
 import time
 
-from stickslip_ros.cli.progress import shown_progress
+from stickslip_ros.cli.printing import shown_progress
 
 PATIENCE_S = 60.0
 DONE_BEFORE, TOTAL = 500, 100_000_000

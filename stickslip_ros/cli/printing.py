@@ -1,0 +1,128 @@
+"""What is printed: an answer as tables and lines or as JSON, and how far long work has come."""
+
+import dataclasses
+import json
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.table import Table
+from rich.text import Text
+
+from stickslip_ros.units import FACTORS
+
+CHECK_FAILED = 1
+"""Exit status of a verb that has done its work and found something wrong."""
+WIDTH = 120
+"""Columns of a table where no terminal says how many it has."""
+
+Show = Callable[[int, int], None]
+"""Receives how much is done, and of how much; 0 of an unknown amount."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Answer:
+    """
+    What a verb has to say.
+
+    Attributes
+    ----------
+    content : object
+        What ``--json`` prints, in SI units: a dataclass or what JSON knows; None is not printed.
+    parts : iterable of str or Table
+        What people read instead, one after the other.
+    status : int
+        Exit status.
+
+    """
+
+    content: Any
+    parts: Iterable[str | Table] = ()
+    status: int = 0
+
+    def show(self, *, as_json: bool) -> None:
+        """Print it in one of the two ways."""
+        if as_json:
+            print_json(self.content)
+            return
+        is_known = sys.stdout.isatty() or 'COLUMNS' in os.environ
+        for part in self.parts:
+            if isinstance(part, str):
+                print(part)
+            else:
+                Console(width=None if is_known else WIDTH).print(part)
+
+
+def print_json(content: Any) -> None:
+    """Print an object as JSON; dataclasses become objects, nothing comes of None."""
+    if dataclasses.is_dataclass(content) and not isinstance(content, type):
+        content = dataclasses.asdict(content)
+    if content is not None:
+        print(json.dumps(content, indent=2))
+
+
+def table(title: str, rows: Iterable[Sequence[object]], header: Sequence[str] = ()) -> Table:
+    """Return rows as a table, the first column as names and the others right-aligned."""
+    cells = [[str(cell) for cell in row] for row in rows]
+    shown = Table(title=title, title_justify='left', show_header=bool(header))
+    for column in range(max(len(row) for row in [header, *cells])):
+        name = header[column] if header else ''
+        shown.add_column(name, justify='right' if column else 'left', overflow='fold')
+    for row in cells:
+        shown.add_row(*row)
+    return shown
+
+
+def number(name: str, value: float, digits: str, unit: str = '') -> tuple[str, str, str]:
+    """Return the row of a number in SI, shown in one of FACTORS with digits such as ``.4f``."""
+    return name, f'{value * FACTORS[unit]:{digits}}', unit
+
+
+class _RateColumn(ProgressColumn):
+    """Units per second."""
+
+    def render(self, task: Task) -> Text:
+        """Return the rate as text, empty until it is known."""
+        return Text(f'{task.speed:.3g}/s' if task.speed else '')
+
+
+@contextmanager
+def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator[Show]:
+    """
+    Show a progress bar while work is done; give what is to be called at every progress.
+
+    ``what`` is counted, as ``runs``. If the work ``resumes``, what is done at the first call was
+    done before, and is no part of the rate.
+
+    """
+    bar = Progress(
+        TextColumn('{task.description}'),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _RateColumn(),
+        TimeRemainingColumn(),
+        console=Console(file=sys.stderr),
+        transient=True,
+        disable=quiet or not sys.stderr.isatty(),
+    )
+    with bar:
+        task = bar.add_task(what, total=None, start=not resumes)
+
+        def show(done: int, total: int) -> None:
+            if not bar.tasks[task].started:
+                bar.reset(task, total=total or None, completed=done)
+            bar.update(task, completed=done, total=total or None)
+
+        yield show

@@ -1,0 +1,155 @@
+"""``stickslip info``, ``recover`` and ``plot``: what is in a recording, or left of it."""
+
+import argparse
+import dataclasses
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from stickslip_ros.cli.options import option, to_path, verb
+from stickslip_ros.cli.printing import Answer, table
+from stickslip_ros.files import make_folder, make_room
+from stickslip_ros.parameters import parse_yaml
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recover import Recovery, recover
+from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
+from stickslip_ros.units import NS_PER_S, with_unit
+
+DEFAULT_PARAMETERS = [('none', 'the stand of the paper')]
+
+
+@verb(
+    'Say what is in an MCAP file, a bag directory, or a run in parts.',
+    option('file', 'a file, a bag directory, or a run in parts', to_path),
+)
+def info_verb(arguments: argparse.Namespace) -> Answer:
+    """Read a recording."""
+    result = describe_recording(Recording(arguments.file))
+    return Answer(result, _info_parts(arguments.file, result))
+
+
+def describe_recording(recording: Recording) -> dict[str, Any]:
+    """Return topics, changed parameters, metadata and attachments of a recording."""
+    changed: dict[str, Any] = {}
+    if PARAMETERS_FILE in recording.attachments:
+        text = recording.attachments[PARAMETERS_FILE][1].decode()
+        changed = parse_yaml(text, PARAMETERS_FILE).changed()
+    return {
+        'topics': [
+            {**dataclasses.asdict(channel), 'rate_hz': channel.rate_hz}
+            for channel in recording.channels
+        ],
+        'changed_parameters': changed,
+        'run': recording.metadata.get(RUN_RECORD, {}),
+        'attachments': {name: len(data) for name, (_, data) in recording.attachments.items()},
+    }
+
+
+def _info_parts(file: Path, result: dict[str, Any]) -> Iterator[str | Table]:
+    rows = [
+        (
+            topic['topic'],
+            topic['type_name'].rpartition('/')[2],
+            topic['messages'],
+            f'{topic["rate_hz"]:.1f}' if topic['rate_hz'] else '-',
+            topic['gaps'],
+        )
+        for topic in result['topics']
+    ]
+    yield table(str(file), rows, ('topic', 'type', 'messages', 'rate (Hz)', 'missing'))
+    if result['run']:
+        yield table('run', result['run'].items())
+    changed = result['changed_parameters'].items() or DEFAULT_PARAMETERS
+    yield table('parameters that differ from the default', changed)
+
+
+@verb(
+    'Draw a recording: the trace where there is one, else the topics at 1 kHz; below, the status '
+    'bits; dotted, the ends of commands. However many samples there are, no peak is lost.',
+    option('file', 'the recording', to_path),
+    option(
+        '--window',
+        'stretch to draw, with s, ms or us: 2ms@0.3s is 2 ms from 0.3 s on (default: the whole '
+        'run)',
+        metavar='LENGTH@START',
+    ),
+    option('-o --output', '.png, .svg or .pdf (default: beside the recording, as PNG)', to_path),
+)
+def plot_verb(arguments: argparse.Namespace) -> Answer:
+    """Draw a recording."""
+    # Matplotlib and numba, which the other verbs of this module do without.
+    from stickslip_ros.study import recorded_run, run_figure  # noqa: PLC0415
+
+    window = None if arguments.window is None else recorded_run.parse_window(arguments.window)
+    picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
+    if arguments.output:
+        make_room(picture)
+    plot = run_figure.plot_run(arguments.file, picture, window)
+    told = dataclasses.asdict(plot)
+    told['events'] = [event._asdict() for event in plot.events]
+    told['status'] = [span._asdict() for span in plot.status]
+    parts = _plot_parts(plot, recorded_run.RUN_QUANTITIES, picture)
+    return Answer({'picture': str(picture), **told}, parts)
+
+
+def _plot_parts(plot: Any, words: Mapping[str, str], picture: Path) -> Iterator[str | Table]:
+    rows = [
+        (
+            words[each.name],
+            each.samples,
+            '' if each.smallest is None else with_unit(each.smallest, each.unit),
+            '' if each.largest is None else with_unit(each.largest, each.unit),
+        )
+        for each in plot.quantities
+    ]
+    title = f'{plot.start_s:.9g} s to {plot.end_s:.9g} s'
+    yield table(title, rows, ('quantity', 'samples', 'smallest', 'largest'))
+    if plot.events:
+        events = [(f'{each.time_s:.6f} s', each.command, each.result) for each in plot.events]
+        yield table('events', events, ('time', 'command', 'result'))
+    yield f'picture {picture}'
+
+
+@verb(
+    'Copy what can be read of an MCAP file or a bag into a finished, indexed one. The original is '
+    'only read; nothing is overwritten.',
+    option('file', 'an MCAP file, a bag directory, or a run in parts', to_path),
+    option('-o --out', 'the copy; FILE.recovered.mcap if not given', to_path, 'OUT'),
+)
+def recover_verb(arguments: argparse.Namespace) -> Answer:
+    """Copy what can be read."""
+    if arguments.out:
+        make_folder(arguments.out.parent)
+    recoveries, written = recover(arguments.file, arguments.out)
+    files = [each.to_json() for each in recoveries]
+    end = f'wrote {written}' if written else f'{arguments.file} is whole: nothing was written'
+    parts = [part for each in recoveries for part in _recover_parts(each)]
+    return Answer({'written': str(written or ''), 'files': files}, [*parts, end])
+
+
+def _recover_parts(recovery: Recovery) -> Iterator[str | Table]:
+    if recovery.is_whole:
+        yield f'{recovery.source} is whole: {recovery.messages} messages'
+        return
+    topics = [
+        (each.topic, each.messages, *_seconds(each.first_ns, each.last_ns), each.gaps)
+        for each in recovery.topics
+    ]
+    header = ('topic', 'messages', 'first (s)', 'last (s)', 'missing')
+    yield table(f'read of {recovery.source}', topics, header)
+    losses = [
+        (loss.offset, loss.size_bytes, *_seconds(loss.first_ns, loss.last_ns), loss.problem)
+        for loss in recovery.losses
+    ]
+    if losses:
+        header = ('at byte', 'bytes', 'first (s)', 'last (s)', 'problem')
+        yield table(f'lost: {recovery.lost_bytes} of {recovery.size_bytes} bytes', losses, header)
+    if recovery.unchecked:
+        yield f'{recovery.unchecked} messages are covered by no checksum'
+    yield from recovery.notes
+
+
+def _seconds(*times_ns: int | None) -> list[str]:
+    return ['-' if each is None else f'{each / NS_PER_S:.6f}' for each in times_ns]

@@ -1,0 +1,166 @@
+"""``stickslip info``, ``plot`` and ``recover``: what a file holds, shows, and what came back."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stickslip_ros.cli.main import main
+from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, cdr
+from stickslip_ros.recording import messages as m
+
+MS_NS = 1_000_000
+CHANNEL = Channel('/voltage', m.FLOAT64, Qos(10))
+
+
+def test_info_takes_a_bag_directory_as_one_run(tmp_path: Path, capsys):
+    form = FileForm(bag=True, split_duration_s=0.05)
+    with Recorder(tmp_path / 'run', [CHANNEL], form=form) as recorder:
+        for time_ms in range(100):
+            recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
+    assert main(['info', str(tmp_path / 'run'), '--json']) == 0
+    [topic] = json.loads(capsys.readouterr().out)['topics']
+    assert (topic['messages'], topic['gaps']) == (100, 0)
+
+
+@pytest.mark.parametrize(
+    ('content', 'message'),
+    [
+        (None, 'it cannot be opened (No such file or directory); check the name'),
+        (b'', 'it is not an MCAP file'),
+        (b'no recording at all', 'it is not an MCAP file'),
+        (b'\x89MCAP0\r\n' + bytes(100), 'its end is missing'),
+    ],
+)
+def test_info_refuses_what_is_no_recording(
+    capsys: Any, tmp_path: Path, content: bytes | None, message: str
+):
+    file = tmp_path / 'odd.mcap'
+    if content is not None:
+        file.write_bytes(content)
+    assert main(['info', str(file)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ''
+    assert err.startswith(f'stickslip: {file}: ')
+    assert message in err
+
+
+@pytest.fixture(scope='module')
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp('plot') / 'run.mcap'
+    words = ('--voltage', '300', '--frequency', '1000', '--steps', '10', '-o', str(path))
+    assert main(['simulate', *words]) == 0
+    return path
+
+
+def test_the_picture_lies_beside_the_recording_unless_told(
+    capsys: Any, recording: Path, tmp_path: Path
+):
+    assert main(['plot', str(recording)]) == 0
+    assert recording.with_suffix('.png').stat().st_size > 10_000
+    out = capsys.readouterr().out
+    assert 'runner position' in out
+    assert 'sawtooth' in out
+    assert f'picture {recording.with_suffix(".png")}' in out
+    assert main(['plot', str(recording), '-o', str(tmp_path / 'a/run.pdf')]) == 0
+    assert (tmp_path / 'a/run.pdf').read_bytes().startswith(b'%PDF')
+
+
+def test_the_json_says_what_is_in_the_picture(capsys: Any, recording: Path, tmp_path: Path):
+    words = ('--window', '2ms@3ms', '-o', str(tmp_path / 'run.png'), '--json')
+    assert main(['plot', str(recording), *words]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told['picture'] == str(tmp_path / 'run.png')
+    assert (told['start_s'], told['end_s']) == (0.003, 0.005)
+    assert {each['name']: each['unit'] for each in told['quantities']} == {
+        'position_m': 'm',
+        'force_n': 'N',
+        'voltage_v': 'V',
+        'foot_m': 'm',
+    }
+    assert told['quantities'][2]['samples'] == 101
+    assert told['events'] == []
+    bits = ('MOVING', 'SENSOR_PRESENT', 'AMPLIFIER_ENABLED')
+    assert told['status'] == [{'bit': bit, 'start_s': 0.003, 'end_s': 0.005} for bit in bits]
+
+
+@pytest.mark.parametrize(
+    ('words', 'message'),
+    [
+        (('--window', '2ms'), "window '2ms' is not LENGTH@START; write LENGTH@START"),
+        (('--window', '2ms@9s'), 'start of the window 9 s is outside of the run'),
+        (('-o', 'run.txt'), "kind of picture '.txt' is not known; use .png, .svg, .pdf"),
+    ],
+)
+def test_a_bad_wish_is_refused(capsys: Any, recording: Path, words: tuple[str, ...], message: str):
+    assert main(['plot', str(recording), *words]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_a_missing_recording_is_refused(capsys: Any, tmp_path: Path):
+    assert main(['plot', str(tmp_path / 'none.mcap')]) == 2
+    assert 'none.mcap: it cannot be opened' in capsys.readouterr().err
+
+
+@pytest.fixture
+def whole(tmp_path: Path) -> Path:
+    with Recorder(
+        tmp_path / 'run.mcap', [CHANNEL], form=FileForm(flush_period_s=0.03)
+    ) as recorder:
+        for time_ms in range(100):
+            recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
+    return recorder.path
+
+
+@pytest.fixture
+def cut(whole: Path) -> Path:
+    content = whole.read_bytes()
+    whole.write_bytes(content[: content.index(b'\x28\xb5\x2f\xfd', len(content) // 2) + 10])
+    return whole
+
+
+def test_a_whole_file_says_so_and_nothing_is_written(whole: Path, capsys):
+    assert main(['recover', str(whole)]) == 0
+    shown = capsys.readouterr().out
+    assert 'is whole: 100 messages' in shown
+    assert 'nothing was written' in shown.replace('\n', ' ')
+    assert [path.name for path in whole.parent.iterdir()] == ['run.mcap']
+
+
+def test_a_cut_file_is_copied_and_its_topics_and_losses_are_shown(cut: Path, capsys):
+    assert main(['recover', str(cut)]) == 0
+    shown = capsys.readouterr().out
+    assert '/voltage' in shown
+    assert 'the last chunk is cut off' in shown
+    assert f'wrote {cut.with_name("run.recovered.mcap")}' in shown
+    assert main(['info', str(cut.with_name('run.recovered.mcap'))]) == 0
+
+
+def test_the_same_comes_as_json(cut: Path, tmp_path: Path, capsys):
+    output = tmp_path / 'saved.mcap'
+    assert main(['recover', str(cut), '-o', str(output), '--json']) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result['written'] == str(output)
+    [file] = result['files']
+    assert file['is_whole'] is False
+    assert file['messages'] == file['topics'][0]['messages'] == file['last_ns'] / MS_NS + 1
+    assert [loss['problem'] for loss in file['losses']] == ['the last chunk is cut off']
+
+
+def test_a_whole_file_comes_as_json(whole: Path, capsys):
+    assert main(['recover', str(whole), '--json']) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result['written'] == ''
+    assert result['files'][0]['is_whole'] is True
+
+
+def test_an_unfinished_file_is_refused_with_the_words_that_mend_it(cut: Path, capsys):
+    assert main(['info', str(cut)]) == 2
+    assert f'"stickslip recover {cut}"' in capsys.readouterr().err.replace('\n', '')
+
+
+def test_a_copy_that_exists_is_refused(cut: Path, capsys):
+    assert main(['recover', str(cut)]) == 0
+    assert main(['recover', str(cut)]) == 2
+    assert 'exists and is not overwritten; choose another name with -o' in capsys.readouterr().err
