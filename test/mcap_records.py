@@ -1,13 +1,25 @@
-"""What stands in an MCAP file: its records in order, and its messages in order."""
+"""MCAP files in tests: what stands in one in order, and files as other programs write them."""
 
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
+from mcap.writer import IndexType, Writer
+
+from stickslip_ros.recording.cdr import pack_float64
+from stickslip_ros.recording.messages import FLOAT64
 
 MAGIC_BYTES = 8
+WITHOUT_INDEX = {
+    'index_types': IndexType.NONE,
+    'repeat_channels': False,
+    'repeat_schemas': False,
+    'use_statistics': False,
+    'use_summary_offsets': False,
+}
 Row = tuple[str, int, int, bytes]
 
 
@@ -29,3 +41,31 @@ def rows_of(path: Path) -> list[Row]:
             (channel.topic, each.log_time, each.sequence, each.data)
             for _, channel, each in messages
         ]
+
+
+def foreign(path: Path, profile: str = 'ros2', **options: Any) -> Writer:
+    """Begin a file as other programs write it; whoever calls finishes it."""
+    writer = Writer(str(path), **options)
+    writer.start(profile)
+    return writer
+
+
+def foreign_numbers(path: Path, rows: Iterable[tuple[int, int, float]], **options: Any) -> Path:
+    """Write time, sequence number and value of each message of the topic ``/u``."""
+    writer = foreign(path, **options)
+    schema = writer.register_schema(FLOAT64, 'ros2msg', b'float64 data')
+    number = writer.register_channel('/u', 'cdr', schema)
+    for time_ns, sequence, value in rows:
+        writer.add_message(number, time_ns, pack_float64(value), time_ns, sequence)
+    writer.finish()
+    return path
+
+
+def foreign_notes(path: Path, profile: str = 'ros2', **options: Any) -> Path:
+    """Write ten messages that are no messages of ROS."""
+    writer = foreign(path, profile, **options)
+    note = writer.register_channel('/note', 'json', 0)
+    for number in range(10):
+        writer.add_message(note, number, b'{"n": %d}' % number, number)
+    writer.finish()
+    return path

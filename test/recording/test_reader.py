@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
-from mcap.writer import CompressionType, IndexType, Writer
+from mcap.writer import CompressionType
+from mcap_records import WITHOUT_INDEX, foreign, foreign_numbers
 
 from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName
 from stickslip_ros.recording import (
@@ -46,13 +47,6 @@ def content_of(path: Path) -> tuple:
     recording = Recording(path)
     messages = [(topic, at, repr(each)) for topic, at, each in recording.messages()]
     return recording.channels, recording.metadata, recording.attachments, messages
-
-
-def foreign(path: Path, **options) -> Writer:
-    """Begin a file as other programs write it; whoever calls finishes it."""
-    writer = Writer(str(path), **options)
-    writer.start('ros2')
-    return writer
 
 
 def test_messages_come_back_in_the_order_of_their_times(
@@ -187,13 +181,8 @@ def test_topics_of_unknown_types_are_passed_over_unless_asked_for(tmp_path: Path
 
 
 def test_a_file_without_chunks_is_read_in_the_order_of_time(tmp_path: Path):
-    writer = foreign(tmp_path / 'run.mcap', use_chunking=False)
-    schema = writer.register_schema('std_msgs/msg/Float64', 'ros2msg', b'float64 data')
-    number = writer.register_channel('/u', 'cdr', schema)
-    for sequence, time_ns in enumerate([7, 5]):
-        writer.add_message(number, time_ns, cdr.pack_float64(time_ns), time_ns, sequence)
-    writer.finish()
-    recording = Recording(tmp_path / 'run.mcap')
+    path = foreign_numbers(tmp_path / 'run.mcap', [(7, 0, 7.0), (5, 1, 5.0)], use_chunking=False)
+    recording = Recording(path)
     assert [at for _, at, _ in recording.messages()] == [5, 7]
     assert (recording.channels[0].first_ns, recording.channels[0].last_ns) == (5, 7)
 
@@ -210,13 +199,8 @@ def test_a_file_without_chunks_is_read_in_the_order_of_time(tmp_path: Path):
     ids=['late start', 'losses', 'not numbered', 'wrapped', 'started anew'],
 )
 def test_gaps_are_the_numbers_that_are_missing(tmp_path: Path, sequences: list[int], gaps: int):
-    writer = foreign(tmp_path / 'run.mcap')
-    schema = writer.register_schema('std_msgs/msg/Float64', 'ros2msg', b'float64 data')
-    number = writer.register_channel('/u', 'cdr', schema)
-    for sequence in sequences:
-        writer.add_message(number, 0, cdr.pack_float64(0.0), 0, sequence)
-    writer.finish()
-    assert Recording(tmp_path / 'run.mcap').channels[0].gaps == gaps
+    path = foreign_numbers(tmp_path / 'run.mcap', [(0, each, 0.0) for each in sequences])
+    assert Recording(path).channels[0].gaps == gaps
 
 
 def test_a_missing_file_is_refused(tmp_path: Path):
@@ -246,15 +230,7 @@ def test_a_directory_without_a_recording_is_refused(tmp_path: Path):
 
 
 def test_a_file_without_summary_is_refused(tmp_path: Path):
-    writer = foreign(
-        tmp_path / 'run.mcap',
-        index_types=IndexType.NONE,
-        repeat_channels=False,
-        repeat_schemas=False,
-        use_statistics=False,
-        use_summary_offsets=False,
-    )
-    writer.finish()
+    foreign(tmp_path / 'run.mcap', **WITHOUT_INDEX).finish()
     with pytest.raises(RecordingError, match='it has no summary'):
         Recording(tmp_path / 'run.mcap')
 
@@ -312,12 +288,7 @@ def test_a_wrong_number_in_a_chunk_without_compression_is_refused(tmp_path: Path
 
 
 def test_a_wrong_number_in_a_chunk_of_another_program_is_refused(tmp_path: Path):
-    path = tmp_path / 'run.mcap'
-    writer = foreign(path, compression=CompressionType.NONE)
-    schema = writer.register_schema('std_msgs/msg/Float64', 'ros2msg', b'float64 data')
-    number = writer.register_channel('/u', 'cdr', schema)
-    writer.add_message(number, 2, cdr.pack_float64(1.5), 2)
-    writer.finish()
+    path = foreign_numbers(tmp_path / 'run.mcap', [(2, 0, 1.5)], compression=CompressionType.NONE)
     path.write_bytes(path.read_bytes().replace(cdr.pack_float64(1.5), cdr.pack_float64(2.5)))
     with pytest.raises(RecordingError, match='crc validation failed'):
         list(Recording(path).messages())
@@ -333,9 +304,7 @@ def test_a_wrong_byte_outside_the_chunks_is_refused(recorded: Path, damaged: Pat
 
 
 def test_an_mcap_file_that_is_not_of_ros_is_refused(tmp_path: Path):
-    writer = Writer(str(tmp_path / 'run.mcap'))
-    writer.start('x-camera')
-    writer.finish()
+    foreign(tmp_path / 'run.mcap', 'x-camera').finish()
     with pytest.raises(RecordingError, match="profile 'x-camera', not a recording of ROS 2"):
         Recording(tmp_path / 'run.mcap')
 

@@ -13,8 +13,15 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
-from mcap.writer import CompressionType, IndexType, Writer
-from mcap_records import Row, records_of, rows_of
+from mcap.writer import CompressionType
+from mcap_records import (
+    WITHOUT_INDEX,
+    Row,
+    foreign_notes,
+    foreign_numbers,
+    records_of,
+    rows_of,
+)
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
@@ -273,13 +280,9 @@ def test_a_recovered_file_is_whole(whole: Path, place: Path):
 @pytest.mark.parametrize('chunked', [True, False])
 @pytest.mark.parametrize('profile', ['ros2', 'x-camera'])
 def test_a_file_of_another_program_is_recovered_too(place: Path, chunked: bool, profile: str):
-    path = place / 'foreign.mcap'
-    writer = Writer(str(path), use_chunking=chunked, compression=CompressionType.NONE)
-    writer.start(profile)
-    note = writer.register_channel('/note', 'json', 0)
-    for number in range(10):
-        writer.add_message(note, number, b'{"n": %d}' % number, number)
-    writer.finish()
+    path = foreign_notes(
+        place / 'foreign.mcap', profile, use_chunking=chunked, compression=CompressionType.NONE
+    )
     content, expected = path.read_bytes(), rows_of(path)
     cut = content.index(b'{"n": 7}')
     recovery, rows = recover_bytes(content[:cut], place)
@@ -290,13 +293,7 @@ def test_a_file_of_another_program_is_recovered_too(place: Path, chunked: bool, 
 
 
 def test_damage_among_messages_without_chunks_loses_few_of_them(place: Path):
-    path = place / 'foreign.mcap'
-    writer = Writer(str(path), use_chunking=False)
-    writer.start('ros2')
-    note = writer.register_channel('/note', 'json', 0)
-    for number in range(10):
-        writer.add_message(note, number, b'{"n": %d}' % number, number)
-    writer.finish()
+    path = foreign_notes(place / 'foreign.mcap', use_chunking=False)
     content, expected = bytearray(path.read_bytes()), rows_of(path)
     content[content.index(b'{"n": 4}') - 30] ^= 0x40
     _, rows = recover_bytes(bytes(content), place)
@@ -304,16 +301,7 @@ def test_damage_among_messages_without_chunks_loses_few_of_them(place: Path):
 
 
 def test_a_file_without_index_gets_one(place: Path):
-    path = place / 'foreign.mcap'
-    options = dict.fromkeys(
-        ('repeat_channels', 'repeat_schemas', 'use_statistics', 'use_summary_offsets'), False
-    )
-    writer = Writer(str(path), index_types=IndexType.NONE, **options)
-    writer.start('ros2')
-    schema = writer.register_schema(m.FLOAT64, 'ros2msg', b'float64 data')
-    number = writer.register_channel('/u', 'cdr', schema)
-    writer.add_message(number, 1, cdr.pack_float64(1.5), 1)
-    writer.finish()
+    path = foreign_numbers(place / 'foreign.mcap', [(1, 0, 1.5)], **WITHOUT_INDEX)
     recovery, _ = recover_bytes(path.read_bytes(), place)
     assert recovery.notes == ['it has no index']
     assert list(Recording(place / 'output.mcap').messages()) == [('/u', 1, 1.5)]
