@@ -186,7 +186,7 @@ class Scan:
 
     def _is_trusted(self, found: _Found) -> bool:
         """
-        Tell whether a record found among damaged bytes is one, and not a part of another.
+        Return whether a record found among damaged bytes is one, and not a part of another.
 
         A message outside a chunk agrees with almost any bytes: it is taken only in a file without
         chunks, and only if another record follows.

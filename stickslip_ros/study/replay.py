@@ -265,7 +265,7 @@ def _span(recording: Recording) -> tuple[int, int]:
 
 def is_run(path: Path) -> bool:
     """
-    Tell whether a file is the recording of a run of this package.
+    Return whether a file is the recording of a run of this package.
 
     Raises
     ------

@@ -293,7 +293,7 @@ def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger) -> dict[str, An
 
 def is_steady(plant: Record, ramps: Array) -> bool:
     """
-    Tell whether a run has become steady.
+    Return whether a run has become steady.
 
     Parameters
     ----------
