@@ -21,7 +21,6 @@ FACTORS: Final[Mapping[str, float]] = {
     'um': 1e6,
     'mN': MN,
     'nJ': 1e9,
-    'ms': 1e3,
     'GPa': 1e-9,
     'N/um': 1e-6,
 }

@@ -20,7 +20,7 @@ from stickslip_ros.cli.printing import CHECK_FAILED, Answer, number, table
 from stickslip_ros.files import make_folder
 from stickslip_ros.study.positioning_figure import draw_positioning, largest_errors_m
 from stickslip_ros.study.run_figure import plot_run
-from stickslip_ros.units import NM
+from stickslip_ros.units import MILLI, NM
 
 TOLERANCE_M = 5e-9
 """Largest true distance from a target while it is held, for a pass."""
@@ -132,7 +132,7 @@ def _positioning_parts(result: dict[str, Any]) -> Iterator[str | Table]:
         (
             f'{leg["target_m"] * NM:g} nm'
             + (f' under {leg["load_n"]:g} N' if leg['load_n'] else ''),
-            '-' if leg['load_n'] else f'{leg["way_s"] * 1e3:.0f}',
+            '-' if leg['load_n'] else f'{leg["way_s"] / MILLI:.0f}',
             f'{leg["largest_error_m"] * NM:.2f}',
         )
         for leg in result['legs']

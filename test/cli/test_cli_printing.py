@@ -1,11 +1,12 @@
-"""The progress bar of long work, on a terminal."""
+"""An answer in its two forms, and the progress bar of long work on a terminal."""
 
 import io
+import json
 import re
 import sys
 import time
 
-from stickslip_ros.cli.printing import shown_progress
+from stickslip_ros.cli.printing import WIDTH, Answer, number, shown_progress, table
 
 PATIENCE_S = 60.0
 DONE_BEFORE, TOTAL = 500, 100_000_000
@@ -39,3 +40,23 @@ def test_a_quiet_bar_is_not_shown(monkeypatch):
     with shown_progress('runs', quiet=True) as show:
         show(1, 2)
     assert terminal.getvalue() == ''
+
+
+def test_an_answer_is_a_table_for_people_or_json_in_si_units(capsys):
+    rows = [number('stroke', 60e-9, '.1f', 'nm'), ('steps', 20)]
+    answer = Answer({'stroke_m': 60e-9, 'steps': 20}, [table('a run', rows), 'done'])
+    answer.show(as_json=False)
+    shown = capsys.readouterr().out
+    assert re.search(r'stroke │ 60\.0 │ nm │\n│ steps  │   20 │', shown)
+    assert shown.endswith('done\n')
+    answer.show(as_json=True)
+    assert json.loads(capsys.readouterr().out) == {'stroke_m': 60e-9, 'steps': 20}
+
+
+def test_a_table_is_wide_where_nobody_says_how_wide(capsys, monkeypatch):
+    answer = Answer(None, [table('a table', [('x' * 200,)])])
+    for columns, width in ((None, WIDTH), ('90', 90)):
+        if columns:
+            monkeypatch.setenv('COLUMNS', columns)
+        answer.show(as_json=False)
+        assert max(map(len, capsys.readouterr().out.splitlines())) == width

@@ -103,7 +103,8 @@ def test_set_and_a_parameter_file_choose_the_stand(capsys: Any, tmp_path: Path):
     words = (*AMPLITUDE, '--steps', '5', '--params', str(settings))
     assert simulate(capsys, *words)['preload_n'] == 0.2
     assert simulate(capsys, *words, '--set', 'stand.preload=0.3')['preload_n'] == 0.3
-    assert simulate(capsys, *words, '--preload', '0.4')['preload_n'] == 0.4
+    both = ('--set', 'stand.preload=0.3', '--preload', '0.4')
+    assert simulate(capsys, *words, *both)['preload_n'] == 0.4
 
 
 def test_a_recorded_run_is_described_by_info(capsys: Any, tmp_path: Path):
