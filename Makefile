@@ -53,6 +53,7 @@ lint: $(VENV)/project.stamp ## style, types, import contracts and package.xml
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	$(BIN)/mypy --explicit-package-bases test/*/conftest.py
 	$(BIN)/lint-imports
 	$(BIN)/python scripts/check_manifest.py
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numba
 import numpy as np
@@ -98,9 +99,9 @@ def run(sizes: Sizes) -> Outcome:
     forces_n = [ours()]
     for method in METHODS:
         loosest_first = sorted(sizes.tolerances, reverse=True)
-        tolerance = cheapest(loosest_first, lambda t, m=method: solve(m, t), reference_n)
+        tolerance = cheapest(loosest_first, partial(solve, method), reference_n)
         labels.append((f'scipy {method}', f'rtol {tolerance:g}'))
-        programs.append(Program(lambda m=method, t=tolerance: solve(m, t), ours.work_s))
+        programs.append(Program(partial(solve, method, tolerance), ours.work_s))
         forces_n.append(solve(method, tolerance))
     times = in_turn(programs, sizes)
     rows: list[Row] = [

@@ -10,8 +10,8 @@ from scipy.io import savemat
 
 from benchmarks import rival
 from benchmarks.case import PERIOD_S, Ours, ours_at, standard_case, worst_error
-from benchmarks.clock import Program, in_turn
-from benchmarks.outcome import Outcome
+from benchmarks.clock import Array, Program, in_turn
+from benchmarks.outcome import Outcome, Row
 from benchmarks.rival import SIX, Grid
 from benchmarks.sizes import Sizes
 
@@ -34,7 +34,7 @@ def run(sizes: Sizes) -> Outcome:
     forces_n = rival.mean_forces(parameters, integrals)
     times = in_turn([Program(ours, cycles * PERIOD_S)], sizes)
     per_second = own_s / (cycles * PERIOD_S)
-    rows = [
+    rows: list[Row] = [
         {
             'program': 'ours',
             'setting': f'{step_s * 1e6:g} us',
@@ -54,7 +54,7 @@ def run(sizes: Sizes) -> Outcome:
     return Outcome(TITLE, rows, [], [note])
 
 
-def _octave(octave: str, springs: rival.Springs, path: rival.Array) -> tuple[float, rival.Array]:
+def _octave(octave: str, springs: rival.Springs, path: Array) -> tuple[float, Array]:
     parameters = standard_case()
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder, 'input.mat')

@@ -63,7 +63,7 @@ def run_equivalent(sizes: Sizes) -> Outcome:
 
 def run_line(sizes: Sizes) -> Outcome:
     """Compare on six different rough lines, with thousands of springs in contact."""
-    changes = {'contact.profile': 'rough_line'}
+    changes: dict[str, object] = {'contact.profile': 'rough_line'}
     parameters = standard_case(changes)
     springs = rival.line_springs(parameters)
     reference_n = Ours(standard_case({**changes, 'sim.dt': sizes.converged_s}), sizes.cycles)()

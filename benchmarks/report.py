@@ -45,8 +45,9 @@ def show(outcome: Outcome, console: Console) -> None:
     if outcome.rows:
         table = Table(title=outcome.title, title_justify='left')
         for key, value in outcome.rows[0].items():
-            justify = 'left' if isinstance(value, str) else 'right'
-            table.add_column(key.replace('_', ' '), justify=justify)
+            table.add_column(
+                key.replace('_', ' '), justify='left' if isinstance(value, str) else 'right'
+            )
         for row in outcome.rows:
             table.add_row(*map(text_of, row.values()))
         console.print(table)

@@ -106,7 +106,7 @@ def _evenly_spaced(
     assert isinstance(profile, PowerProfile)
     radius_m = contact.indentation.radius_m
     dx_m = 2.0 * radius_m / springs
-    x_m = (np.arange(springs) + 0.5) * dx_m - radius_m
+    x_m = (np.arange(springs, dtype=float) + 0.5) * dx_m - radius_m
     if half:
         x_m, dx_m = x_m[springs // 2 :], 2.0 * dx_m
     heights_m = profile.height(x_m)
@@ -229,7 +229,7 @@ def all_springs_in_place(
 
 
 # No cache: numba's does not tell the two apart.
-compiled: Loop = numba.njit(spring_by_spring)
+compiled: Loop = numba.njit()(spring_by_spring)
 """One spring after the other, in the order written."""
 vectorised: Loop = numba.njit(fastmath=True)(spring_by_spring)
 """The compiler may reorder sums, so that it does many springs with one instruction."""

@@ -2,8 +2,9 @@
 
 import math
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from itertools import count
 
 import numba
@@ -57,7 +58,7 @@ def run_cycles(sizes: Sizes) -> Outcome:
     )
 
 
-@numba.njit
+@numba.njit()
 def remember(curve: Record, memory: Record, reversals: int) -> None:
     """Turn round many times, with ever smaller amplitudes."""
     sense = 1.0
@@ -68,7 +69,7 @@ def remember(curve: Record, memory: Record, reversals: int) -> None:
     move(curve, memory, 0.0)
 
 
-@numba.njit
+@numba.njit()
 def probe(curve: Record, memory: Record, moves: int) -> None:
     """Go to and fro inside all that is remembered."""
     reach_m = PROBE * curve.limit_m
@@ -87,7 +88,7 @@ def run_reversals(sizes: Sizes) -> Outcome:
         memory = fresh_memory()
         remember(curve, memory, reversals)
         depths.append(int(memory.depth))
-        programs.append(Program(lambda m=memory: probe(curve, m, PROBE_MOVES), PROBE_MOVES))
+        programs.append(Program(partial(probe, curve, memory, PROBE_MOVES), PROBE_MOVES))
     times = in_turn(programs, sizes)
     rows: list[Row] = [
         {
@@ -106,7 +107,7 @@ def run_reversals(sizes: Sizes) -> Outcome:
     )
 
 
-@numba.njit
+@numba.njit()
 def shake(bank: Record, springs: Record, reach_m: float, drags: int) -> float:
     """Drag a bank of springs to and fro at constant preload."""
     total_n = 0.0
@@ -134,7 +135,7 @@ def run_springs(sizes: Sizes) -> Outcome:
         )
         state = record(springs_kind(len(bank.heights_m)))
         names.append(f'bank of {bank.first[bank.groups]} springs, a step')
-        programs.append(Program(lambda b=bank, s=state: shake(b, s, reach_m, DRAGS), DRAGS))
+        programs.append(Program(partial(shake, bank, state, reach_m, DRAGS), DRAGS))
     shapes = ('smooth', 'rough', 'rough_line')
     for shape in shapes:
         ours = Ours(standard_case({'contact.profile': shape}), sizes.cycles)
@@ -159,6 +160,10 @@ def run_springs(sizes: Sizes) -> Outcome:
     )
 
 
+def _twice(pool: ThreadPoolExecutor, job: Callable[[int], object]) -> list[object]:
+    return list(pool.map(job, range(2)))
+
+
 def run_threads(sizes: Sizes) -> Outcome:
     """Two independent drives, one after the other and on two threads."""
     load = os.getloadavg()[0]
@@ -175,9 +180,7 @@ def run_threads(sizes: Sizes) -> Outcome:
     efficiencies = []
     for name, job in (('drive.advance', advance), ('run_drive', with_set_up)):
         with ThreadPoolExecutor(1) as one, ThreadPoolExecutor(2) as two:
-            programs = [
-                Program(lambda p=pool, j=job: list(p.map(j, range(2))), 2.0) for pool in (one, two)
-            ]
+            programs = [Program(partial(_twice, pool, job), 2.0) for pool in (one, two)]
             times = in_turn(programs, sizes)
         efficiency = 0.5 * times.ratios(0, 1)
         efficiencies.append(float(np.median(efficiency)))

@@ -30,7 +30,7 @@ DOMAIN = str(100 + os.getpid() % 100)  # apart from what else runs on this machi
 
 def colcon(verb: str, *options: str) -> str:
     """Run a colcon verb on the project in the scratch workspace; return what it printed."""
-    command = [COLCON, '--log-base', 'log', verb, '--base-paths', ROOT, *options]
+    command = [str(COLCON), '--log-base', 'log', verb, '--base-paths', str(ROOT), *options]
     done = subprocess.run(command, cwd=WORKSPACE, check=True, stdout=subprocess.PIPE, text=True)
     return done.stdout
 

@@ -83,12 +83,12 @@ def compare_with(commit: str, folder: Path, *, with_node: bool) -> int:
     names = sorted({Path(*path.parts[1:]) for path in files})
     messages = 0
     differ = 0
-    for name in names:
-        count, difference = compare(folder / 'before' / name, folder / 'after' / name)
+    for run in names:
+        count, difference = compare(folder / 'before' / run, folder / 'after' / run)
         messages += count
         if difference:
             differ += 1
-            print(f'DIFFERENT {name}: {difference}')
+            print(f'DIFFERENT {run}: {difference}')
     print(f'{len(names)} runs, {messages} messages; {differ} runs differ from {commit}')
     return 1 if differ or not names else 0
 

@@ -13,7 +13,7 @@ from stickslip_ros.recording.cdr import pack_float64
 from stickslip_ros.recording.messages import FLOAT64
 
 MAGIC_BYTES = 8
-WITHOUT_INDEX = {
+WITHOUT_INDEX: dict[str, Any] = {
     'index_types': IndexType.NONE,
     'repeat_channels': False,
     'repeat_schemas': False,

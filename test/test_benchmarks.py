@@ -2,11 +2,13 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from contextlib import ExitStack, contextmanager, suppress
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -156,7 +158,7 @@ def test_the_drive_in_c_gives_the_bits_of_ours(results):
 
 
 def test_a_machine_without_a_c_compiler_leaves_c_out(monkeypatch):
-    monkeypatch.setattr(in_c.shutil, 'which', lambda name: None)
+    monkeypatch.setattr(shutil, 'which', lambda name: None)
     outcome = in_c.run(TINY)
     assert outcome.rows == []
     assert outcome.notes == ['left out: no C compiler is on the path']
@@ -261,8 +263,8 @@ def test_lugre_in_scipy_agrees_with_ours():
 
 
 def test_programs_run_in_turn_and_are_warmed_up():
-    calls = []
-    programs = [Program(lambda n=name: calls.append(n), 1.0) for name in 'ab']
+    calls: list[str] = []
+    programs = [Program(partial(calls.append, name), 1.0) for name in 'ab']
     times = in_turn(programs, Sizes(rounds=2, least_s=0.0))
     assert ''.join(calls) == 'ab' + 'abab'
     assert times.seconds.shape == (2, 2)
@@ -314,7 +316,7 @@ def test_a_tree_is_compared_with_a_commit_in_what_both_can_do(two_trees):
     outcome = against.run(commit, TINY, two_trees)
     rows = {row['what']: row for row in outcome.rows}
     assert set(rows) == {'simulate', 'drive, default step, a cycle', 'drive, sim.dt=5e-6, a cycle'}
-    assert rows['simulate']['ratio'] > 1.0
+    assert float(rows['simulate']['ratio']) > 1.0
     left_out = [note for note in outcome.notes if 'left out' in note]
     assert len(left_out) == 2
     assert all('this tree: status 1: ModuleNotFoundError: No module' in note for note in left_out)

@@ -54,7 +54,7 @@ class Switchboard:
 def test_a_bare_loop_sends_as_many_bytes_as_the_node_in_as_many_messages(kind):
     parameters = Parameters().updated({'trace.sample_rate': RATE_HZ})
     bench, feed = Bench(parameters), Feed(parameters)
-    ours = {}
+    ours: dict[str, list[int]] = {}
     board = Switchboard()
     bare = kind(board, RATE_HZ, tuple(TYPES))
     for tick in range(1, 1 + TRACE_BLOCKS):
@@ -111,7 +111,7 @@ def test_a_straight_line_grows_by_its_slope_without_error():
     slope, error = growth_of([1e8 + 250.0 * i for i in range(50)], 0.5)
     assert slope == pytest.approx(500.0, rel=ROUNDING)
     assert error == pytest.approx(0.0, abs=ROUNDING)
-    assert growth_of([7.0] * 20, 1.0) == (pytest.approx(0.0, abs=ROUNDING), 0.0)
+    assert growth_of([7.0] * 20, 1.0) == pytest.approx((0.0, 0.0), abs=ROUNDING)
 
 
 @pytest.mark.parametrize('memory', [0.0, 0.6], ids=['white noise', 'noise with a memory'])

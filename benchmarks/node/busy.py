@@ -4,6 +4,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
 
 from benchmarks.node.cpu import ABOUT_LATENESS, DRIVE, FORMS, OBJECTS, PLAIN, lateness_rows
 from benchmarks.node.programs import BareLoop, Drive, Program, in_turn, may_begin_with, opened
@@ -22,7 +23,7 @@ def run(sizes: Sizes) -> Outcome:
     if may_begin_with(sizes.real_time):
         name = f'{DRIVE}, {" ".join(sizes.real_time)}'
         makers.append(lambda: Drive(name, before=sizes.real_time))
-    makers += [lambda form=form: BareLoop(form, *FORMS[form]) for form in (OBJECTS, PLAIN)]
+    makers += [partial(BareLoop, form, *FORMS[form]) for form in (OBJECTS, PLAIN)]
     with ExitStack() as stack:
         programs = opened(stack, makers)
         stack.enter_context(company(sizes.others))

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -40,7 +40,7 @@ Turns = dict[str, list[Turn]]
 def measured(sizes: Sizes) -> Turns:
     """Run all programs in turn; both tables come from this one run."""
     makers: list[Callable[[], Program]] = [lambda: Drive(DRIVE)]
-    makers += [lambda name=name: BareLoop(name, *FORMS[name]) for name in FORMS]
+    makers += [partial(BareLoop, name, *FORMS[name]) for name in FORMS]
     with ExitStack() as stack:
         programs = opened(stack, makers)
         turns = in_turn(programs, sizes.node_rounds, sizes.settle_s, sizes.turn_s)

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -57,7 +57,7 @@ def _run(sizes: Sizes, seconds: float) -> Outcome:
     """Run all at once; the tiny long run is the short one."""
     makers: list[Callable[[], Program]] = [lambda: Drive(DRIVE)]
     makers += [
-        lambda name=name, pace=pace: BareLoop(name, '--pace', pace, '--topics', 'position')
+        partial(BareLoop, name, '--pace', pace, '--topics', 'position')
         for name, pace in RIVALS.items()
     ]
     with ExitStack() as stack:

@@ -195,7 +195,8 @@ def test_the_file_in_config_is_the_default():
 
 def other_values(name: str) -> dict[str, Any]:
     """Give values that fit together, of which that of one parameter is not the default."""
-    spec, default = specs()[name], specs()[name].default
+    spec = specs()[name]
+    default: Any = spec.default
     candidates: list[Any] = [*spec.choices, 'abc']
     if spec.kind is bool:
         candidates = [not default]

@@ -118,7 +118,7 @@ def test_a_folder_of_another_user_is_passed_over_and_one_of_root_is_read(
     package, tmp_path, monkeypatch
 ):
     folder = fresh_folders().write
-    monkeypatch.setattr(kernel_cache.os, 'geteuid', lambda: MINE + 1)
+    monkeypatch.setattr(os, 'geteuid', lambda: MINE + 1)
     monkeypatch.setattr(kernel_cache, 'ROOT', MINE + 2)
     (tmp_path / 'user').write_text('', encoding='utf-8')
     assert fresh_folders() == ((), None)
@@ -130,7 +130,7 @@ def test_a_folder_of_another_user_is_passed_over_and_one_of_root_is_read(
 
 def test_an_own_folder_that_cannot_be_written_is_read(package, tmp_path, monkeypatch):
     folder = fresh_folders().write
-    monkeypatch.setattr(kernel_cache.os, 'access', lambda place, _: place != folder)
+    monkeypatch.setattr(os, 'access', lambda place, _: place != folder)
     own = tmp_path / 'user' / folder.name
     assert fresh_folders() == ((folder, own), own)
 

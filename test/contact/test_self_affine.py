@@ -90,7 +90,7 @@ def test_below_the_roll_off_the_spectrum_is_flat_and_outside_the_cut_offs_empty(
     assert spectrum.density_2d(1e4) == spectrum.density_2d(1e5) == spectrum.plateau_m4
     ratio = float(spectrum.density_2d(2e5) / spectrum.density_2d(1e5))
     assert ratio == pytest.approx(2.0**-3.4, rel=ROUNDING, abs=0.0)
-    assert np.all(spectrum.density_2d([0.0, 0.99e4, 1.01e6]) == 0.0)
+    assert np.all(spectrum.density_2d(np.array([0.0, 0.99e4, 1.01e6])) == 0.0)
 
 
 def test_on_a_long_line_the_estimate_is_the_density_itself():

@@ -2,12 +2,12 @@
 
 import json
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-import numba
 import numpy as np
 
+from stickslip_ros.contact.kernel_cache import CONFIG
 from stickslip_ros.drive.advance import advance
 from stickslip_ros.drive.build import plant_of, state_at_rest
 from stickslip_ros.drive.waveform import missing, sawtooth
@@ -27,7 +27,7 @@ EVERYTHING = {
 
 
 def short_run(
-    values: dict[str, object] = PLAIN, loads_n: Sequence[float] = (0.0,) * 5 + (-0.05,) * 10
+    values: Mapping[str, object] = PLAIN, loads_n: Sequence[float] = (0.0,) * 5 + (-0.05,) * 10
 ) -> list[list[str]]:
     """Return every number of the state after each fifth of a millisecond, exactly."""
     parameters = Parameters().updated(values)
@@ -59,4 +59,4 @@ def all_runs() -> list[list[str]]:
 
 
 if __name__ == '__main__':
-    json.dump({'interpreted': bool(numba.config.DISABLE_JIT), 'run': all_runs()}, sys.stdout)
+    json.dump({'interpreted': bool(CONFIG.DISABLE_JIT), 'run': all_runs()}, sys.stdout)

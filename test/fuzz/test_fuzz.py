@@ -34,7 +34,7 @@ def test_every_stage_profile_law_and_command_has_its_stand():
 
 @pytest.mark.parametrize('seed', SEEDS)
 def test_random_real_valued_commands_end_stay_finite_and_repeat_on_every_stand(seed):
-    commands = Counter()
+    commands: Counter[str] = Counter()
     problems = {}
     for stand in STANDS:
         outcome = run_case(stand, seed)

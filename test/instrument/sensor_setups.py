@@ -56,7 +56,8 @@ class Sensor(Sensing):
 
 def sensor_with(name: str, settings: Mapping[str, object]) -> Sensor:
     """Return a sensor that has no errors but those of ``settings``."""
-    return Sensor(name, Parameters().updated(PERFECT | {'trace.sample_rate': RATE_HZ} | settings))
+    values = {**PERFECT, 'trace.sample_rate': RATE_HZ, **settings}
+    return Sensor(name, Parameters().updated(values))
 
 
 def interferometer_with(**settings: float) -> Sensor:
@@ -71,7 +72,7 @@ def load_cell_with(**settings: float) -> Sensor:
 
 def sensor_with_everything(name: str, changes: Mapping[str, float] | None = None) -> Sensor:
     """Return a sensor with all of its errors at once, but for some changes."""
-    settings = {'trace.sample_rate': RATE_HZ} | EVERYTHING | (changes or {})
+    settings = {'trace.sample_rate': RATE_HZ, **EVERYTHING, **(changes or {})}
     return Sensor(name, Parameters().updated(settings))
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from stickslip_ros.drive.advance import POSITION
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.instrument.reports import Event, Result, Status
 from stickslip_ros.parameters import Parameters
 
 BLOCKS = 8
@@ -162,7 +162,9 @@ def _assert_told_once(names, events, replaced):
 @given(stand=stands(), sequence=sequences(FAULTS | DELAYS))
 @settings(deadline=None, max_examples=EXAMPLES)
 def test_whatever_is_asked_and_broken_all_is_finite_consistent_and_told_once(stand, sequence):
-    bench, names, events = Bench(stand), [], []
+    bench = Bench(stand)
+    names: list[str] = []
+    events: list[Event] = []
     for due in (*sequence, [Request('reset')]):
         names += [request.name for request in due]
         output = bench.update(bench.time_ns + MS, due)

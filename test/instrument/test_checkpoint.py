@@ -98,9 +98,10 @@ def test_a_restored_bench_goes_on_as_the_saved_one_does(stand: str, program: str
 
 def test_what_is_kept_beside_comes_back():
     bench = Bench(Parameters())
-    told = {'trace': bench.update(1_000_000).readings.trace, 'name': 'run 7'}
+    trace = bench.update(1_000_000).readings.trace
+    told = {'trace': trace, 'name': 'run 7'}
     beside = Bench.restore(bench.save(told)).beside
-    assert beside['trace'].tobytes() == told['trace'].tobytes()
+    assert beside['trace'].tobytes() == trace.tobytes()
     assert beside['name'] == 'run 7'
     assert Bench.restore(bench.save()).beside == {}
 
@@ -127,7 +128,7 @@ def test_what_the_state_depends_on_cannot_change(name: str):
     saved = Bench(Parameters()).save()
     value = Parameters().flat()[name]
     with pytest.raises(WrongKind, match=rf'{name} .* as in the checkpoint.*start from rest'):
-        Bench.restore(saved, {name: 2.0 * value})
+        Bench.restore(saved, {name: 2.0 * float(value)})
     assert Bench.restore(saved, {name: value}).parameters == Parameters()
 
 

@@ -1,6 +1,7 @@
 """The built-in closed loop: arrives, holds, steps again, and gives up with the right reason."""
 
 from collections import deque
+from typing import Any
 
 import numpy as np
 import pytest
@@ -275,7 +276,7 @@ def test_the_loop_never_asks_for_a_voltage_out_of_range_or_no_step(positions_m):
 def test_the_remote_loop_comes_home_however_late_its_commands_arrive(presliding_m, start_m, delay):
     stage, remote = SimpleStage(presliding_m, start_m), RemoteLoop(LOOP, 1000.0, 0.01)
     remote.aim(0.0)
-    on_the_way = deque([None] * delay)
+    on_the_way: deque[Any] = deque([None] * delay)
     busy = 0
     for tick in range(2000):
         on_the_way.append(remote.update(tick * MS, stage.position_m))

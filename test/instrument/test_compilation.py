@@ -17,7 +17,7 @@ from stickslip_ros.instrument.reports import Result
 from stickslip_ros.parameters import Parameters, load_yaml
 
 REALISTIC = Path(__file__).parents[2] / 'config/realistic.yaml'
-STANDS = {
+STANDS: dict[str, dict[str, object]] = {
     'default': {},
     'rough line': {'contact.profile': 'rough_line'},
     'lugre': {'contact.law': 'lugre'},
@@ -46,10 +46,10 @@ REQUESTS = (
 @pytest.mark.parametrize('name', [*STANDS, 'realistic'])
 def test_no_stand_compiles_anything_once_the_kernels_are_compiled(name, compiled_kernels):
     parameters = load_yaml(REALISTIC) if name == 'realistic' else Parameters()
-    compiled = []
+    compiled: list[int] = []
     with compilation_reported(compiled.append):
         bench = Bench(parameters.updated(STANDS.get(name, {})))
-        results = Counter()
+        results: Counter[Result] = Counter()
         for number, request in enumerate(REQUESTS, start=1):
             results.update(each.result for each in bench.update(number * MS, [request]).events)
         assert abs(bench.ledger.residual_j) < 1.0
@@ -69,7 +69,7 @@ def test_it_is_told_how_many_kernels_were_compiled(monkeypatch):
 
     monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: Folders((), None))
     monkeypatch.setattr(compilation, 'REPORT_EVERY', 1)
-    lines = []
+    lines: list[str] = []
     with compilation_reported(progress_reporter(lines.append)):
         assert four_times(1.5) == 6.0
         assert four_times(2.5) == 10.0
@@ -78,7 +78,7 @@ def test_it_is_told_how_many_kernels_were_compiled(monkeypatch):
 
 
 def test_it_is_not_told_too_often():
-    lines = []
+    lines: list[str] = []
     tell = progress_reporter(lines.append)
     for done in range(KERNELS):
         tell(done)

@@ -24,7 +24,7 @@ def _assert_equal(readings, expected):
 
 def _way(*corners):
     """Return a way through the corners, in shares of the range, in equal steps."""
-    parts = [np.zeros(1)]
+    parts: list[np.ndarray] = [np.zeros(1)]
     for start, end in zip((0.0, *corners), corners, strict=False):
         steps = round(abs(end - start) * QUARTER)
         parts.append(np.linspace(start, end, steps + 1)[1:])

@@ -58,7 +58,7 @@ def _plain(type_name: str, message: Any) -> str:
     return _written(kinds.get(type_name, lambda each: each.data)(message))
 
 
-def _written(record: m.Message) -> str:
+def _written(record: Any) -> str:
     if isinstance(record, m.ArrayMessage):
         return repr((record.labels, record.sizes, record.data.shape, record.data.tolist()))
     return repr(record)

@@ -16,11 +16,12 @@ from pathlib import Path
 
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.units import NS_PER_S
 
 FLUSH_PERIOD_S = 0.1
-FORMS = (
+FORMS: tuple[dict[str, object], ...] = (
     {},
     {'record.compression': 'none'},
     {'record.compression': 'lz4', 'record.format': 'bag'},
@@ -44,7 +45,7 @@ def parameters_of(number: int) -> Parameters:
 
 def record(path: Path, parameters: Parameters, pace: str, ticks: int, tell) -> None:
     """Record a run, and tell after each tick how many messages were put and are on the disk."""
-    told = []
+    told: list[Packed] = []
     start_s = time.monotonic()
     with RunWriter(path, parameters, wait=True) as writer:
         run = Run(parameters, told.append, writer)
@@ -69,7 +70,7 @@ def waited_ns(pid: int) -> int:
 
 def _run_child(path: Path, number: int, pace: str, pipe: int) -> None:
     # What the system was handed survives a kill; a busy disk would only hold the writer up.
-    os.fsync = lambda _file: None
+    os.fsync = lambda fd: None
 
     def tell(put: int, secured: int) -> None:
         numbers = time.monotonic_ns(), put, secured, waited_ns(os.getpid())

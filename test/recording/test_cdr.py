@@ -41,6 +41,12 @@ Case = tuple[str, bytes, m.Message]
 Vector = tuple[float, float, float]
 
 
+def unpacked_array(data: bytes) -> m.ArrayMessage:
+    message = cdr.unpack(m.FLOAT64_ARRAY, data)
+    assert isinstance(message, m.ArrayMessage)
+    return message
+
+
 def array_case(values: np.ndarray, labels: list[str]) -> Case:
     message = m.ArrayMessage(tuple(labels), values.shape, values)
     return m.FLOAT64_ARRAY, cdr.pack_float64_array(values, labels), message
@@ -164,7 +170,7 @@ def test_an_empty_array_has_no_padding_but_is_read_with_the_padding_of_ros():
     data = cdr.pack_float64_array(np.empty(0), ['x'])
     theirs = bytes(serialize_message(deserialize_message(data, Float64MultiArray)))
     assert (theirs[:-4], len(theirs)) == (data, len(data) + 4)
-    assert cdr.unpack(m.FLOAT64_ARRAY, theirs).data.size == 0
+    assert unpacked_array(theirs).data.size == 0
 
 
 def test_strides_are_products_of_this_size_and_all_later_ones():
@@ -174,21 +180,21 @@ def test_strides_are_products_of_this_size_and_all_later_ones():
 
 
 def test_a_transposed_array_is_packed_as_it_is_indexed():
-    values = np.arange(6.0).reshape(2, 3).T
+    values = np.arange(6, dtype=float).reshape(2, 3).T
     data = cdr.pack_float64_array(values, ['row', 'column'])
-    np.testing.assert_array_equal(cdr.unpack(m.FLOAT64_ARRAY, data).data, values)
+    np.testing.assert_array_equal(unpacked_array(data).data, values)
 
 
 def test_an_array_whose_layout_does_not_fit_stays_flat():
     message = Float64MultiArray(data=[1.0, 2.0, 3.0])
-    assert cdr.unpack(m.FLOAT64_ARRAY, bytes(serialize_message(message))).data.shape == (3,)
+    assert unpacked_array(bytes(serialize_message(message))).data.shape == (3,)
     message.layout.dim = [MultiArrayDimension(label='x', size=2, stride=2)]
-    flat = cdr.unpack(m.FLOAT64_ARRAY, bytes(serialize_message(message)))
+    flat = unpacked_array(bytes(serialize_message(message)))
     assert (flat.sizes, flat.data.tolist()) == ((2,), [1.0, 2.0, 3.0])
 
 
 def test_an_unpacked_array_is_ours_to_write_to():
-    data = cdr.unpack(m.FLOAT64_ARRAY, cdr.pack_float64_array(np.ones(3), ['x'])).data
+    data = unpacked_array(cdr.pack_float64_array(np.ones(3), ['x'])).data
     data[0] = 2.0
     assert data.flags.aligned
 

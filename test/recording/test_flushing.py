@@ -3,6 +3,7 @@
 import shutil
 import time
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -26,6 +27,10 @@ def wait_for(condition: Callable[[], bool]) -> None:
     while not condition():
         assert time.monotonic() < deadline_s, 'the disk was not written to'
         time.sleep(0.005)
+
+
+def is_secured(recorder: Recorder, count: int) -> bool:
+    return recorder.secured == count
 
 
 def put_all(recorder: Recorder, times_ms: range) -> None:
@@ -79,7 +84,7 @@ def test_when_the_disk_is_written_to_leaves_no_trace_in_the_file(tmp_path: Path)
     with Recorder(tmp_path / 'halting.mcap', [VOLTAGE], form=form) as recorder:
         for start, end in pairwise(range(0, 101, 10)):
             put_all(recorder, range(start, end))
-            wait_for(lambda end=end: recorder.secured == end)
+            wait_for(partial(is_secured, recorder, end))
     assert (tmp_path / 'halting.mcap').read_bytes() == (tmp_path / 'hasty.mcap').read_bytes()
 
 

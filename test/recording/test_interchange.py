@@ -8,7 +8,13 @@ import yaml
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
-from rosbags.interfaces import QosDurability, QosHistory, QosLiveliness, QosReliability
+from rosbags.interfaces import (
+    ConnectionExtRosbag2,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+)
 
 from stickslip_ros.recording import SCHEMAS, TYPE_HASHES, Channel, Qos, cdr
 
@@ -43,7 +49,11 @@ def test_rosbags_finds_types_and_counts(recorded: Path, channels: list[Channel],
 
 def test_rosbags_finds_the_quality_of_service(recorded: Path):
     with AnyReader([recorded]) as reader:
-        offered = {each.topic: each.ext.offered_qos_profiles for each in reader.connections}
+        offered = {
+            each.topic: each.ext.offered_qos_profiles
+            for each in reader.connections
+            if isinstance(each.ext, ConnectionExtRosbag2)
+        }
     [status] = offered['/stand/drive/status']
     [force] = offered['/stand/force']
     assert (status.history, status.depth) == (QosHistory.KEEP_LAST, 1)

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from mcap.writer import CompressionType, Writer
 
-from stickslip_ros.recording import SCHEMAS, TYPE_HASHES, Channel, FileForm, Qos, cdr, mcap_writer
+from stickslip_ros.recording import SCHEMAS, TYPE_HASHES, Channel, FileForm, Qos, cdr
 from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.mcap_writer import McapWriter, Stored
 
@@ -124,9 +124,7 @@ class Full:
 def test_a_full_temporary_folder_costs_memory_only(tmp_path: Path, monkeypatch, room_bytes: int):
     expected = written(tmp_path / 'spilled.mcap')
     make = tempfile.TemporaryFile
-    monkeypatch.setattr(
-        mcap_writer.tempfile, 'TemporaryFile', lambda **given: Full(make(**given), room_bytes)
-    )
+    monkeypatch.setattr(tempfile, 'TemporaryFile', lambda **given: Full(make(**given), room_bytes))
     assert written(tmp_path / 'full.mcap') == expected
 
 
@@ -136,5 +134,5 @@ def test_without_a_temporary_folder_it_costs_memory_too(tmp_path: Path, monkeypa
     def refuse(**_: object) -> None:
         raise FileNotFoundError('No usable temporary directory found')
 
-    monkeypatch.setattr(mcap_writer.tempfile, 'TemporaryFile', refuse)
+    monkeypatch.setattr(tempfile, 'TemporaryFile', refuse)
     assert written(tmp_path / 'kept.mcap') == expected

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from threading import Thread
+from typing import Any
 
 import numpy as np
 import pytest
@@ -69,7 +70,10 @@ def test_equal_messages_give_equal_files_however_they_are_timed(
     files = []
     for queue_length in (2, 3, 10_000):
         path = tmp_path / f'{queue_length}.mcap'
-        options = {'metadata': {'run': {'seed': '7'}}, 'attachments': {'a': ('text/plain', b'x')}}
+        options: dict[str, Any] = {
+            'metadata': {'run': {'seed': '7'}},
+            'attachments': {'a': ('text/plain', b'x')},
+        }
         with Recorder(
             path,
             channels,
@@ -187,8 +191,9 @@ def test_a_head_that_cannot_be_written_leaves_no_file(path: Path, small_disk: Ca
 
 
 def test_metadata_that_is_not_text_leaves_no_file(path: Path):
+    metadata: Any = {'run': {'seed': 7}}
     with pytest.raises(AttributeError):
-        Recorder(path, [VOLTAGE], metadata={'run': {'seed': 7}})
+        Recorder(path, [VOLTAGE], metadata=metadata)
     assert not path.exists()
 
 
@@ -217,8 +222,9 @@ def test_a_disk_that_fills_up_at_the_end_is_told(path: Path, small_disk: Callabl
 
 
 def test_data_that_cannot_be_written_is_told_and_frees_whoever_waits(path: Path):
+    no_bytes: Any = 'not bytes'
     recorder = Recorder(path, [VOLTAGE], queue_length=1)
-    recorder.put('/voltage', 0, 'not bytes')
+    recorder.put('/voltage', 0, no_bytes)
     while recorder.put('/voltage', 0, cdr.pack_float64(1.0), wait=True):
         pass
     recorder.close()

@@ -23,6 +23,7 @@ from mcap_records import (
     rows_of,
 )
 from rosbags.highlevel import AnyReader
+from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag2 import Reader
 
 from stickslip_ros.errors import RecordingError
@@ -266,6 +267,7 @@ def test_a_recovered_file_keeps_topics_and_opens_in_rosbags(
             each.topic: each.type_name for each in channels
         }
         [status] = [each for each in reader.connections if each.topic == '/stand/drive/status']
+        assert isinstance(status.ext, ConnectionExtRosbag2)
         assert status.ext.offered_qos_profiles[0].durability.name == 'TRANSIENT_LOCAL'
         assert reader.message_count == len(rows)
 

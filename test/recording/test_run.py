@@ -7,6 +7,7 @@ import pytest
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import Run, RunWriter
 
@@ -21,7 +22,7 @@ def stored(path: Path) -> list[tuple[str, int, bytes]]:
 def test_the_same_messages_are_written_and_published_but_for_commands_and_what_is_latched(
     tmp_path: Path,
 ):
-    published = []
+    published: list[Packed] = []
     with RunWriter(tmp_path / 'run.mcap', Parameters(), wait=True) as writer:
         run = Run(Parameters(), published.append, writer)
         run.update(BLOCK_NS, [MOVE, NOTE])

@@ -35,7 +35,7 @@ def await_handlers(process: subprocess.Popen[str]) -> None:
         if int(caught, 16) >> (signal.SIGTERM - 1) & 1:
             return
         time.sleep(1e-3)
-    raise TimeoutError(f'{process.args} does not handle SIGTERM; status {process.poll()}')
+    raise TimeoutError(f'{process.args!r} does not handle SIGTERM; status {process.poll()}')
 
 
 def await_network(process: subprocess.Popen[str]) -> None:
@@ -55,7 +55,7 @@ def await_network(process: subprocess.Popen[str]) -> None:
         if any(name.startswith('dds') for name in names):
             return
         if time.monotonic() > deadline_s:
-            raise TimeoutError(f'{process.args} has no threads of DDS')
+            raise TimeoutError(f'{process.args!r} has no threads of DDS')
         time.sleep(1e-2)
 
 

@@ -42,7 +42,7 @@ def run_node(folder: str, domain: int, number: int, pipe: int) -> None:
 
     """
     # What the system was handed survives a kill; a busy disk would only hold the writer up.
-    os.fsync = lambda _file: None
+    os.fsync = lambda fd: None
     rclpy.init(args=['--ros-args', '-r', f'__ns:=/n{number}'], domain_id=domain_of(domain, number))
     values = {
         'record.directory': folder,

@@ -50,7 +50,8 @@ def node(ros_domain: int) -> Iterator[Node]:
 
 
 def test_a_node_is_spun_until_its_end_and_then_destroyed(node: Node):
-    ending, calls = Ending(), []
+    ending = Ending()
+    calls: list[None] = []
 
     def count() -> None:
         calls.append(None)

@@ -15,6 +15,7 @@ from mcap.stream_reader import StreamReader
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.messages import ArrayMessage, StampedMessage
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.recording.run_file import RUN_RECORD
@@ -144,15 +145,17 @@ def requests_of(path: Path) -> list[tuple[int, Request]]:
     for topic, time_ns, message in Recording(path).messages():
         name = topic.removeprefix('/command/')
         if topic == '/stickslip_drive/request':
-            note = json.loads(message)
+            note = json.loads(str(message))
             settings = tuple(note['settings'].items())
             found.append((time_ns, Request(note['name'], tuple(note['values']), settings)))
-        elif name == 'load':
+        elif name == topic:
+            continue
+        elif isinstance(message, StampedMessage):
             found.append((time_ns, Request(name, message.values)))
-        elif name == 'sawtooth':
+        elif isinstance(message, ArrayMessage):
             found.append((time_ns, Request(name, tuple(message.data))))
-        elif name != topic:
-            found.append((time_ns, Request(name, (message,))))
+        else:
+            found.append((time_ns, Request(name, (float(message),))))
     return found
 
 
@@ -183,6 +186,7 @@ def test_a_recorded_session_is_replayed_to_the_bit(start_drive: Callable, tmp_pa
         if time_ns not in replayed:
             now = [request for at_ns, request in asked if at_ns == bench.time_ns]
             replayed[time_ns] = bench.update(time_ns, now).readings
+        assert isinstance(message, StampedMessage)
         seen = message.values[0]
         again = replayed[time_ns]
         assert seen == (again.position_m if topic == '/position' else again.force_n)

@@ -42,7 +42,7 @@ ROUNDING = 1e-4
 def next_parts(stand: Any, heard: list[Any]) -> dict[str, Any]:
     """Wait for diagnostics from now on; give the parts by the last word of their names."""
     seen = len(heard)
-    whole = []
+    whole: list[Any] = []
 
     def look() -> bool:
         whole[:] = [each for each in heard[seen:] if len(each.status) > 1]  # not a fault alone

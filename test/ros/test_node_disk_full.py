@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import recover
-from stickslip_ros.ros.interface import MESSAGE_TYPES
 from stickslip_ros.testing import Operator, open_context
 
 SIZE_BYTES = 1_000_000
@@ -85,12 +84,11 @@ def open_operator(ros_domain: int) -> Iterator[Callable[[], Operator]]:
 
 def test_a_full_disk_ends_the_recording_and_not_the_drive(operator: Operator, tmp_path: Path):
     parts: list[Any] = []
-    operator.node.create_subscription(
-        MESSAGE_TYPES['diagnostic_msgs/msg/DiagnosticArray'],
-        '/diagnostics',
-        lambda message: parts.extend(message.status),
-        100,
-    )
+
+    def listen(message: DiagnosticArray) -> None:
+        parts.extend(message.status)
+
+    operator.node.create_subscription(DiagnosticArray, '/diagnostics', listen, 100)
     assert operator.set_recording(wanted=True).success
     event = operator.wait_for_event('recording', 0)
     assert (event['number'], event['result']) == (0, 'RECORDING_FAILED')

@@ -63,7 +63,7 @@ def part_of(stand: Any, heard: list[Any], name: str, level: bytes) -> Diagnostic
         parts = [part for each in heard for part in each.status]
         return [part for part in parts if part.name.endswith(name) and part.level == level]
 
-    stand.operator.spin_until(lambda: bool(found()), f'{name} at level {level}')
+    stand.operator.spin_until(lambda: bool(found()), f'{name} at level {level!r}')
     return found()[-1]
 
 

@@ -133,7 +133,7 @@ def test_a_schedule_is_kept_to_the_block_and_recorded(start_drive: Callable, tmp
     operator.spin_until(lambda: max(operator.positions) > 60_000_000, 'the end of the schedule')
     assert operator.set_recording(wanted=False).success
     told = [
-        (time_ns, json.loads(message))
+        (time_ns, json.loads(str(message)))
         for topic, time_ns, message in Recording(tmp_path / 'run.mcap').messages()
         if topic == '/stickslip_drive/request'
     ]

@@ -83,8 +83,8 @@ def killed(tmp_path_factory: pytest.TempPathFactory, ros_domain: int) -> Any:
     finally:
         for each in processes:
             each.kill()
-        for each in listeners:
-            each.close()
+        for listener in listeners:
+            listener.close()
     kills = [json.loads(line) for each in said for line in each.splitlines()]
     return folder, kills, [each.heard for each in listeners]
 

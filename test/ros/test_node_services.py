@@ -191,7 +191,7 @@ def test_what_came_by_service_is_noted_on_the_topic_and_in_the_file_at_its_time(
     assert [each['name'] for each in operator.requests] == names
     assert operator.requests[3] == {'name': 'enable_amplifier', 'values': [1.0], 'settings': {}}
     told = [
-        (time_ns, json.loads(message))
+        (time_ns, json.loads(str(message)))
         for topic, time_ns, message in Recording(Path(path)).messages()
         if topic == '/stickslip_drive/request'
     ]

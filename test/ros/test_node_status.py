@@ -118,7 +118,7 @@ def abort(operator: Any) -> None:
     stop(operator)
 
 
-RESULTS = {
+RESULTS: dict[Result, tuple[str, Callable, dict[str, object]]] = {
     Result.DONE: ('voltage', ask('voltage', 100.0), {}),
     Result.ABORTED: ('sawtooth', abort, {}),
     Result.INVALID_PARAMETER: ('voltage', ask('voltage', 1e6), {}),

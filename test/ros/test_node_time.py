@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
+from stickslip_ros.recording.messages import StampedMessage
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.testing import deep_queues, stamp_ns
 
@@ -244,6 +245,7 @@ def test_the_truth_is_published_and_recorded_if_asked_for(
     operator.set_recording(wanted=False)
     recorded: dict[str, dict[int, float]] = {'/position': {}, '/truth/position': {}}
     for topic, time_ns, message in Recording(Path(path)).messages(list(recorded)):
+        assert isinstance(message, StampedMessage)
         recorded[topic][time_ns] = message.values[0]
     assert recorded['/position'] == recorded['/truth/position']
     kept = recorded['/truth/position']

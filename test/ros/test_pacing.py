@@ -25,7 +25,7 @@ from stickslip_ros.ros.pacing import (
 PERIOD_S = 0.002
 TICKS = 50
 ROUNDING_S = 1e-9
-TO_THE_NANOSECOND = {'rel': 0.0, 'abs': ROUNDING_S}
+TO_THE_NANOSECOND: Any = {'rel': 0.0, 'abs': ROUNDING_S}
 
 
 class Clock:

@@ -77,10 +77,10 @@ def test_a_case_that_ends_first_does_not_come_first():
 class Taken(list):
     """Cases, and how many of them were taken."""
 
-    count = 0
+    taken = 0
 
     def __getitem__(self, index):
-        self.count += 1
+        self.taken += 1
         return super().__getitem__(index)
 
 
@@ -89,10 +89,10 @@ def test_few_cases_are_submitted_at_a_time_however_many_there_are(monkeypatch):
     cases = Taken(CASES)
     waiting = []
     rows = run_batch(
-        third, cases, workers=2, progress=lambda done, _: waiting.append(cases.count - done)
+        third, cases, workers=2, progress=lambda done, _: waiting.append(cases.taken - done)
     )
     assert rows == ROWS
-    assert cases.count == len(CASES)
+    assert cases.taken == len(CASES)
     assert max(waiting) == 2  # the third has just ended
 
 

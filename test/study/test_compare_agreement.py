@@ -24,7 +24,7 @@ NM = 1e-9
 def part(a, b, sigma=None, **at) -> Part:
     a, b = np.array(a, dtype=float), np.array(b, dtype=float)
     sigma = None if sigma is None else np.array(sigma, float)
-    return Part(at, AMPLITUDE, np.arange(len(a)) * NM, a, b, sigma)
+    return Part(at, AMPLITUDE, np.arange(len(a), dtype=float) * NM, a, b, sigma)
 
 
 def agreement(a, b, sigma=None):
@@ -123,7 +123,7 @@ def test_correlation_does_not_see_scale_or_offset():
 
 
 def test_the_0_amplitude_of_a_straight_flank_is_its_foot():
-    amplitude_m = np.arange(0, 161, 10) * NM
+    amplitude_m = np.arange(0, 161, 10, dtype=float) * NM
     force_n = np.clip((amplitude_m - 42 * NM) * 2e6, 0.0, 0.2)
     told = threshold_of(amplitude_m, force_n)
     assert told.zero_amplitude_m == pytest.approx(42 * NM, rel=1e-9, abs=0.0)

@@ -215,7 +215,7 @@ def _bump(time_s, at_s):
 
 @pytest.mark.parametrize('late_s', [0.0, 0.003, -0.0042, 0.25, -0.3371])
 def test_the_lag_of_a_smooth_signal_is_found_between_samples(late_s):
-    time_s = np.arange(200) * 0.01
+    time_s = np.arange(200, dtype=float) * 0.01
     a = Series(time_s, 5.0 + _bump(time_s, 0.9), 'm', 'a')
     b = Series(time_s + 3.0, -2.0 * _bump(time_s, 0.9 + late_s) + 1.0, 'm', 'b')
     # Turned upside down nothing fits; turned back it does, whatever scale and offset.
@@ -226,7 +226,7 @@ def test_the_lag_of_a_smooth_signal_is_found_between_samples(late_s):
 
 def test_the_lag_of_noisy_signals_of_different_rates_is_found():
     rng = np.random.default_rng(2)
-    fine_s, coarse_s = np.arange(0.0, 2.0, 0.001), np.arange(0.0, 2.0, 0.004)
+    fine_s, coarse_s = (np.arange(0.0, 2.0, step, dtype=float) for step in (0.001, 0.004))
     a = Series(fine_s, _bump(fine_s, 0.8) + 0.05 * rng.normal(size=len(fine_s)), 'N', 'a')
     b = Series(coarse_s, _bump(coarse_s, 1.1) + 0.05 * rng.normal(size=len(coarse_s)), 'N', 'b')
     found = estimate_alignment([(a, b)])
@@ -235,13 +235,13 @@ def test_the_lag_of_noisy_signals_of_different_rates_is_found():
 
 
 def test_of_equal_periods_the_smallest_shift_counts():
-    time_s = np.arange(400) * 0.01
+    time_s = np.arange(400, dtype=float) * 0.01
     wave = Series(time_s, (time_s * 2.0) % 1.0, 'V', 'wave')
     assert estimate_alignment([(wave, wave)]).shift_s == pytest.approx(0.0, abs=1e-4)
 
 
 def test_where_nothing_changes_no_lag_is_found():
-    time_s = np.arange(10.0)
+    time_s = np.arange(10, dtype=float)
     flat = Series(time_s, np.ones(10), 'V', 'flat')
     with pytest.raises(StickSlipError, match='nothing changes in both; record something that'):
         estimate_alignment([(flat, flat)])

@@ -63,7 +63,7 @@ def test_decimation_keeps_every_peak_in_few_points(count, pixels, seed):
 def test_one_sample_in_a_million_stays():
     y = np.zeros(1_000_000)
     y[123_456] = 1.0
-    _, thin = decimated(np.arange(1_000_000) * 1e-6, y, 800)
+    _, thin = decimated(np.arange(1_000_000, dtype=float) * 1e-6, y, 800)
     assert thin.max() == 1.0
     assert len(thin) <= 3200
 
@@ -71,6 +71,6 @@ def test_one_sample_in_a_million_stays():
 def test_a_gap_stays_a_gap():
     y = np.ones(10_000)
     y[5000:5100] = math.nan
-    thin_x, thin = decimated(np.arange(10_000.0), y, 100)
+    thin_x, thin = decimated(np.arange(10_000, dtype=float), y, 100)
     inside = (thin_x >= 5000) & (thin_x < 5100)
     assert np.isnan(thin[inside]).any()

@@ -1,6 +1,6 @@
 """A recording, or a measured voltage, that is run again; what cannot be run is refused."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import takewhile
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import pack_float64
 from stickslip_ros.recording.channels import Channel, Qos
+from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.fingerprint import compare_data
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -242,7 +243,12 @@ def test_a_part_whose_beginning_nobody_recorded_is_refused_with_its_mend(tmp_pat
 def test_a_recording_with_lost_messages_is_refused(tmp_path: Path):
     parameters = Parameters().updated({'record.queue_length': 10})
     with RunWriter(tmp_path / 'run.mcap', parameters) as writer:
-        run = Run(parameters, lambda packed: [writer.write(packed) for _ in range(19)], writer)
+
+        def write_often(packed: Packed) -> None:
+            for _ in range(19):
+                writer.write(packed)
+
+        run = Run(parameters, write_often, writer)
         while not writer.recorder.dropped:
             run.update(run.bench.time_ns + parameters.block_ns)
     with pytest.raises(RecordingError, match=r'lacks \d+ messages of .*queue_length'):
@@ -272,7 +278,7 @@ def test_a_measured_voltage_is_followed_and_its_recording_is_replayed_to_the_byt
     assert_same(tmp_path / 'run.mcap', tmp_path / 'again.mcap')
 
 
-def csv_of(path: Path, name: str, values: object) -> Path:
+def csv_of(path: Path, name: str, values: Iterable[float]) -> Path:
     rows = ''.join(f'{t!r},{v!r}\n' for t, v in zip(TIME_S.tolist(), values, strict=True))
     path.write_text(f'time_s,{name}\n{rows}', encoding='utf-8')
     return path
@@ -283,7 +289,7 @@ def parquet_of(path: Path, **columns: object) -> Path:
     return path
 
 
-def mcap_of(path: Path, values: object) -> Path:
+def mcap_of(path: Path, values: Iterable[float]) -> Path:
     with Recorder(path, [Channel('/lab/signal', 'std_msgs/msg/Float64', Qos(1))]) as recorder:
         for time_s, value in zip(TIME_S.tolist(), values, strict=True):
             recorder.put('/lab/signal', round(time_s * 1e9), pack_float64(value))
@@ -337,7 +343,7 @@ def test_what_cannot_be_played_is_refused(
 
 
 def test_too_many_rows_are_refused_with_the_most_that_go(tmp_path: Path):
-    time_s = np.arange(1_000_001) * 1e-6
+    time_s = np.arange(1_000_001, dtype=float) * 1e-6
     with pytest.raises(StickSlipError, match='2 to 1000000 rows'):
         replay_input(DriveInput('x', time_s, 0.0 * time_s), tmp_path / 'run.mcap', STAND)
 

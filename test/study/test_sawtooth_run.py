@@ -16,6 +16,7 @@ from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import AmplifierParameters, Parameters, dump_yaml, parse_yaml
+from stickslip_ros.recording.messages import ArrayMessage
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.study.sawtooth_run import (
     STEADY_STEPS_MAX,
@@ -131,8 +132,8 @@ def test_progress_is_told_up_to_the_number_of_steps(stand):
     )
     assert told == [(steps, 12) for steps in range(1, 13)]
     told.clear()
-    run_sawtooth(stand, 300.0, 1000.0, progress=lambda done, wanted: told.append(wanted))
-    assert set(told) == {0}
+    run_sawtooth(stand, 300.0, 1000.0, progress=lambda done, wanted: told.append((done, wanted)))
+    assert {wanted for _, wanted in told} == {0}
 
 
 @pytest.mark.parametrize(
@@ -285,10 +286,8 @@ def test_a_run_that_has_not_come_to_the_load_cell_is_not_steady():
 @pytest.mark.parametrize('run', ['drive', 'bench'])
 def test_behind_a_gap_the_drive_presses_as_hard_as_when_it_is_fixed(run, stand):
     pressed = stand.updated(PRESSED)
-    if run == 'drive':
-        fixed, behind = (run_drive(each, 160e-9, 1000.0) for each in (stand, pressed))
-    else:
-        fixed, behind = (run_sawtooth(each, 300.0, 1000.0) for each in (stand, pressed))
+    run_it, size = (run_drive, 160e-9) if run == 'drive' else (run_sawtooth, 300.0)
+    fixed, behind = (run_it(each, size, 1000.0) for each in (stand, pressed))
     assert behind.steady
     assert behind.force_mean_n == pytest.approx(fixed.force_mean_n, rel=SAME_FORCE)
     assert behind.force_ramp_start_n == pytest.approx(fixed.force_ramp_start_n, rel=SAME_FORCE)
@@ -351,6 +350,7 @@ def test_the_recording_explains_itself(recorded_run):
     assert (run['seed'], run['dt_s']) == ('1', '5e-06')
     (command,) = recording.messages(['command/sawtooth'])
     assert command[1] == 0
+    assert isinstance(command[2], ArrayMessage)
     assert command[2].data.tolist() == [300.0, 1000.0, 20.0]
 
 

@@ -122,9 +122,12 @@ def test_a_sweep_is_the_full_product_with_amplitude_fastest(short):
 def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch):
     solved = []
     solve = profile._solve_power_sum
-    monkeypatch.setattr(
-        profile, '_solve_power_sum', lambda *all: solved.append(all) or solve(*all)
-    )
+
+    def noted_and_solved(*given):
+        solved.append(given)
+        return solve(*given)
+
+    monkeypatch.setattr(profile, '_solve_power_sum', noted_and_solved)
 
     def solves_of(**changes):
         values = {'stand.preload': 0.4321} | {

@@ -11,13 +11,13 @@ from stickslip_ros.contact.hemisphere import elasticity_of
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.laws import deflect
 from stickslip_ros.contact.mdr import Elasticity
+from stickslip_ros.contact.memory import lost_energy
 from stickslip_ros.contact.roughness import Spectrum
 from stickslip_ros.contact.springs import move_springs
 from stickslip_ros.validation.checks import EXCESS, Check, Tolerance, forget, printed
 from stickslip_ros.validation.evidence import EVIDENCE
 from stickslip_ros.validation.friction_laws import FRICTION_LAWS
 from stickslip_ros.validation.half_space import HALF_SPACE
-from stickslip_ros.validation.histories import lost_energy
 from stickslip_ros.validation.load_curves import TANGENTIAL_LOAD
 from stickslip_ros.validation.memory import ENERGY
 from stickslip_ros.validation.published import REFERENCE_TABLE
@@ -153,7 +153,7 @@ def test_a_missing_hess_factor_is_found_by_the_rough_body_alone(monkeypatch):
 
 def test_a_loss_that_is_a_thousandth_too_large_is_found(monkeypatch):
     def too_large(*arguments):
-        return 1.001 * lost_energy(*arguments)
+        return 1.001 * entry_point(lost_energy)(*arguments)
 
     monkeypatch.setattr(f'{PACKAGE}.histories.lost_energy', too_large)
     assert 'sphere: loss per cycle at u_max' in names_of_failed(ENERGY, 'sphere')
