@@ -1,5 +1,6 @@
 """What is installed, and where; the one place of the project's metadata beside package.xml."""
 
+import ast
 import sys
 from pathlib import Path
 
@@ -23,6 +24,13 @@ def ros_wheels(distribution):
     return [rclpy, *(f'ros-{distribution}-{package}' for package in ROS_PACKAGES)]
 
 
+def version():
+    """Read the version out of the package, without the imports that it needs."""
+    lines = Path(NAME, '__init__.py').read_text(encoding='utf-8').splitlines()
+    [line] = [line for line in lines if line.startswith('__version__ = ')]
+    return ast.literal_eval(line.partition(' = ')[2])
+
+
 def files(folder, pattern):
     """List the files of a folder as setuptools wants them."""
     return sorted(str(path) for path in Path(folder).glob(pattern))
@@ -40,7 +48,7 @@ if 'bdist_wheel' in sys.argv:
 
 setup(
     name=NAME,
-    version='0.1.0',
+    version=version(),
     description='A virtual stick-slip microdrive for ROS 2, from the mechanics of rough contact',
     license='Apache-2.0',
     maintainer='The stickslip_ros maintainers',
@@ -48,7 +56,7 @@ setup(
     keywords=['ROS', 'simulation', 'stick-slip', 'contact mechanics', 'friction'],
     package_dir={'': '.'},  # said aloud, an editable install is one line in a .pth file
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={f'{NAME}.study': ['templates/*.html']},
+    package_data={NAME: ['py.typed'], f'{NAME}.study': ['templates/*.html']},
     data_files=data_files,
     python_requires='>=3.10',
     # ROS itself is not here: it comes with the distribution, or with one of the extras.
@@ -78,7 +86,7 @@ setup(
             'distributed',
             'pyarrow',
         ],
-        'lint': ['ruff', 'mypy', 'import-linter', 'types-PyYAML', 'catkin_pkg'],
+        'lint': ['ruff', 'mypy', 'import-linter', 'types-PyYAML', 'catkin_pkg', 'pre-commit'],
     },
     entry_points={
         'console_scripts': [

@@ -1,11 +1,19 @@
-"""Check package.xml as catkin_pkg does, with its warnings as errors: `make lint`."""
+"""
+Check package.xml: `make lint`.
+
+It is read as catkin_pkg does, with warnings as errors; its version is that of the package.
+
+"""
 
 import sys
 from pathlib import Path
 
 from catkin_pkg.package import InvalidPackage, parse_package
 
-MANIFEST = Path(__file__).resolve().parents[1] / 'package.xml'
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT))
+
+from stickslip_ros import __version__  # noqa: E402 - this tree's, not an installed one
 
 
 def complaints(path: Path) -> list[str]:
@@ -19,10 +27,15 @@ def complaints(path: Path) -> list[str]:
         found.append(f'format {package.package_format}; write format="3"')
     if package.get_build_type() != 'ament_python':
         found.append(f'build type {package.get_build_type()}; export ament_python')
+    if package.version != __version__:
+        found.append(
+            f'version {package.version}, but {__version__} in stickslip_ros/__init__.py; '
+            'write the same in both'
+        )
     return found
 
 
 if __name__ == '__main__':
-    messages = complaints(MANIFEST)
-    print('\n'.join(messages) or 'package.xml: format 3, ament_python, no warnings')
+    messages = complaints(ROOT / 'package.xml')
+    print('\n'.join(messages) or f'package.xml: {__version__}, format 3, ament_python')
     sys.exit(bool(messages))
