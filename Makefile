@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test fuzz same lint bench colcon lock clean
+.PHONY: help setup demo test test-pythons fuzz same lint hooks bench wheel colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -49,13 +49,30 @@ fuzz: $(VENV)/kernels.stamp ## random real-valued commands on every stand; ARGS=
 same: $(VENV)/kernels.stamp ## record the same runs on a commit and here, compare the bytes; ARGS=COMMIT
 	$(BIN)/python scripts/same_bytes.py $(ARGS)
 
-lint: $(VENV)/project.stamp ## style, types, import contracts and package.xml
+# One list: `make lint` types all of these, and each is a hook of .pre-commit-config.yaml.
+LINT := lint-style lint-format lint-types lint-imports lint-manifest
+.PHONY: $(LINT)
+
+lint: $(LINT) ## style, format, types, import contracts and package.xml
+
+lint-style: $(VENV)/project.stamp
 	$(BIN)/ruff check .
+
+lint-format: $(VENV)/project.stamp
 	$(BIN)/ruff format --check .
+
+lint-types: $(VENV)/project.stamp
 	$(BIN)/mypy
 	$(BIN)/mypy --explicit-package-bases test/*/conftest.py
+
+lint-imports: $(VENV)/project.stamp
 	$(BIN)/lint-imports
+
+lint-manifest: $(VENV)/project.stamp
 	$(BIN)/python scripts/check_manifest.py
+
+hooks: $(VENV)/project.stamp ## run the checks of lint before every commit
+	$(BIN)/pre-commit install
 
 bench: $(VENV)/kernels.stamp ## compare with other programs: benchmarks/results.json; ARGS=NAME for one
 	$(BIN)/python -m benchmarks $(ARGS)
