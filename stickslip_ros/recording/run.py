@@ -120,8 +120,8 @@ class Run:
         self.status = self.bench.status
         self.writer: RunWriter | None = None
         self._feed = Feed(parameters)
-        if bench is not None:
-            self._feed.resume(bench.beside.get(PENDING, []), bench.status)
+        if not self.bench.is_at_start:
+            self._feed.resume(self.bench.beside.get(PENDING, []), self.bench.status)
         self._publish = publish
         self.record(writer)
 
