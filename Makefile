@@ -33,7 +33,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 setup: $(VENV)/kernels.stamp ## make the environment from the lock (the other targets do it too)
 
@@ -42,6 +42,14 @@ demo: $(VENV)/kernels.stamp ## run the instrument once: runs/demo.mcap and runs/
 
 test: $(VENV)/kernels.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart=0 $(ARGS)
+
+test-pythons: ## the same on every supported Python of this machine, each in .venv-<version>
+	@status=0; for version in 3.10 3.11 3.12 3.13; do \
+	    for python in python$$version $(HOME)/.pyenv/versions/$$version.*/bin/python; do \
+	        $$python -c '' 2>/dev/null && break; \
+	    done || { echo "Python $$version: not here"; continue; }; \
+	    $(MAKE) test PYTHON=$$python VENV=.venv-$$version$(SUFFIX) || status=1; \
+	done; exit $$status
 
 fuzz: $(VENV)/kernels.stamp ## random real-valued commands on every stand; ARGS='--seconds 600'
 	$(BIN)/python test/fuzz $(ARGS)
@@ -77,6 +85,9 @@ hooks: $(VENV)/project.stamp ## run the checks of lint before every commit
 bench: $(VENV)/kernels.stamp ## compare with other programs: benchmarks/results.json; ARGS=NAME for one
 	$(BIN)/python -m benchmarks $(ARGS)
 
+wheel: $(VENV)/lock.stamp ## build the wheel into dist/, install it elsewhere and use it there
+	$(BIN)/python scripts/wheel_check.py $(LOCK)
+
 colcon: $(COLCON)/lock.stamp ## build as in a ROS workspace and start the installed node once
 	$(COLCON)/bin/python scripts/colcon_check.py
 
@@ -86,7 +97,7 @@ lock: ## pin the requirements anew; ARGS=--upgrade takes newer versions
 	scripts/lock.sh .venv-lock/bin/uv $(ARGS)
 
 clean: ## remove environments, builds, caches and recorded runs
-	rm -rf .venv .venv-kilted .venv-colcon .venv-colcon-kilted .venv-lock
+	rm -rf .venv .venv-*
 	rm -rf .colcon build install log dist *.egg-info runs
 	rm -rf .mypy_cache .ruff_cache .import_linter_cache .pytest_cache .hypothesis .coverage htmlcov
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

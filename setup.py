@@ -61,8 +61,9 @@ setup(
     python_requires='>=3.10',
     # ROS itself is not here: it comes with the distribution, or with one of the extras.
     install_requires=[
-        'numpy',
-        'numba',
+        # The oldest that were tried: CONTRIBUTING.md.
+        'numpy>=1.24',
+        'numba>=0.57',
         'scipy',
         'matplotlib',
         'jinja2',

@@ -9,6 +9,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 import setuptools
+import yaml
 from catkin_pkg.package import parse_package
 
 import stickslip_ros
@@ -110,13 +111,27 @@ def test_the_distribution_is_never_mixed(keywords):
         assert f'ros-{other}-' not in lock
 
 
+def test_the_hooks_are_the_checks_of_make_lint():
+    makefile = (ROOT / 'Makefile').read_text(encoding='utf-8')
+    hooks = yaml.safe_load((ROOT / '.pre-commit-config.yaml').read_text(encoding='utf-8'))
+    [local] = hooks['repos']
+    entries = [hook['entry'].rpartition(' ')[2] for hook in local['hooks']]
+    assert local['repo'] == 'local'
+    assert f'LINT := {" ".join(entries)}\n' in makefile
+
+
 def test_what_is_installed_is_declared_for_ros_too(keywords, manifest):
-    keys = {element.text for element in manifest.findall('exec_depend')}
+    keys = {
+        element.text: element.get('version_gte', '') for element in manifest.iter('exec_depend')
+    }
     brought_by = {
         'PyYAML': 'python3-yaml',
         'mcap': 'mcap-ros2-support',
         'zstandard': 'mcap-ros2-support',
     }
     for requirement in keywords['install_requires']:
-        name, _, _ = requirement.partition('>=')
-        assert brought_by.get(name, f'python3-{name}') in keys
+        name, _, oldest = requirement.partition('>=')
+        key = f'python3-{name}'
+        assert brought_by.get(name, key) in keys
+        if name not in brought_by:
+            assert keys[key] == oldest, name

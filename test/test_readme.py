@@ -1,4 +1,4 @@
-"""The worked example of the README: its commands are run, as they stand there."""
+"""The worked example of the README runs as it stands; what the pages name exists."""
 
 import re
 import shlex
@@ -10,6 +10,11 @@ from stickslip_ros.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADING = '## From a recording to a report'
+PAGES = [*ROOT.glob('*.md'), *(ROOT / 'docs').rglob('*.md'), ROOT / 'benchmarks' / 'README.md']
+FOLDERS = {path.name for top in (ROOT, ROOT / 'stickslip_ros') for path in top.iterdir()}
+WORDS = re.compile(r'(?<![\w<>{}~*./-])(?:\.?[\w-]+/)*[\w.-]*\w/?(?![\w<>{}*(])')
+OF_A_USER = {'test_controller.py'}
+"""Modules that a page asks its reader to write."""
 
 
 def example() -> list[list[str]]:
@@ -31,8 +36,36 @@ def test_the_example_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.Monke
     assert written >= {'damped.mcap', 'damping.html', 'damped.png', 'roughness.html'}
 
 
-@pytest.mark.parametrize('page', sorted(ROOT.glob('*.md')) + sorted((ROOT / 'docs').glob('*.md')))
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
 def test_every_link_into_the_repository_leads_somewhere(page: Path):
     text = page.read_text(encoding='utf-8')
     links = [link for link in re.findall(r'\]\(([^)#]+)(?:#[^)]*)?\)', text) if '://' not in link]
     assert [link for link in links if not (page.parent / link).exists()] == []
+
+
+def named_in(page: Path) -> list[str]:
+    """Return what stands in a page as code, in the text."""
+    text = re.sub(r'```.*?```', '', page.read_text(encoding='utf-8'), flags=re.DOTALL)
+    return re.findall(r'`([^`\n]+)`', text)
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_every_path_that_a_page_names_exists(page: Path):
+    modules = {path.name for top in FOLDERS for path in (ROOT / top).rglob('*.py')}
+    missing = []
+    for word in (word for code in named_in(page) for word in WORDS.findall(code)):
+        first, slash, _ = word.partition('/')
+        if slash and first in FOLDERS:
+            places = (ROOT, ROOT / 'stickslip_ros', page.parent)
+            missing += [word] * (not any((place / word).exists() for place in places))
+        elif not slash and word.endswith('.py'):
+            missing += [word] * (word not in modules | OF_A_USER)
+    assert missing == []
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_every_target_that_a_page_names_is_in_the_makefile(page: Path):
+    makefile = (ROOT / 'Makefile').read_text(encoding='utf-8')
+    targets = set(re.findall(r'^([a-z-]+):', makefile, re.MULTILINE))
+    named = {words for code in named_in(page) for words in re.findall(r'\bmake ([a-z-]+)', code)}
+    assert named - targets == set()
