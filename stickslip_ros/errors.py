@@ -1,4 +1,4 @@
-"""Errors of the package: each builds its message from value, unit, limit and remedy (mend)."""
+"""Errors of the package: each builds its message from value, unit, limit and a hint what to do."""
 
 
 class StickSlipError(Exception):
@@ -38,17 +38,17 @@ class OutOfRange(StickSlipError, ValueError):
         SI unit, or an empty string for a pure number.
     limit : str
         The broken limit in words, with its own number and unit: ``above the maximum 1 N``.
-    mend : str
+    hint : str
         What the user can do about it.
 
     """
 
-    def __init__(self, name: str, value: object, unit: str, limit: str, mend: str) -> None:
-        super().__init__(f'{name} {_shown(value, unit)} is {limit}; {mend}')
+    def __init__(self, name: str, value: object, unit: str, limit: str, hint: str) -> None:
+        super().__init__(f'{name} {_shown(value, unit)} is {limit}; {hint}')
         self.name = name
         self.value = value
         self.unit = unit
-        self.mend = mend
+        self.hint = hint
 
 
 class UnknownName(StickSlipError, KeyError):
@@ -61,13 +61,13 @@ class UnknownName(StickSlipError, KeyError):
         What was looked up: ``parameter``, ``command``, ``topic``.
     name : str
         The name that was not found.
-    mend : str
+    hint : str
         The nearest known names, or where the names are listed.
 
     """
 
-    def __init__(self, kind: str, name: str, mend: str) -> None:
-        super().__init__(f'{kind} {quoted(name)} is not known; {mend}')
+    def __init__(self, kind: str, name: str, hint: str) -> None:
+        super().__init__(f'{kind} {quoted(name)} is not known; {hint}')
         self.name = name
 
     def __str__(self) -> str:
@@ -87,13 +87,13 @@ class WrongKind(StickSlipError, TypeError):
         The refused value.
     expected : str
         The kind in words: ``a finite number``, ``true or false``.
-    mend : str
+    hint : str
         What the user can do about it.
 
     """
 
-    def __init__(self, name: str, value: object, expected: str, mend: str) -> None:
-        super().__init__(f'{name} {quoted(value)} is not {expected}; {mend}')
+    def __init__(self, name: str, value: object, expected: str, hint: str) -> None:
+        super().__init__(f'{name} {quoted(value)} is not {expected}; {hint}')
         self.name = name
         self.value = value
 
@@ -108,11 +108,11 @@ class RecordingError(StickSlipError):
         The file.
     problem : str
         What is wrong with it.
-    mend : str
+    hint : str
         What the user can do about it.
 
     """
 
-    def __init__(self, path: object, problem: str, mend: str) -> None:
-        super().__init__(f'{path}: {_begin(problem, PROBLEM)}; {mend}')
+    def __init__(self, path: object, problem: str, hint: str) -> None:
+        super().__init__(f'{path}: {_begin(problem, PROBLEM)}; {hint}')
         self.path = path

@@ -21,6 +21,31 @@ def readable(path: Path) -> Path:
     return path
 
 
+def read_bytes(path: Path, hint: str, length: int = -1) -> bytes:
+    """
+    Return what a file holds, or the first ``length`` bytes of it.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, with the ``hint``, or has no end.
+
+    """
+    try:
+        with readable(path).open('rb') as file:
+            return file.read(length)
+    except OSError as error:
+        raise RecordingError(path, f'cannot be read ({error.strerror})', hint) from None
+
+
+def read_text(path: Path, hint: str, form: str) -> str:
+    """Return the text of a file as ``read_bytes`` does; what is not UTF-8 is told the ``form``."""
+    try:
+        return read_bytes(path, hint).decode()
+    except UnicodeDecodeError:
+        raise RecordingError(path, 'is not text in UTF-8', form) from None
+
+
 def make_folder(folder: Path) -> None:
     """
     Make sure that files can be written to a folder, which is made if it is not there.

@@ -94,8 +94,8 @@ def _check(arguments: argparse.Namespace) -> None:
     }
     for name, value in given.items():
         if value and arguments.b != MODEL:
-            mend = f'write the word {MODEL} for B, or leave it away'
-            raise OutOfRange(name, str(value), '', 'without effect on files', mend)
+            hint = f'write the word {MODEL} for B, or leave it away'
+            raise OutOfRange(name, str(value), '', 'without effect on files', hint)
     if report is not None:
         make_room(report)
 

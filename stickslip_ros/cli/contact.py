@@ -81,8 +81,8 @@ def parse_fractions(text: str) -> list[float]:
     fractions = to_numbers('--curve', text, 'write fractions with commas, as 0.1,0.5')
     for fraction in fractions:
         if not 0.0 <= fraction < float('inf'):
-            mend = '1 is the displacement of full slip'
-            raise OutOfRange('--curve', fraction, '', 'not a fraction from 0 on', mend)
+            hint = '1 is the displacement of full slip'
+            raise OutOfRange('--curve', fraction, '', 'not a fraction from 0 on', hint)
     return fractions
 
 

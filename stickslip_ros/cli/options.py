@@ -122,20 +122,20 @@ def to_path(text: str) -> Path:
     return path if path.name not in {'', '..'} else path.resolve()
 
 
-def to_numbers(name: str, text: str, mend: str) -> list[float]:
+def to_numbers(name: str, text: str, hint: str) -> list[float]:
     """
     Return the numbers of a list with commas.
 
     Raises
     ------
     WrongKind
-        If a part is not a number; the message ends in the mend.
+        If a part is not a number; the message ends in the hint.
 
     """
     try:
         return [float(part) for part in text.split(',')]
     except ValueError:
-        raise WrongKind(name, text, 'a list of numbers', mend) from None
+        raise WrongKind(name, text, 'a list of numbers', hint) from None
 
 
 def folder(default: str = 'runs', text: str = 'default: %(default)s') -> Option:

@@ -106,8 +106,8 @@ def laws_verb(arguments: argparse.Namespace) -> Answer:
     """Run all, write the table, draw the figure."""
     parameters = chosen_parameters(arguments)
     if arguments.amplitudes < 1:
-        mend = 'give the number of amplitudes up to 160 nm'
-        raise OutOfRange('--amplitudes', arguments.amplitudes, '', 'below 1', mend)
+        hint = 'give the number of amplitudes up to 160 nm'
+        raise OutOfRange('--amplitudes', arguments.amplitudes, '', 'below 1', hint)
     make_folder(arguments.out)
     with shown_progress('runs', quiet=arguments.json) as progress:
         tables = make_tables([LAWS], parameters, points=arguments.amplitudes, progress=progress)

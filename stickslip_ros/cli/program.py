@@ -79,6 +79,6 @@ def has_streams() -> bool:
             os.dup2(os.open(os.devnull, os.O_RDWR), number)
             setattr(sys, name, os.fdopen(number, 'w' if number else 'r', encoding='utf-8'))
     if not was_open:
-        mend = 'send it to a file, or to /dev/null'
-        sys.stderr.write(f'stickslip: standard output is closed; {mend}\n')
+        hint = 'send it to a file, or to /dev/null'
+        sys.stderr.write(f'stickslip: standard output is closed; {hint}\n')
     return was_open

@@ -14,7 +14,7 @@ from stickslip_ros.parameters import (
     format_value,
     specs,
 )
-from stickslip_ros.recording.topics import COMMANDS, READINGS, SERVICES, Topic
+from stickslip_ros.recording.topics import COMMAND_TOPICS, READINGS, SERVICES, Topic
 
 HEADING = """\
 The test stand of Nguyen, Teidelt, Popov, Fatikow, Physical Mesomechanics (2014),
@@ -46,12 +46,12 @@ def parameters_verb(arguments: argparse.Namespace) -> Answer:
 @verb('Print the ROS interface as Markdown.')
 def interface_verb(_: argparse.Namespace) -> Answer:
     """Return the page docs/interface.md; as JSON the types of the topics."""
-    return Answer({topic.name: topic.type_name for topic in (*COMMANDS, *READINGS)}, _page())
+    return Answer({topic.name: topic.type_name for topic in (*COMMAND_TOPICS, *READINGS)}, _page())
 
 
 def _page() -> Iterator[str]:
     yield TITLE
-    yield from _topic_table('Subscribed topics', COMMANDS)
+    yield from _topic_table('Subscribed topics', COMMAND_TOPICS)
     yield from _topic_table('Published topics', READINGS)
     services = [(f'`{service.name}`', service.type_name, service.text) for service in SERVICES]
     yield from _markdown('Services', ('name', 'type', 'meaning'), services)

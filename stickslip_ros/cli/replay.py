@@ -60,8 +60,8 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
             )
         if arguments.output is None:
-            mend = 'give the recording to write with -o'
-            raise WrongKind('--output', 'nothing', 'a file', mend)
+            hint = 'give the recording to write with -o'
+            raise WrongKind('--output', 'nothing', 'a file', hint)
         stand = Parameters().updated(changes)
         given = read_drive_input(
             arguments.file, stand, arguments.topic, arguments.field, is_stroke=arguments.stroke

@@ -249,8 +249,8 @@ class LineProfile:
                 f'beyond {self.limit_m:.6g} m, at which the contact reaches an end of the line: '
                 'profile too short for the load'
             )
-            mend = 'lengthen contact.line_length or lower the load'
-            raise OutOfRange('indentation of the rough line', depth_m, 'm', limit, mend)
+            hint = 'lengthen contact.line_length or lower the load'
+            raise OutOfRange('indentation of the rough line', depth_m, 'm', limit, hint)
 
 
 def line_profile(heights_m: Array, spacing_m: float) -> LineProfile:

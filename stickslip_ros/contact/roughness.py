@@ -57,8 +57,8 @@ class Spectrum:
     def __post_init__(self) -> None:
         """Refuse what is no spectrum."""
         if not 0.0 < self.hurst <= 1.0:
-            mend = 'take one such as 0.7'
-            raise OutOfRange('Hurst exponent', self.hurst, '', 'outside (0, 1]', mend)
+            hint = 'take one such as 0.7'
+            raise OutOfRange('Hurst exponent', self.hurst, '', 'outside (0, 1]', hint)
         _check_positive('rms height', self.rms_height_m, 'm')
         _check_positive('lower cut-off', self.lower_cutoff_per_m, 'rad/m')
         lower, upper = self.lower_cutoff_per_m, self.upper_cutoff_per_m
@@ -67,8 +67,8 @@ class Spectrum:
             raise OutOfRange('upper cut-off', upper, 'rad/m', limit, 'raise it or lower the other')
         if self.rolloff_per_m and not lower <= self.rolloff_per_m < upper:
             limit = f'outside the cut-offs, {lower:.6g} to {upper:.6g} rad/m'
-            mend = 'move it inside, or give 0 for none'
-            raise OutOfRange('roll-off', self.rolloff_per_m, 'rad/m', limit, mend)
+            hint = 'move it inside, or give 0 for none'
+            raise OutOfRange('roll-off', self.rolloff_per_m, 'rad/m', limit, hint)
 
     @property
     def knee_per_m(self) -> float:
@@ -126,8 +126,8 @@ class Spectrum:
         waves = _wave_numbers(length_m, points)[: (points + 1) // 2]
         if np.count_nonzero(self._contains(waves)) < WAVES_MIN:
             limit = f'too near the lower one, {lower:.6g} rad/m: no {WAVES_MIN} waves of the grid'
-            mend = 'raise it or lengthen the grid'
-            raise OutOfRange('upper cut-off', upper, 'rad/m', limit, mend)
+            hint = 'raise it or lengthen the grid'
+            raise OutOfRange('upper cut-off', upper, 'rad/m', limit, hint)
 
     def _contains(self, wave: Array) -> NDArray[np.bool_]:
         low = wave >= self.lower_cutoff_per_m * (1.0 - ROUNDING)

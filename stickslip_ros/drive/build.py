@@ -302,8 +302,8 @@ def _ratios(parameters: Parameters) -> Array:
     tolerance = parameters.actuator.gain_tolerance
     if tolerance and parameters.contact.law == 'coulomb':
         limit = 'not 0 under the rigid law of Coulomb, which does not say how feet share a load'
-        mend = 'set it to 0, or take another contact.law'
-        raise OutOfRange('actuator.gain_tolerance', tolerance, '', limit, mend)
+        hint = 'set it to 0, or take another contact.law'
+        raise OutOfRange('actuator.gain_tolerance', tolerance, '', limit, hint)
     ratios = np.ones(CONTACTS)
     ratios[1:] = gain_ratios(tolerance, parameters.sim.seed) if tolerance else 1.0
     return ratios

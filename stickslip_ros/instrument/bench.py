@@ -9,8 +9,8 @@ from typing import Any
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.ledger import EnergyLedger
-from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
-from stickslip_ros.files import readable
+from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.files import read_bytes
 from stickslip_ros.instrument import checkpoint
 from stickslip_ros.instrument.checks import BeyondSoftLimit
 from stickslip_ros.instrument.closed_loop import Observation, Outcome
@@ -41,11 +41,7 @@ def start_bench(parameters: Parameters) -> 'Bench':
     path = parameters.sim.checkpoint
     if not path:
         return Bench(parameters)
-    try:
-        saved = readable(Path(path)).read_bytes()
-    except OSError as error:
-        problem = f'cannot be read ({error.strerror})'
-        raise RecordingError(path, problem, 'check sim.checkpoint') from None
+    saved = read_bytes(Path(path), 'check sim.checkpoint')
     return Bench.restore(saved, parameters.flat())
 
 

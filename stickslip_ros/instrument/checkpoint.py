@@ -14,6 +14,7 @@ import pickle
 import zlib
 from collections import deque
 from collections.abc import Mapping
+from functools import cache
 from types import MethodType
 from typing import Any, NamedTuple
 
@@ -23,7 +24,7 @@ import stickslip_ros
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.records import PLANT, STATE, Wave
-from stickslip_ros.errors import StickSlipError, WrongKind
+from stickslip_ros.errors import WrongKind
 from stickslip_ros.instrument.closed_loop import ClosedLoop
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.motion import Motion, Running
@@ -33,12 +34,13 @@ from stickslip_ros.instrument.sensing import SENSORS, Noise, Sensing
 from stickslip_ros.instrument.stand import Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, dump_yaml, parse_yaml
 
-NAME = 'checkpoint'
 REPORT = 'report'
 FORMAT = 1
 SIZE_MAX = 1 << 27
 """Bytes of the largest checkpoint; a usual one has some hundred thousand."""
 KINDS = {'PLANT': PLANT, 'STATE': STATE, 'SENSORS': SENSORS}
+KINDS_DIGEST = hashlib.sha256(repr([kind.descr for kind in KINDS.values()]).encode()).hexdigest()
+"""Of all fields of the records: another one means that a state has another form."""
 NUMBERS = frozenset(['<f8', '<i8', '<u8', '|b1', '|u1'])
 """Numbers of which arrays may be made."""
 CLASSES: tuple[Any, ...] = (
@@ -75,6 +77,7 @@ CHANGEABLE_PLANT = frozenset(('amplifier.slew_rate', 'runner.damping', 'runner.m
 """Parameters on which nothing depends that is remembered: of moves, and numbers of the plant."""
 
 
+@cache
 def without_gaps(kind: Any) -> Any:
     """Return a kind of record without gaps between its fields, in which anything may stand."""
     if kind.subdtype is not None:
@@ -83,9 +86,6 @@ def without_gaps(kind: Any) -> Any:
     if kind.names is None:
         return kind
     return np.dtype([(name, without_gaps(kind.fields[name][0])) for name in kind.names])
-
-
-PACKED = {name: without_gaps(kind) for name, kind in KINDS.items()}
 
 
 class Head(NamedTuple):
@@ -125,7 +125,7 @@ def pack(parameters: Parameters, state: Mapping[str, Any], known: Mapping[str, A
     head = {
         'format': FORMAT,
         'version': stickslip_ros.__version__,
-        'kinds': _kinds_digest(),
+        'kinds': KINDS_DIGEST,
         'sha256': hashlib.sha256(body).hexdigest(),
         'parameters': dump_yaml(parameters, 'Parameters of the checkpoint; SI units.'),
     }
@@ -149,12 +149,12 @@ def read_head(data: bytes) -> Head:
         version, text = head['version'], head['parameters']
     except (ValueError, KeyError, TypeError):
         raise _refusal('is none', 'give one that a bench has saved') from None
-    if made != (FORMAT, _kinds_digest()):
-        mend = f'use stickslip_ros {version}, which has saved it'
-        raise _refusal(f'is of another form, that of version {version}', mend)
+    if made != (FORMAT, KINDS_DIGEST):
+        hint = f'use stickslip_ros {version}, which has saved it'
+        raise _refusal(f'is of another form, that of version {version}', hint)
     if hashlib.sha256(body).hexdigest() != digest:
         raise _refusal('is damaged: its SHA-256 differs', 'take another copy of the file')
-    return Head(parse_yaml(text, NAME), body)
+    return Head(parse_yaml(text, 'checkpoint'), body)
 
 
 def unpack(body: bytes, known: Mapping[str, Any]) -> dict[str, Any]:
@@ -171,8 +171,6 @@ def unpack(body: bytes, known: Mapping[str, Any]) -> dict[str, Any]:
         unpacker = zlib.decompressobj()
         plain = unpacker.decompress(body, SIZE_MAX)
         state = _Reader(io.BytesIO(plain), known).load()
-    except StickSlipError:
-        raise
     except Exception as error:  # noqa: BLE001 - bytes that nobody has packed may do anything
         raise _refusal(f'cannot be read ({error})', 'give one that a bench has saved') from None
     if not isinstance(state, dict):
@@ -195,11 +193,11 @@ def changed_stand(parameters: Parameters, changes: Mapping[str, object]) -> Para
     for name in changes:
         is_free = name.startswith(CHANGEABLE) or name in CHANGEABLE_PLANT | CHANGEABLE_NODE
         if before[name] != after[name] and not is_free:
-            mend = (
+            hint = (
                 f'change {", ".join(sorted(CHANGEABLE_PLANT))} or {"*, ".join(CHANGEABLE)}*, or '
                 'start from rest'
             )
-            raise WrongKind(name, after[name], f'{before[name]}, as in the checkpoint', mend)
+            raise WrongKind(name, after[name], f'{before[name]}, as in the checkpoint', hint)
     return stand
 
 
@@ -216,13 +214,8 @@ def is_same(first: Record, second: Record) -> bool:
     return bool(first.astype(packed).tobytes() == second.astype(packed).tobytes())
 
 
-def _refusal(what: str, mend: str) -> WrongKind:
-    return WrongKind('a checkpoint', what, 'a saved state of this version', mend)
-
-
-def _kinds_digest() -> str:
-    """Return a digest of all fields of the records."""
-    return hashlib.sha256(repr([kind.descr for kind in KINDS.values()]).encode()).hexdigest()
+def _refusal(what: str, hint: str) -> WrongKind:
+    return WrongKind('a checkpoint', what, 'a saved state of this version', hint)
 
 
 def array_of(kind: str, shape: tuple[int, ...], data: bytes) -> Array:
@@ -230,7 +223,7 @@ def array_of(kind: str, shape: tuple[int, ...], data: bytes) -> Array:
     if kind not in KINDS and kind not in NUMBERS:
         raise ValueError(f'no arrays of {kind}')
     if kind in KINDS:
-        return np.frombuffer(data, PACKED[kind]).reshape(shape).astype(KINDS[kind])
+        return np.frombuffer(data, without_gaps(KINDS[kind])).reshape(shape).astype(KINDS[kind])
     return np.frombuffer(bytearray(data), kind).reshape(shape)
 
 
@@ -261,7 +254,11 @@ class _Writer(pickle.Pickler):
         if isinstance(value, np.ndarray):
             for name, kind in KINDS.items():
                 if value.dtype == kind:
-                    return array_of, (name, value.shape, value.astype(PACKED[name]).tobytes())
+                    return array_of, (
+                        name,
+                        value.shape,
+                        value.astype(without_gaps(kind)).tobytes(),
+                    )
             return array_of, (value.dtype.str, value.shape, value.tobytes())
         if isinstance(value, array.array):
             return numbers_of, (value.typecode, value.tobytes())

@@ -82,14 +82,14 @@ def check_waveform(parameters: Parameters, numbers: Array) -> Wave:
         raise WrongKind('waveform', numbers[:8].tolist(), expected, 'send [t0, V0, t1, V1, ...]')
     wave = numbers.reshape(rows, 2)
     if wave[0, 0] != 0.0:
-        mend = 'let the first row be the start'
-        raise OutOfRange('waveform time of row 1', float(wave[0, 0]), 's', 'not 0 s', mend)
+        hint = 'let the first row be the start'
+        raise OutOfRange('waveform time of row 1', float(wave[0, 0]), 's', 'not 0 s', hint)
     falls = np.flatnonzero(np.diff(wave[:, 0]) <= 0.0)
     if len(falls):
         row = int(falls[0]) + 1
         limit = f'not after that of row {row}, {wave[row - 1, 0]:g} s'
-        mend = 'let the times rise'
-        raise OutOfRange(f'waveform time of row {row + 1}', float(wave[row, 0]), 's', limit, mend)
+        hint = 'let the times rise'
+        raise OutOfRange(f'waveform time of row {row + 1}', float(wave[row, 0]), 's', limit, hint)
     for row in (int(np.argmin(wave[:, 1])), int(np.argmax(wave[:, 1]))):
         _check_range(parameters, f'waveform voltage of row {row + 1}', float(wave[row, 1]))
     return table(wave)
@@ -112,8 +112,8 @@ def check_load(parameters: Parameters, force_n: float) -> float:
     limit_n = parameters.stand.load_limit
     if abs(force_n) > limit_n:
         limit = f'beyond the {limit_n:g} N that the stand allows'
-        mend = 'lower it or raise stand.load_limit'
-        raise OutOfRange('load force.x', force_n, 'N', limit, mend)
+        hint = 'lower it or raise stand.load_limit'
+        raise OutOfRange('load force.x', force_n, 'N', limit, hint)
     return force_n
 
 
@@ -134,8 +134,8 @@ def check_faults(_: Parameters, settings: Mapping[str, Scalar]) -> Mapping[str, 
     """Return full names of parameters ``fault.*`` and their new values."""
     for name, value in settings.items():
         if not spec_of(name).live:
-            mend = 'name parameters fault.*, but not fault.schedule'
-            raise UnknownName('fault', name, mend)
+            hint = 'name parameters fault.*, but not fault.schedule'
+            raise UnknownName('fault', name, hint)
         spec_of(name).check(name, value)
     return settings
 
@@ -145,12 +145,12 @@ def _check_range(parameters: Parameters, name: str, voltage_v: float) -> None:
     amplifier = parameters.amplifier
     if voltage_v > amplifier.voltage_max:
         limit = f"above the amplifier's {amplifier.voltage_max:g} V"
-        mend = 'lower it or raise amplifier.voltage_max'
-        raise OutOfRange(name, voltage_v, 'V', limit, mend)
+        hint = 'lower it or raise amplifier.voltage_max'
+        raise OutOfRange(name, voltage_v, 'V', limit, hint)
     if voltage_v < amplifier.voltage_min:
         limit = f"below the amplifier's {amplifier.voltage_min:g} V"
-        mend = 'raise it or lower amplifier.voltage_min'
-        raise OutOfRange(name, voltage_v, 'V', limit, mend)
+        hint = 'raise it or lower amplifier.voltage_min'
+        raise OutOfRange(name, voltage_v, 'V', limit, hint)
 
 
 def _check_amplitude(parameters: Parameters, name: str, amplitude_v: float) -> None:
@@ -159,27 +159,27 @@ def _check_amplitude(parameters: Parameters, name: str, amplitude_v: float) -> N
     range_v = amplifier.voltage_max - amplifier.voltage_min
     if amplitude_v > range_v:
         limit = f"above the amplifier's {range_v:g} V"
-        mend = 'lower it or raise amplifier.voltage_max'
-        raise OutOfRange(name, amplitude_v, 'V', limit, mend)
+        hint = 'lower it or raise amplifier.voltage_max'
+        raise OutOfRange(name, amplitude_v, 'V', limit, hint)
     if amplitude_v <= 0.0:
-        mend = 'give it in volts peak to peak; the sign of the frequency is the direction'
-        raise OutOfRange(name, amplitude_v, 'V', 'not above 0 V', mend)
+        hint = 'give it in volts peak to peak; the sign of the frequency is the direction'
+        raise OutOfRange(name, amplitude_v, 'V', 'not above 0 V', hint)
 
 
 def _check_frequency(parameters: Parameters, amplitude_v: float, frequency_hz: float) -> None:
     """Refuse a frequency that amplifier or slew rate do not allow at this amplitude."""
     amplifier = parameters.amplifier
     if frequency_hz == 0.0:
-        mend = 'give steps per second; the sign is the direction'
-        raise OutOfRange('frequency', frequency_hz, 'Hz', 'not a frequency', mend)
+        hint = 'give steps per second; the sign is the direction'
+        raise OutOfRange('frequency', frequency_hz, 'Hz', 'not a frequency', hint)
     if abs(frequency_hz) < FREQUENCY_MIN_HZ:
         limit = f'below {FREQUENCY_MIN_HZ:g} Hz'
-        mend = 'raise it, or ramp the voltage directly'
-        raise OutOfRange('frequency', frequency_hz, 'Hz', limit, mend)
+        hint = 'raise it, or ramp the voltage directly'
+        raise OutOfRange('frequency', frequency_hz, 'Hz', limit, hint)
     if abs(frequency_hz) > amplifier.frequency_max:
         limit = f"above the amplifier's {amplifier.frequency_max:g} Hz"
-        mend = 'lower it or raise amplifier.frequency_max'
-        raise OutOfRange('frequency', frequency_hz, 'Hz', limit, mend)
+        hint = 'lower it or raise amplifier.frequency_max'
+        raise OutOfRange('frequency', frequency_hz, 'Hz', limit, hint)
     slew_v_per_s = slew_of(parameters)
     fastest_hz = FALL_SHARE_MAX * slew_v_per_s / amplitude_v
     if abs(frequency_hz) > fastest_hz:

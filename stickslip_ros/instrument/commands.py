@@ -186,8 +186,8 @@ def _all_finite(request: Request) -> Array:
 
 def _settings_of(request: Request) -> Mapping[str, Scalar]:
     if request.values:
-        mend = 'name the faults and their values'
-        raise WrongKind(FAULT, list(request.values[:8]), 'without numbers', mend)
+        hint = 'name the faults and their values'
+        raise WrongKind(FAULT, list(request.values[:8]), 'without numbers', hint)
     return dict(request.settings)
 
 
@@ -196,8 +196,8 @@ def _numbers_of(request: Request, command: Command) -> Sequence[float]:
     labels, values = command.numbers, request.values
     if len(values) != len(labels):
         expected = f'a list of {len(labels)} numbers' if labels else 'empty'
-        mend = f'send [{", ".join(labels)}]'
-        raise WrongKind(request.name, list(values[:8]), expected, mend)
+        hint = f'send [{", ".join(labels)}]'
+        raise WrongKind(request.name, list(values[:8]), expected, hint)
     for label, value in zip(labels, values, strict=True):
         if not math.isfinite(value):
             name = _full_name(request.name, label)
@@ -207,8 +207,8 @@ def _numbers_of(request: Request, command: Command) -> Sequence[float]:
     for label, value in zip(labels[1:], values[1:], strict=True):
         if value != 0.0:
             name, unit = _full_name(request.name, label), label.partition(' ')[2]
-            mend = 'set it to 0: the runner moves along x only'
-            raise OutOfRange(name, value, unit, 'not 0', mend)
+            hint = 'set it to 0: the runner moves along x only'
+            raise OutOfRange(name, value, unit, 'not 0', hint)
     return values[:1]
 
 

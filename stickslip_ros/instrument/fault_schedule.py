@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
-from stickslip_ros.files import readable
+from stickslip_ros.files import read_text
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Scalar, read_yaml, spec_of, specs, to_nanoseconds
 
@@ -52,14 +52,7 @@ def read_schedule(path: Path) -> FaultSchedule:
         If it is not a list of entries, or an entry is not allowed.
 
     """
-    try:
-        text = readable(path).read_text(encoding='utf-8')
-    except OSError as error:
-        problem = f'cannot be read ({error.strerror})'
-        raise RecordingError(path, problem, 'check fault.schedule') from None
-    except UnicodeDecodeError:
-        raise RecordingError(path, 'is not text in UTF-8', FORM) from None
-    return parse_schedule(text, str(path))
+    return parse_schedule(read_text(path, 'check fault.schedule', FORM), str(path))
 
 
 def parse_schedule(text: str, origin: str) -> FaultSchedule:
@@ -102,11 +95,11 @@ def _time_ns(value: object, name: str) -> int:
         time_s = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
         time_s = math.nan
-    mend = 'give seconds since the configuration'
+    hint = 'give seconds since the configuration'
     if not math.isfinite(time_s):
-        raise WrongKind(name, value, 'a finite number', mend)
+        raise WrongKind(name, value, 'a finite number', hint)
     if time_s < 0.0:
-        raise OutOfRange(name, time_s, 's', 'below 0 s', mend)
+        raise OutOfRange(name, time_s, 's', 'below 0 s', hint)
     return to_nanoseconds(time_s)
 
 
@@ -123,6 +116,6 @@ def _setting(key: str, value: object, place: str) -> tuple[str, Scalar]:
     name = key if key.startswith(PREFIX) else PREFIX + key
     if name not in FAULTS:
         near = difflib.get_close_matches(name, FAULTS, n=1)
-        mend = f'did you mean {near[0]}?' if near else f'use {", ".join(FAULTS)}'
-        raise UnknownName(f'{place}: fault', key, mend)
+        hint = f'did you mean {near[0]}?' if near else f'use {", ".join(FAULTS)}'
+        raise UnknownName(f'{place}: fault', key, hint)
     return name, spec_of(name).check(f'{place}: {name}', value)

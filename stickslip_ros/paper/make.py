@@ -68,8 +68,8 @@ def make_tables(
     for figure in figures:
         if points and points < figure.points_min:
             limit = f'below {figure.points_min}, the fewest that make a line'
-            mend = 'raise it, or 0 for what each figure needs'
-            raise OutOfRange('points', points, '', limit, mend)
+            hint = 'raise it, or 0 for what each figure needs'
+            raise OutOfRange('points', points, '', limit, hint)
     batches = [figure.cases(parameters, points or figure.points) for figure in figures]
     cases = [case for batch in batches for case in batch]
     rows = iter(run_batch(_run, cases, workers=workers, progress=progress))

@@ -64,8 +64,8 @@ class ControllerParameters(Checked):
         """Refuse an empty voltage range."""
         if self.voltage_min >= self.voltage_max:
             limit = f'not below voltage_max, {self.voltage_max:g} V'
-            mend = 'lower it or raise the other'
-            raise OutOfRange('voltage_min', self.voltage_min, 'V', limit, mend)
+            hint = 'lower it or raise the other'
+            raise OutOfRange('voltage_min', self.voltage_min, 'V', limit, hint)
 
 
 def controller_parameters(given: Mapping[str, object]) -> ControllerParameters:

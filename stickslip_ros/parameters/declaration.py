@@ -239,6 +239,6 @@ def find(declared: Mapping[str, Spec], name: str, otherwise: str) -> Spec:
     """
     if name not in declared:
         near = difflib.get_close_matches(name, declared, n=3, cutoff=0.5)
-        mend = f'did you mean {" or ".join(near)}?' if near else otherwise
-        raise UnknownName('parameter', name, mend)
+        hint = f'did you mean {" or ".join(near)}?' if near else otherwise
+        raise UnknownName('parameter', name, hint)
     return declared[name]

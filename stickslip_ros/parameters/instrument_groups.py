@@ -179,8 +179,8 @@ class LoadCellParameters(Checked):
     def check_together(self) -> None:
         """Refuse a hysteresis without the range that it belongs to."""
         if self.hysteresis and not self.range:
-            mend = 'set load_cell.range: the loop is a share of it'
-            raise OutOfRange('load_cell.hysteresis', self.hysteresis, '', 'without a range', mend)
+            hint = 'set load_cell.range: the loop is a share of it'
+            raise OutOfRange('load_cell.hysteresis', self.hysteresis, '', 'without a range', hint)
 
 
 @dataclass(frozen=True)

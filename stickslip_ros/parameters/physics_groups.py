@@ -104,8 +104,8 @@ class ContactParameters(Checked):
         if self.profile == 'rough_line':
             if self.prefactor not in {0.0, PAPER_PREFACTOR}:
                 limit = 'without effect on a rough line, which is made from contact.rms_height'
-                mend = 'leave it out, and set contact.rms_height'
-                raise OutOfRange('contact.prefactor', self.prefactor, 'm^(1-H)', limit, mend)
+                hint = 'leave it out, and set contact.rms_height'
+                raise OutOfRange('contact.prefactor', self.prefactor, 'm^(1-H)', limit, hint)
         elif self.prefactor and self.rms_height != PAPER_RMS_HEIGHT:
             limit = f'without effect while contact.prefactor is {self.prefactor:g} m^(1-H)'
             raise OutOfRange(

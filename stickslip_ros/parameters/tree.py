@@ -78,8 +78,8 @@ class Parameters(Checked):
         period_ns = NS_PER_S / self.trace.sample_rate
         if abs(period_ns - round(period_ns)) > 1e-6:
             limit = f'a period of {period_ns:.9g} ns, not a whole number of nanoseconds'
-            mend = 'take a rate such as 10e3, 20e3, 50e3 or 100e3 Hz'
-            raise OutOfRange('trace.sample_rate', self.trace.sample_rate, 'Hz', limit, mend)
+            hint = 'take a rate such as 10e3, 20e3, 50e3 or 100e3 Hz'
+            raise OutOfRange('trace.sample_rate', self.trace.sample_rate, 'Hz', limit, hint)
         return round(period_ns)
 
     @property

@@ -14,7 +14,7 @@ from typing import Any
 import yaml
 
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind, quoted
-from stickslip_ros.files import readable
+from stickslip_ros.files import read_text
 from stickslip_ros.parameters.declaration import Scalar, Spec
 from stickslip_ros.parameters.tree import Parameters, specs
 
@@ -23,7 +23,7 @@ ANY_NODE = '/**'
 CONTROLLER = 'position_controller'
 """Node whose section may stand in the file of a drive, and is passed over."""
 NUMBERS = ('tag:yaml.org,2002:int', 'tag:yaml.org,2002:float')
-MEND = 'compare it with config/test_stand.yaml'
+HINT = 'compare it with config/test_stand.yaml'
 
 
 def format_value(value: Scalar) -> str:
@@ -93,19 +93,13 @@ def load_yaml(path: Path) -> Parameters:
 
 def load_values(path: Path) -> dict[str, object]:
     """Return what a ROS parameter file gives, by name and unchecked; otherwise as above."""
-    try:
-        text = readable(path).read_text(encoding='utf-8')
-    except OSError as error:
-        problem = f'cannot be read ({error.strerror})'
-        raise RecordingError(path, problem, 'check the path') from None
-    except UnicodeDecodeError:
-        raise RecordingError(path, 'is not text in UTF-8', 'give a ROS parameter file') from None
-    return _values(read_yaml(text, str(path), MEND) or {}, str(path))
+    text = read_text(path, 'check the path', 'give a ROS parameter file')
+    return _values(read_yaml(text, str(path), HINT) or {}, str(path))
 
 
 def parse_yaml(text: str, origin: str) -> Parameters:
     """Read the text of a ROS parameter file; messages name its ``origin``."""
-    return Parameters().updated(_values(read_yaml(text, origin, MEND) or {}, origin))
+    return Parameters().updated(_values(read_yaml(text, origin, HINT) or {}, origin))
 
 
 def _values(document: object, origin: str) -> dict[str, object]:
@@ -113,8 +107,8 @@ def _values(document: object, origin: str) -> dict[str, object]:
     sections: dict[str, dict[str, object]] = {}
     for node, body in _items(document, origin):
         if not isinstance(body, dict) or set(body) != {ROS_KEY}:
-            mend = f'{origin} needs {ROS_KEY}: right below a node name'
-            raise UnknownName('section', node, mend)
+            hint = f'{origin} needs {ROS_KEY}: right below a node name'
+            raise UnknownName('section', node, hint)
         if node.rpartition('/')[2] != CONTROLLER:
             sections[node] = _flat(body[ROS_KEY], origin)
     values = sections.pop(ANY_NODE, {})
@@ -137,7 +131,7 @@ def _flat(section: object, origin: str) -> dict[str, object]:
 
 def _items(node: object, origin: str) -> Iterator[tuple[str, object]]:
     if not isinstance(node, dict):
-        raise WrongKind(origin, node, 'a table of names', MEND)
+        raise WrongKind(origin, node, 'a table of names', HINT)
     yield from ((str(key), value) for key, value in node.items())
 
 
@@ -149,7 +143,7 @@ def _flatten(node: object, prefix: str, origin: str) -> Iterator[tuple[str, obje
             yield f'{prefix}{key}', value
 
 
-def read_yaml(text: str, origin: str, mend: str) -> object:
+def read_yaml(text: str, origin: str, hint: str) -> object:
     """
     Read a document of YAML; messages name its ``origin``, and what to do if it is not YAML.
 
@@ -165,7 +159,7 @@ def read_yaml(text: str, origin: str, mend: str) -> object:
         return loader.get_single_data()
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         problem = f'is not YAML ({" ".join(str(error).split())})'
-        raise RecordingError(origin, problem, mend) from None
+        raise RecordingError(origin, problem, hint) from None
 
 
 class _Loader(yaml.SafeLoader):
@@ -195,8 +189,8 @@ class _Loader(yaml.SafeLoader):
             self.refuse(node, problem, f"write {number}, or '{node.value}' for a text")
         return number
 
-    def refuse(self, node: Any, problem: str, mend: str) -> None:
-        raise RecordingError(f'{self.origin}: line {node.start_mark.line + 1}', problem, mend)
+    def refuse(self, node: Any, problem: str, hint: str) -> None:
+        raise RecordingError(f'{self.origin}: line {node.start_mark.line + 1}', problem, hint)
 
 
 for tag in NUMBERS:

@@ -9,7 +9,7 @@ import yaml
 from mcap.records import Channel, Schema, Statistics
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.recording.integrity import convert_mend, open_whole, recover_mend
+from stickslip_ros.recording.integrity import convert_hint, open_whole, recover_hint
 from stickslip_ros.recording.layout import SUFFIX
 
 METADATA_FILE: Final = 'metadata.yaml'
@@ -171,9 +171,9 @@ def bag_parts(path: Path) -> list[Path]:
     except (KeyError, TypeError) as error:
         raise _unreadable(path, f'{error} is missing or wrong') from error
     if storage != _STORAGE:
-        raise RecordingError(path, f'it is a bag of storage {storage}', convert_mend(path))
+        raise RecordingError(path, f'it is a bag of storage {storage}', convert_hint(path))
     if mode != 'none':
-        raise RecordingError(path, f'rosbag2 has compressed each {mode} of it', convert_mend(path))
+        raise RecordingError(path, f'rosbag2 has compressed each {mode} of it', convert_hint(path))
     missing = [name for name in names if not (path / name).is_file()]
     if missing or not names:
         raise RecordingError(
@@ -193,7 +193,7 @@ def refuse_sqlite(path: Path) -> None:
 
     """
     if list(path.glob('*.db3*')):
-        raise RecordingError(path, 'it is a bag of storage sqlite3', convert_mend(path))
+        raise RecordingError(path, 'it is a bag of storage sqlite3', convert_hint(path))
 
 
 def _undescribed(path: Path) -> RecordingError:
@@ -201,7 +201,7 @@ def _undescribed(path: Path) -> RecordingError:
     refuse_sqlite(path)
     if list(path.glob(f'*{SUFFIX}')):
         problem = f'it has no {METADATA_FILE}: the recording was cut off'
-        return RecordingError(path, problem, recover_mend(path))
+        return RecordingError(path, problem, recover_hint(path))
     problem = 'it is a directory without a recording'
     return RecordingError(path, problem, 'name a file or a bag directory')
 
@@ -219,5 +219,5 @@ def _read_description(path: Path) -> dict[str, Any]:
 
 def _unreadable(path: Path, problem: str) -> RecordingError:
     return RecordingError(
-        path, f'its {METADATA_FILE} cannot be read ({problem})', recover_mend(path)
+        path, f'its {METADATA_FILE} cannot be read ({problem})', recover_hint(path)
     )

@@ -39,12 +39,12 @@ _CRC_BYTES: Final = 4
 _BLOCK_BYTES: Final = 1 << 20
 
 
-def recover_mend(path: Path) -> str:
+def recover_hint(path: Path) -> str:
     """Say how to save what can be read of a file or a directory."""
     return f'save what is whole with "stickslip recover {shlex.quote(str(path))}"'
 
 
-def convert_mend(path: Path) -> str:
+def convert_hint(path: Path) -> str:
     """Say how a bag of another storage becomes one that opens here."""
     return (
         f'convert it with "ros2 bag convert -i {shlex.quote(str(path))} -o FILE", where FILE says '
@@ -104,11 +104,11 @@ def _check_ends(path: Path, stream: BinaryIO) -> int:
     tail = stream.read()
     if len(tail) < end_bytes or not tail.endswith(MAGIC):
         raise RecordingError(
-            path, 'its end is missing: the recording was cut off', recover_mend(path)
+            path, 'its end is missing: the recording was cut off', recover_hint(path)
         )
     _, _, summary_start, _, expected = _FOOTER.unpack_from(tail)
     if summary_start == 0:
-        raise RecordingError(path, 'it has no summary', recover_mend(path))
+        raise RecordingError(path, 'it has no summary', recover_hint(path))
     checked_bytes = tail_start + _FOOTER.size - _CRC_BYTES - summary_start
     if expected not in (0, _checksum(stream, summary_start, checked_bytes)):
         raise _damaged(path, 'the checksum of its summary is wrong')
@@ -119,7 +119,7 @@ def _check_magic(path: Path, start: bytes) -> None:
     if start.startswith(MAGIC):
         return
     if start == SQLITE_MAGIC:
-        raise RecordingError(path, 'it is a bag of storage sqlite3', convert_mend(path))
+        raise RecordingError(path, 'it is a bag of storage sqlite3', convert_hint(path))
     if not start:
         raise RecordingError(path, 'it is not an MCAP file: it is empty', 'name another recording')
     raise RecordingError(path, 'it is not an MCAP file', 'name a recording that ends in .mcap')
@@ -146,4 +146,4 @@ def _checksum(stream: BinaryIO, start: int, size_bytes: int) -> int:
 
 
 def _damaged(path: Path, problem: str) -> RecordingError:
-    return RecordingError(path, f'it is damaged ({problem})', recover_mend(path))
+    return RecordingError(path, f'it is damaged ({problem})', recover_hint(path))

@@ -413,10 +413,10 @@ def _create(path: Path) -> FileIO:
         return path.open('xb', buffering=0)
     except OSError as error:
         if os.path.lexists(path):
-            problem, mend = 'it exists and is not overwritten', 'choose another name'
+            problem, hint = 'it exists and is not overwritten', 'choose another name'
         else:
-            problem, mend = f'it cannot be made ({error.strerror})', 'choose another folder'
-        raise RecordingError(path, problem, mend) from error
+            problem, hint = f'it cannot be made ({error.strerror})', 'choose another folder'
+        raise RecordingError(path, problem, hint) from error
 
 
 def _identity(status: os.stat_result) -> tuple[int, int]:

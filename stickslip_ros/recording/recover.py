@@ -19,7 +19,7 @@ from stickslip_ros.recording.integrity import (
     MAGIC,
     PROFILE,
     SQLITE_MAGIC,
-    convert_mend,
+    convert_hint,
     open_whole,
 )
 from stickslip_ros.recording.layout import SUFFIX, Layout
@@ -358,7 +358,7 @@ def _map(stream: BinaryIO) -> AbstractContextManager[Bytes]:
 def _refuse_nothing(path: Path, found: Recovery, data: Bytes) -> None:
     """Refuse a file in which there is no record at all."""
     if data[: len(SQLITE_MAGIC)] == SQLITE_MAGIC:
-        raise RecordingError(path, 'it is a bag of storage sqlite3', convert_mend(path))
+        raise RecordingError(path, 'it is a bag of storage sqlite3', convert_hint(path))
     if found.header or found.channels or found.metadata or found.attachments:
         return
     begins = data[: len(MAGIC)] == MAGIC

@@ -22,9 +22,9 @@ from stickslip_ros.recording.channels import Channel, Qos, name_in_file
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TOPICS_RECORD
-from stickslip_ros.recording.topics import COMMANDS, TOPICS, Topic
+from stickslip_ros.recording.topics import COMMAND_TOPICS, TOPICS, Topic
 
-BY_TOPIC = {topic.request: topic for topic in COMMANDS if topic.recorded}
+BY_TOPIC = {topic.request: topic for topic in COMMAND_TOPICS if topic.recorded}
 """Topic of each request that comes over one."""
 NOTES = 'request'
 """Key of the topic that reports every other request."""
@@ -114,8 +114,8 @@ def receive_request(topic: Topic, data: bytes) -> Request:
     rows = len(request.values) // len(topic.numbers)
     if topic.is_table and rows > WAVEFORM_ROWS_MAX:
         limit = f'above the {WAVEFORM_ROWS_MAX} of a message'
-        mend = 'send fewer, or play the whole from a file with `stickslip replay`'
-        raise OutOfRange(f'{topic.request} rows', rows, '', limit, mend)
+        hint = 'send fewer, or play the whole from a file with `stickslip replay`'
+        raise OutOfRange(f'{topic.request} rows', rows, '', limit, hint)
     return request
 
 
@@ -130,9 +130,9 @@ def _check_layout(topic: Topic, message: m.ArrayMessage) -> None:
     )
     if (sizes and not (fits and in_order)) or message.offset:
         shown = f'sizes {sizes[:4]}, strides {strides[:4]}, offset {message.offset}'
-        mend = 'say [n, 2] with strides [2 n, 2], or leave the layout empty'
+        hint = 'say [n, 2] with strides [2 n, 2], or leave the layout empty'
         name = f'layout of a {topic.request} of {count} numbers'
-        raise WrongKind(name, shown, 'rows of two', mend)
+        raise WrongKind(name, shown, 'rows of two', hint)
 
 
 class TimedRequest(NamedTuple):
@@ -177,7 +177,7 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
 
     """
     channels = channels_of(recording)
-    commands = {channels[each.key].topic: each for each in COMMANDS if each.key in channels}
+    commands = {channels[each.key].topic: each for each in COMMAND_TOPICS if each.key in channels}
     notes = channels[NOTES].topic
     for topic, stored in recording.records():
         if topic == notes:
@@ -193,5 +193,5 @@ def _read_note(recording: Recording, data: bytes) -> Request:
         return Request(note['name'], tuple(note['values']), tuple(note['settings'].items()))
     except (ValueError, KeyError, TypeError, AttributeError):
         problem = f'holds a request that cannot be read: {text[:80]}'
-        mend = 'record with a drive of this package'
-        raise RecordingError(recording.path, problem, mend) from None
+        hint = 'record with a drive of this package'
+        raise RecordingError(recording.path, problem, hint) from None

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.files import readable
+from stickslip_ros.files import read_bytes
 from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.channels import Channel, name_in_file
@@ -133,12 +133,8 @@ def _experiment_of(parameters: Parameters) -> dict[str, tuple[str, bytes]]:
     """Return the experiment that the recording shall carry, if there is one."""
     if not parameters.record.experiment:
         return {}
-    path = Path(parameters.record.experiment)
-    try:
-        return {EXPERIMENT_FILE: ('text/csv', readable(path).read_bytes())}
-    except OSError as error:
-        problem = f'cannot be read ({error.strerror})'
-        raise RecordingError(path, problem, 'check record.experiment') from None
+    content = read_bytes(Path(parameters.record.experiment), 'check record.experiment')
+    return {EXPERIMENT_FILE: ('text/csv', content)}
 
 
 def _describe(channels: Mapping[str, Channel]) -> dict[str, str]:
@@ -166,5 +162,5 @@ def _check_split(what: str, value: float, unit: str, least_name: str, least: flo
     """Refuse files that would be smaller than a chunk."""
     if 0 < value < least:
         limit = f'below record.{least_name} {least:g} {unit}'
-        mend = f'raise it, lower record.{least_name}, or give 0 to never split'
-        raise OutOfRange(f'record.split_{what}', value, unit, limit, mend)
+        hint = f'raise it, lower record.{least_name}, or give 0 to never split'
+        raise OutOfRange(f'record.split_{what}', value, unit, limit, hint)

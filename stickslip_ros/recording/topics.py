@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from stickslip_ros.instrument.commands import COMMANDS as COMMAND_ROWS
-from stickslip_ros.instrument.commands import SET_BOOL, TRIGGER, Command
+from stickslip_ros.instrument.commands import COMMANDS, SET_BOOL, TRIGGER, Command
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.channels import Channel, Qos
@@ -99,7 +98,7 @@ def _topic_of(command: Command) -> Topic:
 
 # fmt: off
 TOPICS = (
-    *(_topic_of(command) for command in COMMAND_ROWS.values() if command.has_topic),
+    *(_topic_of(command) for command in COMMANDS.values() if command.has_topic),
     Topic('command/grant', m.FLOAT64_ARRAY, COMMAND,
           '[until s, commands]: lockstep; run to this simulated time once so many commands came',
           recorded=False, switch='sim.lockstep', numbers=('until s', 'commands')),
@@ -129,7 +128,7 @@ TOPICS = (
           'simulated time, once per sim.block', recorded=False, switch='sim.publish_clock'),
 )
 # fmt: on
-COMMANDS = tuple(topic for topic in TOPICS if topic.is_command)
+COMMAND_TOPICS = tuple(topic for topic in TOPICS if topic.is_command)
 READINGS = tuple(topic for topic in TOPICS if not topic.is_command)
 
 
@@ -144,7 +143,7 @@ class Service:
 
 *_OF_DRIVE, _OF_FAULTS = (
     Service(f'~/{command.name}', command.interface, command.text)
-    for command in COMMAND_ROWS.values()
+    for command in COMMANDS.values()
     if command.has_service
 )
 SERVICES = (

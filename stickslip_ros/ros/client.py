@@ -12,7 +12,7 @@ from rclpy.node import Node
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.requests import pack_command
-from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, Topic
+from stickslip_ros.recording.topics import COMMAND_TOPICS, NODE_NAME, READINGS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.units import NANO, NS_PER_S
 
@@ -24,7 +24,7 @@ BEGIN_PERIOD_S = 0.02
 Commands = Iterable[tuple[str, Any]]
 """Names of commands, as they follow ``command/``, and their values as for `pack_command`."""
 
-_COMMANDS = {topic.request: topic for topic in COMMANDS}
+_COMMANDS = {topic.request: topic for topic in COMMAND_TOPICS}
 
 
 def command_topic(name: str, *, but: str = '') -> Topic:

@@ -136,8 +136,8 @@ class Connections:
                 self._offered[topic.key] = self._open(topic)
         for name in self._overrides:  # of the names that were given at the start
             if not self._node.has_parameter(name):
-                mend = 'look at the topics and policies in docs/node.md'
-                raise UnknownName('override', name, mend)
+                hint = 'look at the topics and policies in docs/node.md'
+                raise UnknownName('override', name, hint)
 
     def release(self) -> None:
         """Take every topic away."""

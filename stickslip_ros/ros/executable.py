@@ -42,7 +42,7 @@ LAST_S = 10
 PATIENCE_S = 0.5
 """Time that a node has to end what it need not finish."""
 LOOK_S = 0.05
-MEND = '`stickslip recover` repairs a recording that was not finished'
+HINT = '`stickslip recover` repairs a recording that was not finished'
 
 
 def stay_on_this_host() -> None:
@@ -169,11 +169,11 @@ def _await_end(name: str, status: 'Future[int]') -> int:
         if waited_s > PATIENCE_S and is_interruptible():
             _leave(name, 'ended before it had started', ENDED)
         if waited_s > CLOSING_S:
-            _leave(name, f'not closed within {CLOSING_S:g} s; {MEND}', CUT)
+            _leave(name, f'not closed within {CLOSING_S:g} s; {HINT}', CUT)
     try:
         return status.result()
     except StillBusy as error:
-        _leave(name, f'{error}; {MEND}', CUT)
+        _leave(name, f'{error}; {HINT}', CUT)
 
 
 def _refuse(name: str, error: Exception) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.recording.run import RunWriter
-from stickslip_ros.recording.topics import COMMANDS
+from stickslip_ros.recording.topics import COMMAND_TOPICS
 
 AT_ONCE = -2
 """Due time of what waits for no block: it is done even while simulated time is held."""
@@ -19,7 +19,7 @@ NEXT_BLOCK = -1
 LEAST_NUMBERS = 100
 """Numbers whose memory an order takes besides its own."""
 
-_RANKS = {topic.request: rank for rank, topic in enumerate(COMMANDS)}
+_RANKS = {topic.request: rank for rank, topic in enumerate(COMMAND_TOPICS)}
 
 
 MustWait = Callable[[Request | None, bool], bool]

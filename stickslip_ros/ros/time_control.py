@@ -38,14 +38,14 @@ def read_grant(topic: Topic, data: bytes) -> Grant:
     """
     values = list(read_request(topic, data).values[:3])
     if len(values) != 2 or not all(map(math.isfinite, values)):
-        mend = 'send [until s, commands]'
-        raise WrongKind('grant', values, 'a list of 2 finite numbers', mend)
+        hint = 'send [until s, commands]'
+        raise WrongKind('grant', values, 'a list of 2 finite numbers', hint)
     until_s, commands = values
     if until_s < 0.0:
         raise OutOfRange('grant until', until_s, 's', 'below 0 s', 'give a simulated time')
     if commands < 0.0 or commands != math.floor(commands):
-        mend = 'give the number of messages sent on command topics since the activation'
-        raise OutOfRange('grant commands', commands, '', 'not a count', mend)
+        hint = 'give the number of messages sent on command topics since the activation'
+        raise OutOfRange('grant commands', commands, '', 'not a count', hint)
     return Grant(to_nanoseconds(until_s), int(commands))
 
 

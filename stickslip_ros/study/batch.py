@@ -161,8 +161,8 @@ def _next(ended: 'SimpleQueue[Future[Any]]') -> 'Future[Any]':
 class ClusterError(StickSlipError):
     """A Dask cluster cannot be used."""
 
-    def __init__(self, address: str, problem: str, mend: str) -> None:
-        super().__init__(f'scheduler {address}: {problem}; {mend}')
+    def __init__(self, address: str, problem: str, hint: str) -> None:
+        super().__init__(f'scheduler {address}: {problem}; {hint}')
 
 
 @contextmanager
@@ -192,8 +192,8 @@ def _connect(distributed: Any, address: str) -> Any:
         return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError, asyncio.TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        mend = 'check the address, or start one with: dask scheduler'
-        raise ClusterError(address, f'does not answer ({reason})', mend) from None
+        hint = 'check the address, or start one with: dask scheduler'
+        raise ClusterError(address, f'does not answer ({reason})', hint) from None
 
 
 def _check_workers(client: Any, address: str) -> None:
@@ -201,8 +201,8 @@ def _check_workers(client: Any, address: str) -> None:
     try:
         client.wait_for_workers(1, timeout=WORKERS_S)
     except (TimeoutError, asyncio.TimeoutError):
-        mend = f'start some with: dask worker {address}'
-        raise ClusterError(address, f'has no worker after {WORKERS_S:g} s', mend) from None
+        hint = f'start some with: dask worker {address}'
+        raise ClusterError(address, f'has no worker after {WORKERS_S:g} s', hint) from None
     name, ours = stickslip_ros.__name__, stickslip_ros.__version__
 
     def version() -> str:

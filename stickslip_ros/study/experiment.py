@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.files import readable
+from stickslip_ros.files import read_bytes
 from stickslip_ros.parameters import Spec, spec_of
 from stickslip_ros.study.sweep import AMPLITUDE, FREQUENCY
 
@@ -99,12 +99,7 @@ def read_experiment(path: Path) -> Experiment:
         If it cannot be read or is not as docs/compare.md says; names line, column and value.
 
     """
-    try:
-        content = readable(path).read_bytes()
-    except OSError as error:
-        problem = f'cannot be read ({error.strerror})'
-        raise RecordingError(path, problem, 'check the path') from None
-    return parse_experiment(content, str(path))
+    return parse_experiment(read_bytes(path, 'check the path'), str(path))
 
 
 def parse_experiment(content: bytes, origin: str) -> Experiment:
@@ -161,7 +156,7 @@ def _check_header(names: Sequence[str], kind: str, where: str) -> None:
     specs = COLUMNS[kind]
     for index, name in enumerate(names):
         if name not in specs:
-            raise RecordingError(where, f'column {name!r} is not known', _mend(name, specs))
+            raise RecordingError(where, f'column {name!r} is not known', _hint(name, specs))
         if name in names[:index]:
             raise RecordingError(where, f'column {name!r} comes twice', 'take one of them away')
     for name in NEEDED[kind]:
@@ -177,7 +172,7 @@ def _check_header(names: Sequence[str], kind: str, where: str) -> None:
             raise RecordingError(where, f'{name!r} is there without {of_what!r}', 'add that one')
 
 
-def _mend(name: str, specs: Mapping[str, Spec]) -> str:
+def _hint(name: str, specs: Mapping[str, Spec]) -> str:
     """Say how a column may have been meant: most often in another unit."""
     if ';' in name or '\t' in name:
         return 'separate columns with commas, and write decimals with a point'
@@ -191,8 +186,8 @@ def _mend(name: str, specs: Mapping[str, Spec]) -> str:
 def _number(text: str, spec: Spec, where: str) -> float:
     value = float(spec.check(where, text.strip()))
     if spec.minimum == 0.0 and spec.maximum is None and value == 0.0:
-        mend = 'give the standard deviation, or take the column away'
-        raise OutOfRange(where, value, spec.unit, 'not above 0', mend)
+        hint = 'give the standard deviation, or take the column away'
+        raise OutOfRange(where, value, spec.unit, 'not above 0', hint)
     return value
 
 
@@ -202,5 +197,5 @@ def _check_rising(time_s: Array, lines: Sequence[int], origin: str) -> None:
         index = int(wrong[0]) + 1
         where = f'{origin}: line {lines[index]}, column time_s:'
         limit = f'not after the {time_s[index - 1]:.9g} s of the row before'
-        mend = 'sort the rows, and keep one per time'
-        raise OutOfRange(where, float(time_s[index]), 's', limit, mend)
+        hint = 'sort the rows, and keep one per time'
+        raise OutOfRange(where, float(time_s[index]), 's', limit, hint)

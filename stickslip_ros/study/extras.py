@@ -10,8 +10,8 @@ class MissingExtra(StickSlipError):
     """A package that the request needs is not installed; the purpose begins a sentence."""
 
     def __init__(self, purpose: str, module: str) -> None:
-        mend = f'install it with: pip install {module}'
-        super().__init__(f'{purpose} needs the package {module!r}, which is missing; {mend}')
+        hint = f'install it with: pip install {module}'
+        super().__init__(f'{purpose} needs the package {module!r}, which is missing; {hint}')
 
 
 def load_extra(purpose: str, module: str) -> Any:

@@ -23,7 +23,7 @@ from stickslip_ros.parameters import Parameters, Scalar
 Row = dict[str, Scalar]
 """Result of one case: names with units, and values that JSON knows."""
 
-MEND = 'start anew with --fresh, or choose another output'
+HINT = 'start anew with --fresh, or choose another output'
 
 
 @dataclass(frozen=True)
@@ -115,8 +115,8 @@ class Journal:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError:
-            mend = 'wait for it, or choose another output'
-            raise RecordingError(self.path, 'is in use by another run', mend) from None
+            hint = 'wait for it, or choose another output'
+            raise RecordingError(self.path, 'is in use by another run', hint) from None
 
     def _take_up(self) -> None:
         """Read what is there, drop a torn end, and write the header of a new journal."""
@@ -130,7 +130,7 @@ class Journal:
             return
         first, *lines = whole.split(b'\n')
         if first + b'\n' != _line(header):
-            raise RecordingError(self.path, _difference(first, header), MEND)
+            raise RecordingError(self.path, _difference(first, header), HINT)
         for number, line in enumerate(lines, start=2):
             case, row = self._parse(number, line)
             self.rows[case] = row
@@ -143,7 +143,7 @@ class Journal:
         except (ValueError, KeyError, TypeError):
             case, row = -1, {}
         if not 0 <= case < self._identity.cases:
-            raise RecordingError(self.path, f'line {number} is damaged', MEND)
+            raise RecordingError(self.path, f'line {number} is damaged', HINT)
         return case, row
 
     def _write(self, content: Mapping[str, object]) -> None:

@@ -33,7 +33,7 @@ from stickslip_ros.units import NANO, NS_PER_S
 
 MCAP = '.mcap'
 TIME, VOLTAGE, FOOT = 'time_s', 'voltage_v', 'foot_m'
-MEND = f'give {TIME} and {VOLTAGE}, or {TIME} and {FOOT}'
+HINT = f'give {TIME} and {VOLTAGE}, or {TIME} and {FOOT}'
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,26 +133,15 @@ def replay(
     recording = Recording(source)
     parameters = _parameters_of(recording)
     first_ns, last_ns = _span(recording)
-    start: Bench | None = None
-    if CHECKPOINT_FILE in recording.attachments and not from_rest:
-        start = Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes)
-    elif first_ns > parameters.block_ns and not from_rest:
-        mend = (
-            'replay the whole run, or start from rest instead (--from-rest), which is not the same'
-        )
-        problem = f'begins {first_ns * NANO:g} s into the run, in a state that nobody recorded'
-        raise RecordingError(recording.path, problem, mend)
+    is_middle = first_ns > parameters.block_ns
+    start = (
+        None if from_rest else _restored(recording, changes or {}, first_ns if is_middle else 0)
+    )
     begin_ns = 0 if start else first_ns - parameters.block_ns
     lasts_ns = last_ns - first_ns + parameters.block_ns
     due = [TimedRequest(at_ns - begin_ns, each) for at_ns, each in recorded_requests(recording)]
     stand = parameters.updated(changes or {})
-    before, after = parameters.flat(), stand.flat()
-    differing = [name for name in changes or {} if after[name] != before[name]]
-    changed: dict[str, object] = {name: after[name] for name in differing}
-    if 'fault.schedule' in changed:
-        limit = 'without effect: a replay takes its faults from the recording'
-        mend = 'leave it away, or record a new run with it'
-        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, mend)
+    changed = _changed(parameters, stand, changes or {})
     channels = channels_of(recording)  # as they were recorded, and those of the new stand only
     for key, channel in recorded_channels(stand).items():
         channels.setdefault(key, channel)
@@ -168,6 +157,34 @@ def replay(
         other_sources=recording.metadata[RUN_RECORD].get(SOURCES) != sources_digest(),
         **_end_of(again, lasts_ns),
     )
+
+
+def _restored(
+    recording: Recording, changes: Mapping[str, object], missing_ns: int
+) -> Bench | None:
+    """Return the bench as the recording begins; none at rest, where nothing is missing."""
+    if CHECKPOINT_FILE in recording.attachments:
+        return Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes)
+    if not missing_ns:
+        return None
+    problem = f'begins {missing_ns * NANO:g} s into the run, in a state that nobody recorded'
+    hint = 'replay the whole run, or start from rest instead (--from-rest), which is not the same'
+    raise RecordingError(recording.path, problem, hint)
+
+
+def _changed(
+    recorded: Parameters, stand: Parameters, changes: Mapping[str, object]
+) -> dict[str, object]:
+    """Return what differs on a stand; of faults the recording itself tells."""
+    before, after = recorded.flat(), stand.flat()
+    changed: dict[str, object] = {
+        name: after[name] for name in changes if after[name] != before[name]
+    }
+    if 'fault.schedule' in changed:
+        limit = 'without effect: a replay takes its faults from the recording'
+        hint = 'leave it away, or record a new run with it'
+        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, hint)
+    return changed
 
 
 def replay_input(
@@ -241,8 +258,8 @@ def _end_of(again: Recording, lasts_ns: int) -> dict[str, Any]:
 def _parameters_of(recording: Recording) -> Parameters:
     if PARAMETERS_FILE not in recording.attachments:
         problem = f'has no attachment {PARAMETERS_FILE}'
-        mend = 'record with a drive of this package, or give the voltages as a table'
-        raise RecordingError(recording.path, problem, mend)
+        hint = 'record with a drive of this package, or give the voltages as a table'
+        raise RecordingError(recording.path, problem, hint)
     return parse_yaml(recording.attachments[PARAMETERS_FILE][1].decode(), PARAMETERS_FILE)
 
 
@@ -258,8 +275,8 @@ def _span(recording: Recording) -> tuple[int, int]:
         lost = max(each.gaps, int(closing.get(f'dropped {each.topic}', '0')))
         if lost:
             problem = f'lacks {lost} messages of {each.topic}'
-            mend = 'record with a longer record.queue_length'
-            raise RecordingError(recording.path, problem, mend)
+            hint = 'record with a longer record.queue_length'
+            raise RecordingError(recording.path, problem, hint)
     return channel.first_ns, channel.last_ns
 
 
@@ -303,8 +320,8 @@ def read_drive_input(
     """
     if readable(path).suffix.lower() == MCAP or path.is_dir():
         if not topic:
-            mend = 'name the topic of the voltage with --topic'
-            raise RecordingError(path, 'is no run of this package', mend)
+            hint = 'name the topic of the voltage with --topic'
+            raise RecordingError(path, 'is no run of this package', hint)
         series = Recording(path).series(topic, field)
         columns = {TIME: series.time_s, FOOT if is_stroke else VOLTAGE: series.value}
     elif path.suffix.lower() == PARQUET:
@@ -318,7 +335,7 @@ def read_drive_input(
 
 def _as_input(path: Path, columns: dict[str, Array], stand: Parameters) -> DriveInput:
     if TIME not in columns or (VOLTAGE not in columns and FOOT not in columns):
-        raise RecordingError(path, f'has no {VOLTAGE} and no {FOOT} over {TIME}', MEND)
+        raise RecordingError(path, f'has no {VOLTAGE} and no {FOOT} over {TIME}', HINT)
     time_s = columns[TIME] - columns[TIME][:1]
     if len(time_s) < 2:
         raise RecordingError(path, f'has {len(time_s)} rows', 'give at least two')
@@ -330,5 +347,5 @@ def _as_input(path: Path, columns: dict[str, Array], stand: Parameters) -> Drive
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
             where = f'{path} row {bad[0] + 1}: {name}'
-            raise OutOfRange(where, float(values[bad[0]]), '', 'no number', MEND)
+            raise OutOfRange(where, float(values[bad[0]]), '', 'no number', HINT)
     return DriveInput(str(path), time_s, voltage_v)

@@ -99,13 +99,13 @@ class Sweep:
     def __post_init__(self) -> None:
         """Refuse what would be refused in the middle of a long night."""
         if self.steps < 0:
-            mend = 'give a number, or 0 for the steady state'
-            raise OutOfRange('steps', self.steps, '', 'below 0', mend)
+            hint = 'give a number, or 0 for the steady state'
+            raise OutOfRange('steps', self.steps, '', 'below 0', hint)
         names = [axis.name for axis in self.varied]
         for name in names:
             if names.count(name) > 1:
-                mend = 'put all its values into one list'
-                raise OutOfRange('parameter', name, '', 'varied twice', mend)
+                hint = 'put all its values into one list'
+                raise OutOfRange('parameter', name, '', 'varied twice', hint)
         counts = [len(axis.values) for axis in self.varied]
         total = math.prod(counts) * len(self.frequencies_hz) * len(self.amplitudes_m)
         if total > CASES_MAX:
@@ -190,8 +190,8 @@ def parse_varied(assignments: list[str]) -> list[Axis]:
     axes: list[Axis] = []
     for assignment in assignments:
         if '=' not in assignment:
-            mend = 'write --vary group.name=VALUES'
-            raise WrongKind('--vary', assignment, 'a parameter with values', mend)
+            hint = 'write --vary group.name=VALUES'
+            raise WrongKind('--vary', assignment, 'a parameter with values', hint)
         ((name, text),) = parse_assignments([assignment]).items()
         axes.append(parse_axis(name, text, spec_of(name)))
     return axes
@@ -205,8 +205,8 @@ def _range(name: str, text: str, spec: Spec) -> list[Scalar]:
     count = int(COUNT.check(f'{name} count', parts[2]))
     if start == stop:
         limit = f'both start and stop of a range of {count}'
-        mend = 'move one of them, or give the value alone'
-        raise OutOfRange(name, start, spec.unit, limit, mend)
+        hint = 'move one of them, or give the value alone'
+        raise OutOfRange(name, start, spec.unit, limit, hint)
     values = [float(value) for value in np.linspace(start, stop, count)]
     if spec.kind is float:
         return list(values)

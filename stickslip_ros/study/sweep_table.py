@@ -136,14 +136,14 @@ def _write_parquet(rows: Sequence[Row], path: Path, parameters: Parameters) -> N
     parquet.write_table(table.replace_schema_metadata(metadata), path)
 
 
-def read_parquet(path: Path, mend: str) -> Any:
-    """Return the pyarrow table of a Parquet file; RecordingError with this mend if it is none."""
+def read_parquet(path: Path, hint: str) -> Any:
+    """Return the pyarrow table of a Parquet file; RecordingError with this hint if it is none."""
     parquet = load_extra('a Parquet file', 'pyarrow.parquet')
     try:
         return parquet.read_table(path)
     except (OSError, ValueError) as error:  # pyarrow's errors are both
         problem = f'cannot be read as a Parquet file ({str(error).splitlines()[0]})'
-        raise RecordingError(path, problem, mend) from None
+        raise RecordingError(path, problem, hint) from None
 
 
 def _described(metadata: Mapping[bytes, bytes]) -> dict[str, Scalar] | None:

@@ -22,7 +22,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.recording.requests import pack_command
-from stickslip_ros.recording.topics import COMMANDS, NODE_NAME, READINGS, TOPICS, Topic
+from stickslip_ros.recording.topics import COMMAND_TOPICS, NODE_NAME, READINGS, TOPICS, Topic
 from stickslip_ros.ros.client import Handshake, command_topic, stamp_ns
 from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
@@ -103,7 +103,7 @@ class Operator:
             topic.request: self.node.create_publisher(
                 MESSAGE_TYPES[topic.type_name], topic.name, to_profile(topic.qos)
             )
-            for topic in COMMANDS
+            for topic in COMMAND_TOPICS
         }
         takers: dict[str, Callable[[Any], None]] = {
             'event': lambda message: self.events.append(json.loads(message.data)),
@@ -279,7 +279,7 @@ class Operator:
 
     def _is_connected(self) -> bool:
         heard = (self._subscriptions[topic.key] for topic in READINGS if not topic.switch)
-        obeyed = (self._publishers[topic.request] for topic in COMMANDS if not topic.switch)
+        obeyed = (self._publishers[topic.request] for topic in COMMAND_TOPICS if not topic.switch)
         return all(each.get_publisher_count() for each in heard) and all(
             each.get_subscription_count() for each in obeyed
         )

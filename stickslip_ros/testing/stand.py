@@ -3,7 +3,6 @@
 import gc
 import threading
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
@@ -13,9 +12,6 @@ from stickslip_ros.ros.ending import end_node
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.testing.isolation import open_context
 from stickslip_ros.testing.operator import Operator
-
-if TYPE_CHECKING:
-    pass
 
 SPIN_S = 0.02
 

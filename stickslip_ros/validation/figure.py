@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
+from stickslip_ros.study.plotting import label_axes, new_figure
 from stickslip_ros.validation.checks import Curve, Findings, Panel
 
 COLUMNS = 3
@@ -27,9 +26,7 @@ def draw_page(findings: Sequence[Findings], picture: Path, heading: str) -> None
     """Draw all panels on one page, a PNG file, under a heading."""
     panels = [panel for found in findings for panel in found.panels]
     rows = -(-(len(panels) + 1) // COLUMNS)
-    size = (COLUMNS * PANEL_INCHES[0], rows * PANEL_INCHES[1])
-    figure = Figure(figsize=size, layout='constrained')
-    FigureCanvasAgg(figure)
+    figure = new_figure(COLUMNS * PANEL_INCHES[0], rows * PANEL_INCHES[1])
     figure.suptitle(f'stickslip validate: {heading}', fontsize='x-large')
     places = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
     for axes, panel in zip(places, panels, strict=False):
@@ -43,9 +40,7 @@ def draw_page(findings: Sequence[Findings], picture: Path, heading: str) -> None
 def _draw_panel(axes: Axes, panel: Panel) -> None:
     for curve in panel.curves:
         _draw_curve(axes, curve)
-    axes.set_title(panel.title, fontsize='medium')
-    axes.set_xlabel(panel.x_label)
-    axes.set_ylabel(panel.y_label)
+    label_axes(axes, panel.x_label, panel.y_label, panel.title)
     if panel.log_x:
         axes.set_xscale('log')
     if panel.log_y:
@@ -53,7 +48,6 @@ def _draw_panel(axes: Axes, panel: Panel) -> None:
     if panel.x_ticks:
         axes.set_xticks(panel.x_ticks, [f'{tick:g}' for tick in panel.x_ticks])
         axes.minorticks_off()
-    axes.grid(visible=True, alpha=0.3)
     axes.legend(fontsize='small', framealpha=0.8)
 
 
@@ -77,6 +71,5 @@ def _draw_margins(axes: Axes, findings: Sequence[Findings]) -> None:
     axes.set_xlim(right=max(axes.get_xlim()[1], 4.0))
     axes.set_yticks(range(len(findings)), [found.family for found in findings])
     axes.invert_yaxis()
-    axes.set_title('Every check: right of the red line it fails', fontsize='medium')
-    axes.set_xlabel(f'error/tolerance (at most {LEAST_SHARE:g} drawn at the left)')
-    axes.grid(visible=True, axis='x', alpha=0.3)
+    drawn_at_left = f'error/tolerance (at most {LEAST_SHARE:g} drawn at the left)'
+    label_axes(axes, drawn_at_left, '', 'Every check: right of the red line it fails')

@@ -84,8 +84,8 @@ def ring_mesh(rings: int) -> RingMesh:
 
     """
     if rings < RINGS_MIN:
-        mend = 'take 64 or more'
-        raise OutOfRange('number of rings', rings, '', f'below {RINGS_MIN}', mend)
+        hint = 'take 64 or more'
+        raise OutOfRange('number of rings', rings, '', f'below {RINGS_MIN}', hint)
     s = np.linspace(0.0, 1.0, rings + 1, dtype=np.float64)
     edges = s**CENTRE_GRADE / (s**CENTRE_GRADE + (1.0 - s) ** EDGE_GRADE)
     middles = 0.5 * (edges[1:] + edges[:-1])

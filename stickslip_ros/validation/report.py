@@ -141,6 +141,6 @@ def write_report(findings: Sequence[Findings], folder: Path) -> list[Path]:
         files[1].write_text(csv_text(findings), encoding='utf-8')
         draw_page(findings, files[2], summary_text(findings))
     except OSError as error:
-        mend = f'{error.strerror or error}: choose another folder'
-        raise WrongKind('--out', str(folder), 'a folder that can be written', mend) from None
+        hint = f'{error.strerror or error}: choose another folder'
+        raise WrongKind('--out', str(folder), 'a folder that can be written', hint) from None
     return files

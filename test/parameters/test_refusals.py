@@ -73,10 +73,10 @@ def test_a_whole_number_too_large_for_a_float_is_refused():
 
 
 @pytest.mark.parametrize(
-    ('side', 'word', 'mend'), [('below', 'minimum', 'raise it'), ('above', 'maximum', 'lower it')]
+    ('side', 'word', 'hint'), [('below', 'minimum', 'raise it'), ('above', 'maximum', 'lower it')]
 )
 def test_bounds_are_inside_and_beyond_the_message_gives_value_limit_unit_and_mend(
-    side, word, mend
+    side, word, hint
 ):
     for name, spec in NUMBERS.items():
         bound = getattr(spec, word)
@@ -84,7 +84,7 @@ def test_bounds_are_inside_and_beyond_the_message_gives_value_limit_unit_and_men
         excess = max(BEYOND * abs(bound), 1e-12)
         value = bound - excess if side == 'below' else bound + excess
         unit = f' {spec.unit}' if spec.unit else ''
-        message = f'{name} {value:.6g}{unit} is {side} the {word} {bound:g}{unit}; {mend}'
+        message = f'{name} {value:.6g}{unit} is {side} the {word} {bound:g}{unit}; {hint}'
         assert _refusal({name: value}) == message
 
 

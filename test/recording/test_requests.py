@@ -13,8 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
-from stickslip_ros.instrument.commands import COMMANDS as ROWS
-from stickslip_ros.instrument.commands import WAVEFORM_ROWS_MAX, Request
+from stickslip_ros.instrument.commands import COMMANDS, WAVEFORM_ROWS_MAX, Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording import Channel, Qos, Recorder, Recording, cdr
@@ -28,10 +27,10 @@ from stickslip_ros.recording.requests import (
     recorded_requests,
 )
 from stickslip_ros.recording.run import RunWriter
-from stickslip_ros.recording.topics import COMMANDS, Topic
+from stickslip_ros.recording.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES
 
-BY_NAME = {topic.request: topic for topic in COMMANDS}
+BY_NAME = {topic.request: topic for topic in COMMAND_TOPICS}
 
 NUMBER = st.floats(allow_nan=False)
 
@@ -152,7 +151,7 @@ def test_a_value_goes_through_its_message_to_the_request(
 
 
 def test_every_command_topic_is_covered():
-    assert set(BY_NAME) == {name for name, row in ROWS.items() if row.has_topic} | {'grant'}
+    assert set(BY_NAME) == {name for name, row in COMMANDS.items() if row.has_topic} | {'grant'}
     assert len(BY_NAME) == 9
 
 

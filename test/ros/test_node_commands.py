@@ -9,7 +9,7 @@ from geometry_msgs.msg import PointStamped
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from stickslip_ros.instrument.reports import Status
-from stickslip_ros.recording.topics import COMMANDS
+from stickslip_ros.recording.topics import COMMAND_TOPICS
 
 LOCKSTEP = {'sim.lockstep': True}
 BLOCK_S = 1e-3
@@ -35,7 +35,7 @@ BAD: Mapping[str, Any] = {
     'preload': 0.0,
     'grant': (-1.0, 0.0),
 }
-NAMES = [topic.request for topic in COMMANDS]
+NAMES = [topic.request for topic in COMMAND_TOPICS]
 MOVED = [name for name in NAMES if name != 'grant']
 
 
@@ -48,7 +48,7 @@ def test_a_bad_command_is_refused_and_the_next_good_one_is_carried_out(
     operator.command(name, BAD[name])
     refused = operator.wait_for_event(name, 0)
     assert (refused['number'], refused['result']) == (1, 'INVALID_PARAMETER')
-    assert '; ' in refused['message']  # what is wrong; the mend
+    assert '; ' in refused['message']  # what is wrong; the hint
     operator.spin_until(lambda: bool(operator.status & Status.REFUSED), 'the refusal')
     operator.command(name, GOOD[name])
     done = operator.wait_for_event(name, 1)

@@ -13,7 +13,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters, specs
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.topics import (
-    COMMANDS,
+    COMMAND_TOPICS,
     READINGS,
     SERVICES,
     TOPICS,
@@ -90,7 +90,9 @@ def test_the_node_has_no_topics_but_the_declared_ones(stand: Any):
         '/trace',
         '/voltage',
     }
-    assert heard - every_node_has == {f'/{t.name}' for t in COMMANDS if t.exists(Parameters())}
+    assert heard - every_node_has == {
+        f'/{t.name}' for t in COMMAND_TOPICS if t.exists(Parameters())
+    }
 
 
 def test_every_service_has_the_declared_type(stand: Any):

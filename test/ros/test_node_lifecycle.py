@@ -12,7 +12,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.topics import COMMANDS, READINGS, SERVICES, TOPICS
+from stickslip_ros.recording.topics import COMMAND_TOPICS, READINGS, SERVICES, TOPICS
 
 OFFERED = {topic.key for topic in TOPICS if topic.exists(Parameters())}
 TRIGGERS = [
@@ -31,7 +31,7 @@ def topics_of(stand: Any) -> set[str]:
     subscribed = dict(node.get_subscriber_names_and_types_by_node(name, '/'))
     return {
         topic.key
-        for topics, there in ((READINGS, published), (COMMANDS, subscribed))
+        for topics, there in ((READINGS, published), (COMMAND_TOPICS, subscribed))
         for topic in topics
         if resolved(topic.name) in there
     }

@@ -18,7 +18,7 @@ from rosbags.highlevel import AnyReader
 from stickslip_ros.parameters import Parameters, parse_yaml
 from stickslip_ros.recording.messages import ArrayMessage, StampedMessage
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.topics import COMMANDS, READINGS, recorded_channels
+from stickslip_ros.recording.topics import COMMAND_TOPICS, READINGS, recorded_channels
 from stickslip_ros.ros.interface import MESSAGE_TYPES
 
 RECORDED = {key: channel.topic for key, channel in recorded_channels(Parameters()).items()}
@@ -216,12 +216,12 @@ def test_types_hashes_and_quality_of_service_are_those_of_the_live_topics(stand:
     with path.open('rb') as stream:
         summary = make_reader(stream).get_summary()
     stored = {channel.topic: channel for channel in summary.channels.values()}
-    for topic in (*COMMANDS, *READINGS):
+    for topic in (*COMMAND_TOPICS, *READINGS):
         if topic.key not in RECORDED:
             continue
         get = (
             node.get_subscriptions_info_by_topic
-            if topic in COMMANDS
+            if topic in COMMAND_TOPICS
             else node.get_publishers_info_by_topic
         )
         [live] = [each for each in get(topic.full_name()) if each.node_name == 'stickslip_drive']

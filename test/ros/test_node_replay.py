@@ -14,7 +14,7 @@ from stickslip_ros.recording.fingerprint import compare_data
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.recording.run_file import run_path
-from stickslip_ros.recording.topics import COMMANDS
+from stickslip_ros.recording.topics import COMMAND_TOPICS
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.position_controller import PositionController
 from stickslip_ros.study.replay import replay
@@ -155,7 +155,7 @@ def test_a_played_bag_of_commands_is_carried_out(start_drive: Callable, tmp_path
     bag = record_bag(tmp_path)
     stand = start_drive({'sim.real_time_factor': 20.0, 'load_cell.contact': 'absent'})
     operator = stand.operator
-    topics = {f'/{topic.name}': topic for topic in COMMANDS}
+    topics = {f'/{topic.name}': topic for topic in COMMAND_TOPICS}
     publishers = {
         name: operator.node.create_publisher(
             MESSAGE_TYPES[topic.type_name], name, to_profile(topic.qos)

@@ -8,11 +8,11 @@ from std_msgs.msg import Float64MultiArray
 
 from stickslip_ros.errors import OutOfRange, StickSlipError, WrongKind
 from stickslip_ros.recording.requests import pack_command
-from stickslip_ros.recording.topics import COMMANDS
+from stickslip_ros.recording.topics import COMMAND_TOPICS
 from stickslip_ros.ros.time_control import Grant, TimeControl, read_grant
 
 BLOCK_NS = 1_000_000
-[GRANT] = [topic for topic in COMMANDS if topic.request == 'grant']
+[GRANT] = [topic for topic in COMMAND_TOPICS if topic.request == 'grant']
 
 
 def test_without_lockstep_only_a_pause_holds_the_drive():

@@ -1,4 +1,4 @@
-"""Experiment files: what is read, and what is refused with line, column, value and mend."""
+"""Experiment files: what is read, and what is refused with line, column, value and hint."""
 
 import numpy as np
 import pytest

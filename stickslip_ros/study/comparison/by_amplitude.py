@@ -155,8 +155,8 @@ def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
     names = [name for name in a.quantities if name in b.quantities]
     if not names:
         problem = f'has {", ".join(b.quantities)}, {a.side.origin} has {", ".join(a.quantities)}'
-        mend = 'a held runner has a force, a free one (load_cell.contact=absent) steps'
-        raise Incomparable(b.side.origin, problem, mend)
+        hint = 'a held runner has a force, a free one (load_cell.contact=absent) steps'
+        raise Incomparable(b.side.origin, problem, hint)
     shared = [at for at in a.groups([PRELOAD, *_varied(a, b)]) if b.rows_at(at)]
     return tuple(_compare(a, b, shared, name) for name in names)
 

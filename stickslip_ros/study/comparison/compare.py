@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from stickslip_ros.errors import RecordingError, StickSlipError
-from stickslip_ros.files import readable
+from stickslip_ros.files import read_bytes
 from stickslip_ros.recording.integrity import MAGIC
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
@@ -89,8 +89,8 @@ def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
             'record the model with stickslip simulate -o FILE and compare with that',
         )
     if is_moved:
-        mend = 'leave --shift and --align away'
-        raise Incomparable(a.side.origin, 'is by amplitude and knows no time', mend)
+        hint = 'leave --shift and --align away'
+        raise Incomparable(a.side.origin, 'is by amplitude and knows no time', hint)
     return a
 
 
@@ -98,12 +98,7 @@ def _load(path: Path) -> PointTable | TimeRun:
     """Read a file by what is in it, not by its name."""
     if path.suffix == PARQUET and path.is_file():
         return by_amplitude.of_sweep(path)
-    try:
-        with readable(path).open('rb') as file:
-            start = file.read(len(MAGIC))
-    except OSError as error:
-        problem = f'cannot be read ({error.strerror})'
-        raise RecordingError(path, problem, 'check the path') from None
+    start = read_bytes(path, 'check the path', len(MAGIC))
     if start == MAGIC or path.suffix == '.mcap':
         return in_time.of_recording(Recording(path))
     if is_sweep(path):
@@ -116,11 +111,11 @@ def _attached(path: Path) -> PointTable | TimeRun:
     try:
         recording = Recording(path)
     except StickSlipError as error:
-        mend = 'name B, or the word model'
-        raise RecordingError(path, f'stands alone and is no recording ({error})', mend) from None
+        hint = 'name B, or the word model'
+        raise RecordingError(path, f'stands alone and is no recording ({error})', hint) from None
     if EXPERIMENT_FILE not in recording.attachments:
-        mend = 'name what to compare it with as B'
-        raise RecordingError(path, f'carries no {EXPERIMENT_FILE}', mend)
+        hint = 'name what to compare it with as B'
+        raise RecordingError(path, f'carries no {EXPERIMENT_FILE}', hint)
     content = recording.attachments[EXPERIMENT_FILE][1]
     return _of_experiment(parse_experiment(content, f'{path} {EXPERIMENT_FILE}'))
 

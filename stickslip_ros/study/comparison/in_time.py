@@ -86,8 +86,8 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     pairs = [(_finite(a.series[name]), _finite(b.series[name])) for name in _shared(a, b)]
     pairs = [pair for pair in pairs if min(map(len, pair)) > 1]
     if not pairs:
-        mend = 'give --shift instead of --align'
-        raise Incomparable('the lag', 'cannot be found in single samples', mend)
+        hint = 'give --shift instead of --align'
+        raise Incomparable('the lag', 'cannot be found in single samples', hint)
     return estimate_alignment(pairs)
 
 

@@ -67,8 +67,8 @@ def _scores(a: Array, b: Array) -> Array:
         if np.ptp(one) > 0.0 and np.ptp(other) > 0.0
     ]
     if not coefficients:
-        mend = 'record something that moves, or give --shift'
-        raise Incomparable('the lag', 'cannot be found: nothing changes in both', mend)
+        hint = 'record something that moves, or give --shift'
+        raise Incomparable('the lag', 'cannot be found: nothing changes in both', hint)
     overlap = _overlaps(a.shape[1], b.shape[1])[2]
     is_enough = overlap >= OVERLAP_MIN * min(a.shape[1], b.shape[1])
     return np.where(is_enough, np.mean(coefficients, axis=0), -1.0)

@@ -14,8 +14,8 @@ UNITS = {'n': 'N', 'm': 'm', 'v': 'V', 'j': 'J', 's': 's', 'hz': 'Hz'}
 class Incomparable(StickSlipError):
     """Two inputs, each valid, cannot be compared."""
 
-    def __init__(self, what: object, problem: str, mend: str) -> None:
-        super().__init__(f'{what} {problem}; {mend}')
+    def __init__(self, what: object, problem: str, hint: str) -> None:
+        super().__init__(f'{what} {problem}; {hint}')
 
 
 @dataclass(frozen=True)

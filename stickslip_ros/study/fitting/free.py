@@ -92,19 +92,19 @@ def _check_names(names: Sequence[str], others: Mapping[str, Mapping[str, str]]) 
         for name in given:
             spec_of(name)
             if name not in names:
-                mend = f'add it to --free, or set it with --set {name}=VALUE'
-                raise OutOfRange(f'parameter of {option}', name, '', 'not free', mend)
+                hint = f'add it to --free, or set it with --set {name}=VALUE'
+                raise OutOfRange(f'parameter of {option}', name, '', 'not free', hint)
 
 
 def _check_fitted(name: str) -> None:
     kind = spec_of(name).kind
     if kind is not float:
-        mend = 'set it with --set, and compare fits'
-        raise WrongKind('free parameter', name, 'a quantity (it is no float)', mend)
+        hint = 'set it with --set, and compare fits'
+        raise WrongKind('free parameter', name, 'a quantity (it is no float)', hint)
     if name.partition('.')[0] not in FITTED_GROUPS:
         limit = 'no property of the drive that a force tells of'
-        mend = f'free quantities of {", ".join(FITTED_GROUPS)}'
-        raise OutOfRange('free parameter', name, '', limit, mend)
+        hint = f'free quantities of {", ".join(FITTED_GROUPS)}'
+        raise OutOfRange('free parameter', name, '', limit, hint)
 
 
 def _let_roughness_act(
@@ -121,8 +121,8 @@ def _let_roughness_act(
         return parameters, ()
     if prefactor != spec_of(PREFACTOR).default:
         limit = f'without effect while {PREFACTOR} is {prefactor:g} m^(1-H)'
-        mend = f'set {PREFACTOR}=0, or free {PREFACTOR} instead'
-        raise OutOfRange('free parameter', RMS_HEIGHT, '', limit, mend)
+        hint = f'set {PREFACTOR}=0, or free {PREFACTOR} instead'
+        raise OutOfRange('free parameter', RMS_HEIGHT, '', limit, hint)
     note = f'{PREFACTOR} was set to 0, so that {RMS_HEIGHT} decides the roughness'
     return parameters.updated({PREFACTOR: 0.0}), (note,)
 
@@ -136,12 +136,12 @@ def _free(name: str, start: float, bounds: str | None) -> Free:
         lower, upper = max(start / DECADE, lowest), min(start * DECADE, highest)
     else:
         limit = 'a start without a scale'
-        mend = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
-        raise OutOfRange(name, start, spec.unit, limit, mend)
+        hint = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
+        raise OutOfRange(name, start, spec.unit, limit, hint)
     if not lower <= start <= upper:
         limit = f'outside of its bounds, {lower:g} to {upper:g} {spec.unit}'.rstrip()
-        mend = f'move one of them: --start {name}=VALUE, --bounds {name}=LOW:HIGH'
-        raise OutOfRange(f'start of {name}', start, spec.unit, limit, mend)
+        hint = f'move one of them: --start {name}=VALUE, --bounds {name}=LOW:HIGH'
+        raise OutOfRange(f'start of {name}', start, spec.unit, limit, hint)
     return Free(name, spec.unit, start, lower, upper)
 
 

@@ -202,12 +202,12 @@ def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Prob
         limit = f'below {least}, {what}'
         raise OutOfRange('number of points', len(points), '', limit, 'measure more, or free less')
     if parameters.load_cell.contact == 'absent':
-        mend = 'set load_cell.contact=attached'
-        raise OutOfRange('load_cell.contact', 'absent', '', 'without a force to fit', mend)
+        hint = 'set load_cell.contact=attached'
+        raise OutOfRange('load_cell.contact', 'absent', '', 'without a force to fit', hint)
     if parameters.stand.preload_end:
         end_n = parameters.stand.preload_end
-        mend = 'set stand.preload_end=0: each point has one preload'
-        raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', mend)
+        hint = 'set stand.preload_end=0: each point has one preload'
+        raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
     problem = Problem(parameters, free, points, (STEPS_MIN,) * len(points))
     return problem.steady_at(problem.start)[0]
 
