@@ -16,7 +16,7 @@ from stickslip_ros.instrument.checks import BeyondSoftLimit
 from stickslip_ros.instrument.closed_loop import Observation, Outcome
 from stickslip_ros.instrument.commands import COMMANDS, Accepted, Request, check_request
 from stickslip_ros.instrument.motion import Motion
-from stickslip_ros.instrument.reports import Event, Output, Result, Status
+from stickslip_ros.instrument.reports import Event, Identity, Output, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
@@ -89,7 +89,7 @@ class Bench:
         self.sensing = Sensing(parameters)
         self.motion = Motion(parameters, self._report)
         self._requests = 0
-        self._preloading = 0
+        self._preloading: Identity | None = None
         self._preloads_replaced = 0
         self._delayed: deque[tuple[int, int, Request]] = deque()
         self._events: list[Event] = []
@@ -211,7 +211,7 @@ class Bench:
         readings = self.sensing.read(trace, until_ns, self.stand.voltage_v, self.faults)
         if self.motion.is_running:
             self.motion.watch(self._observe())
-        if self._preloading and self.stand.is_preloaded:
+        if self._preloading is not None and self.stand.is_preloaded:
             self._end_preloading(Result.DONE)
         events, self._events = tuple(self._events), []
         ramps = self.stand.ramps_since(wave, first_cycle)
@@ -238,23 +238,23 @@ class Bench:
 
     def _obey(self, number: int, request: Request) -> None:
         self._last_refused = False
-        name = request.name
+        command = _identity(number, request)
         try:
-            accepted = Accepted(number, name, check_request(request, self.parameters))
-            result = COMMANDS[name].act(self, accepted)
+            accepted = Accepted(command, check_request(request, self.parameters))
+            result = COMMANDS[command.name].act(self, accepted)
         except StickSlipError as refusal:
             self.refused += 1
             self._last_refused = True
             result = RESULTS.get(type(refusal), Result.INVALID_PARAMETER)
-            self._report(number, name, result, str(refusal))
+            self._report(command, result, str(refusal))
         else:
             if result is not None:
-                self._report(number, name, result)
+                self._report(command, result)
 
-    def change_preload(self, number: int, preload_n: float) -> None:
+    def change_preload(self, command: Identity, preload_n: float) -> None:
         """Go to another preload; its end is reported when it is there."""
-        self._preloads_replaced += bool(self._preloading)
-        self._preloading = number
+        self._preloads_replaced += self._preloading is not None
+        self._preloading = command
         self.stand.change_preload(preload_n)
 
     def end_move(self, why: str) -> None:
@@ -267,7 +267,7 @@ class Bench:
         self._end_preloading(Result.ABORTED, why)
         while self._delayed:
             _, number, request = self._delayed.popleft()
-            self._report(number, request.name, Result.ABORTED, why)
+            self._report(_identity(number, request), Result.ABORTED, why)
         self.stand.to_rest()
         self.sensing.reset()
         self.motion.reset(self.stand.voltage_v)
@@ -354,11 +354,16 @@ class Bench:
 
     def _end_preloading(self, result: Result, why: str = '') -> None:
         """Report the end of a preload command, if one is on its way."""
-        number, self._preloading = self._preloading, 0
-        if number:
-            self._report(number, 'preload', result, why)
+        command, self._preloading = self._preloading, None
+        if command is not None:
+            self._report(command, result, why)
 
     def _report(
-        self, number: int, command: str, result: Result, message: str = '', steps: int = 0
+        self, command: Identity, result: Result, message: str = '', steps: int = 0
     ) -> None:
-        self._events.append(Event(self.time_ns, number, command, result, steps, message))
+        number, name, stamp_ns = command
+        self._events.append(Event(self.time_ns, number, name, result, steps, message, stamp_ns))
+
+
+def _identity(number: int, request: Request) -> Identity:
+    return Identity(number, request.name, request.stamp_ns)

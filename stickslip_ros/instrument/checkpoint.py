@@ -29,13 +29,13 @@ from stickslip_ros.instrument.closed_loop import ClosedLoop
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.motion import Motion, Running
 from stickslip_ros.instrument.position_loop import Level, LoopSettings, PositionLoop, Steps
-from stickslip_ros.instrument.reports import Event, Result, Status
+from stickslip_ros.instrument.reports import Event, Identity, Result, Status
 from stickslip_ros.instrument.sensing import SENSORS, Noise, Sensing
 from stickslip_ros.instrument.stand import Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, dump_yaml, parse_yaml
 
 REPORT = 'report'
-FORMAT = 1
+FORMAT = 2
 SIZE_MAX = 1 << 27
 """Bytes of the largest checkpoint; a usual one has some hundred thousand."""
 KINDS = {'PLANT': PLANT, 'STATE': STATE, 'SENSORS': SENSORS}
@@ -47,6 +47,7 @@ CLASSES: tuple[Any, ...] = (
     ClosedLoop,
     Event,
     FaultParameters,
+    Identity,
     Level,
     LoopSettings,
     Motion,

@@ -17,7 +17,7 @@ from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.instrument import checks
 from stickslip_ros.instrument.closed_loop import Observation
 from stickslip_ros.instrument.motion import Motion
-from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
@@ -46,12 +46,15 @@ class Request:
         ``array.array`` where there may be many.
     settings : tuple of (str, value)
         Of ``fault``: full names of parameters ``fault.*`` and their new values.
+    stamp_ns : int
+        Stamp in the header of its message; 0 where its sender gave none.
 
     """
 
     name: str
     values: Sequence[float] = ()
     settings: tuple[tuple[str, Scalar], ...] = ()
+    stamp_ns: int = 0
 
 
 class Instrument(Protocol):
@@ -65,7 +68,7 @@ class Instrument(Protocol):
     def observe_powered(self) -> Observation:
         """Return what a move sees of the stand; refused without power."""
 
-    def change_preload(self, number: int, preload_n: float) -> None:
+    def change_preload(self, command: Identity, preload_n: float) -> None:
         """Go to another preload; the command ends when it is there."""
 
     def end_move(self, why: str) -> None:
@@ -87,17 +90,14 @@ class Accepted(NamedTuple):
 
     Attributes
     ----------
-    number : int
-        Its number since the start, from 1.
-    name : str
-        Of its command.
+    command : Identity
+        Which one it is.
     value
         What the check made of its numbers: a wave, a position, a force; None without numbers.
 
     """
 
-    number: int
-    name: str
+    command: Identity
     value: Any
 
 
@@ -226,16 +226,16 @@ def _any(_: Parameters, *numbers: float) -> float | None:
 def _move(bench: Instrument, accepted: Accepted) -> Result | None:
     if accepted.value is None:
         return Result.DONE
-    bench.motion.start(accepted.number, accepted.name, accepted.value, bench.observe_powered())
+    bench.motion.start(accepted.command, accepted.value, bench.observe_powered())
     return None
 
 
 def _jog(bench: Instrument, accepted: Accepted) -> None:
-    bench.motion.jog(accepted.number, accepted.value, bench.observe_powered())
+    bench.motion.jog(accepted.command, accepted.value, bench.observe_powered())
 
 
 def _approach(bench: Instrument, accepted: Accepted) -> None:
-    bench.motion.approach(accepted.number, accepted.value, bench.observe_powered())
+    bench.motion.approach(accepted.command, accepted.value, bench.observe_powered())
 
 
 def _load(bench: Instrument, accepted: Accepted) -> Result:
@@ -244,22 +244,22 @@ def _load(bench: Instrument, accepted: Accepted) -> Result:
 
 
 def _preload(bench: Instrument, accepted: Accepted) -> None:
-    bench.change_preload(accepted.number, accepted.value)
+    bench.change_preload(accepted.command, accepted.value)
 
 
 def _stop(bench: Instrument, accepted: Accepted) -> Result:
-    bench.end_move(f'stopped by command {accepted.number}')
+    bench.end_move(f'stopped by command {accepted.command.number}')
     return Result.DONE
 
 
 def _reset(bench: Instrument, accepted: Accepted) -> Result:
-    bench.reset(f'reset by command {accepted.number}')
+    bench.reset(f'reset by command {accepted.command.number}')
     return Result.DONE
 
 
 def _zero_position(bench: Instrument, accepted: Accepted) -> Result:
     if bench.motion.status & Status.CLOSED_LOOP:
-        bench.end_move(f'position zeroed by command {accepted.number}')
+        bench.end_move(f'position zeroed by command {accepted.command.number}')
     bench.sensing.zero_position()
     return Result.DONE
 

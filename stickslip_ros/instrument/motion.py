@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level
 from stickslip_ros.instrument.closed_loop import ClosedLoop, Observation, Outcome
-from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
 FAILURES = {
@@ -33,10 +33,8 @@ class Running:
 
     Attributes
     ----------
-    number : int
-        Number of its command.
-    name : str
-        Name of its command.
+    command : Identity
+        Its command.
     wave : Wave or None
         What it follows; None in closed loop, which finds out on the way.
     steps : int
@@ -44,8 +42,7 @@ class Running:
 
     """
 
-    number: int
-    name: str
+    command: Identity
     wave: Wave | None
     steps: int = 0
 
@@ -56,8 +53,8 @@ class Running:
         return (rise_v > 0.0) - (rise_v < 0.0)
 
 
-Report = Callable[[int, str, Result, str, int], None]
-"""Receives the end of a move: number and name of its command, result, reason, steps."""
+Report = Callable[[Identity, Result, str, int], None]
+"""Receives the end of a move: its command, result, reason, steps."""
 
 
 class Motion:
@@ -106,36 +103,36 @@ class Motion:
         if loop is not None:
             status |= Status.CLOSED_LOOP
             status |= Status.IN_POSITION if loop.in_position else Status(0)
-        if running.name == 'waveform':
+        if running.command.name == 'waveform':
             status |= Status.STREAMING
         return status
 
-    def start(self, number: int, name: str, wave: Wave, observation: Observation) -> None:
+    def start(self, command: Identity, wave: Wave, observation: Observation) -> None:
         """Follow a wave in place of the running move."""
-        self._make_way(number, name, observation)
-        self._running = Running(number, name, wave)
+        self._make_way(command, observation)
+        self._running = Running(command, wave)
         self._follow(wave)
         self._stop_beyond_soft_limit(observation)
 
-    def approach(self, number: int, position_m: float, observation: Observation) -> None:
+    def approach(self, command: Identity, position_m: float, observation: Observation) -> None:
         """Go to a position reading, m, in closed loop in place of the running move."""
-        self._make_way(number, 'position', observation)
-        self._running = Running(number, 'position', None)
+        self._make_way(command, observation)
+        self._running = Running(command, None)
         self._loop = ClosedLoop(self._parameters, position_m, observation)
         self._follow(level(observation.voltage_v))
 
-    def jog(self, number: int, wave: Wave | None, observation: Observation) -> None:
+    def jog(self, command: Identity, wave: Wave | None, observation: Observation) -> None:
         """Start to jog, go on with it, at another rate or not; without a wave, end it."""
         running = self._running
-        if running is None or running.name != 'jog':
+        if running is None or running.command.name != command.name:
             if wave is None:
-                self._report(number, 'jog', Result.DONE, 'no jog was running', 0)
+                self._report(command, Result.DONE, 'no jog was running', 0)
                 return
-            self._make_way(number, 'jog', observation)
-            self._running = Running(number, 'jog', wave)
+            self._make_way(command, observation)
+            self._running = Running(command, wave)
             self._follow(wave)
         elif wave is None:
-            self._end_jog(f'ended by command {number}', observation)
+            self._end_jog(f'ended by command {command.number}', observation)
             return
         elif wave[:RATE] != self.wave[:RATE]:
             self.replaced += 1
@@ -153,7 +150,7 @@ class Motion:
             return
         if self._loop is not None:
             self._go_on(self._loop, observation)
-        elif self._running.name == 'jog':
+        elif self._running.command.name == 'jog':
             if observation.time_ns >= self._jog_ends_ns:
                 self._end_jog('jog.timeout passed without a new command', observation)
         elif observation.arrived:
@@ -171,17 +168,20 @@ class Motion:
             self._failed = Status.MOVEMENT_FAILED | FAILURES[outcome.result]
         if loop is None:
             steps = running.steps + observation.cycles if running.direction else 0
-            self._report(running.number, running.name, outcome.result, outcome.why, steps)
+            self._report(running.command, outcome.result, outcome.why, steps)
         elif not loop.holds:
-            self._report(running.number, running.name, outcome.result, outcome.why, 0)
+            self._report(running.command, outcome.result, outcome.why, 0)
         elif outcome.result in FAILURES:
-            self._report(running.number, HOLD, outcome.result, outcome.why, 0)
+            hold = running.command._replace(name=HOLD)
+            self._report(hold, outcome.result, outcome.why, 0)
 
-    def _make_way(self, number: int, name: str, observation: Observation) -> None:
+    def _make_way(self, command: Identity, observation: Observation) -> None:
         """End the running move; not reported of a set-point that gives way to the next."""
         running, loop = self._running, self._loop
-        if running is None or running.name != name or name not in SET_POINTS:
-            self.end(Outcome(Result.ABORTED, f'replaced by command {number}'), observation)
+        name = command.name
+        if running is None or running.command.name != name or name not in SET_POINTS:
+            why = f'replaced by command {command.number}'
+            self.end(Outcome(Result.ABORTED, why), observation)
         else:
             self.replaced += loop is None or not loop.holds
             self._running = self._loop = None
@@ -205,7 +205,7 @@ class Motion:
         if outcome.result is not Result.DONE:
             self.end(outcome, observation)
         elif self._running is not None and not held:
-            self._report(self._running.number, 'position', Result.DONE, '', 0)
+            self._report(self._running.command, Result.DONE, '', 0)
             if not self._parameters.closed_loop.hold:
                 self._running = self._loop = None
 

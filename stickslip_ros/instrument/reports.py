@@ -59,6 +59,26 @@ class Status(IntFlag):
     FORCE_OVERRANGE = 1 << 29, 'the load cell is at the end of its range'
 
 
+class Identity(NamedTuple):
+    """
+    Which command it is.
+
+    Attributes
+    ----------
+    number : int
+        Its number since the start, from 1; 0 for what nobody commanded.
+    name : str
+        What follows ``command/`` or ``~/`` in the name of its topic or service.
+    stamp_ns : int
+        Stamp in the header of its message; 0 where its sender gave none.
+
+    """
+
+    number: int
+    name: str
+    stamp_ns: int = 0
+
+
 @dataclass(frozen=True)
 class Event:
     """
@@ -78,6 +98,8 @@ class Event:
         Steps that a saw-tooth made.
     message : str
         Why it was refused or aborted.
+    stamp_ns : int
+        Stamp that its sender gave; 0 for none.
 
     """
 
@@ -87,19 +109,21 @@ class Event:
     result: Result
     steps: int = 0
     message: str = ''
+    stamp_ns: int = 0
 
     def to_json(self) -> str:
         """Return the event as the text of ``~/event``: the reason first, some tools cut a text."""
-        return json.dumps(
-            {
-                'message': self.message,
-                'result': self.result.name,
-                'command': self.command,
-                'number': self.number,
-                'steps': self.steps,
-                'time_ns': self.time_ns,
-            }
-        )
+        content = {
+            'message': self.message,
+            'result': self.result.name,
+            'command': self.command,
+            'number': self.number,
+            'steps': self.steps,
+            'time_ns': self.time_ns,
+        }
+        if self.stamp_ns:
+            content['stamp_ns'] = self.stamp_ns
+        return json.dumps(content)
 
 
 class Readings(NamedTuple):

@@ -21,6 +21,7 @@ from stickslip_ros.recording.messages import (
     find_quantity,
     time_ns,
 )
+from stickslip_ros.recording.run_file import RUN_RECORD
 from stickslip_ros.recording.run_storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
 from stickslip_ros.recording.schemas import SCHEMAS
 from stickslip_ros.recording.series import Series, split_columns
@@ -166,7 +167,10 @@ class Recording:
 
     def series(self, topic: str, field: str = '') -> Series:
         """
-        Give one quantity over the messages' own stamps, or their log times if they have none.
+        Give one quantity over time: that of the recording for a run of this package.
+
+        In a recording of another program, messages are placed at their own stamps, where they
+        have one: it may have been written long after they were sent.
 
         Parameters
         ----------
@@ -185,7 +189,11 @@ class Recording:
         if self._types[name] == FLOAT64_ARRAY:
             return self._column(name, field)
         quantity = find_quantity(name, self._types[name], field)
-        pairs = [(time_ns(each, at), quantity.of(each)) for _, at, each in self._read([name])]
+        own = RUN_RECORD in self.metadata
+        pairs = [
+            (at if own else time_ns(each, at), quantity.of(each))
+            for _, at, each in self._read([name])
+        ]
         times_ns = np.array([time for time, _ in pairs], dtype=np.int64)
         values = np.array([value for _, value in pairs], dtype=np.float64)
         return Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))

@@ -23,23 +23,25 @@ from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TOPICS_RECORD
 from stickslip_ros.recording.topics import COMMAND_TOPICS, TOPICS, Topic
+from stickslip_ros.units import NS_PER_S
 
 BY_TOPIC = {topic.request: topic for topic in COMMAND_TOPICS if topic.recorded}
 """Topic of each request that comes over one."""
 NOTES = 'request'
 """Key of the topic that reports every other request."""
+INT32_MAX = 2**31 - 1
 
 
 def pack_request(request: Request, time_ns: int) -> Packed:
     """Return a request as the message of its topic, at the time at which it takes effect."""
     topic = BY_TOPIC.get(request.name)
     if topic is not None:
-        return Packed(topic.key, time_ns, pack_command(topic, request.values, time_ns))
+        return Packed(topic.key, time_ns, pack_command(topic, request.values, request.stamp_ns))
     content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
     return Packed(NOTES, time_ns, pack_string(json.dumps(content)))
 
 
-def pack_command(topic: Topic, values: Any, time_ns: int = 0) -> bytes:
+def pack_command(topic: Topic, values: Any, stamp_ns: int = 0) -> bytes:
     """
     Return the message of a command topic.
 
@@ -50,8 +52,8 @@ def pack_command(topic: Topic, values: Any, time_ns: int = 0) -> bytes:
     values : float, int or sequence of float
         The number, or the numbers in their order; rows for a waveform; of a load or a position
         its x alone will do.
-    time_ns : int
-        Stamp, where the message has one.
+    stamp_ns : int
+        Stamp, where the message has one; 0 is none.
 
     """
     numbers = np.ravel(values)
@@ -61,7 +63,7 @@ def pack_command(topic: Topic, values: Any, time_ns: int = 0) -> bytes:
         return pack_int32(int(*numbers))
     if topic.type_name in m.STAMPED_FIELDS:
         rest = (0.0,) * (len(topic.numbers) - len(numbers))
-        return pack_stamped(time_ns, topic.frame, (*numbers, *rest))
+        return pack_stamped(stamp_ns, topic.frame, (*numbers, *rest))
     columns = ','.join(map(_column, topic.numbers))
     if topic.is_table and len(numbers) % len(topic.numbers) == 0:
         rows = numbers.reshape(-1, len(topic.numbers))
@@ -85,19 +87,22 @@ def read_request(topic: Topic, data: bytes) -> Request:
         If the bytes are not such a message.
     WrongKind
         If the layout of a table says anything but its rows.
+    OutOfRange
+        If the stamp lies beyond the times that a header can hold.
 
     """
     message = unpack(topic.type_name, data)
     values: Sequence[float]
+    stamp_ns = 0
     if isinstance(message, m.StampedMessage):
-        values = message.values
+        values, stamp_ns = message.values, _checked_stamp_ns(topic, message.stamp_ns)
     elif isinstance(message, m.ArrayMessage):
         if topic.is_table:
             _check_layout(topic, message)
         values = array('d', message.data.tobytes())
     else:
         values = (float(message),)
-    return Request(topic.request, values)
+    return Request(topic.request, values, stamp_ns=stamp_ns)
 
 
 def receive_request(topic: Topic, data: bytes) -> Request:
@@ -117,6 +122,15 @@ def receive_request(topic: Topic, data: bytes) -> Request:
         hint = 'send fewer, or play the whole from a file with `stickslip replay`'
         raise OutOfRange(f'{topic.request} rows', rows, '', limit, hint)
     return request
+
+
+def _checked_stamp_ns(topic: Topic, stamp_ns: int) -> int:
+    """Return a stamp; a second of more than 1e9 ns may have made one that no header holds."""
+    if stamp_ns // NS_PER_S > INT32_MAX:
+        limit = f'above the {INT32_MAX} s of a header'
+        hint = 'send a stamp of this time, with nanoseconds below 1e9, or none'
+        raise OutOfRange(f'stamp of {topic.request}', stamp_ns, 'ns', limit, hint)
+    return stamp_ns
 
 
 def _check_layout(topic: Topic, message: m.ArrayMessage) -> None:

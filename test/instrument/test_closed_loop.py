@@ -1,6 +1,9 @@
 """The built-in closed loop: arrives, holds, steps again, and gives up with the right reason."""
 
+import json
+import math
 from collections import deque
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +26,7 @@ from stickslip_ros.instrument.reports import Result, Status
 FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
 TOLERANCE_M = 2e-9
 """closed_loop.tolerance of the stand."""
+STAMP_NS = 1_800_000_000_123_456_789
 
 
 def go_to(position_m):
@@ -140,6 +144,35 @@ def test_a_hold_that_is_torn_away_ends_with_an_event_of_its_own(bench_with):
     names = [(event.command, event.result) for event in told.events]
     assert ('hold', Result.FOLLOWING_LIMIT_REACHED) in names
     assert not told.status[-1] & Status.CLOSED_LOOP
+
+
+def test_events_carry_the_stamps_of_their_commands_up_to_the_end_of_a_hold(bench_with):
+    bench = bench_with(limits__following_error=50e-9)
+    refused = replace(go_to(math.inf), stamp_ns=1)
+    reached = replace(go_to(300e-9), stamp_ns=STAMP_NS)
+    told = drive_bench(bench, 100 * MS, {0: [refused, reached]})
+    assert [(e.result, e.stamp_ns) for e in told.events] == [
+        (Result.INVALID_PARAMETER, 1),
+        (Result.DONE, STAMP_NS),
+    ]
+    torn = drive_bench(bench, 50 * MS, {0: [replace(load(2.0), stamp_ns=-2)]})
+    stamps = {event.command: event.stamp_ns for event in torn.events}
+    assert stamps == {'load': -2, 'hold': STAMP_NS}
+
+
+def test_a_delayed_command_that_a_reset_ends_keeps_its_stamp(bench_with):
+    bench = bench_with(fault__command_delay=5e-3)
+    asked = [replace(go_to(300e-9), stamp_ns=STAMP_NS), Request('reset')]
+    told = drive_bench(bench, 2 * MS, {0: asked})
+    assert [(e.command, e.stamp_ns) for e in told.events] == [('position', STAMP_NS), ('reset', 0)]
+
+
+def test_only_an_event_of_a_stamped_command_tells_a_stamp(bench_with):
+    asked = [replace(load(0.1), stamp_ns=STAMP_NS), load(0.2)]
+    told = drive_bench(bench_with(), MS, {0: asked})
+    contents = [json.loads(event.to_json()) for event in told.events]
+    assert contents[0]['stamp_ns'] == STAMP_NS
+    assert 'stamp_ns' not in contents[1]
 
 
 def test_a_move_that_takes_too_long_fails(bench_with):

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PointStamped
 from hypothesis import given
 from hypothesis import strategies as st
@@ -29,10 +30,12 @@ from stickslip_ros.recording.requests import (
 from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.recording.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES
+from stickslip_ros.units import NS_PER_S
 
 BY_NAME = {topic.request: topic for topic in COMMAND_TOPICS}
 
 NUMBER = st.floats(allow_nan=False)
+STAMPS_NS = st.integers(-(2**31) * NS_PER_S, 2**31 * NS_PER_S - 1)
 
 
 def numbers(count: int) -> st.SearchStrategy[tuple[float, ...]]:
@@ -44,8 +47,8 @@ REQUESTS = st.one_of(
     st.builds(Request, st.just('steps'), st.integers(-(2**31), 2**31 - 1).map(lambda n: (n,))),
     st.builds(Request, st.just('sawtooth'), st.lists(NUMBER, max_size=5).map(tuple)),
     st.builds(Request, st.just('waveform'), st.lists(NUMBER, max_size=9).map(tuple)),
-    st.builds(Request, st.just('position'), numbers(3)),
-    st.builds(Request, st.just('load'), numbers(6)),
+    st.builds(Request, st.just('position'), numbers(3), stamp_ns=STAMPS_NS),
+    st.builds(Request, st.just('load'), numbers(6), stamp_ns=STAMPS_NS),
     st.sampled_from([Request('stop'), Request('reset'), Request('clear_faults')]),
     st.just(Request('fault', settings=(('fault.dead_foot', 2), ('fault.load_cell', 'freeze')))),
 )
@@ -153,6 +156,19 @@ def test_a_value_goes_through_its_message_to_the_request(
 def test_every_command_topic_is_covered():
     assert set(BY_NAME) == {name for name, row in COMMANDS.items() if row.has_topic} | {'grant'}
     assert len(BY_NAME) == 9
+
+
+def test_the_stamp_of_a_target_reaches_the_request():
+    message = PointStamped()
+    message.header.stamp = Time(sec=1_800_000_000, nanosec=123_456_789)
+    assert received('position', message).stamp_ns == 1_800_000_000_123_456_789
+
+
+def test_a_stamp_that_no_header_can_hold_is_refused():
+    message = PointStamped()
+    message.header.stamp = Time(sec=2**31 - 1, nanosec=2**32 - 1)
+    with pytest.raises(OutOfRange, match='stamp of position 2147483651294967295 ns is above'):
+        received('position', message)
 
 
 def test_all_coordinates_of_a_target_reach_the_request():

@@ -56,7 +56,7 @@ MOVES: Plan = (
     (95, Request('voltage', (9e9,))),
 )
 LOOP: Plan = (
-    (0, Request('position', (100e-9, 0.0, 0.0))),
+    (0, Request('position', (100e-9, 0.0, 0.0), stamp_ns=1_800_000_000_123_456_789)),
     (30, Request('position', (float('nan'), 0.0, 0.0))),
     (50, Request('stop')),
     (55, Request('zero_position')),
@@ -130,6 +130,12 @@ def test_every_kind_of_request_is_replayed_to_the_byte(plan: Plan, tmp_path: Pat
     source = record(tmp_path / 'run.mcap', plan)
     assert_same(source, tmp_path / 'again.mcap')
     assert len(data_bytes(source)[0]) > 1
+
+
+def test_commands_stand_at_the_time_of_their_effect_whatever_their_stamps(tmp_path: Path):
+    late, early = (Request('load', (0.1, *NOBODY), stamp_ns=stamp) for stamp in (2 * END_MS, 1))
+    source = record(tmp_path / 'run.mcap', ((5, late), (9, early)))
+    assert Recording(source).series('command/load').time_s.tolist() == [0.005, 0.009]
 
 
 def test_a_run_of_simulate_is_replayed_to_the_byte(tmp_path: Path):
