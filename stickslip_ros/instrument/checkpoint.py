@@ -63,7 +63,7 @@ CLASSES: tuple[Any, ...] = (
     Wave,
     deque,
 )
-CHANGEABLE = ('closed_loop.', 'jog.', 'limits.', 'record.', 'step.')
+CHANGEABLE = ('closed_loop.', 'frame_id.', 'jog.', 'limits.', 'record.', 'step.')
 CHANGEABLE_NODE = frozenset(
     (
         'autostart',

@@ -48,6 +48,8 @@ class Request:
         Of ``fault``: full names of parameters ``fault.*`` and their new values.
     stamp_ns : int
         Stamp in the header of its message; 0 where its sender gave none.
+    frame_id : str
+        Of vectors: the frame in which they are given; empty for that of the command.
 
     """
 
@@ -55,6 +57,7 @@ class Request:
     values: Sequence[float] = ()
     settings: tuple[tuple[str, Scalar], ...] = ()
     stamp_ns: int = 0
+    frame_id: str = ''
 
 
 class Instrument(Protocol):
@@ -121,7 +124,8 @@ class Command:
     text : str
         Meaning, for the documentation.
     frame : str
-        Frame of vectors; only the first of their numbers may differ from 0.
+        Of vectors: which of ``frame_id.*`` they have; only the first of their numbers may differ
+        from 0.
     is_table : bool
         Whether it takes any count of rows.
 
@@ -158,7 +162,7 @@ def check_request(request: Request, parameters: Parameters) -> Any:
     WrongKind
         If the numbers are too few, too many, or not finite.
     OutOfRange
-        If a number is outside its limit.
+        If a number is outside its limit, or vectors are given in another frame.
     BeyondSoftLimit
         If a target lies outside the soft limits.
 
@@ -170,7 +174,16 @@ def check_request(request: Request, parameters: Parameters) -> Any:
         return command.check(parameters, _all_finite(request))
     if command.name == FAULT:
         return command.check(parameters, _settings_of(request))
+    if command.frame:
+        _check_frame(request, getattr(parameters.frame_id, command.frame))
     return command.check(parameters, *_numbers_of(request, command))
+
+
+def _check_frame(request: Request, frame_id: str) -> None:
+    if request.frame_id not in ('', frame_id):
+        limit = f'not {frame_id}, the frame of the drive'
+        hint = 'transform it, leave the frame empty, or change frame_id.*'
+        raise OutOfRange(f'{request.name} frame', request.frame_id, '', limit, hint)
 
 
 def _all_finite(request: Request) -> Array:
@@ -299,12 +312,14 @@ _ROWS = (
             'rows of time s, voltage V, played once; times rise from 0, straight lines in '
             f'between; at most {WAVEFORM_ROWS_MAX} rows', is_table=True),
     Command('position', POINT, ('x m', 'y m', 'z m'), checks.check_position, _approach,
-            'closed loop: point.x, m; coarse steps, then fine scan, then hold; the rest must be 0',
-            frame='stage_base'),
+            'closed loop: point.x, m; coarse steps, then fine scan, then hold; the rest must be '
+            '0; in frame_id.stage, or no frame',
+            frame='stage'),
     Command('load', WRENCH, ('force.x N', 'force.y N', 'force.z N',
                              'torque.x N m', 'torque.y N m', 'torque.z N m'),
             checks.check_load, _load,
-            'external force on the runner, N: force.x, positive along +x; the rest must be 0',
+            'external force on the runner, N: force.x, positive along +x; the rest must be 0; '
+            'in frame_id.runner, or no frame',
             frame='runner'),
     Command('preload', FLOAT64, ('preload N',), checks.check_preload, _preload,
             'preload F_p, N; the drive goes there at stand.preload_rate'),

@@ -54,6 +54,7 @@ class ControllerParameters(Checked):
     )
     lockstep: bool = switch(False, 'grant every block to a drive with sim.lockstep', fixed=True)
     block: float = known('sim.block', 'simulated time of a block in lockstep')
+    target_frame: str = known('frame_id.stage', 'frame of ~/target')
 
     @classmethod
     def group(cls) -> str:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from stickslip_ros.errors import OutOfRange
+from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters.declaration import Checked, choice, count, quantity, switch, words
 
 SENSOR_FAULTS = ('none', 'freeze', 'dropout')
@@ -226,6 +226,22 @@ class TraceParameters(Checked):
     period: float = quantity(
         0.01, 's', 'time per message of trace and of voltage', bounds=(1e-4, 1.0)
     )
+
+
+@dataclass(frozen=True)
+class FrameIdParameters(Checked):
+    """Names of the frames in the headers of readings, and in which commands are given."""
+
+    stage: str = words('stage_base', 'frame of position, truth/position, command/position')
+    runner: str = words('runner', 'frame of command/load')
+    load_cell: str = words('load_cell', 'frame of force, truth/force')
+
+    def check_together(self) -> None:
+        """Refuse what tf2 takes for no frame."""
+        for name, frame_id in vars(self).items():
+            if not frame_id or frame_id.startswith('/') or not frame_id.isprintable():
+                hint = 'write one such as left/stage_base, without a slash in front'
+                raise WrongKind(f'frame_id.{name}', frame_id, 'a name of a frame', hint)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from stickslip_ros.parameters.declaration import (
 from stickslip_ros.parameters.instrument_groups import (
     ClosedLoopParameters,
     FaultParameters,
+    FrameIdParameters,
     InterferometerParameters,
     JogParameters,
     LimitsParameters,
@@ -54,6 +55,7 @@ class Parameters(Checked):
     load_cell: LoadCellParameters = field(default_factory=LoadCellParameters)
     interferometer: InterferometerParameters = field(default_factory=InterferometerParameters)
     trace: TraceParameters = field(default_factory=TraceParameters)
+    frame_id: FrameIdParameters = field(default_factory=FrameIdParameters)
     record: RecordParameters = field(default_factory=RecordParameters)
     fault: FaultParameters = field(default_factory=FaultParameters)
 

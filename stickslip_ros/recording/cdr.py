@@ -200,6 +200,8 @@ class _Cursor:
         encoded = bytes(self._claim(self.uint32(), 1))
         if encoded[-1:] not in (b'', b'\0'):
             raise ValueError('a text in them has no closing zero')
+        if b'\0' in encoded[:-1]:
+            raise ValueError('a text in them has a zero inside')
         return encoded[:-1].decode()
 
     def float64(self) -> float:

@@ -16,8 +16,6 @@ from stickslip_ros.recording.cdr import (
     pack_uint32,
 )
 
-STAGE_FRAME, CELL_FRAME = 'stage_base', 'load_cell'
-
 
 class Packed(NamedTuple):
     """A packed message: key of its topic, simulated time in ns, bytes."""
@@ -41,6 +39,7 @@ class Feed:
     def __init__(self, parameters: Parameters) -> None:
         self._period_ns = parameters.trace_period_ns
         self._tells_truth = parameters.sim.publish_truth
+        self._frames = parameters.frame_id
         self.pending: list[Array] = []
         self._status: Status | None = None
 
@@ -53,10 +52,10 @@ class Feed:
         readings = output.readings
         for event in output.events:
             yield Packed('event', event.time_ns, pack_string(event.to_json()))
-        yield from _pack_pair('', readings.time_ns, readings.position_m, readings.force_n)
+        yield from self._pack_pair('', readings.time_ns, readings.position_m, readings.force_n)
         if self._tells_truth:
             truth = (readings.truth_position_m, readings.truth_force_n)
-            yield from _pack_pair('truth/', readings.time_ns, *truth)
+            yield from self._pack_pair('truth/', readings.time_ns, *truth)
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
@@ -70,10 +69,12 @@ class Feed:
         self.pending.clear()
         return pack_float64_array(block, ('sample', ','.join(TRACE_COLUMNS)))
 
-
-def _pack_pair(prefix: str, time_ns: int, position_m: float, force_n: float) -> Iterator[Packed]:
-    """Yield position and force, as read or as they are."""
-    point = pack_stamped(time_ns, STAGE_FRAME, (position_m, 0.0, 0.0))
-    yield Packed(f'{prefix}position', time_ns, point)
-    wrench = pack_stamped(time_ns, CELL_FRAME, (force_n, 0.0, 0.0, 0.0, 0.0, 0.0))
-    yield Packed(f'{prefix}force', time_ns, wrench)
+    def _pack_pair(
+        self, prefix: str, time_ns: int, position_m: float, force_n: float
+    ) -> Iterator[Packed]:
+        """Yield position and force, as read or as they are."""
+        point = pack_stamped(time_ns, self._frames.stage, (position_m, 0.0, 0.0))
+        yield Packed(f'{prefix}position', time_ns, point)
+        numbers = (force_n, 0.0, 0.0, 0.0, 0.0, 0.0)
+        wrench = pack_stamped(time_ns, self._frames.load_cell, numbers)
+        yield Packed(f'{prefix}force', time_ns, wrench)

@@ -25,6 +25,8 @@ from stickslip_ros.recording.run_file import TOPICS_RECORD
 from stickslip_ros.recording.topics import COMMAND_TOPICS, TOPICS, Topic
 from stickslip_ros.units import NS_PER_S
 
+FRAME_ID_MAX = 1000
+"""Characters of a frame that a message may name."""
 BY_TOPIC = {topic.request: topic for topic in COMMAND_TOPICS if topic.recorded}
 """Topic of each request that comes over one."""
 NOTES = 'request'
@@ -36,12 +38,13 @@ def pack_request(request: Request, time_ns: int) -> Packed:
     """Return a request as the message of its topic, at the time at which it takes effect."""
     topic = BY_TOPIC.get(request.name)
     if topic is not None:
-        return Packed(topic.key, time_ns, pack_command(topic, request.values, request.stamp_ns))
+        data = pack_command(topic, request.values, request.stamp_ns, request.frame_id)
+        return Packed(topic.key, time_ns, data)
     content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
     return Packed(NOTES, time_ns, pack_string(json.dumps(content)))
 
 
-def pack_command(topic: Topic, values: Any, stamp_ns: int = 0) -> bytes:
+def pack_command(topic: Topic, values: Any, stamp_ns: int = 0, frame_id: str = '') -> bytes:
     """
     Return the message of a command topic.
 
@@ -54,6 +57,8 @@ def pack_command(topic: Topic, values: Any, stamp_ns: int = 0) -> bytes:
         its x alone will do.
     stamp_ns : int
         Stamp, where the message has one; 0 is none.
+    frame_id : str
+        Frame, where the message has one; empty is none.
 
     """
     numbers = np.ravel(values)
@@ -63,7 +68,7 @@ def pack_command(topic: Topic, values: Any, stamp_ns: int = 0) -> bytes:
         return pack_int32(int(*numbers))
     if topic.type_name in m.STAMPED_FIELDS:
         rest = (0.0,) * (len(topic.numbers) - len(numbers))
-        return pack_stamped(stamp_ns, topic.frame, (*numbers, *rest))
+        return pack_stamped(stamp_ns, frame_id, (*numbers, *rest))
     columns = ','.join(map(_column, topic.numbers))
     if topic.is_table and len(numbers) % len(topic.numbers) == 0:
         rows = numbers.reshape(-1, len(topic.numbers))
@@ -93,16 +98,16 @@ def read_request(topic: Topic, data: bytes) -> Request:
     """
     message = unpack(topic.type_name, data)
     values: Sequence[float]
-    stamp_ns = 0
     if isinstance(message, m.StampedMessage):
-        values, stamp_ns = message.values, _checked_stamp_ns(topic, message.stamp_ns)
-    elif isinstance(message, m.ArrayMessage):
+        stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
+        return Request(topic.request, message.values, stamp_ns=stamp_ns, frame_id=message.frame_id)
+    if isinstance(message, m.ArrayMessage):
         if topic.is_table:
             _check_layout(topic, message)
         values = array('d', message.data.tobytes())
     else:
         values = (float(message),)
-    return Request(topic.request, values, stamp_ns=stamp_ns)
+    return Request(topic.request, values)
 
 
 def receive_request(topic: Topic, data: bytes) -> Request:
@@ -112,10 +117,15 @@ def receive_request(topic: Topic, data: bytes) -> Request:
     Raises
     ------
     StickSlipError
-        As `read_request`, and if a waveform has too many rows for a message.
+        As `read_request`, and if a waveform has too many rows for a message, or a frame too
+        long a name.
 
     """
     request = read_request(topic, data)
+    if len(request.frame_id) > FRAME_ID_MAX:
+        limit = f'longer than {FRAME_ID_MAX} characters'
+        hint = 'give the frame of the drive, or none'
+        raise OutOfRange(f'{topic.request} frame', request.frame_id, '', limit, hint)
     rows = len(request.values) // len(topic.numbers)
     if topic.is_table and rows > WAVEFORM_ROWS_MAX:
         limit = f'above the {WAVEFORM_ROWS_MAX} of a message'

@@ -42,8 +42,6 @@ class Topic:
         Of a command: its numbers and their units; of a table, those of a row.
     is_table : bool
         Of a command: whether it has any count of rows.
-    frame : str
-        Of a command: frame of its vectors.
 
     """
 
@@ -55,7 +53,6 @@ class Topic:
     switch: str = ''
     numbers: tuple[str, ...] = ()
     is_table: bool = False
-    frame: str = ''
 
     @property
     def key(self) -> str:
@@ -92,7 +89,6 @@ def _topic_of(command: Command) -> Topic:
         command.text,
         numbers=command.numbers,
         is_table=command.is_table,
-        frame=command.frame,
     )
 
 

@@ -15,6 +15,7 @@ from geometry_msgs.msg import PointStamped
 from rclpy.node import Node
 from std_msgs.msg import Bool, Float64, Int32
 
+from stickslip_ros.errors import quoted
 from stickslip_ros.instrument.position_loop import Level, LoopSettings, RemoteLoop, Steps
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.topics import COMMAND, LATCHED, STREAM
@@ -59,6 +60,7 @@ class PositionController(Node):
             parameters.step_frequency,
             parameters.response_time,
         )
+        self._target_frame = parameters.target_frame
         command, latched = to_profile(COMMAND), to_profile(LATCHED)
         self._error = self.create_publisher(Float64, '~/error', command)
         self._in_position = self.create_publisher(Bool, '~/in_position', latched)
@@ -73,7 +75,13 @@ class PositionController(Node):
             self.create_subscription(PointStamped, 'position', self._on_position, stream)
 
     def _on_target(self, message: PointStamped) -> None:
-        if math.isfinite(message.point.x):
+        frame_id = message.header.frame_id
+        if frame_id not in ('', self._target_frame):
+            self.get_logger().warning(
+                f'target in frame {quoted(frame_id)}, not {self._target_frame}; transform it, '
+                'leave the frame empty, or change target_frame'
+            )
+        elif math.isfinite(message.point.x):
             self.loop.aim(message.point.x)
         else:
             self.get_logger().warning(

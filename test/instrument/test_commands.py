@@ -58,6 +58,30 @@ def test_load_stop_and_reset_are_accepted(stand):
     assert check_request(Request('reset'), stand) is None
 
 
+@pytest.mark.parametrize('frame_id', ['', 'left/stage_base'])
+def test_a_target_is_taken_in_the_frame_of_the_stage_or_in_none(frame_id, stand):
+    left = stand.updated({'frame_id.stage': 'left/stage_base'})
+    request = Request('position', (2e-6, 0.0, 0.0), frame_id=frame_id)
+    assert check_request(request, left) == 2e-6
+
+
+@pytest.mark.parametrize(
+    ('request_', 'own'),
+    [
+        (Request('position', (0.0,) * 3, frame_id='runner'), 'stage_base'),
+        (Request('load', (0.0,) * 6, frame_id='stage_base'), 'runner'),
+        (Request('load', (0.0,) * 6, frame_id='/runner'), 'runner'),
+    ],
+)
+def test_a_vector_in_a_frame_that_is_not_the_drives_is_refused(request_, own, stand):
+    with pytest.raises(OutOfRange) as caught:
+        check_request(request_, stand)
+    assert str(caught.value) == (
+        f"{request_.name} frame '{request_.frame_id}' is not {own}, the frame of the drive; "
+        'transform it, leave the frame empty, or change frame_id.*'
+    )
+
+
 @pytest.mark.parametrize(
     ('name', 'values', 'message'),
     [

@@ -18,6 +18,9 @@ COUPLED = {
     'limits.soft_max',
     'load_cell.hysteresis',
     'load_cell.range',
+    'frame_id.stage',
+    'frame_id.runner',
+    'frame_id.load_cell',
 }
 NUMBERS = {
     name: spec for name, spec in specs().items() if spec.minimum is not None and spec.kind is float

@@ -62,6 +62,12 @@ def test_a_value_of_the_wrong_kind_is_refused(name, value, expected):
     assert message.startswith(f'{name} {value!r} is not {expected}; ')
 
 
+@pytest.mark.parametrize('value', ['', '/stage_base', 'stage\n'])
+def test_a_frame_that_tf2_would_not_take_is_refused(value):
+    message = _refusal({'frame_id.stage': value}, WrongKind)
+    assert message.startswith(f'frame_id.stage {value!r} is not a name of a frame; write one such')
+
+
 @pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
 def test_no_quantity_takes_what_is_not_finite(value):
     for name in NUMBERS:

@@ -153,9 +153,18 @@ def test_foreign_bytes_are_read_or_refused_but_never_crash(
         (m.POINT_STAMPED, cdr.pack_stamped(0, 'runner', (0, 0, 0, 0, 0, 0))),
         (m.STRING, b'\0\1\0\0\4\0\0\0abcd'),
         (m.STRING, b'\0\1\0\0\2\0\0\0\xff\0'),
+        (m.STRING, b'\0\1\0\0\4\0\0\0a\0b\0'),
         (m.FLOAT64, b'\0\0\0\0' + struct.pack('>d', 1.0)),
     ],
-    ids=['short', 'long', 'other type', 'no closing zero', 'no UTF-8', 'big endian'],
+    ids=[
+        'short',
+        'long',
+        'other type',
+        'no closing zero',
+        'no UTF-8',
+        'zero inside',
+        'big endian',
+    ],
 )
 def test_bytes_of_another_kind_are_refused(type_name: str, foreign: bytes):
     with pytest.raises(RecordingError, match='not one little-endian CDR message'):

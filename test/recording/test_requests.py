@@ -36,6 +36,7 @@ BY_NAME = {topic.request: topic for topic in COMMAND_TOPICS}
 
 NUMBER = st.floats(allow_nan=False)
 STAMPS_NS = st.integers(-(2**31) * NS_PER_S, 2**31 * NS_PER_S - 1)
+FRAME = st.sampled_from(['', 'stage_base', 'camera'])
 
 
 def numbers(count: int) -> st.SearchStrategy[tuple[float, ...]]:
@@ -47,8 +48,8 @@ REQUESTS = st.one_of(
     st.builds(Request, st.just('steps'), st.integers(-(2**31), 2**31 - 1).map(lambda n: (n,))),
     st.builds(Request, st.just('sawtooth'), st.lists(NUMBER, max_size=5).map(tuple)),
     st.builds(Request, st.just('waveform'), st.lists(NUMBER, max_size=9).map(tuple)),
-    st.builds(Request, st.just('position'), numbers(3), stamp_ns=STAMPS_NS),
-    st.builds(Request, st.just('load'), numbers(6), stamp_ns=STAMPS_NS),
+    st.builds(Request, st.just('position'), numbers(3), stamp_ns=STAMPS_NS, frame_id=FRAME),
+    st.builds(Request, st.just('load'), numbers(6), stamp_ns=STAMPS_NS, frame_id=FRAME),
     st.sampled_from([Request('stop'), Request('reset'), Request('clear_faults')]),
     st.just(Request('fault', settings=(('fault.dead_foot', 2), ('fault.load_cell', 'freeze')))),
 )
@@ -171,10 +172,19 @@ def test_a_stamp_that_no_header_can_hold_is_refused():
         received('position', message)
 
 
-def test_all_coordinates_of_a_target_reach_the_request():
+def test_all_coordinates_of_a_target_and_its_frame_reach_the_request():
     message = PointStamped()
+    message.header.frame_id = 'camera'
     message.point.x, message.point.y, message.point.z = 1.0, 2.0, 3.0
-    assert received('position', message).values == (1.0, 2.0, 3.0)
+    request = received('position', message)
+    assert (request.values, request.frame_id) == ((1.0, 2.0, 3.0), 'camera')
+
+
+def test_a_frame_of_a_name_that_nobody_gives_is_refused():
+    message = PointStamped()
+    message.header.frame_id = 1001 * 'x'
+    with pytest.raises(OutOfRange, match='longer than 1000 characters; give the frame of the'):
+        received('position', message)
 
 
 @pytest.mark.parametrize(

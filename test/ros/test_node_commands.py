@@ -141,8 +141,9 @@ def bad_rows() -> Float64MultiArray:
     return Float64MultiArray(data=[0.0, 1.0, 2.0])
 
 
-def bad_target(x_m: float, y_m: float) -> PointStamped:
+def bad_target(x_m: float, y_m: float, frame_id: str = '') -> PointStamped:
     message = PointStamped()
+    message.header.frame_id = frame_id
     message.point.x, message.point.y = x_m, y_m
     return message
 
@@ -153,6 +154,7 @@ def bad_target(x_m: float, y_m: float) -> PointStamped:
         ('jog', 1e6),
         ('waveform', bad_rows()),
         ('position', bad_target(0.0, 1e-9)),
+        ('position', bad_target(0.0, 0.0, 'camera')),
     ],
 )
 def test_a_bad_command_is_refused_with_an_event(stand: Any, name: str, message: Any):

@@ -51,11 +51,14 @@ def test_position_and_force_of_one_moment_have_equal_stamps(stand: Any):
     assert position == force
 
 
-def test_frames_and_unused_components_are_as_declared(stand: Any):
+@pytest.mark.parametrize('prefix', ['', 'left/'])
+def test_frames_and_unused_components_are_as_declared(start_drive: Callable, prefix: str):
+    names = ('stage', 'stage_base'), ('load_cell', 'load_cell')
+    stand = start_drive({f'frame_id.{name}': f'{prefix}{frame}' for name, frame in names})
     position, force = stand.operator.listen('position'), stand.operator.listen('force')
     stand.operator.spin_until(lambda: bool(position and force), 'readings')
-    assert position[0].header.frame_id == 'stage_base'
-    assert force[0].header.frame_id == 'load_cell'
+    assert position[0].header.frame_id == f'{prefix}stage_base'
+    assert force[0].header.frame_id == f'{prefix}load_cell'
     assert (position[0].point.y, position[0].point.z) == (0.0, 0.0)
     torque = force[0].wrench.torque
     assert (torque.x, torque.y, torque.z) == (0.0, 0.0, 0.0)

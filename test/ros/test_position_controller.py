@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import PointStamped
 from rclpy.parameter import Parameter
 
 from stickslip_ros.parameters import load_yaml, specs
 from stickslip_ros.ros.position_controller import PositionController
-from stickslip_ros.testing import open_context
+from stickslip_ros.testing import Operator, open_context
 
 REALISTIC = load_yaml(Path(__file__).parents[2] / 'config' / 'realistic.yaml').changed()
 TOLERANCE_M = 5e-9
@@ -38,6 +39,29 @@ def test_the_controller_passes_over_what_a_file_says_to_the_drive(ros_domain: in
     assert not controller.has_parameter('actuator.gain')
     assert controller.describe_parameter('gain').read_only
     controller.destroy_node()
+    context.try_shutdown()
+
+
+def test_a_target_in_another_frame_is_refused_and_the_last_one_kept(ros_domain: int):
+    context = open_context(ros_domain)
+    operator, controller = Operator(context), PositionController(context=context)
+    operator.add_node(controller)
+    log = operator.listen_to_log()
+    name = '/position_controller/target'
+    targets = operator.node.create_publisher(PointStamped, name, 10)
+    operator.spin_until(lambda: targets.get_subscription_count() > 0, 'the controller')
+    for frame_id, x_m in (('stage_base', 1e-6), ('', 2e-6), ('camera', 3e-6)):
+        target = PointStamped()
+        target.header.frame_id, target.point.x = frame_id, x_m
+        targets.publish(target)
+    refusal = (
+        "target in frame 'camera', not stage_base; transform it, leave the frame empty, or "
+        'change target_frame'
+    )
+    operator.spin_until(lambda: refusal in log, 'the refusal')
+    assert controller.loop._target_m == 2e-6
+    controller.destroy_node()
+    operator.close()
     context.try_shutdown()
 
 
