@@ -33,6 +33,8 @@ class Feed:
     ----------
     pending : list of array
         Blocks of the trace that no message has held yet.
+    status : Status or None
+        The last that a message has held; None before the first.
 
     """
 
@@ -41,11 +43,11 @@ class Feed:
         self._tells_truth = parameters.sim.publish_truth
         self._frames = parameters.frame_id
         self.pending: list[Array] = []
-        self._status: Status | None = None
+        self.status: Status | None = None
 
-    def resume(self, pending: list[Array], status: Status) -> None:
-        """Go on with samples that no message has held yet, and a status that is known."""
-        self.pending, self._status = list(pending), status
+    def resume(self, pending: list[Array], status: Status | None) -> None:
+        """Go on with samples that no message has held yet, and the status of the last one."""
+        self.pending, self.status = list(pending), status
 
     def pack(self, output: Output) -> Iterator[Packed]:
         """Yield the messages of one update."""
@@ -60,8 +62,8 @@ class Feed:
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
             yield Packed('trace', readings.time_ns, self._pack_trace())
-        if output.status != self._status:
-            self._status = output.status
+        if output.status != self.status:
+            self.status = output.status
             yield Packed('status', readings.time_ns, pack_uint32(int(output.status)))
 
     def _pack_trace(self) -> bytes:

@@ -43,14 +43,6 @@ class Stored(NamedTuple):
     sequence: int
 
 
-class Attached(NamedTuple):
-    """A file inside a recording."""
-
-    name: str
-    media_type: str
-    data: bytes
-
-
 def encode(record: records.McapRecord) -> bytes:
     """Return the bytes of a record."""
     builder = RecordBuilder()
@@ -120,16 +112,13 @@ class McapWriter:
         self._put(MAGIC)
         self._put(encode(records.Header(PROFILE, LIBRARY_IDENTIFIER)))
         for name, (media_type, data) in attachments.items():
-            self.attach(Attached(name, media_type, data))
+            self.attach(name, media_type, data)
         self._add_metadata(metadata)
         self._write_out()
         _sync_folder(self.path.parent)
 
-    def attach(self, attached: Attached) -> None:
-        """Add an attachment, behind what was written before."""
-        if self.pending:
-            self.end_chunk()
-        name, media_type, data = attached
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Add an attachment; no message is there yet."""
         offset, length = self._put(encode(records.Attachment(0, 0, name, media_type, data)))
         index = records.AttachmentIndex(offset, length, 0, 0, len(data), name, media_type)
         self._indexes[Opcode.ATTACHMENT_INDEX].append(encode(index))

@@ -42,6 +42,8 @@ class ChannelSummary:
         Earliest and latest time; None without messages.
     gaps : int
         Sequence numbers missing between messages: so many were lost on the way to the file.
+    first_sequence : int
+        Sequence number of the first message.
 
     """
 
@@ -51,6 +53,7 @@ class ChannelSummary:
     first_ns: int | None = None
     last_ns: int | None = None
     gaps: int = 0
+    first_sequence: int = 0
 
     def __post_init__(self) -> None:
         self._sequence: int | None = None
@@ -66,7 +69,9 @@ class ChannelSummary:
         """Count a message; numbers that repeat or run backwards leave no gap."""
         self.first_ns = time_ns if self.first_ns is None else min(self.first_ns, time_ns)
         self.last_ns = time_ns if self.last_ns is None else max(self.last_ns, time_ns)
-        step = 1 if self._sequence is None else (sequence - self._sequence) % _SEQUENCE_NUMBERS
+        if self._sequence is None:
+            self.first_sequence, self._sequence = sequence, sequence - 1
+        step = (sequence - self._sequence) % _SEQUENCE_NUMBERS
         self.gaps += step - 1 if 0 < step < _SEQUENCE_NUMBERS // 2 else 0
         self.messages += 1
         self._sequence = sequence
@@ -128,9 +133,10 @@ class Recording:
                 self._types.setdefault(channel.topic, schemas[channel.schema_id])
             own = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
             self.metadata |= own
-            self.attachments |= {
-                each.name: (each.media_type, each.data) for each in reader.iter_attachments()
-            }
+            if file == self.files[0]:  # where the run begins: others have a state of their own
+                self.attachments = {
+                    each.name: (each.media_type, each.data) for each in reader.iter_attachments()
+                }
         return own
 
     @property

@@ -10,8 +10,8 @@ from typing import Final
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.layout import FileForm, Layout
-from stickslip_ros.recording.mcap_writer import Attached, Stored
-from stickslip_ros.recording.run_storage import RunStorage
+from stickslip_ros.recording.mcap_writer import Stored
+from stickslip_ros.recording.run_storage import PartMark, RunStorage
 from stickslip_ros.recording.schemas import SCHEMAS
 
 #: Messages that wake the writer: more wake it less often, but it then holds the GIL longer.
@@ -78,7 +78,7 @@ class Recorder:
         queue_length: int = QUEUE_LENGTH,
     ) -> None:
         form = form or FileForm()
-        self._layout = Layout.plan(Path(path), bag=form.bag, split=form.splits)
+        self._layout = Layout.plan(Path(path), bag=form.bag, split=form.in_parts)
         self.path = self._layout.path
         described = list(channels.values() if isinstance(channels, Mapping) else channels)
         _check_channels(self.path, described)
@@ -91,7 +91,9 @@ class Recorder:
             self._layout, described, form, metadata or {}, attachments or {}, self._losses
         )
         self._patience_s = PATIENCE * form.flush_period_s
-        self._queue: deque[Stored | Attached] = deque()
+        self._latches = {n for n, channel in enumerate(described, 1) if channel.qos.latched}
+        self._latched: dict[int, Stored] = {}
+        self._queue: deque[Stored | PartMark] = deque()
         self._queue_length = queue_length
         self._batch = max(1, min(BATCH, queue_length // 2))
         self._last_ns = 0
@@ -181,11 +183,39 @@ class Recorder:
             self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
             return self._append(Stored(channel_id, time_ns, data, sequence))
 
-    def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Keep a file inside the recording, before what is put from now on; it is not dropped."""
+    def begin_part(
+        self, time_ns: int, attachments: Mapping[str, tuple[str, bytes]] | None = None
+    ) -> None:
+        """
+        Begin the next file, or say what the first one has attached, before its first message.
+
+        It begins with what is latched: the last message of each such topic once more, under its
+        old sequence number.
+
+        Parameters
+        ----------
+        time_ns : int
+            Time at which the file begins; not before that of any earlier message.
+        attachments : mapping of str to (media type, bytes), optional
+            What this file alone has attached, beside what every file has.
+
+        Raises
+        ------
+        RecordingError
+            If the time runs backwards.
+
+        """
         with self._lock:
+            self._check_time(time_ns)
+            repeated = [each._replace(time_ns=time_ns) for each in self._latched.values()]
             if not self._ended():
-                self._queue.append(Attached(name, media_type, data))
+                self._queue.append(PartMark(attachments or {}, repeated))
+
+    def continue_numbers(self, sequences: Mapping[str, int]) -> None:
+        """Set the number of the next message of each channel: of a run that goes on."""
+        with self._lock:
+            for name, sequence in sequences.items():
+                self._sequences[self._ids[name] - 1] = sequence
 
     def close(self) -> None:
         """
@@ -223,6 +253,8 @@ class Recorder:
         # Before it is so long: nobody sees a queue above its peak.
         self.queue_peak = max(self.queue_peak, len(self._queue) + 1)
         self._queue.append(message)
+        if message.channel_id in self._latches:
+            self._latched[message.channel_id] = message
         if len(self._queue) == self._batch:
             self._changed.notify_all()
         return True
@@ -259,8 +291,8 @@ class Recorder:
             match self._queue[0]:
                 case Stored() as message:
                     self._storage.write(message)
-                case Attached() as attached:
-                    self._storage.attach(attached)
+                case PartMark() as mark:
+                    self._storage.begin_part(mark)
             self._queue.popleft()
 
     def _losses(self) -> dict[str, str]:

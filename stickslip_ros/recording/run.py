@@ -6,7 +6,7 @@ from pathlib import Path
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Output, Status
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.feed import Feed, Packed
@@ -14,7 +14,8 @@ from stickslip_ros.recording.requests import BY_TOPIC, pack_request
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, info_json, open_recorder
 from stickslip_ros.recording.topics import recorded_channels
 
-PENDING = 'pending'
+PENDING, STATUS = 'pending', 'status'
+"""Names of what a checkpoint holds beside the bench."""
 
 Publish = Callable[[Packed], None]
 
@@ -52,17 +53,35 @@ class RunWriter:
         channels = recorded_channels(parameters) if channels is None else channels
         self.waits = wait
         self._info = pack_string(info_json(parameters))
+        self._record = parameters.record
+        self._split_ns = to_nanoseconds(parameters.record.split_duration)
+        self._part_start_ns = self._part_bytes = 0
         self.recorder = open_recorder(path, parameters, channels)
 
     def begin(self, time_ns: int, status: Status, checkpoint: bytes = b'') -> None:
         """Write what is latched, and a state that is not rest: the recording starts now."""
-        if checkpoint:
-            self.recorder.attach(CHECKPOINT_FILE, 'application/octet-stream', checkpoint)
+        self._begin_part(time_ns, checkpoint)
         self.write(Packed('info', time_ns, self._info))
         self.write(Packed('status', time_ns, pack_uint32(int(status))))
+        self._part_bytes = 0
+
+    def split_if_full(self, time_ns: int, save: Callable[[], bytes]) -> None:
+        """Begin the next part, with the state that is saved now, if the present one is full."""
+        is_full = (
+            0 < self._split_ns <= time_ns - self._part_start_ns
+            or 0 < self._record.split_size <= self._part_bytes
+        )
+        if is_full and (self.waits or self.recorder.queued < self._record.queue_length):
+            self._begin_part(time_ns, save())
+
+    def _begin_part(self, time_ns: int, checkpoint: bytes) -> None:
+        state = {CHECKPOINT_FILE: ('application/octet-stream', checkpoint)} if checkpoint else {}
+        self.recorder.begin_part(time_ns, state)
+        self._part_start_ns, self._part_bytes = time_ns, 0
 
     def write(self, packed: Packed) -> None:
         """Hand one message over."""
+        self._part_bytes += len(packed.data)
         self.recorder.put(packed.key, packed.time_ns, packed.data, wait=self.waits)
 
     def check(self) -> None:
@@ -104,8 +123,6 @@ class Run:
         The drive.
     writer : RunWriter or None
         The recording in progress.
-    status : Status
-        Of the drive, as last published.
 
     """
 
@@ -117,13 +134,18 @@ class Run:
         bench: Bench | None = None,
     ) -> None:
         self.bench = bench or Bench(parameters)
-        self.status = self.bench.status
         self.writer: RunWriter | None = None
         self._feed = Feed(parameters)
         if not self.bench.is_at_start:
-            self._feed.resume(self.bench.beside.get(PENDING, []), self.bench.status)
+            beside = self.bench.beside
+            self._feed.resume(beside.get(PENDING, []), beside.get(STATUS, self.bench.status))
         self._publish = publish
         self.record(writer)
+
+    @property
+    def status(self) -> Status:
+        """Status of the drive as last published; that of now before the first."""
+        return self.bench.status if self._feed.status is None else self._feed.status
 
     def record(self, writer: RunWriter | None) -> RunWriter | None:
         """Record into another file, or none, from now on; return the one so far, still open."""
@@ -134,8 +156,8 @@ class Run:
         return previous
 
     def save(self) -> bytes:
-        """Return a checkpoint of the bench, with the samples that no message has held yet."""
-        return self.bench.save({PENDING: self._feed.pending})
+        """Return a checkpoint of the bench, with what was reported and what not yet."""
+        return self.bench.save({PENDING: self._feed.pending, STATUS: self._feed.status})
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """
@@ -149,7 +171,7 @@ class Run:
         """
         for request in requests:
             self.accept(request)
-        output = self.bench.update(until_ns)
+        output = self.advance_bench(until_ns)
         self.report(output)
         if self.writer is not None:
             self.writer.check()
@@ -166,9 +188,14 @@ class Run:
                 self.writer.write(packed)
         self.bench.accept(request)
 
+    def advance_bench(self, until_ns: int) -> Output:
+        """Advance without a report; a recording whose part is full first goes on in the next."""
+        if self.writer is not None:
+            self.writer.split_if_full(self.bench.time_ns, self.save)
+        return self.bench.update(until_ns)
+
     def report(self, output: Output) -> None:
         """Publish and write what an update of the bench has given."""
-        self.status = output.status
         for packed in self._feed.pack(output):
             self._publish(packed)
             if self.writer is not None:

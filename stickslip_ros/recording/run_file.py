@@ -152,8 +152,7 @@ def _form(parameters: Parameters) -> FileForm:
         compression=record.compression,
         chunk_size_bytes=record.chunk_size,
         flush_period_s=record.flush_period,
-        split_size_bytes=record.split_size,
-        split_duration_s=record.split_duration,
+        in_parts=record.split_size > 0 or record.split_duration > 0.0,
         bag=record.format == 'bag',
     )
 

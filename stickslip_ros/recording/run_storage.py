@@ -3,12 +3,12 @@
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import Final
+from typing import Final, NamedTuple
 
 from stickslip_ros.recording.bag import write_metadata
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.layout import FileForm, Layout
-from stickslip_ros.recording.mcap_writer import Attached, McapWriter, Stored
+from stickslip_ros.recording.mcap_writer import McapWriter, Stored
 
 CLOSING_RECORD: Final = 'stickslip_recorder'
 """Metadata record with which a finished file says what it holds and what was lost."""
@@ -23,13 +23,16 @@ SECURE_CHUNK_AFTER: Final = 1 / 4
 """Share of it after which one that has ended is: it costs less, but not nothing."""
 
 
+class PartMark(NamedTuple):
+    """Where a file begins: what it alone has attached, and the messages that it repeats."""
+
+    attachments: Mapping[str, tuple[str, bytes]]
+    repeated: Sequence[Stored]
+
+
 class RunStorage:
     """
     The files of one run; one caller at a time.
-
-    Where a file ends is decided by its size and by simulated time alone. A new one begins with
-    what is latched: the last message of each such topic once more, under its old sequence number
-    and at the time at which the file begins.
 
     Parameters
     ----------
@@ -65,46 +68,45 @@ class RunStorage:
         self._metadata = metadata
         self._attachments = attachments
         self._losses = losses
-        self._latches = {n for n, channel in enumerate(channels, 1) if channel.qos.latched}
-        self._latched: dict[int, Stored] = {}
-        self._start_ns: int | None = None
         self._file = self._begin_first()
         self._secured_s = time.monotonic()
         self._chunks_secured = 0
 
     def _begin_first(self) -> McapWriter:
         try:
-            return self._begin()
+            return self._begin(self._attachments)
         except BaseException:
             if self._layout.bag:
                 with suppress(OSError):
                     self._layout.folder.rmdir()
             raise
 
-    def _begin(self) -> McapWriter:
+    def _begin(self, attachments: Mapping[str, tuple[str, bytes]]) -> McapWriter:
         """Make the next file."""
         metadata = dict(self._metadata)
         if self._layout.numbered:
             metadata[PART_RECORD] = {'run': self._layout.stem, 'part': str(self.parts)}
         path = self._layout.part(self.parts)
-        file = McapWriter(path, self._channels, self._form, metadata, self._attachments)
+        file = McapWriter(path, self._channels, self._form, metadata, attachments)
         self.parts += 1
         return file
 
     def write(self, message: Stored) -> None:
         """Add a message; its time must not be earlier than the last one's."""
-        if self._start_ns is None:
-            self._start_ns = message.time_ns
-        elif self._is_full(message.time_ns - self._start_ns):
-            self._go_on_in_next(message.time_ns)
-        self._store(message)
+        self._file.write(message)
+        self.stored += 1
         self.written += 1
-        if message.channel_id in self._latches:
-            self._latched[message.channel_id] = message
 
-    def attach(self, attached: Attached) -> None:
-        """Add an attachment to the present file alone."""
-        self._file.attach(attached)
+    def begin_part(self, mark: PartMark) -> None:
+        """Begin the next file; as long as there is no message, the first is that."""
+        if self.written:
+            self._go_on_in_next({**self._attachments, **mark.attachments})
+        else:
+            for name, attached in mark.attachments.items():
+                self._file.attach(name, *attached)
+        for message in mark.repeated:
+            self._file.write(message)
+            self.stored += 1
 
     def keep(self) -> None:
         """Bring to the disk what came since, if the last time is long ago by the clock."""
@@ -136,15 +138,10 @@ class RunStorage:
     def _has_new_chunk(self) -> bool:
         return self._file.chunks != self._chunks_secured
 
-    def _is_full(self, lasted_ns: int) -> bool:
-        """Return whether the next message belongs into the next file."""
-        duration_ns, size_bytes = self._form.split_duration_ns, self._form.split_size_bytes
-        return 0 < duration_ns <= lasted_ns or 0 < size_bytes <= self._file.size_bytes
-
-    def _go_on_in_next(self, time_ns: int) -> None:
+    def _go_on_in_next(self, attachments: Mapping[str, tuple[str, bytes]]) -> None:
         """Begin a file before the last one ends: one that says that it goes on does go on."""
         try:
-            following = self._begin()
+            following = self._begin(attachments)
         except BaseException:
             self._end_file('')
             raise
@@ -154,13 +151,6 @@ class RunStorage:
             following.abandon()
             raise
         self._file = following
-        self._start_ns = time_ns
-        for _, latched in sorted(self._latched.items()):
-            self._store(latched._replace(time_ns=time_ns))
-
-    def _store(self, message: Stored) -> None:
-        self._file.write(message)
-        self.stored += 1
 
     def _end_file(self, next_name: str) -> None:
         own = {FOLLOWED_BY: next_name} if self._layout.numbered else {}

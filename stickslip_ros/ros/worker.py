@@ -98,7 +98,7 @@ class Worker(Run):
         """Carry out orders and what is scheduled, advance by one block, publish what was seen."""
         now_ns = self.bench.time_ns
         self._carry_out(orders, self._schedule.due(now_ns))
-        output = self.bench.update(now_ns + self._block_ns)
+        output = self.advance_bench(now_ns + self._block_ns)
         self._look_at(output)
         self.report(output)
         self._watch_recording()

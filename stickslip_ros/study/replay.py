@@ -16,7 +16,6 @@ from stickslip_ros.files import readable
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.parameters import Parameters, parse_yaml
-from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
@@ -145,8 +144,14 @@ def replay(
     channels = channels_of(recording)  # as they were recorded, and those of the new stand only
     for key, channel in recorded_channels(stand).items():
         channels.setdefault(key, channel)
-    end_ns = last_ns - begin_ns
-    again = Recording(_play(Run(stand, bench=start), output, channels, due, end_ns, progress))
+    first_numbers = {each.topic: each.first_sequence for each in recording.channels}
+    run = Run(stand, bench=start)
+    with RunWriter(output, run.bench.parameters, wait=True, channels=channels) as writer:
+        writer.recorder.continue_numbers(
+            {key: first_numbers.get(each.topic, 0) for key, each in channels.items()}
+        )
+        _play(run, writer, due, last_ns - begin_ns, progress)
+    again = Recording(writer.recorder.path)
     difference = compare_data(recording, again)
     return Replay(
         source=str(source),
@@ -206,7 +211,10 @@ def replay_input(
     blocks = math.ceil(float(given.time_s[-1]) * NS_PER_S / stand.trace_period_ns)
     end_ns = (blocks + 1) * stand.trace_period_ns
     due = [TimedRequest(0, request)]
-    again = Recording(_play(Run(stand), output, recorded_channels(stand), due, end_ns, progress))
+    run = Run(stand)
+    with RunWriter(output, stand, wait=True) as writer:
+        _play(run, writer, due, end_ns, progress)
+    again = Recording(writer.recorder.path)
     return Replay(
         source=given.origin,
         requests=1,
@@ -220,27 +228,24 @@ def replay_input(
 
 def _play(
     run: Run,
-    output: Path,
-    channels: Mapping[str, Channel],
+    writer: RunWriter,
     due: Iterable[TimedRequest],
     end_ns: int,
     progress: Progress | None,
-) -> Path:
-    """Record a run with requests at their times; return its path."""
+) -> None:
+    """Record a run with requests at their times."""
     waiting = deque(sorted(due, key=lambda each: each.time_ns))
-    parameters = run.bench.parameters
-    with RunWriter(output, parameters, wait=True, channels=channels) as writer:
-        run.record(writer)
-        while run.bench.time_ns < end_ns:
-            heed_stop()
-            while waiting and waiting[0].time_ns <= run.bench.time_ns:
-                run.accept(waiting.popleft().request)
-            run.update(run.bench.time_ns + parameters.block_ns)
-            if progress is not None:
-                progress(run.bench.time_ns, end_ns)
-        for _, request in waiting:  # asked after the last block: of a held drive, for example
-            run.accept(request)
-    return writer.recorder.path
+    block_ns = run.bench.parameters.block_ns
+    run.record(writer)
+    while run.bench.time_ns < end_ns:
+        heed_stop()
+        while waiting and waiting[0].time_ns <= run.bench.time_ns:
+            run.accept(waiting.popleft().request)
+        run.update(run.bench.time_ns + block_ns)
+        if progress is not None:
+            progress(run.bench.time_ns, end_ns)
+    for _, request in waiting:  # asked after the last block: of a held drive, for example
+        run.accept(request)
 
 
 def _end_of(again: Recording, lasts_ns: int) -> dict[str, Any]:

@@ -15,9 +15,10 @@ CHANNEL = Channel('/voltage', m.FLOAT64, Qos(10))
 
 
 def test_info_takes_a_bag_directory_as_one_run(tmp_path: Path, capsys):
-    form = FileForm(bag=True, split_duration_s=0.05)
-    with Recorder(tmp_path / 'run', [CHANNEL], form=form) as recorder:
+    with Recorder(tmp_path / 'run', [CHANNEL], form=FileForm(bag=True)) as recorder:
         for time_ms in range(100):
+            if time_ms == 50:
+                recorder.begin_part(time_ms * MS_NS)
             recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
     assert main(['info', str(tmp_path / 'run'), '--json']) == 0
     [topic] = json.loads(capsys.readouterr().out)['topics']

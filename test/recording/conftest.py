@@ -1,7 +1,7 @@
 """What the tests of recordings share: one run with a topic of every type."""
 
 import resource
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +101,30 @@ def _block(tick: int) -> np.ndarray:
 @pytest.fixture(scope='session')
 def run() -> list[tuple[str, int, bytes]]:
     return list(_run())
+
+
+@pytest.fixture(scope='session')
+def record_in_parts() -> Callable[..., Recorder]:
+    """Record messages; a part begins before the first one of each period."""
+
+    def record(
+        path: Path,
+        channels: Sequence[Channel],
+        run: Iterable[tuple[str, int, bytes]],
+        period_ns: int,
+        **options: Any,
+    ) -> Recorder:
+        part = 0
+        with Recorder(path, channels, **options) as recorder:
+            for topic, time_ns, data in run:
+                if time_ns // period_ns > part:
+                    part = time_ns // period_ns
+                    recorder.begin_part(time_ns)
+                recorder.put(topic, time_ns, data, wait=True)
+        assert recorder.error is None
+        return recorder
+
+    return record
 
 
 @pytest.fixture(scope='session')

@@ -1,5 +1,6 @@
 """A bag directory as rosbag2 makes it: others open ours, theirs open here, or say why not."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -26,7 +27,8 @@ from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.bag import METADATA_FILE
 
 Run = list[tuple[str, int, bytes]]
-BAG = FileForm(bag=True, split_duration_s=0.005, flush_period_s=0.005)
+BAG = FileForm(bag=True, flush_period_s=0.005)
+PART_NS = 5_000_000
 PARTS = 4
 FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -44,14 +46,15 @@ LATCHED = RosQos(
 
 
 @pytest.fixture(scope='module')
-def bag(tmp_path_factory: pytest.TempPathFactory, channels: list[Channel], run: Run) -> Path:
+def bag(
+    tmp_path_factory: pytest.TempPathFactory,
+    channels: list[Channel],
+    run: Run,
+    record_in_parts: Callable[..., Recorder],
+) -> Path:
     """Give the run of 20 ms as a bag of four parts."""
     path = tmp_path_factory.mktemp('bag') / 'run'
-    with Recorder(path, channels, form=BAG) as recorder:
-        for each in run:
-            recorder.put(*each, wait=True)
-    assert recorder.error is None
-    return path
+    return record_in_parts(path, channels, run, PART_NS, form=BAG).path
 
 
 @pytest.fixture(scope='module')

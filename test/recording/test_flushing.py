@@ -139,10 +139,11 @@ def test_a_file_that_does_not_stay_in_its_place_fails_the_recording(
 
 
 def test_a_part_that_does_not_stay_in_its_place_fails_the_recording(tmp_path: Path):
-    form = FileForm(split_duration_s=0.1, flush_period_s=0.1)
+    form = FileForm(flush_period_s=0.1, in_parts=True)
     with Recorder(tmp_path / 'run.mcap', [VOLTAGE], form=form) as recorder:
         put_all(recorder, range(10))
         wait_for(lambda: recorder.secured > 0)
         move(tmp_path / 'run_0.mcap')
-        put_all(recorder, range(200, 210))
+        recorder.begin_part(10 * MS_NS)
+        put_all(recorder, range(10, 20))
     assert 'run_0.mcap: it was deleted, moved' in str(recorder.error)

@@ -14,7 +14,7 @@ from stickslip_ros.recording.layout import NAME_MAX_BYTES, Layout
 from stickslip_ros.recording.run_file import open_recorder, run_path
 
 VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
-SPLIT = FileForm(split_duration_s=1.0)
+SPLIT = FileForm(in_parts=True)
 BAG = FileForm(bag=True)
 #: What the longest name may still grow by: the number of a part and the mark of a recovery.
 LONGEST_ENDING = '_4294967295.recovered.mcap'
@@ -145,6 +145,7 @@ def test_the_parameters_choose_the_form(tmp_path: Path):
     channels = {'voltage': VOLTAGE}
     with open_recorder(run_path(parameters), parameters, channels) as recorder:
         for time_ns in (0, 1_000_000_000):
+            recorder.begin_part(time_ns)
             recorder.put('voltage', time_ns, cdr.pack_float64(1.0))
     assert recorder.path == tmp_path / 'run'
     assert [path.name for path in recorder.files] == ['run_0.mcap', 'run_1.mcap']

@@ -1,6 +1,7 @@
 """A run in parts: each part is a recording, all parts together are the run."""
 
 import dataclasses
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,20 +16,25 @@ MS_NS = 1_000_000
 STATUS = Channel('/status', m.UINT32, Qos(1, latched=True))
 INFO = Channel('/info', m.STRING, Qos(1, latched=True))
 VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
-FORM = FileForm(split_duration_s=0.1, flush_period_s=0.1)
+FORM = FileForm(flush_period_s=0.1, in_parts=True)
+STARTS_MS = (0, 100, 200, 300)
 METADATA = {'stickslip_run': {'seed': '7'}}
 ATTACHMENTS = {'parameters.yaml': ('application/yaml', b'seed: 7\n')}
 
 
 def record(path: Path, form: FileForm) -> Recorder:
-    """Record 0.35 s at 1 kHz; the status changes at 150 ms."""
+    """Record 0.35 s at 1 kHz, in parts of 0.1 s; the status changes at 150 ms."""
     channels = [INFO, STATUS, VOLTAGE]
     with Recorder(
         path, channels, metadata=METADATA, attachments=ATTACHMENTS, form=form
     ) as recorder:
-        recorder.put('/info', 0, cdr.pack_string('about'))
-        recorder.put('/status', 0, cdr.pack_uint32(1))
         for time_ms in range(350):
+            if form.in_parts and time_ms in STARTS_MS:
+                state = {'state.bin': ('application/octet-stream', b'%d' % time_ms)}
+                recorder.begin_part(time_ms * MS_NS, state)
+            if time_ms == 0:
+                recorder.put('/info', 0, cdr.pack_string('about'))
+                recorder.put('/status', 0, cdr.pack_uint32(1))
             if time_ms == 150:
                 recorder.put('/status', time_ms * MS_NS, cdr.pack_uint32(2))
             recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
@@ -52,29 +58,18 @@ def parts(split: Path, tmp_path: Path) -> Path:
     return tmp_path / 'run.mcap'
 
 
-def test_a_part_ends_after_its_time(split: Path):
+def test_a_part_begins_where_it_is_asked_for(split: Path):
     files = sorted(split.parent.iterdir())
     assert [file.name for file in files] == [f'run_{number}.mcap' for number in range(4)]
     times = [Recording(file).series('voltage').time_s for file in files]
     assert [round(each[0], 9) for each in times] == [0.0, 0.1, 0.2, 0.3]
 
 
-def test_a_part_ends_at_its_size_give_or_take_a_chunk(tmp_path: Path):
-    form = FileForm('none', chunk_size_bytes=1000, split_size_bytes=5000)
-    recorder = record(tmp_path / 'run.mcap', form)
-    *full, last = [Recording(file) for file in recorder.files]
-    assert len(full) > 1
-    for recording in full:
-        messages = sum(channel.messages for channel in recording.channels)
-        data_bytes = messages * (9 + 22 + 12)
-        assert 3000 < data_bytes < 5000 + 1100
-    assert last.metadata['stickslip_recorder']['followed_by'] == ''
-
-
 def test_every_part_tells_about_the_run_and_about_itself(split: Path):
     for number, file in enumerate(sorted(split.parent.iterdir())):
         recording = Recording(file)
-        assert recording.attachments == ATTACHMENTS
+        state = {'state.bin': ('application/octet-stream', b'%d' % STARTS_MS[number])}
+        assert recording.attachments == {**ATTACHMENTS, **state}
         assert recording.metadata['stickslip_run'] == {'seed': '7'}
         assert recording.metadata['stickslip_part'] == {'run': 'run', 'part': str(number)}
         follower = f'run_{number + 1}.mcap' if number < 3 else ''
@@ -87,6 +82,10 @@ def test_a_part_begins_with_what_is_latched_at_its_first_time(split: Path):
         [('/info', at_ms * MS_NS, 'about'), ('/status', at_ms * MS_NS, status)]
         for at_ms, status in [(0, 1), (100, 1), (200, 2), (300, 2)]
     ]
+
+
+def test_what_the_run_begins_with_is_attached_to_its_first_part(split: Path):
+    assert Recording(split).attachments['state.bin'] == ('application/octet-stream', b'0')
 
 
 def test_parts_together_are_the_run_without_repetitions_and_gaps(split: Path, tmp_path: Path):
@@ -143,7 +142,23 @@ def test_a_next_part_that_cannot_be_made_stops_the_writing_and_is_told(tmp_path:
     with Recorder(tmp_path / 'run.mcap', [VOLTAGE], form=FORM) as recorder:
         (tmp_path / 'run_1.mcap').write_bytes(b'precious')
         for time_ms in range(200):
+            if time_ms == 100:
+                recorder.begin_part(time_ms * MS_NS)
             recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
     assert isinstance(recorder.error, RecordingError)
     assert (tmp_path / 'run_1.mcap').read_bytes() == b'precious'
+    assert len(Recording(tmp_path / 'run_0.mcap').series('voltage').value) == 100
+
+
+def test_a_part_whose_state_the_disk_cannot_take_is_not_begun(
+    tmp_path: Path, small_disk: Callable[[int], None]
+):
+    with Recorder(tmp_path / 'run.mcap', [VOLTAGE], form=FORM) as recorder:
+        small_disk(20_000)
+        for time_ms in range(100):
+            recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
+        recorder.begin_part(100 * MS_NS, {'state.bin': ('', bytes(30_000))})
+        recorder.put('/voltage', 100 * MS_NS, cdr.pack_float64(100.0), wait=True)
+    assert 'it cannot be begun' in str(recorder.error)
+    assert [file.name for file in tmp_path.iterdir()] == ['run_0.mcap']
     assert len(Recording(tmp_path / 'run_0.mcap').series('voltage').value) == 100

@@ -35,8 +35,9 @@ from stickslip_ros.recording.recover import RECOVERY_RECORD, Recovery, recover, 
 
 MS_NS = 1_000_000
 COMPRESSIONS = ['zstd', 'lz4', 'none']
-SPLIT = FileForm(split_duration_s=0.005, flush_period_s=0.005)
-BAG = FileForm(split_duration_s=0.005, flush_period_s=0.005, bag=True)
+PART_NS = 5 * MS_NS
+SPLIT = FileForm(flush_period_s=0.005, in_parts=True)
+BAG = FileForm(flush_period_s=0.005, bag=True)
 
 
 @pytest.fixture(scope='module')
@@ -377,17 +378,13 @@ def test_what_was_written_before_the_disk_was_full_comes_back(
     assert Opcode.CHUNK in path.read_bytes()
 
 
-def record(path: Path, channels: list[Channel], run: list, form: FileForm) -> Path:
-    with Recorder(path, channels, form=form) as recorder:
-        for each in run:
-            recorder.put(*each, wait=True)
+@pytest.fixture
+def bag(
+    tmp_path: Path, channels: list[Channel], run: list, record_in_parts: Callable[..., Recorder]
+) -> Path:
+    recorder = record_in_parts(tmp_path / 'run', channels, run, PART_NS, form=BAG)
     assert len(recorder.files) == 4
     return recorder.path
-
-
-@pytest.fixture
-def bag(tmp_path: Path, channels: list[Channel], run: list) -> Path:
-    return record(tmp_path / 'run', channels, run, BAG)
 
 
 @pytest.fixture
@@ -452,9 +449,13 @@ def test_a_part_of_which_nothing_is_left_keeps_its_number(cut_bag: Path):
 
 
 def test_a_run_in_parts_is_recovered_by_the_name_that_they_share(
-    tmp_path: Path, channels: list[Channel], run: list, recorded: Path
+    tmp_path: Path,
+    channels: list[Channel],
+    run: list,
+    recorded: Path,
+    record_in_parts: Callable[..., Recorder],
 ):
-    path = record(tmp_path / 'run.mcap', channels, run, SPLIT)
+    path = record_in_parts(tmp_path / 'run.mcap', channels, run, PART_NS, form=SPLIT).path
     part = tmp_path / 'run_1.mcap'
     part.write_bytes(part.read_bytes()[:-1000])
     _, written = recover(path)

@@ -1,15 +1,19 @@
 """One run: what it is asked and what it says is packed once, for a file and for who publishes."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
 from stickslip_ros.errors import RecordingError
+from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run_file import CHECKPOINT_FILE
 
 BLOCK_NS = Parameters().block_ns
 MOVE, NOTE = Request('sawtooth', (300.0, 1000.0, 2.0)), Request('tare_force')
@@ -50,6 +54,72 @@ def test_a_recording_begins_with_the_status_last_published_and_ends_when_it_is_e
     assert times == {BLOCK_NS, 2 * BLOCK_NS}
     ((_, _, status),) = Recording(tmp_path / 'run.mcap').messages(['/stickslip_drive/status'])
     assert status == run.status
+
+
+def record_blocks(path: Path, values: Mapping[str, object], blocks: int) -> list[Path]:
+    """Record a saw-tooth; return the files."""
+    parameters = Parameters().updated(values)
+    with RunWriter(path, parameters, wait=True) as writer:
+        run = Run(parameters, writer=writer)
+        run.accept(MOVE)
+        for block in range(1, blocks + 1):
+            run.update(block * BLOCK_NS)
+    return writer.recorder.files
+
+
+def test_a_part_ends_after_its_time(tmp_path: Path):
+    values = {'record.split_duration': 0.02, 'record.flush_period': 0.02}
+    files = record_blocks(tmp_path / 'run.mcap', values, 60)
+    times = [Recording(file).series('position').time_s for file in files]
+    assert [(round(each[0], 9), round(each[-1], 9)) for each in times] == [
+        (0.001, 0.02), (0.021, 0.04), (0.041, 0.06),
+    ]  # fmt: skip
+
+
+def test_a_part_ends_with_the_block_that_brings_its_messages_to_their_size(tmp_path: Path):
+    values = {'record.split_size': 50_000, 'record.chunk_size': 10_000}
+    *full, _ = record_blocks(tmp_path / 'run.mcap', values, 100)
+    assert len(full) > 2
+    for file in full:
+        messages = [
+            each
+            for name, each in Recording(file).records()
+            if not name.endswith(('info', 'status'))
+        ]
+        last_ns = messages[-1].log_time
+        before_bytes = sum(len(each.data) for each in messages if each.log_time < last_ns)
+        assert before_bytes < 50_000 <= sum(len(each.data) for each in messages) + 100
+
+
+def test_every_part_carries_the_state_with_which_it_begins(tmp_path: Path):
+    values = {'record.split_duration': 0.02, 'record.flush_period': 0.02}
+    first, *others = record_blocks(tmp_path / 'run.mcap', values, 60)
+    assert CHECKPOINT_FILE not in Recording(first).attachments
+    assert CHECKPOINT_FILE not in Recording(tmp_path / 'run.mcap').attachments
+    states = [Bench.restore(Recording(each).attachments[CHECKPOINT_FILE][1]) for each in others]
+    assert [state.time_ns for state in states] == [20 * BLOCK_NS, 40 * BLOCK_NS]
+
+
+def test_no_part_begins_while_the_queue_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    values = {'record.split_duration': 0.02, 'record.flush_period': 0.02}
+    parameters = Parameters().updated({**values, 'record.queue_length': 10})
+    saved: list[int] = []
+
+    def save() -> bytes:
+        saved.append(run.bench.time_ns)
+        return b''
+
+    with RunWriter(tmp_path / 'run.mcap', parameters) as writer:
+        run = Run(parameters, writer=writer)
+        monkeypatch.setattr(run, 'save', save)
+        monkeypatch.setattr(Recorder, 'queued', 10)
+        for block in range(1, 31):
+            run.update(block * BLOCK_NS)
+        assert saved == []
+        monkeypatch.setattr(Recorder, 'queued', 9)
+        run.update(31 * BLOCK_NS)
+        run.update(32 * BLOCK_NS)
+    assert saved == [30 * BLOCK_NS]
 
 
 def record_and_delete(path: Path) -> None:

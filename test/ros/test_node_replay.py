@@ -24,14 +24,17 @@ RECORDED = {'record.on_start': True, 'record.name': NAME}
 
 
 def replay_and_check(stand: Any, tmp_path: Path) -> Recording:
-    """End the drive, replay what it recorded, and compare."""
+    """End the drive, replay what it recorded, together and each part alone, and compare."""
     stand.close()
-    source = tmp_path / NAME
-    result = replay(source, tmp_path / 'again.mcap')
-    assert result.identical, result.difference
-    recording = Recording(source)
-    assert compare_data(recording, Recording(tmp_path / 'again.mcap')) is None
-    assert _data(source) == _data(tmp_path / 'again.mcap')
+    recording = Recording(tmp_path / NAME)
+    for source in {recording.path, *recording.files}:
+        result = replay(source, tmp_path / source.stem / 'again.mcap')
+        assert result.identical, result.difference
+        again = Recording(result.output)
+        assert compare_data(Recording(source), again) is None
+        assert [_data(each) for each in Recording(source).files] == [
+            _data(each) for each in again.files
+        ]
     return recording
 
 
@@ -51,15 +54,24 @@ def _data(file: Path) -> list[bytes]:
 ATTACHMENT, METADATA, DATA_END = 0x09, 0x0C, 0x0F
 
 
-@pytest.mark.parametrize('begins', ['with the drive', 'in the middle'])
+@pytest.mark.parametrize(
+    ('begins', 'split'),
+    [
+        ('with the drive', {}),
+        ('in the middle', {}),
+        ('with the drive', {'record.split_duration': 0.07, 'record.flush_period': 0.05}),
+        ('in the middle', {'record.split_size': 200_000, 'record.chunk_size': 50_000}),
+    ],
+    ids=['with the drive', 'in the middle', 'in parts by duration', 'in parts by size'],
+)
 def test_everything_asked_of_a_node_in_real_time_is_replayed(
-    start_drive: Callable, tmp_path: Path, begins: str
+    start_drive: Callable, tmp_path: Path, begins: str, split: dict[str, Any]
 ):
     schedule = tmp_path / 'faults.yaml'
     schedule.write_text('- {at: 0.05, set: {missed_steps: 0.1}}\n- {at: 0.3, clear: true}\n')
     from_start = begins == 'with the drive'
     values = {**RECORDED, 'record.on_start': from_start, 'fault.schedule': str(schedule)}
-    stand = start_drive(values)
+    stand = start_drive({**values, **split})
     operator = stand.operator
     operator.command('sawtooth', (300.0, 1000.0, 0.0))
     if not from_start:
@@ -91,6 +103,7 @@ def test_everything_asked_of_a_node_in_real_time_is_replayed(
     operator.switch('set_paused', wanted=True)
     operator.trigger('tare_force')
     recording = replay_and_check(stand, tmp_path)
+    assert len(recording.files) > len(split)
     first_s = recording.series('position').time_s[0]
     assert first_s == pytest.approx(1e-3) if from_start else first_s > 0.1
 

@@ -237,13 +237,75 @@ def test_a_recording_that_began_in_the_middle_can_be_replayed_from_rest(tmp_path
     assert result.simulated_s == pytest.approx((END_MS - 10) * 1e-3)
 
 
-def test_a_part_whose_beginning_nobody_recorded_is_refused_with_its_mend(tmp_path: Path):
-    values = {'record.split_duration': 0.04, 'record.flush_period': 0.03}
-    source = record(tmp_path / 'run.mcap', MOVES, values)
-    assert_same(source, tmp_path / 'again.mcap')
-    with pytest.raises(RecordingError, match=r'begins 0\.04\d* s into the run.*--from-rest'):
-        replay(tmp_path / 'run_1.mcap', tmp_path / 'third.mcap')
-    assert not (tmp_path / 'third.mcap').exists()
+BY_DURATION = {'record.split_duration': 0.0275, 'record.flush_period': 0.02}
+BY_SIZE = {'record.format': 'bag', 'record.split_size': 50_000, 'record.chunk_size': 10_000}
+
+
+@pytest.mark.parametrize('split', [BY_DURATION, BY_SIZE], ids=['by duration', 'by size'])
+@pytest.mark.parametrize(
+    ('plan', 'begin_ms'),
+    [(MOVES, 0), (MOVES, 7), (LOOP, 0), (FAULTS, 0)],
+    ids=['moves', 'from the middle', 'loop', 'faults'],
+)
+def test_every_part_taken_alone_is_replayed_to_the_byte(
+    tmp_path: Path, plan: Plan, begin_ms: int, split: dict
+):
+    source = record(tmp_path / 'run', plan, split, begin_ms=begin_ms)
+    assert_same(source, tmp_path / 'again')
+    parts = Recording(source).files
+    assert len(parts) > 3
+    for number, part in enumerate(parts):
+        assert_same(part, tmp_path / f'part_{number}')
+
+
+def test_equal_runs_give_equal_parts_but_for_the_time_of_day(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr('stickslip_ros.recording.run_file.WALL_TIME', 'noon')
+    first, second = (
+        record(tmp_path / name / 'run.mcap', LOOP, BY_DURATION) for name in ('first', 'second')
+    )
+    for ours, theirs in zip(Recording(first).files, Recording(second).files, strict=True):
+        assert ours.read_bytes() == theirs.read_bytes()
+
+
+def test_what_a_held_drive_was_asked_is_replayed_with_the_part_that_holds_it(tmp_path: Path):
+    run = Run(Parameters().updated(BY_DURATION))
+    fault = Request('fault', settings=(('fault.interferometer', 'freeze'),))
+    with RunWriter(tmp_path / 'run.mcap', run.bench.parameters, wait=True) as writer:
+        run.accept(fault)  # before the first block: no status has been published
+        run.record(writer)
+        for block in range(1, 91):
+            run.update(block * MS_NS)
+            if block % 28 == 0:  # where a part ends
+                run.accept(Request('clear_faults'))
+                run.accept(Request('voltage', (float(block),)))
+    parts = Recording(writer.recorder.path).files
+    assert len(parts) == 4
+    for number, part in enumerate(parts):
+        assert_same(part, tmp_path / f'part_{number}')
+
+
+def test_a_status_that_was_not_published_before_a_recording_is_replayed(tmp_path: Path):
+    run = Run(Parameters())
+    run.update(MS_NS)
+    run.accept(Request('fault', settings=(('fault.interferometer', 'freeze'),)))
+    with RunWriter(tmp_path / 'run.mcap', Parameters(), wait=True) as writer:
+        run.record(writer)
+        run.update(2 * MS_NS)
+    assert_same(tmp_path / 'run.mcap', tmp_path / 'again.mcap')
+
+
+def test_a_recording_without_the_state_in_which_it_begins_is_refused_with_its_mend(tmp_path: Path):
+    run = Run(Parameters())
+    for block in range(1, 41):
+        run.update(block * MS_NS)
+    with RunWriter(tmp_path / 'run.mcap', Parameters(), wait=True) as run.writer:
+        run.writer.begin(run.bench.time_ns, run.status)
+        run.update(41 * MS_NS)
+    with pytest.raises(RecordingError, match=r'begins 0\.041 s into the run.*--from-rest'):
+        replay(tmp_path / 'run.mcap', tmp_path / 'again.mcap')
+    assert not (tmp_path / 'again.mcap').exists()
 
 
 def test_a_recording_with_lost_messages_is_refused(tmp_path: Path):
