@@ -40,6 +40,7 @@ data_files = [
     ('share/ament_index/resource_index/packages', [f'resource/{NAME}']),
     (SHARE, ['package.xml']),
     (f'{SHARE}/config', files('config', '*.*')),
+    (f'{SHARE}/launch', files('launch', '*.launch.py')),
 ]
 # `ros2 run` looks in lib/stickslip_ros. colcon puts the console scripts there by setup.cfg; pip
 # puts them in bin, so that a wheel brings launchers which lead from the one to the other.

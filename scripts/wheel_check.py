@@ -23,6 +23,7 @@ SHIPPED = (
     'stickslip_ros/study/templates/comparison.html',
     'share/stickslip_ros/package.xml',
     'share/stickslip_ros/config/test_stand.yaml',
+    'share/stickslip_ros/launch/drive.launch.py',
     'share/ament_index/resource_index/packages/stickslip_ros',
     'lib/stickslip_ros/drive',
 )

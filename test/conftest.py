@@ -1,10 +1,14 @@
 """What all tests share: how hypothesis searches, and the stand of the paper."""
 
 import gc
+import runpy
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import matplotlib.font_manager  # noqa: F401 - a process that finds no font cache says so on stderr
 import pytest
+import setuptools
 from hypothesis import HealthCheck, settings
 
 from stickslip_ros.instrument.compilation import compile_kernels
@@ -62,3 +66,14 @@ def compiled_kernels() -> None:
 def stand() -> Parameters:
     """Give the test stand of the paper: every parameter at its default."""
     return Parameters()
+
+
+@pytest.fixture(params=['install', 'bdist_wheel'])
+def keywords(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    """Give what setup.py hands to setuptools, under colcon and under pip."""
+    handed: dict[str, Any] = {}
+    monkeypatch.setattr(setuptools, 'setup', lambda **given: handed.update(given))
+    monkeypatch.setattr('sys.argv', ['setup.py', request.param])
+    monkeypatch.chdir(Path(__file__).parents[1])
+    runpy.run_path('setup.py')
+    return handed

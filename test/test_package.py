@@ -2,13 +2,10 @@
 
 import importlib
 import os
-import runpy
 from pathlib import Path
-from typing import Any
 from xml.etree import ElementTree as ET
 
 import pytest
-import setuptools
 import yaml
 from catkin_pkg.package import parse_package
 
@@ -16,17 +13,6 @@ import stickslip_ros
 
 ROOT = Path(__file__).resolve().parents[1]
 NAME = 'stickslip_ros'
-
-
-@pytest.fixture(params=['install', 'bdist_wheel'])
-def keywords(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
-    """Give what setup.py hands to setuptools, under colcon and under pip."""
-    handed: dict[str, Any] = {}
-    monkeypatch.setattr(setuptools, 'setup', lambda **given: handed.update(given))
-    monkeypatch.setattr('sys.argv', ['setup.py', request.param])
-    monkeypatch.chdir(ROOT)
-    runpy.run_path('setup.py')
-    return handed
 
 
 @pytest.fixture

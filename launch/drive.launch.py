@@ -1,0 +1,59 @@
+"""One drive, as a lifecycle node: `ros2 launch stickslip_ros drive.launch.py`."""
+
+from pathlib import Path
+
+from launch import LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import LifecycleNode
+
+STAND = Path(__file__).parents[1] / 'config' / 'test_stand.yaml'
+IN_FILE = 'empty: as in params_file'
+ARGUMENTS = {
+    'params_file': (str(STAND), 'file of parameters'),
+    'namespace': ('', 'namespace of the drive'),
+    'name': ('stickslip_drive', 'name of the node'),
+    'autostart': ('', f'true or false: configure and activate it; {IN_FILE}'),
+    'record': ('', f'true or false: record from the activation on; {IN_FILE}'),
+    'seed': ('', f'sim.seed; {IN_FILE}'),
+    'frame_prefix': ('', f'what stands before the names of frames; {IN_FILE}'),
+    'log_level': ('info', 'debug, info, warn, error or fatal'),
+}
+"""Default and meaning of each argument."""
+FRAMES = {
+    'frame_id.stage': 'stage_base',
+    'frame_id.runner': 'runner',
+    'frame_id.load_cell': 'load_cell',
+}
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the arguments and the drive."""
+    arguments = [
+        DeclareLaunchArgument(name, default_value=default, description=text)
+        for name, (default, text) in ARGUMENTS.items()
+    ]
+    return LaunchDescription([*arguments, OpaqueFunction(function=start_drive)])
+
+
+def start_drive(context: LaunchContext) -> list[LifecycleNode]:
+    """Return the drive with what the arguments say; they outrank the file."""
+    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    parameters = {
+        'autostart': given['autostart'],
+        'record.on_start': given['record'],
+        'sim.seed': given['seed'],
+    }
+    if given['frame_prefix']:
+        parameters |= {name: given['frame_prefix'] + frame for name, frame in FRAMES.items()}
+    chosen = {name: value for name, value in parameters.items() if value}
+    drive = LifecycleNode(
+        package='stickslip_ros',
+        executable='drive',
+        namespace=given['namespace'],
+        name=given['name'],
+        parameters=[given['params_file'], chosen],
+        ros_arguments=['--log-level', given['log_level']],
+        output='screen',
+    )
+    return [drive]
