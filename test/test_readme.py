@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from stickslip_ros.cli.main import main
+from stickslip_ros.recording.topics import TOPICS
 
 ROOT = Path(__file__).resolve().parents[1]
 HEADING = '## From a recording to a report'
@@ -61,6 +62,17 @@ def test_every_path_that_a_page_names_exists(page: Path):
         elif not slash and word.endswith('.py'):
             missing += [word] * (word not in modules | OF_A_USER)
     assert missing == []
+
+
+def test_every_topic_that_is_played_or_recorded_on_the_page_of_recordings_exists():
+    text = (ROOT / 'docs' / 'recordings.md').read_text(encoding='utf-8')
+    commands = [shlex.split(line) for line in re.findall(r'ros2 bag (?:play|record) .*', text)]
+    named = {word for words in commands for word in words if re.fullmatch(r'/[\w/]+', word)}
+    assert len(named) >= 10
+    assert named <= {topic.full_name() for topic in TOPICS}
+    assert {topic.full_name() for topic in TOPICS if topic.is_command} >= {
+        word for words in commands if words[2] == 'play' for word in words if word in named
+    }
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
