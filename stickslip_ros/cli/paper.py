@@ -96,8 +96,8 @@ def _roughness_tables(samples: Samples, ensemble: Ensemble) -> Iterator[Shown]:
 
 @verb(
     'Run the drive with every contact profile and every friction law at 0.1, 0.5 and 1 N. Writes '
-    'DIR/laws.csv and DIR/laws.png. The laws take their stiffness and limit from the contact '
-    'model, unless friction_law.* says otherwise.',
+    'DIR/laws.csv, DIR/laws.png, and DIR/laws.md with the caption. The laws take their stiffness '
+    'and limit from the contact model, unless friction_law.* says otherwise.',
     folder(),
     option('--amplitudes', 'default: %(default)s', int, default=LAWS.points),
     *PARAMETERS,
@@ -112,8 +112,8 @@ def laws_verb(arguments: argparse.Namespace) -> Answer:
     with shown_progress('runs', quiet=arguments.json) as progress:
         tables = make_tables([LAWS], parameters, points=arguments.amplitudes, progress=progress)
     runs = tables[LAWS.name]
-    files = write_figure(LAWS, runs, parameters, arguments.out, ('.csv', '.png'))
-    paths = f'table   {files[0]}\nfigure  {files[1]}'
+    files = write_figure(LAWS, runs, parameters, arguments.out, ('.csv', '.md', '.png'))
+    paths = f'table   {files[0]}\nfigure  {files[2]}'
     return Answer({'points': runs.rows}, [_laws_table(runs), paths])
 
 

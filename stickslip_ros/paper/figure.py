@@ -2,7 +2,6 @@
 
 import csv
 import math
-import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,14 +14,13 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.paper.readings import FORCE_FREQUENCY_HZ
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import new_figure, save_figure
+from stickslip_ros.study.plotting import CurveStyle, curve_style, new_figure, save_figure
 from stickslip_ros.units import MICRO
 
 KINDS = ('.csv', '.md', '.png', '.svg')
 """Files of a figure: its table (SI, all digits), its caption, its pictures."""
-CHARACTERS_PER_INCH = 14.0
-"""Width of a caption; more would be wider than the figure."""
-PRELOAD_COLOURS = ('tab:blue', 'tab:orange', 'tab:green', 'tab:red')
+CHANGED_MAX = 3
+"""Changed parameters that a title names; of more it gives the number."""
 
 Case = Callable[[], Row]
 """Runs that give one row of the table."""
@@ -47,11 +45,10 @@ class Table:
         """Return a column of numbers, shape (rows,)."""
         return np.array([row[name] for row in self.rows], dtype=float)
 
-    def by_preload(self) -> Iterator[tuple[float, 'Table', str]]:
-        """Return each preload, N, with its rows and its colour."""
-        preloads_n = dict.fromkeys(self.column('preload_n').tolist())
-        for preload_n, colour in zip(preloads_n, PRELOAD_COLOURS, strict=False):
-            yield preload_n, self.where(preload_n=preload_n), colour
+    def by_preload(self) -> Iterator[tuple[float, 'Table', CurveStyle]]:
+        """Return each preload, N, with its rows and the style of its curve."""
+        for number, preload_n in enumerate(dict.fromkeys(self.column('preload_n').tolist())):
+            yield preload_n, self.where(preload_n=preload_n), curve_style(number)
 
     def write(self, path: Path) -> None:
         """Write the table as CSV; what is not a number stays empty."""
@@ -94,7 +91,7 @@ class PaperFigure:
     cases: Callable[[Parameters, int], Sequence[Case]]
     draw: Callable[[Table, Figure], None]
     caption: Callable[[Parameters], str]
-    inches: tuple[float, float] = (8.5, 6.5)
+    inches: tuple[float, float]
     points_min: int = 2
 
 
@@ -127,9 +124,11 @@ def write_figure(
         If a file cannot be written.
 
     """
-    caption = f'{figure.caption(parameters)}{_changed(parameters)}'
+    changed = [f'{name} = {value}' for name, value in parameters.changed().items()]
+    caption = figure.caption(parameters) + (f' Changed: {", ".join(changed)}.' if changed else '')
     files = [folder / f'{figure.name}{kind}' for kind in kinds]
-    drawn = _drawn(figure, table, caption)
+    drawn = new_figure(*figure.inches, _title(figure, changed))
+    figure.draw(table, drawn)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for path in files:
@@ -167,22 +166,12 @@ def surface(parameters: Parameters, profile: str) -> str:
     return f'rough sphere (H = {contact.hurst:g}, Q_1D = {contact.prefactor:g} m^(1-H), {sphere})'
 
 
-def _drawn(figure: PaperFigure, table: Table, caption: str) -> Figure:
-    """Return the drawn figure, with its caption below the axes."""
-    drawn = new_figure(*figure.inches, figure.title)
-    figure.draw(table, drawn)
-    width = int(figure.inches[0] * CHARACTERS_PER_INCH)
-    whole = caption.replace(' = ', '\u00a0=\u00a0')  # no line ends inside 'c = 0'
-    drawn.supxlabel(textwrap.fill(whole, width), x=0.01, ha='left', fontsize='small')
-    return drawn
-
-
-def _changed(parameters: Parameters) -> str:
-    """Name what differs from the defaults, so that no figure is taken for another one."""
-    changed = parameters.changed()
+def _title(figure: PaperFigure, changed: Sequence[str]) -> str:
+    """Return the heading of a picture, so that one of another stand is not taken for it."""
     if not changed:
-        return ''
-    return f' Changed: {", ".join(f"{name} = {value}" for name, value in changed.items())}.'
+        return figure.title
+    named = ', '.join(changed) if len(changed) <= CHANGED_MAX else f'{len(changed)} parameters'
+    return f'{figure.title}\nchanged: {named}'
 
 
 def _is_nan(value: object) -> bool:

@@ -16,7 +16,11 @@ from stickslip_ros.paper.readings import (
 )
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import label_axes
+from stickslip_ros.study.plotting import (
+    draw_legend,
+    label_axes,
+    label_end,
+)
 from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.units import MN, NM
 
@@ -40,23 +44,15 @@ def _stands(profile: str, preloads_n: Sequence[float], parameters: Parameters) -
 
 def _draw(table: Table, figure: Figure) -> None:
     axes = figure.subplots()
-    for preload_n, rows, colour in table.by_preload():
+    for preload_n, rows, style in table.by_preload():
         amplitudes_nm = rows.column('amplitude_m') * NM
         forces_mn = rows.column('force_mean_n') * MN
-        axes.plot(amplitudes_nm, forces_mn, colour, label=f'{preload_n:g} N')
-        axes.annotate(
-            f'{forces_mn[-1]:.0f}',
-            (amplitudes_nm[-1], forces_mn[-1]),
-            xytext=(4, 0),
-            textcoords='offset points',
-            color=colour,
-            va='center',
-            annotation_clip=False,
-        )
+        axes.plot(amplitudes_nm, forces_mn, **style.line, label=f'{preload_n:g} N')
+        label_end(axes, amplitudes_nm, forces_mn, f'{forces_mn[-1]:.0f} mN', style.color)
     label_axes(axes, 'actuation amplitude (nm)', 'generated force, mean of the last cycle (mN)')
     axes.set_xlim(0.0, AMPLITUDE_MAX_M * NM)
     axes.set_ylim(bottom=0.0)
-    axes.legend(title='preload')
+    draw_legend(axes, 'upper left', 'preload')
 
 
 def _figure(name: str, shows: str, profile: str, preloads_n: Sequence[float]) -> PaperFigure:
@@ -72,13 +68,13 @@ def _figure(name: str, shows: str, profile: str, preloads_n: Sequence[float]) ->
         limits = ', '.join(f'{friction_limit_n(s) * MN:.0f}' for s in stands(parameters))
         return (
             f'{shows} Simulated, no measured points: {surface(parameters, profile)}. The numbers '
-            'at the right are the force at the full stroke, in mN; all contacts together can hold '
+            'at the right are the force at the full stroke; all contacts together can hold '
             f'{limits} mN. Below the 0-amplitude the runner follows the feet elastically, with a '
             f'mean force of about k A/2. {assumed(parameters)}'
         )
 
     title = f'Generated force over actuation amplitude, {profile} contacts'
-    return PaperFigure(name, title, 65, cases, _draw, caption)
+    return PaperFigure(name, title, 65, cases, _draw, caption, (8.5, 5.4))
 
 
 FIG2 = _figure(

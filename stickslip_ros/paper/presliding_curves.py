@@ -18,17 +18,25 @@ from stickslip_ros.paper.readings import (
 )
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import label_axes
+from stickslip_ros.study.plotting import (
+    BLACK,
+    BLUE,
+    GREY,
+    PURPLE,
+    VERMILION,
+    draw_legend,
+    label_axes,
+)
 from stickslip_ros.units import NM
 
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
 PROFILES = ('rough', 'smooth')
 CURVES = {
-    'max_presliding_upper_m': ('0.6', '', '--', '$u_{x,max}$ of an upper contact, $F_{n1}$'),
-    'max_presliding_lower_m': ('black', '', '-', '$u_{x,max}$ of a lower contact, $F_{n2}$'),
-    'zero_quasi_static_m': ('tab:purple', '', ':', '0-amplitude without rebound, closed form'),
-    'zero_steps_m': ('tab:red', 'o', '', '0-amplitude, step length extrapolated'),
-    'zero_onset_m': ('tab:blue', 'x', '', '0-amplitude, onset of generated force'),
+    'max_presliding_upper_m': (GREY, '', '--', '$u_{x,max}$ of an upper contact, $F_{n1}$'),
+    'max_presliding_lower_m': (BLACK, '', '-', '$u_{x,max}$ of a lower contact, $F_{n2}$'),
+    'zero_quasi_static_m': (PURPLE, '', ':', '0-amplitude without rebound, closed form'),
+    'zero_steps_m': (VERMILION, 'o', '', '0-amplitude, step length extrapolated'),
+    'zero_onset_m': (BLUE, 'x', '', '0-amplitude, onset of generated force'),
 }
 """Colour, marker, line and label of each column."""
 
@@ -68,7 +76,7 @@ def _draw(table: Table, figure: Figure) -> None:
         axes.set_xlim(0.0, None)
         axes.set_ylim(0.0, None)
     panels[0].set_ylabel('displacement (nm)')
-    panels[0].legend(fontsize='small', loc='upper left')
+    draw_legend(panels[0], 'upper left')
 
 
 def _caption(parameters: Parameters) -> str:
@@ -91,5 +99,5 @@ FIG7 = PaperFigure(
     _cases,
     _draw,
     _caption,
-    (11.0, 6.6),
+    (11.0, 5.6),
 )

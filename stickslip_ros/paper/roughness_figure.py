@@ -24,7 +24,16 @@ from stickslip_ros.contact.roughness import (
 )
 from stickslip_ros.paper.ensemble import Comparison, Ensemble, equivalent_profile, line_contact
 from stickslip_ros.parameters import ContactParameters, Parameters
-from stickslip_ros.study.plotting import label_axes, new_figure, save_figure
+from stickslip_ros.study.plotting import (
+    BLACK,
+    BLUE,
+    GREY,
+    VERMILION,
+    draw_legend,
+    label_axes,
+    new_figure,
+    save_figure,
+)
 from stickslip_ros.units import MICRO, MILLI, NM
 
 SURFACE_POINTS = 512
@@ -34,7 +43,7 @@ WINDOW_WIDTHS = 4.0
 PLOTTED_POINTS = 4096
 """A line of more points is thinned out for its plot."""
 UM, MM = 1.0 / MICRO, 1.0 / MILLI
-LINES, EQUIVALENT, THEORY = 'tab:blue', 'tab:red', 'black'
+LINES, EQUIVALENT, THEORY = BLUE, VERMILION, BLACK
 
 
 @dataclass(frozen=True)
@@ -109,7 +118,7 @@ def draw_roughness(samples: Samples, ensemble: Ensemble, picture: Path) -> None:
         f'rms {contact.rms_height * UM:.4g} µm, R = {contact.radius * MM:g} mm; '
         f'{len(ensemble.normal_force_n.lines)} lines of {contact.line_points} springs'
     )
-    figure = new_figure(19.0, 9.0, title)
+    figure = new_figure(16.0, 7.8, title)
     axes = figure.subplots(2, 4)
     _draw_line(axes[0, 0], samples.line)
     _draw_contact(axes[0, 1], samples, float(ensemble.loads_n[-1]))
@@ -125,7 +134,7 @@ def draw_roughness(samples: Samples, ensemble: Ensemble, picture: Path) -> None:
     _compare(axes[1, 2], load, ensemble.stiffness_n_per_m, 'full-stick stiffness (N/µm)', MICRO)
     for one in axes.flat:
         if one is not axes[0, 2]:
-            one.legend(fontsize='small')
+            draw_legend(one)
     save_figure(figure, picture)
 
 
@@ -152,10 +161,10 @@ def _draw_contact(axes: Axes, samples: Samples, load_n: float) -> None:
     near = near[:: max(len(near) // PLOTTED_POINTS, 1)]
     x_um, x_m = places_m[near] * UM, from_lowest_m[near]
     parabola_m, equivalent_m = x_m**2 / contact.radius, equivalent_profile(contact).height(x_m)
-    axes.plot(x_um, parabola_m * UM, '0.5', linestyle='--', label='parabola x²/R')
+    axes.plot(x_um, parabola_m * UM, GREY, linestyle=':', label='parabola x²/R')
     heights_um = line.heights_m[near] * UM
     axes.plot(x_um, heights_um, LINES, linewidth=0.8, label='rough parabola (Eq. 14)')
-    axes.plot(x_um, equivalent_m * UM, EQUIVALENT, label='equivalent (Eq. 18)')
+    axes.plot(x_um, equivalent_m * UM, EQUIVALENT, linestyle='--', label='equivalent (Eq. 18)')
     label = f'd under {load_n:g} N: {pressed.depth_m * NM:.0f} nm'
     axes.axhline(pressed.depth_m * UM, color=THEORY, linewidth=0.8, label=label)
     title = 'the line on its parabola, at the first touch'
@@ -197,7 +206,8 @@ def _compare(
         x, mean - spread, mean + spread, color=LINES, alpha=0.25, label='± one standard deviation'
     )
     axes.loglog(x, mean, LINES, marker='o', markersize=3, label='mean of the lines')
-    axes.loglog(x, comparison.equivalent * scale, EQUIVALENT, label='equivalent profile (Eq. 18)')
+    label_18, equivalent = 'equivalent profile (Eq. 18)', comparison.equivalent * scale
+    axes.loglog(x, equivalent, EQUIVALENT, linestyle='--', label=label_18)
     low, high = float(np.min(comparison.ratio)), float(np.max(comparison.ratio))
     title = f'mean of the lines / equivalent: {low:.2f} to {high:.2f}'
     label_axes(axes, x_label, label, title)

@@ -16,14 +16,18 @@ from stickslip_ros.paper.readings import (
 )
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import label_axes
+from stickslip_ros.study.plotting import (
+    curve_style,
+    draw_legend,
+    label_axes,
+)
 from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.units import MICRO, MN, NM
 
 BANDWIDTHS_HZ = (math.inf, 1e6, 300e3, 100e3, 30e3, 10e3)
 STEP_S = 2e-6
 """Longest time step behind a low-pass: half of it changes no force at the full stroke by 1e-3."""
-LEGEND_ROOM = 1.35
+LEGEND_ROOM = 1.55
 
 
 def rounded_stand(parameters: Parameters, preload_n: float, bandwidth_hz: float) -> Parameters:
@@ -69,15 +73,15 @@ def _draw(table: Table, figure: Figure) -> None:
             rows = here.where(bandwidth_hz=bandwidth_hz)
             amplitudes_nm = rows.column('amplitude_m') * NM
             forces_mn = rows.column('force_mean_n') * MN
-            colour = 'black' if math.isinf(bandwidth_hz) else f'C{index - 1}'
+            style = curve_style(index).line_and_points | {'markevery': (index, len(BANDWIDTHS_HZ))}
             onset_nm = rows.column('zero_onset_m')[-1] * NM
             onset = 'no onset' if math.isnan(onset_nm) else f'from {onset_nm:.0f} nm'
             label = f'{_name(bandwidth_hz)}: {onset}'
-            force.plot(amplitudes_nm, forces_mn, colour, label=label)
-            lost.plot(amplitudes_nm, ideal_mn - forces_mn, colour)
+            force.plot(amplitudes_nm, forces_mn, label=label, **style)
+            lost.plot(amplitudes_nm, ideal_mn - forces_mn, **style)
         label_axes(force, '', '', f'preload {preload_n:g} N')
         label_axes(lost, 'amplitude before rounding (nm)', '')
-        force.legend(fontsize='small', loc='upper left')
+        draw_legend(force, 'upper left')
         force.set_xlim(0.0, AMPLITUDE_MAX_M * NM)
         force.set_ylim(0.0, LEGEND_ROOM * ideal_mn.max())
     panels[0, 0].set_ylabel('generated force (mN)')
@@ -101,4 +105,4 @@ def _caption(parameters: Parameters) -> str:
     )
 
 
-ROUNDED = PaperFigure('rounded', 'Rounded saw-tooth', 32, _cases, _draw, _caption, (12.0, 8.4))
+ROUNDED = PaperFigure('rounded', 'Rounded saw-tooth', 32, _cases, _draw, _caption, (12.0, 7.8))

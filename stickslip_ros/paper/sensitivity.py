@@ -23,7 +23,16 @@ from stickslip_ros.paper.readings import (
 )
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import label_axes
+from stickslip_ros.study.plotting import (
+    BLACK,
+    BLUE,
+    GREEN,
+    PURPLE,
+    VERMILION,
+    CurveStyle,
+    draw_legend,
+    label_axes,
+)
 from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.units import MICRO, MN, NM
 
@@ -59,10 +68,10 @@ ALL_VARIED = (
     ),
 )
 ZEROS = {
-    'max_presliding_lower_m': ('black', '', '-', '$u_{x,max}(F_{n2})$'),
-    'zero_quasi_static_m': ('tab:purple', '', ':', 'without rebound'),
-    'zero_steps_m': ('tab:red', '.', '-', '0-amplitude from steps'),
-    'zero_onset_m': ('tab:blue', '.', '-', '0-amplitude from force'),
+    'max_presliding_lower_m': (BLACK, '', '-', '$u_{x,max}(F_{n2})$'),
+    'zero_quasi_static_m': (PURPLE, '', ':', 'without rebound'),
+    'zero_steps_m': (VERMILION, 'o', '-', '0-amplitude from steps'),
+    'zero_onset_m': (BLUE, 'x', '--', '0-amplitude from force'),
 }
 """Colour, marker, line and label of each column."""
 
@@ -111,17 +120,18 @@ def _draw(table: Table, figure: Figure) -> None:
     rise.set_ylabel(f'rise of force at {SOFT_PRELOAD_N:g} N\nfrom 140 to 160 nm (%)')
     force.set_ylim(bottom=0.0)
     zero.set_ylim(bottom=0.0)
-    zero.legend(fontsize='small', loc='lower left')
+    draw_legend(zero, 'lower left')
 
 
 def _draw_column(panels: Sequence[Axes], varied: Varied, rows: Table) -> None:
     values = rows.column('value') * varied.scale
     force, zero, rise = panels
-    force.plot(values, rows.column('force_mean_n') * MN, 'tab:blue', marker='.')
+    force.plot(values, rows.column('force_mean_n') * MN, BLUE, marker='.')
     for name, (colour, marker, line, label) in ZEROS.items():
         values_nm = rows.column(name) * NM
-        zero.plot(values, values_nm, colour, marker=marker, linestyle=line, label=label)
-    rise.plot(values, rows.column('last_rise') * 100.0, 'tab:green', marker='.')
+        style = CurveStyle(colour, line, marker).line_and_points
+        zero.plot(values, values_nm, label=label, **style)
+    rise.plot(values, rows.column('last_rise') * 100.0, GREEN, marker='.')
     for axes in panels:
         label_axes(axes, '', '')
     rise.set_xlabel(varied.label)
@@ -152,5 +162,5 @@ SENSITIVITY = PaperFigure(
     _cases,
     _draw,
     _caption,
-    (12.5, 9.4),
+    (12.5, 8.6),
 )

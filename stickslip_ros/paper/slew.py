@@ -17,7 +17,10 @@ from stickslip_ros.paper.readings import (
 )
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import label_axes
+from stickslip_ros.study.plotting import (
+    draw_legend,
+    label_axes,
+)
 from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.units import MICRO, NM
 
@@ -52,10 +55,11 @@ def _cases(parameters: Parameters, points: int) -> list[Case]:
 def _draw(table: Table, figure: Figure) -> None:
     step, zero = panels = figure.subplots(1, 2)
     for axes, name in ((step, 'step_length_m'), (zero, 'zero_steps_m')):
-        for preload_n, rows, colour in table.by_preload():
+        for preload_n, rows, style in table.by_preload():
             rates = rows.column('slew_rate_v_per_s') * MICRO
             values_nm = rows.column(name) * NM
-            axes.plot(rates, values_nm, colour, marker='.', label=f'preload {preload_n:g} N')
+            label = f'preload {preload_n:g} N'
+            axes.plot(rates, values_nm, **style.line_and_points, label=label)
     label_axes(step, 'slew rate (V/us)', f'step length at {AMPLITUDE_MAX_M * NM:g} nm (nm)')
     label_axes(zero, 'slew rate (V/us)', '0-amplitude, step length extrapolated (nm)')
     step.axhline(0.0, color='0.3', linewidth=0.8)
@@ -64,9 +68,9 @@ def _draw(table: Table, figure: Figure) -> None:
         axes.set_xscale('log')
         axes.set_xticks(TICKS_V_PER_US, [str(tick) for tick in TICKS_V_PER_US])
         axes.minorticks_off()
-        for (rate, label), style in zip(EDELER_V_PER_US.items(), (':', '--'), strict=True):
-            axes.axvline(rate, color='0.3', linestyle=style, label=label)
-    step.legend(fontsize='small', loc='lower right')
+        for (rate, label), line in zip(EDELER_V_PER_US.items(), (':', '--'), strict=True):
+            axes.axvline(rate, color='0.3', linestyle=line, label=label)
+    draw_legend(step, 'lower right')
 
 
 def _caption(parameters: Parameters) -> str:
@@ -81,5 +85,5 @@ def _caption(parameters: Parameters) -> str:
 
 
 SLEW = PaperFigure(
-    'slew', 'Unloaded step over slew rate', 31, _cases, _draw, _caption, (11.0, 6.0)
+    'slew', 'Unloaded step over slew rate', 31, _cases, _draw, _caption, (11.0, 5.0)
 )

@@ -1,10 +1,10 @@
-"""Figures of the package: how one begins, how its axes look, and how it becomes a file."""
+"""Figures of the package: how one begins, how its curves and axes look, how it becomes a file."""
 
 import io
 import itertools
 from collections.abc import Mapping
 from pathlib import Path
-from typing import IO, Any, Final
+from typing import IO, Any, Final, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -24,6 +24,53 @@ UNDATED: Final[Mapping[str, Mapping[str, Any]]] = {
 SAME_NAMES: Final = {'svg.hashsalt': 'stickslip'}
 """Without it matplotlib names the parts of an SVG at random."""
 
+BLACK, GREY = 'black', '0.4'
+BLUE, VERMILION, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
+ORANGE, SKY_BLUE = '#E69F00', '#56B4E9'
+"""Colours that colour-blind people tell apart (Okabe and Ito 2008), without the yellow."""
+MARKER_POINTS: Final = 4.5
+LEGEND_EMS: Final = 3.0
+
+
+class CurveStyle(NamedTuple):
+    """What tells a curve from its neighbours: colour, and without it dashes and marker."""
+
+    color: str
+    linestyle: str | tuple[float, tuple[float, ...]]
+    marker: str
+
+    @property
+    def line(self) -> dict[str, Any]:
+        """As arguments of ``plot``, of a line without points."""
+        return {'color': self.color, 'linestyle': self.linestyle}
+
+    @property
+    def points(self) -> dict[str, Any]:
+        """As arguments of ``plot``, of points without a line."""
+        return {**self.line_and_points, 'linestyle': 'none'}
+
+    @property
+    def line_and_points(self) -> dict[str, Any]:
+        """As arguments of ``plot``, of a line through its points."""
+        return {**self._asdict(), 'markersize': MARKER_POINTS}
+
+
+CURVES: Final = (
+    CurveStyle(BLUE, '-', 'o'),
+    CurveStyle(VERMILION, '--', 's'),
+    CurveStyle(GREEN, '-.', '^'),
+    CurveStyle(PURPLE, ':', 'D'),
+    CurveStyle(ORANGE, (0.0, (12.0, 3.0)), 'v'),
+    CurveStyle(SKY_BLUE, (0.0, (5.0, 1.0, 1.0, 1.0, 1.0, 1.0)), 'P'),
+    CurveStyle(BLACK, (0.0, (1.0, 3.0)), 'X'),
+)
+
+
+def curve_style(number: int) -> CurveStyle:
+    """Return the style of a curve by its number, from 0; the first 49 differ."""
+    round_, place = divmod(number, len(CURVES))
+    return CURVES[(place + round_) % len(CURVES)]._replace(color=CURVES[place].color)
+
 
 def new_figure(width_inches: float, height_inches: float, title: str = '') -> Figure:
     """Return an empty figure whose axes make room for their labels."""
@@ -39,6 +86,27 @@ def label_axes(axes: Axes, x_label: str, y_label: str, title: str = '') -> None:
     axes.set_ylabel(y_label)
     axes.set_title(title, fontsize='medium')
     axes.grid(visible=True, alpha=0.3)
+
+
+def as_it_is(text: str) -> str:
+    """Return a text, such as the name of a file, so that matplotlib sees no formula in it."""
+    return text.replace('$', r'\$')
+
+
+def draw_legend(axes: Axes, place: str = 'best', title: str | None = None) -> None:
+    """Give axes a legend whose samples are long enough to show the dashes."""
+    axes.legend(loc=place, title=title, fontsize='small', handlelength=LEGEND_EMS)
+
+
+def label_end(axes: Axes, x: Array, y: Array, text: str, colour: str) -> None:
+    """Write a text right of the last point of a curve, in its colour."""
+    write_beside(axes, x[-1], y[-1], text, color=colour, annotation_clip=False)
+
+
+def write_beside(axes: Axes, x: float, y: float, text: str, **style: Any) -> None:
+    """Write a text right of a place."""
+    place: dict[str, Any] = {'xytext': (4, 0), 'textcoords': 'offset points', 'va': 'center'}
+    axes.annotate(text, (x, y), **place, **style)
 
 
 def check_picture(path: Path) -> None:

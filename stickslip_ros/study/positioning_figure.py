@@ -8,7 +8,16 @@ from matplotlib.axes import Axes
 
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
-from stickslip_ros.study.plotting import label_axes, new_figure, save_figure
+from stickslip_ros.study.plotting import (
+    BLACK,
+    BLUE,
+    GREEN,
+    VERMILION,
+    draw_legend,
+    label_axes,
+    new_figure,
+    save_figure,
+)
 from stickslip_ros.units import MICRO, NM
 
 LEAST_M = 1e-11
@@ -41,7 +50,7 @@ def draw_positioning(path: Path, legs: Sequence[Leg], tolerance_m: float, pictur
     position, error, volts = figure.subplots(3, 1, sharex=True)
     _draw_position(position, truth, legs)
     _draw_error(error, truth, legs, tolerance_m)
-    volts.plot(voltage.time_s, voltage.value, color='tab:blue', linewidth=0.7)
+    volts.plot(voltage.time_s, voltage.value, color=BLUE, linewidth=0.7)
     label_axes(volts, 'simulated time (s)', 'piezo voltage (V)')
     save_figure(figure, picture)
 
@@ -57,14 +66,12 @@ def largest_errors_m(path: Path, spans: Sequence[Leg]) -> list[float]:
 
 def _draw_position(axes: Axes, truth: Series, legs: Sequence[Leg]) -> None:
     label_axes(axes, '', 'position (um)')
-    axes.plot(
-        truth.time_s, truth.value / MICRO, color='tab:green', linewidth=1.0, label='true position'
-    )
+    axes.plot(truth.time_s, truth.value / MICRO, color=GREEN, linewidth=1.0, label='true position')
     for number, (start_s, end_s, target_m) in enumerate(legs):
         label = '_' if number else 'target'
-        axes.hlines(target_m / MICRO, start_s, end_s, 'k', 'dashed', linewidth=0.8, label=label)
+        axes.hlines(target_m / MICRO, start_s, end_s, BLACK, 'dashed', linewidth=0.8, label=label)
     axes.set_yscale('symlog', linthresh=0.1)
-    axes.legend(loc='upper left')
+    draw_legend(axes, 'upper left')
 
 
 def _draw_error(axes: Axes, truth: Series, legs: Sequence[Leg], tolerance_m: float) -> None:
@@ -72,8 +79,8 @@ def _draw_error(axes: Axes, truth: Series, legs: Sequence[Leg], tolerance_m: flo
     for start_s, end_s, target_m in legs:
         leg = truth.window(start_s, end_s)
         left_m = np.maximum(np.abs(leg.value - target_m), LEAST_M)
-        axes.plot(leg.time_s, NM * left_m, color='tab:red', linewidth=0.7)
+        axes.plot(leg.time_s, NM * left_m, color=VERMILION, linewidth=0.7)
     label = f'{NM * tolerance_m:g} nm'
-    axes.axhline(NM * tolerance_m, color='k', linewidth=0.8, label=label)
+    axes.axhline(NM * tolerance_m, color=BLACK, linestyle='--', linewidth=0.8, label=label)
     axes.set_yscale('log')
-    axes.legend(loc='upper right')
+    draw_legend(axes, 'upper right')

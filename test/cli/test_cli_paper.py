@@ -63,6 +63,7 @@ def test_every_variant_is_run_at_every_preload_and_drawn(
     assert all(force_n['rough', n] < force_n['smooth', n] for n in (0.1, 0.5, 1.0))
     assert (tmp_path / 'laws.csv').read_text().count('\n') == 1 + len(points)
     assert (tmp_path / 'laws.png').read_bytes().startswith(b'\x89PNG')
+    assert 'c = 0 N s/m' in (tmp_path / 'laws.md').read_text()
 
 
 TWO_POINTS = ['figures', '--points', '2']

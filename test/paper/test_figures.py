@@ -2,14 +2,17 @@
 
 import csv
 import math
+import re
 import xml.etree.ElementTree as ET
 
 import pytest
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
-from stickslip_ros.paper.figure import write_figure
+from stickslip_ros.paper.figure import Table, write_figure
+from stickslip_ros.paper.laws import LAWS, variants
 from stickslip_ros.paper.make import FIGURES, chosen_figures, make_tables
 from stickslip_ros.paper.readings import (
+    PRELOADS_N,
     max_presliding_m,
     quasi_static_zero_m,
     stand_at,
@@ -18,6 +21,7 @@ from stickslip_ros.paper.readings import (
 )
 from stickslip_ros.paper.rounded import BANDWIDTHS_HZ, rounded_stand
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.plotting import new_figure
 from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.units import MN, NM
 
@@ -34,6 +38,16 @@ ROUNDED_ERROR = 1e-3
 FULL_M, FORCE_HZ, STEP_HZ = 160e-9, 1000.0, 200.0
 PNG = b'\x89PNG\r\n\x1a\n'
 POINTS = 2
+CAPTION = 90
+"""No axis label is so long, and every caption is longer."""
+LAW_TABLE = Table(
+    [
+        {'variant': name, 'preload_n': preload_n, 'amplitude_m': 1e-7, 'force_mean_n': 0.1}
+        for name in variants()
+        for preload_n in PRELOADS_N
+    ]
+)
+"""A table of ``laws`` in which they are all equal."""
 
 
 @pytest.fixture(scope='module')
@@ -186,12 +200,54 @@ def test_the_same_table_gives_the_same_bytes(tables, tmp_path):
         assert first.read_bytes() == again.read_bytes()
 
 
-def test_a_caption_names_what_was_changed(tables, tmp_path):
+@pytest.mark.parametrize('name', [*FIGURES, 'laws'])
+def test_without_colour_the_curves_of_a_panel_differ_and_no_caption_is_in_the_picture(
+    name, tables, tmp_path
+):
+    figure, table = {**FIGURES, 'laws': LAWS}[name], {**tables, 'laws': LAW_TABLE}[name]
+    drawn = new_figure(*figure.inches)
+    figure.draw(table, drawn)
+    for axes in drawn.axes:
+        curves = [each for each in axes.lines if not str(each.get_label()).startswith('_')]
+        looks = {(c.get_linestyle(), c.get_marker(), c.get_linewidth()) for c in curves}
+        assert len(looks) == len(curves)
+    [picture] = write_figure(figure, table, Parameters(), tmp_path, ['.svg'])
+    assert max(map(len, words_in(picture))) < CAPTION
+
+
+def words_in(picture):
+    """Return the texts of a picture in SVG."""
+    return re.findall('<!-- (.*?) -->', picture.read_text(encoding='utf-8'), re.DOTALL)
+
+
+def test_in_the_figure_of_the_laws_coulomb_has_axes_of_its_own_and_equal_laws_are_named(tmp_path):
+    drawn = new_figure(*LAWS.inches)
+    LAWS.draw(LAW_TABLE, drawn)
+    labels = [[line.get_label() for line in axes.lines] for axes in drawn.axes]
+    assert labels[:3] == [['coulomb']] * 3
+    others = ['rough', 'smooth', 'rough_line', 'dahl', 'lugre (equals dahl)', 'epm']
+    assert labels[3:] == [others] * 3
+    forces = {'dahl': 0.05, 'lugre': 0.06}
+    other = Table(
+        [{**row, 'force_mean_n': forces.get(str(row['variant']), 0.1)} for row in LAW_TABLE.rows]
+    )
+    [picture] = write_figure(LAWS, other, Parameters(), tmp_path, ['.svg'])
+    assert {'dahl', 'lugre'} <= set(words_in(picture))
+
+
+def test_a_caption_and_a_heading_name_what_was_changed(tables, tmp_path):
     damped = Parameters().updated({'runner.damping': 80.0})
-    _, page, *_ = write_figure(FIGURES['fig2'], tables['fig2'], damped, tmp_path)
+    _, page, _, picture = write_figure(FIGURES['fig2'], tables['fig2'], damped, tmp_path)
     text = page.read_text(encoding='utf-8')
     assert 'damping c = 80 N s/m' in text
     assert 'Changed: runner.damping = 80.0.' in text
+    assert 'changed: runner.damping = 80.0' in words_in(picture)
+    many = {'runner.damping': 80.0, 'runner.mass': 0.004, 'contact.friction': 0.2, 'sim.seed': 7}
+    _, page, _, picture = write_figure(
+        FIGURES['fig2'], tables['fig2'], Parameters().updated(many), tmp_path
+    )
+    assert 'changed: 4 parameters' in words_in(picture)
+    assert 'contact.friction = 0.2' in page.read_text(encoding='utf-8')
 
 
 def test_progress_is_told_up_to_the_last_row():

@@ -1,6 +1,7 @@
 """The report of a comparison: self-contained, escaped, the same bytes, all numbers."""
 
 import base64
+import dataclasses
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -12,6 +13,7 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.comparison.by_amplitude import ModelSettings
 from stickslip_ros.study.comparison.compare import compare
+from stickslip_ros.study.comparison.figure import draw_quantity
 from stickslip_ros.study.comparison.report import report_page, write_report
 from stickslip_ros.study.comparison.words import sections, sentences
 
@@ -101,6 +103,23 @@ def test_there_is_a_picture_of_every_quantity_that_needs_nothing_else(comparison
         ]
         assert all(link.startswith('#') for link in links)
         assert sum(element.tag.endswith('path') for element in svg.iter()) > 20
+
+
+@pytest.mark.parametrize(
+    ('origin', 'shown'),
+    [
+        ('runs/run.mcap', 'run.mcap'),
+        ('a$b$.mcap', 'a$b$.mcap'),
+        (f'{"x" * 40}_1.mcap', f'…{"x" * 32}_1.mcap'),
+    ],
+    ids=['folder', 'no formula', 'long'],
+)
+def test_the_legend_names_the_files(points, runs, origin, shown):
+    named = dataclasses.replace(runs, a=dataclasses.replace(runs.a, origin=origin))
+    words = re.findall('<!-- (.*?) -->', draw_quantity(named, named.quantities[0]))
+    assert {f'A: {shown}', 'B: run.mcap'} <= set(words)
+    words = re.findall('<!-- (.*?) -->', draw_quantity(points, points.quantities[0]))
+    assert {'B: model, 0.1 N', 'B: model, 0.5 N'} <= set(words)
 
 
 def test_what_comes_from_a_file_is_escaped(points):

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.study.plotting import (
     UNDATED,
+    curve_style,
     decimated,
     label_axes,
     new_figure,
@@ -33,6 +34,13 @@ def test_the_same_figure_gives_the_same_bytes_at_any_time(tmp_path, monkeypatch,
         save_figure(_figure(), tmp_path / f'new/{name}{kind}')
     first, again = ((tmp_path / f'new/{name}{kind}').read_bytes() for name in ('first', 'again'))
     assert first == again
+
+
+def test_curves_differ_in_colour_and_without_it():
+    styles = [curve_style(number) for number in range(49)]
+    assert len(set(styles)) == 49
+    for look in ('color', 'linestyle', 'marker'):
+        assert len({getattr(style, look) for style in styles[:7]}) == 7
 
 
 def test_a_figure_as_text_is_that_of_its_file(tmp_path):

@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +12,16 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.study.batch import run_batch
 from stickslip_ros.study.fitting.fit import Fit
 from stickslip_ros.study.fitting.problem import model_force_n
-from stickslip_ros.study.plotting import check_picture, label_axes, new_figure, save_figure
+from stickslip_ros.study.plotting import (
+    GREY,
+    CurveStyle,
+    check_picture,
+    curve_style,
+    draw_legend,
+    label_axes,
+    new_figure,
+    save_figure,
+)
 from stickslip_ros.units import MN, NM
 
 CURVE_POINTS = 41
@@ -33,15 +41,15 @@ def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None
     figure = new_figure(8.5, 7.0, title)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
     for number, (label, at) in enumerate(_curves(fit)):
-        colour = f'C{number % 10}'
-        _draw_points(top, bottom, fit, at, colour, label)
-        _draw_curve(top, fit, at, colour, workers)
+        style = curve_style(number)
+        _draw_points(top, bottom, fit, at, style, label)
+        _draw_curve(top, fit, at, style, f'model, {label}', workers)
     label_axes(top, '', 'generated force (mN)')
-    top.legend(fontsize='small')
+    draw_legend(top)
     known = fit.problem.points.sigma_n is not None
     missed = '(model - measured)/σ' if known else 'model - measured (mN)'
     label_axes(bottom, 'stroke of the feet (nm)', missed)
-    bottom.axhline(0.0, color='0.3', linewidth=0.8)
+    bottom.axhline(0.0, color=GREY, linewidth=0.8)
     save_figure(figure, picture)
 
 
@@ -55,7 +63,7 @@ def _curves(fit: Fit) -> Iterator[tuple[str, NDArray[np.bool_]]]:
 
 
 def _draw_points(
-    top: Axes, bottom: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, label: str
+    top: Axes, bottom: Axes, fit: Fit, at: NDArray[np.bool_], style: CurveStyle, label: str
 ) -> None:
     """Draw the measured forces, and below what the model misses, in standard errors if known."""
     points = fit.problem.points
@@ -64,12 +72,14 @@ def _draw_points(
     if points.sigma_n is not None:
         bars = MN * points.sigma_n[at]
         missed = missed / bars
-    style: dict[str, Any] = {'fmt': 'o', 'markersize': 4.0, 'color': colour}
-    top.errorbar(amplitudes_nm, forces_mn, yerr=bars, capsize=2.0, label=label, **style)
-    bottom.errorbar(amplitudes_nm, missed, **style)
+    name = f'measured, {label}'
+    top.errorbar(amplitudes_nm, forces_mn, yerr=bars, capsize=2.0, label=name, **style.points)
+    bottom.plot(amplitudes_nm, missed, **style.points)
 
 
-def _draw_curve(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, workers: int) -> None:
+def _draw_curve(
+    axes: Axes, fit: Fit, at: NDArray[np.bool_], style: CurveStyle, label: str, workers: int
+) -> None:
     points = fit.problem.points
     amplitudes_m = points.amplitude_m[at]
     grid_m: Array = np.linspace(amplitudes_m.min(), amplitudes_m.max(), CURVE_POINTS)
@@ -81,4 +91,4 @@ def _draw_curve(axes: Axes, fit: Fit, at: NDArray[np.bool_], colour: str, worker
         cycles=int(np.max(np.array(fit.problem.cycles)[at])),
     )
     forces_n = np.array(run_batch(task, grid_m.tolist(), workers=workers))
-    axes.plot(NM * grid_m, MN * forces_n, color=colour, linewidth=1.0)
+    axes.plot(NM * grid_m, MN * forces_n, linewidth=1.0, label=label, **style.line)
