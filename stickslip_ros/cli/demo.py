@@ -29,8 +29,9 @@ SETTLE_S = 0.2
 
 
 @verb(
-    'Start the node as a process of its own; from here, over topics: a saw-tooth burst, a '
-    'direct-voltage ramp, an external load. Writes DIR/demo.mcap and DIR/demo.png.',
+    'Start the node as a process of its own; from here, over topics: some steps of the free '
+    'runner, a direct-voltage ramp, steps against the load cell, under an external load too. The '
+    'demo decides on load_cell.contact and load_cell.gap. Writes DIR/demo.mcap and DIR/demo.png.',
     folder(),
     *PARAMETERS,
 )
@@ -42,8 +43,8 @@ def demo_verb(arguments: argparse.Namespace) -> Answer:
     make_folder(arguments.out)
     summary = run_demo(parameters, arguments.out, _say_unless(arguments.json))
     picture = arguments.out / 'demo.png'
-    title = 'Saw-tooth burst, direct-voltage ramp and external load on the virtual stand'
-    plot_run(Path(summary.recording), picture, title=title, with_step=True)
+    title = 'Stick and slip of the free runner, then force against the load cell'
+    plot_run(Path(summary.recording), picture, title=title, with_steps=True)
     return Answer(summary, _demo_parts(summary, picture), 0 if summary.passed else CHECK_FAILED)
 
 
@@ -56,10 +57,9 @@ def _demo_parts(summary: Any, picture: Path) -> Iterator[str | Table]:
     equal = f'{summary.positions_equal} of {summary.positions_recorded}'
     rows = [
         ('steps made', summary.steps),
-        number('mean step of the burst', summary.mean_step_m, '.2f', 'nm'),
-        number('first step', summary.first_step_m, '.2f', 'nm'),
-        number('generated force at the end of the burst', summary.force_n, '.2f', 'mN'),
-        number('motion by the external load', summary.load_motion_m, '.2f', 'nm'),
+        number('step of the free runner', summary.free_step_m, '.2f', 'nm'),
+        number('force against the load cell', summary.force_n, '.2f', 'mN'),
+        number('the same under a load that pulls back', summary.loaded_force_n, '.2f', 'mN'),
         number('real-time factor', summary.real_time_factor, '.4f'),
         ('lateness mean', f'{summary.lateness_mean_us:.0f}', 'us'),
         ('lateness 99 %', f'{summary.lateness_p99_us:.0f}', 'us'),

@@ -66,8 +66,8 @@ def _info_parts(file: Path, result: dict[str, Any]) -> Iterator[str | Table]:
 
 
 @verb(
-    'Draw a recording: the trace where there is one, else the topics at 1 kHz; below, the status '
-    'bits; dotted, the ends of commands. However many samples there are, no peak is lost.',
+    'Draw a recording: the trace where there is one, else the topics at 1 kHz; below, and dotted, '
+    'the commands and the status bits. However many samples there are, no peak is lost.',
     option('file', 'the recording', to_path),
     option(
         '--window',
@@ -88,6 +88,7 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
         make_room(picture)
     plot = run_figure.plot_run(arguments.file, picture, window)
     told = dataclasses.asdict(plot)
+    told['commands'] = [command._asdict() for command in plot.commands]
     told['events'] = [event._asdict() for event in plot.events]
     told['status'] = [span._asdict() for span in plot.status]
     parts = _plot_parts(plot, recorded_run.RUN_QUANTITIES, picture)

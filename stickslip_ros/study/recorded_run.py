@@ -1,4 +1,4 @@
-"""What a recorded run says: quantities over time, events and status bits, within a stretch."""
+"""What a recorded run says, within a stretch: quantities over time, commands, events, status."""
 
 import json
 import math
@@ -7,11 +7,14 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.instrument.commands import COMMANDS, Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.requests import recorded_requests
+from stickslip_ros.recording.run_file import TOPICS_RECORD
 from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.topics import READINGS
-from stickslip_ros.units import MICRO, MILLI, NANO
+from stickslip_ros.units import MICRO, MILLI, NANO, with_unit
 
 RUN_QUANTITIES = {
     'position_m': 'runner position',
@@ -31,6 +34,14 @@ class TimeWindow(NamedTuple):
 
     start_s: float
     end_s: float
+
+
+class LoggedCommand(NamedTuple):
+    """A command that took effect: when, which, and its numbers as people read them."""
+
+    time_s: float
+    command: str
+    numbers: str
 
 
 class LoggedEvent(NamedTuple):
@@ -90,6 +101,30 @@ def topic_name(recording: Recording, name: str) -> str:
     return min(found, key=lambda topic: topic.count('/'), default='')
 
 
+def recorded_commands(recording: Recording) -> list[LoggedCommand]:
+    """Return the commands of a run; a recording of another program holds none."""
+    if TOPICS_RECORD not in recording.metadata:
+        return []
+    return [
+        LoggedCommand(time_ns * NANO, request.name, _numbers(request))
+        for time_ns, request in recorded_requests(recording)
+    ]
+
+
+def _numbers(request: Request) -> str:
+    """Return the numbers of a command over a topic, with units; of a vector its x."""
+    command = COMMANDS[request.name]
+    if not command.has_topic:
+        return ''
+    if command.is_table:
+        return f'{len(request.values) // len(command.numbers)} rows'
+    shown = []
+    for label, value in zip(command.numbers, request.values, strict=True):
+        name, _, unit = label.partition(' ')
+        shown.append(with_unit(value, unit) if unit else f'{value:g} {name}')
+    return ', '.join(shown[:1] if command.frame else shown)
+
+
 def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]:
     """Return the events of a stretch; text that is no event of ours is passed over."""
     found = []
@@ -114,6 +149,11 @@ def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
         ]
         spans += [BitSpan(bit.name or '', *pair) for pair in _merged(stretches)]
     return spans
+
+
+def status_since_s(recording: Recording) -> float | None:
+    """Return the time of the first status, s; None if there is no status."""
+    return next((time_s for time_s, _ in _messages(recording, 'status')), None)
 
 
 def _messages(recording: Recording, name: str) -> Iterator[tuple[float, Any]]:

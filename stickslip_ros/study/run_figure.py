@@ -1,53 +1,75 @@
-"""The picture of a recorded run, or of a stretch of it, with events and status bits."""
+"""The picture of a recorded run, or of a stretch of it, with commands and status bits."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
-from typing import Any
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
-from numpy.typing import NDArray
 
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.study.plotting import (
+    BLACK,
+    BLUE,
     DOTS_PER_INCH,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    VERMILION,
+    as_it_is,
     check_picture,
     decimated,
     label_axes,
+    label_end,
     new_figure,
     save_figure,
+    write_beside,
 )
 from stickslip_ros.study.recorded_run import (
     RUN_QUANTITIES,
     BitSpan,
+    LoggedCommand,
     LoggedEvent,
     TimeWindow,
     bits_within,
     check_window,
     events_within,
+    recorded_commands,
     recorded_series,
+    status_since_s,
 )
-from stickslip_ros.units import display_unit
+from stickslip_ros.units import NM, display_unit
 
 COLOURS = {
-    'position_m': 'tab:green',
-    'force_n': 'tab:red',
-    'voltage_v': 'tab:blue',
-    'foot_m': 'tab:purple',
+    'position_m': GREEN,
+    'force_n': VERMILION,
+    'voltage_v': BLUE,
+    'foot_m': PURPLE,
 }
-WIDTH_INCHES, PANEL_INCHES, BIT_INCHES = 11.0, 1.9, 0.25
+WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
+LABEL_CHARACTERS = 17
+"""In a line of an axis label."""
 LABELLED_MAX = 12
-"""Events that are named in the picture; more would hide each other."""
+"""Commands whose numbers are written; more would hide each other."""
 FALL_SHARE = 0.5
 """A fall is a drop between two samples by more than this share of the voltage range."""
-STEP_FALL, STEP_PERIODS = 2, 1.6
-"""The enlarged step is around the fall of this index, and so many periods long."""
+STEPS = 4
+"""Falls in the enlarged stretch."""
+BEFORE_PERIODS, AFTER_PERIODS = 1.2, 0.6
+"""What is shown before the first of them and after the last one."""
+SLIP_SHARE = 0.1
+"""A runner that a step moves by this share of the stroke has slipped at the fall."""
+DONE, LOADED = Result.DONE.name, Status.LOADED.name
 
 
 @dataclass(frozen=True)
@@ -64,13 +86,15 @@ class Extent:
 
 @dataclass(frozen=True)
 class RunPlot:
-    """What a picture shows."""
+    """What a picture shows; the status is known from the time of its first message on, if any."""
 
     start_s: float
     end_s: float
     quantities: tuple[Extent, ...]
+    commands: tuple[LoggedCommand, ...]
     events: tuple[LoggedEvent, ...]
     status: tuple[BitSpan, ...]
+    status_since_s: float | None
 
 
 def plot_run(
@@ -79,13 +103,14 @@ def plot_run(
     window: TimeWindow | None = None,
     *,
     title: str = '',
-    with_step: bool = False,
+    with_steps: bool = False,
 ) -> RunPlot:
     """
     Draw position, force, voltage and foot of a recording against time.
 
-    The trace is drawn, else the topics; without a window the whole run, if wanted with one step
-    enlarged beside it. The picture is PNG, SVG or PDF; without a title it has the file's name.
+    The trace is drawn, else the topics; without a window the whole run, if wanted with its first
+    steps enlarged above it. The picture is PNG, SVG or PDF; without a title it has the file's
+    name.
 
     Raises
     ------
@@ -103,7 +128,9 @@ def plot_run(
     if not series:
         problem = 'has neither position, force nor voltage'
         raise RecordingError(path, problem, 'record a run that lasts a while')
-    shown = _whole(series) if window is None else check_window(window, _whole(series))
+    commands = recorded_commands(recording)
+    whole = _whole(series, commands)
+    shown = whole if window is None else check_window(window, whole)
     inside = {name: each.window(*shown) for name, each in series.items()}
     if not any(len(each) for each in inside.values()):
         length_s, limit = shown.end_s - shown.start_s, 'too short: no sample lies in it'
@@ -111,36 +138,35 @@ def plot_run(
     plot = RunPlot(
         *shown,
         tuple(_extent(name, each) for name, each in inside.items()),
+        tuple(each for each in commands if shown.start_s <= each.time_s <= shown.end_s),
         tuple(events_within(recording, shown)),
         tuple(bits_within(recording, shown)),
+        status_since_s(recording),
     )
-    spans = [shown]
-    if with_step and 'voltage_v' in inside:
-        spans.append(step_window(inside['voltage_v']))
-    save_figure(_draw(plot, inside, spans, title or path.name), picture)
+    falls_s = fall_times_s(inside['voltage_v']) if with_steps and 'voltage_v' in inside else []
+    with_steps = len(falls_s) >= STEPS and {'position_m', 'foot_m'} <= inside.keys()
+    figure = _draw(
+        plot, inside, falls_s[:STEPS] if with_steps else [], title or as_it_is(path.name)
+    )
+    save_figure(figure, picture)
     return plot
 
 
-def step_window(voltage: Series) -> TimeWindow:
-    """
-    Return a stretch around one step.
-
-    The step is the third of the run, when the runner has begun to move; a run with fewer
-    falls is shown whole.
-
-    """
+def fall_times_s(voltage: Series) -> list[float]:
+    """Return the times, s, of the last samples before the falls of a saw-tooth."""
     change = np.abs(np.diff(voltage.value))
     falls = np.flatnonzero(change > FALL_SHARE * np.ptp(voltage.value))
-    if len(falls) <= STEP_FALL:
-        return TimeWindow(float(voltage.time_s[0]), float(voltage.time_s[-1]))
-    at_s = float(voltage.time_s[falls[STEP_FALL]])
-    half_s = 0.5 * STEP_PERIODS * (at_s - float(voltage.time_s[falls[STEP_FALL - 1]]))
-    return TimeWindow(at_s - half_s, at_s + half_s)
+    return [float(each) for each in voltage.time_s[falls]]
 
 
-def _whole(series: Mapping[str, Series]) -> TimeWindow:
+def _whole(series: Mapping[str, Series], commands: Sequence[LoggedCommand]) -> TimeWindow:
+    """Return the stretch from the first sample, or a command before it, to the last sample."""
     return TimeWindow(
-        min(float(each.time_s[0]) for each in series.values()),
+        min(
+            *(float(each.time_s[0]) for each in series.values()),
+            *(each.time_s for each in commands[:1]),
+            math.inf,
+        ),
         max(float(each.time_s[-1]) for each in series.values()),
     )
 
@@ -153,38 +179,31 @@ def _extent(name: str, series: Series) -> Extent:
 
 
 def _draw(
-    plot: RunPlot, series: Mapping[str, Series], spans: Sequence[TimeWindow], title: str
+    plot: RunPlot, series: Mapping[str, Series], falls_s: Sequence[float], title: str
 ) -> Figure:
-    """Draw a column of panels for what the plot is of, and one for the step, if there is one."""
-    with_step = len(spans) > 1
-    names = [name for name in series if name != 'foot_m' or not with_step]
-    bits = list(dict.fromkeys(span.bit for span in plot.status))
-    heights = [PANEL_INCHES] * len(names) + [0.45 + BIT_INCHES * max(len(bits), 1)]
+    """Draw panels below each other: the steps around these falls if there are any, then all."""
+    names = [name for name in series if name != 'foot_m' or not falls_s]
+    lanes, always = _lanes(plot)
+    heights = [STEPS_INCHES] * bool(falls_s) + [PANEL_INCHES] * len(names)
+    heights += [0.45 + LANE_INCHES * len(lanes)] * bool(lanes)
     figure = new_figure(WIDTH_INCHES, 0.6 + sum(heights), title)
-    grid = figure.subplots(
-        len(heights),
-        len(spans),
-        sharex='col',
-        squeeze=False,
-        height_ratios=heights,
-        width_ratios=(2.0, 1.0)[: len(spans)],
-    )
-    for panels, span in zip(grid.T, spans, strict=True):
-        zero_s = _zero_s(span)
-        for axes, name in zip(panels, names, strict=False):
-            _draw_series(axes, name, series[name].window(*span), zero_s)
-        _draw_bits(panels[-1], plot, bits, zero_s)
-        panels[-1].set_xlabel('simulated time' + (f' after {zero_s:.9g} s' if zero_s else ''))
-        panels[-1].set_xlim(span.start_s - zero_s, span.end_s - zero_s)
-        panels[-1].xaxis.set_major_formatter(EngFormatter('s'))
-    for axes, name in zip(grid[:, 0], names, strict=False):
-        axes.set_ylabel(f'{RUN_QUANTITIES[name]}\n({display_unit(series[name].unit)[1]})')
-    grid[-1, 0].set_ylabel('status')
-    _draw_events(list(grid[:, 0]), plot, _zero_s(spans[0]))
-    if with_step:
-        _mark_step(grid, spans)
-        if names[0] == 'position_m' and 'foot_m' in series:
-            _lay_foot_beside(grid[0, 1], series['foot_m'].window(*spans[1]), _zero_s(spans[1]))
+    panels = list(figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0])
+    enlarged = _draw_steps(panels.pop(0), series, falls_s) if falls_s else None
+    span = TimeWindow(plot.start_s, plot.end_s)
+    zero_s = _zero_s(span)
+    for axes, name in zip(panels, names, strict=False):
+        _draw_series(axes, name, series[name], zero_s)
+        label = f'{RUN_QUANTITIES[name]} ({display_unit(series[name].unit)[1]})'
+        axes.set_ylabel(fill(label, LABEL_CHARACTERS))
+        _mark(axes, plot, enlarged, zero_s)
+    if lanes:
+        _draw_lanes(panels[-1], plot, lanes, zero_s)
+    for axes in panels[:-1]:
+        axes.sharex(panels[-1])
+        axes.tick_params(labelbottom=False)
+    if always:
+        panels[-1].set_title(f'all the time: {", ".join(always)}', fontsize='small', loc='right')
+    _set_time_axis(panels[-1], span)
     return figure
 
 
@@ -193,61 +212,115 @@ def _zero_s(span: TimeWindow) -> float:
     return span.start_s if span.start_s > span.end_s - span.start_s else 0.0
 
 
-def _draw_series(axes: Axes, name: str, series: Series, zero_s: float) -> None:
+def _set_time_axis(axes: Axes, span: TimeWindow) -> None:
+    zero_s = _zero_s(span)
+    axes.set_xlabel('simulated time' + (f' after {zero_s:.9g} s' if zero_s else ''))
+    axes.set_xlim(span.start_s - zero_s, span.end_s - zero_s)
+    axes.xaxis.set_major_formatter(EngFormatter('s'))
+
+
+def _draw_series(axes: Axes, name: str, series: Series, zero_s: float) -> tuple[Array, Array]:
+    """Draw a quantity; return its samples as they are drawn."""
     x, y = series.time_s - zero_s, display_unit(series.unit)[0] * series.value
     if len(series):
         x, y = decimated(x, y, round(WIDTH_INCHES * DOTS_PER_INCH))
     axes.plot(x, y, color=COLOURS[name], linewidth=0.8)
     label_axes(axes, '', '')
     axes.margins(x=0.0)
+    return x, y
 
 
-def _draw_bits(axes: Axes, plot: RunPlot, bits: Sequence[str], zero_s: float) -> None:
-    """Draw a bar for each stretch during which a bit was set."""
-    for bit, start_s, end_s in plot.status:
-        bar = (bits.index(bit), end_s - start_s, 0.6, start_s - zero_s)
-        axes.barh(*bar, color='0.55')
-    axes.set_yticks(range(len(bits)), [bit.lower() for bit in bits], fontsize='x-small')
-    axes.set_ylim(max(len(bits), 1) - 0.5, -0.5)
+def _draw_steps(axes: Axes, series: Mapping[str, Series], falls_s: Sequence[float]) -> TimeWindow:
+    """Draw runner and feet on one axis around falls; return the stretch."""
+    period_s = (falls_s[-1] - falls_s[0]) / (len(falls_s) - 1)
+    span = TimeWindow(
+        falls_s[0] - BEFORE_PERIODS * period_s, falls_s[-1] + AFTER_PERIODS * period_s
+    )
+    runner, feet = (series[name].window(*span) for name in ('position_m', 'foot_m'))
+    zero_s = _zero_s(span)
+    for name, each, label in (('position_m', runner, 'runner'), ('foot_m', feet, 'feet')):
+        label_end(axes, *_draw_series(axes, name, each, zero_s), label, COLOURS[name])
+    runner_line, feet_line = axes.lines
+    runner_line.set_linewidth(1.2)
+    feet_line.set(linewidth=1.4, linestyle='--')
+    before_nm = NM * np.interp(falls_s, runner.time_s, runner.value)
+    step_nm = float(before_nm[-1] - before_nm[0]) / (len(falls_s) - 1)
+    stroke_nm = NM * float(np.ptp(feet.value))
+    label_axes(axes, '', 'displacement (nm)')
+    axes.set_title(
+        f'first steps, enlarged: {step_nm:.0f} nm each; the feet move by {stroke_nm:.0f} nm',
+        fontsize='medium',
+    )
+    if step_nm > SLIP_SHARE * stroke_nm:
+        fall_s, at_nm = falls_s[1] - zero_s, float(before_nm[1])
+        _point_at(axes, 'stick', fall_s - 0.5 * period_s, at_nm - 0.5 * stroke_nm)
+        _point_at(axes, 'slip', fall_s, at_nm)
+    _set_time_axis(axes, span)
+    return span
+
+
+def _point_at(axes: Axes, word: str, x: float, y: float) -> None:
+    """Write a word above and left of a place, with an arrow to it."""
+    axes.annotate(
+        word,
+        (x, y),
+        xytext=(-40, 32),
+        textcoords='offset points',
+        ha='center',
+        arrowprops={'arrowstyle': '->', 'color': BLACK},
+    )
+
+
+def _lanes(plot: RunPlot) -> tuple[list[str], list[str]]:
+    """Return the lanes below the panels, commands first, and the bits that are always set."""
+    bits: dict[str, list[BitSpan]] = {}
+    for span in plot.status:
+        bits.setdefault(span.bit, []).append(span)
+    since_s = max(plot.start_s, plot.status_since_s or 0.0)
+    always = [
+        bit
+        for bit, (first, *_) in bits.items()
+        if first.start_s <= since_s and first.end_s >= plot.end_s
+    ]
+    failed = [event.command for event in plot.events if event.result != DONE]
+    lanes = dict.fromkeys([*(each.command for each in plot.commands), *failed])
+    lanes |= dict.fromkeys(bit.lower() for bit in bits if bit not in always)
+    return list(lanes), [bit.lower() for bit in always]
+
+
+def _in_a_row(plot: RunPlot) -> list[list[LoggedCommand]]:
+    """Return the commands, equal ones in a row together."""
+    return [list(group) for _, group in groupby(plot.commands, lambda each: each.command)]
+
+
+def _draw_lanes(axes: Axes, plot: RunPlot, lanes: Sequence[str], zero_s: float) -> None:
+    """Mark when commands took effect and how they failed, and draw bars while bits were set."""
+    for span in plot.status:
+        if span.bit.lower() in lanes:
+            width_s, left_s = span.end_s - span.start_s, span.start_s - zero_s
+            shade = {'color': ORANGE, 'alpha': 0.4} if span.bit == LOADED else {'color': '0.7'}
+            axes.barh(lanes.index(span.bit.lower()), width_s, 0.6, left_s, **shade)
+    for number, group in enumerate(_in_a_row(plot)):
+        lane, times_s = lanes.index(group[0].command), [each.time_s - zero_s for each in group]
+        axes.plot(times_s, [lane] * len(group), '|', color=BLACK, markersize=9.0)
+        if number < LABELLED_MAX:
+            ends = dict.fromkeys((group[0].numbers, group[-1].numbers))
+            write_beside(axes, times_s[-1], lane, ' to '.join(ends), fontsize='small')
+    for event in plot.events:
+        if event.result != DONE:
+            lane = lanes.index(event.command)
+            write_beside(axes, event.time_s - zero_s, lane, event.result, fontsize='small')
+    axes.set_yticks(range(len(lanes)), lanes, fontsize='small')
+    axes.set_ylim(len(lanes) - 0.5, -0.5)
     axes.grid(visible=True, axis='x', alpha=0.3)
 
 
-def _draw_events(panels: Sequence[Axes], plot: RunPlot, zero_s: float) -> None:
-    """Draw a line at the end of each command; of equal ones in a row the first is named."""
-    ends = groupby(plot.events, lambda event: f'{event.command}: {event.result}')
-    for number, (label, group) in enumerate(ends):
-        times_s = [event.time_s - zero_s for event in group]
-        for axes in panels:
-            for time_s in times_s:
-                axes.axvline(time_s, color='0.3', linewidth=0.7, linestyle=':')
-        if number < LABELLED_MAX:
-            late = times_s[0] > 0.5 * (plot.start_s + plot.end_s) - zero_s
-            panels[0].annotate(
-                label,
-                (times_s[0], 0.97 - 0.14 * (number % 6)),
-                xycoords=('data', 'axes fraction'),
-                xytext=(-3 if late else 3, 0),
-                textcoords='offset points',
-                ha='right' if late else 'left',
-                va='top',
-                fontsize='x-small',
-                bbox={'boxstyle': 'square,pad=0.1', 'color': 'white', 'alpha': 0.8},
-            )
-
-
-def _mark_step(grid: NDArray[Any], spans: Sequence[TimeWindow]) -> None:
-    """Shade the enlarged step in the panels of the whole run, and name both columns."""
-    zero_s = _zero_s(spans[0])
-    for axes in grid[:, 0]:
-        axes.axvspan(spans[1].start_s - zero_s, spans[1].end_s - zero_s, color='0.85', zorder=0)
-    grid[0, 0].set_title('whole run; grey: enlarged', fontsize='medium')
-    grid[0, 1].set_title('one step', fontsize='medium')
-    grid[-1, 1].tick_params(labelleft=False)
-
-
-def _lay_foot_beside(axes: Axes, foot: Series, zero_s: float) -> None:
-    """Draw the foot from where the runner's panel begins, to show when the runner follows it."""
-    shifted = display_unit(foot.unit)[0] * (foot.value - foot.value.min()) + axes.get_ylim()[0]
-    x, label = foot.time_s - zero_s, 'foot (shifted)'
-    axes.plot(x, shifted, color='0.5', linewidth=0.8, linestyle='--', label=label)
-    axes.legend(loc='upper left', fontsize='small')
+def _mark(axes: Axes, plot: RunPlot, enlarged: TimeWindow | None, zero_s: float) -> None:
+    """Draw a dotted line where a command took effect, and shade load and enlarged stretch."""
+    for group in _in_a_row(plot):
+        axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
+    for span in plot.status:
+        if span.bit == LOADED:
+            axes.axvspan(span.start_s - zero_s, span.end_s - zero_s, color=ORANGE, alpha=0.2)
+    if enlarged is not None:
+        axes.axvspan(enlarged.start_s - zero_s, enlarged.end_s - zero_s, color='0.85', zorder=0)

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,14 +25,18 @@ from stickslip_ros.testing.isolation import open_context
 from stickslip_ros.testing.operator import Operator, deep_queues
 from stickslip_ros.units import NANO
 
-FREQUENCY_HZ = 500.0
-STEPS = 200
+FREE_HZ, FREE_STEPS = 100.0, 8
+"""Slow steps of a runner that touches nothing: its ringing dies out within each."""
+PUSH_HZ, PUSH_STEPS, LOADED_STEPS, LAST_STEPS = 500.0, 100, 75, 10
+"""Steps until the force against the load cell hardly rises; under a load, and after it; the last
+of them, over which the force is averaged."""
+STEPS = FREE_STEPS + PUSH_STEPS + 2 * LOADED_STEPS
 RAMP_SHARES = tuple(n / 20.0 for n in range(1, 21))
 """Levels of the direct-voltage ramp, as shares of half the amplifier's range."""
-LEVEL_S = 0.01
-LOAD_N = 0.1
-LOAD_S = 0.2
-PAUSE_S = 0.05
+LEVEL_S = 0.004
+LOAD_SHARE = 0.2
+"""Load over preload: below the force that the drive generates, so that it holds."""
+PAUSE_S = 0.03
 END_TIMEOUT_S = 20.0
 DOMAINS = 100
 UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
@@ -46,13 +51,12 @@ class DemoSummary:
     Attributes
     ----------
     steps : int
-        Steps of the burst, as the drive counted them.
-    mean_step_m, first_step_m : float
-        Motion of the runner per step over the burst, and in the first step.
-    force_n : float
-        Load-cell reading at the end of the burst.
-    load_motion_m : float
-        Motion of the runner under the external load.
+        Steps of all bursts, as the drive counted them.
+    free_step_m : float
+        Motion of the free runner per step.
+    force_n, loaded_force_n : float
+        Mean load-cell reading over the last steps against the load cell: without load, and under
+        a load that pulls back.
     real_time_factor, lateness_mean_us, lateness_p99_us, lateness_max_us : float
         Worst second that the drive reported; the factor is the mean of all.
     overruns, dropped : int
@@ -71,10 +75,9 @@ class DemoSummary:
     """
 
     steps: int
-    mean_step_m: float
-    first_step_m: float
+    free_step_m: float
     force_n: float
-    load_motion_m: float
+    loaded_force_n: float
     real_time_factor: float
     lateness_mean_us: float
     lateness_p99_us: float
@@ -109,10 +112,12 @@ def run_demo(
     """
     Run the drive as a process of its own and command it over topics.
 
+    The runner walks freely, then against the load cell, which stands some steps before it.
+
     Parameters
     ----------
     parameters : Parameters
-        The stand.
+        The stand; the demo decides on ``load_cell.contact`` and ``load_cell.gap``.
     folder : Path
         Receives ``demo.mcap`` (an older one is replaced) and the parameters.
     say : callable
@@ -128,8 +133,7 @@ def run_demo(
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / 'demo.mcap'
     file.unlink(missing_ok=True)
-    wanted = {'record.directory': str(folder), 'record.name': file.name, 'record.on_start': False}
-    parameters = parameters.updated(wanted)
+    parameters = _demo_stand(parameters, file)
     settings = folder / 'demo_parameters.yaml'
     settings.write_text(dump_yaml(parameters, 'Parameters of the demo.'), encoding='utf-8')
     domain = int(os.environ.get('ROS_DOMAIN_ID') or 1 + os.getpid() % DOMAINS)
@@ -137,12 +141,30 @@ def run_demo(
     with drive_process(settings, domain) as process, _operator(domain) as stand:
         await_start(stand, process)
         stand.wait_for_drive()
-        say(f'commanding it: {STEPS} steps, a voltage ramp, a load')
+        say('commanding it: free steps, a voltage ramp, steps against the load cell, a load')
         marks = _session(stand, parameters)
         process.send_signal(signal.SIGINT)
         exit_status = process.wait(END_TIMEOUT_S)
     topics = {key: channel.topic for key, channel in recorded_channels(parameters).items()}
     return _summarise(stand, marks, Recording(file), topics, exit_status)
+
+
+def _demo_stand(parameters: Parameters, file: Path) -> Parameters:
+    """Return the stand with its load cell out of reach of the free steps and of the ramp."""
+    stroke_m = parameters.actuator.gain * _range_v(parameters)
+    return parameters.updated(
+        {
+            'load_cell.contact': 'one_sided',
+            'load_cell.gap': (FREE_STEPS + 1) * stroke_m,
+            'record.directory': str(file.parent),
+            'record.name': file.name,
+            'record.on_start': False,
+        }
+    )
+
+
+def _range_v(parameters: Parameters) -> float:
+    return parameters.amplifier.voltage_max - parameters.amplifier.voltage_min
 
 
 def await_start(stand: Operator, process: 'subprocess.Popen[bytes]') -> None:
@@ -200,32 +222,50 @@ def _operator(domain: int) -> Iterator[Operator]:
 
 
 def _session(stand: Operator, parameters: Parameters) -> dict[str, int]:
-    """Do what the demo does; return marks: simulated times in ns and counts."""
+    """Record what the demo does; return marks: simulated times in ns and counts."""
     stand.received.clear()
     answer = stand.set_recording(wanted=True)
     if not answer.success:
         raise StickSlipError(f'the drive does not record: {answer.message}')
-    amplifier = parameters.amplifier
-    range_v = amplifier.voltage_max - amplifier.voltage_min
-    stand.spin_for(PAUSE_S)
-    stand.command('sawtooth', (range_v, FREQUENCY_HZ, STEPS))
-    burst = stand.wait_for_event('sawtooth', len(stand.events))
-    marks = {'steps': burst['steps'], 'burst_end_ns': burst['time_ns']}
-    stand.spin_for(PAUSE_S)
-    for share in RAMP_SHARES:
-        stand.command('voltage', amplifier.voltage_min + 0.5 * share * range_v)
-        stand.wait_for_event('voltage', len(stand.events))
-        stand.spin_for(LEVEL_S)
-    stand.spin_for(PAUSE_S)
-    stand.command('load', LOAD_N)
-    stand.spin_for(LOAD_S)
-    stand.command('load', 0.0)
-    stand.spin_for(LOAD_S)
+    marks = _move_and_push(stand, parameters)
     stand.set_recording(wanted=False)
     marks.update({f'seen {key}': stand.received[key] for key in recorded_channels(parameters)})
     reports = len(stand.diagnostics)
     stand.spin_until(lambda: len(stand.diagnostics) > reports, 'diagnostics')
     return marks
+
+
+def _move_and_push(stand: Operator, parameters: Parameters) -> dict[str, int]:
+    """Step freely, follow a voltage, step against the load cell; return the marks of that."""
+    range_v = _range_v(parameters)
+
+    def order(name: str, *numbers: float) -> dict[str, Any]:
+        before = len(stand.events)
+        stand.command(name, numbers)
+        return dict(stand.wait_for_event(name, before))
+
+    def step(frequency_hz: float, count: int) -> dict[str, Any]:
+        burst = order('sawtooth', range_v, frequency_hz, count)
+        stand.spin_for(PAUSE_S)
+        return burst
+
+    stand.spin_for(PAUSE_S)
+    free = step(FREE_HZ, FREE_STEPS)
+    for share in RAMP_SHARES:
+        order('voltage', parameters.amplifier.voltage_min + 0.5 * share * range_v)
+        stand.spin_for(LEVEL_S)
+    push = step(PUSH_HZ, PUSH_STEPS)
+    order('load', -LOAD_SHARE * parameters.stand.preload)
+    loaded = step(PUSH_HZ, LOADED_STEPS)
+    order('load', 0.0)
+    again = step(PUSH_HZ, LOADED_STEPS)
+    stand.spin_for(PAUSE_S)
+    return {
+        'steps': sum(burst['steps'] for burst in (free, push, loaded, again)),
+        'free_end_ns': free['time_ns'],
+        'push_end_ns': push['time_ns'],
+        'loaded_end_ns': loaded['time_ns'],
+    }
 
 
 def _summarise(
@@ -244,17 +284,15 @@ def _summarise(
     both = stand.positions.keys() & recorded.keys()
     title = f'{NODE_NAME}: time'
     times = [part[title] for part in stand.diagnostics if title in part]
-    start_s = (summaries['/command/sawtooth'].first_ns or 0) * NANO
-    first_s, end_s = start_s + 1.0 / FREQUENCY_HZ, marks['burst_end_ns'] * NANO
-    load = summaries[topics['command/load']]
-    loaded, unloaded = (_at(position, (t or 0) * NANO) for t in (load.first_ns, load.last_ns))
-    origin, first, end = (_at(position, time_s) for time_s in (start_s, first_s, end_s))
+    # The middles of the second ramp and of the last one: the ringing is over, what is late is so
+    # in both.
+    middle_s = marks['free_end_ns'] * NANO - 0.5 / FREE_HZ
+    way_m = _at(position, middle_s) - _at(position, middle_s - (FREE_STEPS - 2) / FREE_HZ)
     return DemoSummary(
         steps=marks['steps'],
-        mean_step_m=(end - origin) / STEPS,
-        first_step_m=first - origin,
-        force_n=_at(force, end_s),
-        load_motion_m=unloaded - loaded,
+        free_step_m=way_m / (FREE_STEPS - 2),
+        force_n=_last(force, marks['push_end_ns']),
+        loaded_force_n=_last(force, marks['loaded_end_ns']),
         real_time_factor=sum(float(t['real_time_factor']) for t in times) / len(times),
         lateness_mean_us=max(float(t['lateness_mean_us']) for t in times),
         lateness_p99_us=max(float(t['lateness_p99_us']) for t in times),
@@ -273,3 +311,9 @@ def _summarise(
 
 def _at(series: Series, time_s: float) -> float:
     return float(np.interp(time_s, series.time_s, series.value))
+
+
+def _last(series: Series, time_ns: int) -> float:
+    """Return the mean over the last steps before a time."""
+    end_s = time_ns * NANO
+    return float(series.window(end_s - LAST_STEPS / PUSH_HZ, end_s).value.mean())

@@ -1,6 +1,7 @@
-"""The picture of a run: windows as they are typed, an enlarged step, events and bits."""
+"""The picture of a run: windows as they are typed, enlarged steps, commands, events and bits."""
 
 import json
+import re
 
 import matplotlib.image
 import numpy as np
@@ -8,12 +9,15 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
+from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.cdr import pack_float64, pack_string, pack_uint32
 from stickslip_ros.recording.channels import Channel, Qos
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.recording.series import Series
 from stickslip_ros.study.plotting import DOTS_PER_INCH
 from stickslip_ros.study.recorded_run import (
@@ -22,10 +26,12 @@ from stickslip_ros.study.recorded_run import (
     check_window,
     events_within,
     parse_window,
+    recorded_commands,
     recorded_series,
     topic_name,
 )
-from stickslip_ros.study.run_figure import COLOURS, WIDTH_INCHES, plot_run, step_window
+from stickslip_ros.study.run_figure import COLOURS, WIDTH_INCHES, fall_times_s, plot_run
+from stickslip_ros.study.sawtooth_run import run_sawtooth
 
 ROUNDING = 1e-12
 MS_NS = 1_000_000
@@ -114,7 +120,7 @@ def test_a_window_shows_its_samples_only(recorded_run, tmp_path):
     assert (plot.start_s, plot.end_s) == window
     assert plot.quantities[2].samples == len(trace)
     assert plot.quantities[2].largest == trace.value.max()
-    assert plot.events == ()
+    assert (plot.commands, plot.events) == ((), ())
 
 
 def test_the_same_window_gives_the_same_picture(recorded_run, tmp_path):
@@ -139,15 +145,69 @@ def shows(picture, colour):
     return near.sum() > PIXELS_PER_LINE
 
 
-def test_one_step_is_enlarged_beside_the_run(recorded_run, tmp_path):
-    plot_run(recorded_run[1], tmp_path / 'run.png', with_step=True)
-    picture = matplotlib.image.imread(tmp_path / 'run.png')
-    for half in np.array_split(picture, 2, axis=1):
-        for name in ('position_m', 'force_n', 'voltage_v'):
-            assert shows(half, COLOURS[name])
-    plot_run(recorded_run[1], tmp_path / 'run.svg', title='A run', with_step=True)
-    text = (tmp_path / 'run.svg').read_text(encoding='utf-8')
-    assert all(f'<!-- {words} -->' in text for words in ('A run', 'one step', 'foot (shifted)'))
+def words_in(picture):
+    """Return the texts of a picture in SVG."""
+    return re.findall('<!-- (.*?) -->', picture.read_text(encoding='utf-8'))
+
+
+def free_run(folder, voltage_v):
+    """Record steps of a free runner; return the recording."""
+    path = folder / 'free.mcap'
+    run_sawtooth(
+        Parameters().updated({'load_cell.contact': 'absent'}), voltage_v, 100.0, 6, path=path
+    )
+    return path
+
+
+def test_the_first_steps_of_runner_and_feet_are_enlarged_above_the_run(tmp_path):
+    path = free_run(tmp_path, 300.0)
+    plot_run(path, tmp_path / 'run.png', with_steps=True)
+    above, below = np.array_split(matplotlib.image.imread(tmp_path / 'run.png'), [440], axis=0)
+    shown = [{name for name in COLOURS if shows(part, COLOURS[name])} for part in (above, below)]
+    assert shown == [{'position_m', 'foot_m'}, {'position_m', 'force_n', 'voltage_v'}]
+    plot_run(path, tmp_path / 'run.svg', title='A run', with_steps=True)
+    words = words_in(tmp_path / 'run.svg')
+    assert {'A run', 'runner', 'feet', 'stick', 'slip'} <= set(words)
+    # The known 0-amplitude at 0.5 N is 66 nm of the 160 nm of a stroke.
+    assert 'first steps, enlarged: 94 nm each; the feet move by 160 nm' in words
+
+
+def test_where_the_runner_only_follows_there_is_no_word_of_slip(tmp_path):
+    plot_run(free_run(tmp_path, 75.0), tmp_path / 'run.svg', with_steps=True)
+    words = words_in(tmp_path / 'run.svg')
+    assert {'runner', 'feet'} <= set(words)
+    assert not {'stick', 'slip'} & set(words)
+
+
+def test_commands_are_named_with_their_numbers_and_what_is_always_set_is_no_bar(
+    recorded_run, tmp_path
+):
+    plot = plot_run(recorded_run[1], tmp_path / 'run.svg')
+    assert plot.commands == ((0.0, 'sawtooth', '300 V, 1000 Hz, 20 steps'),)
+    words = words_in(tmp_path / 'run.svg')
+    assert {'sawtooth', '300 V, 1000 Hz, 20 steps', 'moving'} <= set(words)
+    assert 'all the time: sensor_present, amplifier_enabled' in words
+    assert not {'sensor_present', 'DONE'} & set(words)
+
+
+@pytest.mark.parametrize(
+    ('name', 'values', 'numbers'),
+    [
+        ('voltage', (7.5,), '7.5 V'),
+        ('load', (-0.1, 0.0, 0.0, 0.0, 0.0, 0.0), '-100 mN'),
+        ('position', (1e-6, 0.0, 0.0), '1000 nm'),
+        ('steps', (-3.0,), '-3 steps'),
+        ('waveform', (0.0, 0.0, 0.001, 5.0), '2 rows'),
+        ('stop', (), ''),
+    ],
+)
+def test_the_numbers_of_a_command_are_written_as_people_read_them(tmp_path, name, values, numbers):
+    path = tmp_path / 'run.mcap'
+    with RunWriter(path, Parameters(), wait=True) as writer:
+        run = Run(Parameters(), writer=writer)
+        run.update(MS_NS)
+        run.update(2 * MS_NS, [Request(name, values)])
+    assert recorded_commands(Recording(path)) == [(0.001, name, numbers)]
 
 
 def _voltage(values, rate_hz=1000.0):
@@ -155,21 +215,11 @@ def _voltage(values, rate_hz=1000.0):
 
 
 @pytest.mark.parametrize('sense', [1.0, -1.0])
-def test_the_enlarged_step_is_the_third_of_the_run(sense):
-    sawtooth = sense * np.tile(np.arange(10.0), 6)
-    start_s, end_s = step_window(_voltage(sawtooth))
-    # The third fall is between the samples 29 and 30, the period is ten samples.
-    assert start_s == pytest.approx(0.029 - 0.8 * 0.010, rel=1e-9, abs=0.0)
-    assert end_s == pytest.approx(0.029 + 0.8 * 0.010, rel=1e-9, abs=0.0)
-
-
-@pytest.mark.parametrize(
-    'values',
-    [np.zeros(50), np.arange(50), np.tile(np.arange(10.0), 3)],
-    ids=['0', 'ramp', '2 falls'],
-)
-def test_of_a_run_with_fewer_falls_the_whole_is_shown_beside_it(values):
-    assert step_window(_voltage(values)) == (0.0, (len(values) - 1) / 1000.0)
+def test_falls_are_found_in_either_direction_and_not_in_a_ramp(sense):
+    falls_s = fall_times_s(_voltage(sense * np.tile(np.arange(10.0), 4)))
+    assert falls_s == pytest.approx([0.009, 0.019, 0.029], rel=ROUNDING)
+    assert fall_times_s(_voltage(sense * np.arange(50.0))) == []
+    assert fall_times_s(_voltage(np.zeros(50))) == []
 
 
 @pytest.fixture
@@ -209,6 +259,7 @@ def test_topics_are_found_in_a_namespace_and_never_mistaken(recorded):
     assert topic_name(recording, 'voltage') == '/left/voltage'
     assert topic_name(recording, 'position') == ''
     assert list(recorded_series(recording)) == ['voltage_v']
+    assert recorded_commands(recording) == []
 
 
 def test_bits_are_stretches_and_events_are_read(recorded):
@@ -230,10 +281,10 @@ def test_topics_are_drawn_without_a_trace(recorded, tmp_path):
     plot = plot_run(recorded, tmp_path / 'run.svg')
     [voltage] = plot.quantities
     assert (voltage.samples, voltage.smallest, voltage.largest) == (5, 10.0, 80.0)
-    text = (tmp_path / 'run.svg').read_text(encoding='utf-8')
-    assert text.count('<!-- steps: ABORTED -->') == 1
-    plot_run(recorded, tmp_path / 'step.svg', with_step=True)
-    assert 'one step' in (tmp_path / 'step.svg').read_text(encoding='utf-8')
+    words = words_in(tmp_path / 'run.svg')
+    assert words.count('steps') == words.count('ABORTED') == 1
+    plot_run(recorded, tmp_path / 'steps.svg', with_steps=True)
+    assert words_in(tmp_path / 'steps.svg') == words
 
 
 def test_a_recording_of_nothing_is_refused(tmp_path):
