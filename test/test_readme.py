@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip_ros.cli.main import main
+from stickslip_ros.cli.main import build_parser, main
 from stickslip_ros.recording.topics import TOPICS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -24,6 +24,28 @@ def example() -> list[list[str]]:
     block = re.search(r'```sh\n(.*?)```', section, re.DOTALL)
     assert block is not None
     return [shlex.split(line, comments=True) for line in block.group(1).splitlines() if line]
+
+
+def typed_in(page: Path) -> list[list[str]]:
+    """Return the command lines of a page, word by word, without synopses."""
+    blocks = re.findall(r'```sh\n(.*?)```', page.read_text(encoding='utf-8'), re.DOTALL)
+    lines = ''.join(blocks).replace('\\\n', ' ').splitlines()
+    return [shlex.split(line, comments=True) for line in lines if '[--' not in line]
+
+
+@pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
+def test_every_command_of_a_page_is_one_that_the_program_takes(page: Path):
+    for words in typed_in(page):
+        if words[:1] == ['stickslip']:
+            build_parser(words[1:2]).parse_args(words[1:])
+
+
+def test_the_line_that_makes_the_program_known_stands_before_its_first_command():
+    typed = typed_in(ROOT / 'README.md')
+    first = next(number for number, words in enumerate(typed) if words[:1] == ['stickslip'])
+    assert ['source', '.venv/bin/activate'] in typed[:first]
+    programs = {words[0] for words in typed if words}
+    assert programs == {'make', 'source', 'rosdep', 'ros2', 'stickslip'}
 
 
 def test_the_example_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -52,7 +74,9 @@ def named_in(page: Path) -> list[str]:
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
 def test_every_path_that_a_page_names_exists(page: Path):
-    modules = {path.name for top in FOLDERS for path in (ROOT / top).rglob('*.py')}
+    folders = [path for path in ROOT.iterdir() if path.is_dir() and path.name[0] != '.']
+    modules = {path.name for top in folders for path in top.rglob('*.py')}
+    modules |= {path.name for path in ROOT.glob('*.py')}
     missing = []
     for word in (word for code in named_in(page) for word in WORDS.findall(code)):
         first, slash, _ = word.partition('/')
