@@ -9,7 +9,12 @@ import yaml
 from mcap.records import Channel, Schema, Statistics
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.recording.integrity import convert_hint, open_whole, recover_hint
+from stickslip_ros.recording.integrity import (
+    convert_hint,
+    open_whole,
+    recover_hint,
+    sqlite_refusal,
+)
 from stickslip_ros.recording.layout import SUFFIX
 
 METADATA_FILE: Final = 'metadata.yaml'
@@ -20,22 +25,11 @@ VERSION: Final = 9
 _STORAGE: Final = 'mcap'
 #: Words of ``rmw/qos_string_conversions.h``, in the order of the numbers of ``rmw/types.h``.
 _WORDS: Final = {
-    'history': ('system_default', 'keep_last', 'keep_all', 'unknown'),
-    'reliability': ('system_default', 'reliable', 'best_effort', 'unknown', 'best_available'),
-    'durability': (
-        'system_default',
-        'transient_local',
-        'volatile',
-        'unknown',
-        'best_available',
-    ),
+    'history': 'system_default keep_last keep_all unknown',
+    'reliability': 'system_default reliable best_effort unknown best_available',
+    'durability': 'system_default transient_local volatile unknown best_available',
     'liveliness': (
-        'system_default',
-        'automatic',
-        'manual_by_node',
-        'manual_by_topic',
-        'unknown',
-        'best_available',
+        'system_default automatic manual_by_node manual_by_topic unknown best_available'
     ),
 }
 
@@ -146,7 +140,7 @@ def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
 
 def _word(key: str, value: Any) -> Any:
     """Give an entry of a profile the word that this version of the file asks for."""
-    words = _WORDS.get(key, ())
+    words = _WORDS.get(key, '').split()
     is_number = isinstance(value, int) and 0 <= value < len(words)
     return words[value] if is_number else value
 
@@ -193,7 +187,7 @@ def refuse_sqlite(path: Path) -> None:
 
     """
     if list(path.glob('*.db3*')):
-        raise RecordingError(path, 'it is a bag of storage sqlite3', convert_hint(path))
+        raise sqlite_refusal(path)
 
 
 def _undescribed(path: Path) -> RecordingError:

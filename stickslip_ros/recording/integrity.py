@@ -20,6 +20,7 @@ from stickslip_ros.files import readable
 MAGIC: Final = b'\x89MCAP0\r\n'
 SQLITE_MAGIC: Final = b'SQLite format 3\0'
 PROFILE: Final = 'ros2'
+CRC_BYTES: Final = 4
 
 #: What the libraries underneath raise on bytes that make no sense.
 DAMAGE: Final = (
@@ -35,7 +36,6 @@ DAMAGE: Final = (
 )
 _FOOTER: Final = struct.Struct('<BQQQI')
 _DATA_END: Final = struct.Struct('<BQI')
-_CRC_BYTES: Final = 4
 _BLOCK_BYTES: Final = 1 << 20
 
 
@@ -50,6 +50,11 @@ def convert_hint(path: Path) -> str:
         f'convert it with "ros2 bag convert -i {shlex.quote(str(path))} -o FILE", where FILE says '
         '"output_bags: [{uri: converted, storage_id: mcap, all_topics: true}]"'
     )
+
+
+def sqlite_refusal(path: Path) -> RecordingError:
+    """Return the refusal of a bag of rosbag2's other storage."""
+    return RecordingError(path, 'it is a bag of storage sqlite3', convert_hint(path))
 
 
 @contextmanager
@@ -109,7 +114,7 @@ def _check_ends(path: Path, stream: BinaryIO) -> int:
     _, _, summary_start, _, expected = _FOOTER.unpack_from(tail)
     if summary_start == 0:
         raise RecordingError(path, 'it has no summary', recover_hint(path))
-    checked_bytes = tail_start + _FOOTER.size - _CRC_BYTES - summary_start
+    checked_bytes = tail_start + _FOOTER.size - CRC_BYTES - summary_start
     if expected not in (0, _checksum(stream, summary_start, checked_bytes)):
         raise _damaged(path, 'the checksum of its summary is wrong')
     return int(summary_start)
@@ -119,7 +124,7 @@ def _check_magic(path: Path, start: bytes) -> None:
     if start.startswith(MAGIC):
         return
     if start == SQLITE_MAGIC:
-        raise RecordingError(path, 'it is a bag of storage sqlite3', convert_hint(path))
+        raise sqlite_refusal(path)
     if not start:
         raise RecordingError(path, 'it is not an MCAP file: it is empty', 'name another recording')
     raise RecordingError(path, 'it is not an MCAP file', 'name a recording that ends in .mcap')

@@ -21,11 +21,10 @@ from mcap.writer import LIBRARY_IDENTIFIER
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.integrity import MAGIC, PROFILE
+from stickslip_ros.recording.integrity import CRC_BYTES, MAGIC, PROFILE
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.schemas import SCHEMAS, TYPE_HASHES
 
-CRC_BYTES: Final = 4
 COMPRESSORS: Final = {'zstd': zstandard.compress, 'lz4': lz4.frame.compress, 'none': bytes}
 
 MESSAGE_HEAD: Final = struct.Struct('<BQHIQQ')
@@ -82,7 +81,7 @@ class McapWriter:
         self.path = path
         self.chunks = 0
         self.pending = 0
-        self.size_bytes = self._end = 0
+        self._end = 0
         self._form = form
         self._schemas, self._channels = _announcements(channels)
         self._announced = b''.join((*self._schemas, *self._channels))
@@ -170,7 +169,6 @@ class McapWriter:
         self._times_ns.clear()
         self.pending = self._secured = self._least_bytes = 0
         self.chunks += 1
-        self.size_bytes = self._end
 
     def _chunk_of(self, plain: bytes) -> records.Chunk:
         compression = self._form.compression

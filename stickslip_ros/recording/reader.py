@@ -90,6 +90,17 @@ class Recording:
     path : path-like
         The file, the directory, or the name that parts share: ``run.mcap`` for ``run_0.mcap`` …
 
+    Attributes
+    ----------
+    files : list of Path
+        Its files, in the order of time.
+    types : dict of str to str
+        Message type of each topic.
+    metadata : dict of str to dict of str to str
+        Records by their names; of parts, the last one's count.
+    attachments : dict of str to (media type, bytes)
+        Of the first file: the others have a state of their own.
+
     Raises
     ------
     RecordingError
@@ -103,7 +114,7 @@ class Recording:
         self.files = _find_parts(self.path)
         self.metadata: dict[str, dict[str, str]] = {}
         self.attachments: dict[str, tuple[str, bytes]] = {}
-        self._types: dict[str, str] = {}
+        self.types: dict[str, str] = {}
         closing: dict[str, str] = {}
         for file in self.files:
             closing = self._describe(file).get(CLOSING_RECORD, {})
@@ -130,24 +141,19 @@ class Recording:
             assert summary is not None, 'a file without summary does not open'
             schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
             for channel in summary.channels.values():
-                self._types.setdefault(channel.topic, schemas[channel.schema_id])
+                self.types.setdefault(channel.topic, schemas[channel.schema_id])
             own = {each.name: dict(each.metadata) for each in reader.iter_metadata()}
             self.metadata |= own
-            if file == self.files[0]:  # where the run begins: others have a state of their own
+            if file == self.files[0]:
                 self.attachments = {
                     each.name: (each.media_type, each.data) for each in reader.iter_attachments()
                 }
         return own
 
-    @property
-    def types(self) -> dict[str, str]:
-        """Message type of each topic."""
-        return dict(self._types)
-
     @cached_property
     def channels(self) -> list[ChannelSummary]:
         """What each topic holds, in the order of the file; costs one pass over the messages."""
-        summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self._types.items()}
+        summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self.types.items()}
         for topic, message in self.records():
             summaries[topic].add(message.log_time, message.sequence)
         return list(summaries.values())
@@ -168,7 +174,7 @@ class Recording:
 
         """
         if topics is None:
-            return self._read([name for name, kind in self._types.items() if kind in SCHEMAS])
+            return self._read([name for name, kind in self.types.items() if kind in SCHEMAS])
         return self._read([self.find(topic) for topic in topics])
 
     def series(self, topic: str, field: str = '') -> Series:
@@ -192,9 +198,9 @@ class Recording:
 
         """
         name = self.find(topic)
-        if self._types[name] == FLOAT64_ARRAY:
+        if self.types[name] == FLOAT64_ARRAY:
             return self._column(name, field)
-        quantity = find_quantity(name, self._types[name], field)
+        quantity = find_quantity(name, self.types[name], field)
         own = RUN_RECORD in self.metadata
         pairs = [
             (at if own else time_ns(each, at), quantity.of(each))
@@ -232,12 +238,12 @@ class Recording:
             If two topics do.
 
         """
-        if name in self._types:
+        if name in self.types:
             return name
         ending = '/' + name.lstrip('/')
-        found = sorted((t for t in self._types if t.endswith(ending)), key=_depth)
+        found = sorted((t for t in self.types if t.endswith(ending)), key=_depth)
         if not found:
-            raise UnknownName('topic', name, f'{self.path.name} has {", ".join(self._types)}')
+            raise UnknownName('topic', name, f'{self.path.name} has {", ".join(self.types)}')
         if len(found) > 1 and _depth(found[0]) == _depth(found[1]):
             raise RecordingError(self.path, f'{name} may be {" or ".join(found)}', 'say which')
         return found[0]

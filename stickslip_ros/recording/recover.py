@@ -5,7 +5,7 @@ import mmap
 import os
 import shutil
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Final, NamedTuple
 
@@ -19,8 +19,8 @@ from stickslip_ros.recording.integrity import (
     MAGIC,
     PROFILE,
     SQLITE_MAGIC,
-    convert_hint,
     open_whole,
+    sqlite_refusal,
 )
 from stickslip_ros.recording.layout import SUFFIX, Layout
 from stickslip_ros.recording.reader import ChannelSummary
@@ -340,25 +340,22 @@ def _recover_parts(parts: list[Path], copy: Layout) -> tuple[list[Recovery], Pat
 def _mapped(path: Path) -> Iterator[Bytes]:
     """Give the bytes of a file without reading them all at once."""
     try:
-        with readable(path).open('rb') as stream, _map(stream) as data:
-            yield data
+        with readable(path).open('rb') as stream:
+            if stream.seek(0, os.SEEK_END) == 0:  # what has no bytes cannot be mapped
+                yield b''
+                return
+            with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+                yield data
     except OSError as error:
         raise RecordingError(
             path, f'it cannot be read ({error.strerror})', 'name an MCAP file or a bag directory'
         ) from error
 
 
-def _map(stream: BinaryIO) -> AbstractContextManager[Bytes]:
-    """Map a file; one without bytes cannot be."""
-    if stream.seek(0, os.SEEK_END) == 0:
-        return nullcontext(b'')
-    return mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ)
-
-
 def _refuse_nothing(path: Path, found: Recovery, data: Bytes) -> None:
     """Refuse a file in which there is no record at all."""
     if data[: len(SQLITE_MAGIC)] == SQLITE_MAGIC:
-        raise RecordingError(path, 'it is a bag of storage sqlite3', convert_hint(path))
+        raise sqlite_refusal(path)
     if found.header or found.channels or found.metadata or found.attachments:
         return
     begins = data[: len(MAGIC)] == MAGIC

@@ -68,18 +68,15 @@ class RunStorage:
         self._metadata = metadata
         self._attachments = attachments
         self._losses = losses
-        self._file = self._begin_first()
+        try:
+            self._file = self._begin(attachments)
+        except BaseException:
+            if layout.bag:
+                with suppress(OSError):
+                    layout.folder.rmdir()
+            raise
         self._secured_s = time.monotonic()
         self._chunks_secured = 0
-
-    def _begin_first(self) -> McapWriter:
-        try:
-            return self._begin(self._attachments)
-        except BaseException:
-            if self._layout.bag:
-                with suppress(OSError):
-                    self._layout.folder.rmdir()
-            raise
 
     def _begin(self, attachments: Mapping[str, tuple[str, bytes]]) -> McapWriter:
         """Make the next file."""
@@ -114,10 +111,11 @@ class RunStorage:
             return
         period_s = self._form.flush_period_s
         waited_s = time.monotonic() - self._secured_s
+        has_new_chunk = self._file.chunks != self._chunks_secured
         if waited_s >= SECURE_AFTER * period_s:
             self._file.secure()
             self.secured = self.written
-        elif waited_s >= SECURE_CHUNK_AFTER * period_s and self._has_new_chunk():
+        elif has_new_chunk and waited_s >= SECURE_CHUNK_AFTER * period_s:
             self._file.sync()
             self.secured = self.written - self._file.pending
         else:
@@ -134,9 +132,6 @@ class RunStorage:
     def abandon(self) -> None:
         """Close what is open as it is."""
         self._file.abandon()
-
-    def _has_new_chunk(self) -> bool:
-        return self._file.chunks != self._chunks_secured
 
     def _go_on_in_next(self, attachments: Mapping[str, tuple[str, bytes]]) -> None:
         """Begin a file before the last one ends: one that says that it goes on does go on."""

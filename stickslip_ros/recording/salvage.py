@@ -23,8 +23,8 @@ from mcap.records import (
 )
 from mcap.stream_reader import StreamReader, breakup_chunk
 
-from stickslip_ros.recording.integrity import DAMAGE, MAGIC
-from stickslip_ros.recording.mcap_writer import CRC_BYTES, MESSAGE_HEAD, encode
+from stickslip_ros.recording.integrity import CRC_BYTES, DAMAGE, MAGIC
+from stickslip_ros.recording.mcap_writer import MESSAGE_HEAD, encode
 
 Bytes = bytes | mmap
 
