@@ -267,7 +267,10 @@ class RecordParameters(Checked):
         1.0, 's', 'what is older, by the clock, is safe on the disk', bounds=(0.01, 60.0)
     )
     split_size: int = count(
-        0, 'size at which the run goes on in a next file; 0: never', unit='B', bounds=(0, 1 << 40)
+        0,
+        'size of messages, uncompressed, after which the run goes on in a next file; 0: never',
+        unit='B',
+        bounds=(0, 1 << 40),
     )
     split_duration: float = quantity(
         0.0,
