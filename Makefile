@@ -29,7 +29,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-pythons fuzz same lint hooks bench wheel colcon lock clean
+.PHONY: help setup demo panel test test-pythons fuzz same lint hooks bench wheel colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -39,6 +39,12 @@ setup: $(VENV)/kernels.stamp ## make the environment from the lock (the other ta
 
 demo: $(VENV)/kernels.stamp ## run the instrument once: runs/demo.mcap and runs/demo.png
 	$(BIN)/stickslip demo $(ARGS)
+	@echo 'next: make panel, to see it move and to move it in the browser' >&2
+
+panel: $(VENV)/kernels.stamp ## a drive and its front panel in the browser, until Ctrl-C; ARGS='--port 0'
+	@$(BIN)/drive --ros-args --log-level warn & drive=$$!; \
+	trap 'kill $$drive 2> /dev/null; wait $$drive' EXIT; trap : INT TERM; \
+	$(BIN)/stickslip panel $(ARGS) || test $$? -eq 130
 
 test: $(VENV)/kernels.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart=0 $(ARGS)

@@ -57,7 +57,11 @@ setup(
     keywords=['ROS', 'simulation', 'stick-slip', 'contact mechanics', 'friction'],
     package_dir={'': '.'},  # said aloud, an editable install is one line in a .pth file
     packages=find_packages(include=[NAME, f'{NAME}.*']),
-    package_data={NAME: ['py.typed'], f'{NAME}.study': ['templates/*.html']},
+    package_data={
+        NAME: ['py.typed'],
+        f'{NAME}.study': ['templates/*.html'],
+        f'{NAME}.panel': ['page/*'],
+    },
     data_files=data_files,
     python_requires='>=3.10',
     # ROS itself is not here: it comes with the distribution, or with one of the extras.
@@ -76,6 +80,7 @@ setup(
         'jazzy': ros_wheels('jazzy'),
         'kilted': ros_wheels('kilted'),
         'dask': ['distributed'],
+        'panel': ['tornado>=6.2'],
         'parquet': ['pyarrow'],
         'test': [
             'pytest',
@@ -86,7 +91,9 @@ setup(
             'rosbags',
             'mcap-ros2-support',
             'distributed',
+            'playwright',
             'pyarrow',
+            'tornado',
         ],
         'lint': ['ruff', 'mypy', 'import-linter', 'types-PyYAML', 'catkin_pkg', 'pre-commit'],
     },

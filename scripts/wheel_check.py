@@ -21,6 +21,7 @@ DIST = ROOT / 'dist'
 SHIPPED = (
     'stickslip_ros/py.typed',
     'stickslip_ros/study/templates/comparison.html',
+    'stickslip_ros/panel/page/panel.js',
     'share/stickslip_ros/package.xml',
     'share/stickslip_ros/config/test_stand.yaml',
     'share/stickslip_ros/launch/drive.launch.py',

@@ -47,6 +47,18 @@ def pytest_collection_finish() -> None:
     gc.freeze()
 
 
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say how many tests ran in a browser, which are skipped where there is none."""
+    stats = terminalreporter.stats
+    counts = {
+        outcome: sum('test_browser.py' in each.nodeid for each in stats.get(outcome, ()))
+        for outcome in ('passed', 'failed', 'skipped')
+    }
+    if any(counts.values()):
+        words = ', '.join(f'{count} {outcome}' for outcome, count in counts.items())
+        terminalreporter.write_line(f'browser tests: {words}')
+
+
 @pytest.fixture(scope='session', autouse=True)
 def _plain_terminal() -> Iterator[None]:
     """Print tables as wide and as plain as into a file, whatever window the tests run in."""

@@ -28,6 +28,7 @@ VERBS = {
     'drive': 'run the ROS 2 node (needs rclpy)',
     'demo': 'run the node, command it over topics, record, summarise, draw (needs rclpy)',
     'positioning': 'let the position controller drive to targets, record, draw (needs rclpy)',
+    'panel': 'serve the front panel of a drive or of a recording to a browser',
     'info': 'topics, counts, rates, gaps and parameters of a recording',
     'plot': 'draw position, force, voltage and foot of a recording against time',
     'recover': 'make an unfinished, cut or damaged recording readable again',
@@ -68,6 +69,7 @@ examples:
   stickslip drive --set stand.preload=0.25
   stickslip demo
   stickslip positioning --params config/realistic.yaml
+  stickslip panel runs/demo.mcap
   stickslip info runs/demo.mcap
   stickslip plot runs/demo.mcap --window 2ms@0.1s
   stickslip compare experiment.csv model --report runs/comparison.html

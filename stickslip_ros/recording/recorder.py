@@ -3,6 +3,7 @@
 import atexit
 from collections import deque
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from threading import Condition, Lock, Thread
 from typing import Final
@@ -118,6 +119,15 @@ class Recorder:
         if self._layout.bag or not parts:
             return str(self.path)
         return str(parts[0]) if len(parts) == 1 else f'{parts[0]} to {parts[-1].name}'
+
+    @property
+    def size_bytes(self) -> int:
+        """Size of these files so far, as far as they are there."""
+        size = 0
+        for path in self.files:
+            with suppress(OSError):
+                size += path.stat().st_size
+        return size
 
     @property
     def written(self) -> int:

@@ -35,6 +35,11 @@ class RunWriter:
     channels : mapping of str to Channel, optional
         What is recorded, by the key of its topic; by default under the declared names.
 
+    Attributes
+    ----------
+    begun_ns : int
+        Simulated time at which it begins.
+
     Raises
     ------
     RecordingError
@@ -52,6 +57,7 @@ class RunWriter:
     ) -> None:
         channels = recorded_channels(parameters) if channels is None else channels
         self.waits = wait
+        self.begun_ns = 0
         self._info = pack_string(info_json(parameters))
         self._record = parameters.record
         self._split_ns = to_nanoseconds(parameters.record.split_duration)
@@ -60,6 +66,7 @@ class RunWriter:
 
     def begin(self, time_ns: int, status: Status, checkpoint: bytes = b'') -> None:
         """Write what is latched, and a state that is not rest: the recording starts now."""
+        self.begun_ns = time_ns
         self._begin_part(time_ns, checkpoint)
         self.write(Packed('info', time_ns, self._info))
         self.write(Packed('status', time_ns, pack_uint32(int(status))))

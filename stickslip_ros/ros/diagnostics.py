@@ -182,6 +182,7 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     queued, dropped = recorder.queued, recorder.dropped
     values = {
         'file': str(recorder.path),
+        'size_bytes': str(recorder.size_bytes),
         'written': str(recorder.written),
         'queued': str(queued),
         'queue_peak': str(recorder.queue_peak),
@@ -190,6 +191,7 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     }
     if recorder.error is not None:
         return _status(title, ERROR, f'stopped: {recorder.error}', values)
+    values['length_s'] = f'{(session.bench.time_ns - writer.begun_ns) * NANO:.3f}'
     if dropped:
         return _status(title, ERROR, f'{dropped} dropped', values)
     if queued > QUEUE_SHARE * length and not writer.waits:

@@ -101,6 +101,7 @@ MOMENTS: list[tuple[list[str], Reached]] = [
     (['drive'], knows_signals),
     (['demo', '--out', '.'], has_written('demo.mcap')),
     (['positioning', '--out', '.', '--targets', '1.0'], has_written('positioning.mcap')),
+    (['panel', '--port', '0'], has_looked(5)),
     (['info', 'none.mcap'], in_imports),
     (['plot', 'none.mcap'], in_imports),
     (['recover', 'none.mcap'], in_imports),

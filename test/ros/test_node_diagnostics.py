@@ -34,7 +34,16 @@ TIME_KEYS = {
     'behind_s',
     'paused',
 }
-RECORDER_KEYS = {'file', 'written', 'queued', 'queue_peak', 'queue_length', 'dropped'}
+RECORDER_KEYS = {
+    'file',
+    'written',
+    'queued',
+    'queue_peak',
+    'queue_length',
+    'dropped',
+    'length_s',
+    'size_bytes',
+}
 ROUNDING = 1e-4
 """The factor is printed with four digits behind the point."""
 
@@ -126,6 +135,8 @@ def test_the_recorder_is_accounted_for_while_it_records(stand: Any, tmp_path: An
     assert values.keys() == RECORDER_KEYS
     assert values['file'] == path
     assert values['dropped'] == '0'
+    assert 0.0 < float(values['length_s']) <= stand.drive.session.bench.time_ns * 1e-9
+    assert 0 < int(values['size_bytes']) <= stand.drive.session.worker.writer.recorder.size_bytes
     assert int(values['queue_peak']) >= int(values['queued']) >= 0
 
 

@@ -1,0 +1,193 @@
+"""What the page offers: controls from the tables of commands, services and parameters."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from stickslip_ros.errors import StickSlipError, WrongKind
+from stickslip_ros.instrument.commands import SET_BOOL
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.panel.model import CYCLES, SPANS_S
+from stickslip_ros.parameters import specs
+from stickslip_ros.recording.messages import INT32, STAMPED_FIELDS
+from stickslip_ros.recording.topics import COMMAND_TOPICS, SERVICES, Topic
+from stickslip_ros.units import display_unit
+
+WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'file'}
+"""How a command is given that has not a field for each of its numbers and a button to send."""
+SIGNED = {'sawtooth': 'frequency', 'steps': 'steps', 'jog': 'frequency'}
+"""The number whose sign is the direction: the command has a button for each."""
+LIMITS = {
+    ('voltage', 'voltage'): ('amplifier.voltage_min', 'amplifier.voltage_max'),
+    ('sawtooth', 'amplitude'): (0.0, 'amplifier.voltage_max'),
+    ('sawtooth', 'frequency'): (0.0, 'amplifier.frequency_max'),
+    ('sawtooth', 'steps'): (0, None),
+    ('steps', 'steps'): (0, None),
+    ('jog', 'frequency'): (0.0, 'amplifier.frequency_max'),
+    ('position', 'x'): ('stand.travel_min', 'stand.travel_max'),
+    ('load', 'force.x'): ('-stand.load_limit', 'stand.load_limit'),
+    ('preload', 'preload'): (0.0, 'stand.preload_limit'),
+}
+"""Lowest and highest value of a number: itself, or the parameter that says it."""
+STARTS = {
+    ('voltage', 'voltage'): 'amplifier.voltage_initial',
+    ('sawtooth', 'amplitude'): 'step.amplitude',
+    ('sawtooth', 'frequency'): 'step.frequency',
+    ('sawtooth', 'steps'): 0,
+    ('steps', 'steps'): 10,
+    ('jog', 'frequency'): 200.0,
+    ('position', 'x'): 1e-6,
+    ('preload', 'preload'): 'stand.preload',
+}
+"""What stands in a field at first: a value, or the parameter that says it."""
+ALARMS = (
+    Status.END_STOP_REACHED
+    | Status.RANGE_LIMIT_REACHED
+    | Status.FOLLOWING_LIMIT_REACHED
+    | Status.MOVEMENT_FAILED
+    | Status.REFUSED
+    | Status.FAULT
+    | Status.BEAM_LOST
+    | Status.FORCE_OVERRANGE
+)
+INT32_MAX = 2**31 - 1
+NEEDED = ('jog.timeout',)
+
+
+def sheet() -> dict[str, Any]:
+    """Return the controls and lamps of a page that is attached to a drive."""
+    return {
+        'kind': 'drive',
+        **lamps(),
+        'commands': [_command(each) for each in COMMAND_TOPICS if not each.switch],
+        'services': {
+            each.name.removeprefix('~/'): {
+                'text': each.text,
+                'is_switch': each.type_name == SET_BOOL,
+            }
+            for each in SERVICES
+        },
+        'faults': [_fault(name) for name in specs() if is_fault(name)],
+    }
+
+
+def lamps() -> dict[str, Any]:
+    """Return what a page has of every source: status bits, choices of the picture."""
+    return {
+        'bits': [
+            {
+                'bit': int(bit),
+                'name': bit.name,
+                'text': bit.text,
+                'is_alarm': bool(bit & ALARMS),
+            }
+            for bit in Status
+        ],
+        'cycles': CYCLES,
+        'spans_s': SPANS_S,
+    }
+
+
+def is_fault(name: str) -> bool:
+    """Return whether a parameter is a fault that comes and goes while the drive runs."""
+    return name.startswith('fault.') and specs()[name].live
+
+
+def shown_parameters() -> list[str]:
+    """Return the parameters that the page needs: what limits or begins a number."""
+    named = {*STARTS.values(), *(each for pair in LIMITS.values() for each in pair), *NEEDED}
+    known = {each.removeprefix('-') for each in named if isinstance(each, str)}
+    return [name for name in specs() if name in known]
+
+
+def command_numbers(topic: Topic) -> tuple[str, ...]:
+    """Return the numbers of a command that somebody chooses: of a vector its x."""
+    return topic.numbers[:1] if topic.type_name in STAMPED_FIELDS else topic.numbers
+
+
+def read_numbers(topic: Topic, values: object) -> list[float]:
+    """
+    Return the numbers of a command as they came from the page.
+
+    Raises
+    ------
+    WrongKind
+        If they are no numbers, or not as many as the command has.
+
+    """
+    try:
+        numbers = [float(each) for each in values]  # type: ignore[attr-defined]
+    except (TypeError, ValueError):
+        raise WrongKind(
+            topic.request, values, 'a list of numbers', 'fill in every field'
+        ) from None
+    width = len(command_numbers(topic))
+    fits = len(numbers) % width == 0 if topic.is_table else len(numbers) == width
+    if not fits or not numbers:
+        raise WrongKind(topic.request, numbers[:8], f'{width} numbers', 'fill in every field')
+    if topic.type_name == INT32 and not all(
+        n.is_integer() and abs(n) <= INT32_MAX for n in numbers
+    ):
+        raise WrongKind(
+            topic.request, numbers[0], 'a whole number of 32 bits', 'round or lower it'
+        )
+    return numbers
+
+
+def read_fault(name: object, value: object) -> tuple[str, Any]:
+    """
+    Return a fault and its value as they came from the page.
+
+    Raises
+    ------
+    StickSlipError
+        If there is no such fault, or the value is not allowed.
+
+    """
+    if not isinstance(name, str) or name not in specs() or not is_fault(name):
+        raise StickSlipError(f'{name} is no fault')
+    return name, specs()[name].check(name, value)
+
+
+def _command(topic: Topic) -> Mapping[str, Any]:
+    return {
+        'name': topic.request,
+        'text': topic.text,
+        'way': WAYS.get(topic.request, 'form'),
+        'signed': SIGNED.get(topic.request),
+        'numbers': [_number(topic.request, *_split(each)) for each in command_numbers(topic)],
+    }
+
+
+def _split(label: str) -> tuple[str, str]:
+    name, _, unit = label.partition(' ')
+    return name, unit
+
+
+def _number(command: str, name: str, unit: str) -> dict[str, Any]:
+    factor, shown = display_unit(unit)
+    low, high = LIMITS.get((command, name), (None, None))
+    start = STARTS.get((command, name), 0.0)
+    return {
+        'name': name,
+        'unit': shown,
+        'factor': factor,
+        'low': low,
+        'high': high,
+        'start': start,
+    }
+
+
+def _fault(name: str) -> dict[str, Any]:
+    spec = specs()[name]
+    factor, unit = display_unit(spec.unit)
+    return {
+        'name': name,
+        'text': spec.text,
+        'kind': spec.kind.__name__,
+        'unit': unit,
+        'factor': factor,
+        'choices': spec.choices,
+        'low': spec.minimum,
+        'high': spec.maximum,
+        'default': spec.default,
+    }

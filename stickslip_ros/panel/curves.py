@@ -1,0 +1,277 @@
+"""From many samples to the few points of a picture: kept, thinned, triggered."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+BINS = 600
+"""Pairs of lowest and highest sample of which a curve consists at most."""
+RECENT = (1 << 13, 1 << 15, 1 << 18)
+"""Samples in which falls are looked for: in more, where there are too few in less."""
+KEPT = RECENT[-1]
+HIGH, LOW = 0.75, 0.25
+"""Shares of the voltage's range between which an edge leads."""
+STEEP = 0.25
+"""Largest share of a period that the edge takes on which the scope triggers."""
+MARGIN = 0.15
+"""Share of a period that is shown before the first and after the last fall."""
+FREE_S = 0.02
+"""Time that the scope shows where no period is known, s."""
+HISTORY_BIN_S = 0.01
+HISTORY_KEPT = 1 << 13
+
+TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
+"""Columns of samples: those of a trace."""
+
+
+class Ring:
+    """
+    The last rows of a table that grows, always as one array.
+
+    Parameters
+    ----------
+    columns : int
+        Width of the table.
+    capacity : int
+        Rows that are kept at least, and seen at most.
+
+    """
+
+    def __init__(self, columns: int, capacity: int) -> None:
+        self._capacity = capacity
+        self._table = np.empty((2 * capacity, columns))
+        self._end = 0
+
+    @property
+    def rows(self) -> Array:
+        """The last rows: a view, to be read before the next one comes."""
+        return self._table[max(0, self._end - self._capacity) : self._end]
+
+    def append(self, rows: Array) -> None:
+        """Take rows, of more than the capacity the last."""
+        rows = rows[-self._capacity :]
+        if self._end + len(rows) > len(self._table):
+            kept = self.rows[len(rows) - self._capacity or len(self.rows) :].copy()
+            self._table[: len(kept)] = kept
+            self._end = len(kept)
+        self._table[self._end : self._end + len(rows)] = rows
+        self._end += len(rows)
+
+    def clear(self) -> None:
+        """Forget everything."""
+        self._end = 0
+
+
+class History:
+    """
+    Lowest and highest position and force of every hundredth of a second.
+
+    Attributes
+    ----------
+    bins : Ring
+        Rows of start (s), lowest and highest position (m), lowest and highest force (N).
+
+    """
+
+    def __init__(self, kept: int = HISTORY_KEPT) -> None:
+        self.bins = Ring(5, kept)
+
+    def add(self, samples: Array) -> None:
+        """Take samples, at most one bin's."""
+        row = np.array([[samples[0, TIME], *_range(samples, POSITION), *_range(samples, FORCE)]])
+        bins = self.bins.rows
+        # Three quarters: starts of bins are no exact multiples.
+        if len(bins) and row[0, 0] - bins[-1, 0] < 0.75 * HISTORY_BIN_S:
+            bins[-1, 1::2] = np.fmin(bins[-1, 1::2], row[0, 1::2])
+            bins[-1, 2::2] = np.fmax(bins[-1, 2::2], row[0, 2::2])
+        else:
+            self.bins.append(row)
+
+    def add_all(self, samples: Array) -> None:
+        """Take any samples."""
+        if len(samples):
+            number = np.floor((samples[:, TIME] - samples[0, TIME]) / HISTORY_BIN_S)
+            for part in np.split(samples, np.flatnonzero(np.diff(number)) + 1):
+                self.add(part)
+
+    def curves(self, end_s: float, span_s: float) -> dict[str, 'Curve']:
+        """Return position and force of the time before ``end_s``."""
+        bins = self.bins.rows
+        first, last = np.searchsorted(bins[:, 0], (end_s - span_s, end_s), 'right')
+        bins = bins[max(0, first - 1) : last]
+        if not len(bins):
+            return {}
+        x = np.repeat(bins[:, 0] - end_s, 2)
+        return {
+            'position': curve_of(x, bins[:, 1:3].ravel()),
+            'force': curve_of(x, bins[:, 3:5].ravel()),
+        }
+
+
+def _range(samples: Array, column: int) -> tuple[float, float]:
+    values = samples[:, column]
+    return float(np.fmin.reduce(values)), float(np.fmax.reduce(values))
+
+
+class Curve(NamedTuple):
+    """
+    Points of a picture.
+
+    Attributes
+    ----------
+    x, y : array of float32, shape (n,)
+        Both relative: to a time that the picture has, and to ``base``.
+    base : float
+        What is to be added to y; in double precision, unlike these.
+
+    """
+
+    x: NDArray[np.float32]
+    y: NDArray[np.float32]
+    base: float
+
+
+def curve_of(x: Array, y: Array, base: float | None = None) -> Curve:
+    """
+    Return the curve of samples, thinned to the lowest and highest of BINS where it has more.
+
+    What is not a number is left out unless a bin holds nothing else; there the curve is broken.
+
+    """
+    if base is None:
+        finite = y[np.isfinite(y)]
+        base = float(finite[0]) if len(finite) else 0.0
+    y = y - base
+    if len(x) > 2 * BINS:
+        place = np.floor((x - x[0]) * (BINS / (x[-1] - x[0])))
+        starts = np.append(0, np.flatnonzero(np.diff(place)) + 1)
+        pair = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
+        x, y = np.repeat(x[starts], 2), np.column_stack(pair).ravel()
+    return Curve(x.astype(np.float32), y.astype(np.float32), base)
+
+
+class Picture(NamedTuple):
+    """
+    What the scope shows.
+
+    Attributes
+    ----------
+    start_s, end_s : float
+        Relative to the first fall, or to the newest sample without one, s.
+    at_s : float
+        That fall or sample, s.
+    period_s : float
+        Of the saw-tooth; 0 where the scope runs freely.
+    curves : dict of str to Curve
+        ``voltage``, ``foot`` and ``runner``; the last two from their places before the fall on.
+
+    """
+
+    start_s: float
+    end_s: float
+    at_s: float
+    period_s: float
+    curves: dict[str, Curve]
+
+
+class Scope:
+    """The oscilloscope: it shows the last cycles and triggers on the fall of the voltage."""
+
+    def __init__(self) -> None:
+        self._held: Picture | None = None
+
+    def clear(self) -> None:
+        """Forget the picture that is held."""
+        self._held = None
+
+    def picture(self, samples: Array, cycles: int, *, triggers: bool = True) -> Picture | None:
+        """
+        Return the picture of the last cycles.
+
+        Where the voltage rests, the last one that had falls is held. Where there was none, or
+        without trigger, the newest samples are shown.
+
+        Parameters
+        ----------
+        samples : array, shape (n, 5)
+            Rows as in a trace.
+        cycles : int
+            Cycles to show.
+        triggers : bool
+            Whether the scope waits for falls.
+
+        """
+        if not len(samples):
+            return None
+        if not triggers:
+            period_s = self._held.period_s if self._held else FREE_S / cycles
+            return _free(samples, cycles * period_s)
+        recent = samples[-RECENT[0] :, VOLTAGE]
+        if self._held is not None and recent.min() == recent.max():
+            return self._held
+        for count in RECENT:
+            part = samples[-count:]
+            falls = steep_edges(part[:, VOLTAGE])
+            if len(falls) > cycles + 1 or count >= len(samples):
+                break
+        return self._triggered(part, falls, cycles) or _free(samples, FREE_S)
+
+    def _triggered(self, samples: Array, falls: NDArray[np.intp], cycles: int) -> Picture | None:
+        if len(falls) < 2:
+            return None
+        period = float(np.median(np.diff(falls)))
+        if falls[-1] + MARGIN * period > len(samples) - 1 and len(falls) > 2:
+            falls = falls[:-1]
+        first, last = int(falls[max(0, len(falls) - 1 - cycles)]), int(falls[-1])
+        begin = max(0, first - round(MARGIN * period))
+        end = min(len(samples), last + round(MARGIN * period) + 1)
+        self._held = _shown(samples, slice(begin, end), first)
+        sample_s = (samples[last, TIME] - samples[first, TIME]) / max(1, last - first)
+        self._held = self._held._replace(period_s=period * sample_s)
+        return self._held
+
+
+def steep_edges(voltage: Array) -> NDArray[np.intp]:
+    """
+    Return the last sample before each fall of a saw-tooth; of one that runs backwards, each rise.
+
+    Falls are what leads through the middle of the range within STEEP of the time between two.
+
+    """
+    low, high = float(voltage.min()), float(voltage.max())
+    level = (voltage > low + HIGH * (high - low)).astype(np.int8)
+    level -= voltage < low + LOW * (high - low)
+    places = np.flatnonzero(level)
+    level = level[places]
+    changes = np.flatnonzero(level[1:] != level[:-1])
+    begins, ends, falling = places[changes], places[changes + 1], level[changes] > 0
+    found = []
+    for direction in (falling, ~falling):
+        edges, lengths = begins[direction], (ends - begins)[direction]
+        if len(edges) > 1 and np.median(lengths) < STEEP * np.median(np.diff(edges)):
+            found.append((float(np.median(lengths)), edges))
+    return min(found, key=lambda pair: pair[0])[1] if found else np.empty(0, np.intp)
+
+
+def _free(samples: Array, length_s: float) -> Picture:
+    begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - length_s))
+    picture = _shown(samples, slice(begin, len(samples)), len(samples) - 1)
+    return picture._replace(start_s=-length_s, end_s=0.0)
+
+
+def _shown(samples: Array, shown: slice, trigger: int) -> Picture:
+    part, at_s = samples[shown], float(samples[trigger, TIME])
+    x = part[:, TIME] - at_s
+    curves = {
+        name: curve_of(x, part[:, column], _finite(samples[trigger, column]))
+        for name, column in (('foot', FOOT), ('runner', POSITION))
+    }
+    curves['voltage'] = curve_of(x, part[:, VOLTAGE], 0.0)
+    return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves)
+
+
+def _finite(value: float) -> float:
+    return float(value) if np.isfinite(value) else 0.0

@@ -1,0 +1,287 @@
+"""What the panel knows of a drive: what it heard, ready to be shown; neither ROS nor a browser."""
+
+import json
+import struct
+from collections import deque
+from collections.abc import Mapping, Sequence
+from threading import RLock
+from time import monotonic
+from typing import Any, Protocol
+
+import numpy as np
+
+from stickslip_ros.instrument.reports import TRACE_COLUMNS
+from stickslip_ros.panel.curves import (
+    FORCE,
+    KEPT,
+    POSITION,
+    TIME,
+    VOLTAGE,
+    Array,
+    Curve,
+    History,
+    Ring,
+    Scope,
+)
+
+EVENTS_SHOWN = 60
+FIGURE_S = 0.04
+"""Time over which the large figures are means, s."""
+SILENT_S = 1.5
+"""Wall-clock time without a trace after which the page says so, s."""
+CYCLES, SPANS_S = (1, 2, 3, 5, 10), (2, 5, 10, 60)
+"""Cycles that the scope may show, and times that the history may, s."""
+ACTIVE = 'active'
+ERROR = 2
+"""Level of diagnostics from which the drive is late."""
+WELL = {'DONE', 'ABORTED'}
+"""Results of commands that were carried out, or ended by another one."""
+
+
+class Source(Protocol):
+    """What a page shows: a drive that is there, or a run that was recorded."""
+
+    def state(self) -> dict[str, Any]:
+        """Return what changes now and then, for the page."""
+
+    def frame(self) -> bytes | None:
+        """Return the next picture for the page; None if it is the last one still."""
+
+    def do(self, wish: Mapping[str, Any]) -> None:
+        """Do what somebody at the page wants."""
+
+    def close(self) -> None:
+        """End."""
+
+
+class View:
+    """
+    How the picture is taken, which those at the page choose.
+
+    Attributes
+    ----------
+    cycles : int
+        One of CYCLES.
+    span_s : float
+        One of SPANS_S.
+    triggers : bool
+        Whether the scope triggers.
+
+    """
+
+    def __init__(self) -> None:
+        self.cycles, self.span_s, self.triggers = 3, 10, True
+
+    def choose(self, wish: Mapping[str, Any]) -> None:
+        """Take a choice; anything else is passed over."""
+        if wish.get('cycles') in CYCLES:
+            self.cycles = wish['cycles']
+        if wish.get('span_s') in SPANS_S:
+            self.span_s = wish['span_s']
+        if isinstance(wish.get('triggers'), bool):
+            self.triggers = wish['triggers']
+
+
+def packed_frame(
+    time_s: float, samples: Array, history: History, scope: Scope, view: View
+) -> bytes:
+    """
+    Return the picture at a time, as the page reads it.
+
+    In front are the length of the header, a word, and the header, JSON; behind it, as float32, x
+    and y of the curves in its order.
+
+    Parameters
+    ----------
+    time_s : float
+        Simulated time.
+    samples : array, shape (n, 5)
+        The last samples before it.
+    history, scope, view
+        What shows them, and how.
+
+    """
+    picture = scope.picture(samples, view.cycles, triggers=view.triggers)
+    curves = history.curves(time_s, view.span_s)
+    header: dict[str, Any] = {'time_s': time_s, 'figures': _figures(samples), 'scope': None}
+    header['span_s'] = view.span_s
+    if picture is not None:
+        curves |= picture.curves
+        ends = (picture.start_s, picture.end_s, picture.at_s, picture.period_s)
+        header['scope'] = dict(zip(('start_s', 'end_s', 'at_s', 'period_s'), ends, strict=True))
+    header['curves'] = [[name, len(each.x), each.base] for name, each in curves.items()]
+    text = json.dumps(header).encode()
+    text += b' ' * (-len(text) % 4)
+    return b''.join((struct.pack('<I', len(text)), text, *_points(curves)))
+
+
+def _points(curves: Mapping[str, Curve]) -> list[bytes]:
+    return [part.astype('<f4').tobytes() for each in curves.values() for part in each[:2]]
+
+
+def _figures(samples: Array) -> dict[str, float | None]:
+    """Return the means of the newest samples; of those that are numbers."""
+    if not len(samples):
+        return dict.fromkeys(('position', 'force', 'voltage'))
+    begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - FIGURE_S))
+    newest = samples[begin:]
+    return {
+        name: float(np.mean(newest[:, column])) if np.isfinite(newest[-1, column]) else None
+        for name, column in (('position', POSITION), ('force', FORCE), ('voltage', VOLTAGE))
+    }
+
+
+class Model:
+    """
+    A drive as the panel hears it; one thread tells it, another asks.
+
+    Attributes
+    ----------
+    drive : str
+        Full name of its node.
+    drives : list of str
+        Those that there are.
+    lifecycle : str
+        State of the node as it last answered; empty as long as it does not.
+    is_there : bool
+        Whether the graph has it.
+    view : View
+        How the picture is taken.
+
+    """
+
+    def __init__(self, drive: str) -> None:
+        self._lock = RLock()
+        self.drive, self.drives = drive, list[str]()
+        self.view = View()
+        self._ring, self._history, self._scope = Ring(len(TRACE_COLUMNS), KEPT), History(), Scope()
+        self.forget()
+
+    def forget(self, drive: str = '') -> None:
+        """Know nothing any more, of the same drive or of another."""
+        with self._lock:
+            self.drive = drive or self.drive
+            self.lifecycle, self.is_there = '', False
+            self._bits = 0
+            self._events: deque[dict[str, Any]] = deque(maxlen=EVENTS_SHOWN)
+            self._parts: dict[str, Any] = {}
+            self._parameters: dict[str, Any] = {}
+            self._notes: dict[str, Any] = {}
+            self._notes_taken = 0
+            self._begin_anew()
+
+    def _begin_anew(self) -> None:
+        self._ring.clear()
+        self._history.bins.clear()
+        self._scope.clear()
+        self._heard_s, self._has_news = monotonic(), True
+
+    def take_trace(self, samples: Array) -> None:
+        """Take samples; where time starts anew, what was before is forgotten."""
+        with self._lock:
+            rows = self._ring.rows
+            if len(rows) and samples[0, TIME] <= rows[-1, TIME]:
+                self._begin_anew()
+            self._ring.append(samples)
+            self._history.add_all(samples)
+            self._heard_s, self._has_news = monotonic(), True
+
+    def take_status(self, bits: int) -> None:
+        """Take the status bits."""
+        with self._lock:
+            self._bits = bits
+
+    def take_event(self, event: Mapping[str, Any]) -> None:
+        """Take the end of a command, which is noted where its control is."""
+        with self._lock:
+            self._events.append(dict(event))
+            words = [event['result'], *filter(None, [event['message']])]
+            self.note(event['command'], ': '.join(words), bad=event['result'] not in WELL)
+
+    def take_part(self, part: str, level: int, message: str, values: Mapping[str, str]) -> None:
+        """Take the diagnostics of a part."""
+        with self._lock:
+            self._parts[part] = {'level': level, 'message': message, 'values': dict(values)}
+
+    def take_parameters(self, values: Mapping[str, Any]) -> None:
+        """Take present values of parameters."""
+        with self._lock:
+            self._parameters.update(values)
+
+    def take_pause(self, *, is_paused: bool) -> None:
+        """Take what the drive answered; its diagnostics say so later."""
+        with self._lock:
+            values = self._parts.get('time', {}).get('values', {})
+            values['paused'] = str(is_paused).lower()
+            self._heard_s = monotonic()
+
+    def note(self, control: str, text: str, *, bad: bool = False) -> None:
+        """Keep what is to be read beside a control."""
+        with self._lock:
+            self._notes_taken += 1
+            self._notes[control] = {'text': text, 'bad': bad, 'number': self._notes_taken}
+
+    def state(self) -> dict[str, Any]:
+        """Return what changes now and then, for the page."""
+        with self._lock:
+            word, text = self.condition()
+            return {
+                'drive': self.drive,
+                'drives': sorted({self.drive, *self.drives}),
+                'lifecycle': self.lifecycle,
+                'condition': {'word': word, 'text': text},
+                'bits': self._bits,
+                'events': list(self._events),
+                'parts': self._parts,
+                'parameters': self._parameters,
+                'notes': self._notes,
+                'view': vars(self.view),
+            }
+
+    def condition(self) -> tuple[str, str]:
+        """Return in what condition the drive is: a word, and what it means."""
+        if self.lifecycle == ACTIVE:
+            return self._pace()
+        if self.lifecycle:
+            return self.lifecycle, f'the node is {self.lifecycle}: time stands still, no commands'
+        if self.is_there:
+            return 'silent', f'{self.drive} does not answer; waiting for it'
+        return 'absent', f'no drive {self.drive} in this ROS domain; waiting for it'
+
+    def _pace(self) -> tuple[str, str]:
+        """Return how the time of an active drive runs."""
+        time = self._parts.get('time', {'level': 0, 'message': '', 'values': {}})
+        if time['values'].get('paused') == 'true':
+            return 'paused', 'simulated time is held; commands wait for the next block'
+        silent_s = monotonic() - self._heard_s
+        if silent_s > SILENT_S:
+            return 'waiting', f'no trace for {silent_s:.0f} s: waits for grants, or is held up'
+        if time['level'] >= ERROR:
+            return 'late', time['message']
+        return 'running', 'simulated time runs'
+
+    def frame(self) -> bytes | None:
+        """Return the next picture; None if nothing was heard since the last one."""
+        with self._lock:
+            if not self._has_news:
+                return None
+            self._has_news = False
+            rows = self._ring.rows
+            time_s = float(rows[-1, TIME]) if len(rows) else 0.0
+            return packed_frame(time_s, rows, self._history, self._scope, self.view)
+
+    def choose(self, wish: Mapping[str, Any]) -> None:
+        """Take another picture from now on."""
+        with self._lock:
+            self.view.choose(wish)
+            self._has_news = True
+
+
+def parsed_event(text: str) -> dict[str, Any] | None:
+    """Return what a text of ``~/event`` says; None if it is none of ours."""
+    try:
+        event = json.loads(text)
+    except ValueError:
+        return None
+    names: Sequence[str] = ('message', 'result', 'command', 'number', 'steps', 'time_ns')
+    return event if isinstance(event, dict) and all(name in event for name in names) else None

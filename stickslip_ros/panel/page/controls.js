@@ -1,0 +1,357 @@
+// Controls, made from what the server says of commands, services and faults.
+
+import { make, wish } from "./panel.js";
+import { grouped } from "./plot.js";
+
+const SWITCHES = {
+  enable_amplifier: (state) => lamp(state, "AMPLIFIER_ENABLED"),
+  set_paused: (state) => value(state, "time", "paused") === "true",
+  set_recording: (state) => Boolean(value(state, "recorder", "file")),
+};
+const WORDS = {
+  enable_amplifier: "Amplifier", set_paused: "Pause", set_recording: "Record",
+  step_simulation: "Single block", stop: "STOP (Esc)",
+};
+const ABOVE = ["set_paused", "step_simulation", "set_recording", "stop"];
+const TRANSITIONS = {
+  configure: ["unconfigured"], activate: ["inactive"], deactivate: ["active"], cleanup: ["inactive"],
+};
+const COMMANDS_LEFT = 5;
+const STREAM_MS = 40;
+const JOG_SHARE = 4; // a jog is renewed so many times before its watchdog ends it
+
+let sheet = null, parameters = {}, last = {};
+const updates = [];
+
+const value = (state, part, name) => ((state.parts[part] || {}).values || {})[name];
+const lamp = (state, name) => (state.bits & sheet.bits.find((each) => each.name === name).bit) !== 0;
+const title = (name) => WORDS[name] || (name[0].toUpperCase() + name.slice(1)).replaceAll("_", " ");
+
+/** Return a limit or a first value: itself, or that of the parameter which it names. */
+function resolved(told) {
+  if (typeof told !== "string") return told;
+  const found = parameters[told.replace(/^-/, "")];
+  return found === undefined ? null : told.startsWith("-") ? -found : found;
+}
+
+export function followState(state) {
+  parameters = state.parameters;
+  for (const update of updates) update(state);
+}
+
+export function addControls(told) {
+  sheet = told;
+  const columns = [make("div"), make("div")];
+  for (const each of columns) each.className = "column";
+  const commands = sheet.commands.map(commandControl);
+  columns[0].append(...commands.slice(0, COMMANDS_LEFT));
+  columns[1].append(...commands.slice(COMMANDS_LEFT), standControl(), lifecycleControl());
+  document.getElementById("controls").replaceChildren(...columns);
+  document.getElementById("faults").replaceChildren(faultControl());
+  const above = ABOVE.filter((name) => sheet.services[name]);
+  document.getElementById("run").replaceChildren(...above.map(serviceButton), notes(above));
+}
+
+function group(name, text, needsDrive = true) {
+  const made = make("fieldset");
+  made.append(make("legend", title(name), text));
+  if (needsDrive) updates.push((state) => { made.disabled = state.lifecycle !== "active"; });
+  return made;
+}
+
+/** A line beside a control: how what it did has ended. */
+function note(name) {
+  const made = make("output");
+  made.className = "note";
+  made.dataset.note = name;
+  let shown = -1;
+  updates.push((state) => {
+    const told = state.notes[name] || { text: "", bad: false, number: 0 };
+    if (told.number === shown) return;
+    shown = told.number;
+    made.textContent = made.title = told.text;
+    made.classList.toggle("bad", told.bad);
+  });
+  return made;
+}
+
+function notes(names) {
+  const made = make("div");
+  made.className = "notes";
+  made.append(...names.map(note));
+  return made;
+}
+
+function button(text, about, onclick) {
+  const made = make("button", text, about);
+  made.type = "button";
+  if (onclick) made.onclick = onclick;
+  return made;
+}
+
+// --- commands
+
+function commandControl(command) {
+  const made = group(command.name, command.text), send = (values) =>
+    wish({ do: "command", name: command.name, values });
+  if (command.way === "file") made.append(fileField(command, send), note(command.name));
+  else {
+    const fields = make("div"), numbers = command.numbers.map((each) => numberField(command, each));
+    fields.className = numbers.length === 1 ? "single" : "fields";
+    fields.append(...numbers.flatMap((each) => each.parts));
+    const read = (sign) => numbers.map((each) => each.read(each.name === command.signed ? sign : 1));
+    const senders = sending(command, numbers, read, send);
+    if (numbers.length === 1) fields.append(...senders);
+    made.append(fields, ...(numbers.length === 1 ? [] : [inRow(senders)]), note(command.name));
+  }
+  return made;
+}
+
+/** Return what sends a command: a slider, a button, or one for each direction. */
+function sending(command, numbers, read, send) {
+  if (command.way === "slide") return [slider(command, numbers[0], send)];
+  if (!command.signed) {
+    const made = button("Send", command.text, () => send(read(1)));
+    made.setAttribute("aria-label", `Send ${command.name}`);
+    return [made];
+  }
+  return [[-1, "◀ −x", "backwards"], [1, "+x ▶", "forwards"]].map(([sign, text, where]) => {
+    const isHeld = command.way === "hold", name = `${title(command.name)} ${where}`;
+    const about = isHeld ? `${name}, as long as the button is held` : name;
+    const made = button(text, about, isHeld ? null : () => send(read(sign)));
+    made.setAttribute("aria-label", name);
+    if (isHeld) holds(made, () => send(read(sign)), () => send([0]));
+    return made;
+  });
+}
+
+function inRow(parts) {
+  const row = make("div");
+  row.className = "row";
+  row.append(...parts);
+  return row;
+}
+
+/** Return the range of a number as people read it; null is no upper end. */
+function ends(low, high) {
+  const shown = (each) => grouped(String(Number(Math.abs(each).toPrecision(9))));
+  if (!high) return `from ${shown(low)}`;
+  return low === -high ? `± ${shown(high)}` : `${low < 0 ? "−" : ""}${shown(low)} to ${shown(high)}`;
+}
+
+function numberField(command, { name, unit, factor, low, high, start }) {
+  const id = `${command.name}-${name}`, about = `${command.name}: ${name}${unit && `, ${unit}`}`;
+  const label = make("label", name), field = make("input", "", about), range = make("span", unit);
+  label.htmlFor = field.id = id;
+  field.inputMode = "decimal";
+  field.autocomplete = "off";
+  range.className = "unit";
+  const shown = (told) => String(Number((told * factor).toPrecision(9)));
+  updates.push(() => {
+    const [least, most, first] = [low, high, start].map(resolved);
+    if (!field.dataset.touched && first !== null && document.activeElement !== field) field.value = shown(first);
+    const text = `${least === null ? "" : ends(least * factor, most * factor)} ${unit}`.trim();
+    if (range.textContent !== text) range.textContent = text;
+  });
+  field.addEventListener("input", () => { field.dataset.touched = "yes"; });
+  const read = (sign = 1) => {
+    const text = field.value.trim().replace(",", "."), number = Number(text);
+    return text === "" || Number.isNaN(number) ? text : (sign * number) / factor;
+  };
+  field.addEventListener("keydown", (event) => {
+    if (event.key === "Enter") field.closest("fieldset").querySelector("button:last-of-type")?.click();
+  });
+  return { name, field, read, low, high, parts: [label, field, range] };
+}
+
+/** A slider that sends while it is drawn, not too often; Enter in the field sends too. */
+function slider(command, number, send) {
+  const made = make("input", "", command.text);
+  made.type = "range";
+  made.step = "any";
+  made.setAttribute("aria-label", title(command.name));
+  updates.push(() => {
+    const [low, high] = [number.low, number.high].map(resolved);
+    if (low === null || high === null || (Number(made.max) === high && Number(made.min) === low)) return;
+    made.min = low;
+    made.max = high;
+    made.step = (high - low) / 1000;
+    made.value = resolved(command.numbers[0].start) || 0;
+  });
+  let timer = 0;
+  const later = () => {
+    timer ||= setTimeout(() => {
+      timer = 0;
+      send([number.read()]);
+    }, STREAM_MS);
+  };
+  made.oninput = () => {
+    number.field.value = Number(made.value).toPrecision(4);
+    number.field.dataset.touched = "yes";
+    later();
+  };
+  number.field.addEventListener("change", () => {
+    made.value = number.read();
+    send([number.read()]);
+  });
+  return made;
+}
+
+/** Have a button repeat something as long as it is held, by pointer or key, and end it then. */
+function holds(made, repeat, end) {
+  let timer = 0;
+  const release = () => {
+    if (!timer) return;
+    clearInterval(timer);
+    timer = 0;
+    made.classList.remove("held");
+    end();
+  };
+  const press = () => {
+    if (timer || made.matches(":disabled")) return;
+    const watchdog_s = parameters["jog.timeout"] || 0.5;
+    timer = setInterval(() => (made.matches(":disabled") ? release() : repeat()), (1e3 * watchdog_s) / JOG_SHARE);
+    made.classList.add("held");
+    repeat();
+  };
+  const isPress = (event) => event.key === " " || event.key === "Enter";
+  made.onpointerdown = (event) => {
+    if (event.button !== 0) return;
+    made.setPointerCapture(event.pointerId);
+    press();
+  };
+  made.onkeydown = (event) => {
+    if (!isPress(event)) return;
+    event.preventDefault();
+    press();
+  };
+  made.onkeyup = (event) => isPress(event) && release();
+  made.onpointerup = made.onpointercancel = made.onlostpointercapture = made.onblur = release;
+  made.oncontextmenu = (event) => event.preventDefault();
+  addEventListener("blur", release);
+  addEventListener("keydown", (event) => event.key === "Escape" && release());
+  document.addEventListener("visibilitychange", release);
+}
+
+function fileField(command, send) {
+  const made = make("div"), label = make("label", "CSV file "), field = make("input", "", command.text);
+  made.className = "fields";
+  label.htmlFor = field.id = `${command.name}-file`;
+  field.type = "file";
+  field.accept = ".csv,.txt,text/csv";
+  field.classList.add("wide");
+  label.textContent = `CSV: ${command.numbers.map((each) => `${each.name} (${each.unit})`).join(", ")}`;
+  label.className = "wide";
+  const problem = make("output");
+  problem.className = "note bad wide";
+  problem.hidden = true;
+  field.onchange = async () => {
+    if (!field.files.length) return;
+    try {
+      send(numbersOf(await field.files[0].text(), command.numbers.length));
+      problem.hidden = true;
+    } catch (error) {
+      problem.textContent = error.message;
+      problem.hidden = false;
+    }
+    field.value = "";
+  };
+  made.append(label, field, problem);
+  return made;
+}
+
+/** Return the numbers of a table, row by row; a first line may be its head, # begins a remark. */
+function numbersOf(text, width) {
+  const rows = text.split(/\r?\n/).map((line) => line.replace(/#.*/, "").trim())
+    .map((line, index) => [index + 1, line]).filter(([, line]) => line);
+  const parsed = rows.map(([number, line]) => [number, line.split(/[,;\s]+/).map(Number)]);
+  if (parsed.length && parsed[0][1].some(Number.isNaN)) parsed.shift();
+  for (const [number, row] of parsed) {
+    if (row.length !== width || row.some(Number.isNaN)) throw new Error(`line ${number} is not ${width} numbers`);
+  }
+  if (!parsed.length) throw new Error("the file has no rows of numbers");
+  return parsed.flatMap(([, row]) => row);
+}
+
+// --- services
+
+function serviceButton(name) {
+  const { text, is_switch: isSwitch } = sheet.services[name];
+  const isOn = SWITCHES[name] || (() => false);
+  const made = button(title(name), text, () => wish({ do: "service", name, wanted: !isOn(last) }));
+  if (name === "stop") made.className = "stop";
+  updates.push((state) => {
+    last = state;
+    const isReady = state.lifecycle === "active";
+    made.disabled = !isReady || (name === "step_simulation" && !SWITCHES.set_paused(state));
+    if (isSwitch) made.setAttribute("aria-pressed", isOn(state));
+  });
+  return made;
+}
+
+function standControl() {
+  const made = group("stand", "services of the drive");
+  const names = Object.keys(sheet.services).filter((name) => !ABOVE.includes(name) && name !== "clear_faults");
+  made.append(...pairs(names.map(serviceButton)), notes(names));
+  return made;
+}
+
+function pairs(buttons) {
+  return buttons.map((each, index) => [each, buttons[index + 1]]).filter((_, index) => index % 2 === 0)
+    .map((pair) => inRow(pair.filter(Boolean)));
+}
+
+function lifecycleControl() {
+  const made = group("lifecycle", "states of the node", false);
+  const buttons = Object.entries(TRANSITIONS).map(([transition, from]) => {
+    const each = button(title(transition), `${transition}: from ${from.join(", ")}`, () =>
+      wish({ do: "lifecycle", name: "lifecycle", transition }));
+    updates.push((state) => { each.disabled = !from.includes(state.lifecycle); });
+    return each;
+  });
+  made.append(...pairs(buttons), note("lifecycle"));
+  return made;
+}
+
+// --- faults
+
+function faultControl() {
+  const made = group("faults", "faults that come and go while the drive runs"), fields = make("div");
+  fields.className = "faults";
+  fields.append(...sheet.faults.map(faultField));
+  if (sheet.services.clear_faults) fields.append(serviceButton("clear_faults"));
+  made.append(fields, notes(["clear_faults", "fault"]));
+  return made;
+}
+
+function faultField(fault) {
+  const short = fault.name.replace(/^fault\./, "");
+  const field = make(fault.choices.length ? "select" : "input", "", fault.text);
+  const label = make("label", short.replaceAll("_", " "), fault.text), unit = make("span", fault.unit);
+  label.htmlFor = field.id = fault.name;
+  unit.className = "unit";
+  if (fault.choices.length) field.append(...fault.choices.map((each) => make("option", each)));
+  else if (fault.kind === "bool") field.type = "checkbox";
+  else {
+    field.inputMode = "decimal";
+    unit.textContent = fault.unit;
+    field.title += `; ${ends(fault.low * fault.factor, fault.high * fault.factor)} ${fault.unit}`;
+  }
+  const isNumber = ["float", "int"].includes(fault.kind);
+  field.onchange = () => {
+    let wanted = fault.kind === "bool" ? field.checked : field.value;
+    const number = Number(String(wanted).replace(",", "."));
+    if (isNumber && wanted !== "" && !Number.isNaN(number)) wanted = number / fault.factor;
+    wish({ do: "fault", name: fault.name, value: wanted });
+  };
+  updates.push((state) => {
+    if (document.activeElement === field && isNumber) return;
+    const present = value(state, "faults", short) ?? String(fault.default);
+    if (fault.kind === "bool") field.checked = present === "True";
+    else field.value = isNumber ? Number((Number(present) * fault.factor).toPrecision(9)) : present;
+  });
+  const made = make("div");
+  made.className = "fields";
+  made.append(label, field, unit, note(fault.name));
+  return made;
+}

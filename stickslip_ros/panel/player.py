@@ -1,0 +1,178 @@
+"""A recorded run, played on the scope of the panel."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Mapping
+from pathlib import Path
+from threading import RLock
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.instrument.reports import TRACE_COLUMNS
+from stickslip_ros.panel.curves import (
+    FOOT,
+    FORCE,
+    KEPT,
+    POSITION,
+    TIME,
+    VOLTAGE,
+    Array,
+    History,
+    Scope,
+    curve_of,
+)
+from stickslip_ros.panel.model import EVENTS_SHOWN, View, packed_frame, parsed_event
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.study.recorded_run import recorded_series, topic_name
+from stickslip_ros.units import NANO
+
+SPEEDS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
+"""Simulated seconds per second that can be chosen."""
+COLUMNS = {'voltage_v': VOLTAGE, 'foot_m': FOOT, 'position_m': POSITION, 'force_n': FORCE}
+
+
+def samples_of(recording: Recording) -> Array:
+    """
+    Return a run as rows of a trace; what it does not hold is not a number.
+
+    Without a trace these are the topics, at the times of the positions.
+
+    Raises
+    ------
+    RecordingError
+        If the recording has no position.
+
+    """
+    found = recorded_series(recording)
+    if 'position_m' not in found:
+        problem = 'has neither a trace nor positions'
+        raise RecordingError(recording.path, problem, 'choose the recording of a drive')
+    time_s = found['position_m'].time_s
+    samples = np.full((len(time_s), len(TRACE_COLUMNS)), np.nan)
+    samples[:, TIME] = time_s
+    for name, series in found.items():
+        is_same = len(series) == len(time_s) and np.array_equal(series.time_s, time_s)
+        samples[:, COLUMNS[name]] = (
+            series.value if is_same else np.interp(time_s, series.time_s, series.value)
+        )
+    return samples
+
+
+class Player:
+    """
+    A recording and the place in it; every page shows the same.
+
+    Parameters
+    ----------
+    path : Path
+        The recording.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be read, or has no position.
+
+    """
+
+    def __init__(self, path: Path) -> None:
+        recording = Recording(path)
+        self._name = path.name
+        self._samples = samples_of(recording)
+        self._start_s, self._end_s = self._samples[[0, -1], TIME].tolist()
+        self._history = History(len(self._samples))
+        self._history.add_all(self._samples)
+        self._bits = list(_messages(recording, 'status'))
+        self._events = [
+            event
+            for _, text in _messages(recording, 'event')
+            if (event := parsed_event(str(text))) is not None
+        ]
+        self._lock = RLock()
+        self._scope, self._view = Scope(), View()
+        self._time_s, self._since_s = self._start_s, 0.0
+        self._speed, self._plays, self._is_shown = 1.0, False, False
+
+    def overview(self) -> dict[str, Any]:
+        """Return the whole run for the time line: its ends, and its positions, m."""
+        samples = self._samples
+        curve = curve_of(samples[:, TIME], samples[:, POSITION])
+        points = [[round(float(x), 6), float(y)] for x, y in zip(*curve[:2], strict=True)]
+        shown = [point if np.isfinite(point[1]) else [point[0], None] for point in points]
+        ends = {'start_s': self._start_s, 'end_s': self._end_s}
+        return {**ends, 'name': self._name, 'speeds': SPEEDS, 'points': shown}
+
+    def state(self) -> dict[str, Any]:
+        """Return what changes now and then, for the page."""
+        with self._lock:
+            time_ns = self._time_s / NANO
+            events = self._events[: bisect_right(self._events, time_ns, key=_time_of)]
+            place = bisect_right(self._bits, self._time_s, key=lambda pair: pair[0])
+            return {
+                'condition': {'word': 'recording', 'text': self._name},
+                'bits': self._bits[place - 1][1] if place else 0,
+                'events': events[-EVENTS_SHOWN:],
+                'player': {'plays': self._plays, 'speed': self._speed},
+                'view': vars(self._view),
+            }
+
+    def frame(self) -> bytes | None:
+        """Return the next picture for the page; None if it is the last one still."""
+        with self._lock:
+            self._move_on()
+            if self._is_shown:
+                return None
+            self._is_shown = True
+            last = int(np.searchsorted(self._samples[:, TIME], self._time_s, 'right'))
+            samples = self._samples[max(0, last - KEPT) : last]
+            return packed_frame(self._time_s, samples, self._history, self._scope, self._view)
+
+    def do(self, wish: Mapping[str, Any]) -> None:
+        """Do what somebody at the page wants."""
+        with self._lock:
+            match wish.get('do'):
+                case 'play':
+                    self._play(wanted=bool(wish.get('wanted')))
+                case 'seek':
+                    self._seek(wish.get('time_s'))
+                case 'speed':
+                    self._speed = wish['speed'] if wish.get('speed') in SPEEDS else self._speed
+                case 'view':
+                    self._view.choose(wish)
+            self._is_shown = False
+
+    def close(self) -> None:
+        """End; the recording is closed already."""
+
+    def _play(self, *, wanted: bool) -> None:
+        if wanted and self._time_s >= self._end_s:
+            self._seek(self._start_s)
+        self._plays, self._since_s = wanted, monotonic()
+
+    def _seek(self, time_s: object) -> None:
+        if isinstance(time_s, int | float) and math.isfinite(time_s):
+            self._time_s = min(max(float(time_s), self._start_s), self._end_s)
+            self._scope.clear()
+
+    def _move_on(self) -> None:
+        """Go on with the clock, to the end of the run at most."""
+        if not self._plays:
+            return
+        now_s = monotonic()
+        self._time_s += self._speed * (now_s - self._since_s)
+        self._since_s, self._is_shown = now_s, False
+        if self._time_s >= self._end_s:
+            self._time_s, self._plays = self._end_s, False
+
+
+def _messages(recording: Recording, name: str) -> list[tuple[float, Any]]:
+    topic = topic_name(recording, name)
+    if not topic:
+        return []
+    return [(at_ns * NANO, message) for _, at_ns, message in recording.messages([topic])]
+
+
+def _time_of(event: Mapping[str, Any]) -> float:
+    return float(event['time_ns'])

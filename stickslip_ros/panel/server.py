@@ -1,0 +1,241 @@
+"""
+The server of the page: on this host only, for pages of its own only.
+
+A page of another site can send requests to this host too, and ask for a WebSocket. It cannot
+choose the headers Host and Origin, so every request is judged by them.
+
+"""
+
+import asyncio
+import json
+import socket
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPServerRequest
+from tornado.web import Application, HTTPError, RequestHandler, StaticFileHandler
+from tornado.websocket import WebSocketClosedError, WebSocketHandler
+
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.panel.model import Source
+from stickslip_ros.stopping import heed_stop
+
+ADDRESS, PORT = '127.0.0.1', 8040
+HOSTS = ('127.0.0.1', 'localhost')
+PERIOD_S = 0.04
+"""Time between two pictures, s."""
+MESSAGE_MAX_BYTES = 8 << 20
+"""Longest message of a page: a waveform of 100,000 rows."""
+PING_S = 10.0
+"""Time between two pings; a page that does not answer one is let go, s."""
+PAGE = Path(__file__).parent / 'page'
+HEADERS = {
+    'Content-Security-Policy': "default-src 'none'; script-src 'self'; style-src 'self'; "
+    "connect-src 'self'; img-src 'self'; base-uri 'none'; form-action 'none'; "
+    "frame-ancestors 'none'",
+    'Cache-Control': 'no-store',
+    'Cross-Origin-Resource-Policy': 'same-origin',
+    'Referrer-Policy': 'no-referrer',
+    'X-Content-Type-Options': 'nosniff',
+}
+
+
+def is_own(request: HTTPServerRequest, *, needs_origin: bool) -> bool:
+    """
+    Return whether a request comes from a page of this server, or from no page.
+
+    Parameters
+    ----------
+    request : HTTPServerRequest
+        The request.
+    needs_origin : bool
+        Whether one without an origin is refused: browsers name it with every WebSocket.
+
+    """
+    hosts, origins = (request.headers.get_list(name) for name in ('Host', 'Origin'))
+    if len(hosts) != 1 or hosts[0].rpartition(':')[0] not in HOSTS:
+        return False
+    return origins == [f'http://{hosts[0]}'] or not (origins or needs_origin)
+
+
+class _Guarded(RequestHandler):
+    """Refuses what comes from elsewhere, before anything else."""
+
+    def prepare(self) -> None:
+        if not is_own(self.request, needs_origin=False):
+            raise HTTPError(403)
+
+    def set_default_headers(self) -> None:
+        for name, value in HEADERS.items():
+            self.set_header(name, value)
+
+
+class _File(_Guarded, StaticFileHandler):
+    """A file of the page."""
+
+
+class _Socket(WebSocketHandler):
+    """The connection to one page."""
+
+    def initialize(self, hub: 'Hub') -> None:
+        self._hub = hub
+        self._busy, self._next = 0, b''
+
+    def prepare(self) -> None:
+        if not is_own(self.request, needs_origin=True):
+            raise HTTPError(403)
+
+    def check_origin(self, origin: str) -> bool:  # noqa: ARG002 - judged already, with the host
+        return True
+
+    def open(self, *_: str, **__: str) -> None:
+        self.set_nodelay(True)
+        self._hub.join(self)
+
+    def on_message(self, message: str | bytes) -> None:
+        with suppress(ValueError):
+            wish = json.loads(message)
+            if isinstance(wish, dict):
+                self._hub.source.do(wish)
+
+    def on_close(self) -> None:
+        self._hub.pages.discard(self)
+
+    def tell(self, words: str) -> None:
+        """Send words, all of them, in their order."""
+        self._send(words)
+
+    def show(self, picture: bytes) -> None:
+        """Send a picture; a page that is still busy gets the newest one as soon as it is not."""
+        self._next = picture
+        if not self._busy:
+            self._send_next()
+
+    def _send_next(self) -> None:
+        picture, self._next = self._next, b''
+        if picture:
+            self._send(picture)
+
+    def _send(self, message: str | bytes) -> None:
+        with suppress(WebSocketClosedError):
+            sent = self.write_message(message, binary=isinstance(message, bytes))
+            self._busy += 1
+            asyncio.ensure_future(sent).add_done_callback(self._go_on)
+
+    def _go_on(self, sent: Any) -> None:
+        sent.exception()  # of a page that has gone; on_close comes too
+        self._busy -= 1
+        if not self._busy:
+            self._send_next()
+
+
+class Hub:
+    """
+    Sends what a source says to all pages: once made, however many there are.
+
+    Parameters
+    ----------
+    source : Source
+        What the pages show.
+    sheet : mapping
+        What they are told first.
+
+    Attributes
+    ----------
+    pages : set
+        Connections to them.
+
+    """
+
+    def __init__(self, source: Source, sheet: Mapping[str, Any]) -> None:
+        self.source = source
+        self.pages: set[_Socket] = set()
+        self._sheet = json.dumps({'sheet': sheet})
+        self._told = ''
+
+    def join(self, page: _Socket) -> None:
+        """Tell a new page what there is; the picture comes by itself."""
+        page.tell(self._sheet)
+        self._told = ''
+        self.source.do({'do': 'view'})
+        self.pages.add(page)
+
+    def tick(self) -> None:
+        """Send what is new."""
+        if not self.pages:
+            return
+        told = json.dumps({'state': self.source.state()})
+        if told != self._told:
+            self._told = told
+            for page in tuple(self.pages):
+                page.tell(told)
+        frame = self.source.frame()
+        if frame is not None:
+            for page in tuple(self.pages):
+                page.show(frame)
+
+
+def serve(
+    source: Source, sheet: Mapping[str, Any], port: int, on_start: Callable[[str], None]
+) -> None:
+    """
+    Serve the page until the end is asked for (see `stopping`).
+
+    Parameters
+    ----------
+    source : Source
+        What the page shows; it is closed at the end.
+    sheet : mapping
+        What a page is told first.
+    port : int
+        TCP port; 0 takes a free one.
+    on_start : callable
+        Receives the address.
+
+    Raises
+    ------
+    OutOfRange
+        If the port is taken.
+    KeyboardInterrupt
+        At the end.
+
+    """
+    try:
+        asyncio.run(_serve(Hub(source, sheet), port, on_start))
+    finally:
+        source.close()
+
+
+async def _serve(hub: Hub, port: int, on_start: Callable[[str], None]) -> None:
+    application = Application(
+        [
+            (r'/socket', _Socket, {'hub': hub}),
+            (r'/(.*)', _File, {'path': str(PAGE), 'default_filename': 'index.html'}),
+        ],
+        websocket_max_message_size=MESSAGE_MAX_BYTES,
+        websocket_ping_interval=PING_S,
+        log_function=lambda _: None,
+    )
+    try:
+        listener = socket.create_server((ADDRESS, port))
+    except (OSError, OverflowError):
+        limit = f'taken, or not allowed, on {ADDRESS}'
+        raise OutOfRange('port', port, '', limit, 'choose another, or 0 for a free one') from None
+    server = HTTPServer(application)
+    listener.setblocking(False)
+    server.add_socket(listener)
+    on_start(f'http://{ADDRESS}:{listener.getsockname()[1]}/')
+    loop = asyncio.get_running_loop()
+    due_s = loop.time()
+    try:
+        while True:
+            heed_stop()
+            hub.tick()
+            due_s = max(due_s + PERIOD_S, loop.time())
+            await asyncio.sleep(due_s - loop.time())
+    finally:
+        server.stop()
+        await server.close_all_connections()

@@ -1,0 +1,364 @@
+"""The panel in a real browser: what one sees there is what the drive does, and the other way."""
+
+import json
+import re
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+pytest.importorskip('playwright', reason='no Playwright: pip install playwright')
+
+import browser as tools
+from playwright.sync_api import Page, ViewportSize, expect
+from std_msgs.msg import String
+
+from stickslip_ros.ros.ending import STOPPED
+from stickslip_ros.testing import Operator, open_context
+
+pytestmark = pytest.mark.skipif(
+    tools.CHROMIUM is None, reason='no Chromium: apt-get install chromium'
+)
+expect.set_options(timeout=tools.TIMEOUT_MS)
+RING_DOWN_NS = 100_000_000
+RUNS = re.compile('running|late|waiting')
+"""Conditions of a drive that is active, on however busy a machine."""
+SIGNED = re.compile(r'[+−][\d\u2009]+\.\d')
+NO_CONTROL_WITHOUT_NAME = """() => [...document.querySelectorAll('button, input, select')]
+    .filter((each) => each.offsetParent)
+    .filter((each) => !each.title && !each.closest('[title]')
+        || !(each.getAttribute('aria-label') || each.textContent || (each.labels || []).length)
+        || each.tabIndex < 0)
+    .map((each) => each.outerHTML)"""
+
+BOXES = """() => [...document.querySelectorAll('canvas, fieldset, #figures dl')]
+    .filter((each) => each.offsetParent)
+    .map((each) => each.getBoundingClientRect())
+    .map(({x, y, width, height}) => [x, y + scrollY, width, height].map(Math.round))"""
+
+
+@pytest.fixture(scope='module')
+def stage(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]:
+    """Give a drive, a panel, a browser and an operator, all of them until the last test."""
+    folder = tmp_path_factory.mktemp('stage')
+    with ExitStack() as stack:
+        stage = SimpleNamespace(domain=ros_domain, folder=folder, requests=[])
+        stage.start = lambda: stack.enter_context(tools.drive(ros_domain, folder))
+        stage.drive = stage.start()
+        stage.address = stack.enter_context(tools.panel(ros_domain, folder))
+        stage.browser = stack.enter_context(tools.browser())
+        context = open_context(ros_domain)
+        stack.callback(context.try_shutdown)
+        stage.operator = Operator(context)
+        stack.callback(stage.operator.close)
+        stage.operator.wait_for_drive()
+        stage.page = tools.opened(stage.browser, stage.address)
+        stage.page.on('request', lambda request: stage.requests.append(request.url))
+        yield stage
+
+
+@pytest.fixture
+def page(stage: SimpleNamespace) -> Page:
+    """Give the page, with a drive that is active, at rest and without faults."""
+    page: Page = stage.page
+    if page.url != stage.address:
+        page.goto(stage.address)
+    expect(page.locator('#word')).to_have_text(RUNS)
+    page.keyboard.press('Escape')
+    expect(page.locator('#bits .on', has_text='MOVING')).to_have_count(0)
+    page.reload()
+    expect(page.locator('#word')).to_have_text(RUNS)
+    expect(page.locator('#voltage-voltage')).not_to_have_value('')
+    return page
+
+
+def note(page: Page, control: str) -> Any:
+    return page.locator(f'[data-note="{control}"]')
+
+
+def figure(page: Page, name: str) -> float:
+    """Read one of the large figures."""
+    locator = page.locator(f'#{name}')
+    expect(locator).to_have_text(SIGNED)
+    return float(locator.inner_text().replace('−', '-').replace('\u2009', ''))
+
+
+def await_figure(page: Page, name: str, fits: Callable[[float], bool]) -> float:
+    """Wait for a figure that fits."""
+    for _ in range(int(tools.TIMEOUT_MS / 50)):
+        if fits(figure(page, name)):
+            return figure(page, name)
+        page.wait_for_timeout(50)
+    raise AssertionError(f'{name} is {figure(page, name)}')
+
+
+def lamp(page: Page, name: str) -> Any:
+    return page.locator('#bits .on', has_text=re.compile(f'^{name}$'))
+
+
+def test_steps_move_the_runner_on_the_page_and_on_the_topic(stage: SimpleNamespace, page: Page):
+    before_nm = figure(page, 'position')
+    page.locator('#steps-steps').fill('25')
+    page.get_by_label('Steps forwards').click()
+    expect(note(page, 'steps')).to_have_text('DONE')
+    shown_nm = await_figure(page, 'position', lambda now: now > before_nm + 100.0)
+    positions = stage.operator.positions
+    end_ns = stage.operator.wait_for_event('steps', 0)['time_ns'] + RING_DOWN_NS
+    stage.operator.spin_until(lambda: max(positions, default=0) > end_ns, 'positions')
+    assert 1e9 * positions[max(positions)] == pytest.approx(shown_nm, abs=20.0)
+    expect(page.locator('#events p').first).to_contain_text('DONE, 25 steps')
+
+
+def test_the_scope_triggers_on_a_sawtooth_which_escape_stops(page: Page):
+    page.locator('#sawtooth-frequency').fill('500')
+    page.get_by_label('Sawtooth backwards').click()
+    expect(page.locator('#trigger')).to_have_text(re.compile(r'^fall at [\d.]+ s, 500\.0 Hz$'))
+    expect(lamp(page, 'MOVING')).to_be_visible()
+    page.locator('#cycles').select_option('5')
+    page.keyboard.press('Escape')
+    expect(note(page, 'sawtooth')).to_contain_text('ABORTED')
+    expect(lamp(page, 'MOVING')).to_have_count(0)
+
+
+def test_a_refusal_appears_beside_its_control_with_its_reason(page: Page):
+    page.locator('#sawtooth-amplitude').fill('400')
+    page.get_by_label('Sawtooth forwards').click()
+    expect(note(page, 'sawtooth')).to_have_text(re.compile("400 V is above the amplifier's 300 V"))
+    expect(note(page, 'sawtooth')).to_have_class(re.compile('bad'))
+    expect(lamp(page, 'REFUSED')).to_be_visible()
+    expect(note(page, 'voltage')).not_to_have_class(re.compile('bad'))
+    page.locator('#position-x').fill('far')
+    page.get_by_label('Send position').click()
+    expect(note(page, 'position')).to_contain_text('is not a list of numbers')
+
+
+def test_a_jog_lasts_as_long_as_its_button_is_held(page: Page):
+    page.get_by_label('Jog forwards').hover()
+    page.mouse.down()
+    expect(lamp(page, 'MOVING')).to_be_visible()
+    page.wait_for_timeout(700)  # longer than the watchdog
+    expect(lamp(page, 'MOVING')).to_be_visible()
+    page.mouse.up()
+    expect(note(page, 'jog')).to_contain_text('DONE')
+    page.get_by_label('Jog backwards').focus()
+    page.keyboard.down(' ')
+    expect(lamp(page, 'MOVING')).to_be_visible()
+    page.keyboard.up(' ')
+    expect(note(page, 'jog')).to_contain_text('DONE')
+    steps = [
+        int(text) for text in re.findall(r'(\d+) steps', page.locator('#events').inner_text())
+    ]
+    assert steps[1] > 100
+
+
+def test_a_slider_a_load_a_preload_and_a_target_are_followed(page: Page):
+    page.get_by_role('slider', name='Voltage').focus()
+    page.keyboard.press('End')
+    await_figure(page, 'voltage', lambda now: now == 300.0)
+    page.keyboard.press('Home')
+    await_figure(page, 'voltage', lambda now: now == 0.0)
+    page.locator('#load-force\\.x').fill('50')
+    page.get_by_label('Send load').click()
+    expect(lamp(page, 'LOADED')).to_be_visible()
+    page.locator('#load-force\\.x').fill('0')
+    page.keyboard.press('Enter')
+    expect(lamp(page, 'LOADED')).to_have_count(0)
+    page.locator('#preload-preload').fill('400')
+    page.get_by_label('Send preload').click()
+    expect(note(page, 'preload')).to_have_text('DONE')
+    page.locator('#position-x').fill('500')
+    page.get_by_label('Send position').click()
+    expect(note(page, 'position')).to_have_text('DONE')
+    await_figure(page, 'position', lambda now: abs(now - 500.0) < 10.0)
+
+
+def test_a_waveform_comes_from_a_file(page: Page, tmp_path: Path):
+    file = tmp_path / 'wave.csv'
+    file.write_text('time_s,voltage_v\n0,0\n0.01,100  # up\n0.02,70\n')
+    page.locator('#waveform-file').set_input_files(file)
+    expect(note(page, 'waveform')).to_have_text('DONE')
+    await_figure(page, 'voltage', lambda now: now == 70.0)
+    file.write_text('0,0\n1,lots\n')
+    page.locator('#waveform-file').set_input_files(file)
+    expect(page.locator('fieldset', has_text='Waveform')).to_contain_text(
+        'line 2 is not 2 numbers'
+    )
+
+
+def test_faults_come_by_switch_and_go(page: Page):
+    page.locator('#fault\\.interferometer').select_option('dropout')
+    expect(lamp(page, 'FAULT')).to_be_visible()
+    expect(page.locator('#position')).to_have_text('no reading')
+    expect(page.locator('#parts')).to_contain_text('interferometer')
+    page.locator('#fault\\.runner_stuck').check()
+    expect(page.locator('#parts')).to_contain_text('runner_stuck')
+    page.locator('#fault\\.dead_foot').fill('9')
+    page.keyboard.press('Enter')
+    expect(note(page, 'fault.dead_foot')).to_contain_text('above the maximum 6')
+    page.get_by_role('button', name='Clear faults').click()
+    expect(lamp(page, 'FAULT')).to_have_count(0)
+    expect(page.locator('#fault\\.interferometer')).to_have_value('none')
+    expect(page.locator('#fault\\.runner_stuck')).not_to_be_checked()
+
+
+def test_time_is_held_and_advanced_by_single_blocks(page: Page):
+    page.get_by_role('button', name='Pause').click()
+    expect(page.locator('#word')).to_have_text('paused')
+    expect(note(page, 'set_paused')).to_contain_text('paused at')
+    page.get_by_role('button', name='Single block').click()
+    expect(note(page, 'step_simulation')).to_contain_text('advanced to')
+    page.get_by_role('button', name='Pause').click()
+    expect(page.locator('#word')).to_have_text(RUNS)
+
+
+def test_the_amplifier_is_switched_off_and_on(page: Page):
+    button = page.get_by_role('button', name='Amplifier')
+    expect(button).to_have_attribute('aria-pressed', 'true')
+    button.click()
+    expect(button).to_have_attribute('aria-pressed', 'false')
+    page.get_by_label('Steps forwards').click()
+    expect(note(page, 'steps')).to_contain_text('AMPLIFIER_DISABLED')
+    button.click()
+    expect(button).to_have_attribute('aria-pressed', 'true')
+    for name, control in (('Zero position', 'zero_position'), ('Tare force', 'tare_force')):
+        page.get_by_role('button', name=name).click()
+        expect(note(page, control)).to_have_text('DONE')
+    page.get_by_role('button', name='Reset').click()
+    await_figure(page, 'position', lambda now: abs(now) < 2.0)
+
+
+def test_an_inactive_node_takes_no_commands_and_says_so(page: Page):
+    page.get_by_role('button', name='Deactivate').click()
+    expect(page.locator('#word')).to_have_text('inactive')
+    expect(page.get_by_label('Steps forwards')).to_be_disabled()
+    expect(page.get_by_role('button', name='STOP')).to_be_disabled()
+    page.get_by_role('button', name='Activate', exact=True).click()
+    expect(page.locator('#word')).to_have_text(RUNS)
+    expect(page.get_by_label('Steps forwards')).to_be_enabled()
+
+
+def test_what_comes_from_ros_is_shown_as_text(stage: SimpleNamespace, page: Page):
+    markup = '<img src=x onerror="document.title=1"><b id=evil>'
+    event = {'result': markup, 'command': 'steps', 'number': 1, 'steps': 0, 'time_ns': 0}
+    stage.operator.spin_for(0.0)
+    publisher = stage.operator.node.create_publisher(String, '/stickslip_drive/event', 10)
+    stage.operator.spin_until(lambda: publisher.get_subscription_count() > 1, 'the panel')
+    for _ in range(50):
+        publisher.publish(String(data=json.dumps({'message': markup, **event})))
+        if '<b id=evil>' in note(page, 'steps').inner_text():
+            break
+        page.wait_for_timeout(100)
+    expect(page.locator('#events p').first).to_contain_text('<b id=evil>')
+    expect(page.locator('#evil, main img')).to_have_count(0)
+    stage.operator.node.destroy_publisher(publisher)
+
+
+def test_every_control_has_a_name_a_tooltip_and_the_focus(page: Page):
+    assert page.evaluate(NO_CONTROL_WITHOUT_NAME) == []
+
+
+@pytest.mark.parametrize('width', [768, 820, 1024, 1440, 2200])
+@pytest.mark.parametrize('scheme', ['light', 'dark'])
+def test_the_page_fits_every_width_and_does_not_jump(page: Page, width: int, scheme: Any):
+    page.set_viewport_size(ViewportSize(width=width, height=900))
+    page.emulate_media(color_scheme=scheme)
+    assert page.evaluate('document.documentElement.scrollWidth') <= width
+    page.get_by_label('Sawtooth forwards').click()
+    expect(lamp(page, 'MOVING')).to_be_visible()
+    before = page.evaluate(BOXES)
+    page.keyboard.press('Escape')
+    expect(note(page, 'sawtooth')).to_contain_text('ABORTED')
+    assert page.evaluate(BOXES) == before
+    page.set_viewport_size(tools.WIDE)
+
+
+def test_nothing_is_loaded_from_outside(stage: SimpleNamespace, page: Page):
+    assert stage.requests
+    own = (stage.address, stage.address.replace('http', 'ws'))
+    assert [url for url in stage.requests if not url.startswith(own)] == []
+
+
+def test_a_page_of_another_site_cannot_move_the_drive(stage: SimpleNamespace, page: Page):
+    stranger = stage.browser.new_page()
+    stranger.route('http://evil.example/', lambda route: route.fulfill(body='<title>evil</title>'))
+    stranger.goto('http://evil.example/')
+    socket = stage.address.replace('http', 'ws') + 'socket'
+    ended = stranger.evaluate(
+        """(address) => new Promise((done) => {
+            const socket = new WebSocket(address);
+            socket.onopen = () => done('open');
+            socket.onclose = () => done('refused');
+        })""",
+        socket,
+    )
+    assert ended == 'refused'
+    own = page.evaluate(
+        """(address) => new Promise((done) => {
+            const socket = new WebSocket(address);
+            socket.onopen = () => { done('open'); socket.close(); };
+            socket.onclose = () => done('refused');
+        })""",
+        socket,
+    )
+    assert own == 'open'
+    stranger.close()
+
+
+def test_a_recording_is_made_and_then_played_on_the_same_scope(stage: SimpleNamespace, page: Page):
+    page.get_by_role('button', name='Record').click()
+    expect(page.get_by_role('button', name='Record')).to_have_attribute('aria-pressed', 'true')
+    page.locator('#steps-steps').fill('100')
+    page.get_by_label('Steps forwards').click()
+    expect(note(page, 'steps')).to_have_text('DONE')
+    expect(page.locator('#parts')).to_contain_text(re.compile(r'[\d.]+ s, [\d.]+ MB'))
+    page.get_by_role('button', name='Record').click()
+    expect(page.get_by_role('button', name='Record')).to_have_attribute('aria-pressed', 'false')
+    [file] = (stage.folder / 'runs').glob('*.mcap')
+    with tools.panel(stage.domain, stage.folder, file) as address:
+        player = tools.opened(stage.browser, address)
+        expect(player.locator('#controls')).to_be_hidden()
+        player.locator('#seek').focus()
+        player.keyboard.press('End')
+        expect(player.locator('#events')).to_contain_text('steps')
+        end_s = float(player.locator('#events time').first.inner_text().removesuffix(' s'))
+        player.locator('#seek').fill(f'{end_s:.3f}')
+        expect(player.locator('#trigger')).to_contain_text('1000 Hz')
+        assert figure(player, 'voltage') >= 0.0
+        player.locator('#speed').select_option('10')
+        player.get_by_role('button', name='Play').click()
+        expect(player.locator('#play')).to_have_text('Pause')
+        expect(player.locator('#play')).to_have_text('Play')
+        assert player.evaluate(NO_CONTROL_WITHOUT_NAME) == []
+        player.close()
+
+
+def test_a_drive_that_is_killed_is_missed_and_found_when_it_is_back(
+    stage: SimpleNamespace, page: Page
+):
+    stage.drive.kill()
+    stage.drive.wait()
+    expect(page.locator('#word')).to_have_text(re.compile('silent|absent'))
+    expect(page.get_by_label('Steps forwards')).to_be_disabled()
+    stage.drive = stage.start()
+    expect(page.locator('#word')).to_have_text(RUNS)
+    page.get_by_label('Steps forwards').click()
+    expect(note(page, 'steps')).to_have_text('DONE')
+    await_figure(page, 'position', lambda now: now > 20.0)
+
+
+def test_a_panel_ends_at_the_first_signal_and_the_page_says_so(stage: SimpleNamespace):
+    with tools.process(
+        ['stickslip', 'panel', '--json', '--port', 0], stage.domain, stage.folder
+    ) as running:
+        address = json.loads(running.stdout.readline())['address']
+        page = tools.opened(stage.browser, address)
+        running.send_signal(signal.SIGINT)
+        assert running.wait(tools.END_TIMEOUT_S) == STOPPED
+        expect(page.locator('#word')).to_have_text('offline')
+        page.close()
+        assert isinstance(running, subprocess.Popen)

@@ -1,0 +1,115 @@
+"""The client of a drive: hears it, commands it, and finds it again; real nodes, real DDS."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from stickslip_ros.panel.link import Link
+from stickslip_ros.testing import Stand
+
+Wait = Callable[[Callable[[dict[str, Any]], object]], None]
+
+
+def word(told: dict[str, Any]) -> str:
+    return str(told['condition']['word'])
+
+
+def note(told: dict[str, Any], control: str) -> dict[str, Any]:
+    return dict(told['notes'].get(control, {'text': '', 'bad': False}))
+
+
+@pytest.fixture
+def stand(start_drive: Callable[..., Stand]) -> Stand:
+    """Give a drive that nobody waits for."""
+    return start_drive(wait=False)
+
+
+def test_commands_are_carried_out_and_refusals_come_back(stand: Stand, link: Link, wait: Wait):
+    wait(lambda told: word(told) == 'running' and told['parameters'])
+    assert link.state()['parameters']['amplifier.voltage_max'] == 300.0
+    link.do({'do': 'command', 'name': 'steps', 'values': [3]})
+    wait(lambda told: note(told, 'steps')['text'] == 'DONE')
+    assert link.state()['events'][-1]['steps'] == 3
+    link.do({'do': 'command', 'name': 'voltage', 'values': [400]})
+    wait(lambda told: note(told, 'voltage')['bad'])
+    assert "above the amplifier's 300 V" in note(link.state(), 'voltage')['text']
+    link.do({'do': 'command', 'name': 'voltage', 'values': ['x']})
+    wait(lambda told: 'a list of numbers' in note(told, 'voltage')['text'])
+    link.do({'do': 'command', 'name': 'voltage', 'values': [150]})
+    wait(lambda told: note(told, 'voltage')['text'] == 'DONE')
+
+
+def test_services_faults_and_states_are_switched(stand: Stand, link: Link, wait: Wait):
+    wait(lambda told: word(told) == 'running')
+    link.do({'do': 'service', 'name': 'set_paused', 'wanted': True})
+    wait(lambda told: word(told) == 'paused')
+    assert note(link.state(), 'set_paused')['text'].startswith('paused at')
+    link.do({'do': 'service', 'name': 'set_paused', 'wanted': False})
+    wait(lambda told: word(told) == 'running')
+    link.do({'do': 'service', 'name': 'set_recording', 'wanted': False})
+    wait(lambda told: 'not recording' in note(told, 'set_recording')['text'])
+    link.do({'do': 'fault', 'name': 'fault.interferometer', 'value': 'dropout'})
+    wait(lambda told: told['parts'].get('faults', {}).get('message') == 'interferometer')
+    link.do({'do': 'fault', 'name': 'fault.dead_foot', 'value': 9})
+    wait(lambda told: 'above the maximum 6' in note(told, 'fault.dead_foot')['text'])
+    link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'deactivate'})
+    wait(lambda told: word(told) == 'inactive')
+    link.do({'do': 'command', 'name': 'voltage', 'values': [1]})
+    wait(lambda told: 'the node is inactive' in note(told, 'voltage')['text'])
+    link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'configure'})
+    wait(lambda told: note(told, 'lifecycle')['bad'])
+    link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'activate'})
+    wait(lambda told: word(told) == 'running')
+
+
+def test_a_jog_that_is_no_longer_renewed_ends_by_the_watchdog(
+    stand: Stand, link: Link, wait: Wait
+):
+    wait(lambda told: word(told) == 'running')
+    link.do({'do': 'command', 'name': 'jog', 'values': [200]})
+    wait(lambda told: told['bits'] & 1)
+    wait(lambda told: note(told, 'jog')['text'].startswith('DONE: jog.timeout passed'))
+    assert link.state()['events'][-1]['steps'] == pytest.approx(100, abs=2)
+
+
+def test_what_no_page_of_ours_wishes_is_passed_over(stand: Stand, link: Link, wait: Wait):
+    wait(lambda told: word(told) == 'running')
+    for wish in (
+        {},
+        {'do': 'shutdown'},
+        {'do': 'command'},
+        {'do': 'command', 'name': 'grant', 'values': [1, 1]},
+        {'do': 'service', 'name': 'change_state'},
+        {'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'shutdown'},
+        {'do': 'fault', 'name': 'sim.seed', 'value': 2},
+        {'do': 'attach', 'drive': '/no name!'},
+        {'do': 'attach', 'drive': ['x']},
+        {'do': 'view', 'cycles': {}},
+    ):
+        link.do(wish)
+    link.do({'do': 'service', 'name': 'tare_force'})
+    wait(lambda told: told['events'] and told['events'][-1]['command'] == 'tare_force')
+    assert word(link.state()) == 'running'
+
+
+def test_a_drive_that_comes_later_goes_and_comes_back_is_found(
+    start_drive: Callable[..., Stand], link: Link, wait: Wait
+):
+    wait(lambda told: word(told) == 'absent')
+    first = start_drive(wait=False)
+    wait(lambda told: word(told) == 'running')
+    first.close()
+    wait(lambda told: word(told) == 'absent')
+    start_drive(wait=False)
+    wait(lambda told: word(told) == 'running' and link.frame())
+
+
+def test_one_of_two_drives_is_chosen(start_drive: Callable[..., Stand], link: Link, wait: Wait):
+    for side in ('/left', '/right'):
+        start_drive(namespace=side, wait=False)
+    wait(lambda told: len(told['drives']) == 3)
+    link.do({'do': 'attach', 'drive': '/right/stickslip_drive'})
+    wait(lambda told: told['drive'] == '/right/stickslip_drive' and word(told) == 'running')
+    link.do({'do': 'command', 'name': 'steps', 'values': [1]})
+    wait(lambda told: note(told, 'steps')['text'] == 'DONE')
