@@ -223,6 +223,7 @@ CASES: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any], tuple[Any, ...],
     'trace': ({}, {'trace.sample_rate': 1e4}, (), 'trace'),
     'record': ({}, {'record.on_start': True}, (), 'files'),
     'fault': ({}, {'fault.runner_stuck': True}, STEPPING, 'position'),
+    'frame_id': ({}, {'frame_id.stage': 'left/stage_base'}, STEPPING, 'frames'),
 }
 
 
@@ -261,6 +262,7 @@ def run(stand: Any, commands: tuple[Any, ...], folder: Path) -> dict[str, list[A
         for key, messages in heard.items()
     }
     said['event'] = [(each['command'], each['result']) for each in operator.events]
+    said['frames'] = sorted({each.header.frame_id for each in heard['position']})
     said['files'] = sorted(path.suffix for path in folder.iterdir())
     return said
 
