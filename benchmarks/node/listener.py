@@ -39,14 +39,14 @@ class Stamps:
     messages, missing : int
         Those that came, and the holes between them, in units of ``block_ns``.
     minima_s : dict of int to float
-        Least delay, arrival minus stamp, in each tenth of a second since the first arrival.
+        Least delay, arrival minus stamp since the first one, in each tenth of a second.
 
     """
 
     def __init__(self, block_ns: int) -> None:
         self._block_ns = block_ns
         self._last_ns: int | None = None
-        self._first_s = 0.0
+        self._first_s, self._first_ns = 0.0, 0
         self.messages = 0
         self.missing = 0
         self.minima_s: dict[int, float] = {}
@@ -54,13 +54,13 @@ class Stamps:
     def add(self, stamp_ns: int, arrival_s: float) -> None:
         """Note a message."""
         if self._last_ns is None:
-            self._first_s = arrival_s
+            self._first_s, self._first_ns = arrival_s, stamp_ns
         else:
             self.missing += abs((stamp_ns - self._last_ns) // self._block_ns - 1)
         self._last_ns = stamp_ns
         self.messages += 1
         window = int((arrival_s - self._first_s) / WINDOW_S)
-        delay_s = arrival_s - stamp_ns / NS_PER_S
+        delay_s = arrival_s - (stamp_ns - self._first_ns) / NS_PER_S
         self.minima_s[window] = min(delay_s, self.minima_s.get(window, delay_s))
 
 

@@ -29,7 +29,9 @@ Written by `stickslip interface > docs/interface.md`; a test keeps it in step wi
 Node `stickslip_drive`, executable `drive` of the package `stickslip_ros`, a lifecycle node that
 starts itself unless `autostart` is false. Names are relative, so a namespace moves them. All
 numbers are SI. +x is the direction in which a slow ramp of positive frequency pulls the runner.
-Stamps and recorded times are simulated time, from 0 at the configuration.
+Stamps, `/clock` and the times of recordings are the time origin plus simulated time
+(`sim.time_origin`, [node.md](node.md#time)); all other times are simulated time, from 0 at the
+configuration.
 """
 
 

@@ -72,6 +72,7 @@ CHANGEABLE_NODE = frozenset(
         'sim.publish_clock',
         'sim.publish_truth',
         'sim.real_time_factor',
+        'sim.time_origin',
     )
 )
 CHANGEABLE_PLANT = frozenset(('amplifier.slew_rate', 'runner.damping', 'runner.mass'))

@@ -40,6 +40,11 @@ class SimParameters(Checked):
     lockstep: bool = switch(
         False, 'advance only as far as command/grant allows: same bytes at any speed'
     )
+    time_origin: str = choice(
+        'auto',
+        ('auto', 'system', 'zero'),
+        "where stamps begin: auto is the system's time in real time without /clock, otherwise 0",
+    )
     checkpoint: str = words(
         '', 'file of ~/save_checkpoint from which the node starts; empty starts at rest'
     )

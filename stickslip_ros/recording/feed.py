@@ -49,15 +49,16 @@ class Feed:
         """Go on with samples that no message has held yet, and the status of the last one."""
         self.pending, self.status = list(pending), status
 
-    def pack(self, output: Output) -> Iterator[Packed]:
-        """Yield the messages of one update."""
+    def pack(self, output: Output, time_origin_ns: int = 0) -> Iterator[Packed]:
+        """Yield the messages of one update; stamps begin with the time origin."""
         readings = output.readings
         for event in output.events:
             yield Packed('event', event.time_ns, pack_string(event.to_json()))
-        yield from self._pack_pair('', readings.time_ns, readings.position_m, readings.force_n)
+        times_ns = readings.time_ns, time_origin_ns + readings.time_ns
+        yield from self._pack_pair('', *times_ns, readings.position_m, readings.force_n)
         if self._tells_truth:
             truth = (readings.truth_position_m, readings.truth_force_n)
-            yield from self._pack_pair('truth/', readings.time_ns, *truth)
+            yield from self._pack_pair('truth/', *times_ns, *truth)
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
@@ -72,11 +73,11 @@ class Feed:
         return pack_float64_array(block, ('sample', ','.join(TRACE_COLUMNS)))
 
     def _pack_pair(
-        self, prefix: str, time_ns: int, position_m: float, force_n: float
+        self, prefix: str, time_ns: int, stamp_ns: int, position_m: float, force_n: float
     ) -> Iterator[Packed]:
         """Yield position and force, as read or as they are."""
-        point = pack_stamped(time_ns, self._frames.stage, (position_m, 0.0, 0.0))
+        point = pack_stamped(stamp_ns, self._frames.stage, (position_m, 0.0, 0.0))
         yield Packed(f'{prefix}position', time_ns, point)
         numbers = (force_n, 0.0, 0.0, 0.0, 0.0, 0.0)
-        wrench = pack_stamped(time_ns, self._frames.load_cell, numbers)
+        wrench = pack_stamped(stamp_ns, self._frames.load_cell, numbers)
         yield Packed(f'{prefix}force', time_ns, wrench)

@@ -50,7 +50,9 @@ def compare_data(first: Recording, second: Recording) -> Difference | None:
     for place, (ours, theirs) in enumerate(pairs):
         if ours != theirs:
             known = ours or theirs
-            return Difference(place, known.topic, known.log_time_ns * NANO, _what(ours, theirs))
+            source = first if ours else second
+            time_s = (known.log_time_ns - source.time_origin_ns) * NANO
+            return Difference(place, known.topic, time_s, _what(ours, theirs))
     return None
 
 

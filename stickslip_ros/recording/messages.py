@@ -121,8 +121,3 @@ def _unit(topic: str, field: str) -> str:
     if field == 'data':
         return UNITS.get(topic.rpartition('/')[2], '')
     return {'force': 'N', 'torque': 'N m'}.get(field.partition('.')[0], 'm')
-
-
-def time_ns(message: Message, log_time_ns: int) -> int:
-    """Give the time of a message: its own stamp where it has one."""
-    return message.stamp_ns if isinstance(message, StampedMessage) else log_time_ns

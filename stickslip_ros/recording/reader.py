@@ -1,6 +1,8 @@
 """Opens a recording and gives what is in it: messages, descriptions, quantities over time."""
 
+import json
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,18 +18,20 @@ from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.messages import (
     FLOAT64_ARRAY,
+    STRING,
     ArrayMessage,
     Message,
+    StampedMessage,
     find_quantity,
-    time_ns,
 )
-from stickslip_ros.recording.run_file import RUN_RECORD
+from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
 from stickslip_ros.recording.run_storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
 from stickslip_ros.recording.schemas import SCHEMAS
 from stickslip_ros.recording.series import Series, split_columns
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.units import NS_PER_S
 
+INFO_ENDING: Final = '/info'
 _SEQUENCE_NUMBERS: Final = 1 << 32
 
 
@@ -84,6 +88,7 @@ class Recording:
     Files are opened for each question and closed behind it. Wherever a topic is asked for, the
     end of its name is enough: ``position`` is ``/stand/position``, the shortest that ends so.
     A bag that rosbag2 made has neither parameters nor sequence numbers, but its topics are read.
+    All times are simulated time: those in the file less the time origin.
 
     Parameters
     ----------
@@ -151,16 +156,23 @@ class Recording:
         return own
 
     @cached_property
+    def time_origin_ns(self) -> int:
+        """Time origin of the run; 0 where neither metadata nor a recorded ``~/info`` tell it."""
+        said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN)
+        return self._published_origin_ns() if said is None else _whole(self.path, said)
+
+    @cached_property
     def channels(self) -> list[ChannelSummary]:
         """What each topic holds, in the order of the file; costs one pass over the messages."""
         summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self.types.items()}
         for topic, message in self.records():
-            summaries[topic].add(message.log_time, message.sequence)
+            time_ns = message.log_time - self.time_origin_ns
+            summaries[topic].add(time_ns, message.sequence)
         return list(summaries.values())
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:
         """
-        Give topic, time in ns and message, in the order of their times.
+        Give topic, simulated time in ns and message, in the order of their times.
 
         Parameters
         ----------
@@ -201,10 +213,9 @@ class Recording:
         if self.types[name] == FLOAT64_ARRAY:
             return self._column(name, field)
         quantity = find_quantity(name, self.types[name], field)
-        own = RUN_RECORD in self.metadata
         pairs = [
-            (at if own else time_ns(each, at), quantity.of(each))
-            for _, at, each in self._read([name])
+            (self._time_ns(each, at_ns), quantity.of(each))
+            for _, at_ns, each in self._read([name])
         ]
         times_ns = np.array([time for time, _ in pairs], dtype=np.int64)
         values = np.array([value for _, value in pairs], dtype=np.float64)
@@ -264,7 +275,26 @@ class Recording:
 
     def _read(self, topics: list[str]) -> Iterator[tuple[str, int, Message]]:
         for type_name, topic, message in self._stored(topics, log_time_order=True):
-            yield topic, message.log_time, unpack(type_name, message.data)
+            time_ns = message.log_time - self.time_origin_ns
+            yield topic, time_ns, unpack(type_name, message.data)
+
+    def _time_ns(self, message: Message, at_ns: int) -> int:
+        """Return the simulated time of a message of which the recording says that it came then."""
+        if RUN_RECORD in self.metadata or not isinstance(message, StampedMessage):
+            return at_ns
+        return message.stamp_ns - self.time_origin_ns
+
+    def _published_origin_ns(self) -> int:
+        """Return what the first ``~/info`` says that somebody else has recorded."""
+        names = [
+            name
+            for name, kind in self.types.items()
+            if kind == STRING and name.endswith(INFO_ENDING)
+        ]
+        for type_name, _, message in self._stored(names, log_time_order=True) if names else ():
+            with suppress(ValueError, TypeError, KeyError, RecordingError):
+                return int(json.loads(str(unpack(type_name, message.data)))[TIME_ORIGIN])
+        return 0
 
     def _stored(
         self, topics: list[str] | None, *, log_time_order: bool
@@ -303,6 +333,14 @@ def _find_parts(path: Path) -> list[Path]:
         if part != layout.part(number):
             raise _missing_part(layout.part(number))
     return parts or [path]
+
+
+def _whole(path: Path, text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        problem = f'has the time origin {text!r}'
+        raise RecordingError(path, problem, 'record with a drive of this package') from None
 
 
 def _missing_part(path: Path) -> RecordingError:

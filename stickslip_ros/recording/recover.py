@@ -24,6 +24,7 @@ from stickslip_ros.recording.integrity import (
 )
 from stickslip_ros.recording.layout import SUFFIX, Layout
 from stickslip_ros.recording.reader import ChannelSummary
+from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
 from stickslip_ros.recording.salvage import Bytes, Scan, Stretch, read_messages, times_ns
 
 RECOVERY_RECORD: Final = 'stickslip_recovery'
@@ -46,7 +47,7 @@ class Loss(NamedTuple):
 
 class Recovery:
     """
-    What can be read of a file, and what became of it.
+    What can be read of a file, and what became of it; times are simulated time.
 
     Parameters
     ----------
@@ -91,6 +92,14 @@ class Recovery:
                 times = times_ns(data, stretch.start)
                 self.losses.append(Loss(stretch.start, size_bytes, stretch.problem, *times))
             self._take(stretch)
+        self._time_origin_ns = self._told_origin_ns()
+        self.losses = [
+            loss._replace(
+                first_ns=self._simulated_ns(loss.first_ns),
+                last_ns=self._simulated_ns(loss.last_ns),
+            )
+            for loss in self.losses
+        ]
 
     @property
     def is_whole(self) -> bool:
@@ -116,13 +125,16 @@ class Recovery:
     @property
     def topics(self) -> list[ChannelSummary]:
         """What there is of each topic."""
+        counts = {key: self._counts.get(key, ChannelSummary()) for key in sorted(self.channels)}
         return [
             dataclasses.replace(
-                self._counts.get(key, ChannelSummary()),
-                topic=channel.topic,
-                type_name=getattr(self.schemas.get(channel.schema_id), 'name', ''),
+                count,
+                topic=self.channels[key].topic,
+                type_name=getattr(self.schemas.get(self.channels[key].schema_id), 'name', ''),
+                first_ns=self._simulated_ns(count.first_ns),
+                last_ns=self._simulated_ns(count.last_ns),
             )
-            for key, channel in sorted(self.channels.items())
+            for key, count in counts.items()
         ]
 
     @property
@@ -162,6 +174,15 @@ class Recovery:
             'is_whole': self.is_whole,
             'last_ns': self.last_ns,
         }
+
+    def _told_origin_ns(self) -> int:
+        """Return the time origin that the metadata tell; 0 where they are lost."""
+        runs = [each.metadata for each in self.metadata if each.name == RUN_RECORD]
+        told = runs[0].get(TIME_ORIGIN, '') if runs else ''
+        return int(told) if told.isdecimal() else 0
+
+    def _simulated_ns(self, time_ns: int | None) -> int | None:
+        return None if time_ns is None else time_ns - self._time_origin_ns
 
     def _take(self, stretch: Stretch) -> None:
         for record in stretch.records:

@@ -204,10 +204,11 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
     commands = {channels[each.key].topic: each for each in COMMAND_TOPICS if each.key in channels}
     notes = channels[NOTES].topic
     for topic, stored in recording.records():
+        at_ns = stored.log_time - recording.time_origin_ns
         if topic == notes:
-            yield TimedRequest(stored.log_time, _read_note(recording, stored.data))
+            yield TimedRequest(at_ns, _read_note(recording, stored.data))
         elif topic in commands:
-            yield TimedRequest(stored.log_time, read_request(commands[topic], stored.data))
+            yield TimedRequest(at_ns, read_request(commands[topic], stored.data))
 
 
 def _read_note(recording: Recording, data: bytes) -> Request:

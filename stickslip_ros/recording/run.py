@@ -34,6 +34,8 @@ class RunWriter:
         True to wait for the disk when its queue is full, False to drop and count.
     channels : mapping of str to Channel, optional
         What is recorded, by the key of its topic; by default under the declared names.
+    time_origin_ns : int
+        Time origin of the run, ns: log times are this plus simulated time.
 
     Attributes
     ----------
@@ -54,15 +56,17 @@ class RunWriter:
         *,
         wait: bool = False,
         channels: Mapping[str, Channel] | None = None,
+        time_origin_ns: int = 0,
     ) -> None:
         channels = recorded_channels(parameters) if channels is None else channels
         self.waits = wait
         self.begun_ns = 0
-        self._info = pack_string(info_json(parameters))
+        self._time_origin_ns = time_origin_ns
+        self._info = pack_string(info_json(parameters, time_origin_ns))
         self._record = parameters.record
         self._split_ns = to_nanoseconds(parameters.record.split_duration)
         self._part_start_ns = self._part_bytes = 0
-        self.recorder = open_recorder(path, parameters, channels)
+        self.recorder = open_recorder(path, parameters, channels, time_origin_ns)
 
     def begin(self, time_ns: int, status: Status, checkpoint: bytes = b'') -> None:
         """Write what is latched, and a state that is not rest: the recording starts now."""
@@ -83,13 +87,14 @@ class RunWriter:
 
     def _begin_part(self, time_ns: int, checkpoint: bytes) -> None:
         state = {CHECKPOINT_FILE: ('application/octet-stream', checkpoint)} if checkpoint else {}
-        self.recorder.begin_part(time_ns, state)
+        self.recorder.begin_part(self._time_origin_ns + time_ns, state)
         self._part_start_ns, self._part_bytes = time_ns, 0
 
     def write(self, packed: Packed) -> None:
         """Hand one message over."""
         self._part_bytes += len(packed.data)
-        self.recorder.put(packed.key, packed.time_ns, packed.data, wait=self.waits)
+        time_ns = self._time_origin_ns + packed.time_ns
+        self.recorder.put(packed.key, time_ns, packed.data, wait=self.waits)
 
     def check(self) -> None:
         """Raise the error that has ended the writing, such as a full disk, if any."""
@@ -123,6 +128,8 @@ class Run:
         Holds the run from its start.
     bench : Bench, optional
         One that was restored, to go on with; by default a new one.
+    time_origin_ns : int
+        Time origin, ns: stamps are this plus simulated time.
 
     Attributes
     ----------
@@ -130,6 +137,8 @@ class Run:
         The drive.
     writer : RunWriter or None
         The recording in progress.
+    time_origin_ns : int
+        Time origin; it may be set before the first update.
 
     """
 
@@ -139,8 +148,10 @@ class Run:
         publish: Publish = lambda _: None,
         writer: RunWriter | None = None,
         bench: Bench | None = None,
+        time_origin_ns: int = 0,
     ) -> None:
         self.bench = bench or Bench(parameters)
+        self.time_origin_ns = time_origin_ns
         self.writer: RunWriter | None = None
         self._feed = Feed(parameters)
         if not self.bench.is_at_start:
@@ -203,7 +214,7 @@ class Run:
 
     def report(self, output: Output) -> None:
         """Publish and write what an update of the bench has given."""
-        for packed in self._feed.pack(output):
+        for packed in self._feed.pack(output, self.time_origin_ns):
             self._publish(packed)
             if self.writer is not None:
                 self.writer.write(packed)

@@ -20,6 +20,9 @@ from stickslip_ros.sources import sources_digest
 
 SOURCES = 'sources'
 """Entry of the metadata of a run: digest of the sources that computed it."""
+TIME_ORIGIN = 'time_origin_ns'
+"""Entry of the metadata of a run and of ``~/info``: the time origin, ns; stamps and log times are
+this plus simulated time."""
 RUN_RECORD = 'stickslip_run'
 """Name of the metadata record of a run; it alone holds wall-clock time."""
 TOPICS_RECORD = 'stickslip_topics'
@@ -34,11 +37,12 @@ EXPERIMENT_FILE = 'experiment.csv'
 WALL_TIME = '%Y-%m-%dT%H:%M:%S.%fZ'
 
 
-def info_json(parameters: Parameters) -> str:
+def info_json(parameters: Parameters, time_origin_ns: int) -> str:
     """Return the text of ``~/info``: everything that a recording needs to explain itself."""
     return json.dumps(
         {
             'versions': versions(),
+            TIME_ORIGIN: time_origin_ns,
             'parameters': parameters.flat(),
             'units': {name: spec.unit for name, spec in specs().items() if spec.unit},
             'trace_columns': TRACE_COLUMNS,
@@ -96,7 +100,12 @@ def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
     return path
 
 
-def open_recorder(path: Path, parameters: Parameters, channels: Mapping[str, Channel]) -> Recorder:
+def open_recorder(
+    path: Path,
+    parameters: Parameters,
+    channels: Mapping[str, Channel],
+    time_origin_ns: int = 0,
+) -> Recorder:
     """
     Start the recording of a run, with its parameters, under the keys of its channels.
 
@@ -114,6 +123,7 @@ def open_recorder(path: Path, parameters: Parameters, channels: Mapping[str, Cha
         SOURCES: sources_digest(),
         'seed': str(parameters.sim.seed),
         'dt_s': repr(parameters.sim.dt),
+        TIME_ORIGIN: str(time_origin_ns),
         'wall_start': datetime.now(timezone.utc).strftime(WALL_TIME),
     }
     return Recorder(

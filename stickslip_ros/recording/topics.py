@@ -99,7 +99,7 @@ TOPICS = (
           '[until s, commands]: lockstep; run to this simulated time once so many commands came',
           recorded=False, switch='sim.lockstep', numbers=('until s', 'commands')),
     Topic('position', m.POINT_STAMPED, STREAM,
-          'interferometer: point.x, m; once per sim.block; stamp is the simulated sample time'),
+          'interferometer: point.x, m; once per sim.block; stamp is the sample time'),
     Topic('force', m.WRENCH_STAMPED, STREAM,
           'load cell: wrench.force.x, N, positive when the runner presses; once per sim.block'),
     Topic('voltage', m.FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period'),
@@ -117,7 +117,7 @@ TOPICS = (
           "JSON: a command's end and its result; stamp_ns if its sender gave a stamp"),
     Topic('~/request', m.STRING, EVENTS,
           'JSON: what came by service, parameter or schedule, when it took effect'),
-    Topic('~/info', m.STRING, LATCHED, 'JSON: parameters, units, seed, step, versions'),
+    Topic('~/info', m.STRING, LATCHED, 'JSON: parameters, units, versions, time origin'),
     Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', SELDOM,
           'real-time factor, lateness, overruns, refusals, recorder, faults; 1 Hz of wall-clock '
           'time, and at once when a fault comes or goes', recorded=False),

@@ -1,5 +1,6 @@
 """Clients of a drive: a handshake after discovery, and a controller's side of lockstep."""
 
+import json
 from collections.abc import Callable, Iterable
 from time import monotonic
 from typing import Any
@@ -12,6 +13,7 @@ from rclpy.node import Node
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.requests import pack_command
+from stickslip_ros.recording.run_file import TIME_ORIGIN
 from stickslip_ros.recording.topics import COMMAND_TOPICS, NODE_NAME, READINGS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.units import NANO, NS_PER_S
@@ -105,7 +107,7 @@ class LockstepClient:
     block_s : float
         Time from one answer to the next: ``sim.block`` of the drive, or a multiple of it, s.
     on_position : callable
-        Receives stamp (s) and position (m); returns what to command next.
+        Receives simulated time (s) and position (m); returns what to command next.
     first : iterable of (str, value)
         Commands for the time before the first position.
     namespace : str
@@ -141,7 +143,8 @@ class LockstepClient:
         self._block_ns = to_nanoseconds(block_s)
         self._on_position = on_position
         self._first: Commands | None = first
-        self._is_active = self._has_begun = False
+        self._time_origin_ns: int | None = None
+        self._has_begun = False
         self._prefix = f'{namespace.rstrip("/")}/' if namespace else ''
         self._drive_name = drive_name
         self._publishers = {
@@ -151,7 +154,7 @@ class LockstepClient:
         readings = {topic.key: topic for topic in READINGS}
         self._position = self._listen(readings['position'], self._take_position)
         # Latched: it comes as soon as there is an active drive.
-        self._status = self._listen(readings['status'], self._take_status)
+        self._info = self._listen(readings['info'], self._take_info)
         self._handshake = Handshake(node, self._prefix + drive_name)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(BEGIN_PERIOD_S, self._begin, clock=clock)
@@ -180,7 +183,7 @@ class LockstepClient:
     def close(self) -> None:
         """Leave the drive, which waits from now on."""
         self._node.destroy_timer(self._timer)
-        for subscription in (self._position, self._status):
+        for subscription in (self._position, self._info):
             self._node.destroy_subscription(subscription)
         for publisher in self._publishers.values():
             self._node.destroy_publisher(publisher)
@@ -197,7 +200,8 @@ class LockstepClient:
 
     def _is_connected(self) -> bool:
         obeyed = all(each.get_subscription_count() for each in self._publishers.values())
-        heard = self._is_active and bool(self._position.get_publisher_count())
+        is_active = self._time_origin_ns is not None
+        heard = is_active and bool(self._position.get_publisher_count())
         return heard and obeyed and self._handshake.is_done()
 
     def _begin(self) -> None:
@@ -211,11 +215,11 @@ class LockstepClient:
             self.granted_ns += self._block_ns
             self._send_all(first)
 
-    def _take_status(self, _: Any) -> None:
-        self._is_active = True
+    def _take_info(self, message: Any) -> None:
+        self._time_origin_ns = int(json.loads(message.data)[TIME_ORIGIN])
 
     def _take_position(self, message: Any) -> None:
-        time_ns = stamp_ns(message)
+        time_ns = stamp_ns(message) - (self._time_origin_ns or 0)
         if self._first is not None or time_ns < self.granted_ns:
             return
         self._has_begun = True

@@ -99,6 +99,9 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'behind_s': f'{report.behind_s:.6f}',
         'paused': str(session.is_paused).lower(),
     }
+    behind_s = session.stamps_behind_s
+    if behind_s is not None:
+        values['stamps_behind_s'] = f'{behind_s:.6f}'
     level, message = OK, 'paused' if session.is_paused else 'in time'
     missing_blocks = report.missing_s / session.parameters.sim.block
     if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:

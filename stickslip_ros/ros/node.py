@@ -33,6 +33,7 @@ from stickslip_ros.ros.kernels import kernels_for
 from stickslip_ros.ros.orders import AT_ONCE
 from stickslip_ros.ros.pacing import GarbageFreezer
 from stickslip_ros.ros.parameter_bridge import (
+    SIM_TIME,
     check_clock,
     declare_parameters,
     differ_when_built,
@@ -135,7 +136,9 @@ class StickSlipDrive(LifecycleNode):
             self.get_logger().error(f'not activated: {error}')
             return FAILURE
         result = super().on_activate(state)
-        self._topics.publish(Packed('info', 0, pack_string(info_json(session.parameters))))
+        session.fix_time_origin(follows_clock=bool(self.get_parameter(SIM_TIME).value))
+        info = info_json(session.parameters, session.worker.time_origin_ns)
+        self._topics.publish(Packed('info', 0, pack_string(info)))
         self._topics.publish(Packed('status', 0, pack_uint32(int(session.worker.status))))
         try:
             if session.parameters.record.on_start:

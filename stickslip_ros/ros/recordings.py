@@ -25,7 +25,13 @@ def open_recording(session: Session, channels: Mapping[str, Channel]) -> RunWrit
     """
     parameters = session.parameters
     waits = session.pacer.real_time_factor == 0.0
-    return RunWriter(run_path(parameters).absolute(), parameters, wait=waits, channels=channels)
+    return RunWriter(
+        run_path(parameters).absolute(),
+        parameters,
+        wait=waits,
+        channels=channels,
+        time_origin_ns=session.worker.time_origin_ns,
+    )
 
 
 def close_recording(writer: RunWriter, session: Session, logger: Any) -> str:

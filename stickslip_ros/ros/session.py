@@ -15,8 +15,9 @@ from stickslip_ros.ros.ending import StillBusy, interruptible
 from stickslip_ros.ros.kernels import Kernels
 from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
 from stickslip_ros.ros.pacing import Pacer
-from stickslip_ros.ros.time_control import Grant, TimeControl
+from stickslip_ros.ros.time_control import Grant, TimeControl, has_system_time
 from stickslip_ros.ros.worker import NOBODY, Callbacks, Worker
+from stickslip_ros.units import NANO
 
 LONG_PAUSE_S = 0.2
 """A longer pause ends at once when the drive is stopped or held; sleeping is more exact."""
@@ -76,7 +77,7 @@ class Session:
         self._orders = Orders(by_topic=lockstep, must_wait=self.kernels.must_wait)
         self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
-        self._is_ending = False
+        self._is_ending = self._has_started = False
         self._busy_since_s: float | None = None
         self._thread: threading.Thread | None = None
 
@@ -91,9 +92,30 @@ class Session:
         since_s = self._busy_since_s
         return 0.0 if since_s is None else time.monotonic() - since_s
 
+    @property
+    def stamps_behind_s(self) -> float | None:
+        """By how much stamps lag the system's time, s; None where they do not follow it."""
+        origin_ns = self.worker.time_origin_ns
+        return (time.time_ns() - origin_ns - self.bench.time_ns) * NANO if origin_ns else None
+
+    def fix_time_origin(self, *, follows_clock: bool) -> None:
+        """
+        Let stamps begin now, as `has_system_time` says; once the drive has started, nothing.
+
+        A reading is published when its block begins: its stamp, the end of the block, shall not
+        lie in the future.
+
+        """
+        if self._has_started:
+            return
+        self.worker.time_origin_ns = 0
+        if has_system_time(self.parameters, follows_clock=follows_clock):
+            ahead_ns = self.bench.time_ns + self.parameters.block_ns
+            self.worker.time_origin_ns = time.time_ns() - ahead_ns
+
     def start(self) -> None:
         """Begin to tick, neither paused nor granted anything."""
-        self._is_ending = False
+        self._is_ending, self._has_started = False, True
         self._time_control.restart()
         self.pacer.start()
         self._thread = threading.Thread(target=self._run, name='stickslip drive', daemon=True)

@@ -1,12 +1,31 @@
-"""Whether simulated time may go on: neither paused, nor ahead of what was granted."""
+"""Simulated time: where its stamps begin, and whether it may go on."""
 
 import math
 from typing import NamedTuple
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters import to_nanoseconds
+from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.recording.requests import read_request
 from stickslip_ros.recording.topics import Topic
+
+
+def has_system_time(parameters: Parameters, *, follows_clock: bool) -> bool:
+    """
+    Return whether the stamps of a drive begin at the system's time.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Of the drive.
+    follows_clock : bool
+        Whether its node takes the time from ``/clock``: ``use_sim_time``.
+
+    """
+    sim = parameters.sim
+    if sim.time_origin != 'auto':
+        return sim.time_origin == 'system'
+    has_clock = sim.publish_clock or follows_clock
+    return sim.real_time_factor == 1.0 and not (has_clock or sim.lockstep)
 
 
 class Grant(NamedTuple):

@@ -151,7 +151,8 @@ class Worker(Run):
             self.preload_ramped = True
         if self._keeps_clock:
             time_ns = output.readings.time_ns
-            self._publish(Packed('clock', time_ns, _pack_clock(time_ns)))
+            clock = _pack_clock(self.time_origin_ns + time_ns)
+            self._publish(Packed('clock', time_ns, clock))
         for event in output.events:
             if event.result not in UNTROUBLED:
                 self._callbacks.on_refusal(event)

@@ -145,8 +145,11 @@ def replay(
     for key, channel in recorded_channels(stand).items():
         channels.setdefault(key, channel)
     first_numbers = {each.topic: each.first_sequence for each in recording.channels}
-    run = Run(stand, bench=start)
-    with RunWriter(output, run.bench.parameters, wait=True, channels=channels) as writer:
+    origin_ns = recording.time_origin_ns
+    run = Run(stand, bench=start, time_origin_ns=origin_ns)
+    with RunWriter(
+        output, run.bench.parameters, wait=True, channels=channels, time_origin_ns=origin_ns
+    ) as writer:
         writer.recorder.continue_numbers(
             {key: first_numbers.get(each.topic, 0) for key, each in channels.items()}
         )

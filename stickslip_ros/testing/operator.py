@@ -22,6 +22,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.recording.requests import pack_command
+from stickslip_ros.recording.run_file import TIME_ORIGIN
 from stickslip_ros.recording.topics import COMMAND_TOPICS, NODE_NAME, READINGS, TOPICS, Topic
 from stickslip_ros.ros.client import Handshake, command_topic, stamp_ns
 from stickslip_ros.ros.ending import end_node
@@ -69,7 +70,7 @@ class Operator:
     received : Counter
         Messages by the key of their topic; of commands, those that were sent.
     positions : dict of int to float
-        Interferometer readings in m by their stamp in ns.
+        Interferometer readings in m by simulated time in ns.
     requests : list of dict
         Decoded ``~/request`` messages.
     events : list of dict
@@ -89,6 +90,7 @@ class Operator:
         self.node = Node('operator', context=context)
         self.received: Counter[str] = Counter()
         self.positions: dict[int, float] = {}
+        self._early: list[Any] = []
         self.events: list[dict[str, Any]] = []
         self.requests: list[dict[str, Any]] = []
         self.status: int | None = None
@@ -115,7 +117,7 @@ class Operator:
         }
         self._subscriptions = {
             topic.key: self._subscribe(topic, partial(self._take, topic.key, takers))
-            for topic in READINGS
+            for topic in sorted(READINGS, key=lambda topic: topic.key != 'info')
         }
 
     def add_node(self, node: Node) -> None:
@@ -205,6 +207,10 @@ class Operator:
         self._subscribe(topic, heard.append)
         return heard
 
+    def simulated_ns(self, message: Any) -> int:
+        """Return the simulated time of a message with a stamp, ns; the drive's info has come."""
+        return stamp_ns(message) - int(self.info[TIME_ORIGIN])
+
     def listen_to_log(self) -> list[str]:
         """Collect what all nodes write into their logs from now on."""
         lines: list[str] = []
@@ -285,7 +291,7 @@ class Operator:
         )
 
     def _is_heard(self) -> bool:
-        return self.status is not None and self.received['position'] > 0
+        return bool(self.info) and self.status is not None and self.received['position'] > 0
 
     def _take(self, key: str, takers: dict[str, Callable[[Any], None]], message: Any) -> None:
         self.received[key] += 1
@@ -293,13 +299,19 @@ class Operator:
             takers[key](message)
 
     def _take_position(self, message: Any) -> None:
-        self.positions[stamp_ns(message)] = message.point.x
+        if self.info:
+            self.positions[self.simulated_ns(message)] = message.point.x
+        else:
+            self._early.append(message)
 
     def _take_status(self, message: Any) -> None:
         self.status = message.data
 
     def _take_info(self, message: Any) -> None:
         self.info = json.loads(message.data)
+        early, self._early = self._early, []
+        for position in early:
+            self._take_position(position)
 
     def _take_diagnostics(self, message: Any) -> None:
         parts = {part.name: {v.key: v.value for v in part.values} for part in message.status}

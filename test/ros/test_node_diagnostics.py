@@ -32,6 +32,7 @@ TIME_KEYS = {
     'overruns',
     'overruns_total',
     'behind_s',
+    'stamps_behind_s',
     'paused',
 }
 RECORDER_KEYS = {

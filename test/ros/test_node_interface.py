@@ -20,7 +20,6 @@ from stickslip_ros.recording.topics import (
     Topic,
     recorded_channels,
 )
-from stickslip_ros.testing import stamp_ns
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 
@@ -186,7 +185,7 @@ def test_who_comes_late_does_not_get_old_readings_or_events(stand: Any):
     events, positions = stand.operator.listen('event'), stand.operator.listen('position')
     stand.operator.spin_until(lambda: bool(positions), 'a position')
     assert events == []
-    assert stamp_ns(positions[0]) > before_ns
+    assert stand.operator.simulated_ns(positions[0]) > before_ns
 
 
 STEPS = 20.0

@@ -10,7 +10,7 @@ import pytest
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters, specs
-from stickslip_ros.testing import deep_queues, stamp_ns
+from stickslip_ros.testing import deep_queues
 
 AMPLITUDE_V = 300.0
 FREQUENCY_HZ = 1000.0
@@ -78,7 +78,7 @@ def test_force_is_stiffness_times_position_within_the_noise(start_drive: Callabl
     stand.operator.wait_for_event('sawtooth', 0)
     first_ns = settle(stand)
     last_ns = settle(stand)
-    forces = {stamp_ns(each): each.wrench.force.x for each in heard}
+    forces = {stand.operator.simulated_ns(each): each.wrench.force.x for each in heard}
     both = [t for t in forces if first_ns <= t <= last_ns and t in stand.operator.positions]
     assert len(both) > SETTLED_BLOCKS // 2
     for time_ns in both:

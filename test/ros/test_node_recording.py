@@ -242,8 +242,8 @@ def test_positions_on_the_topic_are_those_in_the_file_to_the_bit(start_drive: Ca
     stand = start_drive(UNHURRIED)
     path = record_a_session(stand)
     recorded = {
-        message.stamp_ns: message.values[0]
-        for _, _, message in Recording(path).messages(['/position'])
+        time_ns: message.values[0]
+        for _, time_ns, message in Recording(path).messages(['/position'])
         if isinstance(message, StampedMessage)
     }
     operator = stand.operator

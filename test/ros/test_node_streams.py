@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.recording.topics import READINGS
-from stickslip_ros.testing import deep_queues, stamp_ns
+from stickslip_ros.testing import deep_queues
 
 QUEUES = deep_queues('position', 'force', 'trace')
 #: A stamp in s as a double: half the last digit at 100 s.
@@ -31,7 +31,7 @@ def test_stamps_rise_by_the_block_without_a_hole(start_drive: Callable, block_s:
     position, force = stand.operator.listen('position'), stand.operator.listen('force')
     stand.operator.spin_until(lambda: min(len(position), len(force)) >= 50, 'readings')
     for heard in (position, force):
-        times = [stamp_ns(each) for each in heard]
+        times = [stand.operator.simulated_ns(each) for each in heard]
         assert np.diff(times).tolist() == [round(block_s * 1e9)] * (len(times) - 1)
         assert times[0] % round(block_s * 1e9) == 0
 
@@ -40,7 +40,7 @@ def test_position_and_force_of_one_moment_have_equal_stamps(stand: Any):
     heard = [stand.operator.listen('position'), stand.operator.listen('force')]
 
     def stamps_of_both() -> list[set[int]]:
-        times = [[stamp_ns(each) for each in topic] for topic in heard]
+        times = [[stand.operator.simulated_ns(each) for each in topic] for topic in heard]
         first_ns, last_ns = max(t[0] for t in times), min(t[-1] for t in times)
         return [{t for t in each if first_ns <= t <= last_ns} for each in times]
 
@@ -103,12 +103,15 @@ def test_scalar_readings_are_the_samples_of_the_trace_at_their_stamps(stand: Any
     by_time = {round(row[0] * 1e9): row for row in rows}
     for readings in (position, force):
         stand.operator.spin_until(
-            lambda these=readings: bool(these) and stamp_ns(these[-1]) >= max(by_time), 'readings'
+            lambda these=readings: (
+                bool(these) and stand.operator.simulated_ns(these[-1]) >= max(by_time)
+            ),
+            'readings',
         )
     compared = 0
     for column, values in (
-        (3, {stamp_ns(each): each.point.x for each in position}),
-        (4, {stamp_ns(each): each.wrench.force.x for each in force}),
+        (3, {stand.operator.simulated_ns(each): each.point.x for each in position}),
+        (4, {stand.operator.simulated_ns(each): each.wrench.force.x for each in force}),
     ):
         for time_ns in values.keys() & by_time.keys():
             assert by_time[time_ns][column] == values[time_ns]

@@ -12,7 +12,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from stickslip_ros.recording.messages import StampedMessage
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.testing import deep_queues, stamp_ns
+from stickslip_ros.testing import deep_queues
 
 BLOCK_NS = 1_000_000
 REPORTS = 2
@@ -241,7 +241,9 @@ def test_the_truth_is_published_and_recorded_if_asked_for(
     operator.wait_for_event('sawtooth', 0)
     end_ns = start_ns + 20 * BLOCK_NS
     for heard in (truth, force):
-        operator.spin_until(lambda: bool(heard) and stamp_ns(heard[-1]) > end_ns, 'the truth')  # noqa: B023
+        operator.spin_until(
+            lambda each=heard: bool(each) and operator.simulated_ns(each[-1]) > end_ns, 'the truth'
+        )
     operator.set_recording(wanted=False)
     recorded: dict[str, dict[int, float]] = {'/position': {}, '/truth/position': {}}
     for topic, time_ns, message in Recording(Path(path)).messages(list(recorded)):
@@ -249,9 +251,9 @@ def test_the_truth_is_published_and_recorded_if_asked_for(
         recorded[topic][time_ns] = message.values[0]
     assert recorded['/position'] == recorded['/truth/position']
     kept = recorded['/truth/position']
-    both = [each for each in truth if stamp_ns(each) in kept]
+    both = [each for each in truth if operator.simulated_ns(each) in kept]
     assert len(both) >= 10
-    assert all(each.point.x == kept[stamp_ns(each)] for each in both)
+    assert all(each.point.x == kept[operator.simulated_ns(each)] for each in both)
 
 
 def test_topics_follow_a_parameter_that_was_changed_while_inactive(stand: Any):

@@ -7,7 +7,7 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.parameters import Scalar, parse_yaml
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
+from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TIME_ORIGIN
 from stickslip_ros.recording.series import Series
 from stickslip_ros.study.comparison.agreement import TIME, Part
 from stickslip_ros.study.comparison.lag import estimate_alignment
@@ -22,7 +22,7 @@ from stickslip_ros.study.experiment import (
 from stickslip_ros.study.recorded_run import recorded_series
 
 RECORDING = 'recording'
-NOT_COMPARED = {'wall_start', 'seed', 'dt_s'}
+NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
 """Of the metadata: chance, and what stands among the parameters too."""
 
 

@@ -1,0 +1,219 @@
+"""Stamps, the clock and recordings begin at the time origin; whatever else has a time does not."""
+
+import itertools
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import TIME_ORIGIN
+from stickslip_ros.ros.time_control import has_system_time
+from stickslip_ros.study.replay import replay
+from stickslip_ros.testing import LockstepClient, deep_queues, stamp_ns
+
+BLOCK_NS = Parameters().block_ns
+SYSTEM = {'sim.time_origin': 'system'}
+HOUR_NS = 3600 * 10**9
+"""Far above what any drive of a test simulates, far below the time of day."""
+
+
+def told_origin_ns(stand: Any) -> int:
+    return int(stand.operator.info[TIME_ORIGIN])
+
+
+def restarted(stand: Any, *transitions: str, **changes: Scalar) -> int:
+    """Lead the drive through transitions, change parameters before the last; give its origin."""
+    operator = stand.operator
+    *before, last = transitions
+    assert all(operator.change_state(each) for each in before)
+    for name, value in changes.items():
+        assert operator.set_parameter(name.replace('__', '.'), value).successful
+    operator.info = {}
+    assert operator.change_state(last)
+    operator.spin_until(lambda: bool(operator.info), 'info')
+    return told_origin_ns(stand)
+
+
+@pytest.mark.parametrize(
+    ('values', 'follows_clock', 'is_system'),
+    [
+        ({}, False, True),
+        ({}, True, False),
+        ({'sim.publish_clock': True}, False, False),
+        ({'sim.lockstep': True}, False, False),
+        ({'sim.real_time_factor': 0.0}, False, False),
+        ({'sim.real_time_factor': 2.0}, False, False),
+        ({'sim.time_origin': 'zero'}, False, False),
+        ({**SYSTEM, 'sim.publish_clock': True}, False, True),
+        ({**SYSTEM, 'sim.lockstep': True}, True, True),
+    ],
+)
+def test_stamps_are_of_the_system_in_real_time_without_a_clock_or_where_asked_for(
+    values: Mapping[str, Scalar], follows_clock: bool, is_system: bool
+):
+    parameters = Parameters().updated(values)
+    assert has_system_time(parameters, follows_clock=follows_clock) is is_system
+
+
+def test_stamps_begin_with_the_activation_and_never_lie_in_the_future(start_drive: Callable):
+    before_ns = time.time_ns()
+    stand = start_drive(deep_queues('position', 'force'))
+    position, force = stand.operator.listen('position'), stand.operator.listen('force')
+    for heard in (position, force):
+        stand.operator.spin_until(lambda each=heard: len(each) >= 20, 'readings')
+    origin_ns = told_origin_ns(stand)
+    assert before_ns <= origin_ns + BLOCK_NS <= time.time_ns()
+    for heard in (position, force):
+        stamps = [stamp_ns(each) for each in heard]
+        assert stamps[-1] <= time.time_ns()
+        assert (stamps[0] - origin_ns) % BLOCK_NS == 0
+        assert {b - a for a, b in itertools.pairwise(stamps)} == {BLOCK_NS}
+
+
+def test_times_that_are_no_stamps_stay_simulated_time(start_drive: Callable):
+    stand = start_drive()
+    operator = stand.operator
+    trace = operator.listen('trace')
+    operator.command('voltage', 100.0)
+    event = operator.wait_for_event('voltage', 0)
+    operator.spin_until(lambda: bool(trace), 'a trace')
+    end_ns = stand.drive.session.bench.time_ns
+    assert 0 < event['time_ns'] <= end_ns
+    assert 0.0 < trace[0].data[0] <= end_ns * 1e-9
+    assert all(0 < each <= stand.drive.session.bench.time_ns for each in operator.positions)
+
+
+def test_without_a_pace_stamps_begin_at_0(start_drive: Callable):
+    stand = start_drive({'sim.real_time_factor': 0.0})
+    assert told_origin_ns(stand) == 0
+    heard = stand.operator.listen('position')
+    stand.operator.spin_until(lambda: bool(heard), 'a position')
+    assert stamp_ns(heard[0]) < HOUR_NS
+
+
+def test_a_node_that_follows_a_clock_stamps_from_0(start_drive: Callable):
+    assert told_origin_ns(start_drive({'use_sim_time': True})) == 0
+
+
+def test_the_clock_carries_the_origin_too(start_drive: Callable):
+    queues = deep_queues('clock', 'position')
+    stand = start_drive({**SYSTEM, **queues, 'sim.publish_clock': True})
+    clock, position = stand.operator.listen('clock'), stand.operator.listen('position')
+    stand.operator.spin_until(lambda: len(clock) >= 20, 'the clock')
+    times = [each.clock.sec * 10**9 + each.clock.nanosec for each in clock]
+    stand.operator.spin_until(
+        lambda: bool(position) and stamp_ns(position[-1]) >= times[-1], 'a position'
+    )
+    stamps = {stamp_ns(each) for each in position}
+    assert {each for each in times if each >= min(stamps)} <= stamps
+    assert times[0] - told_origin_ns(stand) < HOUR_NS
+
+
+def test_the_origin_is_that_of_the_configuration(start_drive: Callable):
+    stand = start_drive()
+    first_ns = told_origin_ns(stand)
+    assert restarted(stand, 'deactivate', 'activate') == first_ns
+    between_ns = time.time_ns()
+    rebuilt_ns = restarted(stand, 'deactivate', 'activate', runner__damping=5.0)
+    assert rebuilt_ns + BLOCK_NS >= between_ns  # another drive: its time begins anew
+    between_ns = time.time_ns()
+    anew_ns = restarted(stand, 'deactivate', 'cleanup', 'configure', 'activate')
+    assert anew_ns + BLOCK_NS >= between_ns
+    assert restarted(stand, 'deactivate', 'activate', sim__time_origin='zero') == 0
+
+
+def test_a_drive_that_waits_to_be_activated_does_not_fall_behind(manual: Any):
+    assert manual.operator.change_state('configure')
+    waited_ns = time.time_ns()
+    assert restarted(manual, 'activate') + BLOCK_NS >= waited_ns
+
+
+def test_a_recording_keeps_the_origin_and_is_replayed_with_it(
+    start_drive: Callable, tmp_path: Path
+):
+    stand = start_drive()
+    operator = stand.operator
+    paths = []
+    for _ in range(2):
+        paths.append(Path(operator.set_recording(wanted=True).message))
+        operator.command('load', 0.05)
+        operator.wait_for_event('load', len(paths) - 1)
+        operator.set_recording(wanted=False)
+    recordings = [Recording(path) for path in paths]
+    assert {each.time_origin_ns for each in recordings} == {told_origin_ns(stand)}
+    for topic, stored in recordings[0].records():
+        assert stored.log_time == stored.publish_time > HOUR_NS, topic
+    assert (
+        0.0 < recordings[0].series('position').time_s[0] < recordings[1].series('force').time_s[0]
+    )
+    for number, path in enumerate(paths):
+        result = replay(path, tmp_path / f'again{number}.mcap')
+        assert result.identical, result.difference
+
+
+@pytest.mark.usefixtures('frequent_diagnostics')
+def test_diagnostics_tell_by_how_much_stamps_lag_after_a_pause(start_drive: Callable):
+    stand = start_drive()
+    operator = stand.operator
+    title = 'stickslip_drive: time'
+
+    def next_lag_s() -> float:
+        seen = len(operator.diagnostics)
+        operator.spin_until(
+            lambda: any(title in each for each in operator.diagnostics[seen:]), 'diagnostics'
+        )
+        return float(operator.diagnostics[-1][title]['stamps_behind_s'])
+
+    running_s = next_lag_s()
+    operator.switch('set_paused', wanted=True)
+    first_ns = time.time_ns()
+    lags_s = [next_lag_s() for _ in range(3)]
+    last_ns = time.time_ns()
+    operator.switch('set_paused', wanted=False)
+    assert running_s > 0.0
+    assert running_s < lags_s[0] < lags_s[1] < lags_s[2]
+    assert lags_s[2] - lags_s[0] <= (last_ns - first_ns) * 1e-9
+    assert next_lag_s() >= lags_s[2] - lags_s[0]
+
+
+@pytest.mark.usefixtures('frequent_diagnostics')
+def test_stamps_that_do_not_follow_the_system_lag_nothing(start_drive: Callable):
+    operator = start_drive({'sim.time_origin': 'zero'}).operator
+    title = 'stickslip_drive: time'
+    operator.spin_until(lambda: any(title in each for each in operator.diagnostics), 'a report')
+    [part, *_] = [each[title] for each in operator.diagnostics if title in each]
+    assert 'behind_s' in part
+    assert 'stamps_behind_s' not in part
+
+
+def test_a_restored_drive_goes_on_in_simulated_time_from_now(start_drive: Callable):
+    saved = start_drive()
+    answer = saved.operator.trigger('save_checkpoint')
+    saved_ns = saved.drive.session.bench.time_ns
+    saved.close()
+    before_ns = time.time_ns()
+    stand = start_drive({'sim.checkpoint': answer.message})
+    operator = stand.operator
+    assert min(operator.positions) > 0
+    start_ns = min(operator.positions) - BLOCK_NS
+    assert start_ns <= saved_ns + (time.time_ns() - before_ns)
+    assert before_ns <= told_origin_ns(stand) + start_ns + BLOCK_NS <= time.time_ns()
+
+
+def test_a_controller_in_lockstep_sees_simulated_time_whatever_the_origin(start_drive: Callable):
+    stand = start_drive({**SYSTEM, 'sim.lockstep': True}, wait=False)
+    seen_s: list[float] = []
+
+    def answer(time_s: float, _: float) -> list[tuple[str, float]]:
+        seen_s.append(time_s)
+        return [('voltage', 10.0)]
+
+    client = LockstepClient(stand.operator.node, 1e-3, answer)
+    stand.operator.spin_until(lambda: len(seen_s) >= 5, 'five blocks')
+    client.close()
+    assert seen_s[:5] == pytest.approx([1e-3, 2e-3, 3e-3, 4e-3, 5e-3], rel=1e-12)
+    assert told_origin_ns(stand) > HOUR_NS
