@@ -58,7 +58,7 @@ setup(
     package_dir={'': '.'},  # said aloud, an editable install is one line in a .pth file
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
-        NAME: ['py.typed'],
+        NAME: ['py.typed', '*.pyi'],
         f'{NAME}.study': ['templates/*.html'],
         f'{NAME}.panel': ['page/*'],
     },
@@ -72,6 +72,7 @@ setup(
         'scipy',
         'matplotlib',
         'jinja2',
+        'pandas',
         'PyYAML',
         'mcap>=1.5',
         'rich',
@@ -95,7 +96,15 @@ setup(
             'pyarrow',
             'tornado',
         ],
-        'lint': ['ruff', 'mypy', 'import-linter', 'types-PyYAML', 'catkin_pkg', 'pre-commit'],
+        'lint': [
+            'ruff',
+            'mypy',
+            'import-linter',
+            'types-PyYAML',
+            'pandas-stubs',
+            'catkin_pkg',
+            'pre-commit',
+        ],
     },
     entry_points={
         'console_scripts': [

@@ -18,9 +18,10 @@ from stickslip_ros.cli.options import (
     to_path,
     verb,
 )
-from stickslip_ros.cli.printing import Answer, shown_progress, table
+from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import make_room
+from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.comparison.by_amplitude import MODEL, ModelSettings
 from stickslip_ros.study.comparison.compare import compare
 from stickslip_ros.study.comparison.report import write_report

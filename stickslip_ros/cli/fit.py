@@ -15,10 +15,11 @@ from stickslip_ros.cli.options import (
     to_path,
     verb,
 )
-from stickslip_ros.cli.printing import Answer, shown_progress, table
+from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters, parse_assignments
+from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.fitting.coverage import Coverage, coverage_of
 from stickslip_ros.study.fitting.figure import draw_fit
 from stickslip_ros.study.fitting.fit import STARTS, Fit, fit_drive

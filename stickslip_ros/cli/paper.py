@@ -9,7 +9,7 @@ import numpy as np
 from rich.table import Table as Shown
 
 from stickslip_ros.cli.options import PARAMETERS, WORKERS, chosen_parameters, folder, option, verb
-from stickslip_ros.cli.printing import Answer, shown_progress, table
+from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import make_folder
 from stickslip_ros.paper.ensemble import Ensemble, rough_line_ensemble
@@ -18,6 +18,7 @@ from stickslip_ros.paper.laws import LAWS
 from stickslip_ros.paper.make import FIGURES, chosen_figures, make_tables
 from stickslip_ros.paper.readings import AMPLITUDE_MAX_M, PRELOADS_N
 from stickslip_ros.paper.roughness_figure import Samples, draw_roughness, sample_roughness
+from stickslip_ros.progress import shown_progress
 from stickslip_ros.units import MICRO, MN
 
 ROUGHNESS_PICTURE = 'roughness.png'

@@ -1,25 +1,14 @@
-"""What is printed: an answer as tables and lines or as JSON, and how far long work has come."""
+"""What is printed: an answer as tables and lines or as JSON."""
 
 import dataclasses
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeRemainingColumn,
-)
 from rich.table import Table
-from rich.text import Text
 
 from stickslip_ros.units import FACTORS
 
@@ -27,9 +16,6 @@ CHECK_FAILED = 1
 """Exit status of a verb that has done its work and found something wrong."""
 WIDTH = 120
 """Columns of a table where no terminal says how many it has."""
-
-Show = Callable[[int, int], None]
-"""Receives how much is done, and of how much; 0 of an unknown amount."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -88,41 +74,3 @@ def table(title: str, rows: Iterable[Sequence[object]], header: Sequence[str] = 
 def number(name: str, value: float, digits: str, unit: str = '') -> tuple[str, str, str]:
     """Return the row of a number in SI, shown in one of FACTORS with digits such as ``.4f``."""
     return name, f'{value * FACTORS[unit]:{digits}}', unit
-
-
-class _RateColumn(ProgressColumn):
-    """Units per second."""
-
-    def render(self, task: Task) -> Text:
-        """Return the rate as text, empty until it is known."""
-        return Text(f'{task.speed:.3g}/s' if task.speed else '')
-
-
-@contextmanager
-def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator[Show]:
-    """
-    Show a progress bar while work is done; give what is to be called at every progress.
-
-    ``what`` is counted, as ``runs``. If the work ``resumes``, what is done at the first call was
-    done before, and is no part of the rate.
-
-    """
-    bar = Progress(
-        TextColumn('{task.description}'),
-        BarColumn(),
-        MofNCompleteColumn(),
-        _RateColumn(),
-        TimeRemainingColumn(),
-        console=Console(file=sys.stderr),
-        transient=True,
-        disable=quiet or not sys.stderr.isatty(),
-    )
-    with bar:
-        task = bar.add_task(what, total=None, start=not resumes)
-
-        def show(done: int, total: int) -> None:
-            if not bar.tasks[task].started:
-                bar.reset(task, total=total or None, completed=done)
-            bar.update(task, completed=done, total=total or None)
-
-        yield show

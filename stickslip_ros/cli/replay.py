@@ -9,10 +9,11 @@ from pathlib import Path
 from rich.table import Table
 
 from stickslip_ros.cli.options import PARAMETERS, chosen_values, option, switch, to_path, verb
-from stickslip_ros.cli.printing import CHECK_FAILED, Answer, shown_progress, table
+from stickslip_ros.cli.printing import CHECK_FAILED, Answer, table
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.replay import Replay, is_run, read_drive_input, replay, replay_input
 from stickslip_ros.units import MN, NM
 

@@ -15,8 +15,9 @@ from stickslip_ros.cli.options import (
     to_path,
     verb,
 )
-from stickslip_ros.cli.printing import Answer, number, shown_progress, table
+from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.files import make_room
+from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.sawtooth_run import SawtoothRun, run_sawtooth, voltage_for
 from stickslip_ros.units import NM
 

@@ -21,8 +21,9 @@ from stickslip_ros.cli.options import (
     to_path,
     verb,
 )
-from stickslip_ros.cli.printing import Answer, number, shown_progress, table
+from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.parameters import spec_of
+from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.journal import Journal
 from stickslip_ros.study.sweep import (
     AMPLITUDE,

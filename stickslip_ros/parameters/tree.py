@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters.declaration import (
     Checked,
     Scalar,
@@ -115,6 +116,10 @@ class Parameters(Checked):
         for group, leaves in checked.items():
             changes[group] = getattr(self, group).with_checked(leaves)
         return self.with_checked(changes)
+
+    def _repr_html_(self) -> str:
+        rows = [(name, value, spec_of(name).unit) for name, value in self.changed().items()]
+        return html_table('Parameters', rows or [('as in the paper', '', '')])
 
     def changed(self) -> dict[str, Scalar]:
         """Return the values that differ from the default."""

@@ -106,11 +106,7 @@ def plot_run(
     with_steps: bool = False,
 ) -> RunPlot:
     """
-    Draw position, force, voltage and foot of a recording against time.
-
-    The trace is drawn, else the topics; without a window the whole run, if wanted with its first
-    steps enlarged above it. The picture is PNG, SVG or PDF; without a title it has the file's
-    name.
+    Draw a recording as ``draw_run`` does into a PNG, SVG or PDF.
 
     Raises
     ------
@@ -123,11 +119,34 @@ def plot_run(
 
     """
     check_picture(picture)
-    recording = Recording(path)
+    figure, plot = draw_run(Recording(path), window, title=title, with_steps=with_steps)
+    save_figure(figure, picture)
+    return plot
+
+
+def draw_run(
+    recording: Recording,
+    window: TimeWindow | None = None,
+    *,
+    title: str = '',
+    with_steps: bool = False,
+) -> tuple[Figure, RunPlot]:
+    """
+    Draw position, force, voltage and foot of a recording against time.
+
+    The trace is drawn, else the topics; without a window the whole run, if wanted with its first
+    steps enlarged above it. Without a title it has the file's name.
+
+    Raises
+    ------
+    RecordingError, OutOfRange
+        As ``plot_run``.
+
+    """
     series = recorded_series(recording)
     if not series:
         problem = 'has neither position, force nor voltage'
-        raise RecordingError(path, problem, 'record a run that lasts a while')
+        raise RecordingError(recording.path, problem, 'record a run that lasts a while')
     commands = recorded_commands(recording)
     whole = _whole(series, commands)
     shown = whole if window is None else check_window(window, whole)
@@ -145,11 +164,8 @@ def plot_run(
     )
     falls_s = fall_times_s(inside['voltage_v']) if with_steps and 'voltage_v' in inside else []
     with_steps = len(falls_s) >= STEPS and {'position_m', 'foot_m'} <= inside.keys()
-    figure = _draw(
-        plot, inside, falls_s[:STEPS] if with_steps else [], title or as_it_is(path.name)
-    )
-    save_figure(figure, picture)
-    return plot
+    enlarged_s = falls_s[:STEPS] if with_steps else []
+    return _draw(plot, inside, enlarged_s, title or as_it_is(recording.path.name)), plot
 
 
 def fall_times_s(voltage: Series) -> list[float]:

@@ -20,6 +20,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
+from stickslip_ros.notebook import Shown
 from stickslip_ros.parameters import Parameters, Spec, Unchosen, spec_of
 from stickslip_ros.recording.run import Run, RunWriter
 from stickslip_ros.stopping import heed_stop
@@ -41,7 +42,7 @@ ROUNDING_S = 1e-12
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunResult:
+class RunResult(Shown):
     """
     What a saw-tooth run comes to.
 

@@ -15,6 +15,7 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.notebook import Shown
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.sawtooth_run import full_stroke_m, run_drive
@@ -33,7 +34,7 @@ FIT_POINTS = 17
 
 
 @dataclass(frozen=True)
-class ZeroAmplitude:
+class ZeroAmplitude(Shown):
     """
     The 0-amplitude of a drive.
 

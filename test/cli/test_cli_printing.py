@@ -6,7 +6,8 @@ import re
 import sys
 import time
 
-from stickslip_ros.cli.printing import WIDTH, Answer, number, shown_progress, table
+from stickslip_ros.cli.printing import WIDTH, Answer, number, table
+from stickslip_ros.progress import shown_progress
 
 PATIENCE_S = 60.0
 DONE_BEFORE, TOTAL = 500, 100_000_000

@@ -21,9 +21,9 @@ PAGES = Environment(
 )
 
 
-def write_report(comparison: Comparison, path: Path, command: str) -> None:
+def write_report(comparison: Comparison, path: Path, command: str = '') -> None:
     """
-    Write the report of a comparison, in place of an older one.
+    Write the report of a comparison, and the command that made it, in place of an older one.
 
     Raises
     ------

@@ -10,6 +10,7 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.extras import load_extra
@@ -103,6 +104,14 @@ class Fit:
     def estimates(self) -> tuple[Estimate, ...]:
         """The free parameters."""
         return estimates_of(self.problem, self.found.place, self.uncertainty)
+
+    def _repr_html_(self) -> str:
+        header = ('parameter', 'estimate', 'standard error', '95 % low', '95 % high', 'unit')
+        rows = [
+            (each.name, each.value, each.standard_error, each.low, each.high, each.unit)
+            for each in self.estimates
+        ]
+        return html_table('Fit', rows, header)
 
     @property
     def covariance(self) -> Array:

@@ -1,0 +1,59 @@
+"""How far long work has come: a bar on a terminal or in a notebook."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
+
+Show = Callable[[int, int], None]
+"""Receives how much is done, and of how much; 0 of an unknown amount."""
+
+
+class _RateColumn(ProgressColumn):
+    """Units per second."""
+
+    def render(self, task: Task) -> Text:
+        """Return the rate as text, empty until it is known."""
+        return Text(f'{task.speed:.3g}/s' if task.speed else '')
+
+
+@contextmanager
+def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator[Show]:
+    """
+    Show a progress bar while work is done; give what is to be called at every progress.
+
+    ``what`` is counted, as ``runs``. If the work ``resumes``, what is done at the first call was
+    done before, and is no part of the rate.
+
+    """
+    console = Console(file=sys.stderr)
+    bar = Progress(
+        TextColumn('{task.description}'),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _RateColumn(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=quiet or not (sys.stderr.isatty() or console.is_jupyter),
+    )
+    with bar:
+        task = bar.add_task(what, total=None, start=not resumes)
+
+        def show(done: int, total: int) -> None:
+            if not bar.tasks[task].started:
+                bar.reset(task, total=total or None, completed=done)
+            bar.update(task, completed=done, total=total or None)
+
+        yield show

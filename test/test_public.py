@@ -1,0 +1,226 @@
+"""The public Python interface: its names, its documentation, and what they give."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pandas as pd
+import pytest
+from pandas.testing import assert_frame_equal
+
+import stickslip_ros
+from stickslip_ros import (
+    Parameters,
+    Run,
+    StickSlipError,
+    compare,
+    fit,
+    open_run,
+    presliding,
+    simulate,
+    sweep,
+    zero_amplitude,
+)
+from stickslip_ros.recording.cdr import pack_float64, pack_stamped
+from stickslip_ros.recording.channels import Channel, Qos
+from stickslip_ros.recording.messages import FLOAT64, WRENCH_STAMPED
+from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.study import zero_amplitude as zero_amplitudes
+from stickslip_ros.study.sawtooth_run import run_drive, run_sawtooth, voltage_for
+
+PUBLIC = vars(stickslip_ros)['PUBLIC']
+ROOT = Path(stickslip_ros.__file__).parent
+PAGE = ROOT.parent / 'docs' / 'python.md'
+AMPLITUDE_M, FREQUENCY_HZ, STEPS = 113.76725643485543e-9, 1153.3955451232346, 8
+HEAVY = ('numpy', 'numba', 'matplotlib', 'pandas', 'rclpy')
+
+
+@pytest.fixture(scope='module')
+def run() -> Run:
+    return simulate(Parameters(), amplitude_m=AMPLITUDE_M, frequency_hz=FREQUENCY_HZ, steps=STEPS)
+
+
+def test_types_and_documentation_name_what_is_public():
+    typed = re.findall(r' as (\w+)', (ROOT / '__init__.pyi').read_text())
+    rows = [line.split('|') for line in PAGE.read_text().splitlines() if line.startswith('| `')]
+    listed = re.findall(r'`(\w+)', ''.join(row[1] for row in rows))
+    explained = re.findall(r'`(\w+)`', ''.join(row[2] for row in rows))
+    assert sorted(typed) == sorted(PUBLIC)
+    assert set(listed) <= set(PUBLIC) <= {*listed, *explained}
+    assert set(PUBLIC) <= set(dir(stickslip_ros))
+
+
+@pytest.mark.parametrize('name', PUBLIC)
+def test_every_public_name_is_there(name: str):
+    assert getattr(stickslip_ros, name).__name__ == name
+
+
+def test_an_unknown_name_is_refused_as_usual():
+    with pytest.raises(AttributeError, match="'stickslip_ros' has no attribute 'sweeep'"):
+        stickslip_ros.__getattr__('sweeep')
+
+
+def test_the_package_alone_imports_nothing_heavy():
+    code = f'import stickslip_ros, sys; print([n for n in {HEAVY} if n in sys.modules])'
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == '[]'
+
+
+def test_a_run_is_that_of_the_command_line(run: Run):
+    parameters = Parameters()
+    other = run_sawtooth(parameters, voltage_for(parameters, AMPLITUDE_M), FREQUENCY_HZ, STEPS)
+    assert (run.force_mean_n, run.step_length_m) == (other.force_mean_n, other.step_length_m)
+    assert run.parameters == parameters
+
+
+def test_the_table_of_a_run_has_every_sample_and_its_unit(run: Run):
+    frame = run.frame
+    assert set(frame) == {'voltage_v', 'foot_m', 'position_m', 'force_n'}
+    assert frame.attrs['units'] == {
+        'time_s': 's', 'voltage_v': 'V', 'foot_m': 'm', 'position_m': 'm', 'force_n': 'N'
+    }  # fmt: skip
+    trace = run.recording.trace()
+    np.testing.assert_array_equal(frame['force_n'], trace['force'].value)
+    np.testing.assert_array_equal(frame.index, trace['force'].time_s)
+    assert not frame.isna().any(axis=None)
+
+
+def test_a_table_of_topics_has_gaps_where_one_of_them_is_silent(tmp_path: Path):
+    channels = [Channel('/voltage', FLOAT64, Qos(1)), Channel('/force', WRENCH_STAMPED, Qos(1))]
+    path = tmp_path / 'run.mcap'
+    with Recorder(path, channels) as recorder:
+        for time_ns in range(0, 4_000_000, 1_000_000):
+            recorder.put('/force', time_ns, pack_stamped(time_ns, '', (0.5, 0, 0, 0, 0, 0)))
+            if time_ns == 2_000_000:
+                recorder.put('/voltage', time_ns, pack_float64(150.0))
+    frame = open_run(path).frame
+    assert list(frame['force_n']) == [0.5] * 4
+    np.testing.assert_array_equal(frame['voltage_v'], [np.nan, np.nan, 150.0, np.nan])
+
+
+def test_a_saved_run_is_opened_again(run: Run, tmp_path: Path):
+    path = run.save(tmp_path / 'folder' / 'run.mcap')
+    again = open_run(path)
+    assert_frame_equal(again.frame, run.frame)
+    with pytest.raises(StickSlipError, match='it exists'):
+        run.save(path)
+    with pytest.raises(StickSlipError, match='opened, not simulated'):
+        _ = again.force_mean_n
+
+
+def test_a_simulated_file_lives_as_long_as_its_run():
+    short = simulate(Parameters(), amplitude_m=AMPLITUDE_M, steps=1)
+    path = short.path
+    assert path.exists()
+    del short
+    assert not path.exists()
+
+
+def test_a_run_is_drawn(run: Run):
+    whole, part = run.plot(), run.plot(0.001, 0.002)
+    assert whole.axes
+    assert part.axes[0].get_xlim()[1] < whole.axes[0].get_xlim()[1]
+
+
+def test_a_sweep_is_a_table_of_drives_alone():
+    stand = Parameters().updated({'contact.friction': 0.25})
+    amplitudes_m = np.array([50e-9, 113.76725643485543e-9])
+    table = sweep(stand, {'stand.preload': [0.1, 0.5], 'amplitude_m': amplitudes_m}, steps=STEPS)
+    assert isinstance(table, pd.DataFrame)
+    assert list(table['preload_n']) == [0.1, 0.1, 0.5, 0.5]
+    for _, row in table.iterrows():
+        there = stand.updated({'stand.preload': row['preload_n']})
+        alone = run_drive(there, row['amplitude_m'], 1000.0, STEPS)
+        assert row['force_mean_n'] == alone.force_mean_n
+    assert table.attrs['parameters'] == stand.flat()
+
+
+def test_one_value_and_words_can_be_swept():
+    table = sweep(
+        Parameters(),
+        {'contact.profile': ['rough', 'smooth'], 'amplitude_m': 60e-9, 'frequency_hz': -500},
+        steps=STEPS,
+    )
+    assert list(table['contact.profile']) == ['rough', 'smooth']
+    assert set(table['frequency_hz']) == {-500.0}
+
+
+@pytest.mark.parametrize(
+    ('values', 'why'),
+    [
+        ({'stand.preload': [0.1]}, 'give amplitude_m'),
+        ({'amplitude_m': 60e-9, 'stand.prelaod': [1.0]}, 'did you mean stand.preload'),
+        ({'amplitude_m': [1.0]}, 'above the'),
+    ],
+)
+def test_a_sweep_that_cannot_be_is_refused(values: Any, why: str):
+    with pytest.raises(StickSlipError, match=why):
+        sweep(Parameters(), values)
+
+
+def test_the_zero_amplitude_is_that_of_the_command_line():
+    stand = Parameters().updated({'stand.preload': 0.1})
+    assert zero_amplitude(stand, steps=12) == zero_amplitudes.zero_amplitude(
+        stand, 200.0, steps=12
+    )
+
+
+def test_presliding_takes_the_contact_of_the_stand():
+    contact = presliding(Parameters().updated({'contact.friction': 0.25}), normal_force_n=0.5)
+    assert contact.max_force_n == pytest.approx(0.125)
+    assert contact.tangential_force(contact.max_displacement_m) == pytest.approx(0.125)
+
+
+def test_comparisons_take_runs_files_and_parameters(run: Run, tmp_path: Path):
+    comparison = compare(run, run.save(tmp_path / 'run.mcap'))
+    assert all(each.agreement.largest == 0.0 for each in comparison.quantities)
+    assert 'How this page was made' in comparison.save(tmp_path / 'page.html').read_text()
+    table = tmp_path / 'forces.csv'
+    force_n = run_drive(Parameters(), 100e-9, 1000.0, STEPS).force_mean_n
+    table.write_text(f'preload_n,amplitude_m,force_n\n0.5,100e-9,{force_n!r}\n')
+    against = compare(table, Parameters(), steps=STEPS)
+    assert against.quantities[0].agreement.largest == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_fit_finds_the_friction_that_made_the_forces(tmp_path: Path):
+    truth = Parameters().updated({'contact.friction': 0.23})
+    rows = [
+        (amplitude_m, run_drive(truth, amplitude_m, 1000.0).force_mean_n)
+        for amplitude_m in (60e-9, 90e-9, 130e-9)
+    ]
+    table = tmp_path / 'forces.csv'
+    lines = [f'0.5,{amplitude_m!r},{force_n!r},0.001' for amplitude_m, force_n in rows]
+    table.write_text('\n'.join(['preload_n,amplitude_m,force_n,force_sigma_n', *lines]))
+    found = fit(table, ['contact.friction'], bounds={'contact.friction': (0.1, 0.5)}, starts=1)
+    assert found.estimates[0].value == pytest.approx(0.23, rel=1e-3)
+    assert 'contact.friction' in found._repr_html_()
+
+
+def test_notebooks_show_tables_and_no_markup_of_names(run: Run):
+    assert '<td>stand.preload</td><td>0.25</td><td>N</td>' in (
+        Parameters().updated({'stand.preload': 0.25})._repr_html_()
+    )
+    assert 'force_mean_n' in run._repr_html_()
+    named = Parameters().updated({'frame_id.stage': '<b>'})
+    assert '&lt;b&gt;' in named._repr_html_()
+
+
+@pytest.mark.parametrize('number', range(2))
+def test_the_examples_of_the_documentation_run(
+    number: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+):
+    monkeypatch.chdir(tmp_path)
+    example = re.findall(r'```python\n(.*?)```', PAGE.read_text(), re.DOTALL)[number]
+    with mpl.rc_context({'backend': 'agg'}):
+        exec(compile(example, str(PAGE), 'exec'), {})
+    if number == 0:
+        assert (tmp_path / 'force.png').exists()
+    else:
+        assert abs(float(capsys.readouterr().out.split()[0]) - 20e-9) < 5e-9
