@@ -81,6 +81,7 @@ setup(
         'jazzy': ros_wheels('jazzy'),
         'kilted': ros_wheels('kilted'),
         'dask': ['distributed'],
+        'gym': ['gymnasium'],
         'panel': ['tornado>=6.2'],
         'parquet': ['pyarrow'],
         'test': [
@@ -92,6 +93,7 @@ setup(
             'rosbags',
             'mcap-ros2-support',
             'distributed',
+            'gymnasium',
             'playwright',
             'pyarrow',
             'tornado',

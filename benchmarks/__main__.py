@@ -16,7 +16,7 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import against, in_c, lugre, octave, paper, report, scaling, speed, start
+from benchmarks import against, in_c, learning, lugre, octave, paper, report, scaling, speed, start
 from benchmarks.node import busy, cpu, drift, latency, lockstep, recording, soak
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
@@ -33,6 +33,7 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'springs': scaling.run_springs,
     'threads': scaling.run_threads,
     'sweeps': scaling.run_sweeps,
+    'gym': learning.run,
     'start': start.run,
     'node-cpu': cpu.run_cpu,
     'node-lateness': cpu.run_lateness,

@@ -1,0 +1,97 @@
+"""The Gymnasium environment: its checker, its numbers, its seeds."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.gym import EPISODE_BLOCKS, STEPS, VOLTAGE, StickSlipEnv
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.parameters import Parameters
+
+NAME = 'stickslip_ros.gym:StickSlip-v0'
+FREE = Parameters().updated({'load_cell.contact': 'absent'})
+SEED = 1234567
+
+
+def episode(env: Any, actions: Any, seed: int) -> Any:
+    first, _ = env.reset(seed=seed)
+    return np.array([first, *(env.step(action)[0] for action in actions)])
+
+
+@pytest.mark.parametrize('actions', [VOLTAGE, STEPS])
+def test_the_checker_of_gymnasium_passes(actions: str):
+    check_env(gymnasium.make(NAME, actions=actions).unwrapped, skip_render_check=True)
+
+
+def test_steps_are_those_of_a_bench():
+    env = StickSlipEnv(actions=STEPS)
+    seen = episode(env, [2] * 20 + [1] * 3 + [0] * 5, SEED)
+    bench = Bench(env.parameters.updated({'sim.seed': env._bench.parameters.sim.seed}))
+    sent = [None] + [1.0] * 20 + [None] * 3 + [-1.0] * 5
+    for row, steps in zip(seen, sent, strict=True):
+        requests = [Request('steps', (steps,))] if steps else []
+        readings = bench.update(bench.time_ns + FREE.block_ns, requests).readings
+        np.testing.assert_allclose(row[0], 1e6 * readings.position_m, rtol=1e-12)
+        assert row[1] == readings.force_n
+    assert seen[20][0] > 1.0
+    assert seen[-1][0] < seen[20][0]
+
+
+def test_a_voltage_is_a_share_of_the_range_and_bounded():
+    env = StickSlipEnv(FREE.updated({'amplifier.voltage_max': 150.0}))
+    env.reset(seed=SEED)
+    for share in (0.37, 1.0, 7.5):
+        for _ in range(3):
+            observation, reward, *_, info = env.step(np.array([share]))
+        assert observation[2] == pytest.approx(min(share, 1.0), abs=1e-3)
+        assert reward == -abs(observation[0] - observation[3])
+        assert info['error_m'] == pytest.approx(1e-6 * (observation[0] - observation[3]))
+
+
+def test_an_integrating_controller_reaches_a_target_within_the_scan_range():
+    env = StickSlipEnv()
+    observation, _ = env.reset(seed=SEED, options={'target_m': 61.3e-9})
+    share = 0.0
+    for _ in range(300):
+        share += 0.5 * (observation[3] - observation[0])
+        observation, reward, *_ = env.step(np.array([share]))
+    assert reward > -0.002
+
+
+def test_seeds_decide_noise_and_target():
+    env = StickSlipEnv(actions=STEPS)
+    first, again, other = (episode(env, [2, 2, 1], seed) for seed in (SEED, SEED, SEED + 1))
+    np.testing.assert_array_equal(first, again)
+    assert not np.array_equal(first[:, 0], other[:, 0])
+    assert first[0][3] != other[0][3]
+
+
+def test_episodes_are_cut_off_and_vector_environments_work():
+    envs = gymnasium.make_vec(NAME, num_envs=2, vectorization_mode='sync', actions=STEPS)
+    envs.reset(seed=SEED)
+    for _ in range(EPISODE_BLOCKS):
+        observations, _, ended, cut, _ = envs.step(np.array([1, 2]))
+    assert list(cut) == [True, True]
+    assert list(ended) == [False, False]
+    assert observations[1][0] > observations[0][0] + 50.0
+
+
+def test_the_example_of_the_documentation_reaches_its_target(capsys: pytest.CaptureFixture[str]):
+    page = Path(__file__).parent.parent / 'docs' / 'gym.md'
+    [example] = re.findall(r'```python\n(.*?)```', page.read_text(), re.DOTALL)
+    exec(compile(example, str(page), 'exec'), {})
+    assert abs(float(capsys.readouterr().out.split()[0])) < 100.0
+
+
+def test_what_it_does_not_know_is_refused():
+    with pytest.raises(StickSlipError, match='use voltage or steps'):
+        StickSlipEnv(actions='force')
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        StickSlipEnv().step(np.array([0.5]))
