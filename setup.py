@@ -11,6 +11,7 @@ SHARE = f'share/{NAME}'
 ROS_PACKAGES = (
     'std-msgs',
     'geometry-msgs',
+    'sensor-msgs',
     'std-srvs',
     'diagnostic-msgs',
     'rosgraph-msgs',

@@ -74,8 +74,9 @@ def run_cpu(sizes: Sizes) -> Outcome:
         [
             (
                 f'{sizes.node_rounds} turns of {sizes.turn_s:g} s; position and force at 1 kHz, '
-                'voltage and trace (50 kS/s) at 100 Hz; user and system time of the publishing '
-                'process, 100 percent is one core; another process listens to all topics'
+                'joint_states, voltage and trace (50 kS/s) at 100 Hz; user and system time of '
+                'the publishing process, 100 percent is one core; another process listens to all '
+                'topics'
             ),
             'the bare loops compute nothing: their trace comes from tables made beforehand',
         ],

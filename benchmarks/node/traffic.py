@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, MultiArrayDimension
 
 from stickslip_ros.units import NS_PER_S
@@ -22,16 +23,17 @@ DEPTH = 100
 COLUMNS = 't[s],voltage[V],foot[m],position[m],force[N]'
 BLOCK_NS = 1_000_000
 TRACE_BLOCKS = 10
-"""Ticks per message of trace and voltage."""
+"""Ticks per message of trace, voltage and joint_states."""
 TABLES = 64
 """Different contents of the trace, made beforehand."""
 TYPES = {
     'position': PointStamped,
     'force': WrenchStamped,
+    'joint_states': JointState,
     'voltage': Float64,
     'trace': Float64MultiArray,
 }
-FRAMES = {'position': 'stage_base', 'force': 'load_cell'}
+FRAMES = {'position': 'stage_base', 'force': 'load_cell', 'joint_states': 'stage_base'}
 
 
 class Traffic:
@@ -89,6 +91,9 @@ class Objects(Traffic):
         message = TYPES[name]()
         if name in FRAMES:
             message.header.frame_id = FRAMES[name]
+        if name == 'joint_states':
+            message.name = ['runner_joint']
+            message.position = message.velocity = message.effort = array('d', [0.0])
         if name == 'trace':
             rows, columns = self._shape
             message.layout.dim = [
@@ -105,7 +110,8 @@ class Objects(Traffic):
         """Fill and publish the messages of a tick."""
         seconds, nanoseconds = divmod(tick * BLOCK_NS, NS_PER_S)
         position, force = self.message('position'), self.message('force')
-        for message in (position, force):
+        joint = self.message('joint_states')
+        for message in (position, force, joint):
             message.header.stamp.sec = seconds
             message.header.stamp.nanosec = nanoseconds
         position.point.x = self.reading_m
@@ -114,8 +120,10 @@ class Objects(Traffic):
         self.publish('force', force, tick)
         if tick % TRACE_BLOCKS == 0:
             voltage, trace = self.message('voltage'), self.message('trace')
+            joint.position[0] = joint.effort[0] = self.reading_m
             voltage.data = self.reading_m
             trace.data = array('d', next(self._tables))
+            self.publish('joint_states', joint, tick)
             self.publish('voltage', voltage, tick)
             self.publish('trace', trace, tick)
 
@@ -223,6 +231,7 @@ class Packed(Traffic):
         self._publish('position')
         self._publish('force')
         if tick % TRACE_BLOCKS == 0:
+            self._publish('joint_states')
             self._publish('voltage')
             self._publish('trace')
 

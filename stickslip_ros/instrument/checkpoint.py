@@ -68,6 +68,8 @@ CHANGEABLE_NODE = frozenset(
     (
         'autostart',
         'sim.checkpoint',
+        'sim.joint_name',
+        'sim.joint_states_rate',
         'sim.lockstep',
         'sim.publish_clock',
         'sim.publish_truth',

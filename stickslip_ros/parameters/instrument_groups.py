@@ -45,9 +45,19 @@ class SimParameters(Checked):
         ('auto', 'system', 'zero'),
         "where stamps begin: auto is the system's time in real time without /clock, otherwise 0",
     )
+    joint_states_rate: float = quantity(
+        100.0, 'Hz', 'messages of joint_states per simulated second; 0 is none', bounds=(0.0, 1e4)
+    )
+    joint_name: str = words('runner_joint', 'name of the runner in joint_states')
     checkpoint: str = words(
         '', 'file of ~/save_checkpoint from which the node starts; empty starts at rest'
     )
+
+    def check_together(self) -> None:
+        """Refuse a joint that no description of a robot can name."""
+        if not self.joint_name or not self.joint_name.isprintable():
+            hint = 'write one such as runner_joint'
+            raise WrongKind('sim.joint_name', self.joint_name, 'a name of a joint', hint)
 
 
 @dataclass(frozen=True)

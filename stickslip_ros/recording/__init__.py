@@ -2,7 +2,7 @@
 
 from stickslip_ros.recording.channels import Channel, Qos
 from stickslip_ros.recording.layout import FileForm
-from stickslip_ros.recording.messages import ArrayMessage, Message, StampedMessage
+from stickslip_ros.recording.messages import ArrayMessage, JointMessage, Message, StampedMessage
 from stickslip_ros.recording.reader import ChannelSummary, Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.schemas import SCHEMAS, TYPE_HASHES
@@ -15,6 +15,7 @@ __all__ = [
     'Channel',
     'ChannelSummary',
     'FileForm',
+    'JointMessage',
     'Message',
     'Qos',
     'Recorder',

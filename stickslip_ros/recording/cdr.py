@@ -24,6 +24,8 @@ from stickslip_ros.units import NS_PER_S
 HEADER: Final = b'\x00\x01\x00\x00'
 LONGEST_TAIL_BYTES: Final = 3
 """Some serialisers fill the last word, so a message may be this much longer than its fields."""
+JOINT_TAIL_BYTES: Final = 12
+"""Fast CDR sets more aside than joints with an empty array take: so much at most is left over."""
 CACHED_HEADS: Final = 64
 """Distinct frames and array layouts that are kept packed."""
 
@@ -93,6 +95,20 @@ def pack_stamped(stamp_ns: int, frame_id: str, values: Sequence[float]) -> bytes
     return pack(HEADER, *divmod(stamp_ns, NS_PER_S), size, text, *values)
 
 
+def pack_joints(message: m.JointMessage) -> bytes:
+    """Pack a ``sensor_msgs/msg/JointState``."""
+    stamp_s, rest_ns = divmod(message.stamp_ns, NS_PER_S)
+    body = struct.pack('<iI', stamp_s, rest_ns) + _text_field(message.frame_id)
+    body += _padding(len(body), 4) + struct.pack('<I', len(message.names))
+    for name in message.names:
+        body += _padding(len(body), 4) + _text_field(name)
+    for numbers in message.arrays:
+        body += _padding(len(body), 4) + struct.pack('<I', len(numbers))
+        if numbers:
+            body += _padding(len(body), 8) + struct.pack(f'<{len(numbers)}d', *numbers)
+    return HEADER + body
+
+
 def unpack(type_name: str, data: bytes) -> m.Message:
     """
     Read the bytes of one message.
@@ -106,7 +122,7 @@ def unpack(type_name: str, data: bytes) -> m.Message:
 
     Returns
     -------
-    float, int, str, ArrayMessage or StampedMessage
+    float, int, str, ArrayMessage, StampedMessage or JointMessage
         What the message says.
 
     Raises
@@ -209,7 +225,9 @@ class _Cursor:
         return self.float64s(1)[0]
 
     def float64s(self, count: int) -> tuple[float, ...]:
-        """Take `count` numbers."""
+        """Take `count` numbers; nothing is aligned for none."""
+        if not count:
+            return ()
         return struct.unpack(f'<{count}d', self._claim(8 * count, 8))
 
     def stamped(self, count: int) -> m.StampedMessage:
@@ -230,6 +248,16 @@ class _Cursor:
         if sizes and offset == 0 and prod(sizes) == count:
             data = data.reshape(sizes)
         return m.ArrayMessage(labels, sizes, data, strides, offset)
+
+    def joints(self) -> m.JointMessage:
+        """Take a ``sensor_msgs/msg/JointState``."""
+        stamp_ns = self.int32() * NS_PER_S + self.uint32()
+        frame_id, names = self.text(), tuple(self.text() for _ in range(self.uint32()))
+        arrays = [self.float64s(self.uint32()) for _ in m.JOINT_UNITS]
+        message = m.JointMessage(stamp_ns, frame_id, names, *arrays)
+        if () in message.arrays:
+            self._at = min(self._at + JOINT_TAIL_BYTES, len(self._body))
+        return message
 
     def check_end(self) -> None:
         """Refuse bytes behind the last field."""
@@ -253,6 +281,7 @@ _READERS: Final[dict[str, Callable[[_Cursor], m.Message]]] = {
     m.UINT32: _Cursor.uint32,
     m.STRING: _Cursor.text,
     m.FLOAT64_ARRAY: _Cursor.array,
+    m.JOINT_STATE: _Cursor.joints,
     **{
         type_name: partial(_Cursor.stamped, count=len(fields))
         for type_name, fields in m.STAMPED_FIELDS.items()

@@ -6,15 +6,18 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.instrument.reports import TRACE_COLUMNS, Output, Status
+from stickslip_ros.instrument.reports import TRACE_COLUMNS, Output, Readings, Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import (
     pack_float64,
     pack_float64_array,
+    pack_joints,
     pack_stamped,
     pack_string,
     pack_uint32,
 )
+from stickslip_ros.recording.messages import JointMessage
+from stickslip_ros.units import NANO, NS_PER_S
 
 
 class Packed(NamedTuple):
@@ -35,6 +38,8 @@ class Feed:
         Blocks of the trace that no message has held yet.
     status : Status or None
         The last that a message has held; None before the first.
+    joint : tuple of int and float
+        Time, ns, and position, m, of the last message of the joint; of the start before it.
 
     """
 
@@ -42,12 +47,19 @@ class Feed:
         self._period_ns = parameters.trace_period_ns
         self._tells_truth = parameters.sim.publish_truth
         self._frames = parameters.frame_id
+        self._joint_name = parameters.sim.joint_name
+        rate_hz = parameters.sim.joint_states_rate
+        self._joint_period_ns = round(NS_PER_S / rate_hz) if rate_hz else 0
+        self._block_ns = parameters.block_ns
         self.pending: list[Array] = []
         self.status: Status | None = None
+        self.joint = (0, 0.0)
 
-    def resume(self, pending: list[Array], status: Status | None) -> None:
-        """Go on with samples that no message has held yet, and the status of the last one."""
-        self.pending, self.status = list(pending), status
+    def resume(
+        self, pending: list[Array], status: Status | None, joint: tuple[int, float]
+    ) -> None:
+        """Go on with samples that no message has held yet; status and joint are of the last."""
+        self.pending, self.status, self.joint = list(pending), status, joint
 
     def pack(self, output: Output, time_origin_ns: int = 0) -> Iterator[Packed]:
         """Yield the messages of one update; stamps begin with the time origin."""
@@ -59,6 +71,8 @@ class Feed:
         if self._tells_truth:
             truth = (readings.truth_position_m, readings.truth_force_n)
             yield from self._pack_pair('truth/', *times_ns, *truth)
+        if self._is_joint_due(readings.time_ns):
+            yield Packed('joint_states', readings.time_ns, self._pack_joint(readings, times_ns[1]))
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
@@ -66,6 +80,26 @@ class Feed:
         if output.status != self.status:
             self.status = output.status
             yield Packed('status', readings.time_ns, pack_uint32(int(output.status)))
+
+    def _is_joint_due(self, time_ns: int) -> bool:
+        """Return whether a period of the joint ends in the block that ends now."""
+        period_ns, before_ns = self._joint_period_ns, time_ns - self._block_ns
+        return bool(period_ns) and time_ns // period_ns > before_ns // period_ns
+
+    def _pack_joint(self, readings: Readings, stamp_ns: int) -> bytes:
+        before_ns, before_m = self.joint
+        self.joint = readings.time_ns, readings.position_m
+        period_s = (readings.time_ns - before_ns) * NANO
+        return pack_joints(
+            JointMessage(
+                stamp_ns,
+                self._frames.stage,
+                (self._joint_name,),
+                (readings.position_m,),
+                ((readings.position_m - before_m) / period_s,),
+                (readings.force_n,),
+            )
+        )
 
     def _pack_trace(self) -> bytes:
         block = np.concatenate(self.pending)

@@ -5,7 +5,7 @@ from typing import Final, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip_ros.errors import UnknownName
+from stickslip_ros.errors import UnknownName, WrongKind
 
 FLOAT64: Final = 'std_msgs/msg/Float64'
 INT32: Final = 'std_msgs/msg/Int32'
@@ -14,12 +14,15 @@ STRING: Final = 'std_msgs/msg/String'
 FLOAT64_ARRAY: Final = 'std_msgs/msg/Float64MultiArray'
 POINT_STAMPED: Final = 'geometry_msgs/msg/PointStamped'
 WRENCH_STAMPED: Final = 'geometry_msgs/msg/WrenchStamped'
+JOINT_STATE: Final = 'sensor_msgs/msg/JointState'
 
 STAMPED_FIELDS: Final = {
     POINT_STAMPED: ('x', 'y', 'z'),
     WRENCH_STAMPED: ('force.x', 'force.y', 'force.z', 'torque.x', 'torque.y', 'torque.z'),
 }
 """Numbers behind the header of each type that has one."""
+JOINT_UNITS: Final = {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
+"""Units of the numbers of a joint that slides, in their order."""
 UNITS: Final = {'voltage': 'V', 'preload': 'N', 'jog': '1/s'}
 """Units of plain numbers, by the last part of their topic: such messages carry none themselves."""
 
@@ -58,7 +61,37 @@ class StampedMessage(NamedTuple):
     values: tuple[float, ...]
 
 
-Message: TypeAlias = float | int | str | ArrayMessage | StampedMessage
+class JointMessage(NamedTuple):
+    """
+    A ``sensor_msgs/msg/JointState``.
+
+    Attributes
+    ----------
+    stamp_ns : int
+        Stamp, ns.
+    frame_id : str
+        Frame.
+    names : tuple of str
+        One name per joint.
+    positions, velocities, efforts : tuple of float
+        One number per joint, m, m/s and N of joints that slide; empty where there are none.
+
+    """
+
+    stamp_ns: int
+    frame_id: str
+    names: tuple[str, ...]
+    positions: tuple[float, ...] = ()
+    velocities: tuple[float, ...] = ()
+    efforts: tuple[float, ...] = ()
+
+    @property
+    def arrays(self) -> tuple[tuple[float, ...], ...]:
+        """The three arrays, in the order of JOINT_UNITS."""
+        return self.positions, self.velocities, self.efforts
+
+
+Message: TypeAlias = float | int | str | ArrayMessage | StampedMessage | JointMessage
 
 
 class Quantity(NamedTuple):
@@ -68,11 +101,11 @@ class Quantity(NamedTuple):
     Attributes
     ----------
     name : str
-        The field: ``x``, ``force.x``, ``data``.
+        The field: ``x``, ``force.x``, ``data``, ``velocity``.
     unit : str
         SI unit; empty for a pure number.
     place : int
-        Its place in a stamped message.
+        Its place in a message of several.
 
     """
 
@@ -81,7 +114,13 @@ class Quantity(NamedTuple):
     place: int
 
     def of(self, message: Message) -> float:
-        """Return the number."""
+        """Return the number; refuse joints of which there are several."""
+        if isinstance(message, JointMessage):
+            numbers = message.arrays[self.place]
+            if len(numbers) != 1:
+                hint = 'read a topic of one joint'
+                raise WrongKind(self.name, numbers, 'the number of one joint', hint)
+            return numbers[0]
         if isinstance(message, StampedMessage):
             return message.values[self.place]
         assert isinstance(message, (int, float))
@@ -110,6 +149,8 @@ def find_quantity(topic: str, type_name: str, field: str) -> Quantity:
     names = STAMPED_FIELDS.get(type_name, ())
     if type_name in (FLOAT64, INT32, UINT32):
         names = ('data',)
+    if type_name == JOINT_STATE:
+        names = tuple(JOINT_UNITS)
     if field not in ('', *names) or not names:
         known = ', '.join(names) or 'no numbers'
         raise UnknownName(f'field of {topic}', field, f'a {type_name} has {known}')
@@ -120,4 +161,5 @@ def find_quantity(topic: str, type_name: str, field: str) -> Quantity:
 def _unit(topic: str, field: str) -> str:
     if field == 'data':
         return UNITS.get(topic.rpartition('/')[2], '')
-    return {'force': 'N', 'torque': 'N m'}.get(field.partition('.')[0], 'm')
+    units = {'force': 'N', 'torque': 'N m', **JOINT_UNITS}
+    return units.get(field.partition('.')[0], 'm')

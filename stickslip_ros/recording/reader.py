@@ -20,6 +20,7 @@ from stickslip_ros.recording.messages import (
     FLOAT64_ARRAY,
     STRING,
     ArrayMessage,
+    JointMessage,
     Message,
     StampedMessage,
     find_quantity,
@@ -280,7 +281,7 @@ class Recording:
 
     def _time_ns(self, message: Message, at_ns: int) -> int:
         """Return the simulated time of a message of which the recording says that it came then."""
-        if RUN_RECORD in self.metadata or not isinstance(message, StampedMessage):
+        if RUN_RECORD in self.metadata or not isinstance(message, StampedMessage | JointMessage):
             return at_ns
         return message.stamp_ns - self.time_origin_ns
 

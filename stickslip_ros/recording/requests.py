@@ -106,6 +106,7 @@ def read_request(topic: Topic, data: bytes) -> Request:
             _check_layout(topic, message)
         values = array('d', message.data.tobytes())
     else:
+        assert isinstance(message, int | float)
         values = (float(message),)
     return Request(topic.request, values)
 

@@ -1,5 +1,6 @@
 """One run: a bench, and the outputs of its requests and readings: a file, a publisher."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from stickslip_ros.recording.requests import BY_TOPIC, pack_request
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, info_json, open_recorder
 from stickslip_ros.recording.topics import recorded_channels
 
-PENDING, STATUS = 'pending', 'status'
+PENDING, STATUS, JOINT = 'pending', 'status', 'joint'
 """Names of what a checkpoint holds beside the bench."""
 
 Publish = Callable[[Packed], None]
@@ -156,7 +157,11 @@ class Run:
         self._feed = Feed(parameters)
         if not self.bench.is_at_start:
             beside = self.bench.beside
-            self._feed.resume(beside.get(PENDING, []), beside.get(STATUS, self.bench.status))
+            self._feed.resume(
+                beside.get(PENDING, []),
+                beside.get(STATUS, self.bench.status),
+                beside.get(JOINT, (self.bench.time_ns, math.nan)),
+            )
         self._publish = publish
         self.record(writer)
 
@@ -175,7 +180,8 @@ class Run:
 
     def save(self) -> bytes:
         """Return a checkpoint of the bench, with what was reported and what not yet."""
-        return self.bench.save({PENDING: self._feed.pending, STATUS: self._feed.status})
+        feed = self._feed
+        return self.bench.save({PENDING: feed.pending, STATUS: feed.status, JOINT: feed.joint})
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """

@@ -21,6 +21,10 @@ _FIELDS: Final = {
     'geometry_msgs/Wrench': 'Vector3 force\nVector3 torque\n',
     'geometry_msgs/PointStamped': 'std_msgs/Header header\nPoint point\n',
     'geometry_msgs/WrenchStamped': 'std_msgs/Header header\nWrench wrench\n',
+    'sensor_msgs/JointState': (
+        'std_msgs/Header header\n'
+        'string[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n'
+    ),
 }
 
 
@@ -52,6 +56,7 @@ TYPE_HASHES: Final = {
     m.FLOAT64_ARRAY: 'RIHS01_1025ddc6b9552d191f89ef1a8d2f60f3d373e28b283d8891ddcc974e8c55397f',
     m.POINT_STAMPED: 'RIHS01_4c0296af86e01e562e9e0405d138a01537247580076c58ea38d7923ac1045897',
     m.WRENCH_STAMPED: 'RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77',
+    m.JOINT_STATE: 'RIHS01_a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e',
 }
 
 #: Definition of each type with those of the types inside it.

@@ -37,7 +37,8 @@ class Topic:
     recorded : bool
         Whether recordings hold it.
     switch : str
-        Parameter that must be true for the topic to exist; empty for one that always does.
+        Parameter that is neither false nor 0 where the topic exists; empty for one that always
+        does.
     numbers : tuple of str
         Of a command: its numbers and their units; of a table, those of a row.
     is_table : bool
@@ -112,6 +113,10 @@ TOPICS = (
     Topic('truth/force', m.WRENCH_STAMPED, STREAM,
           'true force on the load cell: wrench.force.x, N; with force, of the same stamp',
           switch='sim.publish_truth'),
+    Topic('joint_states', m.JOINT_STATE, STREAM,
+          'sim.joint_name: position, m (interferometer), velocity, m/s (change of that position '
+          'since the message before), effort, N (load cell); sim.joint_states_rate',
+          switch='sim.joint_states_rate'),
     Topic('~/status', m.UINT32, LATCHED, 'status bits, when they change'),
     Topic('~/event', m.STRING, EVENTS,
           "JSON: a command's end and its result; stamp_ns if its sender gave a stamp"),

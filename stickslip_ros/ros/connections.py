@@ -31,8 +31,8 @@ POLICIES = (QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABI
 REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, InvalidQosOverridesError)
 """What rclpy raises when it does not take an override."""
 
-SHARED = 'diagnostics'
-"""Key of the topic on which every node may publish."""
+SHARED = ('diagnostics', 'joint_states')
+"""Keys of the topics on which every node may publish."""
 EXPECTED_MAX = 64
 """Next numbers that are kept of a topic: of so many publishers, and of gaps since a report."""
 
@@ -180,7 +180,7 @@ class Connections:
             name = node.get_fully_qualified_name()
             yield f'another node is called {name} too; start one of them with -r __ns:=/other'
         for topic in READINGS:
-            if topic.key == SHARED or topic.key not in self._offered:
+            if topic.key in SHARED or topic.key not in self._offered:
                 continue
             name = self._full_name(topic)
             if node.count_publishers(name) > 1:

@@ -6,6 +6,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, Int32, String, UInt32
 from std_srvs.srv import SetBool, Trigger
 
@@ -19,6 +20,7 @@ MESSAGE_TYPES: dict[str, Any] = {
     'std_msgs/msg/UInt32': UInt32,
     'geometry_msgs/msg/PointStamped': PointStamped,
     'geometry_msgs/msg/WrenchStamped': WrenchStamped,
+    'sensor_msgs/msg/JointState': JointState,
     'diagnostic_msgs/msg/DiagnosticArray': DiagnosticArray,
     'rosgraph_msgs/msg/Clock': Clock,
 }

@@ -18,10 +18,9 @@ COUPLED = {
     'limits.soft_max',
     'load_cell.hysteresis',
     'load_cell.range',
-    'frame_id.stage',
-    'frame_id.runner',
-    'frame_id.load_cell',
 }
+NAMES = {'sim.joint_name', 'frame_id.stage', 'frame_id.runner', 'frame_id.load_cell'}
+"""Texts that are neither empty nor begin with a slash."""
 NUMBERS = {
     name: spec for name, spec in specs().items() if spec.minimum is not None and spec.kind is float
 }
@@ -34,6 +33,9 @@ PERIODS = (
 """Block, sample rate and trace period that fit into each other."""
 
 
+TEXTS = st.from_regex(r'[A-Za-z0-9_./~ #:{}\-]{0,30}', fullmatch=True)
+
+
 def value_of(spec: Spec) -> st.SearchStrategy:
     if spec.choices:
         return st.sampled_from(spec.choices)
@@ -43,13 +45,14 @@ def value_of(spec: Spec) -> st.SearchStrategy:
         return st.integers(int(spec.minimum), int(spec.maximum))
     if spec.kind is bool:
         return st.booleans()
-    return st.from_regex(r'[A-Za-z0-9_./~ #:{}\-]{0,30}', fullmatch=True)
+    return TEXTS
 
 
 @st.composite
 def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     """Draw ``{'group.name': value}`` for some parameters, all of it allowed."""
     free = {name: value_of(spec) for name, spec in specs().items() if name not in COUPLED}
+    free |= {name: TEXTS.map(lambda text: f'a{text}') for name in NAMES}
     values = draw(st.fixed_dictionaries({}, optional=free))
     if draw(st.booleans()):
         values['contact.prefactor'] = 0.0

@@ -68,6 +68,12 @@ def test_a_frame_that_tf2_would_not_take_is_refused(value):
     assert message.startswith(f'frame_id.stage {value!r} is not a name of a frame; write one such')
 
 
+@pytest.mark.parametrize('value', ['', 'a\tb'])
+def test_a_joint_without_a_name_is_refused(value):
+    message = _refusal({'sim.joint_name': value}, WrongKind)
+    assert message.startswith(f'sim.joint_name {value!r} is not a name of a joint; write one such')
+
+
 @pytest.mark.parametrize('value', [math.nan, math.inf, -math.inf])
 def test_no_quantity_takes_what_is_not_finite(value):
     for name in NUMBERS:

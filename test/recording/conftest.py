@@ -23,6 +23,7 @@ CHANNELS = (
     Channel('/stand/drive/status', m.UINT32, Qos(1, latched=True)),
     Channel('/stand/drive/event', m.STRING, Qos(10)),
     Channel('/stand/truth/position', m.POINT_STAMPED, Qos(100)),
+    Channel('/stand/joint_states', m.JOINT_STATE, Qos(10)),
 )
 
 
@@ -48,12 +49,20 @@ def _plain_wrench(message: Any) -> m.StampedMessage:
     return m.StampedMessage(_stamp_ns(header), header.frame_id, values)
 
 
+def _plain_joints(message: Any) -> m.JointMessage:
+    arrays = message.position, message.velocity, message.effort
+    positions, velocities, efforts = (tuple(map(float, each)) for each in arrays)
+    stamp_ns, frame_id = _stamp_ns(message.header), message.header.frame_id
+    return m.JointMessage(stamp_ns, frame_id, tuple(message.name), positions, velocities, efforts)
+
+
 def _plain(type_name: str, message: Any) -> str:
     """Write out what a message of any ROS library says, as `repr` does for our records."""
     kinds = {
         m.FLOAT64_ARRAY: _plain_array,
         m.POINT_STAMPED: _plain_point,
         m.WRENCH_STAMPED: _plain_wrench,
+        m.JOINT_STATE: _plain_joints,
     }
     return _written(kinds.get(type_name, lambda each: each.data)(message))
 
@@ -88,6 +97,8 @@ def _run() -> Iterator[tuple[str, int, bytes]]:
         if tick % 10 == 0:
             yield '/stand/voltage', at_ns, cdr.pack_float64(10.0 * tick)
             yield '/stand/trace', at_ns, cdr.pack_float64_array(_block(tick), COLUMNS)
+            joint = m.JointMessage(at_ns, 'base', ('runner',), (position_m,), (), (-tick,))
+            yield '/stand/joint_states', at_ns, cdr.pack_joints(joint)
     yield '/stand/command/steps', at_ns, cdr.pack_int32(-3)
     yield '/stand/drive/event', at_ns, cdr.pack_string('{"result": "SUCCEEDED"}')
 

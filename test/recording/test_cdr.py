@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_typestore
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, Int32, MultiArrayDimension, String, UInt32
 
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
@@ -31,6 +32,7 @@ ROS_TYPES = {
     m.FLOAT64_ARRAY: Float64MultiArray,
     m.POINT_STAMPED: PointStamped,
     m.WRENCH_STAMPED: WrenchStamped,
+    m.JOINT_STATE: JointState,
 }
 TEXTS = st.text(st.characters(exclude_categories=['Cs'], exclude_characters='\0'), max_size=12)
 STAMPS_NS = st.integers(-(2**31) * 10**9, 2**31 * 10**9 - 1)
@@ -62,6 +64,19 @@ def wrench_case(stamp_ns: int, frame_id: str, force: Vector, torque: Vector) -> 
     return m.WRENCH_STAMPED, cdr.pack_stamped(stamp_ns, frame_id, force + torque), message
 
 
+def joint_case(
+    stamp_ns: int, frame_id: str, names: tuple[str, ...], *numbers: tuple[float, ...]
+) -> Case:
+    message = m.JointMessage(stamp_ns, frame_id, names, *numbers)
+    return m.JOINT_STATE, cdr.pack_joints(message), message
+
+
+def joints(fewest: int) -> st.SearchStrategy[Case]:
+    names = st.lists(TEXTS, max_size=3).map(tuple)
+    numbers = st.lists(ANY_FLOATS, min_size=fewest, max_size=3).map(tuple)
+    return st.builds(joint_case, STAMPS_NS, TEXTS, names, numbers, numbers, numbers)
+
+
 def arrays(axes: int, shortest: int) -> st.SearchStrategy[Case]:
     values = hnp.arrays(
         np.float64,
@@ -80,8 +95,9 @@ FULL_CASES = st.one_of(
     arrays(2, 1),
     st.builds(point_case, STAMPS_NS, TEXTS, VECTORS),
     st.builds(wrench_case, STAMPS_NS, TEXTS, VECTORS, VECTORS),
+    joints(1),
 )
-CASES = st.one_of(FULL_CASES, arrays(1, 0), arrays(2, 0))
+CASES = st.one_of(FULL_CASES, arrays(1, 0), arrays(2, 0), joints(0))
 
 deterministic = settings(derandomize=True, deadline=None, max_examples=200)
 

@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType
 from mcap_records import WITHOUT_INDEX, foreign, foreign_numbers
 
-from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName
+from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.recording import (
     Channel,
     ChannelSummary,
@@ -107,6 +107,8 @@ def test_a_recording_without_messages_opens(tmp_path: Path):
         ('voltage', '', 'V', 100.0),
         ('status', 'data', '', 5.0),
         ('steps', '', '', -3.0),
+        ('joint_states', '', 'm', 10e-9),
+        ('joint_states', 'effort', 'N', -10.0),
         ('trace', '', 'V', 2 * 19e-3),
         ('trace', 'force', 'N', 5 * 19e-3),
     ],
@@ -117,6 +119,13 @@ def test_a_quantity_is_asked_for_by_topic_and_field(
     series = recording.series(topic, field)
     assert series.unit == unit
     assert series.value[-1] == pytest.approx(last, rel=1e-12, abs=0)
+
+
+def test_a_quantity_of_a_joint_that_the_messages_do_not_have_is_refused(recording: Recording):
+    with pytest.raises(
+        WrongKind, match=r'velocity \(\) is not the number of one joint; read a topic'
+    ):
+        recording.series('joint_states', 'velocity')
 
 
 def test_a_point_is_placed_at_its_own_stamp_and_a_number_at_its_log_time(tmp_path: Path):

@@ -85,6 +85,7 @@ def test_topics_have_the_names_in_a_recording_that_they_always_had(tmp_path):
         'waveform',
         'load',
         'preload',
+        'joint_states',
         'force',
         'trace',
         'status',

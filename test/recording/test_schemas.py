@@ -8,6 +8,7 @@ from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.context import Context
 from rclpy.node import Node
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, Int32, String, UInt32
 
 from stickslip_ros.recording import SCHEMAS, TYPE_HASHES
@@ -16,7 +17,9 @@ from stickslip_ros.recording import SCHEMAS, TYPE_HASHES
 pytestmark = pytest.mark.filterwarnings('ignore:module .sre_:DeprecationWarning')
 
 DOMAIN_ID = 93
-CLASSES = (Float64, Int32, UInt32, String, Float64MultiArray, PointStamped, WrenchStamped)
+CLASSES = (
+    Float64, Int32, UInt32, String, Float64MultiArray, PointStamped, WrenchStamped, JointState,
+)  # fmt: skip
 
 
 @pytest.fixture(scope='module')

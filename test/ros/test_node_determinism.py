@@ -155,6 +155,7 @@ def requests_of(path: Path) -> list[tuple[int, Request]]:
         elif isinstance(message, ArrayMessage):
             found.append((time_ns, Request(name, tuple(message.data))))
         else:
+            assert isinstance(message, int | float)
             found.append((time_ns, Request(name, (float(message),))))
     return found
 

@@ -81,6 +81,7 @@ def test_the_node_has_no_topics_but_the_declared_ones(stand: Any):
     assert published - every_node_has - {'/stickslip_drive/transition_event'} == {
         '/diagnostics',
         '/force',
+        '/joint_states',
         '/position',
         '/stickslip_drive/event',
         '/stickslip_drive/info',

@@ -51,6 +51,25 @@ def test_position_and_force_of_one_moment_have_equal_stamps(stand: Any):
     assert position == force
 
 
+def test_the_joint_has_position_and_force_of_the_same_moment(stand: Any):
+    operator = stand.operator
+    joint, force = operator.listen('joint_states'), operator.listen('force')
+
+    def of_all() -> list[Any]:
+        times = operator.positions.keys() & {operator.simulated_ns(each) for each in force}
+        return [each for each in joint if operator.simulated_ns(each) in times]
+
+    operator.spin_until(lambda: len(of_all()) >= 2, 'joint states with position and force')
+    forces = {operator.simulated_ns(each): each.wrench.force.x for each in force}
+    for each in of_all():
+        time_ns = operator.simulated_ns(each)
+        assert time_ns % 10_000_000 == 0
+        assert (list(each.name), each.header.frame_id) == (['runner_joint'], 'stage_base')
+        assert list(each.position) == [operator.positions[time_ns]]
+        assert list(each.effort) == [forces[time_ns]]
+        assert len(each.velocity) == 1
+
+
 @pytest.mark.parametrize('prefix', ['', 'left/'])
 def test_frames_and_unused_components_are_as_declared(start_drive: Callable, prefix: str):
     names = ('stage', 'stage_base'), ('load_cell', 'load_cell')

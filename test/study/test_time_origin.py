@@ -46,6 +46,7 @@ PARTS = {
     'record__flush_period': 0.01,
     'record__split_duration': 0.02,
 }
+STAMPED = {*m.STAMPED_FIELDS, m.JOINT_STATE}
 Record = Callable[..., Path]
 
 
@@ -90,9 +91,9 @@ def test_stamps_and_log_times_are_the_origin_and_simulated_time(
     types = recordings[0].types
     for one, other, topic in unlike_in_origin(recordings):
         assert other.log_time == other.publish_time == one.log_time + ORIGIN_NS
-        if types[topic] in m.STAMPED_FIELDS and 'command' not in topic:
+        if types[topic] in STAMPED and 'command' not in topic:
             plain, moved = (unpack(types[topic], each.data) for each in (one, other))
-            assert isinstance(plain, m.StampedMessage)
+            assert isinstance(plain, m.StampedMessage | m.JointMessage)
             assert plain.stamp_ns == one.log_time
             assert moved == plain._replace(stamp_ns=other.log_time)
 
@@ -100,7 +101,7 @@ def test_stamps_and_log_times_are_the_origin_and_simulated_time(
 def test_trace_events_status_requests_and_commands_are_the_same_bytes(
     recordings: tuple[Recording, Recording],
 ):
-    stamped = {name for name, kind in recordings[0].types.items() if kind in m.STAMPED_FIELDS}
+    stamped = {name for name, kind in recordings[0].types.items() if kind in STAMPED}
     moved = {name for name in stamped if 'command' not in name} | {'/stickslip_drive/info'}
     compared = set()
     for one, other, topic in unlike_in_origin(recordings):
@@ -133,7 +134,14 @@ def test_quantities_events_and_bits_are_the_same_to_the_last_digit(
     recordings: tuple[Recording, Recording],
 ):
     zero, system = recordings
-    for topic in ('position', 'force', 'voltage', 'truth/position', 'command/load'):
+    for topic in (
+        'position',
+        'force',
+        'voltage',
+        'joint_states',
+        'truth/position',
+        'command/load',
+    ):
         one, other = zero.series(topic), system.series(topic)
         np.testing.assert_array_equal(one.time_s, other.time_s)
         np.testing.assert_array_equal(one.value, other.value)
