@@ -17,7 +17,7 @@ from typing import Any
 from rich.console import Console
 
 from benchmarks import against, in_c, learning, lugre, octave, paper, report, scaling, speed, start
-from benchmarks.node import busy, cpu, drift, latency, lockstep, recording, soak
+from benchmarks.node import busy, cpu, drift, latency, lockstep, panel, recording, soak
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
 
@@ -42,6 +42,7 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'node-lockstep': lockstep.run,
     'node-drift': drift.run_short,
     'node-recording': recording.run,
+    'node-panel': panel.run,
 }
 LONG: dict[str, Callable[[Sizes], Outcome]] = {
     'drift': drift.run_long,

@@ -29,7 +29,7 @@ ROOT = Path(__file__).resolve().parents[1]
 TIMEOUT_S = 240.0
 """For all processes together; less than what pytest allows, so that it is told what they said."""
 TAIL_CHARACTERS = 8000
-APART = ['node-recording', 'node-lockstep', 'node-latency', 'node-drift', *LONG]
+APART = ['node-recording', 'node-lockstep', 'node-latency', 'node-drift', 'node-panel', *LONG]
 """Benchmarks that are run in a process of their own."""
 CYCLES = 10
 FEW_CYCLES = 3

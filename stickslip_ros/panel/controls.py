@@ -74,12 +74,7 @@ def lamps() -> dict[str, Any]:
     """Return what a page has of every source: status bits, choices of the picture."""
     return {
         'bits': [
-            {
-                'bit': int(bit),
-                'name': bit.name,
-                'text': bit.text,
-                'is_alarm': bool(bit & ALARMS),
-            }
+            {'bit': int(bit), 'name': bit.name, 'text': bit.text, 'is_alarm': bool(bit & ALARMS)}
             for bit in Status
         ],
         'cycles': CYCLES,
@@ -149,45 +144,27 @@ def read_fault(name: object, value: object) -> tuple[str, Any]:
 
 
 def _command(topic: Topic) -> Mapping[str, Any]:
+    name = topic.request
     return {
-        'name': topic.request,
+        'name': name,
         'text': topic.text,
-        'way': WAYS.get(topic.request, 'form'),
-        'signed': SIGNED.get(topic.request),
-        'numbers': [_number(topic.request, *_split(each)) for each in command_numbers(topic)],
+        'way': WAYS.get(name, 'form'),
+        'signed': SIGNED.get(name),
+        'numbers': [_number(name, *each.split(' ', 1)) for each in command_numbers(topic)],
     }
 
 
-def _split(label: str) -> tuple[str, str]:
-    name, _, unit = label.partition(' ')
-    return name, unit
-
-
-def _number(command: str, name: str, unit: str) -> dict[str, Any]:
+def _number(command: str, name: str, unit: str = '') -> dict[str, Any]:
     factor, shown = display_unit(unit)
     low, high = LIMITS.get((command, name), (None, None))
     start = STARTS.get((command, name), 0.0)
-    return {
-        'name': name,
-        'unit': shown,
-        'factor': factor,
-        'low': low,
-        'high': high,
-        'start': start,
-    }
+    limits = {'low': low, 'high': high, 'start': start}
+    return {'name': name, 'unit': shown, 'factor': factor, **limits}
 
 
 def _fault(name: str) -> dict[str, Any]:
     spec = specs()[name]
     factor, unit = display_unit(spec.unit)
-    return {
-        'name': name,
-        'text': spec.text,
-        'kind': spec.kind.__name__,
-        'unit': unit,
-        'factor': factor,
-        'choices': spec.choices,
-        'low': spec.minimum,
-        'high': spec.maximum,
-        'default': spec.default,
-    }
+    limits = {'low': spec.minimum, 'high': spec.maximum, 'default': spec.default}
+    kind = {'kind': spec.kind.__name__, 'choices': spec.choices}
+    return {'name': name, 'text': spec.text, 'unit': unit, 'factor': factor, **limits, **kind}

@@ -258,8 +258,10 @@ class Link:
                 wish = self._wishes.get_nowait()
             except Empty:
                 return
+            act = self._acts.get(str(wish.get('do')))
             try:
-                self._acts.get(str(wish.get('do')), _pass_over)(wish)
+                if act is not None:
+                    act(wish)
             except StickSlipError as error:
                 self.model.note(str(wish.get('name')), str(error), bad=True)
 
@@ -318,7 +320,3 @@ class Link:
             raise StickSlipError(f'not asked: {self.model.condition()[1]}')
         self.model.note(name, '')
         client.call_async(request).add_done_callback(lambda done: take(done.result()))
-
-
-def _pass_over(_: Mapping[str, Any]) -> None:
-    """Do nothing: no page of ours wishes this."""

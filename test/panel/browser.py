@@ -22,7 +22,7 @@ from stickslip_ros.testing.isolation import reserve_domain
 BIN = Path(sys.executable).parent
 NAMES = ('chromium', 'chromium-headless-shell', 'chromium-browser', 'google-chrome')
 CHROMIUM = next(filter(None, map(shutil.which, NAMES)), None)
-TIMEOUT_MS = 20_000
+TIMEOUT_MS = 60_000
 END_TIMEOUT_S = 20.0
 WIDE = ViewportSize(width=1440, height=900)
 

@@ -328,7 +328,7 @@ def test_a_recording_is_made_and_then_played_on_the_same_scope(stage: SimpleName
         end_s = float(player.locator('#events time').first.inner_text().removesuffix(' s'))
         player.locator('#seek').fill(f'{end_s:.3f}')
         expect(player.locator('#trigger')).to_contain_text('1000 Hz')
-        assert figure(player, 'voltage') >= 0.0
+        expect(lamp(player, 'AMPLIFIER_ENABLED')).to_be_visible()
         player.locator('#speed').select_option('10')
         player.get_by_role('button', name='Play').click()
         expect(player.locator('#play')).to_have_text('Pause')

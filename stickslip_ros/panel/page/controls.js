@@ -150,7 +150,8 @@ function numberField(command, { name, unit, factor, low, high, start }) {
   updates.push(() => {
     const [least, most, first] = [low, high, start].map(resolved);
     if (!field.dataset.touched && first !== null && document.activeElement !== field) field.value = shown(first);
-    const text = `${least === null ? "" : ends(least * factor, most * factor)} ${unit}`.trim();
+    const isKnown = least !== null && (most !== null || high === null);
+    const text = `${isKnown ? ends(least * factor, most * factor) : ""} ${unit}`.trim();
     if (range.textContent !== text) range.textContent = text;
   });
   field.addEventListener("input", () => { field.dataset.touched = "yes"; });

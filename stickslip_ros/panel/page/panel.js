@@ -193,9 +193,10 @@ function showFrame(data) {
     curves[name] = { x, y, base };
     at += 8 * count;
   }
-  showFigure("position", head.figures.position, NM, 1);
-  showFigure("force", head.figures.force, MN, 3);
-  showFigure("voltage", head.figures.voltage, 1, 1);
+  const none = head.scope ? "no reading" : "–";
+  showFigure("position", head.figures.position, NM, 1, none);
+  showFigure("force", head.figures.force, MN, 3, none);
+  showFigure("voltage", head.figures.voltage, 1, 1, none);
   byId("time").textContent = head.time_s.toFixed(3);
   history.draw(curves, -head.span_s, 0);
   showScope(head.scope, curves);
@@ -207,9 +208,8 @@ function showFrame(data) {
   document.body.dataset.frames = Number(document.body.dataset.frames || 0) + 1;
 }
 
-function showFigure(id, value, factor, digits) {
-  const text = value === null ? "no reading" : signed(value * factor, digits);
-  byId(id).textContent = text;
+function showFigure(id, value, factor, digits, none) {
+  byId(id).textContent = value === null ? none : signed(value * factor, digits);
 }
 
 /** Return a number with its sign, and thin spaces between thousands. */
