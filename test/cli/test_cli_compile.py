@@ -64,12 +64,6 @@ def cold_demo(run: Callable) -> Any:
     return run('demo')
 
 
-@pytest.fixture(scope='module')
-def all_compiled(run: Callable, cold_demo: Any) -> Any:
-    """Compile what the demo has not."""
-    return run('compile')
-
-
 @pytest.fixture
 def files(environment: dict[str, str]) -> Callable[[], list[Path]]:
     return lambda: sorted(Path(environment['NUMBA_CACHE_DIR']).rglob('*.nbc'))
@@ -77,17 +71,12 @@ def files(environment: dict[str, str]) -> Callable[[], list[Path]]:
 
 def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, files):
     assert cold_demo.returncode == 0, cold_demo.stderr
-    told = [int(done) for done in re.findall(OF_IDEAL, cold_demo.stderr)]
+    told = [int(done) for done in re.findall(OF_ALL, cold_demo.stderr)]
     assert told[0] == 0
     assert told == sorted(set(told))
-    assert told[-1] < IDEAL_KERNELS
+    assert told[-1] < KERNELS
     assert cold_demo.stderr.splitlines()[0] == 'starting the drive, a process of its own'
-    assert len(files()) >= IDEAL_KERNELS
-
-
-def test_all_kernels_are_those_and_what_is_compiled_later(all_compiled, files):
-    assert all_compiled.returncode == 0
-    assert len(files()) == KERNELS
+    assert len(files()) == KERNELS  # its load cell is one-sided, which an ideal drive's is not
 
 
 @pytest.mark.parametrize(
@@ -101,7 +90,7 @@ def test_all_kernels_are_those_and_what_is_compiled_later(all_compiled, files):
     ],
     ids=['compile', 'simulate', 'dead foot', 'realistic', 'sweep'],
 )
-def test_after_that_nothing_is_compiled(words, run, files, all_compiled):
+def test_after_that_nothing_is_compiled(words, run, files, cold_demo):
     before = files()
     done = run(*words)
     assert done.returncode == 0
@@ -110,7 +99,7 @@ def test_after_that_nothing_is_compiled(words, run, files, all_compiled):
     assert bool(done.stdout) == (words != ('compile',))
 
 
-def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_compiled):
+def test_what_is_missing_is_compiled_and_counted(run, environment, files, cold_demo):
     before = files()
     [lost] = [file for file in before if file.name.startswith('advance.observe-')]
     lost.unlink()
