@@ -43,16 +43,14 @@ def _quoted(text: str) -> str:
     return json.dumps(text)
 
 
-def describe(spec: Spec) -> str:
+def describe(spec: Spec, *, limits: bool = True) -> str:
     """Return one line that says what a parameter is: text, unit, bounds or choices, source."""
-    parts = [spec.text]
-    if spec.unit:
-        parts.append(f'[{spec.unit}]')
-    if spec.minimum is not None and spec.maximum is not None:
-        parts.append(f'{spec.minimum:g} to {spec.maximum:g}')
-    if spec.choices:
-        parts.append(' | '.join(spec.choices))
-    return f'{" ".join(parts)} ({spec.source})'
+    told = f'{spec.text} [{spec.unit}]' if spec.unit else spec.text
+    if limits and spec.minimum is not None and spec.maximum is not None:
+        told += f'; {spec.minimum:g} to {spec.maximum:g}'
+    if limits and spec.choices:
+        told += f'; {" | ".join(spec.choices)}'
+    return f'{told} ({spec.source})'
 
 
 def dump_yaml(parameters: Parameters, heading: str) -> str:

@@ -18,6 +18,13 @@ LATCHED = Qos(depth=1, latched=True)
 EVENTS = Qos(depth=100)
 SELDOM = Qos(depth=10)
 
+STREAMED = ('depth', 'reliability')
+"""Policies that may be overridden where the next message makes up for a lost one."""
+QUEUED = ('depth',)
+"""Those where none may be lost."""
+SET_POINTS = (m.FLOAT64, m.POINT_STAMPED, m.WRENCH_STAMPED, m.JOINT_STATE)
+"""Types of the commands that may be streamed."""
+
 
 @dataclass(frozen=True)
 class Topic:
@@ -43,6 +50,8 @@ class Topic:
         Of a command: its numbers and their units; of a table, those of a row.
     is_table : bool
         Of a command: whether it has any count of rows.
+    overridable : tuple of str
+        Policies of its quality of service that may be overridden at the start.
 
     """
 
@@ -54,6 +63,7 @@ class Topic:
     switch: str = ''
     numbers: tuple[str, ...] = ()
     is_table: bool = False
+    overridable: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -90,6 +100,7 @@ def _topic_of(command: Command) -> Topic:
         command.text,
         numbers=command.numbers,
         is_table=command.is_table,
+        overridable=STREAMED if command.interface in SET_POINTS else (),
     )
 
 
@@ -100,34 +111,40 @@ TOPICS = (
           '[until s, commands]: lockstep; run to this simulated time once so many commands came',
           recorded=False, switch='sim.lockstep', numbers=('until s', 'commands')),
     Topic('position', m.POINT_STAMPED, STREAM,
-          'interferometer: point.x, m; once per sim.block; stamp is the sample time'),
+          'interferometer: point.x, m; once per sim.block; stamp is the sample time',
+          overridable=STREAMED),
     Topic('force', m.WRENCH_STAMPED, STREAM,
-          'load cell: wrench.force.x, N, positive when the runner presses; once per sim.block'),
-    Topic('voltage', m.FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period'),
+          'load cell: wrench.force.x, N, positive when the runner presses; once per sim.block',
+          overridable=STREAMED),
+    Topic('voltage', m.FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period',
+          overridable=STREAMED),
     Topic('trace', m.FLOAT64_ARRAY, STREAM,
           'oscilloscope: rows of t[s], voltage[V], foot[m], position[m], force[N] at '
-          'trace.sample_rate; one block per trace.period'),
+          'trace.sample_rate; one block per trace.period', overridable=STREAMED),
     Topic('truth/position', m.POINT_STAMPED, STREAM,
           'true position of the runner: point.x, m; with position, of the same stamp',
-          switch='sim.publish_truth'),
+          switch='sim.publish_truth', overridable=STREAMED),
     Topic('truth/force', m.WRENCH_STAMPED, STREAM,
           'true force on the load cell: wrench.force.x, N; with force, of the same stamp',
-          switch='sim.publish_truth'),
+          switch='sim.publish_truth', overridable=STREAMED),
     Topic('joint_states', m.JOINT_STATE, STREAM,
           'sim.joint_name: position, m (interferometer), velocity, m/s (change of that position '
           'since the message before), effort, N (load cell); sim.joint_states_rate',
-          switch='sim.joint_states_rate'),
+          switch='sim.joint_states_rate', overridable=STREAMED),
     Topic('~/status', m.UINT32, LATCHED, 'status bits, when they change'),
     Topic('~/event', m.STRING, EVENTS,
-          "JSON: a command's end and its result; stamp_ns if its sender gave a stamp"),
+          "JSON: a command's end and its result; stamp_ns if its sender gave a stamp",
+          overridable=QUEUED),
     Topic('~/request', m.STRING, EVENTS,
-          'JSON: what came by service, parameter or schedule, when it took effect'),
+          'JSON: what came by service, parameter or schedule, when it took effect',
+          overridable=QUEUED),
     Topic('~/info', m.STRING, LATCHED, 'JSON: parameters, units, versions, time origin'),
     Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', SELDOM,
           'real-time factor, lateness, overruns, refusals, recorder, faults; 1 Hz of wall-clock '
           'time, and at once when a fault comes or goes', recorded=False),
     Topic('/clock', 'rosgraph_msgs/msg/Clock', SELDOM,
-          'simulated time, once per sim.block', recorded=False, switch='sim.publish_clock'),
+          'simulated time, once per sim.block', recorded=False, switch='sim.publish_clock',
+          overridable=STREAMED),
 )
 # fmt: on
 COMMAND_TOPICS = tuple(topic for topic in TOPICS if topic.is_command)

@@ -11,7 +11,6 @@ from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallba
 from rclpy.exceptions import ParameterException
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import (
-    DurabilityPolicy,
     QoSPolicyKind,
     QoSProfile,
     ReliabilityPolicy,
@@ -26,7 +25,7 @@ from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.topics import READINGS, TOPICS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile, to_qos
 
-POLICIES = (QoSPolicyKind.DEPTH, QoSPolicyKind.RELIABILITY, QoSPolicyKind.DURABILITY)
+POLICIES = {'depth': QoSPolicyKind.DEPTH, 'reliability': QoSPolicyKind.RELIABILITY}
 """What ``qos_overrides.<topic>.<publisher or subscription>.*`` may change."""
 REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, InvalidQosOverridesError)
 """What rclpy raises when it does not take an override."""
@@ -217,8 +216,12 @@ class Connections:
                 if topic.is_command
                 else PublisherEventCallbacks(incompatible_qos=note)
             ),
-            'qos_overriding_options': QoSOverridingOptions(POLICIES, callback=_check_profile),
         }
+        if topic.overridable:
+            policies = [POLICIES[name] for name in topic.overridable]
+            options['qos_overriding_options'] = QoSOverridingOptions(
+                policies, callback=_check_profile
+            )
         message_type, profile = MESSAGE_TYPES[topic.type_name], to_profile(topic.qos)
         try:
             if not topic.is_command:
@@ -252,12 +255,7 @@ def _check_profile(profile: QoSProfile) -> SetParametersResult:
     """Refuse a quality of service that the drive cannot offer."""
     if profile.depth < 1:
         return SetParametersResult(successful=False, reason=f'depth {profile.depth} is below 1')
-    for value, allowed in (
-        (profile.reliability, (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT)),
-        (profile.durability, (DurabilityPolicy.VOLATILE, DurabilityPolicy.TRANSIENT_LOCAL)),
-    ):
-        if value not in allowed:
-            words = ' or '.join(each.name.lower() for each in allowed)
-            reason = f'{value.name.lower()} is not {words}'
-            return SetParametersResult(successful=False, reason=reason)
+    if profile.reliability not in (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT):
+        reason = f'{profile.reliability.name.lower()} is not reliable or best_effort'
+        return SetParametersResult(successful=False, reason=reason)
     return SetParametersResult(successful=True)

@@ -31,8 +31,9 @@ SIM_TIME, CLOCK = 'use_sim_time', 'sim.publish_clock'
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:
-    """Return the ROS descriptor of a parameter: description, range, read_only."""
-    descriptor = ParameterDescriptor(description=describe(spec), read_only=spec.fixed)
+    """Return the ROS descriptor of a parameter: description, range or choices, read_only."""
+    description = describe(spec, limits=False)  # tools show them as constraints
+    descriptor = ParameterDescriptor(description=description, read_only=spec.fixed)
     if spec.choices:
         descriptor.additional_constraints = f'one of {", ".join(spec.choices)}'
     if spec.minimum is None or spec.maximum is None:

@@ -77,9 +77,16 @@ def test_every_parameter_is_written_with_its_description_above_it():
 
 def test_a_description_gives_unit_bounds_and_source():
     preload = describe(spec_of('stand.preload'))
-    assert preload.endswith('[N] 0.001 to 100 (Section 2)')
+    assert preload.endswith('in the paper [N]; 0.001 to 100 (Section 2)')
     compression = describe(spec_of('record.compression'))
-    assert compression.endswith('zstd | lz4 | none (assumed)')
+    assert compression.endswith('of the chunks; zstd | lz4 | none (assumed)')
+
+
+def test_a_description_for_who_shows_limits_beside_it_leaves_them_out():
+    preload = describe(spec_of('stand.preload'), limits=False)
+    assert preload.endswith('in the paper [N] (Section 2)')
+    compression = describe(spec_of('record.compression'), limits=False)
+    assert compression == 'compression of the chunks (assumed)'
 
 
 def test_names_that_a_file_leaves_out_keep_their_defaults():

@@ -18,6 +18,11 @@ pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 BEST_EFFORT = {'qos_overrides./position.publisher.reliability': 'best_effort'}
 
 
+STREAMS = ('position', 'force', 'voltage', 'trace', 'joint_states')
+OPTIONAL = ('truth/position', 'truth/force', 'clock')
+SET_POINTS = ('voltage', 'jog', 'position', 'load', 'preload')
+
+
 def endpoint_of(stand: Any, name: str, *, published: bool) -> Any:
     node = stand.operator.node
     get = node.get_publishers_info_by_topic if published else node.get_subscriptions_info_by_topic
@@ -29,6 +34,18 @@ def endpoint_of(stand: Any, name: str, *, published: bool) -> Any:
 
     stand.operator.spin_until(look, name)
     return found[0].qos_profile
+
+
+@pytest.mark.parametrize('has_all', [False, True])
+def test_only_overrides_that_make_sense_are_listed(start_drive: Callable, has_all: bool):
+    stand = start_drive({'sim.publish_truth': has_all, 'sim.publish_clock': has_all}, wait=False)
+    named = set(stand.drive.get_parameters_by_prefix('qos_overrides'))
+    streams = STREAMS + OPTIONAL if has_all else STREAMS
+    both = [f'/{name}.publisher' for name in streams]
+    both += [f'/command/{name}.subscription' for name in SET_POINTS]
+    depths = [f'/stickslip_drive/{name}.publisher' for name in ('event', 'request')]
+    wanted = {f'{each}.depth' for each in both + depths}
+    assert named == wanted | {f'{each}.reliability' for each in both}
 
 
 def test_an_override_of_a_publisher_is_what_the_network_sees(start_drive: Callable):
@@ -84,7 +101,10 @@ def test_a_recording_keeps_the_overridden_quality_of_service(start_drive: Callab
         ('qos_overrides./position.publisher.reliability', 'perhaps'),
         ('qos_overrides./position.publisher.reliability', 'system_default'),
         ('qos_overrides./position.publisher.reliability', 3),
-        ('qos_overrides./position.publisher.durability', 'unknown'),
+        ('qos_overrides./position.publisher.durability', 'transient_local'),
+        ('qos_overrides./stickslip_drive/status.publisher.depth', 5),
+        ('qos_overrides./stickslip_drive/event.publisher.reliability', 'best_effort'),
+        ('qos_overrides./command/waveform.subscription.depth', 100),
         ('qos_overrides./position.publisher.depth', 0),
         ('qos_overrides./position.publisher.depth', -1),
         ('qos_overrides./position.publisher.depth', 'deep'),
