@@ -1,6 +1,8 @@
 """Checks of input and output files, made before the work begins."""
 
+import contextlib
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 from stickslip_ros.errors import RecordingError
@@ -89,3 +91,26 @@ def make_room(path: Path, *, is_new: bool = False) -> None:
     if path.exists() and not path.is_file():
         raise RecordingError(path, 'is a device or a pipe, not a file', 'choose another name')
     make_folder(path.parent)
+
+
+@contextlib.contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """
+    Give a file beside a path to write to, which takes its place when it is complete.
+
+    Raises
+    ------
+    RecordingError
+        If it cannot be written.
+
+    """
+    part = path.with_name(f'{path.name}.part')
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield part
+        part.replace(path)
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            part.unlink()
+        problem = f'cannot be written ({error.strerror or error})'
+        raise RecordingError(path, problem, 'choose another place') from None

@@ -1,7 +1,7 @@
 """The table of a sweep in a file: CSV, or Parquet if its package is there."""
 
-import contextlib
 import csv
+import itertools
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import Any
 
 import stickslip_ros
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import make_room, replacing
 from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
 from stickslip_ros.study.experiment import POINT_COLUMNS
 from stickslip_ros.study.extras import load_extra
@@ -18,7 +18,8 @@ from stickslip_ros.study.sweep import ASKED, COLUMNS, STOP_RULE, bare_name
 
 CSV, PARQUET = '.csv', '.parquet'
 VERSION, PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
-"""Metadata of a Parquet file."""
+"""Metadata of a Parquet file, and comment lines above the header of CSV."""
+COMMENT = '# '
 MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
 OF_A_RUN = {*COLUMNS, STOP_RULE} - {*ASKED, *MEASURED}
 """Columns that say how a run went; all that are none of these are varied parameters."""
@@ -59,7 +60,7 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
     path : Path
         The file, ``.csv`` or ``.parquet``; floats are written to the bit.
     parameters : Parameters
-        The stand, for the metadata of a Parquet file.
+        The stand, for the comment lines above, or the metadata of a Parquet file.
 
     Raises
     ------
@@ -67,29 +68,24 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
         If the file cannot be written.
 
     """
-    part = path.with_name(f'{path.name}.part')
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+    described = {VERSION: stickslip_ros.__version__, PARAMETERS: json.dumps(parameters.flat())}
+    with replacing(path) as part:
         if path.suffix == PARQUET:
-            _write_parquet(rows, part, parameters)
-        else:
-            with part.open('w', newline='', encoding='utf-8') as file:
-                writer = csv.DictWriter(file, list(rows[0]))
-                writer.writeheader()
-                writer.writerows(rows)
-        part.replace(path)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            part.unlink()
-        problem = f'cannot be written ({error.strerror or error})'
-        raise RecordingError(path, problem, 'choose another place') from None
+            _write_parquet(rows, part, described)
+            return
+        with part.open('w', newline='', encoding='utf-8') as file:
+            file.writelines(f'{COMMENT}{name}: {text}\n' for name, text in described.items())
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
 
 
 def is_sweep(path: Path) -> bool:
     """Tell by its header whether a CSV file is the table of a sweep."""
     try:
         with path.open(newline='', encoding='utf-8') as file:
-            return STOP_RULE in next(csv.reader(file), [])
+            below = itertools.dropwhile(_is_comment, file)
+            return STOP_RULE in next(csv.reader(below), [])
     except (UnicodeDecodeError, csv.Error):
         return False
 
@@ -103,7 +99,7 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
     rows : list of dict
         At least one; values are as they were written.
     described : dict of str to scalar or None
-        All parameters and the version, which only Parquet knows.
+        All parameters and the version; None of a table of an older version.
 
     Raises
     ------
@@ -113,26 +109,31 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
     """
     if path.suffix == PARQUET:
         table = read_parquet(path, AGAIN)
-        rows, described = table.to_pylist(), _described(table.schema.metadata or {})
+        metadata = table.schema.metadata or {}
+        described = _described({name.decode(): text.decode() for name, text in metadata.items()})
+        rows = table.to_pylist()
         first = 1
     else:
         with path.open(newline='', encoding='utf-8') as file:
-            rows, described = list(csv.DictReader(file)), None
-        first = 2
+            lines = list(file)
+        comments = list(itertools.takewhile(_is_comment, lines))
+        pairs = (line.removeprefix(COMMENT).partition(': ') for line in comments)
+        described = _described({name: text.strip() for name, _, text in pairs})
+        rows, first = list(csv.DictReader(lines[len(comments) :])), len(comments) + 2
     if not rows:
         raise RecordingError(path, 'has no rows', AGAIN)
     numbered = enumerate(rows, first)
     return [_checked(row, f'{path}: line {number}') for number, row in numbered], described
 
 
-def _write_parquet(rows: Sequence[Row], path: Path, parameters: Parameters) -> None:
+def _is_comment(line: str) -> bool:
+    return line.startswith(COMMENT)
+
+
+def _write_parquet(rows: Sequence[Row], path: Path, metadata: Mapping[str, str]) -> None:
     pyarrow = load_extra('a Parquet file', 'pyarrow')
     parquet = load_extra('a Parquet file', 'pyarrow.parquet')
     table = pyarrow.table({name: [row[name] for row in rows] for name in rows[0]})
-    metadata = {
-        VERSION: stickslip_ros.__version__,
-        PARAMETERS: json.dumps(parameters.flat()),
-    }
     parquet.write_table(table.replace_schema_metadata(metadata), path)
 
 
@@ -146,11 +147,10 @@ def read_parquet(path: Path, hint: str) -> Any:
         raise RecordingError(path, problem, hint) from None
 
 
-def _described(metadata: Mapping[bytes, bytes]) -> dict[str, Scalar] | None:
-    if PARAMETERS.encode() not in metadata:
+def _described(metadata: Mapping[str, str]) -> dict[str, Scalar] | None:
+    if PARAMETERS not in metadata:
         return None
-    version = metadata[VERSION.encode()].decode()
-    return {'stickslip_ros': version, **json.loads(metadata[PARAMETERS.encode()])}
+    return {'stickslip_ros': metadata[VERSION], **json.loads(metadata[PARAMETERS])}
 
 
 def _checked(row: Mapping[str, Any], where: str) -> Row:

@@ -103,7 +103,7 @@ def test_the_json_has_the_rows_of_the_file_and_the_stop_rule(capsys, tmp_path):
     assert result['file'] == str(path)
     assert result['stop_rule'] == '20 steps'
     with path.open(newline='', encoding='utf-8') as file:
-        table = list(csv.DictReader(file))
+        table = list(csv.DictReader(line for line in file if not line.startswith('#')))
     assert len(table) == len(result['rows']) == 16
     assert next(iter(table[0])) == 'load_cell.stiffness [N/m]'
     for row, texts in zip(result['rows'], table, strict=True):
@@ -129,7 +129,7 @@ def test_the_journal_of_another_sweep_is_refused_unless_fresh(capsys, tmp_path, 
     assert 'its parameters or the values of its cases are different' in capsys.readouterr().err
     assert not path.exists()
     assert sweep(*SHORT, '--fresh', '-o', str(path)) == 0
-    assert lines(path) == 5
+    assert lines(path) == 7
 
 
 @pytest.mark.parametrize(

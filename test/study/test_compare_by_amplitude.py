@@ -91,13 +91,21 @@ def test_each_preload_has_its_own_numbers_and_saturation(tables):
         assert part.threshold_b.zero_amplitude_m < part.threshold_a.zero_amplitude_m
 
 
-def test_only_parquet_tells_the_parameters_that_differ(tables):
+@pytest.mark.parametrize('suffix', ['.csv', '.parquet'])
+def test_tables_tell_the_parameters_that_differ(tables, suffix):
     folder, _ = tables
-    told = compared(folder / 'rough.parquet', folder / 'smooth.parquet').differences
-    assert [(each.name, each.a, each.b) for each in told] == [
+    comparison = compared(folder / f'rough{suffix}', folder / f'smooth{suffix}')
+    assert [(each.name, each.a, each.b) for each in comparison.differences] == [
         ('contact.profile', 'rough', 'smooth')
     ]
-    comparison = compared(folder / 'rough.csv', folder / 'smooth.csv')
+    assert comparison.b.changed == {'contact.profile': 'smooth'}
+
+
+def test_a_table_without_parameters_says_nothing_of_them(tables, tmp_path):
+    folder, _ = tables
+    lines = (folder / 'rough.csv').read_text(encoding='utf-8').splitlines(keepends=True)
+    (tmp_path / 'old.csv').write_text(''.join(lines[2:]), encoding='utf-8')
+    comparison = compared(tmp_path / 'old.csv', folder / 'smooth.csv')
     assert comparison.differences == ()
     assert comparison.a.changed is None
 
@@ -273,7 +281,11 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
     write_table(two, tmp_path / 'two.csv', stand)
     refused(other, tmp_path / 'two.csv', 'two.csv varies contact.friction, of which')
     (tmp_path / 'runs.txt').write_text('hello')
-    refused(tmp_path / 'runs.txt', other, "column 'hello' is not known")
+    refused(
+        tmp_path / 'runs.txt',
+        other,
+        'runs.txt: line 1: has no rows of numbers in its first 1 lines; save it as',
+    )
     refused(tmp_path / 'none.csv', other, 'cannot be read (No such file')
     refused(other, None, 'stands alone and is no recording')
 
@@ -281,8 +293,8 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
 @pytest.mark.parametrize(
     ('old', 'new', 'message'),
     [
-        ('force_mean_n,', 'force_mean_mn,', 'line 2: column force_mean_n has no value'),
-        (',1e-08', ',10 nm', "line 3, column amplitude_m: '10 nm' is not a finite number"),
+        ('force_mean_n,', 'force_mean_mn,', 'line 4: column force_mean_n has no value'),
+        (',1e-08', ',10 nm', "line 5, column amplitude_m: '10 nm' is not a finite number"),
         ('False', '', 'column steady has no value'),
     ],
 )

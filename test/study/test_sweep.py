@@ -9,6 +9,7 @@ import sys
 import pyarrow.parquet
 import pytest
 
+import stickslip_ros
 from stickslip_ros.contact import profile
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.parameters import spec_of
@@ -214,13 +215,18 @@ def test_an_amplitude_of_zero_is_a_drive_at_rest(stand):
     assert (row['force_mean_n'], row['step_length_m'], row['steps']) == (0.0, 0.0, 0)
 
 
-def test_csv_keeps_every_bit(short, tmp_path):
+def test_csv_keeps_every_bit_and_the_parameters(short, tmp_path):
     rows = [*run_sweep(short), {}]
     rows[-1] = {**rows[0], 'force_mean_n': math.nextafter(0.1, 1.0), 'step_length_m': -5e-324}
     path = tmp_path / 'new' / 'table.csv'
     write_table(rows, path, short.parameters)
     with path.open(newline='', encoding='utf-8') as file:
-        back = list(csv.DictReader(file))
+        version, told, *lines = file
+    back = list(csv.DictReader(lines))
+    assert version == f'# stickslip_ros.version: {stickslip_ros.__version__}\n'
+    name, _, parameters = told.removeprefix('# ').partition(': ')
+    assert name == 'stickslip_ros.parameters'
+    assert json.loads(parameters) == short.parameters.flat()
     assert list(back[0]) == ['contact.friction', *COLUMNS]
     for row, text in zip(rows, back, strict=True):
         for name, value in row.items():
