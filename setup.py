@@ -85,6 +85,7 @@ setup(
         'gym': ['gymnasium'],
         'panel': ['tornado>=6.2'],
         'parquet': ['pyarrow'],
+        'units': ['pint'],
         'test': [
             'pytest',
             'pytest-cov',
@@ -97,6 +98,7 @@ setup(
             'gymnasium',
             'playwright',
             'pyarrow',
+            'pint',
             'tornado',
         ],
         'lint': [

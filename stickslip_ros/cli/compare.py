@@ -7,6 +7,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from stickslip_ros.cli.measurement import MAP, OF_FILES, chosen_reading
 from stickslip_ros.cli.options import (
     PARAMETERS,
     WORKERS,
@@ -34,12 +35,19 @@ SECONDS_MAX = 1e12
 
 
 @verb(
-    'Compare A with B, each a recording (MCAP), a table of a sweep (CSV, Parquet) or an '
-    'experiment file (CSV, see docs/compare.md). Tables are compared by amplitude and preload, '
+    'Compare A with B, each a recording (MCAP), a table of a sweep (CSV, Parquet) or a table of '
+    'an experiment (see docs/compare.md). Tables are compared by amplitude and preload, '
     'runs over time. The word model for B runs the drive at the points of A. Without B, a '
     'recording is compared with the experiment that it carries.',
-    option('a', 'recording, table or experiment file', metavar='A'),
-    option('b', f'another one, or the word {MODEL}', metavar='B', nargs='?'),
+    option(
+        'files',
+        'A: recording or table, or several experiments by amplitude; and last B: another one, or '
+        f'the word {MODEL}',
+        metavar='FILE',
+        nargs='+',
+    ),
+    MAP,
+    OF_FILES,
     option('--report', 'write a page of HTML, to read or to print', to_path),
     either(
         option('--shift', 'add this to the times of B', float, 'SECONDS'),
@@ -60,16 +68,21 @@ SECONDS_MAX = 1e12
 )
 def compare_verb(arguments: argparse.Namespace) -> Answer:
     """Compare, write the report."""
-    _check(arguments)
+    files, b = arguments.files[:1], None
+    if len(arguments.files) > 1:
+        *files, b = arguments.files
+    _check(arguments, b)
     frequency_hz = FREQUENCY.default if arguments.frequency is None else arguments.frequency
     settings = ModelSettings(
         chosen_parameters(arguments), float(frequency_hz), arguments.steps or 0, arguments.workers
     )
+    reading = chosen_reading(arguments)
     with shown_progress('runs', quiet=arguments.json) as progress:
         comparison = compare(
-            arguments.a,
-            arguments.b,
+            files,
+            b,
             model=settings,
+            reading=reading,
             shift_s=arguments.shift,
             estimate_shift=arguments.align,
             progress=progress,
@@ -79,7 +92,7 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
     return Answer(comparison.to_json(), _parts(comparison, arguments.report))
 
 
-def _check(arguments: argparse.Namespace) -> None:
+def _check(arguments: argparse.Namespace, b: str | None) -> None:
     """Refuse what would be without effect, or fail after the work is done."""
     report, shift_s = arguments.report, arguments.shift
     if report is not None and report.suffix.lower() not in SUFFIXES:
@@ -94,7 +107,7 @@ def _check(arguments: argparse.Namespace) -> None:
         '--steps': arguments.steps,
     }
     for name, value in given.items():
-        if value and arguments.b != MODEL:
+        if value and b != MODEL:
             hint = f'write the word {MODEL} for B, or leave it away'
             raise OutOfRange(name, str(value), '', 'without effect on files', hint)
     if report is not None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from rich.table import Table
 
+from stickslip_ros.cli.measurement import MAP, OF_FILES, chosen_reading
 from stickslip_ros.cli.options import (
     PARAMETERS,
     WORKERS,
@@ -24,7 +25,7 @@ from stickslip_ros.study.fitting.coverage import Coverage, coverage_of
 from stickslip_ros.study.fitting.figure import draw_fit
 from stickslip_ros.study.fitting.fit import STARTS, Fit, fit_drive
 from stickslip_ros.study.fitting.free import FITTED_GROUPS, Free, choose_free
-from stickslip_ros.study.fitting.problem import DEFAULT_FREQUENCY_HZ, EXAMPLE, Points, read_points
+from stickslip_ros.study.fitting.problem import DEFAULT_FREQUENCY_HZ, Points, read_points
 from stickslip_ros.study.fitting.report import as_object, check_output, warnings_of, write_fit
 from stickslip_ros.study.fitting.statistics import Estimate
 from stickslip_ros.study.plotting import check_picture
@@ -32,11 +33,14 @@ from stickslip_ros.study.plotting import check_picture
 
 @verb(
     'Fit parameters of the drive to measured mean forces by weighted least squares. The points '
-    f'stand in a CSV file; {EXAMPLE}. Without standard errors the noise is estimated from the '
+    f'stand in tables (docs/compare.md) with preload, amplitude and force, maybe with frequency '
+    'and standard deviation of the force. Without standard errors the noise is estimated from the '
     'residuals. The search runs from the present values and from a Latin hypercube in the bounds; '
     f'the best minimum counts. Quantities of {", ".join(FITTED_GROUPS)} may be freed. Freeing '
     'contact.rms_height sets contact.prefactor to 0, which would hide it.',
-    option('points', 'CSV file of measured forces', to_path, 'FILE'),
+    option('points', 'tables of measured forces', to_path, 'FILE', nargs='+'),
+    MAP,
+    OF_FILES,
     option(
         '--free',
         'parameters to fit, as contact.friction,runner.damping',
@@ -88,17 +92,18 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         make_room(arguments.figure)
     if arguments.seed < 0:
         raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
-    points = read_points(arguments.points, arguments.frequency)
+    points = read_points(arguments.points, arguments.frequency, chosen_reading(arguments))
+    origin = ', '.join(path.name for path in arguments.points)
     names = [name.strip() for name in arguments.free.split(',') if name.strip()]
     starts, bounds = parse_assignments(arguments.start), parse_assignments(arguments.bounds)
     stand, free, notes = choose_free(chosen_parameters(arguments), names, starts, bounds)
     fit, coverage = _fit(stand, free, points, arguments)
     content = as_object(fit, notes, coverage)
     for path in arguments.output:
-        write_fit(path, fit, content, arguments.points.name)
+        write_fit(path, fit, content, origin)
     files = [*arguments.output]
     if arguments.figure:
-        draw_fit(fit, arguments.figure, arguments.points.name, arguments.workers)
+        draw_fit(fit, arguments.figure, origin, arguments.workers)
         files.append(arguments.figure)
     return Answer(content, [*_parts(fit, notes, coverage), *(f'file    {path}' for path in files)])
 

@@ -23,6 +23,7 @@ VERBS = {
     'simulate': 'drive the stand with a saw-tooth and report force and step length',
     'sweep': 'run the drive at every combination of values and write a table',
     'zero-amplitude': 'find the stroke below which a free runner makes no steps',
+    'import': 'read tables of instruments and spreadsheets, and write them in our form',
     'compare': 'compare runs, sweeps, experiments and the model',
     'fit': 'fit parameters of the drive to measured forces, with error bars',
     'drive': 'run the ROS 2 node (needs rclpy)',
@@ -43,6 +44,7 @@ VERBS = {
 }
 """What each verb does; its module is imported when it is asked for."""
 MODULES = {
+    'import': 'measurement',
     'zero-amplitude': 'sweep',
     'positioning': 'demo',
     **dict.fromkeys(('info', 'plot', 'recover'), 'recording'),
@@ -72,6 +74,7 @@ examples:
   stickslip panel runs/demo.mcap
   stickslip info runs/demo.mcap
   stickslip plot runs/demo.mcap --window 2ms@0.1s
+  stickslip import scope.csv --map voltage_v="CH1 (V)" -o runs/voltage.csv
   stickslip compare experiment.csv model --report runs/comparison.html
   stickslip recover runs/cut_off.mcap
   stickslip replay runs/free.mcap --set stand.preload=0.25 -o runs/what_if.mcap

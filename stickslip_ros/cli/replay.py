@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.table import Table
 
+from stickslip_ros.cli.measurement import MAP, chosen_reading
 from stickslip_ros.cli.options import PARAMETERS, chosen_values, option, switch, to_path, verb
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, table
 from stickslip_ros.errors import WrongKind
@@ -21,9 +22,10 @@ from stickslip_ros.units import MN, NM
 @verb(
     'Without --set, the requests of a recording give the same data again, byte for byte; the exit '
     'status is 1 if they do not. With --set or --params they answer what another stand would have '
-    'done. A table of voltages or strokes over time (CSV, Parquet, or a topic of an MCAP file) is '
-    'played as a waveform.',
-    option('file', 'recording, or table with time_s and voltage_v', to_path),
+    'done. A table of voltages or strokes over time (see docs/compare.md; or Parquet, or a topic '
+    'of an MCAP file) is played as a waveform.',
+    option('file', 'recording, or table of voltages', to_path),
+    MAP,
     option('-o --output', 'recording to write', to_path),
     option('--topic', 'topic of an MCAP file that gives the voltage', metavar='NAME', default=''),
     option('--field', 'field or column of that topic, as voltage', metavar='NAME', default=''),
@@ -65,7 +67,12 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
             raise WrongKind('--output', 'nothing', 'a file', hint)
         stand = Parameters().updated(changes)
         given = read_drive_input(
-            arguments.file, stand, arguments.topic, arguments.field, is_stroke=arguments.stroke
+            arguments.file,
+            stand,
+            arguments.topic,
+            arguments.field,
+            is_stroke=arguments.stroke,
+            reading=chosen_reading(arguments),
         )
         return replay_input(given, output, stand, progress=show)
 

@@ -141,13 +141,15 @@ def spec_of(name: str) -> Spec:
     return find(_SPECS, name, 'see docs/interface.md')
 
 
-def parse_assignments(assignments: Iterable[str]) -> dict[str, str]:
-    """Split ``group.name=value`` texts, as given to ``--set``; WrongKind without a ``=``."""
+def parse_assignments(
+    assignments: Iterable[str], form: str = '--set group.name=value'
+) -> dict[str, str]:
+    """Split ``name=value`` texts, which an option takes in a ``form``; WrongKind without ``=``."""
     pairs: dict[str, str] = {}
     for text in assignments:
         name, equals, value = text.partition('=')
         if not equals:
-            raise WrongKind('--set', text, 'an assignment', 'write --set group.name=value')
+            raise WrongKind(form.partition(' ')[0], text, 'an assignment', f'write {form}')
         pairs[name.strip()] = value.strip()
     return pairs
 

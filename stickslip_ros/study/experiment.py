@@ -1,24 +1,43 @@
-"""Experiment files: CSV with units in the header, refused by line, column and value."""
+"""Experiments: measured tables as laboratories have them, read into the columns of one form."""
 
-import csv
-import difflib
+import dataclasses
 import io
-import itertools
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.files import read_bytes
+from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind, quoted
+from stickslip_ros.files import read_bytes, replacing
 from stickslip_ros.parameters import Spec, spec_of
+from stickslip_ros.stopping import heed_stop
+from stickslip_ros.study.extras import load_extra
 from stickslip_ros.study.sweep import AMPLITUDE, FREQUENCY
+from stickslip_ros.study.table_columns import (
+    SIGMA,
+    Column,
+    find_columns,
+    listed,
+    map_hint,
+    suggestion,
+    understood,
+    unit_question,
+)
+from stickslip_ros.study.table_layout import HEAD_BYTES, Layout, layout_of, to_number
 
+Lines = NDArray[np.intp]
+"""Lines of a file, from 1, in which the rows stand."""
 BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
-COMMENT, SIGMA = '#', '_sigma_'
+CHUNK_ROWS = 100_000
+"""Rows that are read at once: what is kept aside needs memory for so many only."""
+ONE_EACH = 'give one value per column; with decimal commas separate columns by semicolons'
+LARGEST_AMPLITUDE_M = 1e-3
+"""Ten times what a piezo stack of ordinary length reaches: above, the unit was another one."""
 
 
 def _measured(unit: str, text: str, largest: float) -> Spec:
@@ -31,7 +50,7 @@ def _sigma(unit: str, text: str) -> Spec:
 
 POINT_COLUMNS: Mapping[str, Spec] = {
     'preload_n': spec_of('stand.preload'),
-    'amplitude_m': AMPLITUDE,
+    'amplitude_m': dataclasses.replace(AMPLITUDE, maximum=LARGEST_AMPLITUDE_M),
     'frequency_hz': FREQUENCY,
     'force_n': _measured('N', 'generated force, mean over a cycle', 1e3),
     'step_length_m': _measured('m', 'net motion per cycle of a free runner', 1.0),
@@ -73,7 +92,11 @@ class Experiment:
     columns : dict of str to array, shape (rows,)
         Finite numbers in SI units, by column.
     notes : tuple of str
-        Lines that began with ``#``, in front of the header.
+        Comment lines in front of the header.
+    understood : tuple of Column
+        Which column of the file is which, in which unit.
+    aside : tuple of str
+        Headers of the columns that were not read.
 
     """
 
@@ -81,117 +104,334 @@ class Experiment:
     kind: str
     columns: dict[str, Array]
     notes: tuple[str, ...] = ()
+    understood: tuple[Column, ...] = ()
+    aside: tuple[str, ...] = ()
 
 
-def sigma_name(name: str) -> str:
-    """Return the column with the uncertainty of another one, ``force_sigma_n`` of ``force_n``."""
-    stem, _, unit = name.rpartition('_')
-    return f'{stem}{SIGMA}{unit}'
-
-
-def read_experiment(path: Path) -> Experiment:
+@dataclass(frozen=True)
+class Reading:
     """
-    Read an experiment file.
+    What a user says of tables that do not say it themselves.
+
+    Attributes
+    ----------
+    headers : mapping of str to str
+        Header in the file of some columns, ``{'force_n': 'Force (mN)'}``; the unit in it counts
+        more than that of the file.
+    preloads_n : sequence of float
+        Preloads of tables without such a column: one of each table, or one of all.
+    report : callable, optional
+        Receives each experiment when it has been read, before anything is computed.
+
+    Raises
+    ------
+    UnknownName
+        If a column is none of an experiment.
+
+    """
+
+    headers: Mapping[str, str] = field(default_factory=dict)
+    preloads_n: Sequence[float] = ()
+    report: Callable[[Experiment], None] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the names of columns and the preloads."""
+        for name in self.headers:
+            if name not in {**POINT_COLUMNS, **TIME_COLUMNS}:
+                known = (
+                    f'by amplitude {", ".join(POINT_COLUMNS)}; over time {", ".join(TIME_COLUMNS)}'
+                )
+                raise UnknownName('column of --map', name, f'known are, {known}')
+        for preload_n in self.preloads_n:
+            POINT_COLUMNS['preload_n'].check('--preload', preload_n)
+
+    def preload_n(self, number: int) -> float | None:
+        """Return the preload of the table with a number, from 0."""
+        given = self.preloads_n
+        if len(given) == 1:
+            return given[0]
+        return given[number] if number < len(given) else None
+
+
+AS_IT_IS = Reading()
+
+
+def read_experiment(
+    path: Path,
+    reading: Reading = AS_IT_IS,
+    *,
+    number: int = 0,
+    kind: str | None = None,
+    measured: Sequence[str] = (),
+) -> Experiment:
+    """
+    Read a measured table, of which the header is judged first.
+
+    Parameters
+    ----------
+    path : Path
+        Text in columns, as docs/compare.md says.
+    reading : Reading
+        What the table does not say itself.
+    number : int
+        Which of several tables it is, from 0.
+    kind : str, optional
+        BY_AMPLITUDE or OVER_TIME, if only one will do.
+    measured : sequence of str
+        Columns of which at least one must be there; all that can be measured if none is named.
 
     Raises
     ------
     StickSlipError
-        If it cannot be read or is not as docs/compare.md says; names line, column and value.
+        If it cannot be read or leaves something to guess; names file, line, and what to do.
 
     """
-    return parse_experiment(read_bytes(path, 'check the path'), str(path))
+    head = read_bytes(path, 'check the path', HEAD_BYTES)
+    is_whole = len(head) < HEAD_BYTES
+    return _read(path, head, str(path), reading, number, kind, measured, is_whole=is_whole)
 
 
-def parse_experiment(content: bytes, origin: str) -> Experiment:
+def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -> Experiment:
     """Do what ``read_experiment`` does, with the content of a file."""
-    try:
-        text = content.decode('utf-8-sig')
-    except UnicodeDecodeError as error:
-        problem = f'byte {error.start} is not UTF-8'
-        raise RecordingError(origin, problem, 'save it as CSV in UTF-8') from None
-    lines = text.splitlines()
-    notes = list(itertools.takewhile(lambda line: line.startswith(COMMENT), lines))
-    rows = _rows(text, len(notes), origin)
-    number, header = next(rows, (1, []))
-    names = [name.strip() for name in header]
-    kind = OVER_TIME if 'time_s' in names else BY_AMPLITUDE
-    _check_header(names, kind, f'{origin}: line {number}')
-    numbered = list(rows)
-    if not numbered:
-        raise RecordingError(origin, 'has no values below its header', 'give at least one row')
-    columns = {}
-    for index, name in enumerate(names):
-        spec = COLUMNS[kind][name]
-        values = [
-            _number(cells[index], spec, f'{origin}: line {line}, column {name}:')
-            for line, cells in numbered
-        ]
-        columns[name] = np.array(values, dtype=np.float64)
+    is_whole = len(content) <= HEAD_BYTES
+    head = content[:HEAD_BYTES]
+    return _read(io.BytesIO(content), head, origin, reading, 0, None, (), is_whole=is_whole)
+
+
+def read_joined(
+    paths: Sequence[Path], reading: Reading = AS_IT_IS, measured: Sequence[str] = ()
+) -> Experiment:
+    """
+    Read tables by amplitude, one below the other.
+
+    Raises
+    ------
+    StickSlipError
+        If one cannot be read, or they do not have the same columns.
+
+    """
+    parts = [
+        read_experiment(path, reading, number=at, kind=BY_AMPLITUDE, measured=measured)
+        for at, path in enumerate(paths)
+    ]
+    names = list(parts[0].columns)
+    for part in parts:
+        for name in dict.fromkeys([*names, *part.columns]):
+            if name not in part.columns or name not in names:
+                without = part if name in names else parts[0]
+                hint = 'give files with the same columns'
+                raise RecordingError(without.origin, f'has no {name}, as another file has', hint)
+    return Experiment(
+        origin=', '.join(part.origin for part in parts),
+        kind=BY_AMPLITUDE,
+        columns={name: np.concatenate([part.columns[name] for part in parts]) for name in names},
+        notes=tuple(note for part in parts for note in part.notes),
+    )
+
+
+def write_experiment(experiment: Experiment, path: Path) -> None:
+    """
+    Write an experiment as CSV with our columns in SI units; floats to the bit.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be written.
+
+    """
+    pandas = load_extra('a table', 'pandas')
+    with replacing(path) as part, part.open('w', encoding='utf-8', newline='') as file:
+        file.writelines(f'# {note}\n' for note in experiment.notes)
+        pandas.DataFrame(experiment.columns).to_csv(file, index=False, lineterminator='\n')
+
+
+def _read(
+    source: Path | io.BytesIO,
+    head: bytes,
+    origin: str,
+    reading: Reading,
+    number: int,
+    kind: str | None,
+    measured: Sequence[str],
+    *,
+    is_whole: bool,
+) -> Experiment:
+    layout = layout_of(head, origin, is_whole=is_whole)
+    where = f'{origin}: line {layout.header or layout.first}'
+    kind = kind or _kind(layout, reading, where)
+    names, aside = find_columns(layout, COLUMNS[kind], reading.headers, where)
+    preload_n = reading.preload_n(number) if kind == BY_AMPLITUDE else None
+    if preload_n is not None and 'preload_n' in names:
+        hint = 'leave --preload away, or give as many as there are files'
+        raise RecordingError(where, f'names a preload, and --preload {preload_n:g} too', hint)
+    given = [*names] if preload_n is None else ['preload_n', *names]
+    _check_there(given, kind, measured or MEASURED[kind], aside, where)
+    chosen = understood(names, layout, COLUMNS[kind], where)
+    values, lines = _numbers(source, layout, chosen, origin)
+    if not len(lines):
+        raise RecordingError(where, 'has no values below its header', 'give at least one row')
+    for column in chosen:
+        _check_values(column, values[column.name], lines, COLUMNS[kind][column.name], origin)
     if kind == OVER_TIME:
-        _check_rising(columns['time_s'], [line for line, _ in numbered], origin)
-    return Experiment(origin, kind, columns, tuple(note.lstrip('# ').rstrip() for note in notes))
+        _check_rising(values['time_s'], lines, origin)
+    if preload_n is not None:
+        values = {'preload_n': np.full(len(lines), preload_n), **values}
+    firsts = [dataclasses.replace(each, first=float(values[each.name][0])) for each in chosen]
+    notes = (*layout.notes, *(f'column {quoted(each)} was kept aside' for each in aside))
+    experiment = Experiment(origin, kind, values, notes, tuple(firsts), tuple(aside))
+    if reading.report is not None:
+        reading.report(experiment)
+    return experiment
 
 
-def _rows(text: str, skipped: int, origin: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and the values of each line that is not empty, header first."""
-    lines = io.StringIO(''.join(text.splitlines(keepends=True)[skipped:]), newline='')
-    reader = csv.reader(lines, strict=True)
-    width = 0
-    try:
-        for row in reader:
-            if not any(cell.strip() for cell in row):
-                continue
-            number = skipped + reader.line_num
-            width = width or len(row)
-            if len(row) != width:
-                problem = f'line {number} has {len(row)} values, the header {width} columns'
-                raise RecordingError(origin, problem, 'give one value per column')
-            yield number, row
-    except csv.Error as error:
-        problem = f'line {skipped + reader.line_num} is not CSV ({error})'
-        raise RecordingError(origin, problem, 'separate plain numbers with commas') from None
+def _kind(layout: Layout, reading: Reading, where: str) -> str:
+    """Return whether a table is over time or by amplitude, by its columns."""
+    for kind, tells in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
+        specs = {name: COLUMNS[kind][name] for name in tells}
+        if find_columns(layout, specs, reading.headers, where)[0]:
+            return kind
+    problem = f'columns {listed(filter(None, layout.names))} tell neither a time nor an amplitude'
+    example = next(filter(None, layout.names))
+    hint = f'which one is it? {map_hint("time_s", example, "s")}, or --map amplitude_m=…'
+    raise RecordingError(where, problem, hint)
 
 
-def _check_header(names: Sequence[str], kind: str, where: str) -> None:
-    specs = COLUMNS[kind]
-    for index, name in enumerate(names):
-        if name not in specs:
-            raise RecordingError(where, f'column {name!r} is not known', _hint(name, specs))
-        if name in names[:index]:
-            raise RecordingError(where, f'column {name!r} comes twice', 'take one of them away')
-    for name in NEEDED[kind]:
-        if name not in names:
-            unit = specs[name].unit
-            raise RecordingError(where, f'column {name!r} is missing', f'add it, in {unit}')
-    if not set(MEASURED[kind]) & set(names):
-        choices = ', '.join(MEASURED[kind])
-        raise RecordingError(where, 'nothing was measured', f'add at least one of {choices}')
+def _check_there(
+    names: Sequence[str], kind: str, measured: Sequence[str], aside: Sequence[str], where: str
+) -> None:
+    """Refuse a header that lacks a column, and ask which one it may be."""
+    missing: list[tuple[str, ...]] = [(name,) for name in NEEDED[kind] if name not in names]
+    if not set(measured) & set(names):
+        missing.append(tuple(measured))
+    for each in missing[:1]:
+        problem = f'there is no {" or ".join(each)}'
+        name, hint = each[0], f'add it, in {COLUMNS[kind][each[0]].unit}'
+        if aside:
+            problem += f'; not understood: {listed(aside)}'
+            name, option = suggestion(each, aside, COLUMNS[kind])
+            hint = f'say which column it is, as {option}'
+        if name == 'preload_n':
+            hint += ', or give the preload of the file in N, as --preload 0.5'
+        raise RecordingError(where, problem, hint)
     for name in names:
-        if SIGMA in name and name.replace(SIGMA, '_') not in names:
-            of_what = name.replace(SIGMA, '_')
+        of_what = name.replace(SIGMA, '_')
+        if of_what not in names:
             raise RecordingError(where, f'{name!r} is there without {of_what!r}', 'add that one')
 
 
-def _hint(name: str, specs: Mapping[str, Spec]) -> str:
-    """Say how a column may have been meant: most often in another unit."""
-    if ';' in name or '\t' in name:
-        return 'separate columns with commas, and write decimals with a point'
-    stem = re.split(r'[^a-z]', name.lower())[0]
-    close = difflib.get_close_matches(name, specs, 1)
-    for known in [each for each in specs if stem and each.startswith(stem)] or close:
-        return f'give it in {specs[known].unit} under the name {known!r}'
-    return f'take it away; known are {", ".join(specs)}'
+def _numbers(
+    source: Path | io.BytesIO, layout: Layout, chosen: Sequence[Column], origin: str
+) -> tuple[dict[str, Array], Lines]:
+    """Return the columns in SI units, and the line of each row; blank lines are no rows."""
+    parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
+    lines = []
+    for first, chunk in _chunks(source, layout, origin):
+        heed_stop()
+        _check_unnamed(chunk, first, layout, origin)
+        kept = chunk.iloc[:, [column.index for column in chosen]].notna().any(axis=1).to_numpy()
+        lines.append(first + np.flatnonzero(kept))
+        for column in chosen:
+            cells = chunk[column.index][kept]
+            values = _to_floats(cells, lines[-1], layout.decimal, column, origin)
+            parts[column.name].append(_scaled(values, column.factor))
+    return {name: np.concatenate(each) for name, each in parts.items()}, np.concatenate(lines)
 
 
-def _number(text: str, spec: Spec, where: str) -> float:
-    value = float(spec.check(where, text.strip()))
-    if spec.minimum == 0.0 and spec.maximum is None and value == 0.0:
-        hint = 'give the standard deviation, or take the column away'
-        raise OutOfRange(where, value, spec.unit, 'not above 0', hint)
-    return value
+def _check_unnamed(chunk: Any, first: int, layout: Layout, origin: str) -> None:
+    """Refuse a row that goes on behind the last column with a name."""
+    named = max(at for at, name in enumerate(layout.names) if name)
+    beyond = np.flatnonzero(chunk.iloc[:, named + 1 :].notna().any(axis=1).to_numpy())
+    if len(beyond):
+        problem = f'has more values than the {named + 1} columns with names'
+        raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_EACH)
 
 
-def _check_rising(time_s: Array, lines: Sequence[int], origin: str) -> None:
+def _chunks(source: Path | io.BytesIO, layout: Layout, origin: str) -> Iterator[tuple[int, Any]]:
+    """Yield the line and the cells, as a frame of pandas, of some rows after the other."""
+    pandas = load_extra('a table', 'pandas')
+    line = layout.first
+    try:
+        with pandas.read_csv(
+            source,
+            sep=layout.delimiter,
+            decimal=layout.decimal,
+            encoding=layout.encoding,
+            skiprows=layout.first - 1,
+            header=None,
+            names=range(len(layout.names)),
+            skip_blank_lines=False,
+            skipinitialspace=True,
+            keep_default_na=False,
+            na_values=[''],
+            float_precision='round_trip',
+            chunksize=CHUNK_ROWS,
+        ) as chunks:
+            for chunk in chunks:
+                yield line, chunk
+                line += len(chunk)
+    except pandas.errors.ParserError as error:
+        raise RecordingError(*_fault(str(error), layout, origin)) from None
+    except UnicodeDecodeError as error:
+        problem = f'is not {layout.encoding} throughout (byte {error.object[error.start]:#x})'
+        raise RecordingError(f'{origin}: after line {line}', problem, 'save it in UTF-8') from None
+
+
+def _fault(told: str, layout: Layout, origin: str) -> tuple[str, str, str]:
+    """Return place, problem and hint of what pandas refuses to split into columns."""
+    if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', told):
+        problem = f'has {found[3]} values, the lines above {found[1]}'
+        return f'{origin}: line {found[2]}', problem, ONE_EACH
+    if found := re.search(r'EOF inside string starting at row (\d+)', told):
+        where = f'{origin}: line {layout.first + int(found[1])}'
+        return where, 'begins a quotation that does not end', 'take the quotation mark away'
+    return f'{origin}: below line {layout.first}', f'is no table ({told})', 'save it again as CSV'
+
+
+def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
+    """Return cells as numbers; refuse the first that is none."""
+    if cells.dtype.kind in 'iuf':
+        values = cells.to_numpy(dtype=np.float64)
+    else:
+        values = np.array([to_number(str(cell), decimal) for cell in cells])
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if len(wrong):
+        [cell] = cells.iloc[wrong[:1]].fillna('')
+        where = _place(origin, lines[wrong[0]], column)
+        raise WrongKind(where, str(cell), 'a finite number', 'correct the row or take it away')
+    return np.asarray(values)
+
+
+def _place(origin: str, line: int, column: Column) -> str:
+    return f'{origin}: line {line}, column {column.header or column.name}:'
+
+
+def _scaled(values: Array, factor: float) -> Array:
+    """Return values in SI; 60 nm become the number that 60e-9 is, as a division rounds once."""
+    divisor = round(1.0 / factor)
+    return values / divisor if divisor and divisor * factor == 1.0 else values * factor
+
+
+def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origin: str) -> None:
+    """Refuse the first value outside of its limits; too large a one may have another unit."""
+    below = values < (-np.inf if spec.minimum is None else spec.minimum)
+    above = values > (np.inf if spec.maximum is None else spec.maximum)
+    is_sigma = SIGMA in column.name
+    wrong = np.flatnonzero(below | above | (is_sigma & (values == 0.0)))
+    if not len(wrong):
+        return
+    value = float(values[wrong[0]])
+    where = _place(origin, lines[wrong[0]], column)
+    if above[wrong[0]]:
+        limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
+        hint = unit_question(column.name, column.header, spec)
+    elif is_sigma:
+        limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
+    else:
+        limit, hint = f'below the minimum {spec.minimum:g} {spec.unit}', 'correct the row'
+    raise OutOfRange(where, value, spec.unit, limit, hint)
+
+
+def _check_rising(time_s: Array, lines: Lines, origin: str) -> None:
     wrong = np.flatnonzero(np.diff(time_s) <= 0.0)
     if len(wrong):
         index = int(wrong[0]) + 1

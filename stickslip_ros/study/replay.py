@@ -26,7 +26,7 @@ from stickslip_ros.recording.topics import recorded_channels
 from stickslip_ros.sources import sources_digest
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.batch import Progress
-from stickslip_ros.study.experiment import read_experiment
+from stickslip_ros.study.experiment import AS_IT_IS, OVER_TIME, Reading, read_experiment
 from stickslip_ros.study.sweep_table import PARQUET, read_parquet
 from stickslip_ros.units import NANO, NS_PER_S
 
@@ -304,7 +304,13 @@ def is_run(path: Path) -> bool:
 
 
 def read_drive_input(
-    path: Path, stand: Parameters, topic: str = '', field: str = '', *, is_stroke: bool = False
+    path: Path,
+    stand: Parameters,
+    topic: str = '',
+    field: str = '',
+    *,
+    is_stroke: bool = False,
+    reading: Reading = AS_IT_IS,
 ) -> DriveInput:
     """
     Read a voltage, or a stroke, over time.
@@ -312,13 +318,15 @@ def read_drive_input(
     Parameters
     ----------
     path : Path
-        CSV as docs/compare.md says, Parquet with the same columns, or an MCAP file.
+        Table as docs/compare.md says, Parquet with our columns, or an MCAP file.
     stand : Parameters
         Gives the gain that turns strokes into voltages.
     topic, field : str
         Of an MCAP file: where the numbers are.
     is_stroke : bool
         Whether that topic gives a stroke in m, from the lowest voltage on.
+    reading : Reading
+        What a table does not say itself.
 
     Raises
     ------
@@ -337,7 +345,8 @@ def read_drive_input(
         names = [name for name in (TIME, VOLTAGE, FOOT) if name in table.column_names]
         columns = {name: np.asarray(table[name].to_numpy(), dtype=float) for name in names}
     else:
-        columns = read_experiment(path).columns
+        needed = (VOLTAGE, FOOT)
+        columns = read_experiment(path, reading, kind=OVER_TIME, measured=needed).columns
     return _as_input(path, columns, stand)
 
 

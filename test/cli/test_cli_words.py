@@ -45,7 +45,8 @@ NAMES = list(parsers())
         (('contact', '--normal-force', '0.1'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
         (('recover', '--help'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
         (('plot', '--help'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
-        (('simulate', '--help'), ('matplotlib', 'rclpy')),
+        (('simulate', '--help'), ('matplotlib', 'rclpy', 'pandas', 'pint')),
+        (('compare', 'a.csv', 'b.csv'), ('rclpy', 'pandas', 'pint')),
     ],
 )
 def test_a_verb_imports_no_more_than_it_needs(words: tuple[str, ...], spared: tuple[str, ...]):
@@ -337,7 +338,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(
 
 def test_a_long_value_is_quoted_in_part(capsys: Any, tmp_path: Path):
     file = tmp_path / 'nothing.csv'
-    file.write_bytes(bytes(40_000))
+    file.write_text(f'{"x" * 40_000},b\n1,2\n')
     assert main(['compare', str(file), 'model']) == 2
     [line] = capsys.readouterr().err.splitlines()
     assert len(line) < 600 + len(str(file))

@@ -11,8 +11,8 @@ from stickslip_ros.study.experiment import (
     TIME_COLUMNS,
     parse_experiment,
     read_experiment,
-    sigma_name,
 )
+from stickslip_ros.study.table_columns import sigma_name
 
 POINTS = 'preload_n,amplitude_m,force_n\n'
 TIMES = 'time_s,position_m\n'
@@ -54,58 +54,69 @@ def test_every_uncertainty_belongs_to_a_column():
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('', "exp.csv: line 1: column 'preload_n' is missing; add it, in N"),
-        ('# note\n', "exp.csv: line 1: column 'preload_n' is missing"),
-        (POINTS, 'exp.csv: has no values below its header; give at least one row'),
-        ('preload_n,force_n\n1,2\n', "line 1: column 'amplitude_m' is missing; add it, in m"),
-        ('preload_n,amplitude_m\n1,2\n', 'nothing was measured; add at least one of force_n'),
-        ('time_s\n1\n', 'nothing was measured; add at least one of position_m, force_n'),
+        ('', 'exp.csv: line 1: has no rows of numbers in its first 1 lines; save it as text'),
+        (POINTS, 'exp.csv: line 1: has no rows of numbers in its first 2 lines'),
+        ('preload_n,force_n\n1,2\n', 'line 1: there is no amplitude_m; add it, in m'),
+        ('preload_n,amplitude_m\n1,2\n', 'there is no force_n or step_length_m; add it, in N'),
+        ('time_s,temp\n1,2\n', 'no position_m or force_n or voltage_v or foot_m; not under'),
         (
-            'preload_n,amplitude_nm,force_n\n1,60,2\n',
-            "line 1: column 'amplitude_nm' is not known; give it in m under the name 'amplitude_m",
+            'Stroke (nm),F (mN)\n60,2\n',
+            'there is no preload_n; add it, in N, or give the preload of the file in N, as --prel',
         ),
         (
-            'preload_n,amplitude_m,Force [mN]\n1,6e-8,2\n',
-            "column 'Force [mN]' is not known; give it in N under the name 'force_n'",
+            'Time (s),Force (V)\n0,1\n',
+            'say which column it is, as --map force_n="Force (0.05 N)"',
         ),
-        ('time_ms,force_n\n1,2\n', "column 'time_ms' is not known; take it away; known are"),
-        ('time_s,amplitude_m\n1,2\n', "column 'amplitude_m' is not known; take it away"),
-        ('preload_n;amplitude_m;force_n\n', 'separate columns with commas, and write decimals'),
-        ('preload_n,,force_n\n1,2,3\n', "column '' is not known; take it away"),
+        ('Time (s),CH1 (V)\n0,1\n', 'say which column it is, as --map voltage_v="CH1 (V)"'),
         (
-            'preload_n,amplitude_m,force_n,force_n\n1,6e-8,2,2\n',
-            "line 1: column 'force_n' comes twice; take one of them away",
+            't,load\n0,1\n',
+            's, mN? give it by --map time_s="t (s)" --map force_n="load (mN)"',
+        ),
+        ('0 1\n1 2\n', "line 1: columns '1', '2' tell neither a time nor an amplitude; which"),
+        (
+            'preload_n,amplitude_m,force_n,Force (mN)\n1,6e-8,2,2\n',
+            "columns 'force_n' and 'Force (mN)' may both be force_n; choose one: --map force_n=",
         ),
         (
             'preload_n,amplitude_m,force_n,step_length_sigma_m\n1,6e-8,2,2\n',
             "'step_length_sigma_m' is there without 'step_length_m'; add that one",
         ),
-        (f'# a\n{POINTS}1,6e-8,2\n1,6e-8\n', 'exp.csv: line 4 has 2 values, the header 3 columns'),
-        (f'{POINTS}1,6e-8,0,05\n', 'line 2 has 4 values, the header 3 columns; give one value'),
+        (f'# a\n{POINTS}1,6e-8,2\n1,6e-8\n', "line 4, column force_n: '' is not a finite number"),
+        (
+            f'{POINTS}1,6e-8,0,05\n',
+            'line 2: has 4 values, the header in line 1 3 names; name every column; with decimal',
+        ),
+        (
+            f'{POINTS}1,6e-8,2\n1,6e-8,0,05\n',
+            'line 3: has 4 values, the lines above 3; give one value per column; with decimal',
+        ),
+        (
+            'preload_n,amplitude_m,force_n,\n1,6e-8,2,\n1,6e-8,0,05\n',
+            'line 3: has more values than the 3 columns with names; give one value per column',
+        ),
         (f'{POINTS}1,6e-8,"0,05"\n', "line 2, column force_n: '0,05' is not a finite number"),
-        (f'{POINTS}1,6e-8,\n', "line 2, column force_n: '' is not a finite number; give a number"),
+        (f'{POINTS}1,6e-8,x\n1,7e-8,2\n', "line 2, column force_n: 'x' is not a finite number"),
         (f'{POINTS}1,6e-8,nan\n', "line 2, column force_n: 'nan' is not a finite number"),
-        (f'{POINTS}1,60,2\n', 'column amplitude_m: 60 m is above the maximum 1 m; lower it'),
-        (f'{POINTS}1,-6e-8,2\n', 'column amplitude_m: -6e-08 m is below the minimum 0 m'),
-        (f'{POINTS}0,6e-8,2\n', 'column preload_n: 0 N is below the minimum 0.001 N; raise it'),
-        (f'{POINTS}1,6e-8,2e3\n', 'column force_n: 2000 N is above the maximum 1000 N; lower it'),
+        (
+            f'{POINTS}1,30,2\n',
+            'amplitude_m: 30 m is above the largest amplitude_m, 0.001 m; is it nm? give it by',
+        ),
+        (f'{POINTS}1,-6e-8,2\n', 'column amplitude_m: -6e-08 m is below the minimum 0 m; correct'),
+        (f'{POINTS}0,6e-8,2\n', 'column preload_n: 0 N is below the minimum 0.001 N; correct'),
+        (f'{POINTS}1,6e-8,2e3\n', 'column force_n: 2000 N is above the largest force_n, 1000 N'),
         (
             'preload_n,amplitude_m,force_n,force_sigma_n\n1,6e-8,2,0\n',
             'line 2, column force_sigma_n: 0 N is not above 0; give the standard deviation',
         ),
         (
-            'preload_n,amplitude_m,force_n,force_sigma_n\n1,6e-8,2,-1\n',
-            'line 2, column force_sigma_n: -1 N is below the minimum 0 N; raise it',
-        ),
-        (
-            f'{TIMES}0,1e-9\n0.2,1e-9\n0.1,1e-9\n',
-            'exp.csv: line 4, column time_s: 0.1 s is not after the 0.2 s of the row before; sort',
+            f'{TIMES}0,1e-9\n\n0.2,1e-9\n0.1,1e-9\n',
+            'exp.csv: line 5, column time_s: 0.1 s is not after the 0.2 s of the row before; sort',
         ),
         (f'{TIMES}0,1e-9\n0,1e-9\n', 'line 3, column time_s: 0 s is not after the 0 s'),
-        (f'{POINTS}1,6e-8,"2\n', 'is not CSV'),
+        (f'{POINTS}1,6e-8,2\n1,6e-8,"2\n', 'line 4: begins a quotation that does not end'),
     ],
 )
-def test_a_bad_file_is_refused_by_line_column_value_and_mend(text, message):
+def test_a_bad_file_is_refused_by_line_column_value_and_hint(text, message):
     with pytest.raises(StickSlipError) as caught:
         parse(text)
     assert message in str(caught.value)
@@ -113,8 +124,8 @@ def test_a_bad_file_is_refused_by_line_column_value_and_mend(text, message):
 
 
 def test_what_is_no_text_is_refused():
-    with pytest.raises(StickSlipError, match='byte 2 is not UTF-8; save it as CSV'):
-        parse_experiment(b'ab\xff\xfe', 'exp.csv')
+    with pytest.raises(StickSlipError, match=r'exp\.csv: is no text; save it as text: CSV'):
+        parse_experiment(b'PK\x03\x04\x14\0\0\0\x08\0ab', 'exp.csv')
 
 
 def test_a_missing_file_is_refused(tmp_path):

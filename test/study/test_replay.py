@@ -419,7 +419,7 @@ def test_too_many_rows_are_refused_with_the_most_that_go(tmp_path: Path):
 @pytest.mark.parametrize(
     ('name', 'content', 'message'),
     [
-        ('a.csv', b'time_s,position_m\n0,0\n1,0\n', 'has no voltage_v and no foot_m'),
+        ('a.csv', b'time_s,position_m\n0,0\n1,0\n', 'line 1: there is no voltage_v or foot_m'),
         ('a.csv', b'time_s,voltage_v\n0,1\n0,2\n', 'line 3, column time_s'),
         ('a.csv', b'time_s,voltage_v\n0,nan\n', 'column voltage_v'),
         ('a.parquet', b'nonsense', 'cannot be read'),

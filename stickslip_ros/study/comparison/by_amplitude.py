@@ -13,10 +13,11 @@ from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.comparison.agreement import AMPLITUDE, Part, threshold_of
 from stickslip_ros.study.comparison.result import Compared, Incomparable, Side
-from stickslip_ros.study.experiment import BY_AMPLITUDE, POINT_COLUMNS, Experiment, sigma_name
+from stickslip_ros.study.experiment import BY_AMPLITUDE, POINT_COLUMNS, Experiment
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.sweep import Case, bare_name, run_case
 from stickslip_ros.study.sweep_table import OF_A_RUN, read_table
+from stickslip_ros.study.table_columns import sigma_name
 from stickslip_ros.units import NM
 
 MODEL, SWEEP = 'model', 'sweep'

@@ -1,5 +1,6 @@
 """Compares two files, or a file and the model: recognises them and chooses the way."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from stickslip_ros.errors import RecordingError, StickSlipError
@@ -14,19 +15,23 @@ from stickslip_ros.study.comparison.by_amplitude import MODEL, ModelSettings, Po
 from stickslip_ros.study.comparison.in_time import TimeRun
 from stickslip_ros.study.comparison.result import Alignment, Comparison, Incomparable
 from stickslip_ros.study.experiment import (
+    AS_IT_IS,
     OVER_TIME,
     Experiment,
+    Reading,
     parse_experiment,
     read_experiment,
+    read_joined,
 )
 from stickslip_ros.study.sweep_table import PARQUET, is_sweep
 
 
 def compare(
-    a_name: str,
+    a_name: str | Sequence[str],
     b_name: str | None,
     *,
     model: ModelSettings,
+    reading: Reading = AS_IT_IS,
     shift_s: float | None = None,
     estimate_shift: bool = False,
     progress: Progress | None = None,
@@ -36,12 +41,14 @@ def compare(
 
     Parameters
     ----------
-    a_name : str
-        A recording, a table of a sweep, or an experiment file.
+    a_name : str or sequence of str
+        A recording, a table of a sweep, or an experiment file, or several of these by amplitude.
     b_name : str, optional
         Another one, or the word ``model``; without it the experiment that a recording carries.
     model : ModelSettings
         How the model is run, if it is.
+    reading : Reading
+        What experiment files do not say themselves.
     shift_s, estimate_shift : float, bool
         What is added to the times of B, or whether that is to be estimated.
     progress : callable, optional
@@ -53,12 +60,16 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
-    a = _load(Path(a_name))
+    paths = [Path(name) for name in ([a_name] if isinstance(a_name, str) else a_name)]
+    a = _load(paths[0], reading) if len(paths) == 1 else _joined(paths, reading)
     is_moved = estimate_shift or shift_s is not None
     if b_name == MODEL:
         table = _points(a, is_moved)
         return _by_amplitude(table, by_amplitude.of_model(table, model, progress))
-    b = _attached(Path(a_name)) if b_name is None else _load(Path(b_name))
+    if b_name is None:
+        b = _attached(paths[0], reading)
+    else:
+        b = _load(Path(b_name), reading, len(paths))
     if isinstance(a, TimeRun) and isinstance(b, TimeRun):
         given = None if shift_s is None else Alignment(shift_s, 'given')
         return _in_time(a, b, in_time.align(a, b) if estimate_shift else given)
@@ -94,7 +105,7 @@ def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
     return a
 
 
-def _load(path: Path) -> PointTable | TimeRun:
+def _load(path: Path, reading: Reading, number: int = 0) -> PointTable | TimeRun:
     """Read a file by what is in it, not by its name."""
     if path.suffix == PARQUET and path.is_file():
         return by_amplitude.of_sweep(path)
@@ -103,10 +114,14 @@ def _load(path: Path) -> PointTable | TimeRun:
         return in_time.of_recording(Recording(path))
     if is_sweep(path):
         return by_amplitude.of_sweep(path)
-    return _of_experiment(read_experiment(path))
+    return _of_experiment(read_experiment(path, reading, number=number))
 
 
-def _attached(path: Path) -> PointTable | TimeRun:
+def _joined(paths: Sequence[Path], reading: Reading) -> PointTable:
+    return by_amplitude.of_experiment(read_joined(paths, reading))
+
+
+def _attached(path: Path, reading: Reading) -> PointTable | TimeRun:
     """Return the experiment that a recording carries."""
     try:
         recording = Recording(path)
@@ -117,7 +132,7 @@ def _attached(path: Path) -> PointTable | TimeRun:
         hint = 'name what to compare it with as B'
         raise RecordingError(path, f'carries no {EXPERIMENT_FILE}', hint)
     content = recording.attachments[EXPERIMENT_FILE][1]
-    return _of_experiment(parse_experiment(content, f'{path} {EXPERIMENT_FILE}'))
+    return _of_experiment(parse_experiment(content, f'{path} {EXPERIMENT_FILE}', reading))
 
 
 def _of_experiment(experiment: Experiment) -> PointTable | TimeRun:

@@ -17,9 +17,9 @@ from stickslip_ros.study.experiment import (
     OVER_TIME,
     TIME_COLUMNS,
     Experiment,
-    sigma_name,
 )
 from stickslip_ros.study.recorded_run import recorded_series
+from stickslip_ros.study.table_columns import sigma_name
 
 RECORDING = 'recording'
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}

@@ -7,23 +7,24 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.experiment import POINT_COLUMNS, read_experiment
+from stickslip_ros.study.experiment import AS_IT_IS, POINT_COLUMNS, Reading, read_joined
 from stickslip_ros.study.fitting.free import Free
 from stickslip_ros.study.sawtooth_run import run_drive
 
-NEEDED = ('preload_n', 'amplitude_m', 'force_n')
-FREQUENCY, SIGMA = 'frequency_hz', 'force_sigma_n'
+FORCE, FREQUENCY, SIGMA = 'force_n', 'frequency_hz', 'force_sigma_n'
 DEFAULT_FREQUENCY_HZ = float(POINT_COLUMNS[FREQUENCY].default)
-EXAMPLE = f'its first line names the columns: {",".join(NEEDED)}, and may name {FREQUENCY},{SIGMA}'
 STEP = 3e-4
 """Step of differences in a coordinate: 0.03 % of a value, or of a range. The forces of a fixed
 number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
 noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
 one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
+BOUND_SHARE = 1e-3
+"""Share of the range, in coordinates, within which a parameter sits on its bound."""
 STEPS_MIN, STEPS_MAX = 100, 6400
 """Cycles of a run; doubled from the one up to the other, until the force is steady."""
 STEADY_SHARE = 0.01
@@ -87,7 +88,7 @@ class Problem:
     @property
     def start(self) -> Array:
         """Coordinates of the starting values."""
-        return np.array([one.to_coordinate(one.start) for one in self.free])
+        return self.coordinates([one.start for one in self.free])
 
     @property
     def bounds(self) -> tuple[Array, Array]:
@@ -95,10 +96,32 @@ class Problem:
         lower, upper = zip(*(one.coordinates for one in self.free), strict=True)
         return np.array(lower), np.array(upper)
 
+    def at_bound(self, coordinates: Array) -> NDArray[np.bool_]:
+        """Return which parameters sit on one of their bounds, shape (free,)."""
+        lower, upper = self.bounds
+        near = BOUND_SHARE * (upper - lower)
+        return np.asarray((coordinates - lower <= near) | (upper - coordinates <= near))
+
+    def widened(self, values: Sequence[float]) -> 'Problem':
+        """Return the problem with those bounds moved on which parameters sit, if they may be."""
+        pairs = zip(self.free, values, strict=True)
+        free = tuple(one.widened(value, BOUND_SHARE) for one, value in pairs)
+        return dataclasses.replace(self, free=free)
+
+    def coordinates(self, values: Sequence[float]) -> Array:
+        """Return the coordinates of some values of the free parameters."""
+        pairs = zip(self.free, values, strict=True)
+        return np.array([one.to_coordinate(value) for one, value in pairs])
+
+    def values(self, coordinates: Array) -> list[float]:
+        """Return the values of the free parameters at some coordinates."""
+        pairs = zip(self.free, coordinates.tolist(), strict=True)
+        return [one.to_value(z) for one, z in pairs]
+
     def stand(self, coordinates: Array) -> Parameters:
         """Return the stand with the values of some coordinates."""
-        pairs = zip(self.free, coordinates, strict=True)
-        return self.parameters.updated({one.name: one.to_value(float(z)) for one, z in pairs})
+        names = (one.name for one in self.free)
+        return self.parameters.updated(dict(zip(names, self.values(coordinates), strict=True)))
 
     def forces_n(self, coordinates: Array, cycles: Sequence[int] | None = None) -> Array:
         """Return the forces of the model at the measured points, N."""
@@ -157,20 +180,32 @@ class Problem:
             forces_n = np.where(more, longer_n, forces_n)
 
 
-def read_points(path: Path, frequency_hz: float = DEFAULT_FREQUENCY_HZ) -> Points:
+def read_points(
+    path: Path | Sequence[Path],
+    frequency_hz: float = DEFAULT_FREQUENCY_HZ,
+    reading: Reading = AS_IT_IS,
+) -> Points:
     """
-    Read an experiment by amplitude; the frequency is for a file that has no such column.
+    Read an experiment by amplitude, from one file or several.
+
+    Parameters
+    ----------
+    path : Path or sequence of Path
+        Tables as docs/compare.md says.
+    frequency_hz : float
+        For files without such a column.
+    reading : Reading
+        What the tables do not say themselves.
 
     Raises
     ------
     StickSlipError
-        If the file cannot be read, has no forces, or all forces are 0.
+        If a file cannot be read, has no forces, or all forces are 0.
 
     """
-    columns = read_experiment(path).columns
-    for name in NEEDED:
-        if name not in columns:
-            raise RecordingError(path, f'has no column {name}', EXAMPLE)
+    paths = [path] if isinstance(path, Path) else list(path)
+    experiment = read_joined(paths, reading, (FORCE,))
+    columns = experiment.columns
     points = Points(
         preload_n=columns['preload_n'],
         amplitude_m=columns['amplitude_m'],
@@ -179,7 +214,9 @@ def read_points(path: Path, frequency_hz: float = DEFAULT_FREQUENCY_HZ) -> Point
         sigma_n=columns.get(SIGMA),
     )
     if points.largest_n == 0.0:
-        raise RecordingError(path, 'has no force other than 0', 'check the column force_n')
+        raise RecordingError(
+            experiment.origin, 'has no force other than 0', 'check the column force_n'
+        )
     return points
 
 

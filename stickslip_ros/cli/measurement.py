@@ -1,0 +1,107 @@
+"""Tables as laboratories have them: ``stickslip import``, and options of verbs that read them."""
+
+import argparse
+import dataclasses
+import sys
+from collections.abc import Iterator
+
+from stickslip_ros.cli.options import many, option, to_numbers, to_path, verb
+from stickslip_ros.cli.printing import Answer
+from stickslip_ros.errors import WrongKind
+from stickslip_ros.files import make_room
+from stickslip_ros.parameters import parse_assignments
+from stickslip_ros.study.experiment import (
+    COLUMNS,
+    Experiment,
+    Reading,
+    read_experiment,
+    read_joined,
+    write_experiment,
+)
+
+CSV = '.csv'
+MAP = many(
+    '--map',
+    'which column of the file, in which unit, is one of ours, as force_n="Force (mN)"; may be '
+    'repeated',
+    'NAME=HEADER',
+    dest='headers',
+)
+OF_FILES = option(
+    '--preload',
+    'preload of tables without such a column: one of all, or with commas one of each',
+    metavar='N[,N...]',
+)
+
+
+@verb(
+    'Read tables as instruments and spreadsheets write them (docs/compare.md), say what was '
+    'understood, and write them as CSV with our columns in SI units. Several tables by amplitude '
+    'become one.',
+    option('files', 'tables', to_path, 'FILE', nargs='+'),
+    MAP,
+    OF_FILES,
+    option('-o --output', '.csv to write (default: only say what was understood)', to_path),
+)
+def import_verb(arguments: argparse.Namespace) -> Answer:
+    """Read, write."""
+    output = arguments.output
+    if output is not None:
+        if output.suffix.lower() != CSV:
+            raise WrongKind('output', str(output), 'a .csv file', 'end its name so')
+        make_room(output)
+    read: list[Experiment] = []
+    reading = dataclasses.replace(chosen_reading(arguments), report=read.append)
+    if len(arguments.files) == 1:
+        whole = read_experiment(arguments.files[0], reading)
+    else:
+        whole = read_joined(arguments.files, reading)
+    if output is not None:
+        write_experiment(whole, output)
+    content = {'files': [_as_object(each) for each in read], 'output': str(output or '')}
+    lines = [line for each in read for line in _lines(each)]
+    return Answer(content, [*lines, f'table   {output}'] if output else lines)
+
+
+def chosen_reading(arguments: argparse.Namespace) -> Reading:
+    """
+    Return what a command line says of tables; what is understood is told before the work.
+
+    Raises
+    ------
+    StickSlipError
+        If a column or a preload is refused.
+
+    """
+    preloads = getattr(arguments, 'preload', None)
+    hint = 'give newtons, as 0.5 or 0.1,0.5'
+    return Reading(
+        parse_assignments(arguments.headers, '--map NAME=HEADER'),
+        to_numbers('--preload', preloads, hint) if preloads else (),
+        None if arguments.json else _tell,
+    )
+
+
+def _tell(experiment: Experiment) -> None:
+    print(*_lines(experiment), sep='\n', file=sys.stderr)
+
+
+def _lines(experiment: Experiment) -> Iterator[str]:
+    """Yield what was understood of a table: each column, its unit, its factor, its first row."""
+    rows = len(next(iter(experiment.columns.values())))
+    yield f'read    {experiment.origin}: {experiment.kind}, {rows} rows'
+    for each in experiment.understood:
+        first = f'{each.first:.6g} {COLUMNS[experiment.kind][each.name].unit}'
+        unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
+        yield f'        {each.name} is {each.header!r} {unit}'
+    yield from (f'aside   {header!r}' for header in experiment.aside)
+
+
+def _as_object(experiment: Experiment) -> dict[str, object]:
+    return {
+        'file': experiment.origin,
+        'kind': experiment.kind,
+        'columns': [dataclasses.asdict(each) for each in experiment.understood],
+        'aside': experiment.aside,
+        'notes': experiment.notes,
+    }

@@ -1,0 +1,69 @@
+"""Units as people write them beside the name of a column, and their factors to SI."""
+
+import math
+import re
+from functools import cache
+from typing import Any
+
+from stickslip_ros.study.extras import load_extra
+
+SI_UNITS = ('s', 'm', 'N', 'V', 'Hz')
+PREFIXES = {'': 1.0, 'k': 1e3, 'm': 1e-3, 'u': 1e-6, 'µ': 1e-6, 'μ': 1e-6, 'n': 1e-9, 'p': 1e-12}
+PREFIXED = re.compile(rf'([{"".join(PREFIXES)}]?)({"|".join(SI_UNITS)})')
+SUFFIX = re.compile(r'(.*[^_\s])[_\s]([kmuµμnp]?)(s|m|n|v|hz)', re.IGNORECASE)
+BRACKETED = re.compile(r'(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*')
+SLASHED = re.compile(r'(.*\S)\s*/\s*(\S+)\s*')
+SCALED = re.compile(r'([-+]?\d+\.?\d*(?:e[-+]?\d+)?)?\s*([^\W\d]+)', re.IGNORECASE)
+WORDS = {
+    'second': 's',
+    'sec': 's',
+    'meter': 'm',
+    'metre': 'm',
+    'newton': 'N',
+    'volt': 'V',
+    'hertz': 'Hz',
+}
+BASES = {unit.lower(): unit for unit in SI_UNITS}
+
+
+@cache
+def factor_of(text: str, si_unit: str) -> float | None:
+    """Return how many of an SI unit one is, or ``50 mN`` are; None of another kind of unit."""
+    scaled = SCALED.fullmatch(text.strip())
+    if scaled is None or not math.isfinite(float(scaled[1] or 1.0)):
+        return None
+    number, unit = float(scaled[1] or 1.0), scaled[2]
+    unit = WORDS.get(unit.lower().removesuffix('s'), unit)
+    if (usual := PREFIXED.fullmatch(unit)) is not None:
+        return number * PREFIXES[usual[1]] if usual[2] == si_unit else None
+    factors = (_looked_up(each, si_unit) for each in (unit, unit.lower()))
+    return next((number * factor for factor in factors if factor), None)
+
+
+def unit_of_any(text: str) -> bool:
+    """Return whether a text is the unit of something that a stand measures."""
+    return any(factor_of(text, unit) for unit in SI_UNITS)
+
+
+def split_unit(header: str) -> tuple[str, str]:
+    """Split ``Force (mN)``, ``Force [mN]``, ``Force / mN`` or ``force_mn`` into name and unit."""
+    if (found := BRACKETED.fullmatch(header)) is not None:
+        return found[1], found[2].strip()
+    if (found := SLASHED.fullmatch(header)) is not None and unit_of_any(found[2]):
+        return found[1], found[2]
+    if (found := SUFFIX.fullmatch(header)) is not None:
+        return found[1], found[2].lower() + BASES[found[3].lower()]
+    return header, ''
+
+
+def _looked_up(unit: str, si_unit: str) -> float | None:
+    pint = load_extra(f'the unit {unit}', 'pint')
+    try:
+        return float(_registry().Quantity(1.0, unit).to(si_unit).magnitude)
+    except pint.PintError:
+        return None
+
+
+@cache
+def _registry() -> Any:
+    return load_extra('a unit', 'pint').UnitRegistry()
