@@ -15,7 +15,7 @@ from stickslip_ros.study.fitting.coverage import binomial_interval, coverage_of
 from stickslip_ros.study.fitting.fit import Fit, fit_drive
 from stickslip_ros.study.fitting.free import choose_free
 from stickslip_ros.study.fitting.problem import Points
-from stickslip_ros.study.fitting.report import warnings_of
+from stickslip_ros.study.fitting.report import as_object, warnings_of
 
 SHARE = 0.05
 """Of a standard error, that two estimates from the same data may differ by: runs end when they
@@ -188,18 +188,37 @@ def test_the_interval_of_a_share_is_that_of_clopper_and_pearson():
     assert binomial_interval(95, 100) == pytest.approx((0.887165, 0.983568), rel=0.0, abs=1e-6)
 
 
-def test_a_parameter_on_its_bound_has_no_error_and_a_wrong_model_is_told_by_its_p_value(truth):
+def test_on_a_given_bound_nothing_is_estimated_and_a_wrong_model_is_told_by_its_p_value(truth):
     fit = fitted(truth, noisy_points(truth, 1), contact__friction='0.265:0.5')
     one, other = fit.estimates
     assert one.at_bound
-    assert not math.isfinite(one.standard_error)
     assert one.value == pytest.approx(0.265, rel=1e-2, abs=0.0)
-    assert math.isfinite(other.standard_error)
-    assert 'contact.friction sits on its bound and was held there' in warnings_of(fit)[-1]
+    for each in (one, other):
+        assert math.isinf(each.standard_error)
+        assert math.isnan(each.low)
+    told = as_object(fit)['estimates'][0]
+    assert (told['standard_error'], told['low'], told['high']) == (None, None, None)
+    [warning] = [text for text in warnings_of(fit) if 'contact.friction sits on its bound' in text]
+    assert warning.endswith('no intervals; give wider --bounds contact.friction=LOW:HIGH')
     assert fit.p_value < 1e-3
     assert 'the model misses the points by more than their standard errors' in ' '.join(
         warnings_of(fit)
     )
+
+
+@pytest.mark.parametrize('damping', [0.0, 0.5])
+def test_default_bounds_give_way_to_what_the_model_is_by_default(damping):
+    stand = Parameters().updated({'runner.damping': damping})
+    start, free, _ = choose_free(stand, list(TRUTH), {'runner.damping': '20'})
+    assert free[1].lower == 2.0
+    fit = fit_drive(start, free, exact_points(stand), starts=1, workers=1)
+    friction, found = fit.estimates
+    assert found.lower == 0.0
+    assert abs(found.value - damping) < 0.05
+    assert friction.value == pytest.approx(0.3, rel=1e-3, abs=0.0)
+    assert friction.low < 0.3 < friction.high
+    held = 'runner.damping sits on its bound, '
+    assert any(held in text for text in warnings_of(fit)) == (damping == 0.0)
 
 
 def test_a_parameter_that_changes_nothing_is_told(truth):

@@ -33,6 +33,29 @@ def test_a_start_gets_a_decade_to_both_sides_inside_what_is_allowed():
     assert notes == ()
 
 
+def test_default_bounds_hold_the_default_of_the_model_too():
+    _, (friction,), _ = choose_free(
+        Parameters(), ['contact.friction'], {'contact.friction': '0.02'}
+    )
+    assert (friction.lower, friction.upper) == pytest.approx((2e-3, 3.0), rel=ROUNDING, abs=0.0)
+    assert friction.movable
+
+
+def test_default_bounds_move_and_given_ones_stay():
+    free = Free('runner.mass', 'kg', 3e-3, 3e-4, 3e-2, movable=True)
+    assert free.widened(3e-4, 1e-3).lower == pytest.approx(3e-5, rel=ROUNDING, abs=0.0)
+    assert free.widened(3e-4, 1e-3).upper == 3e-2
+    assert free.widened(3e-2, 1e-3).upper == pytest.approx(0.3)
+    assert free.widened(3e-3, 1e-3) == free
+    given = Free('runner.mass', 'kg', 3e-3, 3e-4, 3e-2)
+    assert given.widened(3e-4, 1e-3) == given
+    damping = Free('runner.damping', 'N s/m', 20.0, 2.0, 200.0, movable=True)
+    assert damping.widened(2.0, 1e-3).lower == 0.0
+    limited = Free('contact.poisson_runner', '', 0.3, 0.03, 0.5, movable=True)
+    assert limited.widened(0.5, 1e-3) == limited
+    assert limited.is_limited(0.4999)
+
+
 def test_start_and_bounds_as_typed_are_taken():
     stand, (free,), _ = choose_free(
         Parameters(), ['runner.damping'], {'runner.damping': '50'}, {'runner.damping': '0:200'}
@@ -125,7 +148,10 @@ def test_a_file_is_read_with_and_without_its_optional_columns(tmp_path):
 @pytest.mark.parametrize(
     ('text', 'message'),
     [
-        ('preload_n,amplitude_m,step_length_m\n0.1,60e-9,1e-8\n', 'has no column force_n'),
+        (
+            'preload_n,amplitude_m,step_length_m\n0.1,60e-9,1e-8\n',
+            'line 1: there is no force_n; add it, in N',
+        ),
         (f'{HEADER}\n0.1,60e-9,0\n', 'has no force other than 0'),
         (f'{HEADER}\n0.1,60 nm,0.03\n', "line 2, column amplitude_m: '60 nm' is not a finite"),
     ],

@@ -27,6 +27,8 @@ from stickslip_ros.study.fitting.statistics import (
 STARTS, STARTS_MAX = 8, 1000
 ROUNDS = 6
 """Searches with ever more cycles, until they suffice at the minimum."""
+WIDENED_MAX = 4
+"""Times that a search goes on beyond bounds that nobody has given."""
 TOLERANCE = 1e-6
 """Relative change of sum of squares, or of coordinates, at which a search ends: a thousandth of
 a standard error."""
@@ -211,6 +213,13 @@ def fit_drive(
     )
     problem, refined, steady = _refine(problem, _best(searches))
     found = refined[-1] if refined else _best(searches)
+    for _ in range(WIDENED_MAX):
+        wider, beyond = _search_beyond(problem, found)
+        if not beyond.coordinates:
+            break
+        problem, more, steady = _refine(wider, beyond)
+        refined += [beyond, *more]
+        found = refined[-1]
     return Fit(
         problem=problem,
         searches=tuple(searches),
@@ -253,6 +262,15 @@ def _search_or_nothing(problem: Problem, start: Array) -> Found:
         if np.array_equal(start, problem.start):
             raise
         return Found((), math.inf, converged=False, evaluations=0)
+
+
+def _search_beyond(problem: Problem, found: Found) -> tuple[Problem, Found]:
+    """Search on from a minimum on bounds that may move; find nothing if there are none."""
+    values = problem.values(found.place)
+    wider = problem.widened(values)
+    if wider.free == problem.free:
+        return problem, Found((), math.inf, converged=False, evaluations=0)
+    return wider, _search_or_nothing(wider, wider.coordinates(values))
 
 
 def _best(searches: Sequence[Found]) -> Found:

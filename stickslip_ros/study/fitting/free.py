@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters import Parameters, spec_of
@@ -10,19 +10,33 @@ from stickslip_ros.parameters import Parameters, spec_of
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
 """Groups whose quantities a fit may change; all others are no properties of the stand."""
 DECADE = 10.0
-"""Default bounds are this factor below and above the start."""
+"""Default bounds are this factor below and above the start and the default of the model."""
+FROM_ZERO = (
+    'friction_law.bristle_damping',
+    'friction_law.viscous',
+    'runner.damping',
+    'actuator.hysteresis',
+    'actuator.creep',
+)
+"""Quantities whose 0 is the limit of small values; of others it means "none" or "derived"."""
 PREFACTOR, RMS_HEIGHT = 'contact.prefactor', 'contact.rms_height'
 
 
 @dataclass(frozen=True)
 class Free:
-    """A parameter that a fit may change: where the first search starts, bounds, both allowed."""
+    """
+    A parameter that a fit may change: where the first search starts, bounds, both allowed.
+
+    Bounds that nobody has given are ``movable``: a search that ends on one goes on beyond it.
+
+    """
 
     name: str
     unit: str
     start: float
     lower: float
     upper: float
+    movable: bool = field(default=False, kw_only=True)
 
     @property
     def is_log(self) -> bool:
@@ -47,6 +61,25 @@ class Free:
         """Return the value of a coordinate, wherever it is."""
         return math.exp(coordinate) if self.is_log else coordinate * (self.upper - self.lower)
 
+    def widened(self, value: float, share: float) -> 'Free':
+        """Return it with the bound moved on which a value sits, within a share of the range."""
+        spec, z = spec_of(self.name), self.to_coordinate(value)
+        low, high = self.coordinates
+        lower, upper = self.lower, self.upper
+        if not self.movable:
+            return self
+        if z - low <= share * (high - low):
+            lower = 0.0 if self.name in FROM_ZERO else max(lower / DECADE, spec.minimum or 0.0)
+        elif high - z <= share * (high - low):
+            upper = min(upper * DECADE, math.inf if spec.maximum is None else spec.maximum)
+        return replace(self, lower=lower, upper=upper)
+
+    def is_limited(self, value: float) -> bool:
+        """Return whether the bound beside a value is a limit of the model too."""
+        spec = spec_of(self.name)
+        bound = min(self.lower, self.upper, key=lambda end: abs(end - value))
+        return bound in {spec.minimum, spec.maximum}
+
     def slope(self, value: float) -> float:
         """Return d value / d coordinate."""
         return value if self.is_log else self.upper - self.lower
@@ -62,7 +95,7 @@ def choose_free(
     Return the stand of a fit, its free parameters, and notes about what was changed for it.
 
     Starts and bounds (as ``low:high``) are those that were typed; without them a parameter starts
-    from the stand's value, between a decade below and above its start.
+    from the stand's value, between a decade below and above its start and its default.
 
     Raises
     ------
@@ -133,7 +166,9 @@ def _free(name: str, start: float, bounds: str | None) -> Free:
         lower, upper = _parse_bounds(name, bounds)
     elif start > 0.0:
         lowest, highest = spec.minimum or 0.0, spec.maximum or math.inf
-        lower, upper = max(start / DECADE, lowest), min(start * DECADE, highest)
+        known = float(spec.default) or start  # 0 has no logarithm: a search moves its bound there
+        lower = max(min(start, known) / DECADE, lowest)
+        upper = min(max(start, known) * DECADE, highest)
     else:
         limit = 'a start without a scale'
         hint = f'give --start {name}=VALUE or --bounds {name}=LOW:HIGH'
@@ -142,7 +177,7 @@ def _free(name: str, start: float, bounds: str | None) -> Free:
         limit = f'outside of its bounds, {lower:g} to {upper:g} {spec.unit}'.rstrip()
         hint = f'move one of them: --start {name}=VALUE, --bounds {name}=LOW:HIGH'
         raise OutOfRange(f'start of {name}', start, spec.unit, limit, hint)
-    return Free(name, spec.unit, start, lower, upper)
+    return Free(name, spec.unit, start, lower, upper, movable=bounds is None)
 
 
 def _parse_bounds(name: str, text: str) -> tuple[float, float]:

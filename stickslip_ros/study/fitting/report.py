@@ -114,12 +114,16 @@ def _search_warnings(fit: Fit) -> Iterator[str]:
 
 def _estimate_warnings(one: Estimate) -> Iterator[str]:
     if one.at_bound:
-        yield f'{one.name} sits on its bound and was held there: no standard error'
+        where = f'{one.name} sits on its bound, {one.value:.6g} {one.unit}'.rstrip()
+        if one.is_limited(one.value):
+            yield f'{where}: no standard error, and the other intervals hold for this value only'
+        else:
+            yield f'{where}: no estimate, no intervals; give wider --bounds {one.name}=LOW:HIGH'
     elif one.inert:
         yield f'{one.name} does not change the forces at all'
     elif one.undetermined:
         yield f'{one.name} is not determined: others make up for any change of it'
-    elif one.standard_error > abs(one.value):
+    elif abs(one.value) < one.standard_error < math.inf:
         yield f'{one.name} has a standard error above its value'
 
 

@@ -18,8 +18,6 @@ PURPOSE = 'a fit'
 """What needs SciPy, for the refusal where it is missing."""
 LEVEL = 0.95
 """Confidence of the intervals."""
-BOUND_SHARE = 1e-3
-"""Share of the range, in coordinates, within which a parameter sits on its bound."""
 EFFECT = 1e-5
 """Share of the forces that one e-fold, or the whole range, must change: the noise of a slope."""
 RANK = 1e-5
@@ -33,8 +31,9 @@ class Estimate(Free):
     """
     A free parameter with its value and 95 % interval, which is even about its coordinate.
 
-    The standard error is infinite where the forces do not determine it: the value sits on a bound,
-    is inert, which is to change no force, or is undetermined, which is to be traded for others.
+    The standard error is infinite, and there is no interval, where the forces do not determine it:
+    the value sits on a bound, is inert, which is to change no force, or is undetermined, which is
+    to be traded for others; or a bound that is no limit of the model holds another parameter.
 
     """
 
@@ -111,7 +110,7 @@ def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Unce
     jacobian = problem.slopes(coordinates, central=True)
     known = problem.points.sigma_n is not None
     dof = len(problem.points) - len(problem.free)
-    at_bound = _at_bound(problem, coordinates)
+    at_bound = problem.at_bound(coordinates)
     lengths = np.sqrt(np.sum(jacobian**2, axis=0))
     forces = problem.points.force_n / problem.points.scale_n
     inert = lengths <= EFFECT * np.sqrt(np.sum(forces**2))
@@ -119,6 +118,9 @@ def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Unce
     values, directions = _decompose(jacobian[:, active] / lengths[active])
     scale = 1.0 if known else chi_square / dof
     covariance_z, undetermined = _covariance(values, directions, lengths[active], scale)
+    if _is_held(problem, coordinates, at_bound):
+        covariance_z = np.full_like(covariance_z, np.nan)
+        np.fill_diagonal(covariance_z, np.inf)
     return Uncertainty(
         dof=dof,
         variance_scale=scale,
@@ -154,10 +156,19 @@ def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tu
     return tuple(estimates)
 
 
+def _is_held(problem: Problem, coordinates: Array, at_bound: Flags) -> bool:
+    """Return whether a parameter sits on a bound that the model does not have."""
+    values = problem.values(coordinates)
+    return any(
+        sits and not one.is_limited(value)
+        for one, value, sits in zip(problem.free, values, at_bound, strict=True)
+    )
+
+
 def _interval(free: Free, z: float, error_z: float, quantile: float) -> tuple[float, float]:
     """Return the interval even about a coordinate; what the parameter cannot be is cut off."""
     if not np.isfinite(error_z):
-        return free.lower, free.upper
+        return np.nan, np.nan
     spec = spec_of(free.name)
     low, high = (_value(free, z + sign * quantile * error_z) for sign in (-1.0, 1.0))
     least = -np.inf if spec.minimum is None else spec.minimum
@@ -168,12 +179,6 @@ def _interval(free: Free, z: float, error_z: float, quantile: float) -> tuple[fl
 def _value(free: Free, coordinate: float) -> float:
     with np.errstate(over='ignore'):
         return float(np.exp(coordinate)) if free.is_log else free.unbounded_value(coordinate)
-
-
-def _at_bound(problem: Problem, coordinates: Array) -> Flags:
-    lower, upper = problem.bounds
-    near = BOUND_SHARE * (upper - lower)
-    return np.asarray((coordinates - lower <= near) | (upper - coordinates <= near))
 
 
 def _decompose(unit: Array) -> tuple[Array, Array]:
