@@ -1,8 +1,10 @@
 """The lifecycle node: commands in, readings out; the drive itself runs in a session."""
 
 import sys
-from collections.abc import Sequence
+import traceback
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import wraps
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -61,6 +63,23 @@ DIAGNOSTICS_PERIOD_S = 1.0
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 ERROR = TransitionCallbackReturn.ERROR
 
+Transition = Callable[[Any, LifecycleState], TransitionCallbackReturn]
+
+
+def _telling(transition: Transition) -> Transition:
+    """Log why a transition failed that was not refused: rclpy takes it for an error in silence."""
+
+    @wraps(transition)
+    def run(node: Any, state: LifecycleState) -> TransitionCallbackReturn:
+        try:
+            return transition(node, state)
+        except Exception:
+            name = transition.__name__.removeprefix('on_')
+            node.get_logger().error(f'{name} has failed:\n{traceback.format_exc()}')
+            raise
+
+    return run
+
 
 class StickSlipDrive(LifecycleNode):
     """
@@ -111,6 +130,7 @@ class StickSlipDrive(LifecycleNode):
         """The running drive; refused while the node is not active."""
         return require(self._active, self._state_machine.current_state[1])
 
+    @_telling
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Build the drive, compile its kernels, offer topics and services."""
         try:
@@ -128,6 +148,7 @@ class StickSlipDrive(LifecycleNode):
         )
         return super().on_configure(state)
 
+    @_telling
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the drive, and the recording if ``record.on_start`` says so."""
         try:
@@ -174,21 +195,25 @@ class StickSlipDrive(LifecycleNode):
             self._topics.offer(parameters)
         return old
 
+    @_telling
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the drive and finish its recording; its state stays, unless it has failed."""
         return super().on_deactivate(state) if self._halt() else ERROR
 
+    @_telling
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Give up the drive, its topics and its services."""
         self._release()
         return SUCCESS
 
+    @_telling
     def on_shutdown(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Stop whatever runs, finish the recording."""
         self._halt()
         self._release()
         return SUCCESS
 
+    @_telling
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Return to the unconfigured state after a failed transition, or a failed drive."""
         return self.on_shutdown(state)

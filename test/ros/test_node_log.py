@@ -71,6 +71,18 @@ def test_in_lockstep_it_says_what_it_waits_for(start_drive: Callable, log: Log):
     )
 
 
+def test_a_fault_of_the_program_in_a_transition_is_told(
+    start_drive: Callable, log: Log, monkeypatch: pytest.MonkeyPatch
+):
+    def fail(*_: Any) -> None:
+        raise RuntimeError('a fault of the program')
+
+    monkeypatch.setattr('stickslip_ros.ros.node.read_parameters', fail)
+    start_drive(wait=False)
+    assert log.lines('configure has failed')
+    assert log.lines('RuntimeError: a fault of the program')
+
+
 def test_a_second_drive_of_the_same_name_is_told(start_drive: Callable, log: Log):
     stand = start_drive()
     newest = connections(stand)
