@@ -25,8 +25,9 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.records import PLANT, STATE, Wave
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.instrument.closed_loop import ClosedLoop
+from stickslip_ros.instrument.closed_loop import ClosedLoop, Goal
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.motion import Motion, Running
 from stickslip_ros.instrument.position_loop import Level, LoopSettings, PositionLoop, Steps
 from stickslip_ros.instrument.reports import Event, Identity, Result, Status
@@ -35,7 +36,7 @@ from stickslip_ros.instrument.stand import Stand
 from stickslip_ros.parameters import FaultParameters, Parameters, dump_yaml, parse_yaml
 
 REPORT = 'report'
-FORMAT = 2
+FORMAT = 3
 SIZE_MAX = 1 << 27
 """Bytes of the largest checkpoint; a usual one has some hundred thousand."""
 KINDS = {'PLANT': PLANT, 'STATE': STATE, 'SENSORS': SENSORS}
@@ -47,7 +48,9 @@ CLASSES: tuple[Any, ...] = (
     ClosedLoop,
     Event,
     FaultParameters,
+    Goal,
     Identity,
+    Joints,
     Level,
     LoopSettings,
     Motion,

@@ -18,6 +18,30 @@ PUSHED_STROKES = 2.0
 """Way back, in strokes, from which on a runner was pushed away: progress counts from there."""
 BLOCKED_STEPS = 5.0
 """Steps without progress that a blocked runner has made, at least."""
+LEAD_STROKES = 10.0
+"""Strokes that a set point with a velocity is ahead of the runner at most: then it waits."""
+
+
+class Goal(NamedTuple):
+    """
+    What a closed loop pursues.
+
+    Attributes
+    ----------
+    position_m : float or None
+        Target, m; None for a velocity.
+    velocity_m_per_s : float
+        Velocity of the set point without a target; 0 lets it stand where it is.
+
+    """
+
+    position_m: float | None
+    velocity_m_per_s: float = 0.0
+
+    @property
+    def direction(self) -> int:
+        """+1 or -1 for a velocity, else 0."""
+        return (self.velocity_m_per_s > 0.0) - (self.velocity_m_per_s < 0.0)
 
 
 class Observation(NamedTuple):
@@ -60,6 +84,8 @@ class ClosedLoop:
 
     Attributes
     ----------
+    goal : Goal
+        What it pursues.
     holds : bool
         Whether the target was reached and is held.
     in_position : bool
@@ -67,20 +93,55 @@ class ClosedLoop:
 
     """
 
-    def __init__(self, parameters: Parameters, target_m: float, start: Observation) -> None:
+    def __init__(self, parameters: Parameters, goal: Goal, start: Observation) -> None:
+        self.goal = goal
         self.holds = False
         self.in_position = False
         self._parameters = parameters
-        self._target_m = target_m
         self._set_point_m = start.position_m
+        self._target_m = self._place_of(goal)
+        self._is_redirected = False
         self._loop = PositionLoop(loop_settings(parameters), start.voltage_v)
         self._start_ns = self._outside_ns = self._progress_ns = self._last_ns = start.time_ns
         self._nearest_m = math.inf
         stroke_m = parameters.actuator.gain * parameters.step.amplitude
         self._progress_m = PROGRESS_SHARE * stroke_m
         self._pushed_m = PUSHED_STROKES * stroke_m
+        self._lead_m = LEAD_STROKES * stroke_m
         blocked_s = max(parameters.limits.blocked_time, BLOCKED_STEPS / parameters.step.frequency)
         self._blocked_ns = to_nanoseconds(blocked_s)
+
+    def pursue(self, goal: Goal, observation: Observation) -> bool:
+        """
+        Pursue another goal; what was learned stays, and steps that lead there go on.
+
+        Returns
+        -------
+        bool
+            Whether it is another one.
+
+        """
+        if goal == self.goal:
+            return False
+        if self.holds:
+            self._loop.start_anew()
+        self.goal = goal
+        self.holds = False
+        self._start_ns = self._outside_ns = observation.time_ns
+        self._move_target(self._place_of(goal), observation.position_m)
+        self._is_redirected = self._loop.leads_beyond(self._target_m)
+        return True
+
+    def _place_of(self, goal: Goal) -> float:
+        return self._set_point_m if goal.position_m is None else goal.position_m
+
+    def _move_target(self, target_m: float, position_m: float) -> None:
+        """Move the target; what counts as progress of the runner stays where it was."""
+        side = math.copysign(1.0, self._target_m - position_m)
+        self._nearest_m += side * (target_m - self._target_m)
+        if self._nearest_m < 0.0:
+            self._nearest_m = math.inf
+        self._target_m = target_m
 
     def update(self, observation: Observation) -> tuple[Wave | None, Outcome | None]:
         """Return the wave to follow from now on, or None, and the outcome, or None."""
@@ -89,21 +150,36 @@ class ClosedLoop:
         failure = self._failure(observation)
         if failure is not None:
             return None, failure
+        if self._is_redirected:
+            self._is_redirected = False
+            self._loop.break_off(observation.voltage_v)
+            return self._next_wave(observation), None
         acts = observation.arrived or self._loop.passes(self._set_point_m, observation.position_m)
         return self._next_wave(observation) if acts else None, self._arrival(observation)
 
     def _move_set_point(self, observation: Observation) -> None:
-        """Move the set point towards the target with the velocity that is asked for."""
+        """Move the set point towards the target, or on, with the velocity that is asked for."""
         velocity_m_per_s = self._parameters.closed_loop.velocity
         if math.isnan(self._set_point_m):
             self._set_point_m = observation.position_m
-        way_m = self._target_m - self._set_point_m
-        largest_m = velocity_m_per_s * (observation.time_ns - self._last_ns) * NANO
+        block_s = (observation.time_ns - self._last_ns) * NANO
         self._last_ns = observation.time_ns
+        if self.goal.direction:
+            self._advance_set_point(block_s, observation.position_m)
+            return
+        way_m = self._target_m - self._set_point_m
+        largest_m = velocity_m_per_s * block_s
         if velocity_m_per_s > 0.0 and abs(way_m) > largest_m:
             self._set_point_m += largest_m if way_m > 0.0 else -largest_m
         else:
             self._set_point_m = self._target_m
+
+    def _advance_set_point(self, block_s: float, position_m: float) -> None:
+        """Let the set point go on with its velocity, unless the runner is far behind."""
+        next_m = self._set_point_m + self.goal.velocity_m_per_s * block_s
+        if self.goal.direction * (next_m - position_m) <= self._lead_m:
+            self._set_point_m = next_m
+        self._move_target(self._set_point_m, position_m)
 
     def _watch_position(self, observation: Observation) -> None:
         error_m = abs(self._target_m - observation.position_m)
@@ -127,7 +203,12 @@ class ClosedLoop:
     def _arrival(self, observation: Observation) -> Outcome | None:
         settle_ns = to_nanoseconds(self._parameters.closed_loop.settle_time)
         there = observation.arrived and self.in_position and self._set_point_m == self._target_m
-        if self.holds or not there or observation.time_ns - self._outside_ns < settle_ns:
+        if (
+            self.goal.direction
+            or self.holds
+            or not there
+            or observation.time_ns - self._outside_ns < settle_ns
+        ):
             return None
         self.holds = True
         return Outcome(Result.DONE)
@@ -142,7 +223,8 @@ class ClosedLoop:
     def _lags(self, observation: Observation) -> Outcome | None:
         limit_m = self._parameters.limits.following_error
         lag_m = abs(self._set_point_m - observation.position_m)
-        follows = self.holds or self._parameters.closed_loop.velocity > 0.0
+        velocity_m_per_s = self._parameters.closed_loop.velocity
+        follows = self.holds or self.goal.direction or velocity_m_per_s > 0.0
         if not limit_m or not follows or lag_m <= limit_m:
             return None
         why = f'{lag_m:.4g} m from the set point, above limits.following_error {limit_m:g} m'
@@ -150,7 +232,8 @@ class ClosedLoop:
 
     def _is_late(self, observation: Observation) -> Outcome | None:
         timeout_s = self._parameters.closed_loop.timeout
-        if self.holds or observation.time_ns - self._start_ns <= to_nanoseconds(timeout_s):
+        is_timed = not (self.holds or self.goal.direction)
+        if not is_timed or observation.time_ns - self._start_ns <= to_nanoseconds(timeout_s):
             return None
         error_m = self._target_m - observation.position_m
         why = f'{error_m:.4g} m are left after closed_loop.timeout, {timeout_s:g} s'

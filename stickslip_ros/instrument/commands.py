@@ -16,6 +16,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.instrument import checks
 from stickslip_ros.instrument.closed_loop import Observation
+from stickslip_ros.instrument.joints import NOTHING, Joints, check_joints
 from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
@@ -24,12 +25,15 @@ from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 
 FLOAT64, INT32 = 'std_msgs/msg/Float64', 'std_msgs/msg/Int32'
 FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
+JOINT_STATE = 'sensor_msgs/msg/JointState'
 POINT, WRENCH = 'geometry_msgs/msg/PointStamped', 'geometry_msgs/msg/WrenchStamped'
 TRIGGER, SET_BOOL = 'std_srvs/srv/Trigger', 'std_srvs/srv/SetBool'
 WAVEFORM_ROWS_MAX = 100_000
 """Rows that a message may have; a measured voltage that is replayed from a file may be longer."""
 FAULT = 'fault'
 """The command that takes names and values in place of numbers."""
+JOINT = 'joint'
+"""The command that takes joints in place of numbers."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,8 @@ class Request:
         Stamp in the header of its message; 0 where its sender gave none.
     frame_id : str
         Of vectors: the frame in which they are given; empty for that of the command.
+    joints : Joints
+        Of ``joint``: what is asked of which joint.
 
     """
 
@@ -58,6 +64,13 @@ class Request:
     settings: tuple[tuple[str, Scalar], ...] = ()
     stamp_ns: int = 0
     frame_id: str = ''
+    joints: Joints = NOTHING
+
+    @property
+    def size(self) -> int:
+        """Numbers and characters that it holds, as a measure of its memory."""
+        texts = self.frame_id, *self.joints.names
+        return len(self.values) + sum(map(len, (*texts, *self.joints)))
 
 
 class Instrument(Protocol):
@@ -173,7 +186,11 @@ def check_request(request: Request, parameters: Parameters) -> Any:
     if command.is_table:
         return command.check(parameters, _all_finite(request))
     if command.name == FAULT:
-        return command.check(parameters, _settings_of(request))
+        _refuse_numbers(request, 'name the faults and their values')
+        return command.check(parameters, dict(request.settings))
+    if command.name == JOINT:
+        _refuse_numbers(request, 'give names, positions, velocities')
+        return command.check(parameters, request.joints)
     if command.frame:
         _check_frame(request, getattr(parameters.frame_id, command.frame))
     return command.check(parameters, *_numbers_of(request, command))
@@ -197,11 +214,9 @@ def _all_finite(request: Request) -> Array:
     return numbers
 
 
-def _settings_of(request: Request) -> Mapping[str, Scalar]:
+def _refuse_numbers(request: Request, hint: str) -> None:
     if request.values:
-        hint = 'name the faults and their values'
-        raise WrongKind(FAULT, list(request.values[:8]), 'without numbers', hint)
-    return dict(request.settings)
+        raise WrongKind(request.name, list(request.values[:8]), 'without numbers', hint)
 
 
 def _numbers_of(request: Request, command: Command) -> Sequence[float]:
@@ -249,6 +264,11 @@ def _jog(bench: Instrument, accepted: Accepted) -> None:
 
 def _approach(bench: Instrument, accepted: Accepted) -> None:
     bench.motion.approach(accepted.command, accepted.value, bench.observe_powered())
+
+
+def _pursue(bench: Instrument, accepted: Accepted) -> None:
+    if accepted.value is not None:
+        bench.motion.pursue(accepted.command, accepted.value, bench.observe_powered())
 
 
 def _load(bench: Instrument, accepted: Accepted) -> Result:
@@ -315,6 +335,10 @@ _ROWS = (
             'closed loop: point.x, m; coarse steps, then fine scan, then hold; the rest must be '
             '0; in frame_id.stage, or no frame',
             frame='stage'),
+    Command(JOINT, JOINT_STATE, ('position m', 'velocity m/s', 'effort N'),
+            check_joints, _pursue,
+            'sim.joint_name in closed loop: position, m, or without one velocity, m/s; empty and '
+            '.nan are not commanded, effort is refused'),
     Command('load', WRENCH, ('force.x N', 'force.y N', 'force.z N',
                              'torque.x N m', 'torque.y N m', 'torque.z N m'),
             checks.check_load, _load,

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level
-from stickslip_ros.instrument.closed_loop import ClosedLoop, Observation, Outcome
+from stickslip_ros.instrument.closed_loop import ClosedLoop, Goal, Observation, Outcome
 from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
@@ -82,7 +82,7 @@ class Motion:
         """Forget every move and hold a voltage."""
         self._running: Running | None = None
         self._loop: ClosedLoop | None = None
-        self._jog_ends_ns = 0
+        self._renewed_ns = 0
         self._failed = Status(0)
         self._follow(level(voltage_v))
 
@@ -117,8 +117,25 @@ class Motion:
     def approach(self, command: Identity, position_m: float, observation: Observation) -> None:
         """Go to a position reading, m, in closed loop in place of the running move."""
         self._make_way(command, observation)
+        self._close_loop(command, Goal(position_m), observation)
+
+    def pursue(self, command: Identity, goal: Goal, observation: Observation) -> None:
+        """Give a new goal to the closed loop of this command; without one, close the loop."""
+        running, loop = self._running, self._loop
+        if running is None or loop is None or running.command.name != command.name:
+            self._make_way(command, observation)
+            self._close_loop(command, goal, observation)
+        else:
+            was_told = loop.holds
+            if loop.pursue(goal, observation):
+                self.replaced += not was_told
+                self._running = replace(running, command=command)
+        self._renewed_ns = observation.time_ns
+        self._stop_beyond_soft_limit(observation)
+
+    def _close_loop(self, command: Identity, goal: Goal, observation: Observation) -> None:
         self._running = Running(command, None)
-        self._loop = ClosedLoop(self._parameters, position_m, observation)
+        self._loop = ClosedLoop(self._parameters, goal, observation)
         self._follow(level(observation.voltage_v))
 
     def jog(self, command: Identity, wave: Wave | None, observation: Observation) -> None:
@@ -132,14 +149,14 @@ class Motion:
             self._running = Running(command, wave)
             self._follow(wave)
         elif wave is None:
-            self._end_jog(f'ended by command {command.number}', observation)
+            self._come_to_rest(f'ended by command {command.number}', observation)
             return
         elif wave[:RATE] != self.wave[:RATE]:
             self.replaced += 1
             steps = running.steps + observation.cycles
             self._running = replace(running, wave=wave, steps=steps)
             self._follow(wave)
-        self._jog_ends_ns = observation.time_ns + to_nanoseconds(self._parameters.jog.timeout)
+        self._renewed_ns = observation.time_ns
         self._stop_beyond_soft_limit(observation)
 
     def watch(self, observation: Observation) -> None:
@@ -148,12 +165,14 @@ class Motion:
             return
         if self._stop_beyond_soft_limit(observation):
             return
-        if self._loop is not None:
-            self._go_on(self._loop, observation)
-        elif self._running.command.name == 'jog':
-            if observation.time_ns >= self._jog_ends_ns:
-                self._end_jog('jog.timeout passed without a new command', observation)
-        elif observation.arrived:
+        loop, is_jog = self._loop, self._running.command.name == 'jog'
+        timeout_ns = to_nanoseconds(self._parameters.jog.timeout)
+        needs_renewal = is_jog or (loop is not None and loop.goal.direction != 0)
+        if needs_renewal and observation.time_ns >= self._renewed_ns + timeout_ns:
+            self._come_to_rest('jog.timeout passed without a new command', observation)
+        elif loop is not None:
+            self._go_on(loop, observation)
+        elif not is_jog and observation.arrived:
             self.end(Outcome(Result.DONE), observation)
 
     def end(self, outcome: Outcome, observation: Observation) -> None:
@@ -191,7 +210,7 @@ class Motion:
         self.wave = wave
         self.is_new = True
 
-    def _end_jog(self, why: str, observation: Observation) -> None:
+    def _come_to_rest(self, why: str, observation: Observation) -> None:
         self._follow(level(observation.voltage_v))
         self.end(Outcome(Result.DONE, why), observation)
 
@@ -211,12 +230,13 @@ class Motion:
 
     def _stop_beyond_soft_limit(self, observation: Observation) -> bool:
         """End steps that lead out of the soft limits, or begin beyond them; tell whether."""
-        limits, running = self._parameters.limits, self._running
-        if running is None or not limits.has_soft_limits or not running.direction:
+        limits, running, loop = self._parameters.limits, self._running, self._loop
+        if running is None or not limits.has_soft_limits:
             return False
-        if running.direction > 0 and observation.position_m > limits.soft_max:
+        direction = running.direction if loop is None else loop.goal.direction
+        if direction > 0 and observation.position_m > limits.soft_max:
             side = f'above limits.soft_max {limits.soft_max:g} m'
-        elif running.direction < 0 and observation.position_m < limits.soft_min:
+        elif direction < 0 and observation.position_m < limits.soft_min:
             side = f'below limits.soft_min {limits.soft_min:g} m'
         else:
             return False

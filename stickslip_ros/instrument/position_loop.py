@@ -144,6 +144,16 @@ class PositionLoop:
         self._step_m = min(2.0 * self._step_m, stroke_m)
         return True
 
+    def leads_beyond(self, target_m: float) -> bool:
+        """Return whether the burst under way is expected to end beyond another target."""
+        end_m = self._before_m + self._burst * self._step_m
+        return self._burst * (target_m - end_m) < 0.0
+
+    def break_off(self, voltage_v: float) -> None:
+        """Forget the burst under way, of which nothing is learned: it ends at this voltage."""
+        self._burst = 0
+        self.voltage_v = voltage_v
+
     def start_anew(self) -> None:
         """Forget what was tried for the last target."""
         self._centres = 0

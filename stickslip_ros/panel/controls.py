@@ -8,7 +8,7 @@ from stickslip_ros.instrument.commands import SET_BOOL
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.panel.model import CYCLES, SPANS_S
 from stickslip_ros.parameters import specs
-from stickslip_ros.recording.messages import INT32, STAMPED_FIELDS
+from stickslip_ros.recording.messages import INT32, JOINT_STATE, STAMPED_FIELDS
 from stickslip_ros.recording.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.units import display_unit
 
@@ -58,7 +58,7 @@ def sheet() -> dict[str, Any]:
     return {
         'kind': 'drive',
         **lamps(),
-        'commands': [_command(each) for each in COMMAND_TOPICS if not each.switch],
+        'commands': [_command(each) for each in COMMAND_TOPICS if _is_for_people(each)],
         'services': {
             each.name.removeprefix('~/'): {
                 'text': each.text,
@@ -68,6 +68,11 @@ def sheet() -> dict[str, Any]:
         },
         'faults': [_fault(name) for name in specs() if is_fault(name)],
     }
+
+
+def _is_for_people(topic: Topic) -> bool:
+    """Return whether somebody gives a command, who has no use for lockstep and joints."""
+    return not topic.switch and topic.type_name != JOINT_STATE
 
 
 def lamps() -> dict[str, Any]:

@@ -48,7 +48,7 @@ class SimParameters(Checked):
     joint_states_rate: float = quantity(
         100.0, 'Hz', 'messages of joint_states per simulated second; 0 is none', bounds=(0.0, 1e4)
     )
-    joint_name: str = words('runner_joint', 'name of the runner in joint_states')
+    joint_name: str = words('runner_joint', 'name of the runner in joint_states and command/joint')
     checkpoint: str = words(
         '', 'file of ~/save_checkpoint from which the node starts; empty starts at rest'
     )
@@ -79,7 +79,8 @@ class JogParameters(Checked):
     timeout: float = quantity(
         0.5,
         's',
-        'watchdog: time after the last command/jog at which the drive stops',
+        'watchdog: time after the last command/jog, or velocity of command/joint, at which '
+        'the drive stops',
         bounds=(0.001, 60.0),
     )
 

@@ -9,11 +9,13 @@ import numpy as np
 
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.commands import WAVEFORM_ROWS_MAX, Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.cdr import (
     pack_float64,
     pack_float64_array,
     pack_int32,
+    pack_joints,
     pack_stamped,
     pack_string,
     unpack,
@@ -25,8 +27,10 @@ from stickslip_ros.recording.run_file import TOPICS_RECORD
 from stickslip_ros.recording.topics import COMMAND_TOPICS, TOPICS, Topic
 from stickslip_ros.units import NS_PER_S
 
-FRAME_ID_MAX = 1000
-"""Characters of a frame that a message may name."""
+NAME_MAX = 1000
+"""Characters of the name of a frame, or of a joint, in a message."""
+JOINTS_MAX = 1000
+"""Joints of a message."""
 BY_TOPIC = {topic.request: topic for topic in COMMAND_TOPICS if topic.recorded}
 """Topic of each request that comes over one."""
 NOTES = 'request'
@@ -38,6 +42,9 @@ def pack_request(request: Request, time_ns: int) -> Packed:
     """Return a request as the message of its topic, at the time at which it takes effect."""
     topic = BY_TOPIC.get(request.name)
     if topic is not None:
+        if topic.type_name == m.JOINT_STATE:
+            joints = m.JointMessage(request.stamp_ns, request.frame_id, *request.joints)
+            return Packed(topic.key, time_ns, pack_joints(joints))
         data = pack_command(topic, request.values, request.stamp_ns, request.frame_id)
         return Packed(topic.key, time_ns, data)
     content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
@@ -54,7 +61,7 @@ def pack_command(topic: Topic, values: Any, stamp_ns: int = 0, frame_id: str = '
         A command topic.
     values : float, int or sequence of float
         The number, or the numbers in their order; rows for a waveform; of a load or a position
-        its x alone will do.
+        its x alone will do, of a joint its position; not a number is not commanded.
     stamp_ns : int
         Stamp, where the message has one; 0 is none.
     frame_id : str
@@ -69,6 +76,9 @@ def pack_command(topic: Topic, values: Any, stamp_ns: int = 0, frame_id: str = '
     if topic.type_name in m.STAMPED_FIELDS:
         rest = (0.0,) * (len(topic.numbers) - len(numbers))
         return pack_stamped(stamp_ns, frame_id, (*numbers, *rest))
+    if topic.type_name == m.JOINT_STATE:
+        arrays = ((float(number),) for number in numbers)
+        return pack_joints(m.JointMessage(stamp_ns, frame_id, (), *arrays))
     columns = ','.join(map(_column, topic.numbers))
     if topic.is_table and len(numbers) % len(topic.numbers) == 0:
         rows = numbers.reshape(-1, len(topic.numbers))
@@ -101,6 +111,10 @@ def read_request(topic: Topic, data: bytes) -> Request:
     if isinstance(message, m.StampedMessage):
         stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
         return Request(topic.request, message.values, stamp_ns=stamp_ns, frame_id=message.frame_id)
+    if isinstance(message, m.JointMessage):
+        stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
+        joints = Joints(*message[2:])
+        return Request(topic.request, stamp_ns=stamp_ns, frame_id=message.frame_id, joints=joints)
     if isinstance(message, m.ArrayMessage):
         if topic.is_table:
             _check_layout(topic, message)
@@ -118,15 +132,20 @@ def receive_request(topic: Topic, data: bytes) -> Request:
     Raises
     ------
     StickSlipError
-        As `read_request`, and if a waveform has too many rows for a message, or a frame too
-        long a name.
+        As `read_request`, and if a waveform has too many rows for a message, if there are too
+        many joints, or a name is too long.
 
     """
     request = read_request(topic, data)
-    if len(request.frame_id) > FRAME_ID_MAX:
-        limit = f'longer than {FRAME_ID_MAX} characters'
-        hint = 'give the frame of the drive, or none'
-        raise OutOfRange(f'{topic.request} frame', request.frame_id, '', limit, hint)
+    for name in (request.frame_id, *request.joints.names):
+        if len(name) > NAME_MAX:
+            limit = f'longer than {NAME_MAX} characters'
+            hint = 'give the name that the drive has, or none'
+            raise OutOfRange(f'name in {topic.request}', name, '', limit, hint)
+    joints = max(map(len, request.joints))
+    if joints > JOINTS_MAX:
+        limit = f'above the {JOINTS_MAX} of a message'
+        raise OutOfRange('joints', joints, '', limit, 'send those of the drive')
     rows = len(request.values) // len(topic.numbers)
     if topic.is_table and rows > WAVEFORM_ROWS_MAX:
         limit = f'above the {WAVEFORM_ROWS_MAX} of a message'

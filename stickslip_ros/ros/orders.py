@@ -70,7 +70,7 @@ class Order:
     @property
     def numbers(self) -> int:
         """Its share of what may wait."""
-        return LEAST_NUMBERS + (0 if self.request is None else len(self.request.values))
+        return LEAST_NUMBERS + (0 if self.request is None else self.request.size)
 
     @property
     def rank(self) -> int:

@@ -3,11 +3,12 @@
 import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.instrument.commands import COMMANDS, Request
+from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
@@ -118,11 +119,24 @@ def _numbers(request: Request) -> str:
         return ''
     if command.is_table:
         return f'{len(request.values) // len(command.numbers)} rows'
+    if command.name == JOINT:
+        return _joint_numbers(request.joints, command.numbers)
     shown = []
     for label, value in zip(command.numbers, request.values, strict=True):
         name, _, unit = label.partition(' ')
         shown.append(with_unit(value, unit) if unit else f'{value:g} {name}')
     return ', '.join(shown[:1] if command.frame else shown)
+
+
+def _joint_numbers(joints: Joints, labels: Sequence[str]) -> str:
+    """Return what a joint is asked, with units; of several their count."""
+    if len(joints.names) > 1:
+        return f'{len(joints.names)} joints'
+    shown = []
+    for label, numbers in zip(labels, joints[1:], strict=True):
+        unit = label.partition(' ')[2]
+        shown += [with_unit(each, unit) for each in numbers if not math.isnan(each)]
+    return ', '.join(shown)
 
 
 def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]:

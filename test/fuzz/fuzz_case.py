@@ -15,6 +15,7 @@ from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Event, Result
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, spec_of
 from stickslip_ros.recording.run import Run, RunWriter
@@ -165,10 +166,19 @@ class _Run:
 
 
 def _request(rng: np.random.Generator, parameters: Parameters) -> Request:
-    name = str(rng.choice(sorted((*NUMBERS, 'fault'))))
+    name = str(rng.choice(sorted((*NUMBERS, 'fault', 'joint'))))
     if name == 'fault':
         return Request('fault', settings=_settings(rng))
+    if name == 'joint':
+        return Request('joint', joints=_joints(rng))
     return Request(name, NUMBERS[name](rng, parameters))
+
+
+def _joints(rng: np.random.Generator) -> Joints:
+    """Draw a target or a velocity, which is now and then beyond what steps reach."""
+    if rng.random() < 0.5:
+        return Joints((), (_signed(rng, 1e-10, 1e-5),))
+    return Joints((), (math.nan,), (_signed(rng, 1e-9, 3e-4),))
 
 
 def _settings(rng: np.random.Generator) -> tuple[tuple[str, Scalar], ...]:
@@ -231,4 +241,4 @@ NUMBERS: Mapping[str, Numbers] = {
     'enable_amplifier': lambda rng, _: (float(rng.random() < 0.8),),
     'clear_faults': lambda *_: (),
 }
-"""The numbers of each command but ``fault``."""
+"""The numbers of each command but ``fault`` and ``joint``."""

@@ -10,19 +10,22 @@ from hypothesis import strategies as st
 from stickslip_ros.drive.advance import POSITION
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Event, Result, Status
 from stickslip_ros.parameters import Parameters
 
 BLOCKS = 8
 EXAMPLES = 60
-MOVES = frozenset(('voltage', 'sawtooth', 'steps', 'jog', 'waveform', 'position'))
+MOVES = frozenset(('voltage', 'sawtooth', 'steps', 'jog', 'waveform', 'position', 'joint'))
 FAILURE_BITS = (
     Status.END_STOP_REACHED | Status.RANGE_LIMIT_REACHED | Status.FOLLOWING_LIMIT_REACHED
 )
 SET_POINTS = frozenset(('voltage', 'position', 'preload'))
 """Commands that the next one of their name replaces without an event."""
 REFUSALS = (Result.INVALID_PARAMETER, Result.RANGE_LIMIT_REACHED)
-WATCHED = frozenset(('jog', 'position'))
+SILENT = frozenset(('jog', 'joint'))
+"""Moves that are renewed without an event."""
+WATCHED = frozenset(('jog', 'position', 'joint'))
 """Moves that are looked at once per update: how long an update is matters to them."""
 QUICK = {
     'jog.timeout': 2e-3,
@@ -74,6 +77,15 @@ def stands(draw):
     return Parameters().updated(QUICK | values | {f'amplifier.{k}': v for k, v in span_v.items()})
 
 
+POSITIONS, VELOCITIES = (0.0, 2e-8, -1e-6, 1e6, np.nan), (0.0, 2e-5, -1e-4, 1.0, np.nan)
+JOINTS = st.builds(
+    Joints,
+    st.sampled_from(((), ('runner_joint',), ('arm',))),
+    st.lists(st.sampled_from(POSITIONS), max_size=1).map(tuple),
+    st.lists(st.sampled_from(VELOCITIES), max_size=2).map(tuple),
+)
+
+
 def numbers(*choices):
     return st.sampled_from(choices).map(lambda value: (float(value),))
 
@@ -102,7 +114,8 @@ def requests_with(faults):
         lambda chosen: Request('fault', settings=tuple(chosen.items()))
     )
     bad = st.builds(Request, st.sampled_from((*MOVES, 'fly')), st.just((float('nan'),)))
-    return st.one_of(*built, st.sampled_from(plain).map(Request), fault, fault, bad)
+    joint = st.builds(Request, st.just('joint'), joints=JOINTS)
+    return st.one_of(*built, joint, st.sampled_from(plain).map(Request), fault, fault, bad)
 
 
 def sequences(faults):
@@ -136,7 +149,7 @@ def _open_names(names, events):
 def _assert_moves_match(status, open_names):
     """Check that a move or a preload without its event is under way, and nothing else."""
     moves = [name for name in open_names if name in MOVES]
-    lone = [name for name in moves if name != 'jog']  # a jog is renewed in silence
+    lone = [name for name in moves if name not in SILENT]
     if not status & Status.MOVE_DELAYED:
         assert len(lone) <= 1
         assert not lone or status & Status.MOVING
@@ -150,11 +163,11 @@ def _assert_told_once(names, events, replaced):
     holds = [event.number for event in events if event.command == 'hold']
     assert set(ends.values()) <= {1}
     assert len(set(holds)) == len(holds)
-    assert all(names[number - 1] == 'position' for number in holds)
+    assert {names[number - 1] for number in holds} <= {'position', 'joint'}
     assert all(e.message for e in events if e.result is not Result.DONE)
     assert all(e.command in (names[e.number - 1], 'hold') for e in events)
     untold = {number for number in range(1, len(names) + 1) if number not in ends}
-    counted = [number for number in untold if names[number - 1] != 'jog']
+    counted = [number for number in untold if names[number - 1] not in SILENT]
     assert {names[number - 1] for number in counted} <= SET_POINTS
     assert len(counted) == replaced if len(counted) == len(untold) else len(counted) <= replaced
 

@@ -13,6 +13,7 @@ import pytest
 from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.parameters import Parameters, Scalar, load_yaml
 
 REALISTIC = Path(__file__).parents[2] / 'config' / 'realistic.yaml'
@@ -29,6 +30,7 @@ PROGRAMS: Mapping[str, tuple[Request, ...]] = {
     'jog': (Request('jog', (333.3,)),),
     'waveform': (Request('waveform', WAVEFORM),),
     'closed loop': (Request('position', (271.828e-9, 0.0, 0.0)),),
+    'joint': (Request('joint', joints=Joints((), (), (5e-5,))),),
     'preload': (Request('voltage', (77.7,)), Request('preload', (0.31415,))),
     'zero and tare': (
         Request('zero_position'),
@@ -43,6 +45,7 @@ PROGRAMS: Mapping[str, tuple[Request, ...]] = {
         Request('fault', settings=(('fault.command_delay', 5e-3),)),
         Request('sawtooth', (99.9, 800.0, 4.0)),
         Request('waveform', WAVEFORM),
+        Request('joint', joints=Joints(('runner_joint',), (1e-6,))),
     ),
     'off': (Request('enable_amplifier', (0.0,)), Request('steps', (3.0,))),
 }

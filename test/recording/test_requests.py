@@ -1,6 +1,7 @@
 """Messages become requests and requests messages, live and recorded; nonsense is refused."""
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,10 +12,12 @@ from geometry_msgs.msg import PointStamped
 from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS, WAVEFORM_ROWS_MAX, Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording import Channel, Qos, Recorder, Recording, cdr
@@ -43,6 +46,9 @@ def numbers(count: int) -> st.SearchStrategy[tuple[float, ...]]:
     return st.tuples(*[NUMBER] * count)
 
 
+ARRAY = st.lists(NUMBER, max_size=3).map(tuple)
+NAMES = st.lists(st.sampled_from(['runner_joint', 'arm']), max_size=3).map(tuple)
+JOINTS = st.builds(Joints, NAMES, ARRAY, ARRAY, ARRAY)
 REQUESTS = st.one_of(
     st.builds(Request, st.sampled_from(['voltage', 'preload', 'jog']), numbers(1)),
     st.builds(Request, st.just('steps'), st.integers(-(2**31), 2**31 - 1).map(lambda n: (n,))),
@@ -50,6 +56,7 @@ REQUESTS = st.one_of(
     st.builds(Request, st.just('waveform'), st.lists(NUMBER, max_size=9).map(tuple)),
     st.builds(Request, st.just('position'), numbers(3), stamp_ns=STAMPS_NS, frame_id=FRAME),
     st.builds(Request, st.just('load'), numbers(6), stamp_ns=STAMPS_NS, frame_id=FRAME),
+    st.builds(Request, st.just('joint'), stamp_ns=STAMPS_NS, frame_id=FRAME, joints=JOINTS),
     st.sampled_from([Request('stop'), Request('reset'), Request('clear_faults')]),
     st.just(Request('fault', settings=(('fault.dead_foot', 2), ('fault.load_cell', 'freeze')))),
 )
@@ -85,6 +92,7 @@ def test_topics_have_the_names_in_a_recording_that_they_always_had(tmp_path):
         'waveform',
         'load',
         'preload',
+        'joint',
         'joint_states',
         'force',
         'trace',
@@ -157,7 +165,7 @@ def test_a_value_goes_through_its_message_to_the_request(
 
 def test_every_command_topic_is_covered():
     assert set(BY_NAME) == {name for name, row in COMMANDS.items() if row.has_topic} | {'grant'}
-    assert len(BY_NAME) == 9
+    assert len(BY_NAME) == 10
 
 
 def test_the_stamp_of_a_target_reaches_the_request():
@@ -181,10 +189,30 @@ def test_all_coordinates_of_a_target_and_its_frame_reach_the_request():
     assert (request.values, request.frame_id) == ((1.0, 2.0, 3.0), 'camera')
 
 
+def test_names_and_arrays_of_joints_reach_the_request_as_they_are():
+    message = JointState(name=['arm', 'runner_joint'], position=[1.0, 2.0], effort=[3.0])
+    message.header.stamp = Time(sec=5)
+    request = received('joint', message)
+    assert request.joints == Joints(('arm', 'runner_joint'), (1.0, 2.0), (), (3.0,))
+    assert (request.values, request.stamp_ns) == ((), 5 * NS_PER_S)
+
+
+def test_a_position_without_more_is_a_joint_without_a_name():
+    data = pack_command(topic_of('joint'), 2e-6)
+    assert receive_request(topic_of('joint'), data).joints == Joints((), (2e-6,))
+    data = pack_command(topic_of('joint'), (math.nan, 1e-5))
+    assert receive_request(topic_of('joint'), data).joints.velocities == (1e-5,)
+
+
+def test_more_joints_than_a_robot_has_are_refused():
+    with pytest.raises(OutOfRange, match='joints 1001 is above the 1000 of a message'):
+        received('joint', JointState(position=[0.0] * 1001))
+
+
 def test_a_frame_of_a_name_that_nobody_gives_is_refused():
     message = PointStamped()
     message.header.frame_id = 1001 * 'x'
-    with pytest.raises(OutOfRange, match='longer than 1000 characters; give the frame of the'):
+    with pytest.raises(OutOfRange, match='longer than 1000 characters; give the name that'):
         received('position', message)
 
 

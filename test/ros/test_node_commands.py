@@ -6,10 +6,12 @@ from typing import Any
 
 import pytest
 from geometry_msgs.msg import PointStamped
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.recording.topics import COMMAND_TOPICS
+from stickslip_ros.ros.client import LockstepClient
 
 LOCKSTEP = {'sim.lockstep': True}
 BLOCK_S = 1e-3
@@ -20,6 +22,7 @@ GOOD: Mapping[str, Any] = {
     'jog': 0.0,
     'waveform': ((0.0, 0.0), (0.005, 100.0)),
     'position': 10e-9,
+    'joint': 10e-9,
     'load': -0.1,
     'preload': 0.502,
     'grant': (2 * BLOCK_S, 1.0),
@@ -31,6 +34,7 @@ BAD: Mapping[str, Any] = {
     'jog': math.nan,
     'waveform': ((0.0, 0.0), (0.0, 100.0)),
     'position': math.inf,
+    'joint': math.inf,
     'load': 11.0,
     'preload': 0.0,
     'grant': (-1.0, 0.0),
@@ -134,6 +138,33 @@ def test_a_target_is_reached_in_closed_loop(start_drive: Callable):
     assert positions[max(positions)] == pytest.approx(
         1e-6, abs=2.0 * stand.drive.session.parameters.closed_loop.tolerance
     )
+
+
+FREE_RUNNER = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
+VELOCITY_M_PER_S = 2e-5
+
+
+def test_a_joint_follows_a_velocity_as_long_as_it_comes(start_drive: Callable):
+    stand = start_drive({**FREE_RUNNER, 'sim.lockstep': True}, wait=False)
+    positions_m: list[float] = []
+
+    def on_position(_: float, position_m: float) -> list[tuple[str, Any]]:
+        positions_m.append(position_m)
+        goes_on = len(positions_m) < 200 and len(positions_m) % 10 == 0
+        return [('joint', (NAN, VELOCITY_M_PER_S))] if goes_on else []
+
+    client = LockstepClient(stand.operator.node, BLOCK_S, on_position)
+    event = stand.operator.wait_for_event('joint', 0)
+    assert positions_m[199] - positions_m[99] == pytest.approx(0.1 * VELOCITY_M_PER_S, rel=0.2)
+    assert (event['result'], event['time_ns']) == ('DONE', 690_000_000)  # jog.timeout
+    client.close()
+
+
+def test_joints_whose_arrays_have_other_sizes_are_refused_with_an_event(stand: Any):
+    stand.operator.send('joint', JointState(name=['arm', 'runner_joint'], position=[1e-6]))
+    event = stand.operator.wait_for_event('joint', 0)
+    assert event['result'] == 'INVALID_PARAMETER'
+    assert event['message'].startswith('joint position [1e-06] is not a list of 2 numbers; give')
 
 
 def bad_rows() -> Float64MultiArray:

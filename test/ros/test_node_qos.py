@@ -20,7 +20,7 @@ BEST_EFFORT = {'qos_overrides./position.publisher.reliability': 'best_effort'}
 
 STREAMS = ('position', 'force', 'voltage', 'trace', 'joint_states')
 OPTIONAL = ('truth/position', 'truth/force', 'clock')
-SET_POINTS = ('voltage', 'jog', 'position', 'load', 'preload')
+SET_POINTS = ('voltage', 'jog', 'position', 'joint', 'load', 'preload')
 
 
 def endpoint_of(stand: Any, name: str, *, published: bool) -> Any:

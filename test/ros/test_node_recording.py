@@ -25,7 +25,13 @@ RECORDED = {key: channel.topic for key, channel in recorded_channels(Parameters(
 #: A tick long enough that no reading is lost on its way to a busy operator: 100 are kept for it.
 UNHURRIED = {'sim.block': 0.01}
 #: One command on each topic that a session leaves out; refused or not, it is recorded.
-MORE = (('steps', 2), ('jog', 0.0), ('position', math.nan), ('waveform', ((0.0, 1.0),)))
+MORE = (
+    ('steps', 2),
+    ('jog', 0.0),
+    ('position', math.nan),
+    ('joint', math.inf),
+    ('waveform', ((0.0, 1.0),)),
+)
 LOAD_N = 0.1
 PRELOAD_N = 0.51
 AMPLITUDE_V, FREQUENCY_HZ, STEPS = 300.0, 500.0, 20.0

@@ -7,8 +7,10 @@ from typing import Any
 import pytest
 from rclpy.parameter import Parameter
 from rosbags.highlevel import AnyReader
+from sensor_msgs.msg import JointState
 
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.fingerprint import compare_data
 from stickslip_ros.recording.reader import Recording
@@ -91,6 +93,9 @@ def test_everything_asked_of_a_node_in_real_time_is_replayed(
     operator.switch('set_paused', wanted=False)
     operator.command('position', 50e-9)
     operator.spin_for(0.05)
+    operator.send('joint', JointState(name=['runner_joint'], velocity=[1e-5]))
+    operator.spin_for(0.03)
+    operator.send('joint', JointState(name=['runner_joint'], position=[1.0, 2.0], effort=[0.0]))
     operator.command('preload', 0.51)
     operator.wait_for_event('preload', 0)
     for name in ('stop', 'zero_position'):
@@ -148,6 +153,7 @@ PLAN = (
     Request('preload', (0.45,)),
     Request('jog', (0.0,)),
     Request('position', (0.0, 0.0, 0.0)),
+    Request('joint', joints=Joints(('runner_joint',), (50e-9,))),
 )
 EVERY_BLOCKS = 60
 

@@ -1,6 +1,7 @@
 """The picture of a run: windows as they are typed, enlarged steps, commands, events and bits."""
 
 import json
+import math
 import re
 
 import matplotlib.image
@@ -10,6 +11,7 @@ from matplotlib.colors import to_rgb
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording import messages as m
@@ -199,14 +201,19 @@ def test_commands_are_named_with_their_numbers_and_what_is_always_set_is_no_bar(
         ('steps', (-3.0,), '-3 steps'),
         ('waveform', (0.0, 0.0, 0.001, 5.0), '2 rows'),
         ('stop', (), ''),
+        ('joint', Joints((), (1e-6,)), '1000 nm'),
+        ('joint', Joints(('runner_joint',), (math.nan,), (2e-5,)), '2e-05 m/s'),
+        ('joint', Joints(('arm', 'runner_joint'), (1.0, 1e-6)), '2 joints'),
+        ('joint', Joints(), ''),
     ],
 )
 def test_the_numbers_of_a_command_are_written_as_people_read_them(tmp_path, name, values, numbers):
+    asked = {'joints': values} if isinstance(values, Joints) else {'values': values}
     path = tmp_path / 'run.mcap'
     with RunWriter(path, Parameters(), wait=True) as writer:
         run = Run(Parameters(), writer=writer)
         run.update(MS_NS)
-        run.update(2 * MS_NS, [Request(name, values)])
+        run.update(2 * MS_NS, [Request(name, **asked)])
     assert recorded_commands(Recording(path)) == [(0.001, name, numbers)]
 
 
