@@ -75,6 +75,16 @@ def compiled_kernels() -> None:
 
 
 @pytest.fixture(scope='session')
+def quiet_ros(tmp_path_factory: pytest.TempPathFactory, compiled_kernels: None) -> Iterator[None]:
+    """Keep logs out of the home folder, and what the machine has set up for ROS out of a test."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('log')))
+        patch.delenv('ROS_DOMAIN_ID', raising=False)
+        patch.delenv('ROS_NAMESPACE', raising=False)
+        yield
+
+
+@pytest.fixture(scope='session')
 def stand() -> Parameters:
     """Give the test stand of the paper: every parameter at its default."""
     return Parameters()

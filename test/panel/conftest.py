@@ -20,14 +20,8 @@ def await_that(condition: Callable[[], object], what: str) -> None:
 
 
 @pytest.fixture(scope='session', autouse=True)
-def _quiet_surroundings(
-    tmp_path_factory: pytest.TempPathFactory, compiled_kernels: None
-) -> Iterator[None]:
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('log')))
-        patch.delenv('ROS_DOMAIN_ID', raising=False)
-        patch.delenv('ROS_NAMESPACE', raising=False)
-        yield
+def _surroundings(quiet_ros: None) -> None:
+    """Have what the machine has set up for ROS left out of every test."""
 
 
 @pytest.fixture

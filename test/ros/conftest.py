@@ -16,17 +16,10 @@ REPORT_S = 0.2
 
 
 @pytest.fixture(scope='session', autouse=True)
-def _quiet_surroundings(
-    tmp_path_factory: pytest.TempPathFactory, compiled_kernels: None
-) -> Iterator[None]:
-    """Keep logs out of the home folder, and what the machine has set up for ROS out of a test."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv('ROS_LOG_DIR', str(tmp_path_factory.mktemp('log')))
-        patch.delenv('ROS_DOMAIN_ID', raising=False)
-        patch.delenv('ROS_NAMESPACE', raising=False)
-        gc.collect()
-        gc.freeze()  # a stand that is closed collects garbage: of its own, not all there was
-        yield
+def _surroundings(quiet_ros: None) -> None:
+    """Have what the machine has set up for ROS left out of every test."""
+    gc.collect()
+    gc.freeze()  # a stand that is closed collects garbage: of its own, not all there was
 
 
 @pytest.fixture
