@@ -76,7 +76,7 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
     settings = ModelSettings(
         chosen_parameters(arguments), float(frequency_hz), arguments.steps or 0, arguments.workers
     )
-    reading = chosen_reading(arguments)
+    reading = chosen_reading(arguments, len(arguments.files))
     with shown_progress('runs', quiet=arguments.json) as progress:
         comparison = compare(
             files,

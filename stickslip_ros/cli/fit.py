@@ -92,7 +92,8 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         make_room(arguments.figure)
     if arguments.seed < 0:
         raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
-    points = read_points(arguments.points, arguments.frequency, chosen_reading(arguments))
+    reading = chosen_reading(arguments, len(arguments.points))
+    points = read_points(arguments.points, arguments.frequency, reading)
     origin = ', '.join(path.name for path in arguments.points)
     names = [name.strip() for name in arguments.free.split(',') if name.strip()]
     starts, bounds = parse_assignments(arguments.start), parse_assignments(arguments.bounds)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from stickslip_ros.cli.options import many, option, to_numbers, to_path, verb
 from stickslip_ros.cli.printing import Answer
-from stickslip_ros.errors import WrongKind
+from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import parse_assignments
 from stickslip_ros.study.experiment import (
@@ -51,7 +51,9 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
             raise WrongKind('output', str(output), 'a .csv file', 'end its name so')
         make_room(output)
     read: list[Experiment] = []
-    reading = dataclasses.replace(chosen_reading(arguments), report=read.append)
+    reading = dataclasses.replace(
+        chosen_reading(arguments, len(arguments.files)), report=read.append
+    )
     if len(arguments.files) == 1:
         whole = read_experiment(arguments.files[0], reading)
     else:
@@ -63,23 +65,23 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
     return Answer(content, [*lines, f'table   {output}'] if output else lines)
 
 
-def chosen_reading(arguments: argparse.Namespace) -> Reading:
+def chosen_reading(arguments: argparse.Namespace, tables: int = 1) -> Reading:
     """
     Return what a command line says of tables; what is understood is told before the work.
 
     Raises
     ------
     StickSlipError
-        If a column or a preload is refused.
+        If a column or a preload is refused, or there are more preloads than tables.
 
     """
-    preloads = getattr(arguments, 'preload', None)
-    hint = 'give newtons, as 0.5 or 0.1,0.5'
-    return Reading(
-        parse_assignments(arguments.headers, '--map NAME=HEADER'),
-        to_numbers('--preload', preloads, hint) if preloads else (),
-        None if arguments.json else _tell,
-    )
+    text = getattr(arguments, 'preload', None)
+    preloads_n = to_numbers('--preload', text, 'give newtons, as 0.1,0.5') if text else []
+    if len(preloads_n) > tables:
+        limit = f'{len(preloads_n)} preloads of {tables} table' + 's' * (tables > 1)
+        raise OutOfRange('--preload', text, '', limit, 'give one of all, or one of each')
+    headers = parse_assignments(arguments.headers, '--map NAME=HEADER')
+    return Reading(headers, preloads_n, None if arguments.json else _tell)
 
 
 def _tell(experiment: Experiment) -> None:

@@ -145,6 +145,15 @@ class Reading:
         for preload_n in self.preloads_n:
             POINT_COLUMNS['preload_n'].check('--preload', preload_n)
 
+    def check_kind(self, kind: str, where: str) -> None:
+        """Refuse what a table of a kind does not have."""
+        useless = [f'--map {name}=' for name in self.headers if name not in COLUMNS[kind]]
+        if self.preloads_n and kind == OVER_TIME:
+            useless.append('--preload')
+        if useless:
+            problem = f'{useless[0]} is without effect on an {kind}'
+            raise RecordingError(where, problem, 'leave it away')
+
     def preload_n(self, number: int) -> float | None:
         """Return the preload of the table with a number, from 0."""
         given = self.preloads_n
@@ -186,16 +195,15 @@ def read_experiment(
         If it cannot be read or leaves something to guess; names file, line, and what to do.
 
     """
-    head = read_bytes(path, 'check the path', HEAD_BYTES)
-    is_whole = len(head) < HEAD_BYTES
-    return _read(path, head, str(path), reading, number, kind, measured, is_whole=is_whole)
+    head = read_bytes(path, 'check the path', HEAD_BYTES + 1)
+    return _read(path, layout_of(head, str(path)), str(path), reading, number, kind, measured)
 
 
 def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -> Experiment:
     """Do what ``read_experiment`` does, with the content of a file."""
-    is_whole = len(content) <= HEAD_BYTES
-    head = content[:HEAD_BYTES]
-    return _read(io.BytesIO(content), head, origin, reading, 0, None, (), is_whole=is_whole)
+    return _read(
+        io.BytesIO(content), layout_of(content[: HEAD_BYTES + 1], origin), origin, reading
+    )
 
 
 def read_joined(
@@ -247,20 +255,18 @@ def write_experiment(experiment: Experiment, path: Path) -> None:
 
 def _read(
     source: Path | io.BytesIO,
-    head: bytes,
+    layout: Layout,
     origin: str,
     reading: Reading,
-    number: int,
-    kind: str | None,
-    measured: Sequence[str],
-    *,
-    is_whole: bool,
+    number: int = 0,
+    kind: str | None = None,
+    measured: Sequence[str] = (),
 ) -> Experiment:
-    layout = layout_of(head, origin, is_whole=is_whole)
     where = f'{origin}: line {layout.header or layout.first}'
     kind = kind or _kind(layout, reading, where)
+    reading.check_kind(kind, where)
     names, aside = find_columns(layout, COLUMNS[kind], reading.headers, where)
-    preload_n = reading.preload_n(number) if kind == BY_AMPLITUDE else None
+    preload_n = reading.preload_n(number)
     if preload_n is not None and 'preload_n' in names:
         hint = 'leave --preload away, or give as many as there are files'
         raise RecordingError(where, f'names a preload, and --preload {preload_n:g} too', hint)

@@ -191,13 +191,12 @@ def listed(names: Iterable[str]) -> str:
 def _named(layout: Layout, name: str, header: str, where: str) -> tuple[int, str]:
     """Return place and unit of the column that the user means."""
     bare, unit = split_unit(header)
-    own = [split_unit(each) for each in layout.names]
-    for at, each in enumerate(layout.names):
-        if _plain(each) == _plain(header):
-            return at, own[at][1] or layout.units[at]
-    for at, each in enumerate(layout.names):
-        if _plain(bare) in {_plain(each), _plain(own[at][0])}:
-            return at, unit
+    bares, units = zip(*map(split_unit, layout.names), strict=True)
+    for said, names in ((header, layout.names), (bare, layout.names), (bare, bares)):
+        plain = [_plain(each) for each in names]
+        if _plain(said) in plain:
+            at = plain.index(_plain(said))
+            return at, unit or units[at] or layout.units[at]
     problem = f'there is no column {quoted(header)}'
     raise RecordingError(
         where, problem, f'name one of {listed(filter(None, layout.names))} in --map {name}='

@@ -78,9 +78,9 @@ class Layout:
     notes: tuple[str, ...]
 
 
-def layout_of(head: bytes, origin: str, *, is_whole: bool) -> Layout:
+def layout_of(head: bytes, origin: str) -> Layout:
     """
-    Recognise the layout of a table by its first HEAD_BYTES.
+    Recognise the layout of a table by its first HEAD_BYTES, or by the whole if it is shorter.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def layout_of(head: bytes, origin: str, *, is_whole: bool) -> Layout:
     """
     encoding, text = _decode(head, origin)
     lines = re.split('\r\n|\n|\r', text)
-    if not is_whole:
+    if len(head) > HEAD_BYTES:
         lines.pop()
     delimiter, decimal, rows, mask = _dialect(lines)
     if not mask:

@@ -73,7 +73,19 @@ def test_a_given_column_is_played(capsys: Any, tmp_path: Path):
 @pytest.mark.parametrize(
     ('words', 'message'),
     [
-        (['--preload', 'much'], "--preload 'much' is not a list of numbers; give newtons, as 0.5"),
+        (
+            ['--preload', 'much'],
+            "--preload 'much' is not a list of numbers; give newtons, as 0.1,0.5",
+        ),
+        (
+            ['--preload', '0.1,0.5'],
+            "--preload '0.1,0.5' is 2 preloads of 1 table; give one of all",
+        ),
+        (
+            ['--map', 'time_s=Hub'],
+            "column 'Hub (nm)' is in nm, time_s in s; say how many s are 1 nm",
+        ),
+        (['--map', 'voltage_v=Hub'], '--map voltage_v= is without effect on an experiment by amp'),
         (['--preload', '0'], '--preload 0 N is below the minimum 0.001 N'),
         (['-o', 'clean.txt'], "output 'clean.txt' is not a .csv file; end its name so"),
         (['--map', 'farce=F'], "column of --map 'farce' is not known; known are, by amplitude"),

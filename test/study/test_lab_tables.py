@@ -110,6 +110,8 @@ def test_what_the_user_says_counts_more_than_the_file():
         Reading({'farce': 'F'})
     with pytest.raises(StickSlipError, match=r'is in V, force_n in N; say how many N are 1 V: -'):
         parse_experiment(text, 'a.csv', Reading({'force_n': 'spare (V)'}))
+    with pytest.raises(StickSlipError, match='--preload is without effect on an experiment over'):
+        parse_experiment(b'time_s,force_n\n0,1\n', 'a.csv', Reading(preloads_n=(0.5,)))
 
 
 def written(folder: Path, name: str, text: str) -> Path:
