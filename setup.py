@@ -81,6 +81,7 @@ setup(
     extras_require={
         'jazzy': ros_wheels('jazzy'),
         'kilted': ros_wheels('kilted'),
+        'control': ['control'],
         'dask': ['distributed'],
         'gym': ['gymnasium'],
         'panel': ['tornado>=6.2'],
@@ -91,6 +92,7 @@ setup(
             'pytest-cov',
             'pytest-timeout',
             'pytest-xdist',
+            'control',
             'hypothesis',
             'rosbags',
             'mcap-ros2-support',

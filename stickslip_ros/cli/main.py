@@ -23,6 +23,7 @@ VERBS = {
     'simulate': 'drive the stand with a saw-tooth and report force and step length',
     'sweep': 'run the drive at every combination of values and write a table',
     'zero-amplitude': 'find the stroke below which a free runner makes no steps',
+    'bode': 'frequency response of the stuck drive, in closed form and by swept sine',
     'import': 'read tables of instruments and spreadsheets, and write them in our form',
     'compare': 'compare runs, sweeps, experiments and the model',
     'fit': 'fit parameters of the drive to measured forces, with error bars',
@@ -67,6 +68,7 @@ examples:
   stickslip simulate --voltage 300 --frequency 1000 --free -o runs/free.mcap
   stickslip sweep --preload 0.1,0.5,1.0 --amplitude 0:160e-9:33 -o runs/force.csv
   stickslip zero-amplitude --preload 0.5 --frequency 200
+  stickslip bode --figure runs/bode.png -o runs/bode.csv
   stickslip fit experiment.csv --free contact.friction,runner.damping --start runner.damping=50
   stickslip drive --set stand.preload=0.25
   stickslip demo

@@ -96,6 +96,7 @@ MOMENTS: list[tuple[list[str], Reached]] = [
     (SIMULATE, has_written('run.mcap', 300_000)),
     (SWEEP, has_written('table.csv.journal', 2_000)),
     (['zero-amplitude', '--steps', LOST_STEPS], has_looked(50)),
+    (['bode', '--frequency', '1:100:1000'], has_looked(50)),
     (['compare', 'points.csv', 'model', '--steps', LOST_STEPS], has_looked(50)),
     (['fit', 'points.csv', '--free', 'contact.friction', '--starts', '1000'], has_looked(50)),
     (['drive'], knows_signals),

@@ -1,0 +1,107 @@
+"""``stickslip bode``: the frequency response of the stuck drive."""
+
+import argparse
+from collections.abc import Iterator
+
+import numpy as np
+
+from stickslip_ros.cli.options import (
+    FREE,
+    PARAMETERS,
+    PRELOAD,
+    WORKERS,
+    chosen_parameters,
+    option,
+    to_path,
+    verb,
+)
+from stickslip_ros.cli.printing import Answer, number, table
+from stickslip_ros.files import make_room
+from stickslip_ros.study.bode import bode_rows, draw_bode
+from stickslip_ros.study.linear import linearise
+from stickslip_ros.study.plotting import check_picture, save_figure
+from stickslip_ros.study.sweep import FREQUENCY, parse_axis
+from stickslip_ros.study.sweep_table import check_table_path, write_table
+from stickslip_ros.study.swept_sine import MeasuredResponse, measure_response
+from stickslip_ros.units import NM
+
+POINTS, FROM, TO = 25, 0.02, 3.0
+"""Frequencies, and between which multiples of the resonance they lie, unless others are given."""
+BELOW = 0.9
+"""Share of the resonance below which both are compared: there a motion is small enough."""
+
+
+@verb(
+    'Find how voltage and load move the runner while it sticks to the feet: in closed form, and '
+    'measured with sines so small that the contacts hardly slip. Frequencies are a list, '
+    '100,1000, or a range start:stop:count.',
+    PRELOAD,
+    option('--at-voltage', 'rest there, V (default: half-way between its limits)', float, 'V'),
+    option('--frequency', f'Hz (default: {POINTS} around the resonance)', metavar='VALUES'),
+    FREE,
+    option('--figure', 'draw a Bode plot: .png, .svg or .pdf', to_path),
+    option('-o --output', '.csv or .parquet', to_path),
+    WORKERS,
+    *PARAMETERS,
+)
+def bode_verb(arguments: argparse.Namespace) -> Answer:
+    """Measure, write and draw."""
+    parameters = chosen_parameters(arguments)
+    if arguments.output:
+        check_table_path(arguments.output)
+    if arguments.figure:
+        check_picture(arguments.figure)
+        make_room(arguments.figure)
+    if arguments.frequency is None:
+        resonance_hz = linearise(parameters, arguments.at_voltage).resonance_hz
+        frequencies = np.geomspace(FROM * resonance_hz, TO * resonance_hz, POINTS)
+    else:
+        axis = parse_axis('--frequency', arguments.frequency, FREQUENCY)
+        frequencies = np.array([float(value) for value in axis.values])
+    measured = measure_response(
+        parameters,
+        frequencies,
+        arguments.at_voltage,
+        workers=arguments.workers,
+        progress=not arguments.json,
+    )
+    rows = bode_rows(measured)
+    if arguments.output:
+        write_table(rows, arguments.output, parameters)
+    if arguments.figure:
+        save_figure(draw_bode(measured), arguments.figure)
+    linear = measured.linear
+    content = {
+        'at_voltage_v': linear.at_voltage_v,
+        'contact_n_per_m': linear.contact_n_per_m,
+        'cell_n_per_m': linear.cell_n_per_m,
+        'resonance_hz': linear.resonance_hz,
+        'softening': measured.softening,
+        'largest_deviation': largest_deviation(measured),
+        'rows': rows,
+    }
+    title = f'stuck at {linear.at_voltage_v:g} V, preload {parameters.stand.preload:g} N'
+    files = [str(path) for path in (arguments.output, arguments.figure) if path]
+    return Answer(content, [table(title, _rows(measured)), *files])
+
+
+def largest_deviation(measured: MeasuredResponse) -> float | None:
+    """Return the largest relative deviation from the closed form below the resonance, if any."""
+    below = measured.frequency_hz <= BELOW * measured.linear.resonance_hz
+    found = np.abs(np.array(measured.deviation)[:, below])
+    return float(found.max()) if found.size else None
+
+
+def _rows(measured: MeasuredResponse) -> Iterator[tuple[str, ...]]:
+    linear, frequencies = measured.linear, measured.frequency_hz
+    per_v, per_n = (abs(column[0]) for column in linear.response(frequencies.min()))
+    yield number('stiffness of the contacts', linear.contact_n_per_m, '.4f', 'N/um')
+    yield number('stiffness of what the runner touches', linear.cell_n_per_m, '.4f', 'N/um')
+    yield 'resonance of the runner', f'{linear.resonance_hz:.1f}', 'Hz'
+    lowest = f'at {frequencies.min():.4g} Hz'
+    yield f'position per voltage {lowest}', f'{per_v * NM:.5f}', 'nm/V'
+    yield f'position per load {lowest}', f'{per_n * NM:.5f}', 'nm/N'
+    yield number('stiffness lost by partial slip', measured.softening, '.2e')
+    deviation = largest_deviation(measured)
+    if deviation is not None:
+        yield f'largest deviation up to {BELOW:g} of the resonance', f'{deviation:.2%}', ''
