@@ -47,6 +47,26 @@ def test_a_measurement_is_the_same_in_every_layout(name: str, tmp_path: Path):
     assert told == [experiment]
 
 
+@pytest.mark.parametrize(
+    'text',
+    [
+        'Time (s)   Force (mN)\n  0.0   1\n  1.0   2\n',
+        'Time (s) Force (mN)\n0.0 1\n1.0 2\n',
+        'Time (s), Force (mN)\n0, 1\n1, 2\n',
+        'sep=;\nTime (s);Force (mN)\n0;1,0\n1;2,0\n',
+        '"Time (s)","Force, raw (mN)","Force (mN)"\n"0","5","1"\n"1","5","2"\n',
+        't [s];when;F / mN\n0;12:03:01;1\n1;12:03:02;2\n',
+        'Time,Force\n[s],[mN]\n\n0,1\n\n1,2\n',
+        '% t_s f_mN\r0 1\r1 2\r',
+    ],
+)
+@pytest.mark.parametrize('encoding', ['utf-8', 'utf-16-le', 'utf-16-be'])
+def test_small_ways_of_writing_change_nothing(text: str, encoding: str):
+    columns = parse_experiment(text.encode(encoding), 'a.csv').columns
+    assert columns['time_s'].tolist() == [0.0, 1.0]
+    assert columns['force_n'].tolist() == [1e-3, 2e-3]
+
+
 def test_a_scope_says_its_columns_and_is_asked_which_they_are(tmp_path: Path):
     path = tmp_path / 'tek.csv'
     path.write_bytes(lab_files.tektronix())
