@@ -21,7 +21,7 @@ LOOK_S = 0.005
 LOST_STEPS = '1000000'
 """Steps that nobody waits for."""
 
-PROGRESS = ('[INFO]', 'starting the drive', 'commanding it')
+PROGRESS = ('[INFO]', 'starting the drive', 'commanding it', 'read    ', '        ')
 """What a node logs, and how far the demo says that it is."""
 
 Reached = Callable[[int, Path], bool]
@@ -97,6 +97,7 @@ MOMENTS: list[tuple[list[str], Reached]] = [
     (SWEEP, has_written('table.csv.journal', 2_000)),
     (['zero-amplitude', '--steps', LOST_STEPS], has_looked(50)),
     (['bode', '--frequency', '1:100:1000'], has_looked(50)),
+    (['import', 'points.csv'], in_imports),
     (['compare', 'points.csv', 'model', '--steps', LOST_STEPS], has_looked(50)),
     (['fit', 'points.csv', '--free', 'contact.friction', '--starts', '1000'], has_looked(50)),
     (['drive'], knows_signals),
