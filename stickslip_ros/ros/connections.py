@@ -32,6 +32,8 @@ REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, InvalidQosO
 
 SHARED = ('diagnostics', 'joint_states')
 """Keys of the topics on which every node may publish."""
+ATTEMPTS = 2
+"""How often a message is given to the network, which may give up in a process that is held up."""
 EXPECTED_MAX = 64
 """Next numbers that are kept of a topic: of so many publishers, and of gaps since a report."""
 
@@ -94,6 +96,8 @@ class Connections:
     ----------
     incompatible : Counter of str
         Endpoints of others with which a quality of service did not agree, by topic.
+    unsent : Counter of str
+        Messages since the configuration that the network did not take, by key of the topic.
     conflicts : tuple of str
         Who else has the name of the node or publishes its readings, in words.
 
@@ -106,6 +110,7 @@ class Connections:
         self._offered: dict[str, Any] = {}
         self._gaps: dict[str, SequenceGaps] = {}
         self.incompatible: Counter[str] = Counter()
+        self.unsent: Counter[str] = Counter()
         self.conflicts: tuple[str, ...] = ()
 
     @property
@@ -129,6 +134,7 @@ class Connections:
         """
         self.release()
         self.incompatible.clear()
+        self.unsent.clear()
         self._gaps.clear()
         for topic in TOPICS:
             if topic.exists(parameters):
@@ -156,8 +162,8 @@ class Connections:
     def send(self, key: str, message: Any) -> None:
         """Publish a message, or its bytes."""
         publisher = self._offered.get(key)
-        if publisher is not None:
-            publisher.publish(message)
+        if publisher is not None and not any(_sent(publisher, message) for _ in range(ATTEMPTS)):
+            self.unsent[key] += 1
 
     def check_graph(self) -> None:
         """Ask the graph for who else is there: settle what was lost, warn of conflicts."""
@@ -249,6 +255,15 @@ class Connections:
         self._node.get_logger().warning(
             f'a {other} on {topic.name} does not fit its {policy}: nothing passes between them'
         )
+
+
+def _sent(publisher: Any, message: Any) -> bool:
+    """Return whether the network has taken a message."""
+    try:
+        publisher.publish(message)
+    except RuntimeError:  # the base of RCLError
+        return False
+    return True
 
 
 def _check_profile(profile: QoSProfile) -> SetParametersResult:

@@ -162,15 +162,18 @@ def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
 
 def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
     """Return what is wrong with the endpoints of others, and how many commands were lost."""
-    incompatible, lost = connections.incompatible, connections.lost
+    incompatible, lost, unsent = connections.incompatible, connections.lost, connections.unsent
     values = {topic: str(count) for topic, count in incompatible.items()}
     values.update({f'{topic} lost': str(count) for topic, count in lost.items()})
+    values.update({f'{topic} not sent': str(count) for topic, count in unsent.items()})
     problems = list(connections.conflicts)
     if incompatible:
         count = sum(incompatible.values())
         problems.append(f'{count} of incompatible quality of service since the configuration')
     if lost:
         problems.append(f'{sum(lost.values())} commands lost since the configuration')
+    if unsent:
+        problems.append(f'{sum(unsent.values())} messages not sent since the configuration')
     message = '; '.join(problems) or 'compatible'
     return _status(f'{name}: connections', WARN if problems else OK, message, values)
 

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PointStamped
+from rclpy.lifecycle import LifecyclePublisher
 from std_msgs.msg import Float64
 
 import stickslip_ros
@@ -81,6 +82,35 @@ def test_a_fault_of_the_program_in_a_transition_is_told(
     start_drive(wait=False)
     assert log.lines('configure has failed')
     assert log.lines('RuntimeError: a fault of the program')
+
+
+@pytest.mark.parametrize(('failures', 'unsent'), [(1, 0), (2, 1)])
+def test_a_message_that_the_network_does_not_take_is_counted_and_ends_nothing(
+    start_drive: Callable, monkeypatch: pytest.MonkeyPatch, failures: int, unsent: int
+):
+    stand = start_drive()
+    newest = connections(stand)
+    stand.operator.spin_until(lambda: bool(newest().name), 'diagnostics')
+    left = [failures]
+    publish = LifecyclePublisher.publish
+
+    def fail(publisher: Any, message: Any) -> None:
+        if left[0] and publisher.topic_name == '/force':
+            left[0] -= 1
+            raise RuntimeError('cannot publish data')
+        publish(publisher, message)
+
+    monkeypatch.setattr(LifecyclePublisher, 'publish', fail)
+    stand.operator.spin_until(lambda: not left[0], 'the failures')
+    before = newest()
+    stand.operator.spin_until(lambda: newest() is not before, 'the next diagnostics')
+    told = {each.key: each.value for each in newest().values}
+    assert told.get('force not sent', '0') == str(unsent)
+    assert newest().message == (
+        f'{unsent} messages not sent since the configuration' if unsent else 'compatible'
+    )
+    stand.operator.command('steps', 1)
+    assert stand.operator.wait_for_event('steps', 0)['result'] == 'DONE'
 
 
 def test_a_second_drive_of_the_same_name_is_told(start_drive: Callable, log: Log):
