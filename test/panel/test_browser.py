@@ -47,7 +47,7 @@ def stage(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     """Give a drive, a panel, a browser and an operator, all of them until the last test."""
     folder = tmp_path_factory.mktemp('stage')
     with ExitStack() as stack:
-        stage = SimpleNamespace(domain=ros_domain, folder=folder, requests=[])
+        stage = SimpleNamespace(domain=ros_domain, folder=folder, requests=[], is_lost=False)
         stage.start = lambda: stack.enter_context(tools.drive(ros_domain, folder))
         stage.drive = stage.start()
         stage.address = stack.enter_context(tools.panel(ros_domain, folder))
@@ -66,9 +66,13 @@ def stage(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator
 def page(stage: SimpleNamespace) -> Page:
     """Give the page, with a drive that is active, at rest and without faults."""
     page: Page = stage.page
+    if stage.is_lost:
+        pytest.fail('the drive of these tests had ended before')
     if page.url != stage.address:
         page.goto(stage.address)
+    stage.is_lost = True
     expect(page.locator('#word')).to_have_text(RUNS)
+    stage.is_lost = False
     page.keyboard.press('Escape')
     expect(page.locator('#bits .on', has_text='MOVING')).to_have_count(0)
     page.reload()
