@@ -14,6 +14,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.cdr import pack_float64
 from stickslip_ros.recording.feed import Packed
+from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.ros.diagnostics import FACTOR_SHARE, pace_status, recorder_status
 from stickslip_ros.ros.orders import NEXT_BLOCK, Order
@@ -233,7 +234,7 @@ def unshared() -> Iterator[None]:
     sys.setswitchinterval(interval_s)
 
 
-def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path, unshared: None):
+def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     parameters = Parameters().updated(
         {'record.queue_length': 10, 'record.directory': str(tmp_path)}
     )
@@ -241,8 +242,8 @@ def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path, unshared: None
     with RunWriter(tmp_path / 'run.mcap', parameters) as writer:
         session.worker.writer = writer
         levels = []
-        for _ in range(10):
-            writer.write(Packed('voltage', 0, pack_float64(0.0)))
+        for queued in range(1, 11):
+            monkeypatch.setattr(Recorder, 'queued', queued)
             levels.append(recorder_status('x', session).level)
         ok, warn = DiagnosticStatus.OK, DiagnosticStatus.WARN
         assert levels == [ok] * 5 + [warn] * 5

@@ -86,7 +86,7 @@ def killed(tmp_path_factory: pytest.TempPathFactory, ros_domain: int) -> Any:
         for listener in listeners:
             listener.close()
     lines = [line for each in said for line in each.splitlines()]
-    kills = [json.loads(line) for line in lines if line.startswith('{')]  # Fast DDS writes too
+    kills = [json.loads(line) for line in lines if line.startswith(b'{')]  # Fast DDS writes too
     return folder, kills, [each.heard for each in listeners]
 
 
