@@ -166,14 +166,16 @@ class Motion:
         if self._stop_beyond_soft_limit(observation):
             return
         loop, is_jog = self._loop, self._running.command.name == 'jog'
-        timeout_ns = to_nanoseconds(self._parameters.jog.timeout)
         needs_renewal = is_jog or (loop is not None and loop.goal.direction != 0)
-        if needs_renewal and observation.time_ns >= self._renewed_ns + timeout_ns:
+        if needs_renewal and observation.time_ns >= self._renewed_ns + self._timeout_ns():
             self._come_to_rest('jog.timeout passed without a new command', observation)
         elif loop is not None:
             self._go_on(loop, observation)
         elif not is_jog and observation.arrived:
             self.end(Outcome(Result.DONE), observation)
+
+    def _timeout_ns(self) -> int:
+        return to_nanoseconds(self._parameters.jog.timeout)
 
     def end(self, outcome: Outcome, observation: Observation) -> None:
         """End the running move, if there is one, and hold its present voltage."""

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stickslip_ros.contact.profile import Array
 
 BINS = 600
 """Pairs of lowest and highest sample of which a curve consists at most."""

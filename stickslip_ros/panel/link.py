@@ -22,7 +22,7 @@ from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.panel.controls import read_fault, read_numbers, shown_parameters
 from stickslip_ros.panel.model import ACTIVE, Model, parsed_event
 from stickslip_ros.recording.cdr import unpack
-from stickslip_ros.recording.messages import ArrayMessage
+from stickslip_ros.recording.messages import FLOAT64_ARRAY, ArrayMessage
 from stickslip_ros.recording.requests import pack_command
 from stickslip_ros.recording.topics import COMMAND_TOPICS, NODE_NAME, READINGS, SERVICES, Topic
 from stickslip_ros.ros.client import command_topic
@@ -231,7 +231,7 @@ class Link:
 
     def _take_trace(self, data: bytes) -> None:
         try:
-            message = unpack('std_msgs/msg/Float64MultiArray', data)
+            message = unpack(FLOAT64_ARRAY, data)
         except RecordingError:
             return
         if isinstance(message, ArrayMessage) and message.data.ndim == 2 and message.data.size:

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.panel.curves import (
     FORCE,
@@ -17,7 +18,6 @@ from stickslip_ros.panel.curves import (
     POSITION,
     TIME,
     VOLTAGE,
-    Array,
     Curve,
     History,
     Ring,

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.panel.curves import (
@@ -19,14 +20,13 @@ from stickslip_ros.panel.curves import (
     POSITION,
     TIME,
     VOLTAGE,
-    Array,
     History,
     Scope,
     curve_of,
 )
 from stickslip_ros.panel.model import EVENTS_SHOWN, View, packed_frame, parsed_event
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.study.recorded_run import recorded_series, topic_name
+from stickslip_ros.study.recorded_run import recorded_series, timed_messages
 from stickslip_ros.units import NANO
 
 SPEEDS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
@@ -84,10 +84,10 @@ class Player:
         self._start_s, self._end_s = self._samples[[0, -1], TIME].tolist()
         self._history = History(len(self._samples))
         self._history.add_all(self._samples)
-        self._bits = list(_messages(recording, 'status'))
+        self._bits = list(timed_messages(recording, 'status'))
         self._events = [
             event
-            for _, text in _messages(recording, 'event')
+            for _, text in timed_messages(recording, 'event')
             if (event := parsed_event(str(text))) is not None
         ]
         self._lock = RLock()
@@ -165,13 +165,6 @@ class Player:
         self._since_s, self._is_shown = now_s, False
         if self._time_s >= self._end_s:
             self._time_s, self._plays = self._end_s, False
-
-
-def _messages(recording: Recording, name: str) -> list[tuple[float, Any]]:
-    topic = topic_name(recording, name)
-    if not topic:
-        return []
-    return [(at_ns * NANO, message) for _, at_ns, message in recording.messages([topic])]
 
 
 def _time_of(event: Mapping[str, Any]) -> float:

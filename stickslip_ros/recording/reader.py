@@ -260,9 +260,9 @@ class Recording:
             raise RecordingError(self.path, f'{name} may be {" or ".join(found)}', 'say which')
         return found[0]
 
-    def records(self) -> Iterator[tuple[str, Stored]]:
-        """Give topic and message of everything, in the order of the file, bytes unopened."""
-        for _, topic, message in self._stored(None, log_time_order=False):
+    def records(self, topics: list[str] | None = None) -> Iterator[tuple[str, Stored]]:
+        """Give topic and message of some topics or all, in the order of the file, unopened."""
+        for _, topic, message in self._stored(topics, log_time_order=False):
             yield topic, message
 
     def _column(self, name: str, field: str) -> Series:

@@ -223,7 +223,7 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
     channels = channels_of(recording)
     commands = {channels[each.key].topic: each for each in COMMAND_TOPICS if each.key in channels}
     notes = channels[NOTES].topic
-    for topic, stored in recording.records():
+    for topic, stored in recording.records([notes, *commands]):
         at_ns = stored.log_time - recording.time_origin_ns
         if topic == notes:
             yield TimedRequest(at_ns, _read_note(recording, stored.data))

@@ -16,7 +16,6 @@ from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongK
 from stickslip_ros.files import read_bytes, replacing
 from stickslip_ros.parameters import Spec, spec_of
 from stickslip_ros.stopping import heed_stop
-from stickslip_ros.study.extras import load_extra
 from stickslip_ros.study.sweep import AMPLITUDE, FREQUENCY
 from stickslip_ros.study.table_columns import (
     SIGMA,
@@ -247,10 +246,11 @@ def write_experiment(experiment: Experiment, path: Path) -> None:
         If the file cannot be written.
 
     """
-    pandas = load_extra('a table', 'pandas')
+    import pandas as pd  # noqa: PLC0415 - what reads no table does without
+
     with replacing(path) as part, part.open('w', encoding='utf-8', newline='') as file:
         file.writelines(f'# {note}\n' for note in experiment.notes)
-        pandas.DataFrame(experiment.columns).to_csv(file, index=False, lineterminator='\n')
+        pd.DataFrame(experiment.columns).to_csv(file, index=False, lineterminator='\n')
 
 
 def _read(
@@ -354,10 +354,11 @@ def _check_unnamed(chunk: Any, first: int, layout: Layout, origin: str) -> None:
 
 def _chunks(source: Path | io.BytesIO, layout: Layout, origin: str) -> Iterator[tuple[int, Any]]:
     """Yield the line and the cells, as a frame of pandas, of some rows after the other."""
-    pandas = load_extra('a table', 'pandas')
+    import pandas as pd  # noqa: PLC0415 - what reads no table does without
+
     line = layout.first
     try:
-        with pandas.read_csv(
+        with pd.read_csv(
             source,
             sep=layout.delimiter,
             decimal=layout.decimal,
@@ -375,7 +376,7 @@ def _chunks(source: Path | io.BytesIO, layout: Layout, origin: str) -> Iterator[
             for chunk in chunks:
                 yield line, chunk
                 line += len(chunk)
-    except pandas.errors.ParserError as error:
+    except pd.errors.ParserError as error:
         raise RecordingError(*_fault(str(error), layout, origin)) from None
     except UnicodeDecodeError as error:
         problem = f'is not {layout.encoding} throughout (byte {error.object[error.start]:#x})'

@@ -16,10 +16,9 @@ from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.notebook import html_table
-from stickslip_ros.parameters import Parameters, Scalar, parse_yaml, spec_of
+from stickslip_ros.parameters import Parameters, Scalar, spec_of
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.run_file import PARAMETERS_FILE
 from stickslip_ros.study import sweep as sweeps
 from stickslip_ros.study import zero_amplitude as zero_amplitudes
 from stickslip_ros.study.comparison import compare as comparisons
@@ -30,7 +29,7 @@ from stickslip_ros.study.comparison.words import sections
 from stickslip_ros.study.fitting.fit import STARTS, Fit, fit_drive
 from stickslip_ros.study.fitting.free import choose_free
 from stickslip_ros.study.fitting.problem import DEFAULT_FREQUENCY_HZ, read_points
-from stickslip_ros.study.recorded_run import TimeWindow, recorded_series
+from stickslip_ros.study.recorded_run import TimeWindow, recorded_series, recorded_stand
 from stickslip_ros.study.run_figure import draw_run
 from stickslip_ros.study.sawtooth_run import SawtoothRun, run_sawtooth, voltage_for
 from stickslip_ros.study.zero_amplitude import ZeroAmplitude
@@ -109,10 +108,7 @@ class Run:
     @cached_property
     def parameters(self) -> Parameters:
         """The stand; RecordingError if the file does not say."""
-        if PARAMETERS_FILE not in self.recording.attachments:
-            problem = f'has no attachment {PARAMETERS_FILE}'
-            raise RecordingError(self.path, problem, 'record with a drive of this package')
-        return parse_yaml(self.recording.attachments[PARAMETERS_FILE][1].decode(), PARAMETERS_FILE)
+        return recorded_stand(self.recording)
 
     @property
     def result(self) -> SawtoothRun:

@@ -134,7 +134,13 @@ def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> Line
         If the amplifier cannot give the voltage, or the contacts obey another friction law.
 
     """
-    at_v, plants, states = drive_at(parameters, at_voltage_v)
+    return linear_drive(parameters, *drive_at(parameters, at_voltage_v))
+
+
+def linear_drive(
+    parameters: Parameters, at_v: float, plants: Record, states: Record
+) -> LinearDrive:
+    """Return the drive linearised where `drive_at` has brought it."""
     plant, at_m = plants[0], float(states['position_m'].item())
     contacts_n_per_m = np.array(
         [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]

@@ -6,13 +6,14 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.parameters import Parameters, parse_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
-from stickslip_ros.recording.run_file import TOPICS_RECORD
+from stickslip_ros.recording.run_file import PARAMETERS_FILE, TOPICS_RECORD
 from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.topics import READINGS
 from stickslip_ros.units import MICRO, MILLI, NANO, with_unit
@@ -59,6 +60,23 @@ class BitSpan(NamedTuple):
     bit: str
     start_s: float
     end_s: float
+
+
+def recorded_stand(recording: Recording) -> Parameters:
+    """
+    Return the parameters that a recording carries.
+
+    Raises
+    ------
+    RecordingError
+        If it carries none.
+
+    """
+    if PARAMETERS_FILE not in recording.attachments:
+        problem = f'has no attachment {PARAMETERS_FILE}'
+        hint = 'record with a drive of this package, or give the voltages as a table'
+        raise RecordingError(recording.path, problem, hint)
+    return parse_yaml(recording.attachments[PARAMETERS_FILE][1].decode(), PARAMETERS_FILE)
 
 
 def recorded_series(recording: Recording) -> dict[str, Series]:
@@ -142,7 +160,7 @@ def _joint_numbers(joints: Joints, labels: Sequence[str]) -> str:
 def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]:
     """Return the events of a stretch; text that is no event of ours is passed over."""
     found = []
-    for time_s, message in _messages(recording, 'event'):
+    for time_s, message in timed_messages(recording, 'event'):
         content = _object(str(message))
         if window.start_s <= time_s <= window.end_s and 'result' in content:
             name = str(content.get('command', '?'))
@@ -152,7 +170,7 @@ def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]
 
 def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
     """Return when each status bit was set, in the order of the bits."""
-    changes = [each for each in _messages(recording, 'status') if isinstance(each[1], int)]
+    changes = [each for each in timed_messages(recording, 'status') if isinstance(each[1], int)]
     ends = [time_s for time_s, _ in changes[1:]] + [window.end_s]
     spans = []
     for bit in Status:
@@ -167,10 +185,10 @@ def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
 
 def status_since_s(recording: Recording) -> float | None:
     """Return the time of the first status, s; None if there is no status."""
-    return next((time_s for time_s, _ in _messages(recording, 'status')), None)
+    return next((time_s for time_s, _ in timed_messages(recording, 'status')), None)
 
 
-def _messages(recording: Recording, name: str) -> Iterator[tuple[float, Any]]:
+def timed_messages(recording: Recording, name: str) -> Iterator[tuple[float, Any]]:
     """Give times, s, and messages of a published topic; none if it is not there."""
     if topic := topic_name(recording, name):
         for _, at_ns, message in recording.messages([topic]):

@@ -15,18 +15,19 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import readable
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
-from stickslip_ros.parameters import Parameters, parse_yaml
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
 from stickslip_ros.recording.run import Run, RunWriter
-from stickslip_ros.recording.run_file import CHECKPOINT_FILE, PARAMETERS_FILE, RUN_RECORD, SOURCES
+from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES
 from stickslip_ros.recording.run_storage import CLOSING_RECORD
 from stickslip_ros.recording.topics import recorded_channels
 from stickslip_ros.sources import sources_digest
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.batch import Progress
 from stickslip_ros.study.experiment import AS_IT_IS, OVER_TIME, Reading, read_experiment
+from stickslip_ros.study.recorded_run import recorded_stand
 from stickslip_ros.study.sweep_table import PARQUET, read_parquet
 from stickslip_ros.units import NANO, NS_PER_S
 
@@ -130,7 +131,7 @@ def replay(
 
     """
     recording = Recording(source)
-    parameters = _parameters_of(recording)
+    parameters = recorded_stand(recording)
     first_ns, last_ns = _span(recording)
     is_middle = first_ns > parameters.block_ns
     start = (
@@ -261,14 +262,6 @@ def _end_of(again: Recording, lasts_ns: int) -> dict[str, Any]:
         'position_m': float(again.series(channels['position'].topic).value[-1]),
         'force_n': float(again.series(channels['force'].topic).value[-1]),
     }
-
-
-def _parameters_of(recording: Recording) -> Parameters:
-    if PARAMETERS_FILE not in recording.attachments:
-        problem = f'has no attachment {PARAMETERS_FILE}'
-        hint = 'record with a drive of this package, or give the voltages as a table'
-        raise RecordingError(recording.path, problem, hint)
-    return parse_yaml(recording.attachments[PARAMETERS_FILE][1].decode(), PARAMETERS_FILE)
 
 
 def _span(recording: Recording) -> tuple[int, int]:

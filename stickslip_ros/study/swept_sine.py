@@ -22,7 +22,7 @@ from stickslip_ros.study.linear import (
     LinearDrive,
     Response,
     drive_at,
-    linearise,
+    linear_drive,
     smooth,
 )
 
@@ -107,7 +107,8 @@ def measure_response(
     for each in frequencies:
         if not 0.0 < each < np.inf:
             raise OutOfRange('frequency', float(each), 'Hz', 'not above 0', 'raise it')
-    linear = linearise(parameters, at_voltage_v)
+    at_v, plants, states = drive_at(parameters, at_voltage_v)
+    linear = linear_drive(parameters, at_v, plants, states)
     sliding_m, softening = _sliding(parameters)
     amplitudes = _amplitudes(parameters, linear, frequencies, sliding_m)
     cases = [
@@ -115,7 +116,6 @@ def measure_response(
         for name, column in zip(INPUTS, amplitudes, strict=True)
         for hertz, amplitude in zip(frequencies, column, strict=True)
     ]
-    _, plants, states = drive_at(parameters, at_voltage_v)
     task = partial(_measure, plants, states, linear)
     with shown_progress('sines', quiet=not progress) as show:
         found = run_batch(task, cases, workers=workers, progress=show)

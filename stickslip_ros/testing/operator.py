@@ -71,6 +71,8 @@ class Operator:
         Messages by the key of their topic; of commands, those that were sent.
     positions : dict of int to float
         Interferometer readings in m by simulated time in ns.
+    time_ns : int
+        Simulated time of the last of these, ns.
     requests : list of dict
         Decoded ``~/request`` messages.
     events : list of dict
@@ -90,6 +92,7 @@ class Operator:
         self.node = Node('operator', context=context)
         self.received: Counter[str] = Counter()
         self.positions: dict[int, float] = {}
+        self.time_ns = 0
         self._early: list[Any] = []
         self.events: list[dict[str, Any]] = []
         self.requests: list[dict[str, Any]] = []
@@ -145,9 +148,8 @@ class Operator:
 
     def spin_for(self, simulated_s: float) -> None:
         """Handle messages until so much simulated time has passed, by the stamps of position."""
-        start_ns = max(self.positions, default=0)
-        end_ns = start_ns + round(simulated_s * NS_PER_S)
-        self.spin_until(lambda: max(reversed(self.positions), default=0) >= end_ns, 'position')
+        end_ns = self.time_ns + round(simulated_s * NS_PER_S)
+        self.spin_until(lambda: self.time_ns >= end_ns, 'position')
 
     def wait_for_drive(self, timeout_s: float = TIMEOUT_S) -> None:
         """Wait until every topic is connected and the drive reports."""
@@ -300,7 +302,8 @@ class Operator:
 
     def _take_position(self, message: Any) -> None:
         if self.info:
-            self.positions[self.simulated_ns(message)] = message.point.x
+            self.time_ns = self.simulated_ns(message)
+            self.positions[self.time_ns] = message.point.x
         else:
             self._early.append(message)
 

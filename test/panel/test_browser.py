@@ -110,10 +110,10 @@ def test_steps_move_the_runner_on_the_page_and_on_the_topic(stage: SimpleNamespa
     page.locator('#steps-steps').fill('25')
     page.get_by_label('Steps forwards').click()
     expect(note(page, 'steps')).to_have_text('DONE')
-    positions = stage.operator.positions
-    end_ns = stage.operator.wait_for_event('steps', 0)['time_ns'] + RING_DOWN_NS
-    stage.operator.spin_until(lambda: max(positions, default=0) > end_ns, 'positions')
-    moved_nm = 1e9 * positions[max(positions)]
+    operator = stage.operator
+    end_ns = operator.wait_for_event('steps', 0)['time_ns'] + RING_DOWN_NS
+    operator.spin_until(lambda: operator.time_ns > end_ns, 'positions')
+    moved_nm = 1e9 * operator.positions[operator.time_ns]
     assert moved_nm > before_nm + 100.0
     await_figure(page, 'position', lambda now: now == pytest.approx(moved_nm, abs=20.0))
     expect(page.locator('#events p').first).to_contain_text('DONE, 25 steps')

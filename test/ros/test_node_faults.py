@@ -130,7 +130,7 @@ def test_a_schedule_is_kept_to_the_block_and_recorded(start_drive: Callable, tmp
         }
     )
     operator = stand.operator
-    operator.spin_until(lambda: max(operator.positions) > 60_000_000, 'the end of the schedule')
+    operator.spin_until(lambda: operator.time_ns > 60_000_000, 'the end of the schedule')
     assert operator.set_recording(wanted=False).success
     told = [
         (time_ns, json.loads(str(message)))
@@ -207,19 +207,19 @@ def way_of_steps(stand: Any) -> float:
     seen = len(operator.events)
     operator.command('sawtooth', BURST)
     done_ns = operator.wait_for_event('sawtooth', seen)['time_ns']
-    operator.spin_until(lambda: max(operator.positions) > done_ns + 5_000_000, 'rest')
-    return float(operator.positions[max(operator.positions)])
+    operator.spin_until(lambda: operator.time_ns > done_ns + 5_000_000, 'rest')
+    return float(operator.positions[operator.time_ns])
 
 
 def reads_no_position(stand: Any) -> None:
     stand.operator.spin_until(
-        lambda: math.isnan(stand.operator.positions[max(stand.operator.positions)]), 'the dropout'
+        lambda: math.isnan(stand.operator.positions[stand.operator.time_ns]), 'the dropout'
     )
 
 
 def reads_a_jump(stand: Any) -> None:
     stand.operator.spin_until(
-        lambda: stand.operator.positions[max(stand.operator.positions)] > 0.9e-6, 'the jump'
+        lambda: stand.operator.positions[stand.operator.time_ns] > 0.9e-6, 'the jump'
     )
 
 

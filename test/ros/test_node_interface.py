@@ -182,7 +182,7 @@ def test_who_comes_late_gets_status_and_info(start_drive: Callable):
 def test_who_comes_late_does_not_get_old_readings_or_events(stand: Any):
     stand.operator.command('voltage', 100.0)
     stand.operator.wait_for_event('voltage', 0)
-    before_ns = max(stand.operator.positions)
+    before_ns = stand.operator.time_ns
     events, positions = stand.operator.listen('event'), stand.operator.listen('position')
     stand.operator.spin_until(lambda: bool(positions), 'a position')
     assert events == []

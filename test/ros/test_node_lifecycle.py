@@ -50,7 +50,7 @@ def services_of(stand: Any) -> set[str]:
 
 
 def last_ns(stand: Any) -> int:
-    return max(stand.operator.positions, default=0)
+    return stand.operator.time_ns
 
 
 def test_autostart_reaches_active(stand: Any):

@@ -32,10 +32,10 @@ IDLE = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
 def settle(stand: Any) -> int:
     """Let the runner and the filters come to rest after the last event; give the time, ns."""
     operator = stand.operator
-    start_ns = max([max(operator.positions), *(each['time_ns'] for each in operator.events)])
+    start_ns = max([operator.time_ns, *(each['time_ns'] for each in operator.events)])
     end_ns = start_ns + SETTLED_BLOCKS * stand.drive.session.parameters.block_ns
-    operator.spin_until(lambda: max(operator.positions) >= end_ns, 'rest')
-    return max(operator.positions)
+    operator.spin_until(lambda: operator.time_ns >= end_ns, 'rest')
+    return operator.time_ns
 
 
 def spin_until_status(stand: Any, status: int) -> None:
@@ -176,7 +176,7 @@ def test_reset_puts_everything_back_but_time(stand: Any):
     stand.operator.command('load', 0.5)
     stand.operator.command('sawtooth', (AMPLITUDE_V, FREQUENCY_HZ, 0.0))
     spin_until_status(stand, MOVING | LOADED)
-    before_ns = max(stand.operator.positions)
+    before_ns = stand.operator.time_ns
     assert stand.operator.trigger('reset').success
     aborted = stand.operator.wait_for_event('sawtooth', 0)
     reset = stand.operator.wait_for_event('reset', 0)

@@ -110,7 +110,7 @@ def test_hundreds_of_bad_messages_neither_stop_nor_move_the_drive(
     assert set(operator.positions.values()) == {0.0}
     operator.command('voltage', 150.0)
     assert operator.wait_for_event('voltage', sent)['result'] == 'DONE'
-    operator.spin_until(lambda: operator.positions[max(operator.positions)] != 0.0, 'motion')
+    operator.spin_until(lambda: operator.positions[operator.time_ns] != 0.0, 'motion')
 
 
 @pytest.mark.parametrize(

@@ -160,12 +160,12 @@ def test_a_zeroed_position_reads_zero_and_is_referenced(
     operator = stand.operator
     operator.command('load', 0.1)
     settled_ns = operator.wait_for_event('load', 0)['time_ns'] + SETTLED_NS
-    operator.spin_until(lambda: max(operator.positions) > settled_ns, 'rest')
-    assert operator.positions[max(operator.positions)] > 1e-9
+    operator.spin_until(lambda: operator.time_ns > settled_ns, 'rest')
+    assert operator.positions[operator.time_ns] > 1e-9
     assert operator.trigger('zero_position').success
     done_ns = operator.wait_for_event('zero_position', 0)['time_ns']
-    operator.spin_until(lambda: max(operator.positions) > done_ns, 'a position')
-    assert abs(operator.positions[max(operator.positions)]) < 1e-10
+    operator.spin_until(lambda: operator.time_ns > done_ns, 'a position')
+    assert abs(operator.positions[operator.time_ns]) < 1e-10
     assert operator.status & Status.IS_REFERENCED
 
 
@@ -174,7 +174,7 @@ def test_a_tared_force_reads_zero(start_drive: Callable, perfect_sensors: dict[s
     operator, forces = stand.operator, stand.operator.listen('force')
     operator.command('load', 0.1)
     settled_ns = operator.wait_for_event('load', 0)['time_ns'] + SETTLED_NS
-    operator.spin_until(lambda: max(operator.positions) > settled_ns, 'rest')
+    operator.spin_until(lambda: operator.time_ns > settled_ns, 'rest')
     operator.spin_until(lambda: bool(forces) and forces[-1].wrench.force.x > 1e-4, 'a force')
     assert operator.trigger('tare_force').success
     operator.spin_until(lambda: abs(forces[-1].wrench.force.x) < 1e-5, 'no force')
