@@ -18,6 +18,7 @@ const TRANSITIONS = {
 };
 const COMMANDS_LEFT = 5;
 const STREAM_MS = 40;
+const PATIENCE_MS = 3000; // so long a field shows what is wished, before the drive says what it has
 const JOG_SHARE = 4; // a jog is renewed so many times before its watchdog ends it
 
 let sheet = null, parameters = {}, last = {};
@@ -339,15 +340,19 @@ function faultField(fault) {
     field.title += `; ${ends(fault.low * fault.factor, fault.high * fault.factor)} ${fault.unit}`;
   }
   const isNumber = ["float", "int"].includes(fault.kind);
+  let wished = null, wishedAt = -Infinity;
   field.onchange = () => {
     let wanted = fault.kind === "bool" ? field.checked : field.value;
     const number = Number(String(wanted).replace(",", "."));
     if (isNumber && wanted !== "" && !Number.isNaN(number)) wanted = number / fault.factor;
     wish({ do: "fault", name: fault.name, value: wanted });
+    [wished, wishedAt] = [fault.kind === "bool" ? (wanted ? "True" : "False") : String(wanted), performance.now()];
   };
   updates.push((state) => {
     if (document.activeElement === field && isNumber) return;
     const present = value(state, "faults", short) ?? String(fault.default);
+    if (present === wished) wished = null;
+    if (wished !== null && performance.now() < wishedAt + PATIENCE_MS) return;
     if (fault.kind === "bool") field.checked = present === "True";
     else field.value = isNumber ? Number((Number(present) * fault.factor).toPrecision(9)) : present;
   });

@@ -175,7 +175,7 @@ function showParts(parts) {
     ["dropped", file.dropped || "–", Number(file.dropped) > 0],
   ];
   byId("parts").replaceChildren(...rows.flatMap(([name, value, isBad]) => {
-    const shown = make("dd", value);
+    const shown = make("dd", value, value);
     shown.classList.toggle("bad", Boolean(isBad));
     return [make("dt", name), shown];
   }));
