@@ -16,6 +16,7 @@ SUFFIX := $(if $(filter kilted,$(DISTRO)),-kilted)
 VENV   := .venv$(SUFFIX)
 BIN    := $(VENV)/bin
 COLCON := .venv-colcon$(SUFFIX)
+DOCS   := .venv-docs
 LOCK   := requirements/$(DISTRO).txt
 
 UV_VERSION := 0.13.8
@@ -29,7 +30,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo panel test test-pythons fuzz same lint hooks bench wheel colcon lock clean
+.PHONY: help setup demo panel test test-pythons fuzz same lint hooks bench docs wheel colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -91,6 +92,9 @@ hooks: $(VENV)/project.stamp ## run the checks of lint before every commit
 bench: $(VENV)/kernels.stamp ## compare with other programs: benchmarks/results.json; ARGS=NAME for one
 	$(BIN)/python -m benchmarks $(ARGS)
 
+docs: $(DOCS)/lock.stamp ## build the documentation site, notebooks included: build/docs/index.html
+	PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -W --keep-going -d build/doctrees docs build/docs
+
 wheel: $(VENV)/lock.stamp ## build the wheel into dist/, install it elsewhere and use it there
 	$(BIN)/python scripts/wheel_check.py $(LOCK)
 
@@ -125,6 +129,9 @@ $(VENV)/lock.stamp: $(LOCK)
 	$(make-venv)
 
 $(COLCON)/lock.stamp: $(LOCK) requirements/colcon.txt
+	$(make-venv)
+
+$(DOCS)/lock.stamp: requirements/docs.txt
 	$(make-venv)
 
 $(VENV)/project.stamp: $(VENV)/lock.stamp setup.py setup.cfg package.xml

@@ -83,6 +83,7 @@ setup(
         'kilted': ros_wheels('kilted'),
         'control': ['control'],
         'dask': ['distributed'],
+        'docs': ['furo', 'myst-nb', 'sphinx', 'sphinx-mathjax-offline'],
         'gym': ['gymnasium'],
         'panel': ['tornado>=6.2'],
         'parquet': ['pyarrow'],

@@ -19,3 +19,5 @@ for distribution in jazzy kilted; do
 done
 pin requirements/colcon.txt requirements/colcon.in \
     --constraint requirements/jazzy.txt --constraint requirements/kilted.txt "$@"
+# Sphinx wants an older docutils than the tests; nothing else need be the same.
+pin requirements/docs.txt setup.py requirements/build.in --extra docs "$@"

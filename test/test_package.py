@@ -31,6 +31,9 @@ def test_name_version_and_licence_are_the_same_everywhere(keywords, manifest):
     assert keywords['name'] == manifest.findtext('name') == NAME
     assert keywords['version'] == manifest.findtext('version') == stickslip_ros.__version__
     assert keywords['license'] == manifest.findtext('license') == 'Apache-2.0'
+    citation = yaml.safe_load((ROOT / 'CITATION.cff').read_text(encoding='utf-8'))
+    assert citation['version'] == keywords['version']
+    assert citation['license'] == 'Apache-2.0'
 
 
 def test_maintainer_is_the_same_everywhere(keywords, manifest):

@@ -35,6 +35,7 @@ from stickslip_ros.study.sawtooth_run import run_drive, run_sawtooth, voltage_fo
 PUBLIC = vars(stickslip_ros)['PUBLIC']
 ROOT = Path(stickslip_ros.__file__).parent
 PAGE = ROOT.parent / 'docs' / 'python.md'
+REFERENCE = PAGE.with_name('api.md')
 AMPLITUDE_M, FREQUENCY_HZ, STEPS = 113.76725643485543e-9, 1153.3955451232346, 8
 HEAVY = ('numpy', 'numba', 'matplotlib', 'pandas', 'rclpy')
 
@@ -52,6 +53,7 @@ def test_types_and_documentation_name_what_is_public():
     assert sorted(typed) == sorted(PUBLIC)
     assert set(listed) <= set(PUBLIC) <= {*listed, *explained}
     assert set(PUBLIC) <= set(dir(stickslip_ros))
+    assert sorted(re.findall(r'auto\w+:: (\w+)', REFERENCE.read_text())) == sorted(PUBLIC)
 
 
 @pytest.mark.parametrize('name', PUBLIC)

@@ -1,0 +1,64 @@
+"""How Sphinx builds these pages: `make docs`; rosdoc2 reads the same file."""
+
+from importlib.util import find_spec
+
+from pygments.lexers.special import TextLexer
+
+import stickslip_ros
+from stickslip_ros.cli.main import VERBS, build_parser
+
+WITH_NOTEBOOKS = find_spec('myst_nb') is not None
+
+project = 'stickslip_ros'
+author = 'The stickslip_ros maintainers'
+project_copyright = f'{author}; Apache-2.0'
+version = release = stickslip_ros.__version__
+
+extensions = [
+    'myst_nb' if WITH_NOTEBOOKS else 'myst_parser',
+    'sphinx.ext.autodoc',
+    'sphinx.ext.mathjax',
+    'sphinx.ext.napoleon',
+    'sphinx.ext.viewcode',
+]
+if find_spec('sphinx-mathjax-offline'):
+    extensions.append('sphinx-mathjax-offline')
+source_suffix = {'.md': 'myst-nb' if WITH_NOTEBOOKS else 'markdown', '.rst': 'restructuredtext'}
+root_doc = 'index'
+html_theme = 'furo' if find_spec('furo') else 'sphinx_rtd_theme'
+html_static_path = ['static']
+html_css_files = ['wide.css']
+html_title = f'stickslip_ros {release}'
+
+myst_enable_extensions = ['dollarmath']
+myst_heading_anchors = 3
+nb_execution_mode = 'force'
+nb_execution_in_temp = True
+nb_execution_timeout = 120
+
+autodoc_member_order = 'bysource'
+autodoc_typehints = 'description'
+napoleon_google_docstring = False
+napoleon_use_ivar = True
+napoleon_use_rtype = False
+
+rosdoc2_settings = {
+    'allow_other_extensions': True,
+    'override_theme': False,
+    'support_markdown': False,
+}
+
+
+def add_help_of_verbs(_app, page, source):
+    """Append to the page of the verbs what each of them says of itself."""
+    if page != 'verbs':
+        return
+    verbs = next(iter(build_parser()._subparsers._group_actions)).choices  # noqa: SLF001
+    parts = [f'## {verb}\n\n```text\n{verbs[verb].format_help()}```\n' for verb in VERBS]
+    source[0] += '\n' + '\n'.join(parts)
+
+
+def setup(app):
+    """Register what is built with the pages."""
+    app.add_lexer('csv', TextLexer)
+    app.connect('source-read', add_help_of_verbs)
