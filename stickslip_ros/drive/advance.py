@@ -280,14 +280,16 @@ def advance_clock(
     """Move the clock on, and write down a ramp that is over."""
     clock = state.clock
     clock.ramp_s += stretch_s
-    if fall_is_over:
+    if fall_is_over and len(wave.rows) == 0:
         clock.start_m = state.position_m
     if ramp_is_over(wave, clock):
+        again_s = wave.period_s - wave.lead_s
+        lasted_s = wave.period_s if clock.cycle == 0 else again_s
         row = clock.cycle % len(ramps)
         ramps[row, RAMP_START] = clock.start_m
-        ramps[row, RAMP_MEAN] = (state.sums.position_m_s - clock.start_m_s) / wave.period_s
+        ramps[row, RAMP_MEAN] = (state.sums.position_m_s - clock.start_m_s) / lasted_s
         ramps[row, RAMP_END] = state.position_m
-        clock.ramp_s -= wave.period_s
+        clock.ramp_s -= again_s
         clock.cycle += 1
         clock.start_m = state.position_m
         clock.start_m_s = state.sums.position_m_s

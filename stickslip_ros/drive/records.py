@@ -101,7 +101,7 @@ class Wave(NamedTuple):
     """
     Commanded voltage: a ramp from ``start_v`` by ``rise_v``, repeated, then held at ``start_v``.
 
-    With a table, the ramp is replaced by its rows, which are played once.
+    With a table, the ramp is replaced by its rows.
 
     Attributes
     ----------
@@ -115,6 +115,8 @@ class Wave(NamedTuple):
         Ramps before the hold; 0 is a level, ENDLESS never ends.
     rows : array, shape (n, 2)
         Table: times from 0 (s) and voltages (V), joined by straight lines; none if empty.
+    lead_s : float
+        Time in the table up to which it is played only once, in the first cycle.
     missed_share : float
         Share of the ramps that the amplifier leaves out.
     missed_seed : int
@@ -127,6 +129,7 @@ class Wave(NamedTuple):
     period_s: float = 1.0
     cycles: int = 0
     rows: Array = NO_ROWS
+    lead_s: float = 0.0
     missed_share: float = 0.0
     missed_seed: int = 0
 

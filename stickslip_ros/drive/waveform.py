@@ -45,19 +45,43 @@ def sawtooth(base_v: float, amplitude_v: float, frequency_hz: float, steps: int)
     )
 
 
-def table(rows: Array | Sequence[Sequence[float]]) -> Wave:
+def table(rows: Array | Sequence[Sequence[float]], cycles: int = 1) -> Wave:
     """
-    Return the wave that plays a table once and holds its last voltage; one cycle in all.
+    Return the wave that plays a table and then holds its last voltage.
 
     Its rows, shape (n, 2), are times, s, not falling, the first one 0, and voltages, V. Straight
-    lines join them; two rows of the same time are a jump.
+    lines join them; two rows of the same time are a jump. ``cycles`` is how often it is played; 0
+    repeats until replaced.
 
     """
     rows = np.array(rows, dtype=np.float64, order='C').reshape(-1, 2)
     end_s, end_v = float(rows[-1, TIME]), float(rows[-1, VOLTAGE])
     if end_s == 0.0:
         return level(end_v)
-    return Wave(start_v=end_v, period_s=end_s, cycles=1, rows=rows)
+    return Wave(start_v=end_v, period_s=end_s, cycles=cycles or ENDLESS, rows=rows)
+
+
+def repeats(wave: Wave) -> bool:
+    """Return whether a wave is a table that is played more than once."""
+    return wave.cycles > 1 and len(wave.rows) > 0
+
+
+def after(wave: Wave, ramp_s: float, following: Wave) -> Wave:
+    """
+    Return the wave that plays the present cycle of a table to its end, then another table.
+
+    A table that still waits for the end of a cycle of the one before it is left out.
+
+    """
+    times_s, voltages_v = wave.rows.T
+    end_s = wave.lead_s if ramp_s < wave.lead_s else wave.period_s
+    ahead = (times_s > ramp_s + CORNER_S) & (times_s <= end_s)
+    now_v = np.interp(ramp_s, times_s, voltages_v)
+    rest = wave.rows[ahead] - np.array((ramp_s, 0.0))
+    lead_s = end_s - ramp_s
+    then = following.rows + np.array((lead_s, 0.0))
+    rows = np.concatenate(([(0.0, now_v)], rest, then))
+    return following._replace(rows=rows, lead_s=lead_s, period_s=float(rows[-1, TIME]))
 
 
 def missing(wave: Wave, share: float, seed: int) -> Wave:

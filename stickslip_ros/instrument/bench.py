@@ -332,6 +332,7 @@ class Bench:
             position_m=self.sensing.position_m,
             voltage_v=self.stand.voltage_v,
             cycles=0 if self.motion.is_new else self.stand.cycle,
+            ramp_s=0.0 if self.motion.is_new else self.stand.ramp_s,
             arrived=self.stand.has_arrived(self.motion.wave),
         )
 

@@ -74,8 +74,13 @@ def _stepping(parameters: Parameters, frequency_hz: float, steps: int) -> Wave:
     return sawtooth(parameters.amplifier.voltage_min, amplitude_v, frequency_hz, steps)
 
 
-def check_waveform(parameters: Parameters, numbers: Array) -> Wave:
-    """Return the wave that plays rows of time and voltage, which come one after another."""
+def check_waveform(parameters: Parameters, numbers: Array, cycles: int = 1) -> Wave:
+    """
+    Return the wave that plays rows of time and voltage, which come one after another.
+
+    ``cycles`` is how often; 0 until replaced. What is played more than once is closed.
+
+    """
     rows, rest = divmod(len(numbers), 2)
     if rest or not 2 <= rows <= ROWS_MAX:
         expected = f'2 to {ROWS_MAX} rows of time and voltage'
@@ -92,7 +97,24 @@ def check_waveform(parameters: Parameters, numbers: Array) -> Wave:
         raise OutOfRange(f'waveform time of row {row + 1}', float(wave[row, 0]), 's', limit, hint)
     for row in (int(np.argmin(wave[:, 1])), int(np.argmax(wave[:, 1]))):
         _check_range(parameters, f'waveform voltage of row {row + 1}', float(wave[row, 1]))
-    return table(wave)
+    if cycles != 1:
+        _check_repetition(parameters, wave, cycles)
+    return table(wave, cycles)
+
+
+def _check_repetition(parameters: Parameters, wave: Array, cycles: int) -> None:
+    if not 0 <= cycles <= STEPS_MAX:
+        limit = f'not from 0 to {STEPS_MAX}'
+        raise OutOfRange('waveform cycles', cycles, '', limit, '0 repeats until replaced')
+    (_, first_v), (period_s, last_v) = wave[0], wave[-1]
+    if first_v != last_v:
+        limit = f'not the first voltage, {first_v:g} V, as it repeats'
+        hint = 'end a cycle where it begins; a jump is a steep slope'
+        raise OutOfRange('last waveform voltage', float(last_v), 'V', limit, hint)
+    shortest_s = 1.0 / parameters.amplifier.frequency_max
+    if period_s < shortest_s:
+        limit = f'below the {shortest_s:.4g} s of amplifier.frequency_max'
+        raise OutOfRange('waveform period', float(period_s), 's', limit, 'slow it down')
 
 
 def check_position(parameters: Parameters, x_m: float) -> float:

@@ -58,6 +58,8 @@ class Observation(NamedTuple):
         Voltage at the piezo.
     cycles : int
         Ramps of the wave that are over.
+    ramp_s : float
+        Time since its present ramp began.
     arrived : bool
         Whether wave and amplifier are at their end.
 
@@ -67,6 +69,7 @@ class Observation(NamedTuple):
     position_m: float
     voltage_v: float
     cycles: int
+    ramp_s: float
     arrived: bool
 
 

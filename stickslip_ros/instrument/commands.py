@@ -56,6 +56,8 @@ class Request:
         Of vectors: the frame in which they are given; empty for that of the command.
     joints : Joints
         Of ``joint``: what is asked of which joint.
+    cycles : int
+        Of ``waveform``: how often it is played; 0 repeats until replaced.
 
     """
 
@@ -65,6 +67,7 @@ class Request:
     stamp_ns: int = 0
     frame_id: str = ''
     joints: Joints = NOTHING
+    cycles: int = 1
 
     @property
     def size(self) -> int:
@@ -184,7 +187,7 @@ def check_request(request: Request, parameters: Parameters) -> Any:
     if command is None:
         raise UnknownName('command', request.name, f'use {", ".join(COMMANDS)}')
     if command.is_table:
-        return command.check(parameters, _all_finite(request))
+        return command.check(parameters, _all_finite(request), request.cycles)
     if command.name == FAULT:
         _refuse_numbers(request, 'name the faults and their values')
         return command.check(parameters, dict(request.settings))
@@ -329,8 +332,9 @@ _ROWS = (
     Command('jog', FLOAT64, ('frequency Hz',), checks.check_jog, _jog,
             'signed steps per second; stops when jog.timeout passes without a new one; 0 stops'),
     Command('waveform', FLOAT64_ARRAY, ('time s', 'voltage V'), checks.check_waveform, _move,
-            'rows of time s, voltage V, played once; times rise from 0, straight lines in '
-            f'between; at most {WAVEFORM_ROWS_MAX} rows', is_table=True),
+            'rows of time s, voltage V; times rise from 0, straight lines in between; at most '
+            f'{WAVEFORM_ROWS_MAX} rows; played once, or as often as the size of a first axis '
+            'labelled cycle says (0: until stopped)', is_table=True),
     Command('position', POINT, ('x m', 'y m', 'z m'), checks.check_position, _approach,
             'closed loop: point.x, m; coarse steps, then fine scan, then hold; the rest must be '
             '0; in frame_id.stage, or no frame',

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from stickslip_ros.drive.records import Wave
-from stickslip_ros.drive.waveform import level
+from stickslip_ros.drive.waveform import after, level, repeats
 from stickslip_ros.instrument.closed_loop import ClosedLoop, Goal, Observation, Outcome
 from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.parameters import Parameters, to_nanoseconds
@@ -51,6 +51,11 @@ class Running:
         """+1 or -1 for steps, which soft limits stop, else 0."""
         rise_v = 0.0 if self.wave is None else self.wave.rise_v
         return (rise_v > 0.0) - (rise_v < 0.0)
+
+    @property
+    def is_cyclic(self) -> bool:
+        """Whether its ramps, or cycles, are counted."""
+        return self.direction != 0 or (self.wave is not None and repeats(self.wave))
 
 
 Report = Callable[[Identity, Result, str, int], None]
@@ -108,7 +113,9 @@ class Motion:
         return status
 
     def start(self, command: Identity, wave: Wave, observation: Observation) -> None:
-        """Follow a wave in place of the running move."""
+        """Follow a wave in place of the running move; a table, at the end of a cycle of one."""
+        if len(wave.rows) and self._is_within_cycle(observation):
+            wave = after(self.wave, observation.ramp_s, wave)
         self._make_way(command, observation)
         self._running = Running(command, wave)
         self._follow(wave)
@@ -174,6 +181,11 @@ class Motion:
         elif not is_jog and observation.arrived:
             self.end(Outcome(Result.DONE), observation)
 
+    def _is_within_cycle(self, observation: Observation) -> bool:
+        """Return whether a table is repeated that has begun, or waits for the one before it."""
+        wave, has_begun = self.wave, not self.is_new or self.wave.lead_s > 0.0
+        return has_begun and repeats(wave) and observation.cycles < wave.cycles
+
     def _timeout_ns(self) -> int:
         return to_nanoseconds(self._parameters.jog.timeout)
 
@@ -188,7 +200,7 @@ class Motion:
         if outcome.result in FAILURES:
             self._failed = Status.MOVEMENT_FAILED | FAILURES[outcome.result]
         if loop is None:
-            steps = running.steps + observation.cycles if running.direction else 0
+            steps = running.steps + observation.cycles if running.is_cyclic else 0
             self._report(running.command, outcome.result, outcome.why, steps)
         elif not loop.holds:
             self._report(running.command, outcome.result, outcome.why, 0)

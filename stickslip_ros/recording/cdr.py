@@ -55,7 +55,9 @@ def pack_string(text: str) -> bytes:
     return HEADER + _text_field(text)
 
 
-def pack_float64_array(values: NDArray[np.float64], labels: Sequence[str]) -> bytes:
+def pack_float64_array(
+    values: NDArray[np.float64], labels: Sequence[str], front: tuple[tuple[str, int], ...] = ()
+) -> bytes:
     """
     Pack a ``std_msgs/msg/Float64MultiArray`` in row-major order.
 
@@ -66,6 +68,8 @@ def pack_float64_array(values: NDArray[np.float64], labels: Sequence[str]) -> by
     labels : sequence of str
         One label per axis of `values`; the stride of an axis is the product of its size and all
         later sizes.
+    front : tuple of (str, int)
+        Labels and sizes of further axes in front, along which nothing changes: of stride 0.
 
     Raises
     ------
@@ -73,7 +77,7 @@ def pack_float64_array(values: NDArray[np.float64], labels: Sequence[str]) -> by
         If there are not as many labels as axes.
 
     """
-    head = _array_head(np.shape(values), tuple(labels))
+    head = _array_head(np.shape(values), tuple(labels), front)
     return head + np.asarray(values, dtype='<f8').tobytes()
 
 
@@ -168,7 +172,9 @@ def _padding(length_bytes: int, alignment_bytes: int) -> bytes:
 
 
 @lru_cache(maxsize=CACHED_HEADS)
-def _array_head(sizes: tuple[int, ...], labels: tuple[str, ...]) -> bytes:
+def _array_head(
+    sizes: tuple[int, ...], labels: tuple[str, ...], front: tuple[tuple[str, int], ...]
+) -> bytes:
     """
     Give all of a Float64MultiArray that stands in front of its numbers.
 
@@ -178,10 +184,12 @@ def _array_head(sizes: tuple[int, ...], labels: tuple[str, ...]) -> bytes:
     """
     if len(sizes) != len(labels):
         raise WrongKind('labels', labels, f'{len(sizes)} in number', 'give one label per axis')
-    body = struct.pack('<I', len(sizes))
-    for axis, label in enumerate(labels):
+    axes = [(*axis, 0) for axis in front]
+    axes += [(label, sizes[axis], prod(sizes[axis:])) for axis, label in enumerate(labels)]
+    body = struct.pack('<I', len(axes))
+    for label, size, stride in axes:
         body += _text_field(label)
-        body += _padding(len(body), 4) + _pack_words(sizes[axis], prod(sizes[axis:]))
+        body += _padding(len(body), 4) + _pack_words(size, stride)
     body += _padding(len(body), 4) + _pack_words(0, prod(sizes))
     return HEADER + body + (_padding(len(body), 8) if prod(sizes) else b'')
 

@@ -33,6 +33,8 @@ JOINTS_MAX = 1000
 """Joints of a message."""
 BY_TOPIC = {topic.request: topic for topic in COMMAND_TOPICS if topic.recorded}
 """Topic of each request that comes over one."""
+CYCLE = 'cycle'
+"""Label of a first axis of a table, whose size is how often it is played."""
 NOTES = 'request'
 """Key of the topic that reports every other request."""
 INT32_MAX = 2**31 - 1
@@ -45,13 +47,17 @@ def pack_request(request: Request, time_ns: int) -> Packed:
         if topic.type_name == m.JOINT_STATE:
             joints = m.JointMessage(request.stamp_ns, request.frame_id, *request.joints)
             return Packed(topic.key, time_ns, pack_joints(joints))
-        data = pack_command(topic, request.values, request.stamp_ns, request.frame_id)
+        data = pack_command(
+            topic, request.values, request.stamp_ns, request.frame_id, request.cycles
+        )
         return Packed(topic.key, time_ns, data)
     content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
     return Packed(NOTES, time_ns, pack_string(json.dumps(content)))
 
 
-def pack_command(topic: Topic, values: Any, stamp_ns: int = 0, frame_id: str = '') -> bytes:
+def pack_command(
+    topic: Topic, values: Any, stamp_ns: int = 0, frame_id: str = '', cycles: int = 1
+) -> bytes:
     """
     Return the message of a command topic.
 
@@ -66,6 +72,8 @@ def pack_command(topic: Topic, values: Any, stamp_ns: int = 0, frame_id: str = '
         Stamp, where the message has one; 0 is none.
     frame_id : str
         Frame, where the message has one; empty is none.
+    cycles : int
+        Of a table: how often it is played; 0 repeats until replaced.
 
     """
     numbers = np.ravel(values)
@@ -80,10 +88,11 @@ def pack_command(topic: Topic, values: Any, stamp_ns: int = 0, frame_id: str = '
         arrays = ((float(number),) for number in numbers)
         return pack_joints(m.JointMessage(stamp_ns, frame_id, (), *arrays))
     columns = ','.join(map(_column, topic.numbers))
+    front = () if cycles == 1 else ((CYCLE, cycles),)
     if topic.is_table and len(numbers) % len(topic.numbers) == 0:
         rows = numbers.reshape(-1, len(topic.numbers))
-        return pack_float64_array(rows, ('row', columns))
-    return pack_float64_array(numbers, (columns,))
+        return pack_float64_array(rows, ('row', columns), front)
+    return pack_float64_array(numbers, (columns,), front)
 
 
 def _column(label: str) -> str:
@@ -108,6 +117,7 @@ def read_request(topic: Topic, data: bytes) -> Request:
     """
     message = unpack(topic.type_name, data)
     values: Sequence[float]
+    cycles = 1
     if isinstance(message, m.StampedMessage):
         stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
         return Request(topic.request, message.values, stamp_ns=stamp_ns, frame_id=message.frame_id)
@@ -117,12 +127,14 @@ def read_request(topic: Topic, data: bytes) -> Request:
         return Request(topic.request, stamp_ns=stamp_ns, frame_id=message.frame_id, joints=joints)
     if isinstance(message, m.ArrayMessage):
         if topic.is_table:
+            if message.labels[:1] == (CYCLE,):
+                cycles = message.sizes[0]
             _check_layout(topic, message)
         values = array('d', message.data.tobytes())
     else:
         assert isinstance(message, int | float)
         values = (float(message),)
-    return Request(topic.request, values)
+    return Request(topic.request, values, cycles=cycles)
 
 
 def receive_request(topic: Topic, data: bytes) -> Request:
@@ -166,7 +178,8 @@ def _checked_stamp_ns(topic: Topic, stamp_ns: int) -> int:
 def _check_layout(topic: Topic, message: m.ArrayMessage) -> None:
     """Refuse a table whose layout is given and is not that of rows in order."""
     count, width = message.data.size, len(topic.numbers)
-    sizes, strides = list(message.sizes), list(message.strides)
+    first = int(message.labels[:1] == (CYCLE,))
+    sizes, strides = list(message.sizes[first:]), list(message.strides[first:])
     # What is not made of rows may say so: whoever counts the numbers refuses it.
     fits = sizes == [count // width, width] if count % width == 0 else sizes == [count]
     in_order = all(
@@ -174,7 +187,7 @@ def _check_layout(topic: Topic, message: m.ArrayMessage) -> None:
     )
     if (sizes and not (fits and in_order)) or message.offset:
         shown = f'sizes {sizes[:4]}, strides {strides[:4]}, offset {message.offset}'
-        hint = 'say [n, 2] with strides [2 n, 2], or leave the layout empty'
+        hint = f'say [n, 2] with strides [2 n, 2], or nothing; behind {CYCLE!r}, if it repeats'
         name = f'layout of a {topic.request} of {count} numbers'
         raise WrongKind(name, shown, 'rows of two', hint)
 

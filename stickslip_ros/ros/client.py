@@ -159,7 +159,7 @@ class LockstepClient:
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(BEGIN_PERIOD_S, self._begin, clock=clock)
 
-    def send(self, name: str, value: Any) -> None:
+    def send(self, name: str, value: Any, cycles: int = 1) -> None:
         """
         Send a command, and count it.
 
@@ -169,6 +169,8 @@ class LockstepClient:
             What follows ``command/`` in the name of its topic.
         value : float, int or sequence of float
             Its numbers; see `pack_command`.
+        cycles : int
+            How often a waveform is played; 0 repeats until replaced.
 
         Raises
         ------
@@ -177,7 +179,7 @@ class LockstepClient:
 
         """
         topic = command_topic(name, but='grant')
-        self._publishers[name].publish(pack_command(topic, value))
+        self._publishers[name].publish(pack_command(topic, value, cycles=cycles))
         self.sent += 1
 
     def close(self) -> None:

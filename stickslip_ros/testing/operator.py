@@ -148,6 +148,7 @@ class Operator:
 
     def spin_for(self, simulated_s: float) -> None:
         """Handle messages until so much simulated time has passed, by the stamps of position."""
+        self.spin_until(lambda: bool(self.positions), 'position')
         end_ns = self.time_ns + round(simulated_s * NS_PER_S)
         self.spin_until(lambda: self.time_ns >= end_ns, 'position')
 
@@ -167,7 +168,7 @@ class Operator:
         self.spin_until(handshake.is_done, 'an answer of the drive', timeout_s)
         handshake.close()
 
-    def command(self, name: str, value: Any) -> None:
+    def command(self, name: str, value: Any, cycles: int = 1) -> None:
         """
         Send a command.
 
@@ -178,6 +179,8 @@ class Operator:
         value : float, int or sequence of float
             Its number or numbers in SI units, in the order of docs/interface.md: ``('voltage',
             150.0)``, ``('sawtooth', (300.0, 500.0, 10.0))``, ``('waveform', rows)``.
+        cycles : int
+            How often a waveform is played; 0 repeats until replaced.
 
         Raises
         ------
@@ -186,7 +189,7 @@ class Operator:
 
         """
         topic = command_topic(name)
-        self.send(name, pack_command(topic, value))
+        self.send(name, pack_command(topic, value, cycles=cycles))
 
     def send(self, name: str, message: Any) -> None:
         """Send any message on ``command/NAME``: for example one that the drive must refuse."""

@@ -171,7 +171,10 @@ def _request(rng: np.random.Generator, parameters: Parameters) -> Request:
         return Request('fault', settings=_settings(rng))
     if name == 'joint':
         return Request('joint', joints=_joints(rng))
-    return Request(name, NUMBERS[name](rng, parameters))
+    numbers = NUMBERS[name](rng, parameters)
+    if name == 'waveform' and rng.random() < 0.5:  # closed, as one must be that repeats
+        return Request(name, (*numbers[:-1], numbers[1]), cycles=int(rng.integers(0, 6)))
+    return Request(name, numbers)
 
 
 def _joints(rng: np.random.Generator) -> Joints:

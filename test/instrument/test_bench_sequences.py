@@ -117,7 +117,11 @@ def requests_with(faults):
     )
     bad = st.builds(Request, st.sampled_from((*MOVES, 'fly')), st.just((float('nan'),)))
     joint = st.builds(Request, st.just('joint'), joints=JOINTS)
-    return st.one_of(*built, joint, st.sampled_from(plain).map(Request), fault, fault, bad)
+    closed = ((0.0, 100.0, 7e-4, 150.0, 1.3e-3, 100.0), (0.0, 20.0, 3e-3, 90.0, 3.1e-3, 20.0))
+    again = st.builds(
+        Request, st.just('waveform'), st.sampled_from(closed), cycles=st.sampled_from((0, 2, 1000))
+    )
+    return st.one_of(*built, joint, again, st.sampled_from(plain).map(Request), fault, fault, bad)
 
 
 def sequences(faults):

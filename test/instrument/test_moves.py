@@ -1,10 +1,12 @@
 """Moves of every kind: how they run, how they end, what stops them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from bench_runs import MS, drive_bench, sawtooth, steps
 
-from stickslip_ros.drive.advance import POSITION, VOLTAGE
+from stickslip_ros.drive.advance import POSITION, RAMP_END, VOLTAGE
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Result, Status
@@ -123,6 +125,100 @@ def test_a_waveform_is_played_once_with_straight_lines_and_then_held(bench_with)
     assert [bool(status & Status.STREAMING) for status in told.status] == [True] * 4 + [False] * 4
     (event,) = told.events
     assert (event.command, event.result) == ('waveform', Result.DONE)
+
+
+HILL = ((0.0, 10.0), (0.9e-3, 90.0), (1.7371e-3, 10.0))
+RIDGE = ((0.0, 20.0), (1.1e-3, 220.0), (1.3517e-3, 200.0), (2.20007e-3, 20.0))
+
+
+def repeated(rows, cycles=0):
+    return replace(waveform(*rows), cycles=cycles)
+
+
+def expected_v(*stretches):
+    """Give what waveforms played one after another come to, each (rows, times); the last holds."""
+    points, start_s = [], 0.0
+    for rows, times in stretches:
+        for _ in range(times):
+            points += [(start_s + time_s, voltage_v) for time_s, voltage_v in rows]
+            start_s += rows[-1][0]
+    return np.array(points)
+
+
+def assert_played(told, *stretches):
+    times_s = np.arange(1, len(told.trace) + 1) * 20e-6
+    points = expected_v(*stretches)
+    wanted_v = np.interp(times_s, *points.T)
+    # A jump between two waveforms is slewed; it lasts two microseconds, a sample twenty.
+    np.testing.assert_allclose(told.trace[:, VOLTAGE], wanted_v, rtol=0.0, atol=1e-6)
+
+
+@pytest.mark.parametrize('cycles', [2, 7])
+def test_a_waveform_repeats_as_often_as_it_says_and_its_cycles_are_counted(bench_with, cycles):
+    bench = bench_with(amplifier__voltage_initial=10.0)
+    told = drive_bench(bench, 20 * MS, {0: [repeated(HILL, cycles)]})
+    assert_played(told, (HILL, cycles))
+    [event] = told.events
+    assert (event.result, event.steps, len(told.ramps)) == (Result.DONE, cycles, cycles)
+
+
+def test_the_next_waveform_waits_for_the_end_of_the_cycle_and_the_last_holds(bench_with):
+    bench = bench_with(amplifier__voltage_initial=10.0)
+    requests = {0: [repeated(HILL)], 5 * MS: [repeated(RIDGE)], 12 * MS: [waveform(*HILL)]}
+    told = drive_bench(bench, 20 * MS, requests)
+    assert_played(told, (HILL, 3), (RIDGE, 4), (HILL, 1))
+    assert [(e.number, e.result, e.steps, e.message) for e in told.events] == [
+        (1, Result.ABORTED, 2, 'replaced by command 2'),
+        (2, Result.ABORTED, 3, 'replaced by command 3'),
+        (3, Result.DONE, 0, ''),
+    ]
+
+
+def test_a_waveform_that_still_waits_gives_way_to_the_next_without_being_played(bench_with):
+    bench = bench_with(amplifier__voltage_initial=10.0)
+    both = [repeated(RIDGE), repeated(((0.0, 30.0), (2e-3, 50.0), (3e-3, 30.0)))]
+    told = drive_bench(bench, 9 * MS, {0: [repeated(HILL)], 2 * MS: both, 3 * MS: both[:1]})
+    assert_played(told, (HILL, 2), (RIDGE, 3))
+    assert [(e.number, e.steps) for e in told.events] == [(1, 1), (2, 0), (3, 0)]
+
+
+def test_phase_is_kept_over_ten_thousand_cycles_of_a_wave_that_came_after_another(bench_with):
+    bench = bench_with(amplifier__voltage_initial=10.0, load_cell__contact='attached')
+    drive_bench(bench, 3 * MS, {0: [repeated(HILL)], 2 * MS: [repeated(RIDGE)]})
+    cycles = 10_000
+    drive_bench(bench, int(cycles * 2.20007 * MS / 1e3) * 1000 // MS * MS, {})
+    since_s = bench.time_ns * 1e-9 - 2 * HILL[-1][0]
+    phase_s = since_s % RIDGE[-1][0]
+    assert bench.state.voltage_v == pytest.approx(np.interp(phase_s, *np.array(RIDGE).T), abs=1e-6)
+
+
+def test_what_the_amplifier_makes_of_a_saw_tooth_does_the_same_as_a_waveform(bench_with):
+    slope_v_per_s, slew_v_per_s = 300.0 / 1e-3, 150e6
+    fall_s = 300.0 / (slope_v_per_s + slew_v_per_s)
+    rows = ((0.0, 300.0), (fall_s, slope_v_per_s * fall_s), (1e-3, 300.0))
+    played = drive_bench(bench_with(), 45 * MS, {0: [repeated(rows, 40)]})
+    stepped = drive_bench(bench_with(), 45 * MS, {0: [sawtooth(300.0, 1000.0, 40)]})
+    played_m, stepped_m = (np.diff(told.ramps[-10:, RAMP_END]) for told in (played, stepped))
+    np.testing.assert_allclose(played_m, stepped_m, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ('rows', 'cycles', 'message'),
+    [
+        (((0.0, 0.0), (1e-3, 5.0)), 0, 'last waveform voltage 5 V is not the first voltage, 0 V'),
+        (
+            ((0.0, 0.0), (1e-5, 5.0), (2e-5, 0.0)),
+            3,
+            'below the 5e-05 s of amplifier.frequency_max',
+        ),
+        (HILL, 2**31, 'not from 0 to 2147483647'),
+    ],
+)
+def test_a_repetition_that_cannot_be_is_refused(bench_with, rows, cycles, message):
+    told = drive_bench(bench_with(), 2 * MS, {0: [repeated(rows, cycles)]})
+    [event] = told.events
+    assert event.result is Result.INVALID_PARAMETER
+    assert message in event.message
 
 
 @pytest.mark.parametrize('sign', [1.0, -1.0])

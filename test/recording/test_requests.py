@@ -53,7 +53,12 @@ REQUESTS = st.one_of(
     st.builds(Request, st.sampled_from(['voltage', 'preload', 'jog']), numbers(1)),
     st.builds(Request, st.just('steps'), st.integers(-(2**31), 2**31 - 1).map(lambda n: (n,))),
     st.builds(Request, st.just('sawtooth'), st.lists(NUMBER, max_size=5).map(tuple)),
-    st.builds(Request, st.just('waveform'), st.lists(NUMBER, max_size=9).map(tuple)),
+    st.builds(
+        Request,
+        st.just('waveform'),
+        st.lists(NUMBER, max_size=9).map(tuple),
+        cycles=st.integers(0, 2**32 - 1),
+    ),
     st.builds(Request, st.just('position'), numbers(3), stamp_ns=STAMPS_NS, frame_id=FRAME),
     st.builds(Request, st.just('load'), numbers(6), stamp_ns=STAMPS_NS, frame_id=FRAME),
     st.builds(Request, st.just('joint'), stamp_ns=STAMPS_NS, frame_id=FRAME, joints=JOINTS),
@@ -229,6 +234,22 @@ def test_a_frame_of_a_name_that_nobody_gives_is_refused():
 def test_a_waveform_is_taken_as_rows(message: Float64MultiArray):
     request = received('waveform', message)
     assert tuple(request.values) == tuple(message.data)
+
+
+@pytest.mark.parametrize('rest', [[], [(3, 6), (2, 2)]], ids=['alone', 'rows'])
+@pytest.mark.parametrize('cycles', [0, 1, 7])
+def test_a_first_axis_labelled_cycle_says_how_often_a_waveform_is_played(rest: list, cycles: int):
+    message = waveform([(cycles, 0), *rest], 6)
+    message.layout.dim[0].label = 'cycle'
+    request = received('waveform', message)
+    assert (request.cycles, tuple(request.values)) == (cycles, tuple(message.data))
+
+
+def test_a_cycle_does_not_excuse_a_layout_of_other_columns():
+    message = waveform([(4, 0), (2, 6), (3, 3)], 6)
+    message.layout.dim[0].label = 'cycle'
+    with pytest.raises(WrongKind, match="or nothing; behind 'cycle', if it repeats"):
+        received('waveform', message)
 
 
 @pytest.mark.parametrize(

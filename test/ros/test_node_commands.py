@@ -128,6 +128,20 @@ def test_a_waveform_is_played_once_to_its_last_voltage(stand: Any):
     assert stand.drive.session.bench.state.voltage_v == pytest.approx(40.0)
 
 
+def test_a_waveform_repeats_over_topics_until_the_next_at_the_end_of_a_cycle(stand: Any):
+    operator, bench = stand.operator, stand.drive.session.bench
+    hill = ((0.0, 0.0), (0.01, 100.0), (0.0137, 0.0))
+    operator.command('waveform', hill, cycles=0)
+    operator.spin_until(lambda: operator.status & Status.STREAMING, 'the waveform')
+    later_ns = bench.time_ns + 100_000_000
+    operator.spin_until(lambda: bench.time_ns > later_ns, 'seven cycles')
+    operator.command('waveform', ((0.0, 0.0), (0.003, 40.0)))
+    first, last = (operator.wait_for_event('waveform', n) for n in range(2))
+    assert (first['result'], last['result']) == ('ABORTED', 'DONE')
+    assert first['steps'] >= 7
+    assert bench.state.voltage_v == pytest.approx(40.0)
+
+
 def test_a_target_is_reached_in_closed_loop(start_drive: Callable):
     stand = start_drive({'load_cell.contact': 'absent'})
     stand.operator.command('position', 1e-6)
