@@ -1,8 +1,9 @@
 """``stickslip simulate``: a saw-tooth run of the whole stand, without ROS."""
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
+import numpy as np
 from rich.table import Table
 
 from stickslip_ros.cli.options import (
@@ -17,22 +18,37 @@ from stickslip_ros.cli.options import (
 )
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.files import make_room
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.study.sawtooth_run import SawtoothRun, run_sawtooth, voltage_for
+from stickslip_ros.study.replay import read_drive_input
+from stickslip_ros.study.sawtooth_run import (
+    SAWTOOTH_HZ,
+    SawtoothRun,
+    run_sawtooth,
+    run_waveform,
+    voltage_for,
+)
 from stickslip_ros.units import NM
+
+Task = Callable[..., SawtoothRun]
+"""A run that lacks the number of its steps, its recording and its progress."""
 
 
 @verb(
-    'Drive the virtual stand with a saw-tooth, without ROS. Generated force is k x, the force in '
-    'the load-cell spring.',
+    'Drive the virtual stand with a saw-tooth or another wave, without ROS. Generated force is '
+    'k x, the force in the load-cell spring.',
     PRELOAD,
     either(
         option('--amplitude', 'stroke of the feet, m', float, 'M'),
         option('--voltage', 'saw-tooth voltage, V', float, 'V'),
+        option('--waveform', 'one cycle as a table of time and voltage', to_path),
         required=True,
     ),
     option(
-        '--frequency', 'steps per second; negative ones go backwards', float, 'HZ', default=1000.0
+        '--frequency',
+        'steps per second; negative ones go backwards (default: 1000, or as the waveform says)',
+        float,
+        'HZ',
     ),
     option(
         '--steps',
@@ -47,21 +63,32 @@ from stickslip_ros.units import NM
 def simulate_verb(arguments: argparse.Namespace) -> Answer:
     """Run the stand, record it if asked."""
     parameters = chosen_parameters(arguments)
-    voltage_v = arguments.voltage
-    if voltage_v is None:
-        voltage_v = voltage_for(parameters, arguments.amplitude)
+    run = _sawtooth if arguments.waveform is None else _waveform
+    task = run(arguments, parameters)
     if arguments.output:
         make_room(arguments.output, is_new=True)
     with shown_progress('steps', quiet=arguments.json) as progress:
-        result = run_sawtooth(
-            parameters,
-            voltage_v,
-            arguments.frequency,
-            arguments.steps,
+        result = task(
+            steps=arguments.steps,
             path=arguments.output,
             progress=lambda done, _: progress(done, arguments.steps),
         )
     return Answer(result, [_table(result)])
+
+
+def _sawtooth(arguments: argparse.Namespace, parameters: Parameters) -> Task:
+    voltage_v, frequency_hz = arguments.voltage, arguments.frequency
+    if voltage_v is None:
+        voltage_v = voltage_for(parameters, arguments.amplitude)
+    if frequency_hz is None:
+        frequency_hz = SAWTOOTH_HZ
+    return lambda **how: run_sawtooth(parameters, voltage_v, frequency_hz, **how)
+
+
+def _waveform(arguments: argparse.Namespace, parameters: Parameters) -> Task:
+    given = read_drive_input(arguments.waveform, parameters)
+    rows = np.column_stack((given.time_s, given.voltage_v))
+    return lambda **how: run_waveform(parameters, rows, arguments.frequency, **how)
 
 
 def _table(result: SawtoothRun) -> Table:

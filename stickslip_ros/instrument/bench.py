@@ -205,8 +205,7 @@ class Bench:
             self.accept(request)
         self._deliver()
         first_cycle = self._start_wave()
-        wave = self.motion.wave
-        trace = self.stand.advance(wave, samples)
+        trace = self.stand.advance(self.motion.wave, samples)
         self.time_ns = until_ns
         readings = self.sensing.read(trace, until_ns, self.stand.voltage_v, self.faults)
         if self.motion.is_running:
@@ -214,7 +213,7 @@ class Bench:
         if self._preloading is not None and self.stand.is_preloaded:
             self._end_preloading(Result.DONE)
         events, self._events = tuple(self._events), []
-        ramps = self.stand.ramps_since(wave, first_cycle)
+        ramps = self.stand.ramps_since(first_cycle)
         return Output(readings, events, self.status, ramps)
 
     def accept(self, request: Request) -> None:

@@ -12,7 +12,7 @@ from stickslip_ros.drive.build import change_preload, plant_of, start_clock, sta
 from stickslip_ros.drive.faults import apply_faults
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import Wave
-from stickslip_ros.drive.waveform import missing, repeats
+from stickslip_ros.drive.waveform import missing
 from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.parameters import FaultParameters, Parameters
 from stickslip_ros.units import NANO
@@ -133,10 +133,10 @@ class Stand:
         )
         return trace
 
-    def ramps_since(self, wave: Wave, cycle: int) -> Array:
-        """Return start, mean and end (m) of the ramps that ended from a cycle of a wave on."""
+    def ramps_since(self, cycle: int) -> Array:
+        """Return start, mean and end (m) of the ramps that ended from a cycle of the wave on."""
         now = self.cycle
-        if cycle == now or (len(wave.rows) > 0 and not repeats(wave)):
+        if cycle == now:
             return NO_RAMPS
         ramps: Array = self._ramps[np.arange(cycle, now) % len(self._ramps)]
         return ramps

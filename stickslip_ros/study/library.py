@@ -4,11 +4,12 @@ import shutil
 import tempfile
 import weakref
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip_ros.contact import mdr
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
@@ -31,7 +32,13 @@ from stickslip_ros.study.fitting.free import choose_free
 from stickslip_ros.study.fitting.problem import DEFAULT_FREQUENCY_HZ, read_points
 from stickslip_ros.study.recorded_run import TimeWindow, recorded_series, recorded_stand
 from stickslip_ros.study.run_figure import draw_run
-from stickslip_ros.study.sawtooth_run import SawtoothRun, run_sawtooth, voltage_for
+from stickslip_ros.study.sawtooth_run import (
+    SAWTOOTH_HZ,
+    SawtoothRun,
+    run_sawtooth,
+    run_waveform,
+    voltage_for,
+)
 from stickslip_ros.study.zero_amplitude import ZeroAmplitude
 
 if TYPE_CHECKING:
@@ -193,22 +200,25 @@ class Run:
 def simulate(
     parameters: Parameters,
     *,
-    amplitude_m: float,
-    frequency_hz: float = 1000.0,
+    amplitude_m: float | None = None,
+    waveform: ArrayLike | None = None,
+    frequency_hz: float | None = None,
     steps: int = 0,
     progress: bool = False,
 ) -> Run:
     """
-    Drive the whole stand with a saw-tooth, from rest, and record it.
+    Drive the whole stand with a saw-tooth or another wave, from rest, and record it.
 
     Parameters
     ----------
     parameters : Parameters
         The stand.
-    amplitude_m : float
-        Stroke of the feet, m.
-    frequency_hz : float
-        Steps per second; negative ones go backwards.
+    amplitude_m : float, optional
+        Stroke of the feet along a saw-tooth, m.
+    waveform : array-like, shape (n, 2), optional
+        In place of a saw-tooth: one cycle of times, s, and voltages, V, that ends as it begins.
+    frequency_hz : float, optional
+        Steps per second; negative ones go backwards. By default 1000, or as the waveform says.
     steps : int
         Number of steps; 0 goes on until the force is steady, at most 5000.
     progress : bool
@@ -217,21 +227,23 @@ def simulate(
     Raises
     ------
     StickSlipError
-        If amplitude, frequency or steps are refused.
+        If wave, frequency or steps are refused.
 
     """
+    if waveform is not None and amplitude_m is None:
+        task = partial(run_waveform, parameters, np.asarray(waveform, float), frequency_hz)
+    elif waveform is None and amplitude_m is not None:
+        voltage_v = voltage_for(parameters, amplitude_m)
+        frequency_hz = SAWTOOTH_HZ if frequency_hz is None else frequency_hz
+        task = partial(run_sawtooth, parameters, voltage_v, frequency_hz)
+    else:
+        both = (amplitude_m, waveform)
+        raise WrongKind('amplitude_m, waveform', both, 'one of them', 'leave out the other')
     folder = Path(tempfile.mkdtemp(prefix='stickslip-'))
     path = folder / 'run.mcap'
     try:
         with shown_progress('steps', quiet=not progress) as show:
-            result = run_sawtooth(
-                parameters,
-                voltage_for(parameters, amplitude_m),
-                frequency_hz,
-                steps,
-                path=path,
-                progress=show,
-            )
+            result = task(steps, path=path, progress=show)
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise

@@ -28,6 +28,8 @@ from stickslip_ros.study.batch import Progress
 from stickslip_ros.units import NANO
 
 STROKE = Spec(float, 0.0, 'm', '', 'stroke of the feet', 0.0)
+SAWTOOTH_HZ = 1000.0
+"""Steps per second, where nobody says how many."""
 STEADY_STEPS_MIN = 200
 """Steps before a run may be called steady."""
 STEADY_WINDOW = 20
@@ -195,18 +197,72 @@ def run_sawtooth(
 
     """
     request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
+    return _run(parameters, request, voltage_v, frequency_hz, steps, path, progress)
+
+
+def run_waveform(
+    parameters: Parameters,
+    rows: Array,
+    frequency_hz: float | None = None,
+    steps: int = 0,
+    *,
+    path: Path | None = None,
+    progress: Progress | None = None,
+) -> SawtoothRun:
+    """
+    Drive the whole stand with a closed waveform that repeats, from rest at its first voltage.
+
+    Parameters
+    ----------
+    rows : array, shape (n, 2)
+        One cycle: times from 0, s, and voltages, V; the last voltage is the first.
+    frequency_hz : float, optional
+        Cycles per second, to which the times are stretched; by default they are as they are.
+    parameters, steps, path, progress
+        As of ``run_sawtooth``.
+
+    Raises
+    ------
+    StickSlipError
+        If rows, frequency or steps are refused, or the recording cannot be written.
+
+    """
+    wave = check_request(Request('waveform', tuple(np.ravel(rows))), parameters)
+    if frequency_hz is None:
+        frequency_hz = 1.0 / wave.period_s
+    elif not 0.0 < frequency_hz < np.inf:
+        raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
+    stretched = wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0))
+    request = Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps)
+    voltage_v = float(np.ptp(stretched[:, 1]))
+    return _run(parameters, request, voltage_v, frequency_hz, steps, path, progress)
+
+
+def _run(
+    parameters: Parameters,
+    request: Request,
+    voltage_v: float,
+    frequency_hz: float,
+    steps: int,
+    path: Path | None,
+    progress: Progress | None,
+) -> SawtoothRun:
+    """Carry out a request that has so many steps, from rest; 0 goes on until the steady state."""
     parameters = start_on_wave(parameters, request)
     Bench(parameters).update(parameters.block_ns)  # compiles, so that wall_s does not
     if path is None:
         bench = Bench(_in_long_blocks(parameters))
         start_s = time.perf_counter()
-        ramps = _drive(bench, bench.update, request, parameters.block_ns, progress)
+        ramps = _drive(
+            bench, bench.update, request, steps, frequency_hz, parameters.block_ns, progress
+        )
     else:
         start_s = time.perf_counter()
         with RunWriter(path, parameters, wait=True) as writer:
             run = Run(parameters, writer=writer)
             bench = run.bench
-            ramps = _drive(bench, run.update, request, parameters.trace_period_ns, progress)
+            grid_ns = parameters.trace_period_ns
+            ramps = _drive(bench, run.update, request, steps, frequency_hz, grid_ns, progress)
     wall_s, simulated_s = time.perf_counter() - start_s, bench.time_ns * NANO
     return SawtoothRun(
         preload_n=parameters.stand.preload,
@@ -249,21 +305,23 @@ def _drive(
     bench: Bench,
     update: Callable[[int, list[Request]], Output],
     request: Request,
+    wanted: int,
+    frequency_hz: float,
     grid_ns: int,
     progress: Progress | None,
 ) -> Array:
     """
-    Update block by block until the saw-tooth has ended; return the log of its ramps.
+    Update block by block until the wave has ended; return the log of its ramps.
 
     It ends at a multiple of ``grid_ns``. The blocks of the bench may be longer: it takes them
     while the end is far.
 
     """
-    wanted, short_ns = int(request.values[2]), min(bench.parameters.block_ns, grid_ns)
+    short_ns = min(bench.parameters.block_ns, grid_ns)
     requests, logs, done = [request], list[Array](), 0
     while True:
         heed_stop()
-        sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(request.values[1])
+        sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz)
         is_far = sure_s > 2.0 * bench.parameters.sim.block
         step_ns = bench.parameters.block_ns if is_far else short_ns
         output = update(bench.time_ns + step_ns, requests)

@@ -183,6 +183,17 @@ def test_exactly_one_of_amplitude_and_voltage_is_wanted(capsys: Any, words: tupl
     assert '--amplitude' in capsys.readouterr().err
 
 
+def test_a_waveform_of_a_table_is_played_at_a_frequency(capsys: Any, tmp_path: Path):
+    table = tmp_path / 'wave.csv'
+    table.write_text('time (ms),voltage (V)\n0,0\n0.998,300\n1,0\n')
+    result = simulate(capsys, '--waveform', str(table), '--frequency', '500', '--steps', '210')
+    assert (result['frequency_hz'], result['voltage_v'], result['steps']) == (500.0, 300.0, 210)
+    assert 0.17 < result['force_mean_n'] < 0.19
+    table.write_text('time (ms),voltage (V)\n0,0\n1,300\n')
+    assert main(['simulate', '--waveform', str(table)]) == 2
+    assert 'last waveform voltage 300 V is not the first voltage' in capsys.readouterr().err
+
+
 def test_an_existing_recording_is_kept(capsys: Any, tmp_path: Path):
     file = tmp_path / 'run.mcap'
     file.write_bytes(b'mine')

@@ -300,7 +300,6 @@ def test_moves_that_begin_beyond_a_soft_limit_do_not_go_on_outwards(bench_with, 
     assert told.status[-1] & Status.MOVEMENT_FAILED
 
 
-def test_a_waveform_makes_no_steps_and_no_ramps(bench_with):
+def test_a_waveform_that_is_played_once_makes_no_steps(bench_with):
     told = drive_bench(bench_with(), 5 * MS, {0: [waveform((0.0, 0.0), (2e-3, 100.0))]})
     assert [(event.result, event.steps) for event in told.events] == [(Result.DONE, 0)]
-    assert len(told.ramps) == 0

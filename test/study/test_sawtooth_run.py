@@ -18,6 +18,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import AmplifierParameters, Parameters, dump_yaml, parse_yaml
 from stickslip_ros.recording.messages import ArrayMessage
 from stickslip_ros.recording.reader import Recording
+from stickslip_ros.study.replay import replay
 from stickslip_ros.study.sawtooth_run import (
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
@@ -27,6 +28,7 @@ from stickslip_ros.study.sawtooth_run import (
     relative_residual,
     run_drive,
     run_sawtooth,
+    run_waveform,
     start_force_n,
     start_on_wave,
     step_length_m,
@@ -362,3 +364,40 @@ def test_a_run_never_replaces_a_file(stand, tmp_path):
     assert 'exists' in str(caught.value)
     assert 'choose another name' in str(caught.value)
     assert path.read_bytes() == b'the old one'
+
+
+def as_the_amplifier_gives_it(amplitude_v: float, frequency_hz: float, stand: Parameters):
+    """Return one cycle of a saw-tooth, from one top to the next, with its slewed fall."""
+    slope_v_per_s = amplitude_v * frequency_hz
+    fall_s = amplitude_v / (slope_v_per_s + stand.amplifier.slew_rate)
+    bottom = (fall_s, slope_v_per_s * fall_s)
+    return np.array(((0.0, amplitude_v), bottom, (1.0 / frequency_hz, amplitude_v)))
+
+
+@pytest.mark.parametrize('stretch', [1.0, 0.37])
+def test_a_waveform_of_the_same_shape_gives_the_force_of_a_saw_tooth(
+    stretch: float, tmp_path: Path
+):
+    stand = Parameters()
+    rows = as_the_amplifier_gives_it(300.0, 1000.0, stand) * np.array((stretch, 1.0))
+    path = tmp_path / 'wave.mcap'
+    played = run_waveform(stand, rows, 1000.0, path=path)
+    stepped = run_sawtooth(stand, 300.0, 1000.0)
+    assert played.steps == stepped.steps
+    assert played.force_mean_n == pytest.approx(stepped.force_mean_n, rel=1e-4)
+    assert played.frequency_hz == 1000.0
+    assert played.voltage_v == pytest.approx(300.0 - rows[1, 1])
+    assert replay(path, tmp_path / 'again.mcap').identical
+
+
+def test_the_times_of_a_waveform_hold_where_no_frequency_is_given():
+    rows = ((0.0, 10.0), (1.7e-3, 200.0), (2.113e-3, 10.0))
+    run = run_waveform(Parameters(), np.array(rows), steps=3)
+    assert run.frequency_hz == pytest.approx(1.0 / 2.113e-3)
+    assert run.steps == 3
+
+
+@pytest.mark.parametrize('frequency_hz', [0.0, -3.0, np.inf, np.nan])
+def test_a_waveform_has_a_frequency_above_0(frequency_hz: float):
+    with pytest.raises(OutOfRange, match='not above 0; turn the wave round'):
+        run_waveform(Parameters(), np.array(((0.0, 0.0), (1e-3, 0.0))), frequency_hz)
