@@ -2,15 +2,27 @@
 
 import json
 import re
+import shlex
+import signal
 import subprocess
 import sys
+from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
+from executables import BIN, end
+
+from stickslip_ros import compare, open_run
+from stickslip_ros.cli.main import main
+from stickslip_ros.ros.ending import STOPPED
 
 DOCS = Path(__file__).parents[2] / 'docs'
 TIMEOUT_S = 120.0
+CLOCK_AHEAD_S = 5021.3
+HALF_A_ROW_S = 1e-4
+NOISE_M = 1e-9
 MOVER = """\
 import json
 
@@ -90,3 +102,54 @@ def test_five_lines_wait_for_the_end_of_ones_own_command(
     event = json.loads(done.stdout)
     assert (event['command'], event['number'], event['result']) == ('position', 2, 'DONE')
     assert event['stamp_ns'] > 0
+
+
+def typed(page: str, folder: Path) -> list[list[str]]:
+    """Write the blocks of Python of a page into the files that they name; give its commands."""
+    for block in examples(page):
+        (folder / block.split()[1]).write_text(block)
+    text = (DOCS / page).read_text(encoding='utf-8').replace('\\\n', ' ')
+    lines = ''.join(re.findall(r'^```sh\n(.*?)^```', text, re.DOTALL | re.MULTILINE)).splitlines()
+    return [shlex.split(line) for line in lines]
+
+
+def start(*command: str) -> 'subprocess.Popen[str]':
+    """Start what a page types beside other programs; the panel takes a free port."""
+    words = [*command, '--port', '0'] if command[1] == 'panel' else command
+    return subprocess.Popen([str(BIN / words[0]), *words[1:]], text=True, stdout=subprocess.PIPE)
+
+
+def walk(commands: Iterable[list[str]]) -> None:
+    """Carry out commands; Ctrl-C ends the drive after its controller, and the panel."""
+    with ExitStack() as processes:
+        for program, *words in commands:
+            if words[0] == 'drive':
+                drive = processes.enter_context(start(program, *words))
+                processes.callback(drive.kill)
+            elif words[0] == 'panel':
+                panel = processes.enter_context(start(program, *words))
+                processes.callback(panel.kill)
+                assert panel.stdout.readline().startswith('the panel is at http://127.0.0.1:')
+                assert end(panel, signal.SIGINT)[0] == STOPPED
+            elif program == 'python':
+                subprocess.run([sys.executable, *words], timeout=TIMEOUT_S, check=True)
+                if words == ['controller.py']:
+                    assert end(drive, signal.SIGINT)[0] == 0
+            else:
+                assert main(words) == 0, words
+
+
+def test_the_walk_leads_from_a_drive_to_the_comparison_with_a_measurement(
+    ros_domain: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    monkeypatch.chdir(tmp_path)
+    commands = typed('walkthrough.md', tmp_path)
+    walk(commands)
+    assert ['stickslip', 'replay', 'runs/walk.mcap'] in commands  # ends with 0 if it is identical
+    position_m = open_run('runs/walk.mcap').frame['position_m'].iloc[-1]
+    assert position_m == pytest.approx(1e-6, abs=NOISE_M)
+    aligned = compare('runs/stage.mcap', 'measured.csv', align=True)
+    assert aligned.alignment.shift_s == pytest.approx(-CLOCK_AHEAD_S, abs=HALF_A_ROW_S)
+    assert abs(aligned.quantities[0].agreement.bias) < NOISE_M
+    assert Path('runs/walk.html').exists()
