@@ -62,6 +62,7 @@ setup(
         NAME: ['py.typed', '*.pyi'],
         f'{NAME}.study': ['templates/*.html'],
         f'{NAME}.panel': ['page/*'],
+        f'{NAME}.paper': ['measured/*'],
     },
     data_files=data_files,
     python_requires='>=3.10',

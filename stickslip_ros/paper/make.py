@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.paper.figure import Case, PaperFigure, Table
 from stickslip_ros.paper.force_curves import FIG2, FIG6A, FIG6B
+from stickslip_ros.paper.measurements import MEASURED_FORCE, MEASURED_IMPACT
 from stickslip_ros.paper.presliding_curves import FIG7
 from stickslip_ros.paper.rounded import ROUNDED
 from stickslip_ros.paper.sensitivity import SENSITIVITY
@@ -13,8 +14,10 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.journal import Row
 
+MEASUREMENTS = (MEASURED_IMPACT, MEASURED_FORCE)
 FIGURES = {
-    figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7, SENSITIVITY, SLEW, ROUNDED)
+    figure.name: figure
+    for figure in (FIG2, FIG6A, FIG6B, FIG7, SENSITIVITY, SLEW, ROUNDED, *MEASUREMENTS)
 }
 
 
