@@ -129,7 +129,8 @@ def _laws_table(runs: Table) -> Shown:
 
 @verb(
     "Run the drive for the paper's Figs 2, 6 and 7, for damping, frequency, load-cell stiffness "
-    'and slew rate, and for a rounded saw-tooth. Writes for each figure DIR/NAME.csv (all digits, '
+    'and slew rate, for a rounded saw-tooth, and for what others measured. Writes for each figure '
+    'DIR/NAME.csv (all digits, '
     'SI), DIR/NAME.png, DIR/NAME.svg, and DIR/NAME.md with the caption. Names: '
     f'{", ".join(FIGURES)}.',
     folder('runs/figures'),

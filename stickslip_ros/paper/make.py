@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.paper.figure import Case, PaperFigure, Table
 from stickslip_ros.paper.force_curves import FIG2, FIG6A, FIG6B
-from stickslip_ros.paper.measurements import MEASURED_FORCE, MEASURED_IMPACT
+from stickslip_ros.paper.measured_force import MEASURED_FORCE
+from stickslip_ros.paper.measured_impact import MEASURED_IMPACT
 from stickslip_ros.paper.presliding_curves import FIG7
 from stickslip_ros.paper.rounded import ROUNDED
 from stickslip_ros.paper.sensitivity import SENSITIVITY
@@ -14,10 +15,11 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.journal import Row
 
-MEASUREMENTS = (MEASURED_IMPACT, MEASURED_FORCE)
+OF_OTHERS = (MEASURED_IMPACT, MEASURED_FORCE)
+"""What others measured."""
 FIGURES = {
     figure.name: figure
-    for figure in (FIG2, FIG6A, FIG6B, FIG7, SENSITIVITY, SLEW, ROUNDED, *MEASUREMENTS)
+    for figure in (FIG2, FIG6A, FIG6B, FIG7, SENSITIVITY, SLEW, ROUNDED, *OF_OTHERS)
 }
 
 

@@ -1,5 +1,5 @@
 """
-What others measured and published, predicted: a sphere that rebounds, and forces of two drives.
+A sphere that rebounds from a plate, predicted and beside what others measured.
 
 A sphere that strikes a plate obliquely presses and slides at once: its contact sticks, slips
 partly and slips back while the normal force rises and falls. The tangential force is that of the
@@ -7,13 +7,16 @@ springs with which the drive goes while its preload changes.
 
 """
 
+import csv
 import math
+from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.optimize import least_squares
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.kernel import entry_point
@@ -27,27 +30,26 @@ from stickslip_ros.contact.springs import (
     spring_bank,
     springs_kind,
 )
-from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed, surface
-from stickslip_ros.paper.readings import (
-    AMPLITUDE_MAX_M,
-    FORCE_FREQUENCY_HZ,
-    friction_limit_n,
-    stand_at,
-    zero_of_force_m,
-)
+from stickslip_ros.paper.figure import Case, PaperFigure, Table
 from stickslip_ros.parameters import ContactParameters, Parameters
 from stickslip_ros.parameters.yaml_form import load_yaml
+from stickslip_ros.study.comparison.agreement import Agreement, Part, agreement_of
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import draw_legend, label_axes
-from stickslip_ros.study.sawtooth_run import run_drive
-from stickslip_ros.units import MN, NM
+from stickslip_ros.study.plotting import curve_style, draw_legend, label_axes
 
 move_springs = entry_point(move_springs)
 
 MEASURED = Path(__file__).parent / 'measured'
 SPHERE = MEASURED / 'alumina_on_glass.yaml'
+REBOUNDS = MEASURED / 'alumina_on_glass.csv'
+QUANTITIES = {
+    'spin_rad_per_s': ('spin after the impact (rad/s)', 3.2),
+    'patch_angle_deg': ('rebound angle of the contact point (deg)', 0.6),
+}
+"""Measured quantities: label, and the largest error of digitising that the control points show."""
 DENSITY_KG_PER_M3 = 4000.0
 SPEED_M_PER_S = 3.9
+"""Of the sphere; only the spin depends on the speed, nothing on the density."""
 ROLL = 2.5
 """m R^2/I of a solid sphere."""
 ANGLE_MIN_DEG, ANGLE_MAX_DEG = 2.5, 87.5
@@ -112,10 +114,24 @@ def rebound(contact: ContactParameters, speed_m_per_s: float, angle_deg: float) 
     down_m_per_s, along_m_per_s = speed_m_per_s * math.cos(angle), speed_m_per_s * math.sin(angle)
     press = _press(contact, 0.5 * mass_kg * speed_m_per_s**2)
     lost_m_per_s, up_m_per_s = _bounce(press, mass_kg, down_m_per_s, along_m_per_s)
+    return _leaving(contact.radius, along_m_per_s, lost_m_per_s, up_m_per_s)
+
+
+def rigid_rebound(contact: ContactParameters, speed_m_per_s: float, angle_deg: float) -> Rebound:
+    """Return the same for a contact without tangential springs: what sticks, stays so."""
+    angle = math.radians(angle_deg)
+    down_m_per_s, along_m_per_s = speed_m_per_s * math.cos(angle), speed_m_per_s * math.sin(angle)
+    lost_m_per_s = min(2.0 * contact.friction * down_m_per_s, along_m_per_s / (1.0 + ROLL))
+    return _leaving(contact.radius, along_m_per_s, lost_m_per_s, down_m_per_s)
+
+
+def _leaving(
+    radius_m: float, along_m_per_s: float, lost_m_per_s: float, up_m_per_s: float
+) -> Rebound:
     patch_m_per_s = along_m_per_s - (1.0 + ROLL) * lost_m_per_s
     return Rebound(
         1.0 - lost_m_per_s / along_m_per_s,
-        -ROLL * lost_m_per_s / contact.radius,
+        -ROLL * lost_m_per_s / radius_m,
         math.degrees(math.atan2(patch_m_per_s, up_m_per_s)),
     )
 
@@ -156,42 +172,107 @@ def _bounce(
     return lost_m_per_s, -down_m_per_s
 
 
-def _sphere(parameters: Parameters) -> ContactParameters:
-    """Return the sphere of the experiment, with what was changed."""
+def sphere_struck(parameters: Parameters) -> ContactParameters:
+    """Return sphere and plate of the experiment, with what was changed."""
     return load_yaml(SPHERE).updated(parameters.changed()).contact
 
 
-def _impact_row(contact: ContactParameters, angle_deg: float) -> Row:
+@lru_cache
+def digitised(quantity: str, kind: str = 'measured') -> tuple[Array, Array]:
+    """Return impact angles, degrees, and digitised values of one of QUANTITIES."""
+    with REBOUNDS.open(encoding='utf-8') as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith('#')))
+    wanted = [row for row in rows if (row['quantity'], row['kind']) == (quantity, kind)]
+    angles_deg, values = ([float(row[name]) for row in wanted] for name in ('angle_deg', 'value'))
+    return np.array(angles_deg), np.array(values)
+
+
+def predicted(contact: ContactParameters, quantity: str) -> Array:
+    """Return the prediction of one of QUANTITIES at the measured angles."""
+    angles_deg, _ = digitised(quantity)
+    found = [rebound(contact, SPEED_M_PER_S, float(angle_deg)) for angle_deg in angles_deg]
+    return np.array([getattr(one, quantity) for one in found])
+
+
+def agreement(contact: ContactParameters, quantity: str) -> Agreement:
+    """Return how far the prediction (B) is from what was measured (A), as in docs/compare.md."""
+    angles_deg, values = digitised(quantity)
+    part = Part({}, 'angle_deg', angles_deg, values, predicted(contact, quantity))
+    return agreement_of([part])
+
+
+@lru_cache(maxsize=4)
+def fitted_friction(contact: ContactParameters) -> tuple[float, float]:
+    """
+    Return the friction coefficient that fits best, and its standard error.
+
+    Both quantities count by the error of digitising; the scatter of the residuals sets the scale.
+
+    """
+
+    def residuals(friction: Array) -> Array:
+        trial = replace(contact, friction=float(friction[0]))
+        parts = [
+            (predicted(trial, name) - digitised(name)[1]) / sigma
+            for name, (_, sigma) in QUANTITIES.items()
+        ]
+        return np.concatenate(parts)
+
+    found = least_squares(residuals, [contact.friction], diff_step=0.01)
+    variance = 2.0 * found.cost / (found.fun.size - 1)
+    return float(found.x[0]), math.sqrt(variance / float(found.jac[:, 0] @ found.jac[:, 0]))
+
+
+def _impact_row(contact: ContactParameters, angle_deg: float, quantity: str, value: float) -> Row:
     found = rebound(contact, SPEED_M_PER_S, angle_deg)
-    return {'angle_deg': angle_deg, **found._asdict()}
+    rigid = rigid_rebound(contact, SPEED_M_PER_S, angle_deg)
+    row: Row = {'angle_deg': angle_deg, **found._asdict()}
+    for name in QUANTITIES:
+        row[f'rigid_{name}'] = getattr(rigid, name)
+        row[f'measured_{name}'] = value if name == quantity else math.nan
+    return row
 
 
 def _impact_cases(parameters: Parameters, points: int) -> list[Case]:
-    contact = _sphere(parameters)
-    angles_deg = np.linspace(ANGLE_MIN_DEG, ANGLE_MAX_DEG, points)
-    return [partial(_impact_row, contact, float(angle_deg)) for angle_deg in angles_deg]
-
-
-PANELS = {
-    'tangential_ratio': 'tangential velocity after/before',
-    'spin_rad_per_s': 'spin after the impact (rad/s)',
-    'patch_angle_deg': 'rebound angle of the contact point (deg)',
-}
+    contact = sphere_struck(parameters)
+    wanted = [
+        (float(angle_deg), '', math.nan)
+        for angle_deg in np.linspace(ANGLE_MIN_DEG, ANGLE_MAX_DEG, points)
+    ]
+    for name in QUANTITIES:
+        wanted += [(float(x), name, float(y)) for x, y in zip(*digitised(name), strict=True)]
+    return [partial(_impact_row, contact, *one) for one in sorted(wanted, key=lambda one: one[0])]
 
 
 def _draw_impact(table: Table, figure: Figure) -> None:
-    for axes, (name, label) in zip(figure.subplots(1, len(PANELS)), PANELS.items(), strict=True):
-        axes.plot(table.column('angle_deg'), table.column(name), label='predicted')
-        label_axes(axes, 'impact angle to the normal (deg)', label)
+    angles_deg, style = table.column('angle_deg'), curve_style(1)
+    for axes, name in zip(figure.subplots(1, len(QUANTITIES)), QUANTITIES, strict=True):
+        axes.plot(angles_deg, table.column(name), label='predicted')
+        rigid = table.column(f'rigid_{name}')
+        axes.plot(angles_deg, rigid, color='0.5', linestyle='--', label='rigid contact, Coulomb')
+        measured = table.column(f'measured_{name}')
+        axes.plot(
+            angles_deg, measured, **style.points, label='measured (Kharaz et al.), digitised'
+        )
+        label_axes(axes, 'impact angle to the normal (deg)', QUANTITIES[name][0])
         draw_legend(axes)
 
 
 def _impact_caption(parameters: Parameters) -> str:
-    contact = _sphere(parameters)
+    contact = sphere_struck(parameters)
+    friction, error = fitted_friction(contact)
+    told = [
+        f'{label}: {found.points} points, RMS {found.rms:.3g}, bias {found.bias:.2g}'
+        for label, found in (
+            (label, agreement(contact, name)) for name, (label, _) in QUANTITIES.items()
+        )
+    ]
     return (
         f'A solid sphere, R = {contact.radius * 1e3:g} mm, strikes a plate at '
         f'{SPEED_M_PER_S:g} m/s; mu = {contact.friction:g}, Poisson ratios '
-        f'{contact.poisson_sphere:g} and {contact.poisson_runner:g}; purely elastic.'
+        f'{contact.poisson_sphere:g} and {contact.poisson_runner:g}; purely elastic. Prediction '
+        f'less measurement: {"; ".join(told)}. The mu that fits best is {friction:.4f} ± '
+        f'{error:.4f}.'
     )
 
 
@@ -202,63 +283,5 @@ MEASURED_IMPACT = PaperFigure(
     _impact_cases,
     _draw_impact,
     _impact_caption,
-    (13.0, 4.2),
-)
-
-HOLDING_AMPLITUDES = 2.0
-"""Full amplitude of the SL-2040 in units of the one at which its force begins."""
-HELD_PRELOADS_N = (0.1, 0.25, 0.5, 1.0)
-VOLTAGE_MAX_V = 600.0
-"""Twice that of the stand: room for twice the onset at 1 N."""
-DAMPING_MAX_N_S_PER_M = 300.0
-
-
-def _force_row(parameters: Parameters) -> Row:
-    onset_m = zero_of_force_m(parameters, FORCE_FREQUENCY_HZ)
-    full = run_drive(parameters, AMPLITUDE_MAX_M, FORCE_FREQUENCY_HZ)
-    double = run_drive(parameters, HOLDING_AMPLITUDES * onset_m, FORCE_FREQUENCY_HZ)
-    return {
-        'preload_n': parameters.stand.preload,
-        'damping_n_s_per_m': parameters.runner.damping,
-        'onset_m': onset_m,
-        'force_at_full_n': full.force_mean_n,
-        'double_onset_share': double.force_mean_n / friction_limit_n(parameters),
-    }
-
-
-def _force_cases(parameters: Parameters, points: int) -> list[Case]:
-    roomy = parameters.updated({'amplifier.voltage_max': VOLTAGE_MAX_V})
-    return [
-        partial(_force_row, stand_at(roomy, preload_n, {'runner.damping': float(damping)}))
-        for preload_n in HELD_PRELOADS_N
-        for damping in np.linspace(0.0, DAMPING_MAX_N_S_PER_M, points)
-    ]
-
-
-def _draw_force(table: Table, figure: Figure) -> None:
-    force, share = figure.subplots(1, 2)
-    for preload_n, rows, style in table.by_preload():
-        damping = rows.column('damping_n_s_per_m')
-        label = f'predicted, preload {preload_n:g} N'
-        force.plot(damping, rows.column('force_at_full_n') * MN, **style.line, label=label)
-        share.plot(damping, rows.column('double_onset_share'), **style.line, label=label)
-    full_nm = AMPLITUDE_MAX_M * NM
-    label_axes(force, 'damping c (N s/m)', f'generated force at {full_nm:g} nm (mN)')
-    label_axes(share, 'damping c (N s/m)', 'force at twice the onset/holding force')
-    for axes in (force, share):
-        draw_legend(axes)
-
-
-def _force_caption(parameters: Parameters) -> str:
-    return f'{surface(parameters, "rough")}. {assumed(parameters)} The damping is varied.'
-
-
-MEASURED_FORCE = PaperFigure(
-    'measured_force',
-    "Forces in Edeler's thesis",
-    16,
-    _force_cases,
-    _draw_force,
-    _force_caption,
     (11.0, 4.6),
 )
