@@ -101,6 +101,7 @@ def _table(result: SawtoothRun) -> Table:
 
 def _rows(result: SawtoothRun) -> Iterator[tuple[object, ...]]:
     yield number('generated force, mean of the last cycle', result.force_mean_n, '.4f', 'mN')
+    yield number('the same without elastic following', result.force_net_n, '.4f', 'mN')
     yield number('generated force, start of the ramp', result.force_ramp_start_n, '.4f', 'mN')
     yield number('step length, last 10 cycles', result.step_length_m, '.4f', 'nm')
     yield 'steps', result.steps, 'steady' if result.steady else 'NOT steady'

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.paper.readings import FORCE_FREQUENCY_HZ
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import CurveStyle, curve_style, new_figure, save_figure
@@ -151,8 +150,8 @@ def assumed(parameters: Parameters) -> str:
     slew, step_us = parameters.amplifier.slew_rate * MICRO, parameters.sim.dt / MICRO
     return (
         f'Assumed, as the paper does not say: load cell k = {cell:g} kN/m, damping c = '
-        f'{damping:g} N s/m, f = {FORCE_FREQUENCY_HZ:g} Hz, steady state (at least 200 steps, '
-        f'force changes by less than 0.1 % in 20), time step {step_us:g} us. '
+        f'{damping:g} N s/m, f = {parameters.step.frequency:g} Hz, steady state (at least 200 '
+        f'steps, force changes by less than 0.1 % in 20), time step {step_us:g} us. '
         f'Slew rate {slew:g} V/us.'
     )
 

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed, surface
 from stickslip_ros.paper.readings import (
     AMPLITUDE_MAX_M,
-    FORCE_FREQUENCY_HZ,
     PRELOADS_N,
     friction_limit_n,
     stand_at,
@@ -26,13 +25,13 @@ from stickslip_ros.units import MN, NM
 
 
 def _row(parameters: Parameters, amplitude_m: float) -> Row:
-    run = run_drive(parameters, amplitude_m, FORCE_FREQUENCY_HZ)
+    run = run_drive(parameters, amplitude_m, parameters.step.frequency)
     return {
         'profile': parameters.contact.profile,
         'preload_n': run.preload_n,
         'amplitude_m': amplitude_m,
         'force_mean_n': run.force_mean_n,
-        'force_ramp_start_n': run.force_ramp_start_n,
+        'force_net_n': run.force_net_n,
         'steady': run.steady,
         'steps': run.steps,
     }
@@ -70,7 +69,8 @@ def _figure(name: str, shows: str, profile: str, preloads_n: Sequence[float]) ->
             f'{shows} Simulated, no measured points: {surface(parameters, profile)}. The numbers '
             'at the right are the force at the full stroke; all contacts together can hold '
             f'{limits} mN. Below the 0-amplitude the runner follows the feet elastically, with a '
-            f'mean force of about k A/2. {assumed(parameters)}'
+            f'mean force of about k A/2; the table has the net force without it, too. '
+            f'{assumed(parameters)}'
         )
 
     title = f'Generated force over actuation amplitude, {profile} contacts'

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip_ros.paper.figure import Case, PaperFigure, Table
-from stickslip_ros.paper.readings import AMPLITUDE_MAX_M, FORCE_FREQUENCY_HZ, PRELOADS_N
+from stickslip_ros.paper.readings import AMPLITUDE_MAX_M, PRELOADS_N
 from stickslip_ros.parameters import Parameters, spec_of
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import (
@@ -39,7 +39,7 @@ def variants() -> dict[str, dict[str, object]]:
 
 def _row(parameters: Parameters, variant: str, amplitude_m: float) -> Row:
     voltage_v = voltage_for(parameters, amplitude_m)
-    run = run_sawtooth(parameters, voltage_v, FORCE_FREQUENCY_HZ)
+    run = run_sawtooth(parameters, voltage_v, parameters.step.frequency)
     return {
         'variant': variant,
         'preload_n': run.preload_n,
@@ -97,7 +97,7 @@ def _caption(parameters: Parameters) -> str:
         "the contact model and the other laws. LuGre's law without a static friction above "
         "Coulomb's, bristle damping and viscous friction is Dahl's law: by default, so, the two "
         'coincide. Laws: sigma0 = full-stick stiffness, Fc = mu F_n. '
-        f'{FORCE_FREQUENCY_HZ:g} Hz, steady state; assumed: k = '
+        f'{parameters.step.frequency:g} Hz, steady state; assumed: k = '
         f'{parameters.load_cell.stiffness:g} N/m, c = {parameters.runner.damping:g} N s/m.'
     )
 

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from stickslip_ros.errors import OutOfRange, UnknownName
+from stickslip_ros.paper.consistent import CONSISTENT, CONSISTENT_FORCE
 from stickslip_ros.paper.figure import Case, PaperFigure, Table
 from stickslip_ros.paper.force_curves import FIG2, FIG6A, FIG6B
 from stickslip_ros.paper.measured_force import MEASURED_FORCE
@@ -15,12 +16,11 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.journal import Row
 
+LEFT_OPEN = (SENSITIVITY, SLEW, ROUNDED, CONSISTENT, CONSISTENT_FORCE)
+"""What the paper leaves open."""
 OF_OTHERS = (MEASURED_IMPACT, MEASURED_FORCE)
 """What others measured."""
-FIGURES = {
-    figure.name: figure
-    for figure in (FIG2, FIG6A, FIG6B, FIG7, SENSITIVITY, SLEW, ROUNDED, *OF_OTHERS)
-}
+FIGURES = {figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7, *LEFT_OPEN, *OF_OTHERS)}
 
 
 def chosen_figures(names: Sequence[str] | None = None) -> list[PaperFigure]:

@@ -12,8 +12,6 @@ from stickslip_ros.study.sawtooth_run import run_drive
 
 PRELOADS_N = (0.1, 0.5, 1.0)
 AMPLITUDE_MAX_M = 160e-9
-FORCE_FREQUENCY_HZ = 1000.0
-"""Frequency of every run that reads a force; the paper names none."""
 STEP_FREQUENCY_HZ = 200.0
 STEP_RUN_STEPS = 120
 STEP_AMPLITUDES_M: Array = np.array([100e-9, 120e-9, 140e-9, 160e-9])
@@ -22,6 +20,8 @@ SLOPE_MIN = 0.5
 """Below this slope of step length over amplitude there is no line to extrapolate."""
 ONSET_SHARE = 0.01
 """Force begins where it exceeds the elastic following by this share of the friction limit."""
+LAST_RISE_M = 20e-9
+"""Saturation is read over the last stretch of amplitudes of this length."""
 ONSET_HALVINGS = 9
 """Halvings of the range of amplitudes: 160 nm become 0.3 nm."""
 PRESLIDING_HALVINGS = 50
@@ -68,19 +68,39 @@ def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> tuple[float,
     return float(STEP_AMPLITUDES_M.mean() - np.mean(steps_m) / slope), slope
 
 
+def last_rise(parameters: Parameters, frequency_hz: float) -> float:
+    """
+    Return by which share the net force rises over the last amplitudes; 0 is saturation.
+
+    Not a number where more than half of the mean force is elastic following.
+
+    """
+    before, full = (
+        run_drive(parameters, amplitude_m, frequency_hz)
+        for amplitude_m in (AMPLITUDE_MAX_M - LAST_RISE_M, AMPLITUDE_MAX_M)
+    )
+    if full.force_net_n < 0.5 * full.force_mean_n:
+        return math.nan
+    return full.force_net_n / before.force_net_n - 1.0
+
+
 def zero_of_force_m(
-    parameters: Parameters, frequency_hz: float, step_s: float = ZERO_STEP_S
+    parameters: Parameters,
+    frequency_hz: float,
+    step_s: float = ZERO_STEP_S,
+    threshold_n: float = 0.0,
 ) -> float:
     """
     Return the amplitude at which force begins to be generated, m, with runs of this time step.
 
     Below it the runner follows the feet elastically, and the mean force is about k A/2; for a
-    stiff load cell less, as the sticking contacts give way. The amplitude is found by bisection;
-    not a number if no force is generated at the largest one.
+    stiff load cell less, as the sticking contacts give way. What exceeds it must reach a
+    threshold: ONSET_SHARE of the friction limit unless one is given. The amplitude is found by
+    bisection; not a number if no force is generated at the largest one.
 
     """
     quick = parameters.updated({'sim.dt': step_s})
-    threshold_n = ONSET_SHARE * friction_limit_n(parameters)
+    threshold_n = threshold_n or ONSET_SHARE * friction_limit_n(parameters)
     stick_n_per_m = sum(c.stick_stiffness_n_per_m for c in contacts_of(parameters))
     cell_n_per_m = parameters.load_cell.stiffness
     following_n_per_m = 0.5 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m)

@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed
 from stickslip_ros.paper.readings import (
     AMPLITUDE_MAX_M,
-    FORCE_FREQUENCY_HZ,
     PRELOADS_N,
     stand_at,
     zero_of_force_m,
@@ -41,9 +40,11 @@ def rounded_stand(parameters: Parameters, preload_n: float, bandwidth_hz: float)
 
 def _row(stand: Parameters, bandwidth_hz: float, amplitude_m: float) -> Row:
     """Return the row of one run; that of the full stroke has the onset of the curve, too."""
-    run = run_drive(stand, amplitude_m, FORCE_FREQUENCY_HZ)
+    run = run_drive(stand, amplitude_m, stand.step.frequency)
     is_full = amplitude_m == AMPLITUDE_MAX_M
-    zero_m = zero_of_force_m(stand, FORCE_FREQUENCY_HZ, stand.sim.dt) if is_full else math.nan
+    zero_m = math.nan
+    if is_full:
+        zero_m = zero_of_force_m(stand, stand.step.frequency, stand.sim.dt)
     return {
         'preload_n': run.preload_n,
         'bandwidth_hz': bandwidth_hz,

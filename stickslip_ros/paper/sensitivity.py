@@ -11,10 +11,9 @@ from matplotlib.figure import Figure
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed
 from stickslip_ros.paper.readings import (
-    AMPLITUDE_MAX_M,
-    FORCE_FREQUENCY_HZ,
     ONSET_SHARE,
     STEP_FREQUENCY_HZ,
+    last_rise,
     max_presliding_m,
     quasi_static_zero_m,
     stand_at,
@@ -37,12 +36,12 @@ from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.units import MICRO, MN, NM
 
 PRELOAD_N, AMPLITUDE_M = 0.7, 130e-9
-SOFT_PRELOAD_N, LAST_RISE_M = 0.1, 20e-9
-"""Saturation is read at this preload, over the last stretch of amplitudes of this length."""
+SOFT_PRELOAD_N = 0.1
+"""Saturation is read at this preload."""
 
 
 class Varied(NamedTuple):
-    """What is varied: name in the table, parameter (none: frequency of the runs), range."""
+    """What is varied: name in the table, parameter, range."""
 
     name: str
     parameter: str
@@ -61,7 +60,7 @@ class Varied(NamedTuple):
 
 ALL_VARIED = (
     Varied('damping_n_s_per_m', 'runner.damping', 'damping c (N s/m)', 1.0, 1000.0, True),
-    Varied('frequency_hz', '', 'frequency f (Hz)', 100.0, 5000.0),
+    Varied('frequency_hz', 'step.frequency', 'frequency f (Hz)', 100.0, 5000.0),
     Varied('cell_n_per_m', 'load_cell.stiffness', 'load-cell stiffness k (N/m)', 1e4, 1e7),
     Varied(
         'slew_rate_v_per_s', 'amplifier.slew_rate', 'slew rate (V/us)', 10e6, 300e6, scale=MICRO
@@ -77,18 +76,12 @@ ZEROS = {
 
 
 def _row(parameters: Parameters, varied: Varied, value: float) -> Row:
-    force_hz, step_hz = FORCE_FREQUENCY_HZ, STEP_FREQUENCY_HZ
-    if varied.parameter:
-        parameters = parameters.updated({varied.parameter: value})
-    else:
-        force_hz = step_hz = value
+    parameters = parameters.updated({varied.parameter: value})
+    force_hz = parameters.step.frequency
+    step_hz = value if varied.parameter == 'step.frequency' else STEP_FREQUENCY_HZ
     stand = stand_at(parameters, PRELOAD_N)
     soft = stand_at(parameters, SOFT_PRELOAD_N)
     run = run_drive(stand, AMPLITUDE_M, force_hz)
-    before_n, full_n = (
-        run_drive(soft, amplitude_m, force_hz).force_mean_n
-        for amplitude_m in (AMPLITUDE_MAX_M - LAST_RISE_M, AMPLITUDE_MAX_M)
-    )
     return {
         'varied': varied.name,
         'value': value,
@@ -98,7 +91,7 @@ def _row(parameters: Parameters, varied: Varied, value: float) -> Row:
         'zero_onset_m': zero_of_force_m(stand, force_hz),
         'max_presliding_lower_m': max_presliding_m(stand)[0],
         'zero_quasi_static_m': quasi_static_zero_m(stand),
-        'last_rise': full_n / before_n - 1.0,
+        'last_rise': last_rise(soft, force_hz),
     }
 
 
@@ -117,7 +110,7 @@ def _draw(table: Table, figure: Figure) -> None:
     force, zero, rise = panels[:, 0]
     force.set_ylabel(f'force at {PRELOAD_N:g} N, {AMPLITUDE_M * NM:g} nm (mN)')
     zero.set_ylabel(f'0-amplitude at {PRELOAD_N:g} N (nm)')
-    rise.set_ylabel(f'rise of force at {SOFT_PRELOAD_N:g} N\nfrom 140 to 160 nm (%)')
+    rise.set_ylabel(f'rise of net force at {SOFT_PRELOAD_N:g} N\nfrom 140 to 160 nm (%)')
     force.set_ylim(bottom=0.0)
     zero.set_ylim(bottom=0.0)
     draw_legend(zero, 'lower left')
@@ -146,9 +139,10 @@ def _caption(parameters: Parameters) -> str:
         'Each column varies one number that the paper does not give (or, slew rate, gives as 150 '
         'V/us); rough contacts. 0-amplitude from steps: free runner, which has no k, at '
         f'{STEP_FREQUENCY_HZ:g} Hz or the varied frequency; from force: where it exceeds k A/2 by '
-        f'{ONSET_SHARE * 100:g} % of the friction limit. Bottom: 0 is saturation. The lines only '
-        'join the points: over the frequency the ringing comes in and out of '
-        'phase with the falls. '
+        f'{ONSET_SHARE * 100:g} % of the friction limit. Net force: mean - k A/2. Bottom: 0 is '
+        'saturation; left out where k A/2 is more than half of the mean. The lines only '
+        'join the points: over the frequency the ringing comes in '
+        'and out of phase with the falls. '
         f'{assumed(parameters)} Below k = 3e4 N/m the force approaches its end so slowly that '
         'this rule stops it up to 1 % too early; above 1e6 N/m k comes near the stiffness of the '
         'contacts, and much of the force is elastic following.'

@@ -1,5 +1,6 @@
 """A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -55,8 +56,13 @@ class RunResult(Shown):
     force_mean_n : float
         Generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at
         the mean position.
+    force_net_n : float
+        The same without elastic following: ``force_mean_n`` less k A/2, the mean force of a
+        runner that only goes along with the feet (backwards: plus k A/2). Near 0 below the
+        0-amplitude; 0 of a load cell that nothing presses.
     force_ramp_start_n : float
         Generated force at the start of the last cycle's ramp, when the fall before it is over.
+        The runner has hardly moved by then: it is near the largest of the cycle.
     step_length_m : float
         Net motion per cycle, mean of the last 10 cycles.
     steady : bool
@@ -73,6 +79,7 @@ class RunResult(Shown):
     amplitude_m: float
     frequency_hz: float
     force_mean_n: float = 0.0
+    force_net_n: float = 0.0
     force_ramp_start_n: float = 0.0
     step_length_m: float = 0.0
     steady: bool = True
@@ -148,7 +155,7 @@ def run_drive(
         amplitude_m=amplitude_m,
         frequency_hz=frequency_hz,
         energy_loss_per_step_j=loss_j,
-        **_read_off(plants[0], ramps, take_ledger(plants, states)),
+        **_read_off(plants[0], ramps, take_ledger(plants, states), amplitude_m, frequency_hz),
     )
 
 
@@ -264,16 +271,17 @@ def _run(
             grid_ns = parameters.trace_period_ns
             ramps = _drive(bench, run.update, request, steps, frequency_hz, grid_ns, progress)
     wall_s, simulated_s = time.perf_counter() - start_s, bench.time_ns * NANO
+    amplitude_m = voltage_v * parameters.actuator.gain
     return SawtoothRun(
         preload_n=parameters.stand.preload,
         voltage_v=voltage_v,
-        amplitude_m=voltage_v * parameters.actuator.gain,
+        amplitude_m=amplitude_m,
         frequency_hz=frequency_hz,
         simulated_s=simulated_s,
         wall_s=wall_s,
         real_time_factor=simulated_s / wall_s,
         recording=str(path) if path else '',
-        **_read_off(bench.plant, ramps, bench.ledger),
+        **_read_off(bench.plant, ramps, bench.ledger, amplitude_m, frequency_hz),
     )
 
 
@@ -338,10 +346,14 @@ def _drive(
             requests = [Request('stop')]
 
 
-def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger) -> dict[str, Any]:
+def _read_off(
+    plant: Record, ramps: Array, ledger: EnergyLedger, amplitude_m: float, frequency_hz: float
+) -> dict[str, Any]:
     """Return what a result says of the log of its ramps, and its energy balance."""
+    mean_n = mean_force_n(plant, ramps)
     return {
-        'force_mean_n': mean_force_n(plant, ramps),
+        'force_mean_n': mean_n,
+        'force_net_n': net_force_n(plant, mean_n, math.copysign(amplitude_m, frequency_hz)),
         'force_ramp_start_n': start_force_n(plant, ramps),
         'step_length_m': step_length_m(ramps),
         'steady': is_steady(plant, ramps),
@@ -379,6 +391,12 @@ def is_steady(plant: Record, ramps: Array) -> bool:
 def mean_force_n(plant: Record, ramps: Array) -> float:
     """Return the force in the load cell at the mean position of the last cycle, N."""
     return float(in_python(cell_force)(plant, float(ramps[-1, RAMP_MEAN])))
+
+
+def net_force_n(plant: Record, mean_n: float, stroke_m: float) -> float:
+    """Return a mean force without elastic following along a stroke, negative backwards, N."""
+    cell_n_per_m = float(plant.cell_n_per_m + plant.walls.cell_n_per_m)
+    return mean_n - 0.5 * cell_n_per_m * stroke_m if mean_n else 0.0
 
 
 def start_force_n(plant: Record, ramps: Array) -> float:

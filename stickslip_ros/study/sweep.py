@@ -33,6 +33,7 @@ ASKED = ('preload_n', 'amplitude_m', 'frequency_hz')
 COLUMNS = (
     *ASKED,
     'force_mean_n',
+    'force_net_n',
     'force_ramp_start_n',
     'step_length_m',
     'energy_loss_per_step_j',

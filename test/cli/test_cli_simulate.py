@@ -16,6 +16,7 @@ KEYS = {
     'amplitude_m',
     'frequency_hz',
     'force_mean_n',
+    'force_net_n',
     'force_ramp_start_n',
     'step_length_m',
     'steady',
@@ -58,6 +59,7 @@ def test_generated_force_is_that_of_the_reference(capsys: Any, preload: str, for
     assert seen['force_mean_n'] == pytest.approx(force_n, rel=3 * DIGITS)
     swing_n = STIFFNESS_N_PER_M * seen['amplitude_m']  # the foot takes the runner along
     assert abs(seen['force_ramp_start_n'] - seen['force_mean_n']) < swing_n
+    assert seen['force_net_n'] == pytest.approx(seen['force_mean_n'] - 0.5 * swing_n, abs=1e-12)
     assert abs(seen['energy_residual']) < ENERGY
     assert seen['simulated_s'] == pytest.approx(0.2, abs=2e-3)
     assert seen['real_time_factor'] == pytest.approx(seen['simulated_s'] / seen['wall_s'])
@@ -75,7 +77,7 @@ def test_a_run_backwards_is_the_mirror_image(capsys: Any):
     words = (*AMPLITUDE, '--steps', '30')
     forth = simulate(capsys, *words, '--frequency', '1000')
     back = simulate(capsys, *words, '--frequency=-1000')
-    for key in ('force_mean_n', 'force_ramp_start_n', 'step_length_m'):
+    for key in ('force_mean_n', 'force_net_n', 'force_ramp_start_n', 'step_length_m'):
         assert back[key] == pytest.approx(-forth[key], rel=1e-6)
 
 

@@ -50,6 +50,8 @@ PRESSED = {'load_cell.contact': 'one_sided', 'load_cell.gap': GAP_M}
 HELD = plant_of(Parameters())[0]
 FREE = plant_of(Parameters().updated({'load_cell.contact': 'absent'}))[0]
 BEHIND_GAP = plant_of(Parameters().updated(PRESSED))[0]
+FOLLOWING_ERROR = 0.1
+"""Of k A: a little of the contacts slips from the first nanometre on."""
 SAME_FORCE = 2e-3
 """A one-sided load cell is met in short steps, a fixed one in long ones."""
 
@@ -67,8 +69,8 @@ def test_a_run_reports_what_was_asked_for_and_what_came_of_it(recorded_run):
     result, path = recorded_run
     assert set(dataclasses.asdict(result)) == {
         'preload_n', 'voltage_v', 'amplitude_m', 'frequency_hz', 'force_mean_n',
-        'force_ramp_start_n', 'step_length_m', 'steady', 'steps', 'simulated_s', 'wall_s',
-        'real_time_factor', 'energy_residual', 'recording',
+        'force_net_n', 'force_ramp_start_n', 'step_length_m', 'steady', 'steps', 'simulated_s',
+        'wall_s', 'real_time_factor', 'energy_residual', 'recording',
     }  # fmt: skip
     assert (result.preload_n, result.voltage_v, result.frequency_hz) == (0.5, 300.0, 1000.0)
     assert result.amplitude_m == pytest.approx(160e-9, rel=ROUNDING, abs=0.0)
@@ -104,7 +106,8 @@ def test_a_run_backwards_is_the_mirror_image(contact, stand):
     stand = stand.updated({'load_cell.contact': contact})
     forwards, backwards = (run_sawtooth(stand, 300.0, sign * 1000.0, 15) for sign in (1.0, -1.0))
     assert forwards.step_length_m > 0.0
-    for name in ('force_mean_n', 'force_ramp_start_n', 'step_length_m', 'frequency_hz'):
+    names = ('force_mean_n', 'force_net_n', 'force_ramp_start_n', 'step_length_m', 'frequency_hz')
+    for name in names:
         there, back = getattr(forwards, name), getattr(backwards, name)
         assert back == pytest.approx(-there, rel=MIRROR, abs=0.0)
     assert backwards.steps == forwards.steps
@@ -119,10 +122,28 @@ def test_a_run_without_a_number_of_steps_goes_on_until_it_is_steady(preload_n, m
     assert result.force_ramp_start_n > result.force_mean_n
 
 
+def test_below_the_0_amplitude_the_force_without_elastic_following_vanishes(stand):
+    below_m = 40e-9
+    result = run_drive(stand.updated({'runner.damping': 80.0}), below_m, FREQUENCY_HZ)
+    following_n = STIFFNESS_N_PER_M * below_m
+    assert result.force_net_n == result.force_mean_n - 0.5 * following_n
+    assert abs(result.force_net_n) < FOLLOWING_ERROR * following_n
+    # Right after the fall the runner still stands where the ramp left it.
+    assert result.force_ramp_start_n == pytest.approx(following_n, rel=FOLLOWING_ERROR, abs=0.0)
+
+
+def test_a_load_cell_that_nothing_presses_has_no_net_force(stand):
+    behind = stand.updated(PRESSED)
+    assert run_drive(behind, 40e-9, FREQUENCY_HZ, 2).force_net_n == 0.0
+    pressed = run_drive(behind, AMPLITUDE_M, FREQUENCY_HZ, 12)
+    following_n = STIFFNESS_N_PER_M * pressed.amplitude_m
+    assert pressed.force_net_n == pressed.force_mean_n - 0.5 * following_n > 0.0
+
+
 def test_a_free_runner_has_no_force_but_steps(stand):
     result = run_sawtooth(stand.updated({'load_cell.contact': 'absent'}), 300.0, 200.0)
     assert result.steady
-    assert result.force_mean_n == result.force_ramp_start_n == 0.0
+    assert result.force_mean_n == result.force_net_n == result.force_ramp_start_n == 0.0
     zero_amplitude_m, within_m = 66e-9, 2e-9  # both to the nanometre, and ringing
     assert result.step_length_m == pytest.approx(160e-9 - zero_amplitude_m, rel=0.0, abs=within_m)
 

@@ -35,8 +35,9 @@ FORCE_ERROR = 0.01
 GROUPS, INDENTING, TABULATING = 2, 2, 1
 """Groups of equal contacts, and what is solved for each: depth and radius; the virgin curve."""
 COLUMNS = [
-    'preload_n', 'amplitude_m', 'frequency_hz', 'force_mean_n', 'force_ramp_start_n',
-    'step_length_m', 'energy_loss_per_step_j', 'steady', 'steps', 'energy_residual', 'stop_rule',
+    'preload_n', 'amplitude_m', 'frequency_hz', 'force_mean_n', 'force_net_n',
+    'force_ramp_start_n', 'step_length_m', 'energy_loss_per_step_j', 'steady', 'steps',
+    'energy_residual', 'stop_rule',
 ]  # fmt: skip
 
 
