@@ -61,6 +61,7 @@ def bank_kind(springs: int) -> Kind:
         slope_n_per_m=per_spring,
         # Normal force of a group, all its contacts together, per preload
         shares=(FLOAT, (GROUPS_MAX,)),
+        weights_n=(FLOAT, (GROUPS_MAX,)),  # What presses it besides
         friction=FLOAT,  # Friction coefficient mu
     )
 
@@ -93,12 +94,15 @@ class Group(NamedTuple):
         How many.
     share : float
         Normal force of one per preload.
+    weight_n : float
+        Normal force of one without a preload, N.
 
     """
 
     profile: Profile
     contacts: int
     share: float
+    weight_n: float = 0.0
 
 
 def spring_bank(
@@ -143,6 +147,7 @@ def spring_bank(
         area_n,
         slope,
         shares=[group.contacts * group.share for group in groups],
+        weights_n=[group.contacts * group.weight_n for group in groups],
         friction=friction,
     )
 
@@ -155,6 +160,7 @@ def bank_of_rows(
     slope_n_per_m: Array,
     *,
     shares: Sequence[float],
+    weights_n: Sequence[float],
     friction: float,
 ) -> Record:
     """Return a bank whose springs lie in arrays of shape (groups, springs of each group)."""
@@ -181,6 +187,7 @@ def bank_of_rows(
         area_n=flat(area_n),
         slope_n_per_m=flat(slope_n_per_m),
         shares=np.pad(np.array(shares), (0, GROUPS_MAX - groups)),
+        weights_n=np.pad(np.array(weights_n), (0, GROUPS_MAX - groups)),
         friction=friction,
     )
 
@@ -191,7 +198,7 @@ def _classes(
 ) -> tuple[Array, Array]:
     """Return mean height and half width of each class of springs; not to be written."""
     profile = group.profile
-    area_m2 = group.share * preload_max_n / (2.0 * elasticity.normal_pa)
+    area_m2 = (group.share * preload_max_n + group.weight_n) / (2.0 * elasticity.normal_pa)
     deepest_m = profile.depth_for(area_m2)
     bounds_m = deepest_m * (np.arange(springs + 1) / springs) ** GRADING
     half_width_m = profile.half_width(bounds_m)
@@ -205,7 +212,7 @@ def _classes(
 @kernel
 def last_pressed(bank: Record, group: int, preload_n: float, near: int) -> int:
     """Return the highest spring of a group that a preload presses, looked for near another one."""
-    force_n = bank.shares[group] * preload_n
+    force_n = bank.shares[group] * preload_n + bank.weights_n[group]
     last = min(max(near, bank.first[group]), bank.first[group + 1] - 1)
     while last > bank.first[group] and bank.area_n[last] > force_n:
         last -= 1
@@ -217,7 +224,7 @@ def last_pressed(bank: Record, group: int, preload_n: float, near: int) -> int:
 @kernel
 def depth_of(bank: Record, group: int, preload_n: float, last: int) -> float:
     """Return the indentation depth of a group whose highest pressed spring is known, m."""
-    force_n = bank.shares[group] * preload_n
+    force_n = bank.shares[group] * preload_n + bank.weights_n[group]
     return bank.heights_m[last] + (force_n - bank.area_n[last]) / bank.slope_n_per_m[last]
 
 
@@ -341,6 +348,7 @@ def friction_limit(bank: Record, preload_n: float) -> float:
     limit_n = 0.0
     for group in range(bank.groups):
         limit_n += bank.friction * bank.shares[group] * preload_n
+        limit_n += bank.friction * bank.weights_n[group]
     return limit_n
 
 

@@ -38,6 +38,7 @@ LOWER_SHARE = math.sqrt(2.0) / 4.0
 PHASE_MAX = 1.1
 """Longest step times the largest angular frequency, or rate of damping. The steps are series in
 both; up to here the energy balances to a few 1e-3."""
+STANDARD_GRAVITY_M_PER_S2 = 9.80665
 MODELS_KEPT = 64
 """Contact models kept for the next drive: a sweep over amplitudes has one for each preload."""
 FEET_STREAM = 40
@@ -181,16 +182,19 @@ def walls_of(parameters: Parameters) -> Record:
 
 def all_contacts(parameters: Parameters) -> Record:
     """Return the constants of the six contacts as one, a record of CONTACT."""
-    kept = _kept_contact(parameters.contact, parameters.friction_law, parameters.stand)
+    kept = _kept_contact(
+        parameters.contact, parameters.friction_law, parameters.stand, weight_of(parameters)
+    )
     return kept.copy()
 
 
 @lru_cache(maxsize=MODELS_KEPT)
 def _kept_contact(
-    contact: ContactParameters, law: FrictionLawParameters, stand: StandParameters
+    contact: ContactParameters, law: FrictionLawParameters, stand: StandParameters, weight_n: float
 ) -> Record:
     """Return the six contacts as one, a record of CONTACT; not to be written."""
-    contacts, groups = _contacts_at(contact, stand.preload), groups_of(contact)
+    contacts = _contacts_at(contact, stand.preload, weight_n)
+    groups = groups_of(contact, weight_n)
     elasticity = elasticity_of(contact)
     return record(
         CONTACT,
@@ -209,25 +213,39 @@ def _kept_contact(
     )
 
 
-def groups_of(contact: ContactParameters) -> list[Group]:
-    """Return the groups of equal contacts (Eq. 19); rough lines are all different."""
-    counts = ((UPPER_CONTACTS, UPPER_SHARE), (LOWER_CONTACTS, LOWER_SHARE))
+def weight_of(parameters: Parameters) -> float:
+    """Return the weight of the runner, N; 0 if it is left out, as in the paper."""
+    return parameters.runner.mass * STANDARD_GRAVITY_M_PER_S2 * parameters.stand.weight
+
+
+def groups_of(contact: ContactParameters, weight_n: float = 0.0) -> list[Group]:
+    """
+    Return the groups of equal contacts; rough lines are all different.
+
+    Upper contacts carry the preload, lower ones the preload and the weight of the runner, both at
+    the same angle (Eq. 19).
+
+    """
+    counts = ((UPPER_CONTACTS, UPPER_SHARE, 0.0), (LOWER_CONTACTS, LOWER_SHARE, weight_n))
     if contact.profile != 'rough_line':
-        return [Group(profile_of(contact), count, share) for count, share in counts]
-    shares = [share for count, share in counts for _ in range(count)]
-    return [Group(profile_of(contact, i), 1, share) for i, share in enumerate(shares)]
+        return [Group(profile_of(contact), n, share, share * w_n) for n, share, w_n in counts]
+    each = [(share, share * w_n) for count, share, w_n in counts for _ in range(count)]
+    return [Group(profile_of(contact, i), 1, *loads) for i, loads in enumerate(each)]
 
 
 def contacts_of(parameters: Parameters) -> list[Presliding]:
     """Return the six contacts, the two upper ones first, under the normal forces of Eq. 19."""
-    return _contacts_at(parameters.contact, parameters.stand.preload)
+    return _contacts_at(parameters.contact, parameters.stand.preload, weight_of(parameters))
 
 
-def _contacts_at(contact: ContactParameters, preload_n: float) -> list[Presliding]:
+def _contacts_at(
+    contact: ContactParameters, preload_n: float, weight_n: float
+) -> list[Presliding]:
     elasticity = elasticity_of(contact)
     contacts: list[Presliding] = []
-    for group in groups_of(contact):
-        one = presliding(group.profile, elasticity, contact.friction, group.share * preload_n)
+    for group in groups_of(contact, weight_n):
+        normal_n = group.share * preload_n + group.weight_n
+        one = presliding(group.profile, elasticity, contact.friction, normal_n)
         contacts += [one] * group.contacts
     return contacts
 
@@ -249,18 +267,21 @@ def _law_of(number: int, law: FrictionLawParameters, contacts: Sequence[Preslidi
 
 def separate_feet(plants: Record, parameters: Parameters) -> None:
     """Give each foot of a plant a contact of its own; from now on they are moved one by one."""
-    plant, groups = plants[0], groups_of(parameters.contact)
-    shares = np.array([group.share for group in groups for _ in range(group.contacts)])
+    plant, groups = plants[0], groups_of(parameters.contact, weight_of(parameters))
+    each = [group for group in groups for _ in range(group.contacts)]
+    preload_n = parameters.stand.preload
+    loads = np.array([group.share + group.weight_n / preload_n for group in each])
     plant.separate = True
-    plant.parts[1:] = shares / shares.sum()
+    plant.parts[1:] = loads / loads.sum()
     plant.groups[1:] = np.repeat(np.arange(len(groups)), [group.contacts for group in groups])
-    for k, share in enumerate(shares, start=1):
-        _set_contact_of_foot(plant, k, share, groups[plant.groups[k]].contacts)
-    _set_curves(plant, parameters.contact)
+    for k, group in enumerate(each, start=1):
+        _set_contact_of_foot(plant, k, group)
+    _set_curves(plant, parameters)
 
 
-def _set_contact_of_foot(plant: Record, k: int, share: float, contacts: int) -> None:
+def _set_contact_of_foot(plant: Record, k: int, group: Group) -> None:
     """Give a foot its part of the springs and of the law of all."""
+    contacts = group.contacts
     whole, own, part = plant.contacts[ALL], plant.contacts[k], plant.parts[k]
     bank = whole.bank
     row = slice(bank.first[plant.groups[k]], bank.first[plant.groups[k] + 1])
@@ -270,7 +291,8 @@ def _set_contact_of_foot(plant: Record, k: int, share: float, contacts: int) -> 
         bank.shear_n_per_m[np.newaxis, row] / contacts,
         bank.area_n[np.newaxis, row] / contacts,
         bank.slope_n_per_m[np.newaxis, row] / contacts,
-        shares=[share],
+        shares=[group.share],
+        weights_n=[group.weight_n],
         friction=bank.friction,
     )
     own.law = whole.law
@@ -280,9 +302,10 @@ def _set_contact_of_foot(plant: Record, k: int, share: float, contacts: int) -> 
     own.preload_n, own.preload_n_per_s = whole.preload_n, whole.preload_n_per_s
 
 
-def _set_curves(plant: Record, contact: ContactParameters) -> None:
+def _set_curves(plant: Record, parameters: Parameters) -> None:
     """Give all contacts their virgin curves at the preload that the plant goes to."""
-    contacts = _contacts_at(contact, float(plant.contacts[ALL].preload_n))
+    preload_n = float(plant.contacts[ALL].preload_n)
+    contacts = _contacts_at(parameters.contact, preload_n, weight_of(parameters))
     plant.contacts[ALL].curve = tabulate(contacts)
     if plant.separate:
         for k, curve in enumerate(tabulate_each(contacts), start=1):
@@ -323,7 +346,7 @@ def change_preload(
     plant = plants[0]
     switch_all_to_springs(plants, states)
     plant.contacts['preload_n'] = preload_n
-    _set_curves(plant, parameters.contact)
+    _set_curves(plant, parameters)
     _set_longest_step(plant, parameters)
 
 

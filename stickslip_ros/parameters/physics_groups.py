@@ -11,6 +11,7 @@ from stickslip_ros.parameters.declaration import (
     choice,
     count,
     quantity,
+    switch,
 )
 from stickslip_ros.units import GIGA
 
@@ -147,6 +148,9 @@ class StandParameters(Checked):
     )
     preload_rate: float = quantity(
         1.0, 'N/s', 'rate at which the preload changes when asked to', bounds=(1e-6, 1e6)
+    )
+    weight: bool = switch(
+        False, 'weight of the runner on the lower contacts; the paper leaves it out'
     )
     preload_limit: float = quantity(
         2.0, 'N', 'largest preload that a command may ask for', bounds=(1e-3, 100.0)

@@ -177,7 +177,9 @@ def test_more_springs_come_closer_with_the_square_of_their_number():
 def test_a_class_without_a_spring_has_no_force_and_no_energy():
     heights_m, stiffness = np.array([[0.0, 1e-9]]), np.array([[1e6, 0.0]])
     rows = (heights_m, FRICTION * stiffness, stiffness, np.array([[0.0, 1e-3]]))
-    few = bank_of_rows(*rows, np.array([[1e6, 1e6]]), shares=[1.0], friction=FRICTION)
+    few = bank_of_rows(
+        *rows, np.array([[1e6, 1e6]]), shares=[1.0], weights_n=[0.0], friction=FRICTION
+    )
     springs = empty(few)
     force_n, loss_j = move_springs(few, springs, 1e-6, 0.5, 0.4)
     assert force_n == springs.forces_n[0] == pytest.approx(FRICTION * 0.4, rel=ROUNDING)
