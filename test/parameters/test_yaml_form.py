@@ -116,7 +116,7 @@ def test_a_number_that_yaml_1_1_takes_for_a_text_is_read_as_a_number():
         ('/**:\n  ros__parameters: 5\n', WrongKind, 'is not a table of names'),
         ('/**:\n  ros__parameters: {}\n  more: {}\n', UnknownName, "section '/**' is not known"),
         (_under_node('    stand: 5\n'), UnknownName, "parameter 'stand' is not known"),
-        (_under_node('    stand:\n      weight: 5\n'), UnknownName, 'stand.weight'),
+        (_under_node('    stand:\n      colour: 5\n'), UnknownName, 'stand.colour'),
         (_under_node('    stand:\n      preload: [1]\n'), WrongKind, 'stand.preload [1] is not'),
         (_under_node('    stand:\n      preload: 1000.0\n'), OutOfRange, 'above the maximum 100'),
     ],
