@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed, surface
 from stickslip_ros.paper.readings import (
     AMPLITUDE_MAX_M,
-    FORCE_FREQUENCY_HZ,
     friction_limit_n,
     stand_at,
     zero_of_force_m,
@@ -40,12 +39,12 @@ DAMPING_MAX_N_S_PER_M = 300.0
 
 
 def _force_row(parameters: Parameters) -> Row:
-    onset_m = zero_of_force_m(parameters, FORCE_FREQUENCY_HZ)
-    full = run_drive(parameters, AMPLITUDE_MAX_M, FORCE_FREQUENCY_HZ)
+    onset_m = zero_of_force_m(parameters, parameters.step.frequency)
+    full = run_drive(parameters, AMPLITUDE_MAX_M, parameters.step.frequency)
     double_n = math.nan
     if not math.isnan(onset_m):
         double_m = HOLDING_AMPLITUDES * onset_m
-        double_n = run_drive(parameters, double_m, FORCE_FREQUENCY_HZ).force_mean_n
+        double_n = run_drive(parameters, double_m, parameters.step.frequency).force_mean_n
     return {
         'preload_n': parameters.stand.preload,
         'damping_n_s_per_m': parameters.runner.damping,
