@@ -10,9 +10,10 @@ from stickslip_ros.panel.model import CYCLES, SPANS_S
 from stickslip_ros.parameters import specs
 from stickslip_ros.recording.messages import INT32, JOINT_STATE, STAMPED_FIELDS
 from stickslip_ros.recording.topics import COMMAND_TOPICS, SERVICES, Topic
+from stickslip_ros.study.design.shapes import SHAPES
 from stickslip_ros.units import display_unit
 
-WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'file'}
+WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
 """How a command is given that has not a field for each of its numbers and a button to send."""
 SIGNED = {'sawtooth': 'frequency', 'steps': 'steps', 'jog': 'frequency'}
 """The number whose sign is the direction: the command has a button for each."""
@@ -22,6 +23,9 @@ LIMITS = {
     ('sawtooth', 'frequency'): (0.0, 'amplifier.frequency_max'),
     ('sawtooth', 'steps'): (0, None),
     ('steps', 'steps'): (0, None),
+    ('waveform', 'amplitude'): (0.0, 'amplifier.voltage_max'),
+    ('waveform', 'frequency'): (0.0, 'amplifier.frequency_max'),
+    ('waveform', 'cycles'): (0, None),
     ('jog', 'frequency'): (0.0, 'amplifier.frequency_max'),
     ('position', 'x'): ('stand.travel_min', 'stand.travel_max'),
     ('load', 'force.x'): ('-stand.load_limit', 'stand.load_limit'),
@@ -34,6 +38,9 @@ STARTS = {
     ('sawtooth', 'frequency'): 'step.frequency',
     ('sawtooth', 'steps'): 0,
     ('steps', 'steps'): 10,
+    ('waveform', 'amplitude'): 'step.amplitude',
+    ('waveform', 'frequency'): 'step.frequency',
+    ('waveform', 'cycles'): 0,
     ('jog', 'frequency'): 200.0,
     ('position', 'x'): 1e-6,
     ('preload', 'preload'): 'stand.preload',
@@ -50,7 +57,11 @@ ALARMS = (
     | Status.FORCE_OVERRANGE
 )
 INT32_MAX = 2**31 - 1
-NEEDED = ('jog.timeout',)
+SHAPE_ROWS = 100
+"""Rows of a curved part of a shape."""
+NEEDED = ('amplifier.slew_rate', 'amplifier.voltage_min', 'jog.timeout')
+WAVE = ('amplitude V', 'frequency Hz', 'cycles')
+"""What somebody chooses of a waveform that has a shape."""
 
 
 def sheet() -> dict[str, Any]:
@@ -133,6 +144,21 @@ def read_numbers(topic: Topic, values: object) -> list[float]:
     return numbers
 
 
+def read_cycles(value: object) -> int:
+    """
+    Return how often a waveform is played, as it came from the page.
+
+    Raises
+    ------
+    WrongKind
+        If it is no whole number that the layout of a message can hold.
+
+    """
+    if isinstance(value, int | float) and float(value).is_integer() and 0 <= value <= INT32_MAX:
+        return int(value)
+    raise WrongKind('cycles', value, 'a whole number from 0 on', '0 plays until stopped')
+
+
 def read_fault(name: object, value: object) -> tuple[str, Any]:
     """
     Return a fault and its value as they came from the page.
@@ -156,7 +182,16 @@ def _command(topic: Topic) -> Mapping[str, Any]:
         'way': WAYS.get(name, 'form'),
         'signed': SIGNED.get(name),
         'numbers': [_number(name, *each.split(' ', 1)) for each in command_numbers(topic)],
+        'wave': _wave(name) if topic.is_table else None,
     }
+
+
+def _wave(command: str) -> Mapping[str, Any]:
+    shapes = {
+        name: {'rows': shape.rows(SHAPE_ROWS).tolist(), 'source': shape.source}
+        for name, shape in SHAPES.items()
+    }
+    return {'shapes': shapes, 'numbers': [_number(command, *each.split(' ', 1)) for each in WAVE]}
 
 
 def _number(command: str, name: str, unit: str = '') -> dict[str, Any]:

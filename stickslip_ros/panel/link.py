@@ -19,7 +19,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from stickslip_ros.errors import RecordingError, StickSlipError
-from stickslip_ros.panel.controls import read_fault, read_numbers, shown_parameters
+from stickslip_ros.panel.controls import read_cycles, read_fault, read_numbers, shown_parameters
 from stickslip_ros.panel.model import ACTIVE, Model, parsed_event
 from stickslip_ros.recording.cdr import unpack
 from stickslip_ros.recording.messages import FLOAT64_ARRAY, ArrayMessage
@@ -270,7 +270,8 @@ class Link:
         numbers = read_numbers(topic, wish.get('values'))
         self._require_active()
         self.model.note(topic.request, '')
-        self._publishers[topic.request].publish(pack_command(topic, numbers))
+        cycles = read_cycles(wish.get('cycles', 1))
+        self._publishers[topic.request].publish(pack_command(topic, numbers, cycles=cycles))
 
     def _require_active(self) -> None:
         if self.model.lifecycle != ACTIVE:

@@ -41,6 +41,9 @@ BOXES = """() => [...document.querySelectorAll('canvas, fieldset, #figures dl, #
     .map((each) => each.getBoundingClientRect())
     .map(({x, y, width, height}) => [x, y + scrollY, width, height].map(Math.round))"""
 
+INK = """(canvas) => canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height)
+    .data.filter((each, index) => index % 4 === 3 && each > 0).length"""
+
 
 @pytest.fixture(scope='module')
 def stage(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[SimpleNamespace]:
@@ -186,10 +189,43 @@ def test_a_slider_a_load_a_preload_and_a_target_are_followed(page: Page):
     await_figure(page, 'position', lambda now: abs(now - 500.0) < 10.0)
 
 
-def test_a_waveform_comes_from_a_file(page: Page, tmp_path: Path):
+def ink(page: Page) -> int:
+    """Count the pixels of the drawn waveform that are not empty."""
+    return int(page.locator('canvas.wave').evaluate(INK))
+
+
+def test_a_waveform_of_a_shape_is_drawn_and_repeats_until_it_has_made_its_cycles(page: Page):
+    page.locator('#waveform-amplitude').fill('250')
+    page.locator('#waveform-frequency').fill('113.76725643485543')
+    page.locator('#waveform-cycles').fill('7')
+    drawn = set()
+    for shape in page.locator('#waveform-shape option').all_inner_texts()[:-1]:
+        page.locator('#waveform-shape').select_option(shape)
+        page.wait_for_timeout(100)
+        drawn.add(ink(page))
+        for where in ('backwards', 'forwards'):
+            page.get_by_label(f'Waveform {where}').click()
+            expect(page.locator('#events p').first).to_contain_text('DONE, 7 steps')
+            expect(note(page, 'waveform')).to_have_text('DONE')
+    assert min(drawn) > 0
+    assert len(drawn) > 1
+
+
+def test_a_waveform_of_no_cycles_lasts_until_escape(page: Page):
+    page.locator('#waveform-shape').select_option('cycloid')
+    page.get_by_label('Waveform forwards').click()
+    expect(lamp(page, 'STREAMING')).to_be_visible()
+    page.keyboard.press('Escape')
+    expect(note(page, 'waveform')).to_contain_text('ABORTED')
+
+
+def test_a_waveform_comes_from_a_file_and_is_drawn_before_it_is_played(page: Page, tmp_path: Path):
     file = tmp_path / 'wave.csv'
     file.write_text('time_s,voltage_v\n0,0\n0.01,100  # up\n0.02,70\n')
     page.locator('#waveform-file').set_input_files(file)
+    expect(page.locator('#waveform-shape')).to_have_value('file')
+    expect(page.locator('#waveform-cycles')).to_have_value('1')
+    page.get_by_label('Waveform forwards').click()
     expect(note(page, 'waveform')).to_have_text('DONE')
     await_figure(page, 'voltage', lambda now: now == 70.0)
     file.write_text('0,0\n1,lots\n')

@@ -2,6 +2,7 @@
 
 import { make, wish } from "./panel.js";
 import { grouped } from "./plot.js";
+import { addWaveform } from "./waveform.js";
 
 const SWITCHES = {
   enable_amplifier: (state) => lamp(state, "AMPLIFIER_ENABLED"),
@@ -29,10 +30,14 @@ const lamp = (state, name) => (state.bits & sheet.bits.find((each) => each.name 
 const title = (name) => WORDS[name] || (name[0].toUpperCase() + name.slice(1)).replaceAll("_", " ");
 
 /** Return a limit or a first value: itself, or that of the parameter which it names. */
-function resolved(told) {
+export function resolved(told) {
   if (typeof told !== "string") return told;
   const found = parameters[told.replace(/^-/, "")];
   return found === undefined ? null : told.startsWith("-") ? -found : found;
+}
+
+export function whenStateComes(update) {
+  updates.push(update);
 }
 
 export function followState(state) {
@@ -61,7 +66,7 @@ function group(name, text, needsDrive = true) {
 }
 
 /** A line beside a control: how what it did has ended. */
-function note(name) {
+export function note(name) {
   const made = make("output");
   made.className = "note";
   made.dataset.note = name;
@@ -83,7 +88,7 @@ function notes(names) {
   return made;
 }
 
-function button(text, about, onclick) {
+export function button(text, about, onclick) {
   const made = make("button", text, about);
   made.type = "button";
   if (onclick) made.onclick = onclick;
@@ -95,7 +100,7 @@ function button(text, about, onclick) {
 function commandControl(command) {
   const made = group(command.name, command.text), send = (values) =>
     wish({ do: "command", name: command.name, values });
-  if (command.way === "file") made.append(fileField(command, send), note(command.name));
+  if (command.way === "wave") addWaveform(made, command);
   else {
     const fields = make("div"), numbers = command.numbers.map((each) => numberField(command, each));
     fields.className = numbers.length === 1 ? "single" : "fields";
@@ -126,7 +131,7 @@ function sending(command, numbers, read, send) {
   });
 }
 
-function inRow(parts) {
+export function inRow(parts) {
   const row = make("div");
   row.className = "row";
   row.append(...parts);
@@ -140,7 +145,7 @@ function ends(low, high) {
   return low === -high ? `± ${shown(high)}` : `${low < 0 ? "−" : ""}${shown(low)} to ${shown(high)}`;
 }
 
-function numberField(command, { name, unit, factor, low, high, start }) {
+export function numberField(command, { name, unit, factor, low, high, start }) {
   const id = `${command.name}-${name}`, about = `${command.name}: ${name}${unit && `, ${unit}`}`;
   const label = make("label", name), field = make("input", "", about), range = make("span", unit);
   label.htmlFor = field.id = id;
@@ -163,7 +168,11 @@ function numberField(command, { name, unit, factor, low, high, start }) {
   field.addEventListener("keydown", (event) => {
     if (event.key === "Enter") field.closest("fieldset").querySelector("button:last-of-type")?.click();
   });
-  return { name, field, read, low, high, parts: [label, field, range] };
+  const write = (number) => {
+    field.value = shown(number);
+    field.dataset.touched = "yes";
+  };
+  return { name, field, read, write, low, high, parts: [label, field, range] };
 }
 
 /** A slider that sends while it is drawn, not too often; Enter in the field sends too. */
@@ -233,46 +242,6 @@ function holds(made, repeat, end) {
   addEventListener("blur", release);
   addEventListener("keydown", (event) => event.key === "Escape" && release());
   document.addEventListener("visibilitychange", release);
-}
-
-function fileField(command, send) {
-  const made = make("div"), label = make("label", "CSV file "), field = make("input", "", command.text);
-  made.className = "fields";
-  label.htmlFor = field.id = `${command.name}-file`;
-  field.type = "file";
-  field.accept = ".csv,.txt,text/csv";
-  field.classList.add("wide");
-  label.textContent = `CSV: ${command.numbers.map((each) => `${each.name} (${each.unit})`).join(", ")}`;
-  label.className = "wide";
-  const problem = make("output");
-  problem.className = "note bad wide";
-  problem.hidden = true;
-  field.onchange = async () => {
-    if (!field.files.length) return;
-    try {
-      send(numbersOf(await field.files[0].text(), command.numbers.length));
-      problem.hidden = true;
-    } catch (error) {
-      problem.textContent = error.message;
-      problem.hidden = false;
-    }
-    field.value = "";
-  };
-  made.append(label, field, problem);
-  return made;
-}
-
-/** Return the numbers of a table, row by row; a first line may be its head, # begins a remark. */
-function numbersOf(text, width) {
-  const rows = text.split(/\r?\n/).map((line) => line.replace(/#.*/, "").trim())
-    .map((line, index) => [index + 1, line]).filter(([, line]) => line);
-  const parsed = rows.map(([number, line]) => [number, line.split(/[,;\s]+/).map(Number)]);
-  if (parsed.length && parsed[0][1].some(Number.isNaN)) parsed.shift();
-  for (const [number, row] of parsed) {
-    if (row.length !== width || row.some(Number.isNaN)) throw new Error(`line ${number} is not ${width} numbers`);
-  }
-  if (!parsed.length) throw new Error("the file has no rows of numbers");
-  return parsed.flatMap(([, row]) => row);
 }
 
 // --- services

@@ -1,0 +1,110 @@
+// The control of waveforms: a shape of the literature or a file, drawn before it is played.
+
+import { button, inRow, note, numberField, resolved, whenStateComes } from "./controls.js";
+import { make, wish } from "./panel.js";
+import { Plot } from "./plot.js";
+
+const FILE = "file";
+const LANE = { share: 1, unit: "V", factor: 1, least: 1, curves: [{ name: "wave", text: "one cycle", colour: "volt" }] };
+
+export function addWaveform(made, command) {
+  const { shapes, numbers } = command.wave;
+  const fields = make("div"), [amplitude, frequency, cycles] = numbers.map((each) => numberField(command, each));
+  const shape = make("select", "", "Shape of one cycle"), [head, file] = fileField(command), canvas = make("canvas");
+  const label = make("label", "shape"), problem = make("output");
+  fields.className = "fields";
+  label.htmlFor = shape.id = `${command.name}-shape`;
+  shape.append(...[...Object.keys(shapes), FILE].map((each) => make("option", each)));
+  canvas.className = "wave";
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", "One cycle of the waveform");
+  problem.className = "note bad";
+  const tell = (text) => {
+    problem.textContent = text;
+    problem.hidden = !text;
+  };
+  tell("");
+  const plot = new Plot(canvas, [LANE]);
+  let table = null, drawn = "";
+
+  /** Return the rows of time and voltage that a button would send; none while a field is not a number. */
+  function rows(sign) {
+    if (shape.value === FILE) return table || [];
+    const [height, hertz] = [amplitude.read(), frequency.read()], low = resolved("amplifier.voltage_min");
+    if (![height, hertz, low].every(Number.isFinite) || hertz <= 0) return [];
+    const fall = (height * hertz) / resolved("amplifier.slew_rate");
+    return apart(shapes[shape.value].rows, fall).map(([t, y]) => [t / hertz, low + height * (sign > 0 ? y : 1 - y)]);
+  }
+
+  const play = (sign) => {
+    const values = rows(sign).flat();
+    tell(values.length ? "" : "choose a file, or fill in every field");
+    if (values.length) wish({ do: "command", name: command.name, values, cycles: cycles.read() });
+  };
+  const buttons = [[-1, "◀ −x", "backwards"], [1, "+x ▶", "forwards"]].map(([sign, text, where]) => {
+    const each = button(text, `Play the waveform ${where}`, () => play(sign));
+    each.setAttribute("aria-label", `Waveform ${where}`);
+    return each;
+  });
+
+  whenStateComes(() => {
+    const isFile = shape.value === FILE;
+    for (const each of [amplitude, frequency]) each.field.disabled = isFile;
+    buttons[0].disabled = isFile;
+    shape.title = isFile ? "Rows of a file" : shapes[shape.value].source;
+    const wave = rows(1), text = JSON.stringify(wave);
+    if (text === drawn || !wave.length) return;
+    drawn = text;
+    const [x, y] = [0, 1].map((part) => wave.map((row) => row[part]));
+    plot.draw({ wave: { x, y, base: 0 } }, 0, x.at(-1));
+  });
+  file.onchange = async () => {
+    if (!file.files.length) return;
+    try {
+      table = rowsOf(await file.files[0].text(), command.numbers.length);
+      shape.value = FILE;
+      if (table.at(-1)[1] !== table[0][1]) cycles.write(1);
+      tell("");
+    } catch (error) {
+      tell(error.message);
+    }
+    file.value = "";
+  };
+  const numberFields = [amplitude, frequency, cycles].flatMap((each) => each.parts);
+  fields.append(label, shape, make("span"), ...numberFields, head, file);
+  made.append(fields, canvas, inRow(buttons), problem, note(command.name));
+}
+
+function fileField(command) {
+  const made = make("input", "", command.text), label = make("label");
+  label.htmlFor = made.id = `${command.name}-file`;
+  label.textContent = `CSV: ${command.numbers.map((each) => `${each.name} (${each.unit})`).join(", ")}`;
+  made.type = "file";
+  made.className = label.className = "wide";
+  made.accept = ".csv,.txt,text/csv";
+  return [label, made];
+}
+
+/** Return rows whose times rise: where two are equal, the wave jumps, and takes a share of the cycle for it. */
+function apart(rows, share) {
+  const moved = [];
+  let later = 0;
+  rows.forEach(([time, height], index) => {
+    if (index && time === rows[index - 1][0]) later += share * Math.abs(height - rows[index - 1][1]);
+    moved.push([time + later, height]);
+  });
+  return moved.map(([time, height]) => [time / (1 + later), height]);
+}
+
+/** Return the rows of a table; a first line may be its head, # begins a remark. */
+function rowsOf(text, width) {
+  const lines = text.split(/\r?\n/).map((line) => line.replace(/#.*/, "").trim())
+    .map((line, index) => [index + 1, line]).filter(([, line]) => line);
+  const parsed = lines.map(([number, line]) => [number, line.split(/[,;\s]+/).map(Number)]);
+  if (parsed.length && parsed[0][1].some(Number.isNaN)) parsed.shift();
+  for (const [number, row] of parsed) {
+    if (row.length !== width || row.some(Number.isNaN)) throw new Error(`line ${number} is not ${width} numbers`);
+  }
+  if (!parsed.length) throw new Error("the file has no rows of numbers");
+  return parsed.map(([, row]) => row);
+}
