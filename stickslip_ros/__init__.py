@@ -25,6 +25,7 @@ PUBLIC = {
     'StickSlipError': 'errors',
     'ZeroAmplitude': 'study.zero_amplitude',
     'compare': 'study.library',
+    'draw_step_map': 'study.step_map',
     'fit': 'study.library',
     'linearise': 'study.linear',
     'load_yaml': 'parameters',
@@ -32,6 +33,7 @@ PUBLIC = {
     'open_run': 'study.library',
     'presliding': 'study.library',
     'simulate': 'study.library',
+    'step_map': 'study.step_map',
     'sweep': 'study.library',
     'zero_amplitude': 'study.library',
 }

@@ -19,6 +19,8 @@ from stickslip_ros.study.library import sweep as sweep
 from stickslip_ros.study.library import zero_amplitude as zero_amplitude
 from stickslip_ros.study.linear import LinearDrive as LinearDrive
 from stickslip_ros.study.linear import linearise as linearise
+from stickslip_ros.study.step_map import draw_step_map as draw_step_map
+from stickslip_ros.study.step_map import step_map as step_map
 from stickslip_ros.study.swept_sine import MeasuredResponse as MeasuredResponse
 from stickslip_ros.study.swept_sine import measure_response as measure_response
 from stickslip_ros.study.zero_amplitude import ZeroAmplitude as ZeroAmplitude

@@ -188,6 +188,35 @@ def test_comparisons_take_runs_files_and_parameters(run: Run, tmp_path: Path):
     assert against.quantities[0].agreement.largest == pytest.approx(0.0, abs=1e-12)
 
 
+def tables_in_words_of_a_lab(folder: Path, stand: Parameters) -> list[Path]:
+    """Write forces of a stand at two preloads, a file each, under headers that tell little."""
+    paths = []
+    for preload_n in (0.1, 0.5):
+        there = stand.updated({'stand.preload': preload_n})
+        forces_n = [run_drive(there, each, 1000.0, STEPS).force_mean_n for each in (70e-9, 110e-9)]
+        rows = [f'70;{1e3 * forces_n[0]!r}', f'110;{1e3 * forces_n[1]!r}']
+        paths.append(folder / f'{preload_n}.csv')
+        paths[-1].write_text('\n'.join(['A;CH2', *rows]))
+    return paths
+
+
+def test_files_that_tell_little_are_compared_and_fitted_with_what_is_said_of_them(tmp_path: Path):
+    stand = Parameters().updated({'contact.friction': 0.25})
+    paths = tables_in_words_of_a_lab(tmp_path, stand)
+    said: Any = {
+        'headers': {'amplitude_m': 'A (nm)', 'force_n': 'CH2 (mN)'},
+        'preloads_n': [0.1, 0.5],
+    }
+    agreement = compare(paths, stand, steps=STEPS, **said).quantities[0].agreement
+    assert agreement.points == 4
+    assert agreement.largest == pytest.approx(0.0, abs=1e-12)
+    points = fit(paths, ['contact.friction'], starts=1, **said).problem.points
+    assert list(points.preload_n) == [0.1, 0.1, 0.5, 0.5]
+    for reader in (compare, fit):
+        with pytest.raises(StickSlipError, match='above the number of tables, 1'):
+            reader(paths[0], ['contact.friction'] if reader is fit else stand, **said)
+
+
 def test_a_fit_finds_the_friction_that_made_the_forces(tmp_path: Path):
     truth = Parameters().updated({'contact.friction': 0.23})
     rows = [

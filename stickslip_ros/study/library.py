@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from stickslip_ros.contact import mdr
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.mdr import Presliding
-from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Parameters, Scalar, spec_of
@@ -27,6 +27,7 @@ from stickslip_ros.study.comparison.by_amplitude import MODEL, ModelSettings
 from stickslip_ros.study.comparison.report import write_report
 from stickslip_ros.study.comparison.result import Comparison
 from stickslip_ros.study.comparison.words import sections
+from stickslip_ros.study.experiment import Reading
 from stickslip_ros.study.fitting.fit import STARTS, Fit, fit_drive
 from stickslip_ros.study.fitting.free import choose_free
 from stickslip_ros.study.fitting.problem import DEFAULT_FREQUENCY_HZ, read_points
@@ -396,9 +397,11 @@ def presliding(parameters: Parameters, *, normal_force_n: float) -> Presliding:
 
 
 def compare(
-    a: str | Path | Run,
+    a: str | Path | Run | Sequence[str | Path],
     b: str | Path | Run | Parameters | None = None,
     *,
+    headers: Mapping[str, str] | None = None,
+    preloads_n: Sequence[float] = (),
     frequency_hz: float = 1000.0,
     steps: int = 0,
     shift_s: float | None = None,
@@ -411,11 +414,15 @@ def compare(
 
     Parameters
     ----------
-    a : path-like or Run
-        A recording, the table of a sweep, or an experiment file.
+    a : path-like, Run or sequence of path-like
+        A recording, the table of a sweep, an experiment file, or several of these by amplitude.
     b : path-like, Run or Parameters, optional
         Another one; parameters run the model at the points of A; without it a recording is
         compared with the experiment that it carries.
+    headers : mapping of str to str, optional
+        Headers of columns in experiment files that do not tell, ``{'force_n': 'CH2 (mN)'}``.
+    preloads_n : sequence of float
+        Preloads of experiment files without such a column, N: one of all, or one of each.
     frequency_hz, steps : float, int
         How the model is run where A does not say: steps per second; 0 steps go on until steady.
     shift_s, align : float, bool
@@ -436,11 +443,14 @@ def compare(
         stand, b_name = b, MODEL
     elif b is not None:
         b_name = _name(b)
+    files = [_name(each) for each in _listed(a)]
+    tables = len(files) + (b_name not in {None, MODEL})
     with shown_progress('runs', quiet=not progress) as show:
         comparison = comparisons.compare(
-            _name(a),
+            files,
             b_name,
             model=ModelSettings(stand, frequency_hz, steps, workers),
+            reading=_reading(headers, preloads_n, tables),
             shift_s=shift_s,
             estimate_shift=align,
             progress=show,
@@ -452,10 +462,26 @@ def _name(file: str | Path | Run) -> str:
     return str(file.path if isinstance(file, Run) else file)
 
 
+def _listed(files: str | Path | Run | Sequence[str | Path]) -> Sequence[str | Path | Run]:
+    return [files] if isinstance(files, str | Path | Run) else files
+
+
+def _reading(
+    headers: Mapping[str, str] | None, preloads_n: Sequence[float], tables: int
+) -> Reading:
+    if len(preloads_n) > tables:
+        limit = f'above the number of tables, {tables}'
+        hint = 'give one of all, or one of each'
+        raise OutOfRange('number of preloads', len(preloads_n), '', limit, hint)
+    return Reading(headers or {}, preloads_n)
+
+
 def fit(
-    experiment: str | Path,
+    experiment: str | Path | Sequence[str | Path],
     free: Sequence[str],
     *,
+    headers: Mapping[str, str] | None = None,
+    preloads_n: Sequence[float] = (),
     parameters: Parameters | None = None,
     start: Mapping[str, float] | None = None,
     bounds: Mapping[str, tuple[float, float]] | None = None,
@@ -470,10 +496,14 @@ def fit(
 
     Parameters
     ----------
-    experiment : path-like
-        Table of measured forces, as docs/fit.md says.
+    experiment : path-like or sequence of path-like
+        Tables of measured forces, as docs/fit.md says.
     free : sequence of str
         Parameters to fit, ``['contact.friction']``.
+    headers : mapping of str to str, optional
+        Headers of columns in files that do not tell, ``{'force_n': 'CH2 (mN)'}``.
+    preloads_n : sequence of float
+        Preloads of files without such a column, N: one of all, or one of each.
     parameters : Parameters, optional
         The stand; by default that of the paper.
     start, bounds : mapping
@@ -494,7 +524,8 @@ def fit(
         If the table cannot be read, or a parameter cannot be fitted.
 
     """
-    points = read_points(Path(experiment), frequency_hz)
+    paths = [Path(_name(each)) for each in _listed(experiment)]
+    points = read_points(paths, frequency_hz, _reading(headers, preloads_n, len(paths)))
     stand, chosen, _ = choose_free(
         parameters or Parameters(),
         free,

@@ -106,7 +106,12 @@ class SawtoothRun(RunResult):
 
 
 def run_drive(
-    parameters: Parameters, amplitude_m: float, frequency_hz: float, steps: int = 0
+    parameters: Parameters,
+    amplitude_m: float,
+    frequency_hz: float,
+    steps: int = 0,
+    *,
+    load_n: float = 0.0,
 ) -> DriveRun:
     """
     Drive the runner with a saw-tooth, from rest, without sensors: as fast as the kernels go.
@@ -121,6 +126,8 @@ def run_drive(
         Steps per second; negative ones go backwards.
     steps : int
         Number of steps; 0 goes on until the steady state, at most 5000.
+    load_n : float
+        Constant external force on the runner along +x, N.
 
     Raises
     ------
@@ -147,7 +154,7 @@ def run_drive(
         heed_stop()
         cycles = min(STEADY_WINDOW, most - len(ramps))
         _, before_j = energies_of_contacts(plants, states)
-        ramps = np.concatenate((ramps, _advance(plants, states, wave, cycles)))
+        ramps = np.concatenate((ramps, _advance(plants, states, wave, cycles, load_n)))
         _, after_j = energies_of_contacts(plants, states)
         loss_j = float(after_j - before_j) / cycles
     return DriveRun(
@@ -159,13 +166,13 @@ def run_drive(
     )
 
 
-def _advance(plants: Record, states: Record, wave: Wave, cycles: int) -> Array:
+def _advance(plants: Record, states: Record, wave: Wave, cycles: int, load_n: float) -> Array:
     """Advance by some cycles; return the log of their ramps."""
     log = np.empty((cycles, 3))
     first = int(states['clock']['cycle'].item())
     time_s = cycles * wave.period_s - float(states['clock']['ramp_s'].item())
     while int(states['clock']['cycle'].item()) < first + cycles:
-        advance(plants, states, wave, 0.0, time_s, log)
+        advance(plants, states, wave, load_n, time_s, log)
         time_s = ROUNDING_S
     return np.roll(log, -(first % cycles), axis=0)
 
