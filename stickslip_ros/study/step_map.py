@@ -87,11 +87,13 @@ def step_map(
 
 def draw_step_map(table: 'DataFrame') -> Figure:
     """Draw velocity over amplitude: a panel for each load of a step map, a curve per frequency."""
-    loads = list(table.groupby('load_n'))
-    figure = new_figure(4.0 * len(loads), 3.5)
-    panels = np.atleast_1d(figure.subplots(1, len(loads), sharey=True))
-    for axes, (load_n, at_load) in zip(panels, loads, strict=True):
-        for number, (frequency_hz, curve) in enumerate(at_load.groupby('frequency_hz')):
+    loads_n: Array = np.unique(table['load_n'])
+    figure = new_figure(4.0 * len(loads_n), 3.5)
+    panels = np.atleast_1d(figure.subplots(1, len(loads_n), sharey=True))
+    for axes, load_n in zip(panels, loads_n, strict=True):
+        at_load = table[table['load_n'] == load_n]
+        for number, frequency_hz in enumerate(np.unique(at_load['frequency_hz'])):
+            curve = at_load[at_load['frequency_hz'] == frequency_hz]
             axes.plot(
                 curve['amplitude_m'] * NM,
                 curve['velocity_m_per_s'] * FACTORS['um'],

@@ -56,7 +56,7 @@ def test_a_map_is_drawn_with_a_panel_for_each_load_and_a_curve_for_each_frequenc
     )
     panels = draw_step_map(table).axes
     assert [len(axes.lines) for axes in panels] == [2, 2]
-    fastest = panels[0].lines[1].get_ydata()[-1]
+    fastest = np.asarray(panels[0].lines[1].get_ydata())[-1]
     assert fastest == pytest.approx(1e6 * table['velocity_m_per_s'].iloc[3])
 
 
