@@ -82,6 +82,7 @@ setup(
     extras_require={
         'jazzy': ros_wheels('jazzy'),
         'kilted': ros_wheels('kilted'),
+        'completion': ['argcomplete'],
         'control': ['control'],
         'dask': ['distributed'],
         'design': ['cma'],
@@ -95,6 +96,7 @@ setup(
             'pytest-cov',
             'pytest-timeout',
             'pytest-xdist',
+            'argcomplete',
             'cma',
             'control',
             'hypothesis',

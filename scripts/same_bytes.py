@@ -33,7 +33,7 @@ VERBS = {
     'backwards': 'simulate --voltage 87.3 --frequency -333.3 --steps 20 --set sim.block=5e-3',
 }
 """Saw-teeth from the command line."""
-POSITIONING = f'positioning --params {REALISTIC} --targets 100e-9,1.23456e-6 --out node'
+POSITIONING = f'positioning --params {REALISTIC} --target 100e-9,1.23456e-6 --out node'
 """The node over DDS; what it says of itself names its folder, from the present one on."""
 
 

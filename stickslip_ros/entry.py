@@ -1,5 +1,6 @@
 """The executables: each handles Ctrl-C, help and refusals before it imports what takes long."""
 
+import os
 import sys
 from importlib import import_module
 
@@ -27,7 +28,11 @@ def _run_node(name: str, module: str) -> int:
 
 
 def stickslip() -> int:
-    """Run a verb; return its exit status."""
+    """Run a verb, or complete what is typed of one; return its exit status."""
+    if '_ARGCOMPLETE' in os.environ:
+        from stickslip_ros.cli.completion import complete
+
+        complete()
     runs_node = sys.argv[1:2] == ['drive']
     leave_on_signals('stickslip', is_well=runs_node)
     from stickslip_ros.cli.program import REFUSED, has_streams, run_verb
@@ -40,8 +45,6 @@ def stickslip() -> int:
         status = help_or_refuse(DRIVE._replace(name='stickslip'), of_verb(sys.argv[2:]))
         if status is not None:
             return status
-    from stickslip_ros.cli.main import VERBS, main, verb_of
+    from stickslip_ros.cli.main import main
 
-    for name in VERBS.keys() & set(sys.argv[1:2]):
-        verb_of(name)
-    return main() if runs_node else run_verb(main)
+    return main() if runs_node else main(launch=run_verb)

@@ -1,5 +1,6 @@
-"""Powers of ten, display units and the nanoseconds of ROS."""
+"""Powers of ten, units as they are typed and displayed, and the nanoseconds of ROS."""
 
+import re
 from collections.abc import Mapping
 from typing import Final
 
@@ -13,6 +14,20 @@ NM: Final = 1e9
 MN: Final = 1e3
 """Millinewtons in a newton."""
 NS_PER_S: Final = 1_000_000_000
+
+PREFIXES: Final[Mapping[str, int]] = {
+    '': 0,
+    'p': -12,
+    'n': -9,
+    **dict.fromkeys('uµμ', -6),
+    'm': -3,
+    'k': 3,
+    'M': 6,
+    'G': 9,
+}
+"""Powers of ten before a unit."""
+_PARTS = re.compile(r'[^\W\d_]+|[^\s*·]')
+_QUANTITY = re.compile(r'([-+]?(?:\d+\.?\d*|\.\d+))(?:e([-+]?\d{1,9}))?\s*(.*)', re.IGNORECASE)
 
 FACTORS: Final[Mapping[str, float]] = {
     '': 1.0,
@@ -39,3 +54,31 @@ def with_unit(value: float, unit: str) -> str:
     """Return a number in SI as people read it, with its unit."""
     factor, name = display_unit(unit)
     return f'{factor * value:.5g} {name}'.rstrip()
+
+
+def power_of_ten(unit: str, si_unit: str) -> int | None:
+    """Return 6 for ``V/us`` in ``V/s``, the power of ten between two units; None of others."""
+    theirs, ours = (_PARTS.findall(each.removeprefix('1')) for each in (unit, si_unit))
+    if theirs == ours:
+        return 0
+    if len(theirs) != len(ours) or '^' in ours:
+        return None
+    power, sign = 0, 1
+    for part, of_ours in zip(theirs, ours, strict=True):
+        base, known = ('g', 3) if of_ours == 'kg' else (of_ours, 0)
+        prefix = part.removesuffix(base)
+        if prefix not in PREFIXES or (prefix and not (sign and base.isalpha())):
+            return None
+        power += sign * (PREFIXES[prefix] - known)
+        sign = {'/': -1, 'sqrt': 0}.get(of_ours, sign)
+    return power
+
+
+def quantity(text: str, si_unit: str) -> float | None:
+    """Return ``60nm``, ``60 nm`` or ``60e-9`` in the SI unit m; None of anything else."""
+    found = _QUANTITY.fullmatch(text.strip())
+    if found is None:
+        return None
+    mantissa, exponent, unit = found.groups()
+    power = power_of_ten(unit, si_unit) if unit else 0
+    return None if power is None else float(f'{mantissa}e{int(exponent or 0) + power}')

@@ -5,16 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stickslip_ros.cli.options import (
-    FREE,
-    PARAMETERS,
-    PRELOAD,
-    WORKERS,
-    chosen_parameters,
-    option,
-    to_path,
-    verb,
-)
+from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.files import make_room
 from stickslip_ros.study.bode import bode_rows, draw_bode
@@ -31,19 +22,6 @@ BELOW = 0.9
 """Share of the resonance below which both are compared: there a motion is small enough."""
 
 
-@verb(
-    'Find how voltage and load move the runner while it sticks to the feet: in closed form, and '
-    'measured with sines so small that the contacts hardly slip. Frequencies are a list, '
-    '100,1000, or a range start:stop:count.',
-    PRELOAD,
-    option('--at-voltage', 'rest there, V (default: half-way between its limits)', float, 'V'),
-    option('--frequency', f'Hz (default: {POINTS} around the resonance)', metavar='VALUES'),
-    FREE,
-    option('--figure', 'draw a Bode plot: .png, .svg or .pdf', to_path),
-    option('-o --output', '.csv or .parquet', to_path),
-    WORKERS,
-    *PARAMETERS,
-)
 def bode_verb(arguments: argparse.Namespace) -> Answer:
     """Measure, write and draw."""
     parameters = chosen_parameters(arguments)

@@ -7,18 +7,8 @@ from pathlib import Path
 
 from rich.table import Table
 
-from stickslip_ros.cli.measurement import MAP, OF_FILES, chosen_reading
-from stickslip_ros.cli.options import (
-    PARAMETERS,
-    WORKERS,
-    chosen_parameters,
-    either,
-    option,
-    switch,
-    titled,
-    to_path,
-    verb,
-)
+from stickslip_ros.cli.chosen import chosen_parameters
+from stickslip_ros.cli.measurement import chosen_reading
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import make_room
@@ -34,38 +24,6 @@ SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
 
 
-@verb(
-    'Compare A with B, each a recording (MCAP), a table of a sweep (CSV, Parquet) or a table of '
-    'an experiment (see docs/compare.md). Tables are compared by amplitude and preload, '
-    'runs over time. The word model for B runs the drive at the points of A. Without B, a '
-    'recording is compared with the experiment that it carries.',
-    option(
-        'files',
-        'A: recording or table, or several experiments by amplitude; and last B: another one, or '
-        f'the word {MODEL}',
-        metavar='FILE',
-        nargs='+',
-    ),
-    MAP,
-    OF_FILES,
-    option('--report', 'write a page of HTML, to read or to print', to_path),
-    either(
-        option('--shift', 'add this to the times of B', float, 'SECONDS'),
-        switch('--align', 'estimate that shift by cross-correlation'),
-    ),
-    titled(
-        'for the model',
-        option(
-            '--frequency',
-            f'steps per second, where A has no frequency_hz (default: {FREQUENCY.default:g})',
-            float,
-            'HZ',
-        ),
-        option('--steps', 'steps of each run (default: until steady)', int),
-        WORKERS,
-    ),
-    *PARAMETERS,
-)
 def compare_verb(arguments: argparse.Namespace) -> Answer:
     """Compare, write the report."""
     files, b = arguments.files[:1], None
@@ -74,7 +32,7 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
     _check(arguments, b)
     frequency_hz = FREQUENCY.default if arguments.frequency is None else arguments.frequency
     settings = ModelSettings(
-        chosen_parameters(arguments), float(frequency_hz), arguments.steps or 0, arguments.workers
+        chosen_parameters(arguments), float(frequency_hz), arguments.steps, arguments.workers
     )
     reading = chosen_reading(arguments, len(arguments.files))
     with shown_progress('runs', quiet=arguments.json) as progress:
@@ -87,16 +45,16 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
             estimate_shift=arguments.align,
             progress=progress,
         )
-    if arguments.report is not None:
-        write_report(comparison, arguments.report, shlex.join(['stickslip', *arguments.words]))
-    return Answer(comparison.to_json(), _parts(comparison, arguments.report))
+    if arguments.output is not None:
+        write_report(comparison, arguments.output, shlex.join(['stickslip', *arguments.words]))
+    return Answer(comparison.to_json(), _parts(comparison, arguments.output))
 
 
 def _check(arguments: argparse.Namespace, b: str | None) -> None:
     """Refuse what would be without effect, or fail after the work is done."""
-    report, shift_s = arguments.report, arguments.shift
+    report, shift_s = arguments.output, arguments.shift
     if report is not None and report.suffix.lower() not in SUFFIXES:
-        raise WrongKind('report', str(report), 'an .html file', 'end its name so')
+        raise WrongKind('--output', str(report), 'an .html file', 'end its name so')
     if shift_s is not None and not abs(shift_s) <= SECONDS_MAX:
         limit = f'not within {SECONDS_MAX:g} s'
         raise OutOfRange('shift', shift_s, 's', limit, 'give seconds that B lags behind')

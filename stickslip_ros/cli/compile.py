@@ -4,20 +4,12 @@ import argparse
 import sys
 import time
 
-from stickslip_ros.cli.options import switch, verb
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.contact.kernel import compilation_reported
 from stickslip_ros.contact.kernel_cache import cache_folders
 from stickslip_ros.instrument.compilation import compile_kernels, progress_reporter
 
 
-@verb(
-    'Compile the kernels of the drive and keep them on the disk, as part of an installation. What '
-    'root has compiled, every user of the machine may read. Exit status 1 if there is no folder '
-    'to keep them in.',
-    switch('--timings', 'print how many were compiled, and the time'),
-    reports_compilation=True,
-)
 def compile_verb(arguments: argparse.Namespace) -> Answer:
     """Compile; say something only where there is something to do."""
     compiled = 0

@@ -6,30 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.cli.options import PARAMETERS, chosen_parameters, option, to_numbers, verb
+from stickslip_ros.cli.chosen import chosen_parameters, to_numbers
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.mdr import Presliding, presliding
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.parameters import spec_of
 
 
-@verb(
-    'Solve the contact of one hemisphere under a constant normal force.',
-    option('--normal-force', 'normal force F_n, N', float, 'N', required=True),
-    option(
-        '--profile',
-        'sets contact.profile',
-        dest='contact.profile',
-        choices=spec_of('contact.profile').choices,
-    ),
-    option(
-        '--curve',
-        'tangential force at these fractions of the maximal presliding, as 0.1,0.5',
-        metavar='FRACTIONS',
-    ),
-    *PARAMETERS,
-)
 def contact_verb(arguments: argparse.Namespace) -> Answer:
     """Solve."""
     material = chosen_parameters(arguments).contact
@@ -78,11 +61,10 @@ def parse_fractions(text: str) -> list[float]:
         If one is negative.
 
     """
-    fractions = to_numbers('--curve', text, 'write fractions with commas, as 0.1,0.5')
-    for fraction in fractions:
-        if not 0.0 <= fraction < float('inf'):
-            hint = '1 is the displacement of full slip'
-            raise OutOfRange('--curve', fraction, '', 'not a fraction from 0 on', hint)
+    fractions = to_numbers('--curve', text)
+    if min(fractions) < 0.0:
+        hint = '1 is the displacement of full slip'
+        raise OutOfRange('--curve', min(fractions), '', 'below 0', hint)
     return fractions
 
 

@@ -8,14 +8,7 @@ from typing import Any
 
 from rich.table import Table
 
-from stickslip_ros.cli.options import (
-    PARAMETERS,
-    chosen_parameters,
-    folder,
-    option,
-    to_numbers,
-    verb,
-)
+from stickslip_ros.cli.chosen import chosen_parameters, to_numbers
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, number, table
 from stickslip_ros.files import make_folder
 from stickslip_ros.study.positioning_figure import draw_positioning, largest_errors_m
@@ -28,21 +21,14 @@ SETTLE_S = 0.2
 """Time after the load has come in which the controller may take it back."""
 
 
-@verb(
-    'Start the node as a process of its own; from here, over topics: some steps of the free '
-    'runner, a direct-voltage ramp, steps against the load cell, under an external load too. The '
-    'demo decides on load_cell.contact and load_cell.gap. Writes DIR/demo.mcap and DIR/demo.png.',
-    folder(),
-    *PARAMETERS,
-)
 def demo_verb(arguments: argparse.Namespace) -> Answer:
     """Run the demo, draw its picture."""
     from stickslip_ros.testing.demo import run_demo  # noqa: PLC0415 - help does without ROS
 
     parameters = chosen_parameters(arguments)
-    make_folder(arguments.out)
-    summary = run_demo(parameters, arguments.out, _say_unless(arguments.json))
-    picture = arguments.out / 'demo.png'
+    make_folder(arguments.output)
+    summary = run_demo(parameters, arguments.output, _say_unless(arguments.json))
+    picture = arguments.output / 'demo.png'
     title = 'Stick and slip of the free runner, then force against the load cell'
     plot_run(Path(summary.recording), picture, title=title, with_steps=True)
     return Answer(summary, _demo_parts(summary, picture), 0 if summary.passed else CHECK_FAILED)
@@ -79,27 +65,17 @@ def _demo_parts(summary: Any, picture: Path) -> Iterator[str | Table]:
     yield f'recording {summary.recording}\npicture   {picture}'
 
 
-@verb(
-    'Drive and position_controller in lockstep, over topics: the same bytes on every machine. '
-    'Goes to the targets one after the other, then an external load comes. Passes if every target '
-    f'is held within {TOLERANCE_M * NM:g} nm of the true position. Try --params '
-    'config/realistic.yaml. Writes DIR/positioning.mcap and .png.',
-    option('--targets', 'positions, m', metavar='M,M,...', default='100e-9,1e-6,10e-6,100e-6'),
-    option('--load', 'load at the end', float, 'N', default=0.05),
-    folder(),
-    *PARAMETERS,
-)
 def positioning_verb(arguments: argparse.Namespace) -> Answer:
     """Run, judge, draw."""
     from stickslip_ros.testing.positioning import (  # noqa: PLC0415 - help does without ROS
         run_positioning,
     )
 
-    recording = arguments.out / 'positioning.mcap'
+    recording = arguments.output / 'positioning.mcap'
     picture = recording.with_suffix('.png')
-    targets_m = to_numbers('--targets', arguments.targets, 'give positions in m, as 100e-9,1e-6')
+    targets_m = to_numbers('--target', arguments.target, 'm')
     parameters = chosen_parameters(arguments)
-    make_folder(arguments.out)
+    make_folder(arguments.output)
     legs = run_positioning(parameters, recording, targets_m, arguments.load)
     # A load pushes the runner away at first; from then on the target must be held again.
     holds = [

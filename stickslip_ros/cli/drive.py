@@ -2,18 +2,11 @@
 
 import argparse
 
-from stickslip_ros.cli.options import PARAMETERS, chosen_parameters, verb
+from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, print_json
 from stickslip_ros.parameters import format_value, parse_assignments, spec_of
 
 
-@verb(
-    'Run the node until Ctrl-C. Further arguments go to ROS, '
-    'as in: stickslip drive --ros-args -r __ns:=/left',
-    *PARAMETERS,
-    reports_compilation=True,
-    takes_ros_arguments=True,
-)
 def drive_verb(arguments: argparse.Namespace) -> Answer:
     """Run the node; with ``--json`` its parameters are printed first."""
     from stickslip_ros.ros.node import main  # noqa: PLC0415 - other verbs do without ROS

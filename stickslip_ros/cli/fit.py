@@ -6,16 +6,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from rich.table import Table
 
-from stickslip_ros.cli.measurement import MAP, OF_FILES, chosen_reading
-from stickslip_ros.cli.options import (
-    PARAMETERS,
-    WORKERS,
-    chosen_parameters,
-    many,
-    option,
-    to_path,
-    verb,
-)
+from stickslip_ros.cli.chosen import chosen_parameters
+from stickslip_ros.cli.measurement import chosen_reading
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import make_room
@@ -23,66 +15,14 @@ from stickslip_ros.parameters import Parameters, parse_assignments
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.fitting.coverage import Coverage, coverage_of
 from stickslip_ros.study.fitting.figure import draw_fit
-from stickslip_ros.study.fitting.fit import STARTS, Fit, fit_drive
-from stickslip_ros.study.fitting.free import FITTED_GROUPS, Free, choose_free
-from stickslip_ros.study.fitting.problem import DEFAULT_FREQUENCY_HZ, Points, read_points
+from stickslip_ros.study.fitting.fit import Fit, fit_drive
+from stickslip_ros.study.fitting.free import Free, choose_free
+from stickslip_ros.study.fitting.problem import Points, read_points
 from stickslip_ros.study.fitting.report import as_object, check_output, warnings_of, write_fit
 from stickslip_ros.study.fitting.statistics import Estimate
 from stickslip_ros.study.plotting import check_picture
 
 
-@verb(
-    'Fit parameters of the drive to measured mean forces by weighted least squares. The points '
-    f'stand in tables (docs/compare.md) with preload, amplitude and force, maybe with frequency '
-    'and standard deviation of the force. Without standard errors the noise is estimated from the '
-    'residuals. The search runs from the present values and from a Latin hypercube in the bounds; '
-    f'the best minimum counts. Quantities of {", ".join(FITTED_GROUPS)} may be freed. Freeing '
-    'contact.rms_height sets contact.prefactor to 0, which would hide it.',
-    option('points', 'tables of measured forces', to_path, 'FILE', nargs='+'),
-    MAP,
-    OF_FILES,
-    option(
-        '--free',
-        'parameters to fit, as contact.friction,runner.damping',
-        metavar='NAMES',
-        required=True,
-    ),
-    many(
-        '--start',
-        'start of a free parameter (default: its present value); may be repeated',
-        'NAME=VALUE',
-    ),
-    many(
-        '--bounds',
-        'bounds of a free parameter (default: a decade below and above its start); may be '
-        'repeated',
-        'NAME=LOW:HIGH',
-    ),
-    option(
-        '--frequency',
-        'frequency of points that have none',
-        float,
-        'HZ',
-        default=DEFAULT_FREQUENCY_HZ,
-    ),
-    option('--starts', 'searches', int, default=STARTS),
-    option('--seed', 'seed of starts and noise', int, default=1),
-    option(
-        '--coverage',
-        'fit N synthetic data sets too, and count the intervals that contain the truth',
-        int,
-        default=0,
-    ),
-    WORKERS,
-    many(
-        '-o --output',
-        '.json: everything; .yaml: the fitted stand for --params; may be repeated',
-        'FILE',
-        to_path,
-    ),
-    option('--figure', '.png, .svg or .pdf of points and model', to_path),
-    *PARAMETERS,
-)
 def fit_verb(arguments: argparse.Namespace) -> Answer:
     """Fit, write the files."""
     for path in arguments.output:
@@ -92,9 +32,9 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         make_room(arguments.figure)
     if arguments.seed < 0:
         raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
-    reading = chosen_reading(arguments, len(arguments.points))
-    points = read_points(arguments.points, arguments.frequency, reading)
-    origin = ', '.join(path.name for path in arguments.points)
+    reading = chosen_reading(arguments, len(arguments.files))
+    points = read_points(arguments.files, arguments.frequency, reading)
+    origin = ', '.join(path.name for path in arguments.files)
     names = [name.strip() for name in arguments.free.split(',') if name.strip()]
     starts, bounds = parse_assignments(arguments.start), parse_assignments(arguments.bounds)
     stand, free, notes = choose_free(chosen_parameters(arguments), names, starts, bounds)

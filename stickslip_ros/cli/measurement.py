@@ -5,7 +5,7 @@ import dataclasses
 import sys
 from collections.abc import Iterator
 
-from stickslip_ros.cli.options import many, option, to_numbers, to_path, verb
+from stickslip_ros.cli.chosen import to_numbers
 from stickslip_ros.cli.printing import Answer
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import make_room
@@ -20,29 +20,8 @@ from stickslip_ros.study.experiment import (
 )
 
 CSV = '.csv'
-MAP = many(
-    '--map',
-    'which column of the file, in which unit, is one of ours, as force_n="Force (mN)"; may be '
-    'repeated',
-    'NAME=HEADER',
-    dest='headers',
-)
-OF_FILES = option(
-    '--preload',
-    'preload of tables without such a column: one of all, or with commas one of each',
-    metavar='N[,N...]',
-)
 
 
-@verb(
-    'Read tables as instruments and spreadsheets write them (docs/compare.md), say what was '
-    'understood, and write them as CSV with our columns in SI units. Several tables by amplitude '
-    'become one.',
-    option('files', 'tables', to_path, 'FILE', nargs='+'),
-    MAP,
-    OF_FILES,
-    option('-o --output', '.csv to write (default: only say what was understood)', to_path),
-)
 def import_verb(arguments: argparse.Namespace) -> Answer:
     """Read, write."""
     output = arguments.output
@@ -76,7 +55,7 @@ def chosen_reading(arguments: argparse.Namespace, tables: int = 1) -> Reading:
 
     """
     text = getattr(arguments, 'preload', None)
-    preloads_n = to_numbers('--preload', text, 'give newtons, as 0.1,0.5') if text else []
+    preloads_n = to_numbers('--preload', text, 'N') if text else []
     if len(preloads_n) > tables:
         limit = f'{len(preloads_n)} preloads of {tables} table' + 's' * (tables > 1)
         raise OutOfRange('--preload', text, '', limit, 'give one of all, or one of each')

@@ -1,28 +1,37 @@
-"""What may be typed: a verb with its options, and the parameters that they choose."""
+"""
+What may be typed: a verb with its options.
+
+Nothing here imports what takes long: help, completion and refusals do without it.
+
+"""
 
 import argparse
 from collections.abc import Callable
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip_ros.cli.printing import Answer
-from stickslip_ros.errors import RecordingError, WrongKind
-from stickslip_ros.parameters import Parameters, load_values, parse_assignments
+from stickslip_ros.errors import StickSlipError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from stickslip_ros.cli.printing import Answer
+
+# ruff: noqa: PLC0415 - see above
 
 Option = Callable[[Any], object]
 """Adds itself to a parser of argparse, or to a group of one."""
 
 
-@dataclass(frozen=True)
-class Verb:
+class Verb(NamedTuple):
     """
     A verb of ``stickslip``.
 
     Attributes
     ----------
-    run : callable
-        Makes the answer to a command line.
+    module : str
+        Where in this package the function ``<name>_verb`` is, which makes the answer to a command
+        line.
     reports_compilation : bool
         Whether it reports itself that kernels are compiled.
     takes_ros_arguments : bool
@@ -30,9 +39,11 @@ class Verb:
 
     """
 
-    run: Callable[[argparse.Namespace], Answer]
+    name: str
+    summary: str
     description: str
     options: tuple[Option, ...]
+    module: str
     reports_compilation: bool = False
     takes_ros_arguments: bool = False
 
@@ -43,10 +54,19 @@ class Verb:
             add(parser)
         parser.set_defaults(verb=self)
 
+    def load(self) -> 'Callable[[argparse.Namespace], Answer]':
+        """Import what answers."""
+        module = import_module(f'stickslip_ros.cli.{self.module}')
+        answer: Callable[[argparse.Namespace], Answer]
+        answer = getattr(module, f'{self.name.replace("-", "_")}_verb')
+        return answer
 
-def verb(description: str, *options: Option, **traits: bool) -> Callable[..., Verb]:
-    """Make a verb of the function that answers it."""
-    return lambda run: Verb(run, description, options, **traits)
+
+def verb(
+    name: str, summary: str, description: str, *options: Option, module: str = '', **traits: bool
+) -> Verb:
+    """Return a verb, whose module has its name unless another one is given."""
+    return Verb(name, summary, description, options, module or name, **traits)
 
 
 def option(
@@ -54,28 +74,48 @@ def option(
     text: str,
     kind: Callable[[str], Any] | None = None,
     metavar: str | None = None,
+    unit: str = '',
     **more: Any,
 ) -> Option:
     """
     Return an option, as ``-o --output``, or an argument, which has no dashes.
 
-    The text becomes its help, with the default behind it unless it names one. Paths are shown as
-    FILE and whole numbers as N unless a ``metavar`` says otherwise; ``more`` goes to argparse.
+    The text becomes its help, with the default behind it unless it names one. One with a ``unit``
+    is a quantity, and shown as that. Paths are shown as FILE and whole numbers as N unless a
+    ``metavar`` says otherwise; ``more`` goes to argparse.
 
     """
     default = more.get('default')
     if default and 'default: ' not in text:
-        text += ' (default: %(default)g)' if kind is float else ' (default: %(default)s)'
-    if metavar is None and flags.startswith('-'):
-        metavar = {to_path: 'FILE', int: 'N'}.get(kind)
+        text += ' (default: %(default)s)'
+    if metavar is None and (flags.startswith('-') or kind is to_path):
+        metavar = {to_path: 'FILE', int: 'N'}.get(kind) or unit.upper() or None
+    if unit:
+        kind = _to_quantity(flags.rsplit(maxsplit=1)[-1], unit)
     if kind is not None:
         more['type'] = kind
     return lambda to: to.add_argument(*flags.split(), metavar=metavar, help=text, **more)
 
 
+def _to_quantity(flag: str, unit: str) -> Callable[[str], float]:
+    """Return what reads a quantity in a unit, and refuses in one line, not with the usage."""
+
+    def convert(text: str) -> float:
+        from stickslip_ros.parameters.typed import to_si
+
+        try:
+            return to_si(flag, text, unit)
+        except TypeError as error:  # of which argparse would make a line of its own
+            raise StickSlipError(str(error)) from None
+
+    return convert
+
+
 def many(flags: str, text: str, metavar: str, kind: Any = str, **more: Any) -> Option:
     """Return an option that may be repeated."""
-    return option(flags, text, kind, metavar, action='append', default=[], **more)
+    return option(
+        flags, f'{text}; may be repeated', kind, metavar, action='append', default=[], **more
+    )
 
 
 def switch(flag: str, text: str, **more: Any) -> Option:
@@ -106,7 +146,7 @@ def titled(title: str, *options: Option) -> Option:
     return add
 
 
-def to_path(text: str) -> Path:
+def to_path(text: str) -> 'Path':
     """
     Return a path as it is typed; of ``.`` and ``..``, which have no name, the whole one.
 
@@ -116,70 +156,59 @@ def to_path(text: str) -> Path:
         If it is empty.
 
     """
+    from pathlib import Path
+
+    from stickslip_ros.errors import RecordingError
+
     if not text:
         raise RecordingError("''", 'is empty', 'give a path')
     path = Path(text)
     return path if path.name not in {'', '..'} else path.resolve()
 
 
-def to_numbers(name: str, text: str, hint: str) -> list[float]:
-    """
-    Return the numbers of a list with commas.
-
-    Raises
-    ------
-    WrongKind
-        If a part is not a number; the message ends in the hint.
-
-    """
-    try:
-        return [float(part) for part in text.split(',')]
-    except ValueError:
-        raise WrongKind(name, text, 'a list of numbers', hint) from None
+def file(text: str, **more: Any) -> Option:
+    """Return the argument that names what a verb reads."""
+    name = 'files' if more.get('nargs') == '+' else 'file'
+    return option(name, text, to_path, **more)
 
 
-def folder(default: str = 'runs', text: str = 'default: %(default)s') -> Option:
+def output(text: str, **more: Any) -> Option:
+    """Return the option that names what a verb writes."""
+    return option('-o --output', text, to_path, **more)
+
+
+def folder(default: str = 'runs') -> Option:
     """Return the option that names the folder into which a verb writes."""
-    return option('--out', text, to_path, 'DIR', default=Path(default))
+    return output('folder to write into', metavar='DIR', default=default)
 
 
 WORKERS = option('--workers', 'threads (default: one per core)', int, default=0)
+FIGURE = option('--figure', 'draw a figure: .png, .svg or .pdf', to_path)
 PARAMETERS = (
     option('--params', 'ROS parameter file, as config/test_stand.yaml', to_path),
     many(
         '--set',
-        'set one parameter, in SI units; may be repeated; wins over --params',
+        'set one parameter, as stand.preload=250mN; wins over --params',
         'GROUP.NAME=VALUE',
         dest='assignments',
     ),
 )
 """What chooses a stand. An option whose ``dest`` is the name of a parameter does so too."""
-PRELOAD = option('--preload', 'sets stand.preload, N', float, 'N', dest='stand.preload')
-FREE = switch(
-    '--free',
-    'no load cell: sets load_cell.contact=absent',
+PRELOAD = option('--preload', 'sets stand.preload', metavar='NEWTON', dest='stand.preload')
+NO_LOAD_CELL = switch(
+    '--no-load-cell',
+    'a free runner: sets load_cell.contact=absent',
     dest='load_cell.contact',
     const='absent',
 )
-
-
-def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
-    """
-    Return the parameters that a command line asks for.
-
-    Raises
-    ------
-    StickSlipError
-        If a name or a value is refused.
-
-    """
-    return Parameters().updated(chosen_values(arguments))
-
-
-def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
-    """Return the parameters that a command line names, whether or not they are the defaults."""
-    values = load_values(arguments.params) if arguments.params else {}
-    named = {
-        name: value for name, value in vars(arguments).items() if '.' in name and value is not None
-    }
-    return {**values, **parse_assignments(arguments.assignments), **named}
+MAP = many(
+    '--map',
+    'which column of the file, in which unit, is one of ours, as force_n="Force (mN)"',
+    'NAME=HEADER',
+    dest='headers',
+)
+OF_FILES = option(
+    '--preload',
+    'preload of tables without such a column: one of all, or with commas one of each',
+    metavar='NEWTONS',
+)

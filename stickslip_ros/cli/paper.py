@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from rich.table import Table as Shown
 
-from stickslip_ros.cli.options import PARAMETERS, WORKERS, chosen_parameters, folder, option, verb
+from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import make_folder
 from stickslip_ros.paper.ensemble import Ensemble, rough_line_ensemble
 from stickslip_ros.paper.figure import Table, write_figure
 from stickslip_ros.paper.laws import LAWS
-from stickslip_ros.paper.make import FIGURES, chosen_figures, make_tables
+from stickslip_ros.paper.make import chosen_figures, make_tables
 from stickslip_ros.paper.readings import AMPLITUDE_MAX_M, PRELOADS_N
 from stickslip_ros.paper.roughness_figure import Samples, draw_roughness, sample_roughness
 from stickslip_ros.progress import shown_progress
@@ -24,23 +24,14 @@ from stickslip_ros.units import MICRO, MN
 ROUGHNESS_PICTURE = 'roughness.png'
 
 
-@verb(
-    'Make random self-affine lines and a surface, check their spectra, and compare the contact of '
-    'the lines with that of the equivalent rough profile, which has the same rms height and Hurst '
-    f'exponent. Writes DIR/{ROUGHNESS_PICTURE}.',
-    folder(),
-    option('--realisations', 'number of random lines', int, default=100),
-    option('--seed', 'sets contact.line_seed', int, dest='contact.line_seed'),
-    *PARAMETERS,
-)
 def roughness_verb(arguments: argparse.Namespace) -> Answer:
     """Compare lines and profile, draw."""
     parameters = chosen_parameters(arguments)
-    make_folder(arguments.out)
+    make_folder(arguments.output)
     samples = sample_roughness(parameters)
     with shown_progress('lines', quiet=arguments.json) as progress:
         ensemble = rough_line_ensemble(parameters, arguments.realisations, progress=progress)
-    picture = arguments.out / ROUGHNESS_PICTURE
+    picture = arguments.output / ROUGHNESS_PICTURE
     draw_roughness(samples, ensemble, picture)
     content = describe_roughness(samples, ensemble) | {'picture': str(picture)}
     return Answer(content, [*_roughness_tables(samples, ensemble), f'picture {picture}'])
@@ -95,25 +86,17 @@ def _roughness_tables(samples: Samples, ensemble: Ensemble) -> Iterator[Shown]:
     )
 
 
-@verb(
-    'Run the drive with every contact profile and every friction law at 0.1, 0.5 and 1 N. Writes '
-    'DIR/laws.csv, DIR/laws.png, and DIR/laws.md with the caption. The laws take their stiffness '
-    'and limit from the contact model, unless friction_law.* says otherwise.',
-    folder(),
-    option('--amplitudes', 'default: %(default)s', int, default=LAWS.points),
-    *PARAMETERS,
-)
 def laws_verb(arguments: argparse.Namespace) -> Answer:
     """Run all, write the table, draw the figure."""
     parameters = chosen_parameters(arguments)
-    if arguments.amplitudes < 1:
+    if arguments.points < 1:
         hint = 'give the number of amplitudes up to 160 nm'
-        raise OutOfRange('--amplitudes', arguments.amplitudes, '', 'below 1', hint)
-    make_folder(arguments.out)
+        raise OutOfRange('--points', arguments.points, '', 'below 1', hint)
+    make_folder(arguments.output)
     with shown_progress('runs', quiet=arguments.json) as progress:
-        tables = make_tables([LAWS], parameters, points=arguments.amplitudes, progress=progress)
+        tables = make_tables([LAWS], parameters, points=arguments.points, progress=progress)
     runs = tables[LAWS.name]
-    files = write_figure(LAWS, runs, parameters, arguments.out, ('.csv', '.md', '.png'))
+    files = write_figure(LAWS, runs, parameters, arguments.output, ('.csv', '.md', '.png'))
     paths = f'table   {files[0]}\nfigure  {files[2]}'
     return Answer({'points': runs.rows}, [_laws_table(runs), paths])
 
@@ -127,23 +110,11 @@ def _laws_table(runs: Table) -> Shown:
     return table('generated force at 160 nm (mN)', rows, header)
 
 
-@verb(
-    "Run the drive for the paper's Figs 2, 6 and 7, for damping, frequency, load-cell stiffness "
-    'and slew rate, for a rounded saw-tooth, and for what others measured. Writes for each figure '
-    'DIR/NAME.csv (all digits, '
-    'SI), DIR/NAME.png, DIR/NAME.svg, and DIR/NAME.md with the caption. Names: '
-    f'{", ".join(FIGURES)}.',
-    folder('runs/figures'),
-    option('--only', 'default: all figures', metavar='NAME,…'),
-    option('--points', 'points along an axis (default: what each figure needs)', int, default=0),
-    WORKERS,
-    *PARAMETERS,
-)
 def figures_verb(arguments: argparse.Namespace) -> Answer:
     """Run the drive, write the files."""
     parameters = chosen_parameters(arguments)
     figures = chosen_figures(None if arguments.only is None else arguments.only.split(','))
-    make_folder(arguments.out)
+    make_folder(arguments.output)
     with shown_progress('runs', quiet=arguments.json) as progress:
         tables = make_tables(
             figures,
@@ -155,11 +126,11 @@ def figures_verb(arguments: argparse.Namespace) -> Answer:
     content = {}
     for figure in figures:
         runs = tables[figure.name]
-        files = write_figure(figure, runs, parameters, arguments.out)
+        files = write_figure(figure, runs, parameters, arguments.output)
         content[figure.name] = {'files': [str(path) for path in files], 'rows': _known(runs)}
     rows = [(figure.name, figure.title, len(tables[figure.name].rows)) for figure in figures]
     shown = table('figures', rows, ('name', 'shows', 'rows'))
-    return Answer(content, [shown, f'folder {arguments.out}'])
+    return Answer(content, [shown, f'folder {arguments.output}'])
 
 
 def _known(runs: Table) -> list[dict[str, Any]]:

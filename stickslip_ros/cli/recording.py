@@ -8,7 +8,6 @@ from typing import Any
 
 from rich.table import Table
 
-from stickslip_ros.cli.options import option, to_path, verb
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.files import make_folder, make_room
 from stickslip_ros.parameters import parse_yaml
@@ -20,10 +19,6 @@ from stickslip_ros.units import NS_PER_S, with_unit
 DEFAULT_PARAMETERS = [('none', 'the stand of the paper')]
 
 
-@verb(
-    'Say what is in an MCAP file, a bag directory, or a run in parts.',
-    option('file', 'a file, a bag directory, or a run in parts', to_path),
-)
 def info_verb(arguments: argparse.Namespace) -> Answer:
     """Read a recording."""
     result = describe_recording(Recording(arguments.file))
@@ -65,18 +60,6 @@ def _info_parts(file: Path, result: dict[str, Any]) -> Iterator[str | Table]:
     yield table('parameters that differ from the default', changed)
 
 
-@verb(
-    'Draw a recording: the trace where there is one, else the topics at 1 kHz; below, and dotted, '
-    'the commands and the status bits. However many samples there are, no peak is lost.',
-    option('file', 'the recording', to_path),
-    option(
-        '--window',
-        'stretch to draw, with s, ms or us: 2ms@0.3s is 2 ms from 0.3 s on (default: the whole '
-        'run)',
-        metavar='LENGTH@START',
-    ),
-    option('-o --output', '.png, .svg or .pdf (default: beside the recording, as PNG)', to_path),
-)
 def plot_verb(arguments: argparse.Namespace) -> Answer:
     """Draw a recording."""
     # Matplotlib and numba, which the other verbs of this module do without.
@@ -113,17 +96,11 @@ def _plot_parts(plot: Any, words: Mapping[str, str], picture: Path) -> Iterator[
     yield f'picture {picture}'
 
 
-@verb(
-    'Copy what can be read of an MCAP file or a bag into a finished, indexed one. The original is '
-    'only read; nothing is overwritten.',
-    option('file', 'an MCAP file, a bag directory, or a run in parts', to_path),
-    option('-o --out', 'the copy; FILE.recovered.mcap if not given', to_path, 'OUT'),
-)
 def recover_verb(arguments: argparse.Namespace) -> Answer:
     """Copy what can be read."""
-    if arguments.out:
-        make_folder(arguments.out.parent)
-    recoveries, written = recover(arguments.file, arguments.out)
+    if arguments.output:
+        make_folder(arguments.output.parent)
+    recoveries, written = recover(arguments.file, arguments.output)
     files = [each.to_json() for each in recoveries]
     end = f'wrote {written}' if written else f'{arguments.file} is whole: nothing was written'
     parts = [part for each in recoveries for part in _recover_parts(each)]

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from stickslip_ros.cli.options import PARAMETERS, chosen_parameters, verb
+from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import (
@@ -35,17 +35,12 @@ configuration.
 """
 
 
-@verb(
-    'Print a ROS parameter file with every parameter, its unit and its source.',
-    *PARAMETERS,
-)
 def parameters_verb(arguments: argparse.Namespace) -> Answer:
     """Return the parameters."""
     parameters = chosen_parameters(arguments)
     return Answer(parameters.flat(), [dump_yaml(parameters, HEADING).removesuffix('\n')])
 
 
-@verb('Print the ROS interface as Markdown.')
 def interface_verb(_: argparse.Namespace) -> Answer:
     """Return the page docs/interface.md; as JSON the types of the topics."""
     return Answer({topic.name: topic.type_name for topic in (*COMMAND_TOPICS, *READINGS)}, _page())

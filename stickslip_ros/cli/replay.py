@@ -8,8 +8,8 @@ from pathlib import Path
 
 from rich.table import Table
 
-from stickslip_ros.cli.measurement import MAP, chosen_reading
-from stickslip_ros.cli.options import PARAMETERS, chosen_values, option, switch, to_path, verb
+from stickslip_ros.cli.chosen import chosen_values
+from stickslip_ros.cli.measurement import chosen_reading
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, table
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
@@ -19,23 +19,6 @@ from stickslip_ros.study.replay import Replay, is_run, read_drive_input, replay,
 from stickslip_ros.units import MN, NM
 
 
-@verb(
-    'Without --set, the requests of a recording give the same data again, byte for byte; the exit '
-    'status is 1 if they do not. With --set or --params they answer what another stand would have '
-    'done. A table of voltages or strokes over time (see docs/compare.md; or Parquet, or a topic '
-    'of an MCAP file) is played as a waveform.',
-    option('file', 'recording, or table of voltages', to_path),
-    MAP,
-    option('-o --output', 'recording to write', to_path),
-    option('--topic', 'topic of an MCAP file that gives the voltage', metavar='NAME', default=''),
-    option('--field', 'field or column of that topic, as voltage', metavar='NAME', default=''),
-    switch('--stroke', 'the topic gives a stroke in m, not a voltage'),
-    switch(
-        '--from-rest',
-        'replay a recording that began in the middle of a run from rest: not the same run',
-    ),
-    *PARAMETERS,
-)
 def replay_verb(arguments: argparse.Namespace) -> Answer:
     """Replay, into a file that is thrown away if none is given."""
     kept = arguments.output
@@ -71,7 +54,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
             stand,
             arguments.topic,
             arguments.field,
-            is_stroke=arguments.stroke,
+            is_foot=arguments.foot,
             reading=chosen_reading(arguments),
         )
         return replay_input(given, output, stand, progress=show)

@@ -6,16 +6,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from rich.table import Table
 
-from stickslip_ros.cli.options import (
-    FREE,
-    PARAMETERS,
-    PRELOAD,
-    chosen_parameters,
-    either,
-    option,
-    to_path,
-    verb,
-)
+from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
@@ -34,32 +25,6 @@ Task = Callable[..., SawtoothRun]
 """A run that lacks the number of its steps, its recording and its progress."""
 
 
-@verb(
-    'Drive the virtual stand with a saw-tooth or another wave, without ROS. Generated force is '
-    'k x, the force in the load-cell spring.',
-    PRELOAD,
-    either(
-        option('--amplitude', 'stroke of the feet, m', float, 'M'),
-        option('--voltage', 'saw-tooth voltage, V', float, 'V'),
-        option('--waveform', 'one cycle as a table of time and voltage', to_path),
-        required=True,
-    ),
-    option(
-        '--frequency',
-        'steps per second; negative ones go backwards (default: 1000, or as the waveform says)',
-        float,
-        'HZ',
-    ),
-    option(
-        '--steps',
-        'number of steps (default: until the force is steady, at most 5000)',
-        int,
-        default=0,
-    ),
-    FREE,
-    option('-o --output', 'record the run as MCAP', to_path),
-    *PARAMETERS,
-)
 def simulate_verb(arguments: argparse.Namespace) -> Answer:
     """Run the stand, record it if asked."""
     parameters = chosen_parameters(arguments)

@@ -9,18 +9,7 @@ import argparse
 from collections.abc import Iterator
 from typing import Any
 
-from stickslip_ros.cli.options import (
-    PARAMETERS,
-    PRELOAD,
-    WORKERS,
-    chosen_parameters,
-    either,
-    many,
-    option,
-    switch,
-    to_path,
-    verb,
-)
+from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.parameters import spec_of
 from stickslip_ros.progress import shown_progress
@@ -28,8 +17,6 @@ from stickslip_ros.study.journal import Journal
 from stickslip_ros.study.sweep import (
     AMPLITUDE,
     FREQUENCY,
-    STEADY_RULE,
-    Axis,
     Sweep,
     parse_axis,
     parse_varied,
@@ -38,9 +25,6 @@ from stickslip_ros.study.sweep import (
 )
 from stickslip_ros.study.sweep_table import check_table_path, write_table
 from stickslip_ros.study.zero_amplitude import (
-    FIT_POINTS,
-    STEP_MIN_M,
-    STEPS,
     ZeroAmplitude,
     zero_amplitude,
 )
@@ -49,35 +33,6 @@ from stickslip_ros.units import NM
 VALUES = 'VALUES'
 
 
-@verb(
-    'Run the drive alone, without sensors, at every combination of values. VALUES are a list, '
-    '0.1,0.4, or a range start:stop:count with both ends, 0:160e-9:33; one that begins with a '
-    'minus needs an equals sign before it, --frequency=-500,500. A run ends when it is steady: '
-    f'{STEADY_RULE}; --steps sets a number instead. Finished runs are kept in FILE.journal: after '
-    'Ctrl-C or a crash the same command goes on.',
-    option('--preload', 'varies stand.preload, N', metavar=VALUES),
-    option('--amplitude', 'strokes of the feet, m', metavar=VALUES, required=True),
-    option('--frequency', 'steps per second', metavar=VALUES, default=str(FREQUENCY.default)),
-    many(
-        '--vary',
-        'vary any parameter; may be repeated; the first one is the slowest',
-        f'GROUP.NAME={VALUES}',
-    ),
-    option('--steps', 'steps (default: until steady)', int, default=0),
-    switch('--free', 'no load cell: sets load_cell.contact=absent'),
-    option('-o --output', '.csv or .parquet', to_path, required=True),
-    either(
-        WORKERS,
-        option(
-            '--scheduler',
-            'run on a Dask cluster instead, as tcp://HOST:8786; needs: pip install distributed',
-            metavar='ADDRESS',
-            default='',
-        ),
-    ),
-    switch('--fresh', 'forget what FILE.journal holds'),
-    *PARAMETERS,
-)
 def sweep_verb(arguments: argparse.Namespace) -> Answer:
     """Sweep and write the table."""
     path = arguments.output
@@ -123,8 +78,6 @@ def chosen_sweep(arguments: argparse.Namespace) -> Sweep:
     """
     parameters = chosen_parameters(arguments)
     axes = parse_varied(arguments.vary)
-    if arguments.free:
-        axes.append(Axis('load_cell.contact', ('absent',)))
     if arguments.preload is not None:
         axes.append(parse_axis('stand.preload', arguments.preload, spec_of('stand.preload')))
     return Sweep(
@@ -140,23 +93,6 @@ def _floats(name: str, text: str, spec: Any) -> tuple[float, ...]:
     return tuple(float(value) for value in parse_axis(name, text, spec).values)
 
 
-@verb(
-    "Find the 0-amplitude of a free runner in two ways. Edeler's: a straight line through the "
-    f'step lengths at {FIT_POINTS} amplitudes, from half-way between the first that steps and the '
-    'full stroke up to the full stroke, extrapolated to zero. Directly: the smallest amplitude '
-    f'with a net step above {STEP_MIN_M:g} m. The load cell is taken away, whatever '
-    'load_cell.contact says.',
-    PRELOAD,
-    option('--frequency', 'steps per second', float, 'HZ', default=200.0),
-    switch(
-        '--smooth',
-        'bare spheres: sets contact.profile=smooth',
-        dest='contact.profile',
-        const='smooth',
-    ),
-    option('--steps', 'steps of each run', int, default=STEPS),
-    *PARAMETERS,
-)
 def zero_amplitude_verb(arguments: argparse.Namespace) -> Answer:
     """Find the 0-amplitude."""
     parameters = chosen_parameters(arguments)

@@ -7,7 +7,6 @@ from pathlib import Path
 from rich.table import Table
 from rich.text import Text
 
-from stickslip_ros.cli.options import folder, verb
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, table
 from stickslip_ros.files import make_folder
 from stickslip_ros.validation.checks import Findings, Outcome, failed_checks
@@ -23,17 +22,11 @@ from stickslip_ros.validation.report import (
 STAR = '* error relative to a scale that the files name, not to the reference'
 
 
-@verb(
-    'Compare the contact mechanics with closed forms, springs stepped one by one, a 3-D '
-    'half-space solution and published numbers. Writes validation.md, validation.csv and '
-    'validation.png. Exit status 1 if a check fails.',
-    folder('runs/validation', 'folder for table and plots'),
-)
 def validate_verb(arguments: argparse.Namespace) -> Answer:
     """Check and write."""
-    make_folder(arguments.out)
+    make_folder(arguments.output)
     findings = validate()
-    files = write_report(findings, arguments.out)
+    files = write_report(findings, arguments.output)
     is_well = not failed_checks(findings)
     content = {
         'passed': is_well,

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
+from stickslip_ros.parameters.typed import to_si
+from stickslip_ros.units import quantity as typed_quantity
 
 Scalar = bool | int | float | str
 
@@ -71,7 +73,7 @@ class Spec:
             If it is outside the bounds, or not one of the choices.
 
         """
-        converted: Scalar = _CONVERTERS[self.kind](name, value)
+        converted: Scalar = _CONVERTERS[self.kind](name, value, self.unit)
         if self.choices and converted not in self.choices:
             allowed = ', '.join(self.choices)
             raise OutOfRange(name, converted, '', 'not one of the choices', f'use {allowed}')
@@ -89,9 +91,11 @@ class Spec:
             raise OutOfRange(name, value, self.unit, limit, 'lower it')
 
 
-def _to_float(name: str, value: object) -> float:
+def _to_float(name: str, value: object, unit: str) -> float:
     if isinstance(value, Unchosen):
         return value
+    if isinstance(value, str):
+        return to_si(name, value, unit)
     try:
         number = math.nan if isinstance(value, bool) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
@@ -101,23 +105,26 @@ def _to_float(name: str, value: object) -> float:
     return number
 
 
-def _to_int(name: str, value: object) -> int:
+def _to_int(name: str, value: object, unit: str) -> int:
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     try:
         return int(str(value))
     except ValueError:
+        amount = typed_quantity(str(value), unit) if unit else None
+        if amount is not None and amount.is_integer():
+            return int(amount)
         raise WrongKind(name, value, 'a whole number', 'give one such as 42') from None
 
 
-def _to_bool(name: str, value: object) -> bool:
+def _to_bool(name: str, value: object, _: str) -> bool:
     words = {'true': True, 'false': False}
     if str(value).lower() not in words:
         raise WrongKind(name, value, 'true or false', 'write true or false')
     return words[str(value).lower()]
 
 
-def _to_str(name: str, value: object) -> str:
+def _to_str(name: str, value: object, _: str) -> str:
     if not isinstance(value, str):
         raise WrongKind(name, value, 'a text', 'put it in quotes')
     return value

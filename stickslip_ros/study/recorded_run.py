@@ -2,7 +2,6 @@
 
 import json
 import math
-import re
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
@@ -11,12 +10,13 @@ from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters, parse_yaml
+from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, TOPICS_RECORD
 from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.topics import READINGS
-from stickslip_ros.units import MICRO, MILLI, NANO, with_unit
+from stickslip_ros.units import NANO, with_unit
 
 RUN_QUANTITIES = {
     'position_m': 'runner position',
@@ -27,8 +27,6 @@ RUN_QUANTITIES = {
 """Quantities of a run in words, by their columns in an experiment file: without the unit they are
 the columns of the trace, and the topics."""
 TRACE_SAMPLES_MIN = 2
-UNITS_S = {'': 1.0, 's': 1.0, 'ms': MILLI, 'us': MICRO, 'µs': MICRO}
-_TIME = re.compile(r'(?P<number>[-+.\deE]+?)\s*(?P<unit>s|ms|us|µs|)')
 
 
 class TimeWindow(NamedTuple):
@@ -228,8 +226,8 @@ def parse_window(text: str) -> TimeWindow:
     """
     length, at, start = text.partition('@')
     if not at:
-        raise _malformed('window', text, 'LENGTH@START')
-    length_s, start_s = _seconds('length', length), _seconds('start', start)
+        raise WrongKind('window', text, 'LENGTH@START', 'write it as 2ms@0.3s or 0.002@0.3')
+    length_s, start_s = to_si_list('window', (length, start), 's')
     if not length_s > 0.0:
         raise OutOfRange('length of the window', length_s, 's', 'not above 0 s', 'raise it')
     return TimeWindow(start_s, start_s + length_s)
@@ -249,20 +247,3 @@ def check_window(window: TimeWindow, run: TimeWindow) -> TimeWindow:
         limit = f'outside of the run, {run.start_s:.6g} s to {run.end_s:.6g} s'
         raise OutOfRange('start of the window', window.start_s, 's', limit, 'move it')
     return TimeWindow(max(window.start_s, run.start_s), min(window.end_s, run.end_s))
-
-
-def _seconds(part: str, text: str) -> float:
-    match = _TIME.fullmatch(text.strip())
-    try:
-        number = float(match['number']) if match else math.nan
-    except ValueError:
-        number = math.nan
-    if match is None or not math.isfinite(number):
-        raise _malformed(f'{part} of the window', text, 'a time')
-    return number * UNITS_S[match['unit']]
-
-
-def _malformed(name: str, text: str, expected: str) -> WrongKind:
-    return WrongKind(
-        name, text, expected, 'write LENGTH@START with s, ms or us, as 2ms@0.3s or 0.002@0.3'
-    )

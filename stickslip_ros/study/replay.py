@@ -302,7 +302,7 @@ def read_drive_input(
     topic: str = '',
     field: str = '',
     *,
-    is_stroke: bool = False,
+    is_foot: bool = False,
     reading: Reading = AS_IT_IS,
 ) -> DriveInput:
     """
@@ -316,7 +316,7 @@ def read_drive_input(
         Gives the gain that turns strokes into voltages.
     topic, field : str
         Of an MCAP file: where the numbers are.
-    is_stroke : bool
+    is_foot : bool
         Whether that topic gives a stroke in m, from the lowest voltage on.
     reading : Reading
         What a table does not say itself.
@@ -332,7 +332,7 @@ def read_drive_input(
             hint = 'name the topic of the voltage with --topic'
             raise RecordingError(path, 'is no run of this package', hint)
         series = Recording(path).series(topic, field)
-        columns = {TIME: series.time_s, FOOT if is_stroke else VOLTAGE: series.value}
+        columns = {TIME: series.time_s, FOOT if is_foot else VOLTAGE: series.value}
     elif path.suffix.lower() == PARQUET:
         table = read_parquet(path, 'check the file')
         names = [name for name in (TIME, VOLTAGE, FOOT) if name in table.column_names]

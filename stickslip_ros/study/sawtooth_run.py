@@ -438,7 +438,8 @@ def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
     # A stroke typed in nanometres may exceed the largest by rounding only.
     if amplitude_m > largest_m * (1.0 + 1e-9):
         limit = f'above the {largest_m:.6g} m that the amplifier reaches'
-        raise OutOfRange('amplitude', amplitude_m, 'm', limit, 'lower it, or give it in metres')
+        hint = f'lower it; {amplitude_m:g} nm is {amplitude_m * NANO:g} m'
+        raise OutOfRange('amplitude', amplitude_m, 'm', limit, hint)
     return min(amplitude_m, largest_m) / parameters.actuator.gain
 
 

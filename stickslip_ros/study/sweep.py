@@ -11,6 +11,7 @@ import numpy as np
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.parameters import Parameters, Scalar, Spec, parse_assignments, spec_of
+from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.journal import Identity, Journal, Row, identify
 from stickslip_ros.study.sawtooth_run import (
@@ -26,9 +27,8 @@ from stickslip_ros.study.sawtooth_run import (
 CASES_MAX = 100_000
 AMPLITUDE = dataclasses.replace(STROKE, maximum=1.0)
 FREQUENCY = Spec(float, 1000.0, 'Hz', '', 'steps per second', -1e9, 1e9)
-END = Spec(float, 0.0, '', '', 'start or stop of a range')
 COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
-EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160e-9:33'
+EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160nm:33'
 ASKED = ('preload_n', 'amplitude_m', 'frequency_hz')
 COLUMNS = (
     *ASKED,
@@ -161,7 +161,7 @@ def parse_axis(name: str, text: str, spec: Spec) -> Axis:
     name : str
         What varies, as the user wrote it.
     text : str
-        Such as ``0.1,0.4``, ``0:160e-9:33`` or ``rough,smooth``.
+        Such as ``0.1,0.4``, ``0:160nm:33`` or ``rough,smooth``.
     spec : Spec
         Kind, unit and bounds of the values.
 
@@ -174,7 +174,8 @@ def parse_axis(name: str, text: str, spec: Spec) -> Axis:
     if ':' in text and spec.kind in {float, int}:
         values: list[object] = list(_range(name, text, spec))
     else:
-        values = [part.strip() for part in text.split(',')]
+        parts = [part.strip() for part in text.split(',')]
+        values = list(to_si_list(name, parts, spec.unit) if spec.kind is float else parts)
     return Axis(name, tuple(spec.check(name, value) for value in values))
 
 
@@ -202,7 +203,7 @@ def _range(name: str, text: str, spec: Spec) -> list[Scalar]:
     parts = text.split(':')
     if len(parts) != 3:
         raise WrongKind(name, text, 'start:stop:count', EXAMPLE)
-    start, stop = (float(END.check(name, part)) for part in parts[:2])
+    start, stop = to_si_list(name, parts[:2], spec.unit)
     count = int(COUNT.check(f'{name} count', parts[2]))
     if start == stop:
         limit = f'both start and stop of a range of {count}'

@@ -6,10 +6,9 @@ from functools import cache
 from typing import Any
 
 from stickslip_ros.study.extras import load_extra
+from stickslip_ros.units import power_of_ten
 
 SI_UNITS = ('s', 'm', 'N', 'V', 'Hz')
-PREFIXES = {'': 1.0, 'k': 1e3, 'm': 1e-3, 'u': 1e-6, 'µ': 1e-6, 'μ': 1e-6, 'n': 1e-9, 'p': 1e-12}
-PREFIXED = re.compile(rf'([{"".join(PREFIXES)}]?)({"|".join(SI_UNITS)})')
 SUFFIX = re.compile(r'(.*[^_\s])[_\s]([kmuµμnp]?)(s|m|n|v|hz)', re.IGNORECASE)
 BRACKETED = re.compile(r'(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*')
 SLASHED = re.compile(r'(.*\S)\s*/\s*(\S+)\s*')
@@ -34,8 +33,11 @@ def factor_of(text: str, si_unit: str) -> float | None:
         return None
     number, unit = float(scaled[1] or 1.0), scaled[2]
     unit = WORDS.get(unit.lower().removesuffix('s'), unit)
-    if (usual := PREFIXED.fullmatch(unit)) is not None:
-        return number * PREFIXES[usual[1]] if usual[2] == si_unit else None
+    powers = {each: power_of_ten(unit, each) for each in SI_UNITS}
+    if (power := powers[si_unit]) is not None:
+        return number * float(f'1e{power}')
+    if any(each is not None for each in powers.values()):
+        return None
     factors = (_looked_up(each, si_unit) for each in (unit, unit.lower()))
     return next((number * factor for factor in factors if factor), None)
 

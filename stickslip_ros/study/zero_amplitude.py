@@ -170,7 +170,7 @@ def _line(amplitudes_m: Array, steps_m: Array) -> tuple[float, float, float]:
     offsets_m = amplitudes_m - centre_m
     slope = np.sum(offsets_m * steps_m) / np.sum(offsets_m**2)
     if not slope > 0.0:
-        hint = 'look at step lengths with: stickslip sweep --free'
+        hint = 'look at step lengths with: stickslip sweep --no-load-cell'
         raise OutOfRange('slope of step length', float(slope), '', 'not above 0', hint)
     missed_m = steps_m - mean_m - slope * offsets_m
     return float(slope), float(centre_m - mean_m / slope), float(np.sqrt(np.mean(missed_m**2)))

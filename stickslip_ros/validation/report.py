@@ -142,5 +142,5 @@ def write_report(findings: Sequence[Findings], folder: Path) -> list[Path]:
         draw_page(findings, files[2], summary_text(findings))
     except OSError as error:
         hint = f'{error.strerror or error}: choose another folder'
-        raise WrongKind('--out', str(folder), 'a folder that can be written', hint) from None
+        raise WrongKind('--output', str(folder), 'a folder that can be written', hint) from None
     return files

@@ -26,7 +26,7 @@ def test_it_measures_writes_and_draws(capsys: Any, tmp_path: Path):
 
 
 def test_without_frequencies_it_looks_around_the_resonance(capsys: Any):
-    assert main(['bode', '--free', '--json']) == 0
+    assert main(['bode', '--no-load-cell', '--json']) == 0
     told = json.loads(capsys.readouterr().out)
     hertz = [row['frequency_hz'] for row in told['rows']]
     assert told['cell_n_per_m'] == 0.0

@@ -84,7 +84,7 @@ def test_the_json_is_the_whole_tree_in_si_units(capsys: Any, example: Path):
 
 def test_the_report_tells_its_command(capsys: Any, example: Path):
     words = ['compare', 'experiment.csv', 'model', '--steps', '20', '--frequency', '500']
-    words += ['--set', 'record.name=a b.mcap', '--report', 'pages/page.html']
+    words += ['--set', 'record.name=a b.mcap', '--output', 'pages/page.html']
     assert main(words) == 0
     assert 'report pages/page.html' in capsys.readouterr().out
     page = (example / 'pages/page.html').read_text(encoding='utf-8')
@@ -122,11 +122,11 @@ def test_two_runs_say_what_differs(capsys: Any, example: Path):
             ('experiment.csv', 'experiment.csv', '--frequency', '100'),
             "--frequency '100.0' is without effect on files",
         ),
-        (('experiment.csv', 'model', '--shift', 'nan'), 'shift nan s is not within 1e+12 s'),
+        (('experiment.csv', 'model', '--shift', 'nan'), "--shift 'nan' is not a finite number"),
         (('experiment.csv', 'model', '--steps', '-1'), 'steps -1 is below 0'),
         (
-            ('experiment.csv', 'model', '--report', 'page.txt'),
-            "report 'page.txt' is not an .html file; end its name so",
+            ('experiment.csv', 'model', '--output', 'page.txt'),
+            "--output 'page.txt' is not an .html file; end its name so",
         ),
         (
             ('experiment.csv', 'model', '--set', 'amplifier.voltage_max=100'),
@@ -143,5 +143,5 @@ def test_a_bad_wish_is_refused(capsys: Any, example: Path, words: tuple[str, ...
 
 def test_a_folder_is_no_report(capsys: Any, example: Path):
     (example / 'folder.html').mkdir()
-    assert main(['compare', 'experiment.csv', 'model', '--report', 'folder.html']) == 2
+    assert main(['compare', 'experiment.csv', 'model', '--output', 'folder.html']) == 2
     assert 'folder.html: is a folder; choose another name' in capsys.readouterr().err

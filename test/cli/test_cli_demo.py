@@ -40,7 +40,7 @@ def demo(
     environment.pop('ROS_NAMESPACE', None)
     return (
         subprocess.run(
-            [STICKSLIP, 'demo', '--out', folder, '--json', *SETTINGS],
+            [STICKSLIP, 'demo', '--output', folder, '--json', *SETTINGS],
             env=environment,
             capture_output=True,
             text=True,

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from stickslip_ros.cli.main import MODULES, VERBS, main
+from stickslip_ros.cli.main import main
+from stickslip_ros.cli.verbs import VERBS
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_storage import CLOSING_RECORD
 
@@ -101,18 +102,18 @@ MOMENTS: list[tuple[list[str], Reached]] = [
     (['compare', 'points.csv', 'model', '--steps', LOST_STEPS], has_looked(50)),
     (['fit', 'points.csv', '--free', 'contact.friction', '--starts', '1000'], has_looked(50)),
     (['drive'], knows_signals),
-    (['demo', '--out', '.'], has_written('demo.mcap')),
-    (['positioning', '--out', '.', '--targets', '1.0'], has_written('positioning.mcap')),
+    (['demo', '--output', '.'], has_written('demo.mcap')),
+    (['positioning', '--output', '.', '--target', '1.0'], has_written('positioning.mcap')),
     (['panel', '--port', '0'], has_looked(5)),
     (['info', 'none.mcap'], in_imports),
     (['plot', 'none.mcap'], in_imports),
     (['recover', 'none.mcap'], in_imports),
     (['replay', 'voltage.csv', '-o', 'again.mcap'], has_written('again.mcap', 300_000)),
     (['roughness', '--realisations', LOST_STEPS], has_looked(5)),
-    (['laws', '--amplitudes', '1000'], has_looked(3)),
-    (['laws', '--amplitudes', '1000'], has_looked(1000)),
+    (['laws', '--points', '1000'], has_looked(3)),
+    (['laws', '--points', '1000'], has_looked(1000)),
     (['figures', '--only', 'fig2', '--points', '1000'], has_looked(50)),
-    (['validate', '--out', '.'], has_looked(5)),
+    (['validate', '--output', '.'], has_looked(5)),
     (['parameters'], in_imports),
     (['interface'], in_imports),
     (['compile'], in_imports),
@@ -144,7 +145,7 @@ def stopped(
         'ROS_DOMAIN_ID': str(ros_domain),
         'ROS_LOG_DIR': str(folder / 'log'),
     }
-    alone = [STRIKE, str(int(number)), str(PATIENCE_S), MODULES.get(words[0], words[0])]
+    alone = [STRIKE, str(int(number)), str(PATIENCE_S), VERBS[words[0]].module]
     with subprocess.Popen(
         [sys.executable, '-c', *(alone if reached is in_imports else [WATCHED]), *words],
         cwd=folder,

@@ -75,7 +75,7 @@ def test_a_given_column_is_played(capsys: Any, tmp_path: Path):
     [
         (
             ['--preload', 'much'],
-            "--preload 'much' is not a list of numbers; give newtons, as 0.1,0.5",
+            "--preload 'much' is not a finite number in N; give one such as 250mN",
         ),
         (
             ['--preload', '0.1,0.5'],

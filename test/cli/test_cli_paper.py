@@ -23,7 +23,9 @@ def printed(capsys, *words: str) -> dict:
 
 
 def test_the_json_has_rms_exponents_and_ratios_with_units_in_the_names(capsys, tmp_path):
-    result = printed(capsys, '--out', str(tmp_path), '--realisations', '3', '--seed', '7')
+    result = printed(
+        capsys, '--output', str(tmp_path), '--realisations', '3', '--set', 'contact.line_seed=7'
+    )
     assert result['rms_line_m'] == pytest.approx(1.1221e-6, rel=ROUNDING)
     assert result['rms_surface_m'] == pytest.approx(1.1221e-6, rel=ROUNDING)
     assert result['hurst_line'] == pytest.approx(0.7, abs=ROUNDING)
@@ -40,7 +42,7 @@ def test_the_json_has_rms_exponents_and_ratios_with_units_in_the_names(capsys, t
 
 
 def test_the_table_names_its_columns_and_the_picture(capsys, tmp_path):
-    assert main([*ROUGHNESS, '--out', str(tmp_path), '--realisations', '2']) == 0
+    assert main([*ROUGHNESS, '--output', str(tmp_path), '--realisations', '2']) == 0
     text = capsys.readouterr().out
     assert 'rms (um)' in text
     assert 'springs' in text
@@ -53,7 +55,7 @@ VARIANTS = {*specs()['contact.profile'].choices, *specs()['contact.law'].choices
 def test_every_variant_is_run_at_every_preload_and_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):
-    assert main(['laws', '--out', str(tmp_path), '--amplitudes', '1', '--json']) == 0
+    assert main(['laws', '--output', str(tmp_path), '--points', '1', '--json']) == 0
     points = json.loads(capsys.readouterr().out)['points']
     assert {point['variant'] for point in points} == VARIANTS
     assert len(points) == 3 * len(VARIANTS)
@@ -71,7 +73,7 @@ FIG2 = [*TWO_POINTS, '--only', 'fig2']
 
 
 def test_the_json_has_rows_and_files_of_the_chosen_figures(capsys, tmp_path):
-    words = ['--out', str(tmp_path), '--only', 'fig2,slew', '--workers', '2', '--json']
+    words = ['--output', str(tmp_path), '--only', 'fig2,slew', '--workers', '2', '--json']
     assert main([*TWO_POINTS, *words]) == 0
     result = json.loads(capsys.readouterr().out)
     assert list(result) == ['fig2', 'slew']
@@ -85,7 +87,7 @@ def test_the_json_has_rows_and_files_of_the_chosen_figures(capsys, tmp_path):
 
 
 def test_the_table_names_the_figures_and_the_folder(capsys, tmp_path):
-    assert main([*TWO_POINTS, '--out', str(tmp_path / 'new'), '--only', 'fig6b']) == 0
+    assert main([*TWO_POINTS, '--output', str(tmp_path / 'new'), '--only', 'fig6b']) == 0
     text = capsys.readouterr().out
     assert 'fig6b' in text
     assert 'folder' in text
@@ -93,7 +95,7 @@ def test_the_table_names_the_figures_and_the_folder(capsys, tmp_path):
 
 
 def test_parameters_are_taken_and_named_in_the_caption(tmp_path):
-    words = ['--out', str(tmp_path), '--only', 'fig2', '--set', 'runner.damping=80']
+    words = ['--output', str(tmp_path), '--only', 'fig2', '--set', 'runner.damping=80']
     assert main([*TWO_POINTS, *words]) == 0
     assert 'damping c = 80 N s/m' in (tmp_path / 'fig2.md').read_text(encoding='utf-8')
 
@@ -114,16 +116,19 @@ def test_parameters_are_taken_and_named_in_the_caption(tmp_path):
             [*ROUGHNESS, '--set', 'contact.prefactor=1e-3'],
             'contact.prefactor 0.001 m^(1-H) is without effect',
         ),
-        ([*ROUGHNESS, '--seed', '-1'], 'contact.line_seed -1 is below the minimum 0; raise it'),
+        (
+            [*ROUGHNESS, '--set', 'contact.line_seed=-1'],
+            'contact.line_seed -1 is below the minimum 0; raise it',
+        ),
         ([*FIG2, '--only', 'fig9'], "figure 'fig9' is not known; use fig2, fig6a, fig6b, fig7"),
         ([*FIG2, '--points', '1'], 'points 1 is below 2'),
         ([*FIG2, '--workers', '-1'], 'number of workers -1 is not from 0'),
         ([*FIG2, '--set', 'runner.damping=-1'], 'runner.damping -1 N s/m is below the minimum 0'),
         ([*FIG2, '--only', ''], "figure '' is not known; use fig2"),
-        (['laws', '--amplitudes', '0'], '--amplitudes 0 is below 1; give the number of'),
+        (['laws', '--points', '0'], '--points 0 is below 1; give the number of'),
     ],
 )
 def test_what_does_not_fit_is_refused_with_status_2(capsys, tmp_path, words, message):
-    assert main([*words, '--out', str(tmp_path)]) == 2
+    assert main([*words, '--output', str(tmp_path)]) == 2
     assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

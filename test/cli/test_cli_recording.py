@@ -89,7 +89,7 @@ def test_the_json_says_what_is_in_the_picture(capsys: Any, recording: Path, tmp_
 @pytest.mark.parametrize(
     ('words', 'message'),
     [
-        (('--window', '2ms'), "window '2ms' is not LENGTH@START; write LENGTH@START"),
+        (('--window', '2ms'), "window '2ms' is not LENGTH@START; write it as 2ms@0.3s"),
         (('--window', '2ms@9s'), 'start of the window 9 s is outside of the run'),
         (('-o', 'run.txt'), "kind of picture '.txt' is not known; use .png, .svg, .pdf"),
     ],

@@ -68,7 +68,7 @@ def test_generated_force_is_that_of_the_reference(capsys: Any, preload: str, for
 
 def test_a_free_runner_steps_by_amplitude_minus_the_0_amplitude(capsys: Any):
     words = ('--preload', '0.1', *AMPLITUDE, '--frequency', '200', '--steps', '120')
-    seen = simulate(capsys, *words, '--free')
+    seen = simulate(capsys, *words, '--no-load-cell')
     assert seen['step_length_m'] == pytest.approx(160e-9 - 26e-9, abs=FREE_STEP_TOLERANCE_M)
     assert seen['force_mean_n'] == 0.0
 
@@ -112,7 +112,7 @@ def test_set_and_a_parameter_file_choose_the_stand(capsys: Any, tmp_path: Path):
 def test_a_recorded_run_is_described_by_info(capsys: Any, tmp_path: Path):
     file = tmp_path / 'run.mcap'
     seen = simulate(
-        capsys, '--preload', '0.25', *AMPLITUDE, '--steps', '30', '--free', '-o', str(file)
+        capsys, '--preload', '0.25', *AMPLITUDE, '--steps', '30', '--no-load-cell', '-o', str(file)
     )
     assert seen['recording'] == str(file)
     assert main(['info', str(file), '--json']) == 0
@@ -154,7 +154,7 @@ def test_tables_are_printed_for_people(capsys: Any, tmp_path: Path):
     ('words', 'message'),
     [
         (('--amplitude', '161e-9'), 'amplitude 1.61e-07 m is above the 1.6e-07 m'),
-        (('--amplitude', 'nan'), 'nan is not a finite number'),
+        (('--amplitude', 'nan'), "--amplitude 'nan' is not a finite number in m"),
         (('--amplitude', '0'), 'amplitude 0 V is not above 0 V'),
         (
             ('--voltage', '301'),

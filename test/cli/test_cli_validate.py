@@ -26,7 +26,7 @@ WRONG = Family('Wrong', (wrong,))
 
 def test_all_checks_pass_and_files_are_written(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(EVIDENCE, (NORMAL_LOAD, HALF_SPACE))
-    assert main(['validate', '--out', str(tmp_path)]) == 0
+    assert main(['validate', '--output', str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert 'all passed' in printed
     assert 'FAIL' not in printed
@@ -37,7 +37,7 @@ def test_all_checks_pass_and_files_are_written(capsys, monkeypatch, tmp_path):
 def test_a_wrong_parameter_fails_with_status_1(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(EVIDENCE, (NORMAL_LOAD, ROUGHNESS))
     monkeypatch.setattr('stickslip_ros.contact.roughness.POHRT_POPOV', 1.95)
-    assert main(['validate', '--out', str(tmp_path)]) == 1
+    assert main(['validate', '--output', str(tmp_path)]) == 1
     printed = capsys.readouterr().out
     assert 'FAIL Q_1D with kappa cancelled: error 0.0077 of the reference' in printed
     assert '3 failed' in printed
@@ -45,14 +45,14 @@ def test_a_wrong_parameter_fails_with_status_1(capsys, monkeypatch, tmp_path):
 
 def test_a_failure_says_against_what_and_what_error_was_expected(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(EVIDENCE, (WRONG,))
-    assert main(['validate', '--out', str(tmp_path)]) == 1
+    assert main(['validate', '--output', str(tmp_path)]) == 1
     printed = ' '.join(capsys.readouterr().out.split())
     assert 'FAIL a [bold] length: error 0.1 of the reference (a ruler), above 0.01: one' in printed
 
 
 def test_the_json_has_every_check_in_si_units(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(EVIDENCE, (WRONG,))
-    assert main(['validate', '--out', str(tmp_path), '--json']) == 1
+    assert main(['validate', '--output', str(tmp_path), '--json']) == 1
     result = json.loads(capsys.readouterr().out)
     assert result['passed'] is False
     assert result['checks'][0]['ours'] == pytest.approx(1.1)
@@ -65,5 +65,5 @@ def test_a_folder_that_cannot_be_made_is_refused(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(EVIDENCE, (WRONG,))
     taken = tmp_path / 'taken'
     taken.write_text('')
-    assert main(['validate', '--out', str(taken)]) == 2
+    assert main(['validate', '--output', str(taken)]) == 2
     assert 'choose another folder' in capsys.readouterr().err

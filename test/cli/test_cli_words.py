@@ -15,12 +15,28 @@ import pytest
 import yaml
 
 import stickslip_ros
+from stickslip_ros.cli.bode import POINTS
+from stickslip_ros.cli.chosen import to_numbers
+from stickslip_ros.cli.demo import TOLERANCE_M
 from stickslip_ros.cli.drive import ros_arguments
-from stickslip_ros.cli.main import MODULES, build_parser, main
+from stickslip_ros.cli.main import build_parser, main
+from stickslip_ros.cli.verbs import VERBS
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.paper.laws import LAWS
+from stickslip_ros.paper.make import FIGURES
 from stickslip_ros.parameters import ControllerParameters, Parameters, load_yaml, specs
+from stickslip_ros.study.comparison.by_amplitude import MODEL
+from stickslip_ros.study.fitting.fit import STARTS
+from stickslip_ros.study.fitting.free import FITTED_GROUPS
+from stickslip_ros.study.fitting.problem import DEFAULT_FREQUENCY_HZ
+from stickslip_ros.study.sawtooth_run import STEADY_STEPS_MAX
+from stickslip_ros.study.sweep import STEADY_RULE
+from stickslip_ros.study.zero_amplitude import FIT_POINTS, STEP_MIN_M, STEPS
+from stickslip_ros.testing.positioning import LOAD_N, TARGETS_M
+from stickslip_ros.units import NM
 
 NEEDED = {'contact': ('--normal-force', '0.1'), 'simulate': ('--voltage', '100')}
+SLOW = ('numba', 'scipy', 'matplotlib', 'rich', 'numpy', 'yaml', 'rclpy')
 WITH_PARAMETERS = ('contact', 'simulate', 'drive', 'demo', 'parameters')
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -41,11 +57,11 @@ NAMES = list(parsers())
 @pytest.mark.parametrize(
     ('words', 'spared'),
     [
-        ((), ('numba', 'scipy', 'matplotlib', 'rich', 'numpy', 'yaml', 'rclpy')),
+        ((), SLOW),
+        *(((name, '--help'), SLOW) for name in ('simulate', 'fit', 'drive', 'validate')),
+        (('simulate', '--ampltude', '60nm'), SLOW),
         (('contact', '--normal-force', '0.1'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
-        (('recover', '--help'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
-        (('plot', '--help'), ('numba', 'scipy', 'matplotlib', 'rclpy')),
-        (('simulate', '--help'), ('matplotlib', 'rclpy', 'pandas', 'pint')),
+        (('simulate', '--voltage', '1V'), ('matplotlib', 'rclpy', 'pandas', 'pint')),
         (('compare', 'a.csv', 'b.csv'), ('rclpy', 'pandas', 'pint')),
     ],
 )
@@ -67,8 +83,8 @@ def test_help_names_every_verb(capsys: Any):
         main(['--help'])
     shown = capsys.readouterr().out
     assert ended.value.code == 0
-    assert all(re.search(rf'^    {name}\s', shown, re.MULTILINE) for name in NAMES)
-    assert 'Exit status: 0 done, 1 a check failed, 2 refused' in shown
+    assert all(re.search(rf'^  {name}\s', shown, re.MULTILINE) for name in NAMES)
+    assert 'Exit status: 0 done, 1 a check failed,\n2 refused' in shown
 
 
 @pytest.mark.parametrize('verb', NAMES)
@@ -92,13 +108,118 @@ def test_version(capsys: Any):
 
 
 @pytest.mark.parametrize(
-    'words', [[], ['dance'], ['info'], ['parameters', '--bogus'], ['contact']]
+    ('words', 'said'),
+    [
+        ([], 'the following arguments are required: VERB'),
+        (['dance'], "error: verb 'dance' is not known\n"),
+        (['simulat'], "error: verb 'simulat' is not known; did you mean simulate?"),
+        (['info'], 'the following arguments are required: FILE'),
+        (['parameters', '--bogus'], 'unrecognized arguments: --bogus\n'),
+        (['simulate', '--ampltude=60nm'], '--ampltude; did you mean --amplitude?'),
+        (['sweep', '--preload', '1', '--ouput', 'a.csv'], '--ouput; did you mean --output?'),
+    ],
 )
-def test_an_unknown_command_line_ends_with_usage(capsys: Any, words: list[str]):
+def test_an_unknown_command_line_ends_with_usage_and_what_may_be_meant(
+    capsys: Any, words: list[str], said: str
+):
     with pytest.raises(SystemExit) as ended:
         main(words)
     assert ended.value.code == 2
-    assert 'usage: stickslip' in capsys.readouterr().err
+    shown = capsys.readouterr().err
+    assert shown.startswith('usage: stickslip')
+    assert said in shown
+
+
+@pytest.mark.parametrize('words', [[], *([name] for name in NAMES)], ids=str)
+def test_help_fits_a_narrow_terminal(
+    capsys: Any, monkeypatch: pytest.MonkeyPatch, words: list[str]
+):
+    monkeypatch.setenv('COLUMNS', '80')
+    with pytest.raises(SystemExit):
+        main([*words, '--help'])
+    assert max(map(len, capsys.readouterr().out.splitlines())) < 80
+
+
+def test_one_spelling_of_an_option_is_one_thing():
+    same = {'--preload', '--amplitude', '--frequency', '--steps', '--points', '--output'}
+    texts: dict[str, set[str]] = {}
+    for parser in parsers().values():
+        for action in parser._actions:
+            for flag in action.option_strings:
+                texts.setdefault(flag, set()).add(action.help)
+    several = {flag for flag, each in texts.items() if len(each) > 1}
+    assert several == same | {'-o'}
+
+
+def test_help_tells_the_numbers_of_the_package(capsys: Any):
+    told = {name: ' '.join(parser.format_help().split()) for name, parser in parsers().items()}
+    assert f'at {FIT_POINTS} amplitudes' in told['zero-amplitude']
+    assert f'above {STEP_MIN_M:g} m.' in told['zero-amplitude']
+    assert f'steps of each run (default: {STEPS})' in told['zero-amplitude']
+    assert f'{STEADY_RULE}; --steps' in told['sweep']
+    assert f'default: {POINTS} around the resonance' in told['bode']
+    assert f'at most {STEADY_STEPS_MAX})' in told['simulate']
+    assert f'The word {MODEL} for B' in told['compare']
+    assert f'Quantities of {", ".join(FITTED_GROUPS)} may be freed' in told['fit']
+    assert f'searches (default: {STARTS})' in told['fit']
+    assert f'amplitudes up to 160 nm (default: {LAWS.points})' in told['laws']
+    assert f'Names: {", ".join(FIGURES)}.' in told['figures']
+    assert f'within {TOLERANCE_M * NM:g} nm' in told['positioning']
+    parse = build_parser().parse_args
+    assert parse(['fit', 'a', '--free', 'b']).frequency == DEFAULT_FREQUENCY_HZ
+    targets = parse(['positioning']).target
+    assert to_numbers('--target', targets, 'm') == list(TARGETS_M)
+    assert parse(['positioning']).load == LOAD_N
+
+
+@pytest.mark.parametrize(
+    ('words', 'changed'),
+    [
+        (['--set', 'stand.preload=250mN'], {'stand.preload': 0.25}),
+        (['--set', 'load_cell.stiffness=0.2 N/um'], {'load_cell.stiffness': 0.2e6}),
+        (['--set', 'amplifier.slew_rate=100V/us'], {'amplifier.slew_rate': 100e6}),
+        (['--set', 'runner.mass=4g'], {'runner.mass': 4e-3}),
+        (['--set', 'runner.damping=80N*s/m'], {'runner.damping': 80.0}),
+        (['--set', 'contact.radius=1000µm'], {'contact.radius': 1e-3}),
+        (['--set', 'contact.young_runner=200GPa'], {'contact.young_runner': 200e9}),
+        (['--set', 'stand.preload_rate=2/s'], None),
+        (['--set', 'record.chunk_size=2MB'], {'record.chunk_size': 2_000_000}),
+        (
+            ['--set', 'interferometer.noise_density=2pm/sqrt(Hz)'],
+            {'interferometer.noise_density': 2e-12},
+        ),
+        (['--set', 'contact.prefactor=5e-4m^(1-H)'], {'contact.prefactor': 5e-4}),
+        (['--set', 'contact.prefactor=5mm^(1-H)'], None),
+        (['--set', 'contact.friction=0.2m'], None),
+        (['--set', 'stand.preload=250 mN s'], None),
+        (['--set', 'stand.preload=250NM'], None),
+    ],
+)
+def test_a_parameter_takes_its_unit_with_a_prefix(
+    capsys: Any, words: list[str], changed: dict[str, float] | None
+):
+    if changed is None:
+        assert main(['parameters', *words]) == 2
+        [line] = capsys.readouterr().err.splitlines()
+        assert 'is not a finite number' in line
+        assert '; give one such as ' in line
+        return
+    assert main(['parameters', *words, '--json']) == 0
+    assert json.loads(capsys.readouterr().out) == Parameters().flat() | changed
+
+
+def test_units_are_exact_to_the_last_bit(capsys: Any):
+    told = []
+    for words in (
+        ['--amplitude', '60nm', '--preload', '250mN', '--slew', '150V/us', '--frequency=-1kHz'],
+        ['--amplitude', '60e-9', '--preload', '0.25', '--slew', '150e6', '--frequency', '-1000'],
+    ):
+        assert main(['simulate', *words, '--steps', '3', '--json']) == 0
+        result = json.loads(capsys.readouterr().out)
+        told.append({name: each for name, each in result.items() if 'wall' not in name})
+        told[-1].pop('real_time_factor')
+    assert told[0] == told[1]
+    assert told[0]['amplitude_m'] == 60e-9
 
 
 @pytest.mark.parametrize('verb', WITH_PARAMETERS)
@@ -308,11 +429,11 @@ WRITING = {
     'replay': (['voltage.csv', '-o'], 'replay_input'),
     'sweep': (['--amplitude', '1e-9', '-o'], 'run_sweep'),
     'fit': (['points.csv', '--free', 'contact.friction', '-o'], 'fit_drive'),
-    'compare': (['points.csv', 'model', '--report'], 'compare'),
-    'roughness': (['--out'], 'sample_roughness'),
-    'laws': (['--out'], 'make_tables'),
-    'figures': (['--out'], 'make_tables'),
-    'validate': (['--out'], 'validate'),
+    'compare': (['points.csv', 'model', '--output'], 'compare'),
+    'roughness': (['--output'], 'sample_roughness'),
+    'laws': (['--output'], 'make_tables'),
+    'figures': (['--output'], 'make_tables'),
+    'validate': (['--output'], 'validate'),
 }
 """Words that have each verb write, and the work that it would do before."""
 SUFFIXES = {'sweep': '.csv', 'fit': '.json', 'compare': '.html'}
@@ -328,7 +449,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(
     monkeypatch.chdir(tmp_path)
     Path('taken').write_text('')
     Path('points.csv').write_text('preload_n,amplitude_m,force_n\n' + '0.5,1e-7,0.1\n' * 3)
-    monkeypatch.setattr(f'stickslip_ros.cli.{MODULES.get(verb, verb)}.{work}', None)
+    monkeypatch.setattr(f'stickslip_ros.cli.{VERBS[verb].module}.{work}', None)
     if path.startswith('.'):
         Path(path).mkdir()
     assert main([verb, *words, path]) == 2
@@ -354,15 +475,43 @@ def test_a_negative_frequency_in_e_notation_goes_backwards(capsys: pytest.Captur
 @pytest.mark.parametrize(
     ('words', 'said'),
     [
+        (
+            ['simulate', '--amplitude', '60mN'],
+            "--amplitude '60mN' is not a finite number in m; give one such as 60nm or 60e-9",
+        ),
+        (
+            ['simulate', '--amplitude', '30m'],
+            'amplitude 30 m is above the 1.6e-07 m that the amplifier reaches; lower it; 30 nm is',
+        ),
+        (
+            ['sweep', '--amplitude', '20,60nm', '-o', 'a.csv'],
+            "amplitude '20' is without a unit, which others have; write all as 60nm or 60e-9",
+        ),
+        (
+            ['sweep', '--amplitude', '20:160nm:8', '-o', 'a.csv'],
+            "amplitude '20' is without a unit, which others have",
+        ),
+        (
+            ['fit', 'points.csv', '--free', 'runner.mass', '--bounds', 'runner.mass=1:5g'],
+            "bounds of runner.mass '1' is without a unit, which others have",
+        ),
+        (['plot', 'a.mcap', '--window', '3ms@30'], "window '30' is without a unit"),
+        (['simulate', '--amplitude', '-100nm'], 'amplitude -1e-07 m is below the minimum 0 m'),
         (['simulate', '--amplitude', '-1e-7'], 'amplitude -1e-07 m is below the minimum 0 m'),
         (['contact', '--normal-force', '-1e-3'], 'normal force -0.001 N is not above 0 N'),
-        (['contact', '--normal-force', 'inf'], 'normal force inf N is not finite'),
+        (['contact', '--normal-force', 'inf'], "--normal-force 'inf' is not a finite number in N"),
         (['contact', '--normal-force', '1e9'], 'beyond the radius of the sphere'),
     ],
 )
 def test_a_number_out_of_range_is_refused_in_the_unit_in_which_it_was_given(
-    words: list[str], said: str, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    said: str,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ):
+    monkeypatch.chdir(tmp_path)
+    Path('points.csv').write_text('preload_n,amplitude_m,force_n\n' + '0.5,1e-7,0.1\n' * 3)
     assert main(words) == 2
     assert said in capsys.readouterr().err
 

@@ -378,8 +378,8 @@ def test_tables_and_topics_give_the_same_voltages(name: str, values: np.ndarray,
     mcap = mcap_of(tmp_path / 'a.mcap', values.tolist())
     assert_is_the_wave(read_drive_input(csv, STAND))
     assert_is_the_wave(read_drive_input(table, STAND))
-    is_stroke = name == 'foot_m'
-    assert_is_the_wave(read_drive_input(mcap, STAND, 'signal', is_stroke=is_stroke))
+    is_foot = name == 'foot_m'
+    assert_is_the_wave(read_drive_input(mcap, STAND, 'signal', is_foot=is_foot))
     assert not is_run(mcap)
     assert not is_run(csv)
 

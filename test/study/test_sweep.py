@@ -72,7 +72,7 @@ def test_a_range_includes_both_ends():
     [
         ('0.1:1', WrongKind, "preload '0.1:1' is not start:stop:count; write values with commas"),
         ('0.1:1:2:3', WrongKind, 'is not start:stop:count'),
-        ('0.1:x:3', WrongKind, "preload 'x' is not a finite number; give a number"),
+        ('0.1:x:3', WrongKind, "preload 'x' is not a finite number in N; give one"),
         ('nan:1:3', WrongKind, "preload 'nan' is not a finite number"),
         ('0.1:1:2.5', WrongKind, "preload count '2.5' is not a whole number"),
         ('0.1:1:1', OutOfRange, 'preload count 1 is below the minimum 2; raise it'),

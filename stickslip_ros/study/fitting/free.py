@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters import Parameters, spec_of
+from stickslip_ros.parameters.typed import to_si_list
 
 FITTED_GROUPS = ('contact', 'friction_law', 'runner', 'load_cell', 'actuator', 'amplifier')
 """Groups whose quantities a fit may change; all others are no properties of the stand."""
@@ -185,7 +186,8 @@ def _parse_bounds(name: str, text: str) -> tuple[float, float]:
     low, colon, high = text.partition(':')
     if not colon:
         raise WrongKind(f'bounds of {name}', text, 'LOW:HIGH', f'write --bounds {name}=LOW:HIGH')
-    lower, upper = float(spec.check(name, low.strip())), float(spec.check(name, high.strip()))
+    typed = to_si_list(f'bounds of {name}', (low, high), spec.unit)
+    lower, upper = (float(spec.check(name, each)) for each in typed)
     if not lower < upper:
         limit = f'not below the upper one, {upper:g} {spec.unit}'.rstrip()
         raise OutOfRange(f'lower bound of {name}', lower, spec.unit, limit, 'swap them')

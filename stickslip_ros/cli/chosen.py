@@ -1,0 +1,41 @@
+"""What a command line chooses: parameters, and lists of quantities."""
+
+import argparse
+
+from stickslip_ros.parameters import Parameters, load_values, parse_assignments
+from stickslip_ros.parameters.typed import to_si_list
+
+
+def to_numbers(name: str, text: str, unit: str = '') -> list[float]:
+    """
+    Return the quantities of a list with commas, in an SI unit.
+
+    Raises
+    ------
+    WrongKind, OutOfRange
+        If a part is no quantity in that unit.
+
+    """
+    return to_si_list(name, text.split(','), unit)
+
+
+def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
+    """
+    Return the parameters that a command line asks for.
+
+    Raises
+    ------
+    StickSlipError
+        If a name or a value is refused.
+
+    """
+    return Parameters().updated(chosen_values(arguments))
+
+
+def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
+    """Return the parameters that a command line names, whether or not they are the defaults."""
+    values = load_values(arguments.params) if arguments.params else {}
+    named = {
+        name: value for name, value in vars(arguments).items() if '.' in name and value is not None
+    }
+    return {**values, **parse_assignments(arguments.assignments), **named}

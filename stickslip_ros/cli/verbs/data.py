@@ -1,0 +1,164 @@
+"""Verbs that read what was measured or recorded."""
+
+from stickslip_ros.cli.options import (
+    FIGURE,
+    MAP,
+    OF_FILES,
+    PARAMETERS,
+    WORKERS,
+    either,
+    file,
+    many,
+    option,
+    output,
+    switch,
+    titled,
+    to_path,
+    verb,
+)
+
+RECORDING = 'an MCAP file, a bag directory, or a run in parts'
+
+DATA = (
+    verb(
+        'import',
+        'read tables of instruments, write them in our form',
+        'Read tables as instruments and spreadsheets write them (docs/compare.md), say what was '
+        'understood, and write them as CSV with our columns in SI units. Several tables by '
+        'amplitude become one.',
+        file('tables', nargs='+'),
+        MAP,
+        OF_FILES,
+        output('.csv to write (default: only say what was understood)'),
+        module='measurement',
+    ),
+    verb(
+        'compare',
+        'compare runs, sweeps, experiments and the model',
+        'Compare A with B, each a recording (MCAP), a table of a sweep (CSV, Parquet) or a table '
+        'of an experiment (see docs/compare.md). Tables are compared by amplitude and preload, '
+        'runs over time. The word model for B runs the drive at the points of A. Without B, a '
+        'recording is compared with the experiment that it carries.',
+        option(
+            'files',
+            'A: recording or table, or several experiments by amplitude; and last B: another '
+            'one, or the word model',
+            metavar='FILE',
+            nargs='+',
+        ),
+        MAP,
+        OF_FILES,
+        output('page to read or to print: .html'),
+        either(
+            option('--shift', 'add this to the times of B', unit='s'),
+            switch('--align', 'estimate that shift by cross-correlation'),
+        ),
+        titled(
+            'for the model',
+            option(
+                '--frequency',
+                'steps per second, where A has no frequency_hz (default: 1kHz)',
+                unit='Hz',
+            ),
+            option('--steps', 'steps of each run (default: until steady)', int, default=0),
+            WORKERS,
+        ),
+        *PARAMETERS,
+    ),
+    verb(
+        'fit',
+        'fit parameters of the drive to forces, with error bars',
+        'Fit parameters of the drive to measured mean forces by weighted least squares. The '
+        'points stand in tables (docs/compare.md) with preload, amplitude and force, maybe with '
+        'frequency and standard deviation of the force. Without standard errors the noise is '
+        'estimated from the residuals. The search runs from the present values and from a Latin '
+        'hypercube in the bounds; the best minimum counts. Quantities of contact, friction_law, '
+        'runner, load_cell, actuator, amplifier may be freed. Freeing contact.rms_height sets '
+        'contact.prefactor to 0, which would hide it.',
+        file('tables of measured forces', nargs='+'),
+        MAP,
+        OF_FILES,
+        option(
+            '--free',
+            'parameters to fit, as contact.friction,runner.damping',
+            metavar='NAMES',
+            required=True,
+        ),
+        many('--start', 'start of a free parameter (default: its present value)', 'NAME=VALUE'),
+        many(
+            '--bounds',
+            'bounds of a free parameter (default: a decade below and above its start)',
+            'NAME=LOW:HIGH',
+        ),
+        option('--frequency', 'of points that have none', unit='Hz', default='1kHz'),
+        option('--starts', 'searches', int, default=8),
+        option('--seed', 'seed of starts and noise', int, default=1),
+        option(
+            '--coverage',
+            'fit N synthetic data sets too, and count the intervals that contain the truth',
+            int,
+            default=0,
+        ),
+        WORKERS,
+        many(
+            '-o --output',
+            '.json: everything; .yaml: the fitted stand for --params',
+            'FILE',
+            to_path,
+        ),
+        FIGURE,
+        *PARAMETERS,
+    ),
+    verb(
+        'info',
+        'topics, counts, rates, gaps, parameters of a recording',
+        f'Say what is in {RECORDING}.',
+        file(RECORDING),
+        module='recording',
+    ),
+    verb(
+        'plot',
+        'draw a recording against time',
+        'Draw a recording: the trace where there is one, else the topics at 1 kHz; below, and '
+        'dotted, the commands and the status bits. However many samples there are, no peak is '
+        'lost.',
+        file('the recording'),
+        option(
+            '--window',
+            'stretch to draw: 2ms@0.3s is 2 ms from 0.3 s on (default: the whole run)',
+            metavar='LENGTH@START',
+        ),
+        output('.png, .svg or .pdf (default: beside the recording, as PNG)'),
+        module='recording',
+    ),
+    verb(
+        'recover',
+        'make an unfinished, cut or damaged recording readable',
+        'Copy what can be read of an MCAP file or a bag into a finished, indexed one. The '
+        'original is only read; nothing is overwritten.',
+        file(RECORDING),
+        output('the copy (default: FILE.recovered.mcap)'),
+        module='recording',
+    ),
+    verb(
+        'replay',
+        'run a recording again, or a measured voltage',
+        'Without --set, the requests of a recording give the same data again, byte for byte; the '
+        'exit status is 1 if they do not. With --set or --params they answer what another stand '
+        'would have done. A table of voltages or displacements of the feet over time (see '
+        'docs/compare.md; or Parquet, or a topic of an MCAP file) is played as a waveform.',
+        file('recording, or table of voltages'),
+        MAP,
+        output('recording to write'),
+        option(
+            '--topic', 'topic of an MCAP file that gives the voltage', metavar='NAME', default=''
+        ),
+        option('--field', 'field or column of that topic, as voltage', metavar='NAME', default=''),
+        switch('--foot', 'the topic gives the displacement of the feet in m, not a voltage'),
+        switch(
+            '--from-rest',
+            'replay a recording that began in the middle of a run from rest: not the same run',
+        ),
+        *PARAMETERS,
+    ),
+)

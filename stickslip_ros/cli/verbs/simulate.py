@@ -1,0 +1,135 @@
+"""Verbs that compute, without ROS."""
+
+from stickslip_ros.cli.options import (
+    FIGURE,
+    NO_LOAD_CELL,
+    PARAMETERS,
+    PRELOAD,
+    WORKERS,
+    either,
+    many,
+    option,
+    output,
+    switch,
+    to_path,
+    verb,
+)
+
+VALUES = 'VALUES'
+SLEW = option(
+    '--slew', 'sets amplifier.slew_rate, as 150V/us', metavar='V/S', dest='amplifier.slew_rate'
+)
+
+SIMULATE = (
+    verb(
+        'contact',
+        'indentation, contact radius and presliding of one hemisphere',
+        'Solve the contact of one hemisphere under a constant normal force.',
+        option('--normal-force', 'normal force F_n', unit='N', metavar='NEWTON', required=True),
+        option(
+            '--curve',
+            'tangential force at these fractions of the maximal presliding, as 0.1,0.5',
+            metavar='FRACTIONS',
+        ),
+        *PARAMETERS,
+    ),
+    verb(
+        'simulate',
+        'drive the stand with a saw-tooth; force and step length',
+        'Drive the virtual stand with a saw-tooth or another wave, without ROS. Generated force '
+        'is k x, the force in the load-cell spring.',
+        PRELOAD,
+        either(
+            option('--amplitude', 'peak-to-peak displacement of the feet', unit='m'),
+            option('--voltage', 'peak-to-peak voltage', unit='V'),
+            option('--waveform', 'one cycle as a table of time and voltage', to_path),
+            required=True,
+        ),
+        option(
+            '--frequency',
+            'steps per second; negative ones go backwards (default: 1kHz, or as the waveform '
+            'says)',
+            unit='Hz',
+        ),
+        SLEW,
+        option(
+            '--steps',
+            'steps (default: until the force is steady, at most 5000)',
+            int,
+            default=0,
+        ),
+        NO_LOAD_CELL,
+        output('record the run as MCAP'),
+        *PARAMETERS,
+    ),
+    verb(
+        'sweep',
+        'run the drive at every combination of values; a table',
+        'Run the drive alone, without sensors, at every combination of values. VALUES are a list, '
+        '0.1N,0.5N, or a range start:stop:count with both ends, 0:160nm:33. A run ends when it is '
+        'steady: mean force of a cycle (free runner: step length) within 0.1% per 20 steps; 200 '
+        'to 5000 steps; --steps sets a number instead. Finished runs are kept in FILE.journal: '
+        'after Ctrl-C or a crash the same command goes on.',
+        option('--preload', 'varies stand.preload', metavar=VALUES),
+        option('--amplitude', 'peak-to-peak displacements', metavar=VALUES, required=True),
+        option('--frequency', 'steps per second', metavar=VALUES, default='1kHz'),
+        many(
+            '--vary',
+            'vary any parameter; the first one is the slowest',
+            f'GROUP.NAME={VALUES}',
+        ),
+        option('--steps', 'steps of each run (default: until steady)', int, default=0),
+        NO_LOAD_CELL,
+        output('.csv or .parquet', required=True),
+        either(
+            WORKERS,
+            option(
+                '--scheduler',
+                'run on a Dask cluster instead, as tcp://HOST:8786; needs: pip install '
+                'distributed',
+                metavar='ADDRESS',
+                default='',
+            ),
+        ),
+        switch('--fresh', 'forget what FILE.journal holds'),
+        *PARAMETERS,
+    ),
+    verb(
+        'zero-amplitude',
+        'the amplitude below which a free runner makes no steps',
+        "Find the 0-amplitude of a free runner in two ways. Edeler's: a straight line through the "
+        'step lengths at 17 amplitudes, from half-way between the first that steps and the '
+        'largest up to the largest, extrapolated to zero. Directly: the smallest amplitude with '
+        'a net step above 1e-10 m. The load cell is taken away, whatever load_cell.contact says.',
+        PRELOAD,
+        option('--frequency', 'steps per second', unit='Hz', default='200Hz'),
+        SLEW,
+        option('--steps', 'steps of each run', int, default=120),
+        *PARAMETERS,
+        module='sweep',
+    ),
+    verb(
+        'bode',
+        'frequency response of the stuck drive, computed and measured',
+        'Find how voltage and load move the runner while it sticks to the feet: in closed form, '
+        'and measured with sines so small that the contacts hardly slip. Frequencies are a list, '
+        '100Hz,1kHz, or a range start:stop:count.',
+        PRELOAD,
+        option('--at-voltage', 'rest there (default: half-way between its limits)', unit='V'),
+        option('--frequency', 'default: 25 around the resonance', metavar=VALUES),
+        NO_LOAD_CELL,
+        FIGURE,
+        output('.csv or .parquet'),
+        WORKERS,
+        *PARAMETERS,
+    ),
+    verb(
+        'compile',
+        'compile the kernels now, so that the first run need not',
+        'Compile the kernels of the drive and keep them on the disk, as part of an installation. '
+        'What root has compiled, every user of the machine may read. Exit status 1 if there is no '
+        'folder to keep them in.',
+        switch('--timings', 'print how many were compiled, and the time'),
+        reports_compilation=True,
+    ),
+)
