@@ -8,6 +8,7 @@ kernels. Where there is no such folder, kernels are compiled anew in every proce
 
 """
 
+import hashlib
 import os
 import stat
 from collections.abc import Callable, Iterator
@@ -113,7 +114,11 @@ def _package() -> Path:
 
 
 def _name() -> str:
-    return f'stickslip_ros-{sources_digest(_package())}'
+    return f'stickslip_ros-{_digest(_package())}'
+
+
+_digest = lru_cache(maxsize=1)(sources_digest)
+_digest(_package())  # now, and not at the first kernel: sources may change while a program runs
 
 
 def _make(folder: Path) -> None:
@@ -203,6 +208,28 @@ class _Form(CompileResultCacheImpl):
 
 
 class _Files(IndexDataCacheFile):
+    """
+    The files of one kernel: one for each signature, named after it.
+
+    numba counts them and keeps an index: of two processes that compile at the same time, each for
+    a signature of its own, one could find the machine code of the other, for ever.
+
+    """
+
+    def load(self, key: Any) -> Any:
+        """Return what was kept under a key, None if nothing was."""
+        with suppress(FileNotFoundError):
+            return self._load_data(self._name_of(key))
+        return None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Keep something under a key."""
+        self._save_data(self._name_of(key), data)
+
+    def _name_of(self, key: Any) -> str:
+        digest = hashlib.sha256(repr((numba.__version__, key)).encode()).hexdigest()
+        return f'{Path(self._index_name).stem}-{digest[:16]}.nbc'
+
     @contextmanager
     def _open_for_write(self, filepath: str) -> Iterator[Any]:
         """Open a file that nobody else can write, whatever the umask."""
@@ -218,8 +245,7 @@ class _Store(FunctionCache):
 
     def __init__(self, function: Callable[..., Any], kind: str, folder: Path) -> None:
         super().__init__(function)
-        stamp = self._impl.locator.get_source_stamp()
-        self._cache_file = _Files(str(folder), f'{self._impl.filename_base}-{kind}', stamp)
+        self._cache_file = _Files(str(folder), f'{self._impl.filename_base}-{kind}', None)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """

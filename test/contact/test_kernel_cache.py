@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from threading import Barrier, Thread
 
 import numba
 import pytest
@@ -14,13 +15,21 @@ from numba.core.caching import FunctionCache
 
 from stickslip_ros.contact import kernel_cache
 from stickslip_ros.contact.kernel import entry_point, in_python, kernel
-from stickslip_ros.contact.kernel_cache import CONFIG, cache_folders, why_not_kept
+from stickslip_ros.contact.kernel_cache import CONFIG, Folders, cache_folders, why_not_kept
 from stickslip_ros.sources import FOLDERS
 
-# Where it is read once, a test may ask again.
-fresh_folders = cache_folders.__wrapped__
 MINE = os.geteuid()
 NOBODY = 65534
+ROUNDS = 300
+KEPT = '*.twice-*.nbc'
+"""The machine code of `twice` in a folder."""
+
+
+def fresh_folders() -> Folders:
+    """Ask again for what a program asks once."""
+    kernel_cache._digest.cache_clear()
+    folders: Folders = cache_folders.__wrapped__()
+    return folders
 
 
 @entry_point
@@ -102,8 +111,8 @@ def test_a_folder_that_others_can_write_is_passed_over(mode, package, tmp_path):
 
 def test_a_folder_with_a_file_that_others_can_write_is_passed_over(package, tmp_path):
     folder = fresh_folders().write
-    (folder / 'kernel.nbi').touch()
-    (folder / 'kernel.nbi').chmod(0o666)
+    (folder / 'kernel.nbc').touch()
+    (folder / 'kernel.nbc').chmod(0o666)
     assert fresh_folders().read == (tmp_path / 'user' / folder.name,)
 
 
@@ -160,15 +169,10 @@ class Payload:
         return os.mkdir, (str(self.mark),)
 
 
-def _plant(index: Path, mark: Path) -> None:
-    """Write the index of a kernel's cache as numba reads it, with a payload."""
-    index.parent.mkdir(parents=True, exist_ok=True)
-    index.write_bytes(pickle.dumps(numba.__version__) + pickle.dumps(Payload(mark)))
-
-
-def _index_in(folder: Path) -> Path:
-    store = kernel_cache._Store(in_python(twice), 'entry', folder)
-    return Path(store._cache_file._index_path)
+def _plant(file: Path, mark: Path, head: bytes = b'') -> None:
+    """Write a file of a kernel's cache with a payload."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(head + pickle.dumps(Payload(mark)))
 
 
 def _call_anew() -> float:
@@ -178,34 +182,59 @@ def _call_anew() -> float:
 def test_what_another_user_has_put_into_a_cache_is_not_executed(package, tmp_path, monkeypatch):
     monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
     mark, folder = tmp_path / 'executed', fresh_folders().write
-    _plant(_index_in(folder), mark)
+    assert _call_anew() == 3.0
+    [kept] = folder.glob(KEPT)
+    _plant(kept, mark)
     folder.chmod(0o777)
     assert _call_anew() == 3.0
     assert not mark.exists()
 
     # The payload works: where only this user can have put it, it is executed.
     folder.chmod(0o700)
-    _index_in(folder).chmod(0o600)
-    with pytest.raises(TypeError):
-        _call_anew()
+    _plant(kept, mark)
+    assert _call_anew() == 3.0
     assert mark.exists()
 
 
 def test_nothing_is_looked_for_in_the_common_temporary_folder(package, tmp_path, monkeypatch):
     temporary, mark = tmp_path / 'temporary', tmp_path / 'executed'
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
     folder = temporary / fresh_folders().write.name
+    assert _call_anew() == 3.0
+    [kept] = fresh_folders().write.glob(KEPT)
     shutil.rmtree(package / '__pycache__')
     for blocked in (package / '__pycache__', tmp_path / 'user'):
         blocked.write_text('', encoding='utf-8')
-    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
     monkeypatch.setattr(tempfile, 'tempdir', str(temporary))
-    _plant(_index_in(folder), mark)
+    _plant(folder / kept.name, mark)
     monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(folder))  # the place and form of numba itself
-    _plant(Path(FunctionCache(in_python(twice))._cache_file._index_path), mark)
+    index = Path(FunctionCache(in_python(twice))._cache_file._index_path)
+    _plant(index, mark, pickle.dumps(numba.__version__))
     monkeypatch.setattr(CONFIG, 'CACHE_DIR', '')
     folder.chmod(0o700)
     assert _call_anew() == 3.0
     assert not mark.exists()
+
+
+def test_processes_that_compile_at_once_never_find_the_code_of_another_signature(tmp_path):
+    wrong: list[tuple[str, int]] = []
+
+    def keep(own: str) -> None:
+        for number in range(ROUNDS):
+            files = kernel_cache._Files(str(tmp_path), f'kernel{number}', None)
+            both.wait()
+            files.save((own, 'key'), own)
+            both.wait()
+            if files.load((own, 'key')) != own:
+                wrong.append((own, number))
+
+    both = Barrier(2)
+    threads = [Thread(target=keep, args=[own]) for own in ('float64', 'int64')]
+    for each in threads:
+        each.start()
+    for each in threads:
+        each.join()
+    assert not wrong
 
 
 AS_ANOTHER_USER = """
@@ -250,7 +279,7 @@ if MINE == 0:  # only root can be two users
             (place / 'little.py').write_text('def half(x):\n    return 0.5 * x\n')
             assert _as_user(0, place).startswith('[1.5, 0, "')
             files = sorted((place / 'cache').rglob('*'))
-            assert len(files) == 3
+            assert len(files) == 2
             assert _as_user(NOBODY, place) == '[1.5, 1, null]\n'
             files[0].chmod(0o777)
             assert _as_user(NOBODY, place) == '[1.5, 0, null]\n'
