@@ -16,8 +16,8 @@ from rich.progress import (
 )
 from rich.text import Text
 
-Show = Callable[[int, int], None]
-"""Receives how much is done, and of how much; 0 of an unknown amount."""
+Show = Callable[..., None]
+"""Receives how much is done, and of how much, 0 of an unknown amount; and a note, if it likes."""
 
 
 class _RateColumn(ProgressColumn):
@@ -51,9 +51,10 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
     with bar:
         task = bar.add_task(what, total=None, start=not resumes)
 
-        def show(done: int, total: int) -> None:
+        def show(done: int, total: int, note: str = '') -> None:
             if not bar.tasks[task].started:
                 bar.reset(task, total=total or None, completed=done)
-            bar.update(task, completed=done, total=total or None)
+            text = f'{what}, {note}' if note else what
+            bar.update(task, description=text, completed=done, total=total or None)
 
         yield show

@@ -10,7 +10,7 @@ import importlib
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
@@ -53,6 +53,7 @@ def run_batch(
     journal: Journal | None = None,
     workers: int = 0,
     scheduler: str = '',
+    executor: Executor | None = None,
     progress: Progress | None = None,
 ) -> list[Result]:
     """
@@ -71,6 +72,8 @@ def run_batch(
         Number of threads; 0 is one per core.
     scheduler : str
         Address of a Dask scheduler, ``tcp://192.0.2.1:8786``, whose workers then run the cases.
+    executor : Executor, optional
+        What ``executor_of`` gave: one for many batches, instead of workers or scheduler.
     progress : callable, optional
         Called with cases done and cases in all, first with those of the journal.
 
@@ -105,14 +108,16 @@ def run_batch(
     try:
         tell()
         if todo:
-            with _executor(workers, scheduler) as executor:
-                _run(executor, task, ((index, cases[index]) for index in todo), keep)
+            chosen = nullcontext(executor) if executor else executor_of(workers, scheduler)
+            with chosen as to_use:
+                _run(to_use, task, ((index, cases[index]) for index in todo), keep)
     except KeyboardInterrupt:
         raise Interrupted(rows, len(cases), journal) from None
     return [rows[index] for index in range(len(cases))]
 
 
-def _executor(workers: int, scheduler: str) -> AbstractContextManager[Executor]:
+def executor_of(workers: int, scheduler: str = '') -> AbstractContextManager[Executor]:
+    """Return threads or a Dask cluster, as ``run_batch`` takes them; a context ends them."""
     if not 0 <= workers <= WORKERS_MAX:
         limit = f'not from 0 to {WORKERS_MAX}'
         raise OutOfRange('number of workers', workers, '', limit, '0 takes one per core')

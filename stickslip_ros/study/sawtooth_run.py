@@ -154,7 +154,7 @@ def run_drive(
         heed_stop()
         cycles = min(STEADY_WINDOW, most - len(ramps))
         _, before_j = energies_of_contacts(plants, states)
-        ramps = np.concatenate((ramps, _advance(plants, states, wave, cycles, load_n)))
+        ramps = np.concatenate((ramps, advance_cycles(plants, states, wave, cycles, load_n)))
         _, after_j = energies_of_contacts(plants, states)
         loss_j = float(after_j - before_j) / cycles
     return DriveRun(
@@ -166,8 +166,15 @@ def run_drive(
     )
 
 
-def _advance(plants: Record, states: Record, wave: Wave, cycles: int, load_n: float) -> Array:
-    """Advance by some cycles; return the log of their ramps."""
+def advance_cycles(
+    plants: Record, states: Record, wave: Wave, cycles: int, load_n: float = 0.0
+) -> Array:
+    """
+    Advance a drive to the end of so many cycles of its wave; return their log.
+
+    Its columns are position after the fall, mean and final position, m, one row for a cycle.
+
+    """
     log = np.empty((cycles, 3))
     first = int(states['clock']['cycle'].item())
     time_s = cycles * wave.period_s - float(states['clock']['ramp_s'].item())

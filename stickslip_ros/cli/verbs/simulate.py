@@ -19,6 +19,16 @@ VALUES = 'VALUES'
 SLEW = option(
     '--slew', 'sets amplifier.slew_rate, as 150V/us', metavar='V/S', dest='amplifier.slew_rate'
 )
+RUNNERS = either(
+    WORKERS,
+    option(
+        '--scheduler',
+        'run on a Dask cluster instead, as tcp://HOST:8786; needs: pip install distributed',
+        metavar='ADDRESS',
+        default='',
+    ),
+)
+FRESH = switch('--fresh', 'forget what FILE.journal holds')
 
 SIMULATE = (
     verb(
@@ -81,17 +91,8 @@ SIMULATE = (
         option('--steps', 'steps of each run (default: until steady)', int, default=0),
         NO_LOAD_CELL,
         output('.csv or .parquet', required=True),
-        either(
-            WORKERS,
-            option(
-                '--scheduler',
-                'run on a Dask cluster instead, as tcp://HOST:8786; needs: pip install '
-                'distributed',
-                metavar='ADDRESS',
-                default='',
-            ),
-        ),
-        switch('--fresh', 'forget what FILE.journal holds'),
+        RUNNERS,
+        FRESH,
         *PARAMETERS,
     ),
     verb(
@@ -107,6 +108,35 @@ SIMULATE = (
         option('--steps', 'steps of each run', int, default=120),
         *PARAMETERS,
         module='sweep',
+    ),
+    verb(
+        'optimise',
+        'find the periodic wave that does best',
+        'Find the closed wave of one rise and one fall that does best within range, slew rate and '
+        'current of the amplifier: a monotone spline through knots, or a named shape; each is '
+        'searched equally long in its own parameters. OBJECTIVE is speed, force, step, vibration, '
+        'energy or flatness (docs/design.md). Frequency and preload are free between two limits '
+        'if two are given. Evaluations are kept in FILE.journal: after a crash the same command '
+        'goes on; after Ctrl-C the best wave is written too. Needs: pip install cma.',
+        option('objective', 'what shall be best', metavar='OBJECTIVE'),
+        option('--load', 'force against the motion', unit='N', default='0'),
+        option('--speed', 'that vibration asks for', unit='m/s', metavar='SPEED', default='0'),
+        switch('--backwards', 'move the runner the other way'),
+        option('--frequency', 'cycles per second', metavar='LOW:HIGH', default='1kHz'),
+        option('--preload', 'stand.preload', metavar='LOW:HIGH'),
+        option('--knots', 'knots of the spline, 6 to 16', int, default=8),
+        option('--evaluations', 'of each search', int, default=1000),
+        option('--seconds', 'time after which each search ends; 0 is none', unit='s', default='0'),
+        option('--seed', 'first seed', int, default=0),
+        option('--seeds', 'searches of each shape, one per seed', int, default=1),
+        option('--stands', 'stands that judge a wave', int, default=1),
+        option('--spread', 'share by which these differ', float, 'SHARE', default=0.15),
+        option('--rule', 'how they judge: mean or worst', default='mean'),
+        output('.csv of the wave', required=True),
+        FIGURE,
+        RUNNERS,
+        FRESH,
+        *PARAMETERS,
     ),
     verb(
         'bode',

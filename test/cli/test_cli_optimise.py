@@ -1,0 +1,111 @@
+"""``stickslip optimise`` as it is typed."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import trapezoid
+
+from stickslip_ros.cli import optimise as module
+from stickslip_ros.cli.main import build_parser, main
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study import batch
+from stickslip_ros.study.design.answer import Order
+from stickslip_ros.study.design.objectives import WORTHLESS, Goal
+
+pytestmark = pytest.mark.usefixtures('compiled_kernels')
+
+STAND = Parameters()
+SHORT = ['--evaluations', '6', '--seeds', '1', '--knots', '6', '--workers', '1']
+
+
+def test_it_writes_a_wave_that_simulate_plays_with_the_same_force(capsys: Any, tmp_path: Path):
+    wave, picture = tmp_path / 'new' / 'wave.csv', tmp_path / 'wave.png'
+    words = ['optimise', 'force', *SHORT, '-o', str(wave), '--figure', str(picture), '--json']
+    assert main(words) == 0
+    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # no NaN
+    assert told['file'] == str(wave)
+    assert set(told['shapes']) > {'sawtooth', 'freeze-and-kick', 'spline', 'sawtooth, plain'}
+    assert picture.read_bytes().startswith(b'\x89PNG')
+    assert not list(wave.parent.glob('*.journal'))
+    assert main(['simulate', '--waveform', str(wave), '--json']) == 0
+    played = json.loads(capsys.readouterr().out)
+    best = told['shapes'][told['best']]
+    time_s, volts = np.loadtxt(wave, delimiter=',', skiprows=1).T
+    feet_m = trapezoid(volts, time_s) / time_s[-1] * STAND.actuator.gain
+    force_n = played['force_mean_n'] - STAND.load_cell.stiffness * feet_m
+    assert force_n == pytest.approx(best['value'], rel=0.01)
+    assert played['steady']
+
+
+def test_what_it_finds_is_a_table_with_the_command_that_plays_it(capsys: Any, tmp_path: Path):
+    wave = tmp_path / 'wave.csv'
+    assert main(['optimise', 'speed', *SHORT, '--preload', '0.4:0.5', '-o', str(wave)]) == 0
+    shown = capsys.readouterr().out
+    for said in ('freeze-and-kick', 'cycloid', 'errors of the integration', 'rough lines'):
+        assert said in shown
+    assert f'simulate --waveform {wave}' in shown
+
+
+def test_a_stopped_search_writes_its_best_wave_and_goes_on(
+    capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    wave = tmp_path / 'wave.csv'
+    words = ['optimise', 'speed', *SHORT, '-o', str(wave)]
+    looks: list[int] = []
+
+    def stop_after_a_while() -> None:
+        looks.append(1)
+        if len(looks) > 20:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(batch, 'heed_stop', stop_after_a_while)
+        assert main(words) == 130
+    assert 'best wave so far in' in capsys.readouterr().err
+    assert wave.read_text().startswith('time_s,voltage_v\n0.0,0.0\n')
+    assert main([*words, '--json']) == 0
+    resumed = json.loads(capsys.readouterr().out)
+    assert main([*words, '--json']) == 0
+    assert json.loads(capsys.readouterr().out) == resumed
+
+
+def test_without_options_it_is_the_order_of_the_library():
+    parsed = build_parser(['optimise']).parse_args(['optimise', 'force', '-o', 'wave.csv'])
+    order = module.chosen_order(parsed)
+    assert order == Order(Goal('force'), STAND, (1000.0, 1000.0), (0.5, 0.5))
+    assert module._note(order, -0.25) == 'best 250 mN'
+    assert module._note(order, WORTHLESS) == ''
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ['beauty'],
+        ['vibration'],
+        ['speed', '--frequency', 'fast'],
+        ['speed', '--frequency', '1:2:3'],
+        ['speed', '--frequency', 'nan'],
+        ['speed', '--frequency', '1e6'],
+        ['speed', '--load', '-1'],
+        ['speed', '--load', '1V'],
+        ['vibration', '--speed', 'fast'],
+        ['speed', '--knots', '4'],
+        ['speed', '--preload', '1:0.5'],
+        ['speed', '--evaluations', '0'],
+        ['speed', '--rule', 'best'],
+        ['speed', '--set', 'contact.friction=2e9'],
+        ['speed', '--figure', 'wave.gif'],
+        ['speed', '-o', 'wave.mcap'],
+    ],
+)
+def test_what_cannot_be_done_is_refused_in_one_line(
+    capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
+):
+    monkeypatch.chdir(tmp_path)
+    assert main(['optimise', *SHORT, '-o', 'wave.csv', *words]) == 2
+    [line] = capsys.readouterr().err.splitlines()
+    assert line.startswith('stickslip: ')
+    assert not list(tmp_path.iterdir())
