@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,13 @@ from rich.table import Table
 from stickslip_ros.cli.chosen import chosen_parameters, to_numbers
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, number, table
 from stickslip_ros.files import make_folder
+from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.positioning_figure import draw_positioning, largest_errors_m
 from stickslip_ros.study.run_figure import plot_run
 from stickslip_ros.units import MILLI, NM
 
+PARTS = 3
+"""Things that the demo begins."""
 TOLERANCE_M = 5e-9
 """Largest true distance from a target while it is held, for a pass."""
 SETTLE_S = 0.2
@@ -27,16 +31,29 @@ def demo_verb(arguments: argparse.Namespace) -> Answer:
 
     parameters = chosen_parameters(arguments)
     make_folder(arguments.output)
-    summary = run_demo(parameters, arguments.output, _say_unless(arguments.json))
     picture = arguments.output / 'demo.png'
     title = 'Stick and slip of the free runner, then force against the load cell'
-    plot_run(Path(summary.recording), picture, title=title, with_steps=True)
+    with _told(quiet=arguments.json) as say:
+        summary = run_demo(parameters, arguments.output, say)
+        say('drawing its recording')
+        plot_run(Path(summary.recording), picture, title=title, with_steps=True)
     return Answer(summary, _demo_parts(summary, picture), 0 if summary.passed else CHECK_FAILED)
 
 
-def _say_unless(quiet: bool) -> Callable[[str], None]:
-    """Return what says on standard error what is being done."""
-    return (lambda _: None) if quiet else (lambda line: print(line, file=sys.stderr, flush=True))
+@contextmanager
+def _told(*, quiet: bool) -> Iterator[Callable[[str], None]]:
+    """Give what says on standard error which part of the demo begins, and shows how many are."""
+    with shown_progress('parts', quiet=quiet) as progress:
+        begun = 0
+
+        def say(line: str) -> None:
+            nonlocal begun
+            progress(begun, PARTS)
+            begun += 1
+            if not quiet:
+                print(line, file=sys.stderr, flush=True)
+
+        yield say
 
 
 def _demo_parts(summary: Any, picture: Path) -> Iterator[str | Table]:
@@ -76,7 +93,8 @@ def positioning_verb(arguments: argparse.Namespace) -> Answer:
     targets_m = to_numbers('--target', arguments.target, 'm')
     parameters = chosen_parameters(arguments)
     make_folder(arguments.output)
-    legs = run_positioning(parameters, recording, targets_m, arguments.load)
+    with shown_progress('targets', quiet=arguments.json) as progress:
+        legs = run_positioning(parameters, recording, targets_m, arguments.load, progress)
     # A load pushes the runner away at first; from then on the target must be held again.
     holds = [
         (leg.start_s + SETTLE_S if leg.load_n else leg.arrival_s, leg.end_s, leg.target_m)

@@ -44,7 +44,8 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         write_fit(path, fit, content, origin)
     files = [*arguments.output]
     if arguments.figure:
-        draw_fit(fit, arguments.figure, origin, arguments.workers)
+        with shown_progress('drawing', quiet=arguments.json):
+            draw_fit(fit, arguments.figure, origin, arguments.workers)
         files.append(arguments.figure)
     return Answer(content, [*_parts(fit, notes, coverage), *(f'file    {path}' for path in files)])
 

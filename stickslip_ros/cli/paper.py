@@ -32,7 +32,8 @@ def roughness_verb(arguments: argparse.Namespace) -> Answer:
     with shown_progress('lines', quiet=arguments.json) as progress:
         ensemble = rough_line_ensemble(parameters, arguments.realisations, progress=progress)
     picture = arguments.output / ROUGHNESS_PICTURE
-    draw_roughness(samples, ensemble, picture)
+    with shown_progress('drawing', quiet=arguments.json):
+        draw_roughness(samples, ensemble, picture)
     content = describe_roughness(samples, ensemble) | {'picture': str(picture)}
     return Answer(content, [*_roughness_tables(samples, ensemble), f'picture {picture}'])
 
@@ -96,7 +97,8 @@ def laws_verb(arguments: argparse.Namespace) -> Answer:
     with shown_progress('runs', quiet=arguments.json) as progress:
         tables = make_tables([LAWS], parameters, points=arguments.points, progress=progress)
     runs = tables[LAWS.name]
-    files = write_figure(LAWS, runs, parameters, arguments.output, ('.csv', '.md', '.png'))
+    with shown_progress('drawing', quiet=arguments.json):
+        files = write_figure(LAWS, runs, parameters, arguments.output, ('.csv', '.md', '.png'))
     paths = f'table   {files[0]}\nfigure  {files[2]}'
     return Answer({'points': runs.rows}, [_laws_table(runs), paths])
 
@@ -123,11 +125,13 @@ def figures_verb(arguments: argparse.Namespace) -> Answer:
             workers=arguments.workers,
             progress=progress,
         )
-    content = {}
-    for figure in figures:
-        runs = tables[figure.name]
-        files = write_figure(figure, runs, parameters, arguments.output)
-        content[figure.name] = {'files': [str(path) for path in files], 'rows': _known(runs)}
+    content: dict[str, Any] = {}
+    with shown_progress('figures', quiet=arguments.json) as progress:
+        for figure in figures:
+            progress(len(content), len(figures))
+            runs = tables[figure.name]
+            files = write_figure(figure, runs, parameters, arguments.output)
+            content[figure.name] = {'files': [str(path) for path in files], 'rows': _known(runs)}
     rows = [(figure.name, figure.title, len(tables[figure.name].rows)) for figure in figures]
     shown = table('figures', rows, ('name', 'shows', 'rows'))
     return Answer(content, [shown, f'folder {arguments.output}'])

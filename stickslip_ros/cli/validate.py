@@ -9,6 +9,7 @@ from rich.text import Text
 
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, table
 from stickslip_ros.files import make_folder
+from stickslip_ros.progress import shown_progress
 from stickslip_ros.validation.checks import Findings, Outcome, failed_checks
 from stickslip_ros.validation.evidence import validate
 from stickslip_ros.validation.report import (
@@ -25,8 +26,9 @@ STAR = '* error relative to a scale that the files name, not to the reference'
 def validate_verb(arguments: argparse.Namespace) -> Answer:
     """Check and write."""
     make_folder(arguments.output)
-    findings = validate()
-    files = write_report(findings, arguments.output)
+    with shown_progress('families', quiet=arguments.json) as progress:
+        findings = validate(progress=progress)
+        files = write_report(findings, arguments.output)
     is_well = not failed_checks(findings)
     content = {
         'passed': is_well,

@@ -1,6 +1,6 @@
 """A positioning run: drive and controller in one process, in lockstep, over topics, recorded."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -87,9 +87,14 @@ class ScriptedController(PositionController):
         super().__init__(parameter_overrides=overrides, **node_arguments)
 
     @property
+    def planned(self) -> int:
+        """How many legs there shall be."""
+        return len(self._plan)
+
+    @property
     def is_done(self) -> bool:
         """Whether every leg is over."""
-        return len(self.legs) == len(self._plan)
+        return len(self.legs) == self.planned
 
     def _answer(self, time_s: float, position_m: float) -> Commands:
         self.readings += 1
@@ -137,6 +142,7 @@ def run_positioning(
     path: Path,
     targets_m: Sequence[float] = TARGETS_M,
     load_n: float = LOAD_N,
+    progress: Callable[[int, int], None] = lambda *_: None,
 ) -> list[Leg]:
     """
     Let a controller bring the runner to some targets, over topics, and record the run.
@@ -151,6 +157,8 @@ def run_positioning(
         Positions, m, one after the other.
     load_n : float
         External load that comes at the end, N; 0 is none.
+    progress : callable
+        Receives how many targets are done, and of how many; a load counts as one.
 
     Raises
     ------
@@ -178,12 +186,18 @@ def run_positioning(
     stay_on_this_host()
     context = open_context()
     try:
-        return _run(stand, ScriptedController(targets_m, load_n, stand, context=context), context)
+        controller = ScriptedController(targets_m, load_n, stand, context=context)
+        return _run(stand, controller, context, progress)
     finally:
         context.try_shutdown()
 
 
-def _run(stand: Parameters, controller: ScriptedController, context: Context) -> list[Leg]:
+def _run(
+    stand: Parameters,
+    controller: ScriptedController,
+    context: Context,
+    progress: Callable[[int, int], None],
+) -> list[Leg]:
     values = stand.flat()
     overrides = [Parameter(name, value=value) for name, value in values.items()]
     drive = StickSlipDrive(context=context, parameter_overrides=overrides)
@@ -195,6 +209,7 @@ def _run(stand: Parameters, controller: ScriptedController, context: Context) ->
         while not controller.is_done:
             heed_stop()
             executor.spin_once(timeout_sec=SPIN_S)
+            progress(len(controller.legs), controller.planned)
             silent = 0 if controller.readings > readings else silent + 1
             readings = controller.readings
             if silent > SILENCE_SPINS:

@@ -1,6 +1,6 @@
 """The evidence: all checks, in the order of the table."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from stickslip_ros.validation.checks import Family, Findings
 from stickslip_ros.validation.friction_laws import FRICTION_LAWS
@@ -30,6 +30,14 @@ EVIDENCE: tuple[Family, ...] = (
 """``stickslip validate``, the table of docs/validation.md and the tests read this list."""
 
 
-def validate(families: Sequence[Family] | None = None) -> tuple[Findings, ...]:
-    """Run families of checks, all of EVIDENCE if None."""
-    return tuple(family.run() for family in (EVIDENCE if families is None else families))
+def validate(
+    families: Sequence[Family] | None = None,
+    progress: Callable[[int, int], None] = lambda *_: None,
+) -> tuple[Findings, ...]:
+    """Run families of checks, all of EVIDENCE if None; tell how many are done, and of how many."""
+    chosen = EVIDENCE if families is None else families
+    findings: list[Findings] = []
+    for family in chosen:
+        progress(len(findings), len(chosen))
+        findings.append(family.run())
+    return tuple(findings)

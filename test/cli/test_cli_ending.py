@@ -22,7 +22,7 @@ LOOK_S = 0.005
 LOST_STEPS = '1000000'
 """Steps that nobody waits for."""
 
-PROGRESS = ('[INFO]', 'starting the drive', 'commanding it', 'read    ', '        ')
+PROGRESS = ('[INFO]', 'starting the drive', 'commanding it', 'drawing', 'read    ', '        ')
 """What a node logs, and how far the demo says that it is."""
 
 Reached = Callable[[int, Path], bool]

@@ -5,9 +5,15 @@ import json
 import re
 import sys
 import time
+from contextlib import contextmanager
 
+import pytest
+
+from stickslip_ros.cli.main import main
 from stickslip_ros.cli.printing import WIDTH, Answer, number, table
+from stickslip_ros.cli.verbs import VERBS
 from stickslip_ros.progress import shown_progress
+from stickslip_ros.validation.load_curves import NORMAL_LOAD
 
 PATIENCE_S = 60.0
 DONE_BEFORE, TOTAL = 500, 100_000_000
@@ -41,6 +47,41 @@ def test_a_quiet_bar_is_not_shown(monkeypatch):
     with shown_progress('runs', quiet=True) as show:
         show(1, 2)
     assert terminal.getvalue() == ''
+
+
+@pytest.mark.parametrize(
+    ('words', 'bars'),
+    [
+        (['validate'], ['families']),
+        (['roughness', '--realisations', '2'], ['lines', 'drawing']),
+        (['laws', '--points', '1'], ['runs', 'drawing']),
+        (['figures', '--only', 'fig2', '--points', '2'], ['runs', 'figures']),
+        (['zero-amplitude', '--steps', '10'], ['runs']),
+        (['bode', '--frequency', '1kHz'], ['sines']),
+        (['sweep', '--amplitude', '1nm', '--steps', '1', '--output', 'a.csv'], ['runs']),
+        (['simulate', '--voltage', '9V', '--steps', '1'], ['steps']),
+        (['demo'], ['parts']),
+        (['positioning', '--target', '100nm', '--load', '0'], ['targets']),
+    ],
+    ids=lambda each: each[0],
+)
+def test_long_work_shows_how_far_it_is(words, bars, monkeypatch, tmp_path, ros_domain):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    monkeypatch.setattr('stickslip_ros.validation.evidence.EVIDENCE', (NORMAL_LOAD,))
+    shown: list[str] = []
+
+    @contextmanager
+    def noted(what, *, quiet, resumes=False):
+        shown.append(what)
+        with shown_progress(what, quiet=quiet, resumes=resumes) as show:
+            yield show
+
+    modules = [f'stickslip_ros.cli.{VERBS[words[0]].module}', 'stickslip_ros.study.swept_sine']
+    for module in modules:
+        monkeypatch.setattr(f'{module}.shown_progress', noted, raising=False)
+    assert main(words) == 0
+    assert shown == bars
 
 
 def test_an_answer_is_a_table_for_people_or_json_in_si_units(capsys):

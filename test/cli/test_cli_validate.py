@@ -6,6 +6,7 @@ import pytest
 
 from stickslip_ros.cli.main import main
 from stickslip_ros.validation.checks import Family, Tolerance, measures
+from stickslip_ros.validation.evidence import validate
 from stickslip_ros.validation.half_space import HALF_SPACE
 from stickslip_ros.validation.load_curves import NORMAL_LOAD
 from stickslip_ros.validation.roughness import ROUGHNESS
@@ -32,6 +33,13 @@ def test_all_checks_pass_and_files_are_written(capsys, monkeypatch, tmp_path):
     assert 'FAIL' not in printed
     assert 'rough, d = 80 nm: force (Eq. 24)' in printed
     assert sorted(path.name for path in tmp_path.iterdir()) == FILES
+
+
+def test_it_tells_how_many_families_are_done(monkeypatch):
+    monkeypatch.setattr(EVIDENCE, (WRONG, WRONG))
+    told = []
+    validate(progress=lambda done, total: told.append((done, total)))
+    assert told == [(0, 2), (1, 2)]
 
 
 def test_a_wrong_parameter_fails_with_status_1(capsys, monkeypatch, tmp_path):
