@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
@@ -14,7 +15,7 @@ from stickslip_ros.units import FACTORS
 
 CHECK_FAILED = 1
 """Exit status of a verb that has done its work and found something wrong."""
-WIDTH = 120
+WIDTH = 80
 """Columns of a table where no terminal says how many it has."""
 
 
@@ -44,10 +45,11 @@ class Answer:
             print_json(self.content)
             return
         is_known = sys.stdout.isatty() or 'COLUMNS' in os.environ
-        for part in self.parts:
+        for place, part in enumerate(self.parts):
             if isinstance(part, str):
                 print(part)
             else:
+                print(end='\n' * (place > 0))
                 Console(width=None if is_known else WIDTH).print(part)
 
 
@@ -62,7 +64,14 @@ def print_json(content: Any) -> None:
 def table(title: str, rows: Iterable[Sequence[object]], header: Sequence[str] = ()) -> Table:
     """Return rows as a table, the first column as names and the others right-aligned."""
     cells = [[str(cell) for cell in row] for row in rows]
-    shown = Table(title=title, title_justify='left', show_header=bool(header))
+    shown = Table(
+        title=title,
+        title_justify='left',
+        box=SIMPLE_HEAD,
+        show_edge=False,
+        pad_edge=False,
+        show_header=bool(header),
+    )
     for column in range(max(len(row) for row in [header, *cells])):
         name = header[column] if header else ''
         shown.add_column(name, justify='right' if column else 'left', overflow='fold')

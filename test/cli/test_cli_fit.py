@@ -61,14 +61,14 @@ def test_the_fitted_stand_runs_from_its_yaml_and_the_json_says_how_good_it_is(
 
 def test_the_tables_show_errors_correlation_and_synthetic_data(experiment, capsys):
     assert fit(experiment, *FREE, '--starts', '1', '--coverage', '4') == 0
-    shown = capsys.readouterr().out
+    shown = ' '.join(capsys.readouterr().out.split())
     for words in (
         'std error',
         'chi-square per degree',
         'condition number',
         'correlation',
         'of 4',
-        'searches in this minimum │     1 of 1',
+        'searches in this minimum 1 of 1',
         'from the standard errors of the points; intervals of the normal distribution',
     ):
         assert words in shown

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 import pytest
 
 from stickslip_ros.cli.main import main
-from stickslip_ros.cli.printing import WIDTH, Answer, number, table
+from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.cli.verbs import VERBS
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.validation.load_curves import NORMAL_LOAD
@@ -89,15 +89,15 @@ def test_an_answer_is_a_table_for_people_or_json_in_si_units(capsys):
     answer = Answer({'stroke_m': 60e-9, 'steps': 20}, [table('a run', rows), 'done'])
     answer.show(as_json=False)
     shown = capsys.readouterr().out
-    assert re.search(r'stroke │ 60\.0 │ nm │\n│ steps  │   20 │', shown)
+    assert re.search(r'^stroke   60\.0   nm\nsteps      20 *$', shown, re.MULTILINE)
     assert shown.endswith('done\n')
     answer.show(as_json=True)
     assert json.loads(capsys.readouterr().out) == {'stroke_m': 60e-9, 'steps': 20}
 
 
-def test_a_table_is_wide_where_nobody_says_how_wide(capsys, monkeypatch):
+def test_a_table_is_as_wide_as_a_narrow_terminal_where_nobody_says_how_wide(capsys, monkeypatch):
     answer = Answer(None, [table('a table', [('x' * 200,)])])
-    for columns, width in ((None, WIDTH), ('90', 90)):
+    for columns, width in ((None, 80), ('90', 90)):
         if columns:
             monkeypatch.setenv('COLUMNS', columns)
         answer.show(as_json=False)

@@ -82,7 +82,7 @@ def test_a_stopped_sweep_goes_on_and_ends_with_the_table_of_an_unbroken_one(
         )
     capsys.readouterr()
     assert sweep(*LONG, '--workers', '2', '-o', str(path)) == 0
-    assert re.search(rf'taken from the journal │ +{kept} │', capsys.readouterr().out)
+    assert re.search(rf'taken from the journal +{kept}\n', capsys.readouterr().out)
     assert path.read_bytes() == unbroken
     assert not journal.exists()
 

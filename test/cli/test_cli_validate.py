@@ -27,6 +27,7 @@ WRONG = Family('Wrong', (wrong,))
 
 def test_all_checks_pass_and_files_are_written(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(EVIDENCE, (NORMAL_LOAD, HALF_SPACE))
+    monkeypatch.setenv('COLUMNS', '120')
     assert main(['validate', '--output', str(tmp_path)]) == 0
     printed = capsys.readouterr().out
     assert 'all passed' in printed
