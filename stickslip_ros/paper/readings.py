@@ -1,7 +1,7 @@
 """Quantities of the figures: generated force, 0-amplitudes, presliding."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -105,16 +105,22 @@ def zero_of_force_m(
     cell_n_per_m = parameters.load_cell.stiffness
     following_n_per_m = 0.5 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m)
 
-    def begun(amplitude_m: float) -> bool:
+    def net_n(amplitude_m: float) -> float:
         force_n = run_drive(quick, amplitude_m, frequency_hz).force_mean_n
-        return force_n - following_n_per_m * amplitude_m > threshold_n
+        return force_n - following_n_per_m * amplitude_m
 
+    return first_amplitude_m(net_n, threshold_n)
+
+
+def first_amplitude_m(force_n: Callable[[float], float], threshold_n: float) -> float:
+    """Return the amplitude from which a force exceeds a threshold, m, by bisection; or nan."""
     below_m, above_m = 0.0, AMPLITUDE_MAX_M
-    if not begun(above_m):
+    if not force_n(above_m) > threshold_n:
         return math.nan
     for _ in range(ONSET_HALVINGS):
         middle_m = 0.5 * (below_m + above_m)
-        below_m, above_m = (below_m, middle_m) if begun(middle_m) else (middle_m, above_m)
+        has_begun = force_n(middle_m) > threshold_n
+        below_m, above_m = (below_m, middle_m) if has_begun else (middle_m, above_m)
     return above_m
 
 

@@ -98,6 +98,19 @@ def draw_legend(axes: Axes, place: str = 'best', title: str | None = None) -> No
     axes.legend(loc=place, title=title, fontsize='small', handlelength=LEGEND_EMS)
 
 
+def draw_shared_legend(figure: Figure, axes: Axes) -> None:
+    """Give a figure the legend of one of its axes, below them."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(
+        handles,
+        labels,
+        loc='outside lower center',
+        ncols=3,
+        fontsize='small',
+        handlelength=LEGEND_EMS,
+    )
+
+
 def label_end(axes: Axes, x: Array, y: Array, text: str, colour: str) -> None:
     """Write a text right of the last point of a curve, in its colour."""
     write_beside(axes, x[-1], y[-1], text, color=colour, annotation_clip=False)

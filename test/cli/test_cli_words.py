@@ -24,6 +24,7 @@ from stickslip_ros.cli.verbs import VERBS
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.paper.laws import LAWS
 from stickslip_ros.paper.make import FIGURES
+from stickslip_ros.paper.screening import SCREENING
 from stickslip_ros.parameters import ControllerParameters, Parameters, load_yaml, specs
 from stickslip_ros.study.comparison.by_amplitude import MODEL
 from stickslip_ros.study.fitting.fit import STARTS
@@ -165,6 +166,7 @@ def test_help_tells_the_numbers_of_the_package(capsys: Any):
     assert f'searches (default: {STARTS})' in told['fit']
     assert f'amplitudes up to 160 nm (default: {LAWS.points})' in told['laws']
     assert f'Names: {", ".join(FIGURES)}.' in told['figures']
+    assert f'unknowns (default: {SCREENING.points})' in told['sensitivity']
     assert f'within {TOLERANCE_M * NM:g} nm' in told['positioning']
     parse = build_parser().parse_args
     assert parse(['fit', 'a', '--free', 'b']).frequency == DEFAULT_FREQUENCY_HZ
@@ -434,6 +436,7 @@ WRITING = {
     'roughness': (['--output'], 'sample_roughness'),
     'laws': (['--output'], 'make_tables'),
     'figures': (['--output'], 'make_tables'),
+    'sensitivity': (['--output'], 'make_tables'),
     'validate': (['--output'], 'validate'),
 }
 """Words that have each verb write, and the work that it would do before."""

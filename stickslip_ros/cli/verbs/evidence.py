@@ -1,6 +1,6 @@
 """Verbs that compare the model with the paper, with other models and with references."""
 
-from stickslip_ros.cli.options import PARAMETERS, WORKERS, folder, option, verb
+from stickslip_ros.cli.options import PARAMETERS, PRELOAD, WORKERS, folder, option, verb
 
 EVIDENCE = (
     verb(
@@ -30,10 +30,13 @@ EVIDENCE = (
         'figures',
         "the paper's figures, and what it leaves open",
         "Run the drive for the paper's Figs 2, 6 and 7, for damping, frequency, load-cell "
-        'stiffness and slew rate, for a rounded saw-tooth, and for what others measured. Writes '
+        'stiffness and slew rate, for a rounded saw-tooth, for piezos that ring, a frame that '
+        'gives way, each unknown alone, a preload that changes within a step, for assumptions '
+        'that meet all statements of the paper, and for what others measured. Writes '
         'for each figure DIR/NAME.csv (all digits, SI), DIR/NAME.png, DIR/NAME.svg, and '
         'DIR/NAME.md with the caption. Names: fig2, fig6a, fig6b, fig7, sensitivity, slew, '
-        'rounded, consistent, consistent_force, measured_impact, measured_force.',
+        'rounded, ringing, ringing_slew, frame, unknowns, normal_motion, consistent, '
+        'consistent_force, measured_impact, measured_force.',
         folder('runs/figures'),
         option('--only', 'default: all figures', metavar='NAMES'),
         option(
@@ -42,6 +45,19 @@ EVIDENCE = (
         WORKERS,
         *PARAMETERS,
         module='paper',
+    ),
+    verb(
+        'sensitivity',
+        'which unknown matters most for force, 0-amplitude and step',
+        'Screen all that is assumed at once, by the method of Morris: what each unknown does to '
+        'force, 0-amplitude and free step at a preload, and what should be measured first. Writes '
+        'DIR/screening.csv (every run), .png, .svg, and .md with the ranges. sim.seed chooses the '
+        'trajectories.',
+        folder('runs/sensitivity'),
+        PRELOAD,
+        option('--trajectories', 'ways through all unknowns', int, default=20),
+        WORKERS,
+        *PARAMETERS,
     ),
     verb(
         'validate',
