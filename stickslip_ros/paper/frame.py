@@ -23,7 +23,7 @@ from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed
 from stickslip_ros.paper.readings import AMPLITUDE_MAX_M, stand_at
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import curve_style, draw_legend, label_axes
+from stickslip_ros.study.plotting import curve_style, draw_shared_legend, label_axes
 from stickslip_ros.study.sawtooth_run import voltage_for
 from stickslip_ros.units import MICRO, MN, NM
 
@@ -157,8 +157,8 @@ def _draw(table: Table, figure: Figure) -> None:
     label_axes(step, 'slew rate (V/us)', 'free step at 160 nm (nm)')
     for axes in (force, step):
         axes.set_xscale('log')
-        axes.set_ylim(bottom=0.0)
-    draw_legend(step, 'lower right')
+        axes.axhline(0.0, color='0.3', linewidth=0.8)
+    draw_shared_legend(figure, step)
 
 
 def _caption(parameters: Parameters) -> str:

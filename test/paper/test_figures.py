@@ -232,7 +232,7 @@ def test_every_column_of_a_table_is_filled_and_named_with_its_unit(tables):
     for name, table in tables.items():
         assert all(set(row) == set(table.columns) for row in table.rows), name
         units = {column.rpartition('_')[2] for column in set(table.columns) - without}
-        assert units <= {'n', 'm', 'hz', 's', 'deg'}, name
+        assert units <= {'n', 'm', 'hz', 's', 'a', 'deg'}, name
 
 
 def test_the_same_table_gives_the_same_bytes(tables, tmp_path):
