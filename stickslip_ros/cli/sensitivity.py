@@ -28,7 +28,8 @@ def sensitivity_verb(arguments: argparse.Namespace) -> Answer:
             progress=progress,
         )
     runs = tables[SCREENING.name]
-    files = write_figure(SCREENING, runs, parameters, arguments.output)
+    with shown_progress('drawing', quiet=arguments.json):
+        files = write_figure(SCREENING, runs, parameters, arguments.output)
     effects = effects_of(runs)
     content = {
         factor: {reading: effect._asdict() for reading, effect in each.items()}
