@@ -67,7 +67,8 @@ def power_of_ten(unit: str, si_unit: str) -> int | None:
     for part, of_ours in zip(theirs, ours, strict=True):
         base, known = ('g', 3) if of_ours == 'kg' else (of_ours, 0)
         prefix = part.removesuffix(base)
-        if prefix not in PREFIXES or (prefix and not (sign and base.isalpha())):
+        is_known = part.endswith(base) and prefix in PREFIXES
+        if not is_known or (prefix and not (sign and base.isalpha())):
             return None
         power += sign * (PREFIXES[prefix] - known)
         sign = {'/': -1, 'sqrt': 0}.get(of_ours, sign)

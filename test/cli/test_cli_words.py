@@ -484,6 +484,10 @@ def test_a_negative_frequency_in_e_notation_goes_backwards(capsys: pytest.Captur
             "--amplitude '60mN' is not a finite number in m; give one such as 60nm or 60e-9",
         ),
         (
+            ['simulate', '--amplitude', '60nm', '--preload', '1m'],
+            "stand.preload '1m' is not a finite number in N",
+        ),
+        (
             ['simulate', '--amplitude', '30m'],
             'amplitude 30 m is above the 1.6e-07 m that the amplifier reaches; lower it; 30 nm is',
         ),
