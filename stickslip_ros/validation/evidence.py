@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from stickslip_ros.validation.checks import Family, Findings
+from stickslip_ros.validation.drive import DRIVE
 from stickslip_ros.validation.friction_laws import FRICTION_LAWS
 from stickslip_ros.validation.half_space import HALF_SPACE
 from stickslip_ros.validation.load_curves import NORMAL_LOAD, TANGENTIAL_LOAD
@@ -26,6 +27,7 @@ EVIDENCE: tuple[Family, ...] = (
     RING_DOWN,
     SPRING_BANK,
     FRICTION_LAWS,
+    DRIVE,
 )
 """``stickslip validate``, the table of docs/validation.md and the tests read this list."""
 
