@@ -1,4 +1,4 @@
-"""``stickslip validate``: every check of the contact mechanics, in one table and one page."""
+"""``stickslip validate``: every check of contact and drive, in one table and one page."""
 
 import argparse
 from collections.abc import Iterator, Sequence
@@ -56,7 +56,7 @@ def failure_text(found: Outcome) -> str:
 
 
 def _table(findings: Sequence[Findings]) -> Table:
-    shown = table('contact mechanics against references', (), HEADER[:-1])
+    shown = table('contact mechanics and drive against references', (), HEADER[:-1])
     for found in findings:
         shown.add_row(Text(found.family, style='bold'))
         for each in found.outcomes:

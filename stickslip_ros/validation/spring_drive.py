@@ -33,9 +33,9 @@ PERIOD_S = 1e-3
 FINE_S, COARSE_S = 20e-9, 250e-9
 """Steps in the first part of a cycle, with the fall and what rings after it, and in the rest."""
 FINE_PART_S = 60e-6
-SPRINGS = 1000
+SPRINGS = 400
 """From the middle of a contact to its edge under the largest preload."""
-EDGE = 1.001
+EDGE = 1.01
 """A row of springs ends a little beyond that edge."""
 RADIUS_MAX_M = 1e-4
 GRAVITY_M_PER_S2 = 9.80665

@@ -14,7 +14,9 @@ from stickslip_ros.contact.mdr import Elasticity
 from stickslip_ros.contact.memory import lost_energy
 from stickslip_ros.contact.roughness import Spectrum
 from stickslip_ros.contact.springs import move_springs
+from stickslip_ros.drive.build import plant_of
 from stickslip_ros.validation.checks import EXCESS, Check, Tolerance, forget, printed
+from stickslip_ros.validation.drive import DRIVE
 from stickslip_ros.validation.evidence import EVIDENCE
 from stickslip_ros.validation.friction_laws import FRICTION_LAWS
 from stickslip_ros.validation.half_space import HALF_SPACE
@@ -189,6 +191,14 @@ def test_a_friction_that_is_a_thousandth_too_large_is_found(monkeypatch):
     monkeypatch.setattr(f'{PACKAGE}.friction_laws.deflect', too_large)
     failed = names_of_failed(FRICTION_LAWS, 'Dahl')
     assert {'Dahl: virgin curve', 'Dahl: ends of the loop'} <= set(failed)
+
+
+def test_a_damping_that_is_ignored_is_found(monkeypatch):
+    def undamped(parameters):
+        return plant_of(parameters.updated({'runner.damping': 0.0}))
+
+    monkeypatch.setattr(f'{PACKAGE}.drive.plant_of', undamped)
+    assert len(names_of_failed(DRIVE, 'damped: ')) == 3
 
 
 def test_a_spring_sticks_slips_and_turns():

@@ -61,9 +61,9 @@ EVIDENCE = (
     ),
     verb(
         'validate',
-        'contact mechanics against closed forms and 3-D solutions',
-        'Compare the contact mechanics with closed forms, springs stepped one by one, a 3-D '
-        'half-space solution and published numbers. Writes validation.md, validation.csv and '
+        'contact mechanics and drive against closed forms, springs and 3-D solutions',
+        'Compare contact mechanics and drive with closed forms, springs stepped one by one, 3-D '
+        'solutions and published numbers. Writes validation.md, validation.csv and '
         'validation.png. Exit status 1 if a check fails.',
         folder('runs/validation'),
     ),
