@@ -61,7 +61,7 @@ EVIDENCE = (
     ),
     verb(
         'validate',
-        'contact mechanics and drive against closed forms, springs and 3-D solutions',
+        'contact and drive against closed forms, springs, 3-D',
         'Compare contact mechanics and drive with closed forms, springs stepped one by one, 3-D '
         'solutions and published numbers. Writes validation.md, validation.csv and '
         'validation.png. Exit status 1 if a check fails.',
