@@ -30,7 +30,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo panel test test-pythons fuzz same lint hooks bench docs wheel colcon lock clean
+.PHONY: help setup demo panel test test-pythons fuzz mutate same lint hooks bench docs wheel colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -60,6 +60,9 @@ test-pythons: ## the same on every supported Python of this machine, each in .ve
 
 fuzz: $(VENV)/kernels.stamp ## random real-valued commands on every stand; ARGS='--seconds 600'
 	$(BIN)/python test/fuzz $(ARGS)
+
+mutate: $(VENV)/project.stamp ## put errors into copies of the package: the evidence must fail, minutes; ARGS=WORD chooses
+	$(BIN)/python scripts/mutate.py $(ARGS)
 
 same: $(VENV)/kernels.stamp ## record the same runs on a commit and here, compare the bytes; ARGS=COMMIT
 	$(BIN)/python scripts/same_bytes.py $(ARGS)
