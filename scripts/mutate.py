@@ -128,8 +128,9 @@ MUTATIONS = (
         'ratio = plant.ratios[k] if', 'ratio = 1.0 if', 'Drive', 'unequal',
     ),
     Mutation(
-        'creep of one decade only', 'drive/piezo.py',
-        'tau_s *= 10.0', 'tau_s *= 1e6', 'Drive', 'creep',
+        'creep: a factor 2', 'drive/piezo.py',
+        'return plant.piezo.creep * total_m', 'return 2.0 * plant.piezo.creep * total_m',
+        'Drive', 'creep',
     ),
     Mutation(
         'resonance: a sign in its damping', 'drive/piezo.py',
