@@ -31,6 +31,8 @@ from stickslip_ros.units import NANO
 STROKE = Spec(float, 0.0, 'm', '', 'stroke of the feet', 0.0)
 SAWTOOTH_HZ = 1000.0
 """Steps per second, where nobody says how many."""
+SMALLEST_MEANT_M = 1e-12
+"""Smallest stroke of which somebody may have left out that it is in nanometres."""
 STEADY_STEPS_MIN = 200
 """Steps before a run may be called steady."""
 STEADY_WINDOW = 20
@@ -445,7 +447,9 @@ def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
     # A stroke typed in nanometres may exceed the largest by rounding only.
     if amplitude_m > largest_m * (1.0 + 1e-9):
         limit = f'above the {largest_m:.6g} m that the amplifier reaches'
-        hint = f'lower it; {amplitude_m:g} nm is {amplitude_m * NANO:g} m'
+        hint = 'lower it'
+        if SMALLEST_MEANT_M <= amplitude_m * NANO <= largest_m:
+            hint += f'; {amplitude_m:g} nm is {amplitude_m * NANO:g} m'
         raise OutOfRange('amplitude', amplitude_m, 'm', limit, hint)
     return min(amplitude_m, largest_m) / parameters.actuator.gain
 

@@ -109,6 +109,8 @@ MOMENTS: list[tuple[list[str], Reached]] = [
     (['plot', 'none.mcap'], in_imports),
     (['recover', 'none.mcap'], in_imports),
     (['replay', 'voltage.csv', '-o', 'again.mcap'], has_written('again.mcap', 300_000)),
+    (['optimise', 'force', '-o', 'wave.csv', '--workers', '1'], has_written('wave.csv.journal')),
+    (['sensitivity', '--trajectories', '1000'], has_looked(50)),
     (['roughness', '--realisations', LOST_STEPS], has_looked(5)),
     (['laws', '--points', '1000'], has_looked(3)),
     (['laws', '--points', '1000'], has_looked(1000)),

@@ -85,8 +85,8 @@ def test_a_signal_ends_a_node_that_has_nothing_to_do(
         (
             'stand.preload:=much',
             (
-                "drive: stand.preload 'much' is not a finite number; "
-                'give a number such as 0.5 or 60e-9'
+                "drive: stand.preload 'much' is not a finite number in N; "
+                'give one such as 250mN or 0.25'
             ),
         ),
     ],
@@ -101,7 +101,10 @@ def test_a_refused_parameter_is_one_clear_line_and_status_2(
     ('assignment', 'line'),
     [
         ('gain:=-1.0', 'gain -1 m/V is below the minimum 1e-13 m/V; raise it'),
-        ('gain:=much', "gain 'much' is not a finite number; give a number such as 0.5 or 60e-9"),
+        (
+            'gain:=much',
+            "gain 'much' is not a finite number in m/V; give one such as 1m/V or 1",
+        ),
         ('lockstep:=2', 'lockstep 2 is not true or false; write true or false'),
         ('tolerence:=1e-9', "parameter 'tolerence' is not known; did you mean tolerance"),
         ('qqqq:=1', "parameter 'qqqq' is not known; known are gain, voltage_min,"),
@@ -205,7 +208,7 @@ def assert_lives(process: subprocess.Popen[str], time_s: float) -> None:
         (['drive'], 0),
         (['position_controller'], 0),
         (['stickslip', 'drive'], 0),
-        (['stickslip', 'simulate'], 130),
+        (['stickslip', 'simulate', '--voltage', '1'], 130),
     ],
 )
 def test_a_signal_during_imports_ends_an_executable_in_one_line(words: list[str], status: int):

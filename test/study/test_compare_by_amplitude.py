@@ -294,7 +294,7 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
     ('old', 'new', 'message'),
     [
         ('force_mean_n,', 'force_mean_mn,', 'line 4: column force_mean_n has no value'),
-        (',1e-08', ',10 nm', "line 5, column amplitude_m: '10 nm' is not a finite number"),
+        (',1e-08', ',10 mN', "line 5, column amplitude_m: '10 mN' is not a finite number"),
         ('False', '', 'column steady has no value'),
     ],
 )

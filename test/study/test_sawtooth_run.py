@@ -225,13 +225,14 @@ def test_a_stroke_that_exceeds_the_largest_by_rounding_is_the_largest(stand):
         assert run_sawtooth(stand, voltage_for(stand, stroke_m), 1000.0, 1).steps == 1
 
 
-@pytest.mark.parametrize('stroke_m', [161e-9, 160.0])
-def test_a_stroke_beyond_the_amplifier_is_refused(stroke_m, stand):
+@pytest.mark.parametrize(
+    ('stroke_m', 'hint'), [(161e-9, 'lower it'), (160.0, 'lower it; 160 nm is 1.6e-07 m')]
+)
+def test_a_stroke_beyond_the_amplifier_is_refused(stroke_m, hint, stand):
     with pytest.raises(OutOfRange) as caught:
         voltage_for(stand, stroke_m)
     assert str(caught.value) == (
-        f'amplitude {stroke_m:.6g} m is above the 1.6e-07 m that the amplifier reaches; '
-        'lower it, or give it in metres'
+        f'amplitude {stroke_m:.6g} m is above the 1.6e-07 m that the amplifier reaches; {hint}'
     )
 
 
