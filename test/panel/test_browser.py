@@ -1,6 +1,7 @@
 """The panel in a real browser: what one sees there is what the drive does, and the other way."""
 
 import json
+import os
 import re
 import signal
 import subprocess
@@ -18,6 +19,7 @@ import browser as tools
 from playwright.sync_api import Page, ViewportSize, expect
 from std_msgs.msg import String
 
+from stickslip_ros.cli.panel import NICENESS
 from stickslip_ros.ros.ending import STOPPED
 from stickslip_ros.testing import Operator, open_context
 
@@ -413,6 +415,8 @@ def test_a_panel_ends_at_the_first_signal_and_the_page_says_so(stage: SimpleName
     ) as running:
         address = json.loads(running.stdout.readline())['address']
         page = tools.opened(stage.browser, address)
+        threads = map(int, os.listdir(f'/proc/{running.pid}/task'))
+        assert max(os.getpriority(os.PRIO_PROCESS, each) for each in threads) >= NICENESS
         running.send_signal(signal.SIGINT)
         assert running.wait(tools.END_TIMEOUT_S) == STOPPED
         expect(page.locator('#word')).to_have_text('offline')
