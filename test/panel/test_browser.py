@@ -415,7 +415,7 @@ def test_a_panel_ends_at_the_first_signal_and_the_page_says_so(stage: SimpleName
     ) as running:
         address = json.loads(running.stdout.readline())['address']
         page = tools.opened(stage.browser, address)
-        threads = map(int, os.listdir(f'/proc/{running.pid}/task'))
+        threads = (int(each.name) for each in Path(f'/proc/{running.pid}/task').iterdir())
         assert max(os.getpriority(os.PRIO_PROCESS, each) for each in threads) >= NICENESS
         running.send_signal(signal.SIGINT)
         assert running.wait(tools.END_TIMEOUT_S) == STOPPED
