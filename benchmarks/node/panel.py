@@ -24,6 +24,7 @@ ALONE, WATCHED = 'the node', 'the node, with a panel and {} page(s)'
 LEVELS_V = (50.0, 200.0)
 """Voltages between which it is seen how soon a page shows what it asked for."""
 LATENCY_S = 5.0
+START_TIMEOUT_S = 60.0
 
 
 class Page:
@@ -36,12 +37,15 @@ class Page:
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._loop.run_until_complete, args=[self._read()])
         self._connection: WebSocketClientConnection | None = None
+        self._ended = False
         self._thread.start()
 
     async def _read(self) -> None:
         host = f'127.0.0.1:{self._port}'
         request = HTTPRequest(f'ws://{host}/socket', headers={'Origin': f'http://{host}'})
         while self._connection is None:  # the panel is still starting
+            if self._ended:
+                return
             with suppress(OSError):
                 self._connection = await websocket_connect(request)
             await asyncio.sleep(0.1)
@@ -50,6 +54,12 @@ class Page:
                 [size] = struct.unpack('<I', message[:4])
                 self._head = json.loads(message[4 : 4 + size])
                 self.pictures += 1
+
+    def await_connection(self) -> None:
+        """Wait until the panel has started, which takes long beside others."""
+        end_s = time.monotonic() + START_TIMEOUT_S
+        while self._connection is None and time.monotonic() < end_s:
+            time.sleep(0.05)
 
     def wish(self, **wish: Any) -> None:
         """Tell the server something, as a click does."""
@@ -68,7 +78,8 @@ class Page:
         return time.monotonic() - begin_s
 
     def close(self) -> None:
-        """Wait for the end of the server."""
+        """Wait for the end of the server, which may not have begun."""
+        self._ended = True
         self._thread.join()
         self._loop.close()
 
@@ -83,6 +94,8 @@ class WatchedDrive(Drive):
         words = ['-c', PROGRAM, 'panel', '--port', str(port), '--namespace', self.lane.namespace]
         self.panel = Process(words, self.lane)
         self.pages = [Page(port) for _ in range(pages)]
+        for page in self.pages:
+            page.await_connection()
         self.costs: list[tuple[float, float]] = []
 
     def turn(self, settle_s: float, seconds: float) -> Turn:
