@@ -13,7 +13,9 @@ ROOT = Path(__file__).resolve().parents[1]
 START = ROOT / 'docs' / 'start.md'
 HEADING = '## From a recording to a report'
 PAGES = [*ROOT.glob('*.md'), *(ROOT / 'docs').rglob('*.md'), ROOT / 'benchmarks' / 'README.md']
-FOLDERS = {path.name for top in (ROOT, ROOT / 'stickslip_ros') for path in top.iterdir()}
+MADE = {'build', 'dist', 'install', 'log', 'runs'}
+"""Folders that commands of the pages make."""
+FOLDERS = {path.name for top in (ROOT, ROOT / 'stickslip_ros') for path in top.iterdir()} - MADE
 WORDS = re.compile(r'(?<![\w<>{}~*./-])(?:\.?[\w-]+/)*[\w.-]*\w/?(?![\w<>{}*(])')
 OF_A_USER = {'test_controller.py'}
 """Modules that a page asks its reader to write."""
