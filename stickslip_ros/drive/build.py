@@ -213,6 +213,11 @@ def _kept_contact(
     )
 
 
+def friction_limit_n(parameters: Parameters) -> float:
+    """Return mu times the sum of all normal forces, N: no generated force can exceed it."""
+    return float(all_contacts(parameters)['curve']['force_max_n'])
+
+
 def weight_of(parameters: Parameters) -> float:
     """Return the weight of the runner, N; 0 if it is left out, as in the paper."""
     return parameters.runner.mass * STANDARD_GRAVITY_M_PER_S2 * parameters.stand.weight

@@ -84,6 +84,14 @@ def after(wave: Wave, ramp_s: float, following: Wave) -> Wave:
     return following._replace(rows=rows, lead_s=lead_s, period_s=float(rows[-1, TIME]))
 
 
+def mean_rise_v(wave: Wave) -> float:
+    """Return the mean voltage over a cycle, less that at its start, V."""
+    if not len(wave.rows):
+        return 0.5 * wave.rise_v
+    times_s, voltages_v = wave.rows.T
+    return float(np.trapezoid(voltages_v, times_s)) / wave.period_s - float(voltages_v[0])
+
+
 def missing(wave: Wave, share: float, seed: int) -> Wave:
     """Return a wave of which a share of the ramps is left out; a seed decides which ones."""
     return wave._replace(missed_share=float(share), missed_seed=int(seed))

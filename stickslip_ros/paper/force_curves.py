@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 from matplotlib.figure import Figure
 
+from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed, surface
 from stickslip_ros.paper.readings import (
     AMPLITUDE_MAX_M,
     PRELOADS_N,
-    friction_limit_n,
     stand_at,
 )
 from stickslip_ros.parameters import Parameters

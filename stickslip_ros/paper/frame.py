@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, advance
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.waveform import table as table_wave
 from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed
@@ -24,7 +24,7 @@ from stickslip_ros.paper.readings import AMPLITUDE_MAX_M, stand_at
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import curve_style, draw_shared_legend, label_axes
-from stickslip_ros.study.sawtooth_run import voltage_for
+from stickslip_ros.study.sawtooth_run import advance_cycles, voltage_for
 from stickslip_ros.units import MICRO, MN, NM
 
 PRELOAD_N = 0.5
@@ -104,13 +104,11 @@ def swinging_rows(
 
 
 def _ramps(stand: Parameters, rows: Array) -> Array:
-    """Return the log of the ramps of a drive under rows that repeat, from rest."""
+    """Return the log of the cycles of a drive under rows that repeat, from rest."""
     plants = plant_of(stand.updated({'amplifier.voltage_initial': float(rows[0, 1])}))
-    states, wave = state_at_rest(plants, stand.stand.preload), table_wave(rows, CYCLES)
+    states = state_at_rest(plants, stand.stand.preload)
     start_clock(states)
-    ramps = np.empty((CYCLES, 3))
-    advance(plants, states, wave, 0.0, CYCLES * wave.period_s + MICRO * MICRO, ramps)
-    return ramps
+    return advance_cycles(plants, states, table_wave(rows, CYCLES), CYCLES)
 
 
 def _row(stand: Parameters, frame: Frame) -> Row:

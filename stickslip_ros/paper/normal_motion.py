@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, advance
-from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.advance import RAMP_MEAN, advance
+from stickslip_ros.drive.build import friction_limit_n, plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.feet import switch_all_to_springs
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed
@@ -25,13 +25,12 @@ from stickslip_ros.paper.readings import (
     ONSET_SHARE,
     PRELOADS_N,
     first_amplitude_m,
-    friction_limit_n,
     stand_at,
 )
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import draw_legend, label_axes
-from stickslip_ros.study.sawtooth_run import voltage_for
+from stickslip_ros.study.sawtooth_run import step_length_m, voltage_for
 from stickslip_ros.units import NM
 
 SHARES = (0.0, 0.2, -0.2, 0.05, -0.05, 0.01, -0.01)
@@ -101,13 +100,12 @@ def _row(parameters: Parameters, preload_n: float, share: float) -> Row:
         return float(cell_n_per_m * (mean_m - 0.5 * amplitude_m))
 
     free = stand.updated({'load_cell.contact': 'absent'})
-    ends_m = modulated_ramps(free, AMPLITUDE_MAX_M, share)[:, RAMP_END]
     return {
         'preload_n': preload_n,
         'change_per_stroke': share,
         'force_net_n': net_n(AMPLITUDE_MAX_M),
         'zero_onset_m': first_amplitude_m(net_n, ONSET_SHARE * friction_limit_n(stand)),
-        'step_length_m': float(ends_m[-1] - ends_m[-11]) / 10.0,
+        'step_length_m': step_length_m(modulated_ramps(free, AMPLITUDE_MAX_M, share)),
     }
 
 

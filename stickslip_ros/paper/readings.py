@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of
+from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.sawtooth_run import run_drive
+from stickslip_ros.study.sawtooth_run import RunResult, run_drive
 
 PRELOADS_N = (0.1, 0.5, 1.0)
 AMPLITUDE_MAX_M = 160e-9
@@ -37,11 +37,6 @@ def stand_at(
     return parameters.updated({**preload, **(changes or {})})
 
 
-def friction_limit_n(parameters: Parameters) -> float:
-    """Return mu times the sum of all normal forces, N: no generated force can exceed it."""
-    return sum(contact.max_force_n for contact in contacts_of(parameters))
-
-
 def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
     """Return u_max of a lower and of an upper contact, m (Eq. 22)."""
     contacts = contacts_of(parameters)
@@ -68,17 +63,16 @@ def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> tuple[float,
     return float(STEP_AMPLITUDES_M.mean() - np.mean(steps_m) / slope), slope
 
 
-def last_rise(parameters: Parameters, frequency_hz: float) -> float:
+def last_rise(parameters: Parameters, frequency_hz: float, full: RunResult | None = None) -> float:
     """
     Return by which share the net force rises over the last amplitudes; 0 is saturation.
 
-    Not a number where more than half of the mean force is elastic following.
+    Not a number where more than half of the mean force is elastic following. ``full`` is the run
+    over AMPLITUDE_MAX_M where it is there already.
 
     """
-    before, full = (
-        run_drive(parameters, amplitude_m, frequency_hz)
-        for amplitude_m in (AMPLITUDE_MAX_M - LAST_RISE_M, AMPLITUDE_MAX_M)
-    )
+    full = full or run_drive(parameters, AMPLITUDE_MAX_M, frequency_hz)
+    before = run_drive(parameters, AMPLITUDE_MAX_M - LAST_RISE_M, frequency_hz)
     if full.force_net_n < 0.5 * full.force_mean_n:
         return math.nan
     return full.force_net_n / before.force_net_n - 1.0

@@ -74,7 +74,7 @@ def _row(stand: Parameters) -> Row:
         'step_length_m': step.step_length_m,
         'zero_onset_m': zero_of_force_m(stand, frequency_hz),
         'max_presliding_lower_m': max_presliding_m(stand)[0],
-        'last_rise': last_rise(stand, frequency_hz),
+        'last_rise': last_rise(stand, frequency_hz, run),
     }
 
 

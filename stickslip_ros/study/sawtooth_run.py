@@ -1,6 +1,5 @@
 """A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from stickslip_ros.drive.build import change_preload, plant_of, start_clock, sta
 from stickslip_ros.drive.ledger import EnergyLedger, energies_of_contacts, take_ledger
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.runner import cell_force
+from stickslip_ros.drive.waveform import mean_rise_v
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
@@ -59,9 +59,9 @@ class RunResult(Shown):
         Generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at
         the mean position.
     force_net_n : float
-        The same without elastic following: ``force_mean_n`` less k A/2, the mean force of a
-        runner that only goes along with the feet (backwards: plus k A/2). Near 0 below the
-        0-amplitude; 0 of a load cell that nothing presses.
+        The same without elastic following: ``force_mean_n`` less the mean force of a runner that
+        only goes along with the feet, from where the wave begins: k A/2 of a saw-tooth, backwards
+        -k A/2. Near 0 below the 0-amplitude; 0 of a load cell that nothing presses.
     force_ramp_start_n : float
         Generated force at the start of the last cycle's ramp, when the fall before it is over.
         The runner has hardly moved by then: it is near the largest of the cycle.
@@ -164,7 +164,7 @@ def run_drive(
         amplitude_m=amplitude_m,
         frequency_hz=frequency_hz,
         energy_loss_per_step_j=loss_j,
-        **_read_off(plants[0], ramps, take_ledger(plants, states), amplitude_m, frequency_hz),
+        **_read_off(plants[0], ramps, take_ledger(plants, states), wave),
     )
 
 
@@ -287,17 +287,16 @@ def _run(
             grid_ns = parameters.trace_period_ns
             ramps = _drive(bench, run.update, request, steps, frequency_hz, grid_ns, progress)
     wall_s, simulated_s = time.perf_counter() - start_s, bench.time_ns * NANO
-    amplitude_m = voltage_v * parameters.actuator.gain
     return SawtoothRun(
         preload_n=parameters.stand.preload,
         voltage_v=voltage_v,
-        amplitude_m=amplitude_m,
+        amplitude_m=voltage_v * parameters.actuator.gain,
         frequency_hz=frequency_hz,
         simulated_s=simulated_s,
         wall_s=wall_s,
         real_time_factor=simulated_s / wall_s,
         recording=str(path) if path else '',
-        **_read_off(bench.plant, ramps, bench.ledger, amplitude_m, frequency_hz),
+        **_read_off(bench.plant, ramps, bench.ledger, check_request(request, parameters)),
     )
 
 
@@ -362,15 +361,13 @@ def _drive(
             requests = [Request('stop')]
 
 
-def _read_off(
-    plant: Record, ramps: Array, ledger: EnergyLedger, amplitude_m: float, frequency_hz: float
-) -> dict[str, Any]:
+def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
     """Return what a result says of the log of its ramps, and its energy balance."""
     mean_n = mean_force_n(plant, ramps)
     return {
         'force_mean_n': mean_n,
-        'force_net_n': net_force_n(plant, mean_n, math.copysign(amplitude_m, frequency_hz)),
-        'force_ramp_start_n': start_force_n(plant, ramps),
+        'force_net_n': net_force_n(plant, mean_n, wave),
+        'force_ramp_start_n': force_at_n(plant, ramps[-1, RAMP_START]),
         'step_length_m': step_length_m(ramps),
         'steady': is_steady(plant, ramps),
         'steps': len(ramps),
@@ -406,18 +403,19 @@ def is_steady(plant: Record, ramps: Array) -> bool:
 
 def mean_force_n(plant: Record, ramps: Array) -> float:
     """Return the force in the load cell at the mean position of the last cycle, N."""
-    return float(in_python(cell_force)(plant, float(ramps[-1, RAMP_MEAN])))
+    return force_at_n(plant, ramps[-1, RAMP_MEAN])
 
 
-def net_force_n(plant: Record, mean_n: float, stroke_m: float) -> float:
-    """Return a mean force without elastic following along a stroke, negative backwards, N."""
+def net_force_n(plant: Record, mean_n: float, wave: Wave) -> float:
+    """Return a mean force without elastic following along the mean way of the feet, N."""
     cell_n_per_m = float(plant.cell_n_per_m + plant.walls.cell_n_per_m)
-    return mean_n - 0.5 * cell_n_per_m * stroke_m if mean_n else 0.0
+    following_n = cell_n_per_m * float(plant.gain_m_per_v) * mean_rise_v(wave)
+    return mean_n - following_n if mean_n else 0.0
 
 
-def start_force_n(plant: Record, ramps: Array) -> float:
-    """Return the force in the load cell at the start of the last ramp, its fall being over, N."""
-    return float(in_python(cell_force)(plant, float(ramps[-1, RAMP_START])))
+def force_at_n(plant: Record, position_m: float) -> float:
+    """Return the force in the load cell at a position of the runner, N."""
+    return float(in_python(cell_force)(plant, float(position_m)))
 
 
 def step_length_m(ramps: Array) -> float:

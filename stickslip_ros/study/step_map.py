@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.checks import check_load
 from stickslip_ros.parameters import Parameters
@@ -112,7 +112,7 @@ def _values(given: Iterable[float] | float) -> tuple[float, ...]:
 
 
 def _check_loads(free: Parameters, loads_n: tuple[float, ...]) -> None:
-    friction_n = sum(contact.max_force_n for contact in contacts_of(free))
+    friction_n = friction_limit_n(free)
     for load_n in loads_n:
         if abs(check_load(free, load_n)) >= friction_n:
             limit = f'not below the {friction_n:.4g} N that friction holds'

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, advance
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
 from stickslip_ros.drive.build import (
     change_preload,
     gain_ratios,
@@ -15,6 +15,7 @@ from stickslip_ros.drive.build import (
 from stickslip_ros.drive.ledger import energies_of_contacts
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.sawtooth_run import advance_cycles
 from stickslip_ros.units import NM
 from stickslip_ros.validation.checks import (
     Curve,
@@ -30,7 +31,6 @@ from stickslip_ros.validation.spring_drive import PERIOD_S, SPRINGS, Motion, Val
 CYCLES = 8
 VOLTAGE_V = 243.75
 """130 nm."""
-ROUNDING_S = 1e-12
 FREE: Values = {'load_cell.contact': 'absent'}
 ONE_SIDED: Values = {'load_cell.contact': 'one_sided', 'load_cell.gap': 1e-7}
 RISES: Values = {'stand.preload': 0.3, 'stand.preload_end': 1.0, 'stand.preload_rate': 100.0}
@@ -100,10 +100,7 @@ def run_package(parameters: Parameters, case: Case) -> Motion:
     start_clock(states)
     frequency_hz = np.copysign(1.0 / PERIOD_S, case.voltage_v)
     wave = sawtooth(0.0, abs(case.voltage_v), float(frequency_hz), CYCLES + 1)
-    ramps, time_s = np.zeros((CYCLES, 3)), CYCLES * PERIOD_S
-    while states['clock']['cycle'].item() < CYCLES:
-        advance(plants, states, wave, case.load_n, time_s, ramps)
-        time_s = ROUNDING_S
+    ramps = advance_cycles(plants, states, wave, CYCLES, case.load_n)
     _, lost_j = energies_of_contacts(plants, states)
     return Motion(ramps[:, RAMP_MEAN], ramps[:, RAMP_END], float(lost_j))
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import trapezoid
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.drive.build import contacts_of, friction_limit_n
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.design.objectives import (
@@ -17,7 +17,6 @@ from stickslip_ros.study.design.objectives import (
     WORTHLESS,
     Goal,
     assess,
-    friction_limit_n,
 )
 from stickslip_ros.study.design.shapes import SHAPES
 from stickslip_ros.study.design.steady_cycle import measure, playable, write_wave

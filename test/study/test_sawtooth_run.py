@@ -23,13 +23,13 @@ from stickslip_ros.study.sawtooth_run import (
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
     SawtoothRun,
+    force_at_n,
     is_steady,
     mean_force_n,
     relative_residual,
     run_drive,
     run_sawtooth,
     run_waveform,
-    start_force_n,
     start_on_wave,
     step_length_m,
     voltage_for,
@@ -298,7 +298,7 @@ def test_forces_are_those_of_the_load_cell_that_there_is():
         (BEHIND_GAP, stiff * (3e-7 - GAP_M), stiff * (5e-7 - GAP_M)),
     ):
         assert mean_force_n(plant, ramps) == pytest.approx(mean_n, rel=ROUNDING)
-        assert start_force_n(plant, ramps) == pytest.approx(start_n, rel=ROUNDING)
+        assert force_at_n(plant, ramps[-1, 0]) == pytest.approx(start_n, rel=ROUNDING)
         assert mean_force_n(plant, ramps[:1]) == 0.0
 
 
@@ -410,6 +410,15 @@ def test_a_waveform_of_the_same_shape_gives_the_force_of_a_saw_tooth(
     assert played.frequency_hz == 1000.0
     assert played.voltage_v == pytest.approx(300.0 - rows[1, 1])
     assert replay(path, tmp_path / 'again.mcap').identical
+
+
+def test_the_net_force_of_a_waveform_is_0_while_its_runner_only_goes_along():
+    rows = np.array(((0.0, 7.0), (1e-4, 37.0), (9e-4, 37.0), (1e-3, 7.0)))
+    stand = Parameters().updated({'runner.damping': 80.0})
+    run = run_waveform(stand, rows, steps=300)
+    following_n = STIFFNESS_N_PER_M * stand.actuator.gain * 0.9 * 30.0
+    assert run.force_mean_n == pytest.approx(following_n, rel=0.02)
+    assert abs(run.force_net_n) < 0.02 * following_n
 
 
 def test_the_times_of_a_waveform_hold_where_no_frequency_is_given():

@@ -113,6 +113,9 @@ function commandControl(command) {
   return made;
 }
 
+/** Sign, text and name of each direction of a command. */
+export const DIRECTIONS = [[-1, "◀ −x", "backwards"], [1, "+x ▶", "forwards"]];
+
 /** Return what sends a command: a slider, a button, or one for each direction. */
 function sending(command, numbers, read, send) {
   if (command.way === "slide") return [slider(command, numbers[0], send)];
@@ -121,7 +124,7 @@ function sending(command, numbers, read, send) {
     made.setAttribute("aria-label", `Send ${command.name}`);
     return [made];
   }
-  return [[-1, "◀ −x", "backwards"], [1, "+x ▶", "forwards"]].map(([sign, text, where]) => {
+  return DIRECTIONS.map(([sign, text, where]) => {
     const isHeld = command.way === "hold", name = `${title(command.name)} ${where}`;
     const about = isHeld ? `${name}, as long as the button is held` : name;
     const made = button(text, about, isHeld ? null : () => send(read(sign)));

@@ -1,6 +1,6 @@
 // The control of waveforms: a shape of the literature or a file, drawn before it is played.
 
-import { button, inRow, note, numberField, resolved, whenStateComes } from "./controls.js";
+import { button, DIRECTIONS, inRow, note, numberField, resolved, whenStateComes } from "./controls.js";
 import { make, wish } from "./panel.js";
 import { Plot } from "./plot.js";
 
@@ -25,7 +25,7 @@ export function addWaveform(made, command) {
   };
   tell("");
   const plot = new Plot(canvas, [LANE]);
-  let table = null, drawn = "";
+  let table = null, drawn = [];
 
   /** Return the rows of time and voltage that a button would send; none while a field is not a number. */
   function rows(sign) {
@@ -41,7 +41,7 @@ export function addWaveform(made, command) {
     tell(values.length ? "" : "choose a file, or fill in every field");
     if (values.length) wish({ do: "command", name: command.name, values, cycles: cycles.read() });
   };
-  const buttons = [[-1, "◀ −x", "backwards"], [1, "+x ▶", "forwards"]].map(([sign, text, where]) => {
+  const buttons = DIRECTIONS.map(([sign, text, where]) => {
     const each = button(text, `Play the waveform ${where}`, () => play(sign));
     each.setAttribute("aria-label", `Waveform ${where}`);
     return each;
@@ -52,9 +52,12 @@ export function addWaveform(made, command) {
     for (const each of [amplitude, frequency]) each.field.disabled = isFile;
     buttons[0].disabled = isFile;
     shape.title = isFile ? "Rows of a file" : shapes[shape.value].source;
-    const wave = rows(1), text = JSON.stringify(wave);
-    if (text === drawn || !wave.length) return;
-    drawn = text;
+    const limits = ["amplifier.voltage_min", "amplifier.slew_rate"].map(resolved);
+    const inputs = isFile ? [table] : [shape.value, amplitude.read(), frequency.read(), ...limits];
+    if (inputs.length === drawn.length && inputs.every((each, index) => each === drawn[index])) return;
+    const wave = rows(1);
+    if (!wave.length) return;
+    drawn = inputs;
     const [x, y] = [0, 1].map((part) => wave.map((row) => row[part]));
     plot.draw({ wave: { x, y, base: 0 } }, 0, x.at(-1));
   });

@@ -7,7 +7,7 @@ from statistics import mean
 from typing import Any
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.build import all_contacts
+from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.design.steady_cycle import CHANGE, SteadyCycle, measure
@@ -173,11 +173,6 @@ def _cell_of(objective: Objective, stand: Parameters, goal: Goal) -> Mapping[str
     if stand.load_cell.contact == 'one_sided' and not goal.backwards:
         return {'load_cell.gap': 0.0}
     return {'load_cell.contact': 'attached'}
-
-
-def friction_limit_n(stand: Parameters) -> float:
-    """Return the largest friction of all contacts, N."""
-    return float(all_contacts(stand)['curve']['force_max_n'])
 
 
 def _if_forwards(cycles: Sequence[SteadyCycle], value: float) -> float:

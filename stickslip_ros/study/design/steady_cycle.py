@@ -29,7 +29,7 @@ from stickslip_ros.files import replacing
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.study.design.shapes import HEIGHT, TIME
-from stickslip_ros.study.sawtooth_run import advance_cycles, mean_force_n
+from stickslip_ros.study.sawtooth_run import advance_cycles, force_at_n
 
 WINDOW = 20
 """Cycles of a mean; two means one after the other tell whether a drive is steady."""
@@ -176,11 +176,10 @@ def measure(
             break
     trace = (_trace_with_contacts if looks else _trace)(plants, states, wave, load_n)
     velocity_m_per_s = np.diff(trace[:, POSITION]) / np.diff(trace[:, 0])
-    ramps[-1, RAMP_MEAN] = ramps[:, RAMP_MEAN].mean()
-    feet_n = mean_force_n(plants[0], np.full((1, 3), trace[:, FOOT].mean()))
+    runner_m, feet_m = ramps[:, RAMP_MEAN].mean(), trace[:, FOOT].mean()
     return SteadyCycle(
         speed_m_per_s=step_m / wave.period_s,
-        force_n=mean_force_n(plants[0], ramps) - feet_n,
+        force_n=force_at_n(plants[0], runner_m) - force_at_n(plants[0], feet_m),
         work_j=work_j,
         vibration_m_per_s=float(velocity_m_per_s.std()),
         cycles=cycles,
