@@ -38,9 +38,17 @@ FACTORS: Final[Mapping[str, float]] = {
     'nJ': 1e9,
     'GPa': 1e-9,
     'N/um': 1e-6,
+    'um/s': 1e6,
+    'mJ/m': 1e3,
 }
 """Units in which people read, and how many of each make the SI unit of the quantity."""
-DISPLAY: Final[Mapping[str, str]] = {'N': 'mN', 'm': 'nm', 'J': 'nJ'}
+DISPLAY: Final[Mapping[str, str]] = {
+    'N': 'mN',
+    'm': 'nm',
+    'J': 'nJ',
+    'm/s': 'um/s',
+    'J/m': 'mJ/m',
+}
 """The one of them that stands for an SI unit; topics and files are in SI."""
 
 

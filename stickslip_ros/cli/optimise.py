@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.chosen import chosen_parameters
+from stickslip_ros.cli.fronts import find_and_write
 from stickslip_ros.cli.printing import Answer as Printed
 from stickslip_ros.cli.printing import table
 from stickslip_ros.errors import RecordingError, WrongKind
@@ -15,6 +16,7 @@ from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.stopping import Stopped
 from stickslip_ros.study.design.answer import Answer, Order, optimise
+from stickslip_ros.study.design.front import FrontOrder
 from stickslip_ros.study.design.objectives import OBJECTIVES, WORTHLESS, Goal
 from stickslip_ros.study.design.picture import draw_answer
 from stickslip_ros.study.design.search import Budget
@@ -34,6 +36,9 @@ def optimise_verb(arguments: argparse.Namespace) -> Printed:
         check_picture(arguments.figure)
         make_room(arguments.figure)
     journal_path = path.with_name(f'{path.name}.journal')
+    if arguments.second:
+        second = _goal(arguments, arguments.second)
+        return find_and_write(FrontOrder(order, second, arguments.points), arguments, journal_path)
     with (
         Journal(journal_path, order.identity(), fresh=arguments.fresh) as journal,
         shown_progress('evaluations', quiet=arguments.json, resumes=True) as show,
@@ -69,7 +74,7 @@ def chosen_order(arguments: argparse.Namespace) -> Order:
     stand = chosen_parameters(arguments)
     preload = arguments.preload or str(stand.stand.preload)
     return Order(
-        goal=Goal(arguments.objective, arguments.load, arguments.speed, arguments.backwards),
+        goal=_goal(arguments, arguments.objective),
         stand=stand,
         frequencies_hz=_limits('--frequency', arguments.frequency, 'Hz'),
         preloads_n=_limits('--preload', preload, 'N'),
@@ -81,6 +86,13 @@ def chosen_order(arguments: argparse.Namespace) -> Order:
         spread=arguments.spread,
         rule=arguments.rule,
     )
+
+
+def _goal(arguments: argparse.Namespace, objective: str) -> Goal:
+    """Return one of the objectives; of two, only vibration is asked for a speed."""
+    is_other = objective != 'vibration' in (arguments.objective, arguments.second)
+    speed_m_per_s = 0.0 if is_other else arguments.speed
+    return Goal(objective, arguments.load, speed_m_per_s, arguments.backwards)
 
 
 def _limits(name: str, text: str, unit: str) -> tuple[float, float]:

@@ -268,14 +268,18 @@ def _unchecked(order: Order, found: Mapping[str, Sequence[Found]]) -> Answer:
     """Return what there is after Ctrl-C: costs in place of values."""
     sign = -1.0 if OBJECTIVES[order.goal.objective].is_largest else 1.0
     entries = {
-        name: _entry(searches, sign * min(one.cost for one in searches), float('nan'), False)
+        name: _entry(searches, sign * _best_of(searches).cost, float('nan'), False)
         for name, searches in found.items()
     }
     return Answer(order, entries, {}, stopped=True)
 
 
+def _best_of(searches: Sequence[Found]) -> Found:
+    return min(searches, key=lambda one: one.cost)
+
+
 def _entry(searches: Sequence[Found], value: float, error: float, meets: bool) -> Entry:
-    best = min(searches, key=lambda one: one.cost)
+    best = _best_of(searches)
     costs = tuple(one.cost for one in searches)
     return Entry(best.wave, value, error, meets, costs, best.history)
 
@@ -285,8 +289,8 @@ def _checked(
 ) -> dict[str, Entry]:
     """Return the best of every shape with its error, and the plain saw-tooth beside them."""
     plain = order.tasks[RIVAL].space.plain
-    everything = {**found, PLAIN: [Found(plain, WORTHLESS, [])]}
-    waves = [min(searches, key=lambda one: one.cost).wave for searches in everything.values()]
+    everything = {**found, PLAIN: [Found(plain, [], WORTHLESS, [])]}
+    waves = [_best_of(searches).wave for searches in everything.values()]
     checked = run_batch(partial(check, order), waves, executor=executor)
     return {
         name: _entry(searches, worth.value, error, worth.meets)

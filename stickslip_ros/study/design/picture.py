@@ -1,20 +1,25 @@
 """The picture of an answer: the wave, what it does in a cycle, and how it was found."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stickslip_ros.drive.advance import FOOT, FORCE, POSITION, TIME, VOLTAGE
 from stickslip_ros.study.design.answer import RIVAL, Answer, Entry
-from stickslip_ros.study.design.objectives import OBJECTIVES, assess
+from stickslip_ros.study.design.front import FrontOrder, Point
+from stickslip_ros.study.design.objectives import OBJECTIVES, WORTHLESS, assess
 from stickslip_ros.study.design.steady_cycle import SteadyCycle
+from stickslip_ros.study.design.waves import SPLINE
 from stickslip_ros.study.plotting import GREY, curve_style, draw_legend, label_axes, new_figure
 from stickslip_ros.units import NM, display_unit
 
 CONTACT = FORCE + 1
 MS = 1e3
+COLOURS = colormaps['viridis']
+"""From one end of a front to the other."""
 
 
 def draw_answer(answer: Answer) -> Figure:
@@ -32,6 +37,29 @@ def draw_answer(answer: Answer) -> Figure:
         contact.axhline(limit, color=GREY, linestyle=':')
     draw_legend(voltage)
     _draw_history(history, answer)
+    return figure
+
+
+def draw_fronts(order: FrontOrder, fronts: Mapping[str, Sequence[Point]]) -> Figure:
+    """Draw the fronts of two objectives, and the waves of the spline's from end to end."""
+    first, second = (goal.objective for goal in order.goals)
+    figure = new_figure(11.0, 4.6, f'{first} and {second}: no wave is better in both')
+    front, wave = figure.subplots(1, 2)
+    scales = [display_unit(OBJECTIVES[name].unit) for name in (first, second)]
+    for number, (shape, points) in enumerate(fronts.items()):
+        x, y = np.array([point.values for point in points]).T * [[f] for f, _ in scales]
+        front.plot(x, y, **curve_style(number).line_and_points, label=shape)
+    last = fronts[SPLINE]
+    for number, point in enumerate(last):
+        rows = point.wave.rows(order.first.stand, backwards=order.first.goal.backwards)
+        colour = COLOURS(number / max(1, len(last) - 1))
+        wave.plot(rows[:, TIME] / rows[-1, TIME], rows[:, VOLTAGE], color=colour)
+        x, y = (value * f for value, (f, _) in zip(point.values, scales, strict=True))
+        front.plot(x, y, 'o', color=colour, zorder=3)
+    labels = (f'{name} ({unit})' for name, (_, unit) in zip((first, second), scales, strict=True))
+    label_axes(front, *labels)
+    label_axes(wave, 'time / period', 'voltage (V)', f'waves of the spline, best {first} darkest')
+    draw_legend(front)
     return figure
 
 
@@ -61,7 +89,9 @@ def _draw_history(axes: Axes, answer: Answer) -> None:
     searched = [(name, entry) for name, entry in answer.entries.items() if entry.history]
     for number, (name, entry) in enumerate(searched):
         costs = np.array(entry.history)
-        known = np.flatnonzero(costs < costs[0]) if costs[0] >= 1e9 else np.arange(len(costs))
+        known = (
+            np.flatnonzero(costs < costs[0]) if costs[0] >= WORTHLESS else np.arange(len(costs))
+        )
         axes.plot(known + 1, sign * factor * costs[known], **curve_style(number).line, label=name)
     if not objective.is_largest:
         axes.set_yscale('log')

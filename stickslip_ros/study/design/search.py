@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -63,6 +64,8 @@ class Found:
     ----------
     wave : PeriodicWave
         The best one.
+    place : list of float
+        Where it lies in its space.
     cost : float
         Its cost.
     history : list of float
@@ -73,9 +76,21 @@ class Found:
     """
 
     wave: PeriodicWave
+    place: list[float]
     cost: float
     history: list[float]
     stopped: bool = False
+
+
+class Judge(Protocol):
+    """What says of the places of a space what they cost."""
+
+    @property
+    def space(self) -> Space:
+        """The waves that are tried."""
+
+    def __call__(self, place: Sequence[float]) -> Row:
+        """Return the cost of a place, as a row that a journal keeps."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +119,7 @@ class _Evaluations:
     """Costs of one generation after the other, from the journal where it has them."""
 
     def __init__(
-        self, task: Task, budget: Budget, executor: Executor, journal: Journal | None, first: int
+        self, task: Judge, budget: Budget, executor: Executor, journal: Journal | None, first: int
     ) -> None:
         self.history: list[float] = []
         self.place: Array = task.space.start
@@ -148,7 +163,7 @@ class _Evaluations:
 
 
 def search(
-    task: Task,
+    task: Judge,
     budget: Budget,
     seed: int,
     executor: Executor,
@@ -156,14 +171,15 @@ def search(
     journal: Journal | None = None,
     first: int = 0,
     tell: Tell | None = None,
+    start: Sequence[float] | None = None,
 ) -> Found:
     """
     Look for the wave of least cost, from the start of a space on.
 
     Parameters
     ----------
-    task : Task
-        Space, goal and stands.
+    task : Judge
+        What is searched, and what a place of it costs.
     budget : Budget
         When to end. The same evaluations and seed give the same wave; seconds do not.
     seed : int
@@ -174,6 +190,8 @@ def search(
         Holds evaluations, numbered from ``first`` on.
     tell : callable, optional
         Called after each generation.
+    start : sequence of float, optional
+        Place to begin at; by default that of the space.
 
     Raises
     ------
@@ -182,15 +200,15 @@ def search(
 
     """
     evaluations = _Evaluations(task, budget, executor, journal, first)
-    stopped = False
+    begin, stopped = task.space.start if start is None else np.array(start), False
     try:
-        for _ in _generations(evaluations, task.space.start, seed):
+        for _ in _generations(evaluations, begin, seed):
             if tell is not None:
                 tell(len(evaluations.history), evaluations.cost)
     except Interrupted:
         stopped = True
     wave = task.space.wave(evaluations.place)
-    return Found(wave, evaluations.cost, evaluations.history, stopped)
+    return Found(wave, evaluations.place.tolist(), evaluations.cost, evaluations.history, stopped)
 
 
 def _generations(evaluations: _Evaluations, start: Array, seed: int) -> Iterator[None]:

@@ -1,0 +1,83 @@
+"""``stickslip optimise --second``: the waves of which none is better in two objectives."""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.cli.printing import Answer, table
+from stickslip_ros.progress import shown_progress
+from stickslip_ros.study.design.front import FrontOrder, Point, find_fronts
+from stickslip_ros.study.design.objectives import OBJECTIVES
+from stickslip_ros.study.design.picture import draw_fronts
+from stickslip_ros.study.design.steady_cycle import write_wave
+from stickslip_ros.study.journal import Journal, Row
+from stickslip_ros.study.plotting import save_figure
+from stickslip_ros.study.sweep_table import write_table
+from stickslip_ros.units import with_unit
+
+
+def find_and_write(order: FrontOrder, arguments: argparse.Namespace, journal_path: Path) -> Answer:
+    """Search, write the table and every wave of it, draw."""
+    path: Path = arguments.output
+    with (
+        Journal(journal_path, order.identity(), fresh=arguments.fresh) as journal,
+        shown_progress('evaluations', quiet=arguments.json, resumes=True) as show,
+    ):
+        fronts = find_fronts(
+            order,
+            journal=journal,
+            workers=arguments.workers,
+            scheduler=arguments.scheduler,
+            tell=lambda done: show(done, order.evaluations),
+        )
+        points = [(number, p) for front in fronts.values() for number, p in enumerate(front, 1)]
+        rows = [_row(order, path, number, point) for number, point in points]
+        stand, backwards = order.first.stand, order.first.goal.backwards
+        for row, (_, point) in zip(rows, points, strict=True):
+            wave_rows = point.wave.rows(stand, backwards=backwards)
+            write_wave(wave_rows, path.with_name(str(row['file'])))
+        write_table(rows, path, stand)
+        journal.remove()
+    if arguments.figure:
+        save_figure(draw_fronts(order, fronts), arguments.figure)
+    return Answer({'file': str(path), 'points': rows}, _parts(order, rows, points, path))
+
+
+def _row(order: FrontOrder, path: Path, number: int, point: Point) -> Row:
+    """Return the row of a wave; its file is beside the table."""
+    row: Row = {'shape': point.wave.shape}
+    for goal, value, error in zip(order.goals, point.values, point.errors, strict=True):
+        name, unit = goal.objective, OBJECTIVES[goal.objective].unit
+        end = f'_{unit.lower().replace("/", "_per_")}' if unit else ''
+        row |= {f'{name}{end}': value, f'{name}_error{end}': error}
+    return {
+        **row,
+        'voltage_v': point.wave.voltage_v,
+        'frequency_hz': point.wave.frequency_hz,
+        'preload_n': point.wave.preload_n,
+        'file': f'{path.stem}_{point.wave.shape}_{number}.csv',
+    }
+
+
+def _parts(
+    order: FrontOrder, rows: Sequence[Row], points: Sequence[tuple[int, Point]], path: Path
+) -> Iterator[Any]:
+    """Return the fronts as people read them."""
+    cells = [
+        (
+            row['file'],
+            *(
+                with_unit(value, OBJECTIVES[goal.objective].unit)
+                for goal, value in zip(order.goals, point.values, strict=True)
+            ),
+            f'{point.wave.voltage_v:.4g}',
+            f'{point.wave.frequency_hz:.5g}',
+        )
+        for row, (_, point) in zip(rows, points, strict=True)
+    ]
+    first, second = (goal.objective for goal in order.goals)
+    yield table(
+        f'no wave is better in {first} and {second}', cells, ('', first, second, 'V', 'Hz')
+    )
+    yield f'table   {path}; the waves are beside it'

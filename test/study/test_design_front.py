@@ -1,0 +1,109 @@
+"""Two objectives at once: no wave of a front is beaten, and its ends are the best of either."""
+
+import dataclasses
+from dataclasses import dataclass
+
+import pytest
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.stopping import Stopped
+from stickslip_ros.study import batch
+from stickslip_ros.study.batch import executor_of
+from stickslip_ros.study.design.answer import Order
+from stickslip_ros.study.design.front import FrontOrder, Point, TradeOff, find_fronts
+from stickslip_ros.study.design.objectives import WORTHLESS, Goal
+from stickslip_ros.study.design.picture import draw_fronts
+from stickslip_ros.study.design.search import Budget, search
+from stickslip_ros.study.design.waves import Space
+from stickslip_ros.study.journal import Journal
+
+pytestmark = pytest.mark.usefixtures('compiled_kernels')
+
+STAND = Parameters()
+FIXED = ((1000.0, 1000.0), (0.5, 0.5))
+QUIET = Goal('vibration', speed_m_per_s=20e-6)
+FAST = Order(Goal('speed'), STAND, *FIXED, knots=6, budget=Budget(24))
+FAST_AND_QUIET = FrontOrder(FAST, QUIET, 4)
+
+
+@dataclass(frozen=True)
+class Squares:
+    """Cost of the distance from a place, whose front with another place is known."""
+
+    best: float
+    scale: float
+
+    @property
+    def space(self):
+        return Space('cycloid', STAND, *FIXED)
+
+    def __call__(self, place):
+        return {'cost': self.scale * (place[0] - self.best) ** 2}
+
+
+@pytest.mark.parametrize(('weight', 'known'), [(0.5, 0.5), (0.9, 0.35), (0.1, 0.65)])
+def test_the_weight_chooses_the_known_place_between_two_minima(weight, known):
+    # of the larger one alone: sqrt(w) (x - 0.2) = sqrt(1 - w) (0.8 - x) in units of the range
+    trade_off = TradeOff((Squares(0.2, 3.0), Squares(0.8, 50.0)), weight, (0.0, 0.0), (1.08, 18.0))
+    with executor_of(1) as executor:
+        found = search(trade_off, Budget(200), 3, executor)
+    assert found.place[0] == pytest.approx(known, abs=1e-3)
+
+
+def test_a_place_that_is_worthless_to_one_is_worthless():
+    trade_off = TradeOff((Squares(0.2, 1.0), Squares(0.8, 1e12)), 0.5, (0.0, 0.0), (1.0, 1.0))
+    assert trade_off([0.2, 0.5]) == {'cost': WORTHLESS}
+
+
+def test_a_front_has_the_best_of_both_at_its_ends_and_nothing_that_is_beaten():
+    fronts = find_fronts(FAST_AND_QUIET, workers=1)
+    for shape, points in fronts.items():
+        with executor_of(1) as executor:
+            best = search(FAST.tasks[shape], FAST.budget, FAST.seed, executor)
+        assert points[0].costs[0] <= best.cost
+        assert not any(one.beats(other) for one in points for other in points)
+        assert all(point.wave.shape == shape for point in points)
+        for point in points:
+            assert 0.0 <= point.errors[0] < 0.05 * point.values[0]
+    figure = draw_fronts(FAST_AND_QUIET, fronts)
+    front, waves = figure.axes
+    assert front.get_xlabel() == 'speed (um/s)'
+    assert len(waves.lines) == len(fronts['spline'])
+
+
+def test_one_wave_beats_another_if_it_is_nowhere_worse():
+    fast = Point(None, (0, 0), (0, 0), (-2.0, 5.0))
+    assert fast.beats(dataclasses.replace(fast, costs=(-2.0, 6.0)))
+    assert not fast.beats(dataclasses.replace(fast, costs=(-3.0, 6.0)))
+    assert not fast.beats(fast)
+
+
+def test_a_stopped_search_goes_on_to_the_same_fronts(tmp_path, monkeypatch):
+    whole = find_fronts(FAST_AND_QUIET, workers=2)
+    looks = []
+
+    def stop_after_a_while():
+        looks.append(1)
+        if len(looks) > 150:
+            raise KeyboardInterrupt
+
+    identity = FAST_AND_QUIET.identity()
+    with Journal(tmp_path / 'journal', identity) as journal:
+        with monkeypatch.context() as patch:
+            patch.setattr(batch, 'heed_stop', stop_after_a_while)
+            with pytest.raises(Stopped, match='the same command goes on'):
+                find_fronts(FAST_AND_QUIET, journal=journal, workers=1)
+        kept = len(journal.rows)
+        assert 0 < kept < FAST_AND_QUIET.evaluations
+        assert find_fronts(FAST_AND_QUIET, journal=journal, workers=1) == whole
+        assert len(journal.rows) == FAST_AND_QUIET.evaluations > kept
+
+
+@pytest.mark.parametrize(
+    ('change', 'said'),
+    [({'second': Goal('speed')}, 'the same again'), ({'points': 2}, 'not from 3 to 100')],
+)
+def test_fronts_that_are_none_are_refused(change, said):
+    with pytest.raises(StickSlipError, match=said):
+        dataclasses.replace(FAST_AND_QUIET, **change)
