@@ -202,7 +202,7 @@ def test_commands_are_named_with_their_numbers_and_what_is_always_set_is_no_bar(
         ('waveform', (0.0, 0.0, 0.001, 5.0), '2 rows'),
         ('stop', (), ''),
         ('joint', Joints((), (1e-6,)), '1000 nm'),
-        ('joint', Joints(('runner_joint',), (math.nan,), (2e-5,)), '2e-05 m/s'),
+        ('joint', Joints(('runner_joint',), (math.nan,), (2e-5,)), '20 um/s'),
         ('joint', Joints(('arm', 'runner_joint'), (1.0, 1e-6)), '2 joints'),
         ('joint', Joints(), ''),
     ],
