@@ -145,6 +145,8 @@ def test_a_gain_counts_above_five_errors_and_two_per_cent(value, error, counts):
     answer = Answer(SMALL, entries, {})
     assert answer.counts is counts
     assert answer.gain == pytest.approx(value - 1.0)
+    missed = dataclasses.replace(entries[SPLINE], meets=False)
+    assert not Answer(SMALL, {**entries, SPLINE: missed}, {}).counts
 
 
 def test_what_is_smaller_is_better_where_the_smallest_is_wanted():

@@ -193,8 +193,9 @@ class Answer:
 
     @property
     def counts(self) -> bool:
-        """Whether the gain is real: above five errors and 2 %."""
-        return self.errors > ERRORS and self.gain > GAIN
+        """Whether the gain is real: above five errors and 2 %, of a wave that meets the goal."""
+        is_met = self.entries[self.best].meets
+        return is_met and self.errors > ERRORS and self.gain > GAIN
 
 
 def gain_over(goal: Goal, value: float, rival: float) -> float:
