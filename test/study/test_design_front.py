@@ -1,6 +1,7 @@
 """Two objectives at once: no wave of a front is beaten, and its ends are the best of either."""
 
 import dataclasses
+import itertools
 from dataclasses import dataclass
 
 import pytest
@@ -62,7 +63,8 @@ def test_a_front_has_the_best_of_both_at_its_ends_and_nothing_that_is_beaten():
         with executor_of(1) as executor:
             best = search(FAST.tasks[shape], FAST.budget, FAST.seed, executor)
         assert points[0].costs[0] <= best.cost
-        assert not any(one.beats(other) for one in points for other in points)
+        pairs = list(itertools.permutations(points, 2))
+        assert not any(one.beats(other) or one.equals(other) for one, other in pairs)
         assert all(point.wave.shape == shape for point in points)
         for point in points:
             assert 0.0 <= point.errors[0] < 0.05 * point.values[0]
@@ -77,6 +79,13 @@ def test_one_wave_beats_another_if_it_is_nowhere_worse():
     assert fast.beats(dataclasses.replace(fast, costs=(-2.0, 6.0)))
     assert not fast.beats(dataclasses.replace(fast, costs=(-3.0, 6.0)))
     assert not fast.beats(fast)
+
+
+def test_waves_are_equal_within_the_errors_of_their_values():
+    one = Point(None, (1.0, 5.0), (0.1, 0.2), (0, 0))
+    assert one.equals(dataclasses.replace(one, values=(1.15, 4.65)))
+    assert not one.equals(dataclasses.replace(one, values=(1.25, 5.0)))
+    assert not one.equals(dataclasses.replace(one, values=(1.0, 5.5)))
 
 
 def test_a_stopped_search_goes_on_to_the_same_fronts(tmp_path, monkeypatch):

@@ -150,6 +150,11 @@ class Point:
         no_worse = all(a <= b for a, b in zip(self.costs, other.costs, strict=True))
         return no_worse and self.costs != other.costs
 
+    def equals(self, other: 'Point') -> bool:
+        """Return whether no value differs from that of the other by more than both errors."""
+        both = zip(self.values, other.values, self.errors, other.errors, strict=True)
+        return all(abs(a - b) <= a_error + b_error for a, b, a_error, b_error in both)
+
 
 def find_fronts(
     order: FrontOrder,
@@ -261,7 +266,9 @@ def _point(order: FrontOrder, wave: PeriodicWave) -> Point:
 
 
 def _undominated(points: Sequence[Point]) -> list[Point]:
-    """Return the points that no other one beats, and each wave once."""
-    kept = [one for one in points if not any(other.beats(one) for other in points)]
-    by_costs = {one.costs: one for one in kept}
-    return [by_costs[costs] for costs in sorted(by_costs)]
+    """Return the points that no other one beats, and one of those that are equal."""
+    kept: list[Point] = []
+    for one in sorted(points, key=lambda point: point.costs):
+        if not any(other.beats(one) for other in points) and not any(map(one.equals, kept)):
+            kept.append(one)
+    return kept
