@@ -74,7 +74,7 @@ def _lines(parameters: Parameters, heading: str) -> Iterator[str]:
         yield f'{indent}{leaf}: {format_value(flat[name])}'
 
 
-def load_yaml(path: Path) -> Parameters:
+def load_yaml(path: str | Path) -> Parameters:
     """
     Read a ROS parameter file; names that it leaves out keep their defaults.
 
@@ -86,7 +86,7 @@ def load_yaml(path: Path) -> Parameters:
         If the file holds what the package does not know or allow.
 
     """
-    return Parameters().updated(load_values(path))
+    return Parameters().updated(load_values(Path(path)))
 
 
 def load_values(path: Path) -> dict[str, object]:

@@ -61,7 +61,7 @@ def test_switches_and_whole_numbers_are_written_as_ros_reads_them():
 def test_the_file_of_the_test_stand_holds_the_defaults():
     text = STAND_FILE.read_text(encoding='utf-8')
     assert text == dump_yaml(Parameters(), HEADING)
-    assert load_yaml(STAND_FILE) == Parameters()
+    assert load_yaml(STAND_FILE) == load_yaml(str(STAND_FILE)) == Parameters()
 
 
 def test_every_parameter_is_written_with_its_description_above_it():
