@@ -70,7 +70,8 @@ def test_a_front_has_the_best_of_both_at_its_ends_and_nothing_that_is_beaten():
             assert 0.0 <= point.errors[0] < 0.05 * point.values[0]
     figure = draw_fronts(FAST_AND_QUIET, fronts)
     front, waves = figure.axes
-    assert front.get_xlabel() == 'speed (um/s)'
+    assert front.get_xlabel() == 'speed (um/s), more is better'
+    assert front.get_ylabel() == 'vibration (um/s), less is better'
     assert len(waves.lines) == len(fronts['spline'])
 
 

@@ -56,7 +56,10 @@ def draw_fronts(order: FrontOrder, fronts: Mapping[str, Sequence[Point]]) -> Fig
         wave.plot(rows[:, TIME] / rows[-1, TIME], rows[:, VOLTAGE], color=colour)
         x, y = (value * f for value, (f, _) in zip(point.values, scales, strict=True))
         front.plot(x, y, 'o', color=colour, zorder=3)
-    labels = (f'{name} ({unit})' for name, (_, unit) in zip((first, second), scales, strict=True))
+    labels = (
+        f'{name} ({unit}), {"more" if OBJECTIVES[name].is_largest else "less"} is better'
+        for name, (_, unit) in zip((first, second), scales, strict=True)
+    )
     label_axes(front, *labels)
     label_axes(wave, 'time / period', 'voltage (V)', f'waves of the spline, best {first} darkest')
     draw_legend(front)
