@@ -6,11 +6,13 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.printing import Answer, table
+from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.design.front import FrontOrder, Point, find_fronts
-from stickslip_ros.study.design.objectives import OBJECTIVES
+from stickslip_ros.study.design.objectives import OBJECTIVES, Goal, cell_of
 from stickslip_ros.study.design.picture import draw_fronts
 from stickslip_ros.study.design.steady_cycle import write_wave
+from stickslip_ros.study.design.waves import PeriodicWave
 from stickslip_ros.study.journal import Journal, Row
 from stickslip_ros.study.plotting import save_figure
 from stickslip_ros.study.sweep_table import write_table
@@ -64,6 +66,7 @@ def _parts(
     order: FrontOrder, rows: Sequence[Row], points: Sequence[tuple[int, Point]], path: Path
 ) -> Iterator[Any]:
     """Return the fronts as people read them."""
+    first, second = (goal.objective for goal in order.goals)
     cells = [
         (
             row['file'],
@@ -71,13 +74,22 @@ def _parts(
                 with_unit(value, OBJECTIVES[goal.objective].unit)
                 for goal, value in zip(order.goals, point.values, strict=True)
             ),
-            f'{point.wave.voltage_v:.4g}',
-            f'{point.wave.frequency_hz:.5g}',
+            *(f'{point.wave.voltage_v:.4g}', f'{point.wave.frequency_hz:.5g}'),
+            f'{point.wave.preload_n:.4g}',
         )
         for row, (_, point) in zip(rows, points, strict=True)
     ]
-    first, second = (goal.objective for goal in order.goals)
-    yield table(
-        f'no wave is better in {first} and {second}', cells, ('', first, second, 'V', 'Hz')
-    )
+    header = ('', first, second, 'V', 'Hz', 'N')
+    yield table(f'no wave of its shape is better in {first} and {second}', cells, header)
     yield f'table   {path}; the waves are beside it'
+    row, (_, point) = rows[-1], points[-1]
+    file = path.with_name(str(row['file']))
+    yield f'play    {play_command(order.goals[0], order.first.stand, point.wave, file)}'
+
+
+def play_command(goal: Goal, stand: Parameters, wave: PeriodicWave, path: Path) -> str:
+    """Return the command that plays a wave as its goal was judged, beside the stand's options."""
+    values = stand.flat()
+    changes = {name: v for name, v in cell_of(goal, stand).items() if values[name] != v}
+    sets = ''.join(f' --set {name}={value}' for name, value in changes.items())
+    return f'stickslip simulate --waveform {path} --preload {wave.preload_n:g}{sets}'

@@ -7,16 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.cli.chosen import chosen_parameters
-from stickslip_ros.cli.fronts import find_and_write
+from stickslip_ros.cli.fronts import find_and_write, play_command
 from stickslip_ros.cli.printing import Answer as Printed
 from stickslip_ros.cli.printing import table
-from stickslip_ros.errors import RecordingError, WrongKind
+from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.stopping import Stopped
 from stickslip_ros.study.design.answer import Answer, Order, optimise
-from stickslip_ros.study.design.front import FrontOrder
+from stickslip_ros.study.design.front import POINTS, FrontOrder
 from stickslip_ros.study.design.objectives import OBJECTIVES, WORTHLESS, Goal
 from stickslip_ros.study.design.picture import draw_answer
 from stickslip_ros.study.design.search import Budget
@@ -38,7 +38,11 @@ def optimise_verb(arguments: argparse.Namespace) -> Printed:
     journal_path = path.with_name(f'{path.name}.journal')
     if arguments.second:
         second = _goal(arguments, arguments.second)
-        return find_and_write(FrontOrder(order, second, arguments.points), arguments, journal_path)
+        front = FrontOrder(order, second, arguments.points or POINTS)
+        return find_and_write(front, arguments, journal_path)
+    if arguments.points:
+        limit, hint = 'of no use to one objective', 'name the other one: --second'
+        raise OutOfRange('number of points', arguments.points, '', limit, hint)
     with (
         Journal(journal_path, order.identity(), fresh=arguments.fresh) as journal,
         shown_progress('evaluations', quiet=arguments.json, resumes=True) as show,
@@ -90,7 +94,7 @@ def chosen_order(arguments: argparse.Namespace) -> Order:
 
 def _goal(arguments: argparse.Namespace, objective: str) -> Goal:
     """Return one of the objectives; of two, only vibration is asked for a speed."""
-    is_other = objective != 'vibration' in (arguments.objective, arguments.second)
+    is_other = objective != 'vibration' and 'vibration' in (arguments.objective, arguments.second)
     speed_m_per_s = 0.0 if is_other else arguments.speed
     return Goal(objective, arguments.load, speed_m_per_s, arguments.backwards)
 
@@ -161,11 +165,10 @@ def _parts(answer: Answer, path: Path) -> Iterator[Any]:
     if answer.unseen:
         rows = [(name, _shown(gain, f'{gain:+.1%}')) for name, gain in answer.unseen.items()]
         yield table('gain on stands that no search has seen', rows)
-    frequency_hz = answer.entries[answer.best].wave.frequency_hz
-    preload_n = answer.entries[answer.best].wave.preload_n
+    wave = answer.entries[answer.best].wave
     yield f'wave    {path}'
-    yield f'play    stickslip simulate --waveform {path} --preload {preload_n:g}'
-    yield f'        {frequency_hz:g} Hz; in the node: command/waveform, docs/design.md'
+    yield f'play    {play_command(order.goal, order.stand, wave, path)}'
+    yield f'        {wave.frequency_hz:g} Hz; in the node: command/waveform, docs/design.md'
 
 
 def _rows(answer: Answer) -> Iterator[tuple[str, ...]]:

@@ -60,8 +60,8 @@ class RunResult(Shown):
         the mean position.
     force_net_n : float
         The same without elastic following: ``force_mean_n`` less the mean force of a runner that
-        only goes along with the feet, from where the wave begins: k A/2 of a saw-tooth, backwards
-        -k A/2. Near 0 below the 0-amplitude; 0 of a load cell that nothing presses.
+        only goes along with ideal feet, from where the wave begins: k A/2 of a saw-tooth,
+        backwards -k A/2. Near 0 below the 0-amplitude; 0 of a load cell that nothing presses.
     force_ramp_start_n : float
         Generated force at the start of the last cycle's ramp, when the fall before it is over.
         The runner has hardly moved by then: it is near the largest of the cycle.

@@ -117,12 +117,12 @@ SIMULATE = (
         'searched equally long in its own parameters. OBJECTIVE is speed, force, step, vibration, '
         'energy or flatness (docs/design.md). Frequency and preload are free between two limits '
         'if two are given. Evaluations are kept in FILE.journal: after a crash the same command '
-        'goes on; after Ctrl-C the best wave is written too. With --second, waves of which none '
-        'is better in both objectives are found, and the file is their table, beside a file of '
-        'each wave. Needs: pip install cma.',
+        'goes on; after Ctrl-C the best wave of one objective is written too. With --second, '
+        'waves of which none is better in both objectives are found, and the file is their '
+        'table, beside a file of each wave. Needs: pip install cma.',
         option('objective', 'what shall be best', metavar='OBJECTIVE'),
         option('--second', 'what shall be best besides', metavar='OBJECTIVE'),
-        option('--points', 'waves between two objectives', int, default=7),
+        option('--points', 'searches for two objectives and each shape (7)', int, default=0),
         option('--load', 'force against the motion', unit='N', default='0'),
         option('--speed', 'that vibration asks for', unit='m/s', metavar='SPEED', default='0'),
         switch('--backwards', 'move the runner the other way'),

@@ -317,7 +317,7 @@ def check(order: Order, wave: PeriodicWave) -> tuple[Worth, float]:
         assess(order.goal, finer, fine_rows, change=CHANGE / STEADIER),
         assess(order.goal, stand, rows, on_springs=True),
     )
-    return worth, max(abs(other.value - worth.value) for other in others)
+    return worth, float(np.max([abs(other.value - worth.value) for other in others]))
 
 
 def _elsewhere(answer: Answer, executor: Executor) -> dict[str, float]:

@@ -1,32 +1,34 @@
 """
 Two objectives at once: the waves of which none is better in both (the Pareto front).
 
-The ends of the front are the best waves of either objective. Between them a search makes the
-larger of two weighted losses small, with a little of their sum, so that no wave is left that is
-equal in one and worse in the other: the augmented weighted Tchebycheff norm (Steuer, Choo, Math.
-Programming 26, 326, 1983), which also finds fronts that are not convex.
+Two searches look for the best wave of either objective alone. The others make the larger of two
+weighted losses small, with a little of their sum, so that no wave is left that is equal in one and
+worse in the other: the augmented weighted Tchebycheff norm (Steuer, Choo, Math. Programming 26,
+326, 1983), which also finds fronts that are not convex.
 
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.stopping import Stopped
 from stickslip_ros.study.batch import executor_of, run_batch
 from stickslip_ros.study.design.answer import RIVAL, Order, check
 from stickslip_ros.study.design.objectives import OBJECTIVES, WORTHLESS, Goal
-from stickslip_ros.study.design.search import Found, Judge, search
+from stickslip_ros.study.design.search import Found, Judge, Task, search
 from stickslip_ros.study.design.waves import SPLINE, PeriodicWave, Space
 from stickslip_ros.study.journal import Identity, Journal, Row, identify
 
 SHAPES = (RIVAL, SPLINE)
 """What has a front."""
-POINTS_MIN, POINTS_MAX = 3, 100
+POINTS, POINTS_MIN, POINTS_MAX = 7, 3, 100
+"""Searches of a front, where nobody says how many, and limits of their number."""
 SUM_SHARE = 0.05
 """Share of the sum of both losses that is added to the larger one."""
 
@@ -45,19 +47,27 @@ class FrontOrder:
     second : Goal
         The second objective.
     points : int
-        Searches of a front, its ends included.
+        Searches of each front, one for either objective alone included.
 
     """
 
     first: Order
     second: Goal
-    points: int = 7
+    points: int = POINTS
 
     def __post_init__(self) -> None:
-        """Refuse one objective twice, and fronts that are none."""
-        if self.second.objective == self.first.goal.objective:
+        """Refuse one objective twice, what a front does not know, and fronts that are none."""
+        twice, first = self.second.objective, self.first
+        if twice == first.goal.objective:
             hint = f'take another one of {", ".join(OBJECTIVES)}'
-            raise WrongKind('second objective', self.second.objective, 'the same again', hint)
+            raise OutOfRange('second objective', twice, '', 'the first one too', hint)
+        for name, value, unit, usual in (
+            ('seconds', first.budget.seconds, 's', 0.0),
+            ('number of seeds', first.seeds, '', 1),
+        ):
+            if value != usual:
+                hint = 'the evaluations and one seed make it'
+                raise OutOfRange(name, value, unit, 'of no use to two objectives', hint)
         if not POINTS_MIN <= self.points <= POINTS_MAX:
             limit = f'not from {POINTS_MIN} to {POINTS_MAX}'
             raise OutOfRange('number of points', self.points, '', limit, 'change --points')
@@ -99,7 +109,7 @@ class TradeOff:
     weight : float
         That of the first one, between 0 and 1.
     ideal, ranges : (float, float)
-        Least cost of each, and how far it rises along the front.
+        Cost of each from which its loss is counted, and the rise of it that is a loss of 1.
 
     """
 
@@ -126,17 +136,17 @@ class TradeOff:
 @dataclass(frozen=True)
 class Point:
     """
-    A wave and what it is worth.
+    A wave that keeps the constraints of both objectives.
 
     Attributes
     ----------
     wave : PeriodicWave
         The wave.
     values, errors : (float, float)
-        Values of both objectives, and by how much finer steps and rows, or springs for turning
-        points, change them.
+        Values of both objectives on the stand, and by how much finer steps and rows, or springs
+        for turning points, change them.
     costs : (float, float)
-        What a search makes small.
+        What a search makes small, of all stands together.
 
     """
 
@@ -181,23 +191,31 @@ def find_fronts(
     Returns
     -------
     dict
-        The points of each front by the name of its shape, the best of the first objective first.
+        The front of each shape that has one, by its name, the best of the first objective first.
 
     Raises
     ------
     StickSlipError
-        If a stand is refused, or a package is missing.
+        If a stand is refused, a package is missing, or no wave was found that moves the runner
+        and keeps the constraints.
     Stopped
         If Ctrl-C was pressed; the journal has what was finished.
 
     """
     with executor_of(workers, scheduler) as executor:
-        found = _Searches(order, executor, journal, tell)
-        waves = {shape: [one.wave for one in found.along_front(shape)] for shape in SHAPES}
-        return {
-            shape: _undominated(run_batch(partial(_point, order), each, executor=executor))
-            for shape, each in waves.items()
-        }
+        searches = _Searches(order, executor, journal, tell)
+        try:
+            fronts = {shape: searches.front(shape) for shape in SHAPES}
+        except Stopped as stop:
+            said = f'stopped after {searches.evaluations} evaluations'
+            raise Stopped(f'{said}; the same command goes on' if journal else said) from stop
+    found = {shape: points for shape, points in fronts.items() if points}
+    if not found:
+        raise StickSlipError(
+            'no wave was found that moves the runner and keeps the constraints of both '
+            'objectives; ask for less, or give more evaluations'
+        )
+    return found
 
 
 class _Searches:
@@ -210,59 +228,71 @@ class _Searches:
         journal: Journal | None,
         tell: Callable[[int], None] | None,
     ) -> None:
+        self.evaluations = 0
         self._order, self._executor = order, executor
         self._journal, self._tell = journal, tell
-        self._done = 0
 
-    def along_front(self, shape: str) -> Iterator[Found]:
-        """Search both ends, and between them from one end to the other."""
+    def front(self, shape: str) -> list[Point]:
+        """Search for either objective alone, then with weights from the first to the second."""
         first, second = (order.tasks[shape] for order in self._order.orders)
-        ends = [self._search(task) for task in (first, second)]
-        ideal = ends[0].cost, ends[1].cost
-        worst = (float(first(ends[1].place)['cost']), float(second(ends[0].place)['cost']))
-        ranges = (_range(ideal[0], worst[0]), _range(ideal[1], worst[1]))
-        yield from ends
-        place = ends[0].place
+        found, tasks = [self._search(first), self._search(second)], (first, second)
+        costs = self._run(partial(_costs, tasks), [one.place for one in found])
+        ideal, worst = np.min(costs, axis=0), np.max(costs, axis=0)
+        ranges = _range(ideal[0], worst[0]), _range(ideal[1], worst[1])
+        place = found[0].place
         for weight in np.linspace(1.0, 0.0, self._order.points)[1:-1]:
-            trade_off = TradeOff((first, second), float(weight), ideal, ranges)
-            found = self._search(trade_off, place)
-            place = found.place
-            yield found
+            trade_off = TradeOff(tasks, float(weight), (ideal[0], ideal[1]), ranges)
+            found.append(self._search(trade_off, place))
+            place = found[-1].place
+        points = self._run(partial(_point, self._order, tasks), found)
+        return _undominated([point for point in points if point is not None])
+
+    def _run(self, task: Callable[[Any], Any], cases: Sequence[Any]) -> list[Any]:
+        return run_batch(task, cases, executor=self._executor)
 
     def _search(self, task: Judge, start: Sequence[float] | None = None) -> Found:
-        budget, seed, done = self._order.first.budget, self._order.first.seed, self._done
+        first, done = self._order.first, self.evaluations
 
         def tell(evaluations: int, _: float) -> None:
+            self.evaluations = done + evaluations
             if self._tell is not None:
-                self._tell(done + evaluations)
+                self._tell(self.evaluations)
 
         found = search(
             task,
-            budget,
-            seed,
+            first.budget,
+            first.seed,
             self._executor,
             journal=self._journal,
             first=done,
             tell=tell,
             start=start,
         )
-        self._done += budget.evaluations
+        self.evaluations = done + len(found.history)
         if found.stopped:
-            number = done + len(found.history)
-            raise Stopped(f'stopped after {number} evaluations; the same command goes on')
+            raise Stopped
         return found
 
 
 def _range(ideal: float, worst: float) -> float:
-    """Return how far a cost rises along a front; its size, where one end is worthless or both."""
-    rise = worst - ideal
-    return rise if 0.0 < rise < 0.5 * WORTHLESS else abs(ideal)
+    """Return the rise of a cost that is a loss of 1: what the other end costs, or its size."""
+    rise = float(worst - ideal)
+    return rise if 0.0 < rise < 0.5 * WORTHLESS else abs(float(ideal))
 
 
-def _point(order: FrontOrder, wave: PeriodicWave) -> Point:
-    (first, first_error), (second, second_error) = (check(one, wave) for one in order.orders)
-    errors = first_error, second_error
-    return Point(wave, (first.value, second.value), errors, (first.cost, second.cost))
+def _costs(tasks: tuple[Task, Task], place: Sequence[float]) -> Pair:
+    first, second = (float(task(place)['cost']) for task in tasks)
+    return first, second
+
+
+def _point(order: FrontOrder, tasks: tuple[Task, Task], found: Found) -> Point | None:
+    """Return what a search has found; None of a wave that does not do what it shall."""
+    (first, first_error), (second, second_error) = (check(one, found.wave) for one in order.orders)
+    errors, costs = (first_error, second_error), _costs(tasks, found.place)
+    is_good = first.meets and second.meets and np.isfinite(errors).all()
+    if not is_good or max(costs) >= WORTHLESS:
+        return None
+    return Point(found.wave, (first.value, second.value), errors, costs)
 
 
 def _undominated(points: Sequence[Point]) -> list[Point]:

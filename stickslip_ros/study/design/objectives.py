@@ -148,7 +148,7 @@ def assess(
     """
     objective = OBJECTIVES[goal.objective]
     sign = -1.0 if goal.backwards else 1.0
-    on_stand = stand.updated(_cell_of(objective, stand, goal))
+    on_stand = stand.updated(cell_of(goal, stand))
     how: dict[str, Any] = {'change': change, 'on_springs': on_springs, 'looks': looks}
     cycles = [
         _turned(measure(on_stand, rows, -sign * load_n, **how), sign)
@@ -167,8 +167,9 @@ def _turned(cycle: SteadyCycle, sign: float) -> SteadyCycle:
     return replace(cycle, speed_m_per_s=sign * cycle.speed_m_per_s, force_n=sign * cycle.force_n)
 
 
-def _cell_of(objective: Objective, stand: Parameters, goal: Goal) -> Mapping[str, object]:
-    if objective.is_free:
+def cell_of(goal: Goal, stand: Parameters) -> Mapping[str, str | float]:
+    """Return the load cell that a goal wants of a stand, as parameters."""
+    if OBJECTIVES[goal.objective].is_free:
         return {'load_cell.contact': 'absent'}
     if stand.load_cell.contact == 'one_sided' and not goal.backwards:
         return {'load_cell.gap': 0.0}

@@ -12,7 +12,6 @@ from stickslip_ros.study.design.answer import RIVAL, Answer, Entry
 from stickslip_ros.study.design.front import FrontOrder, Point
 from stickslip_ros.study.design.objectives import OBJECTIVES, WORTHLESS, assess
 from stickslip_ros.study.design.steady_cycle import SteadyCycle
-from stickslip_ros.study.design.waves import SPLINE
 from stickslip_ros.study.plotting import GREY, curve_style, draw_legend, label_axes, new_figure
 from stickslip_ros.units import NM, display_unit
 
@@ -41,15 +40,15 @@ def draw_answer(answer: Answer) -> Figure:
 
 
 def draw_fronts(order: FrontOrder, fronts: Mapping[str, Sequence[Point]]) -> Figure:
-    """Draw the fronts of two objectives, and the waves of the spline's from end to end."""
+    """Draw the fronts of two objectives, and the waves of the last one from end to end."""
     first, second = (goal.objective for goal in order.goals)
-    figure = new_figure(11.0, 4.6, f'{first} and {second}: no wave is better in both')
+    figure = new_figure(11.0, 4.6, f'{first} and {second}: no wave of its shape is better in both')
     front, wave = figure.subplots(1, 2)
     scales = [display_unit(OBJECTIVES[name].unit) for name in (first, second)]
     for number, (shape, points) in enumerate(fronts.items()):
         x, y = np.array([point.values for point in points]).T * [[f] for f, _ in scales]
         front.plot(x, y, **curve_style(number).line_and_points, label=shape)
-    last = fronts[SPLINE]
+    shape, last = list(fronts.items())[-1]
     for number, point in enumerate(last):
         rows = point.wave.rows(order.first.stand, backwards=order.first.goal.backwards)
         colour = COLOURS(number / max(1, len(last) - 1))
@@ -61,7 +60,7 @@ def draw_fronts(order: FrontOrder, fronts: Mapping[str, Sequence[Point]]) -> Fig
         for name, (_, unit) in zip((first, second), scales, strict=True)
     )
     label_axes(front, *labels)
-    label_axes(wave, 'time / period', 'voltage (V)', f'waves of the spline, best {first} darkest')
+    label_axes(wave, 'time / period', 'voltage (V)', f'{shape}: its waves, best {first} darkest')
     draw_legend(front)
     return figure
 
