@@ -17,6 +17,7 @@ VENV   := .venv$(SUFFIX)
 BIN    := $(VENV)/bin
 COLCON := .venv-colcon$(SUFFIX)
 DOCS   := .venv-docs
+CODES  := .venv-foreign
 LOCK   := requirements/$(DISTRO).txt
 
 UV_VERSION := 0.13.8
@@ -30,7 +31,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo panel test test-pythons fuzz mutate same lint hooks bench docs wheel colcon lock clean
+.PHONY: help setup demo panel test test-pythons fuzz mutate foreign same lint hooks bench docs wheel colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -63,6 +64,9 @@ fuzz: $(VENV)/kernels.stamp ## random real-valued commands on every stand; ARGS=
 
 mutate: $(VENV)/project.stamp ## put errors into copies of the package: the evidence must fail, minutes; ARGS=WORD chooses
 	$(BIN)/python scripts/mutate.py $(ARGS)
+
+foreign: $(CODES)/lock.stamp ## ask codes that others wrote, for the evidence: stickslip_ros/validation/foreign.csv
+	PYTHONPATH="$(CURDIR)" OMP_NUM_THREADS=1 $(CODES)/bin/python scripts/foreign.py
 
 same: $(VENV)/kernels.stamp ## record the same runs on a commit and here, compare the bytes; ARGS=COMMIT
 	$(BIN)/python scripts/same_bytes.py $(ARGS)
@@ -136,6 +140,11 @@ $(COLCON)/lock.stamp: $(LOCK) requirements/colcon.txt
 
 $(DOCS)/lock.stamp: requirements/docs.txt
 	$(make-venv)
+
+# slippy asks for numpy below 1.21, and runs with this one.
+$(CODES)/lock.stamp: requirements/evidence.txt
+	$(make-venv)
+	@$(@D)/bin/python $(PIP) install --no-deps slippy==0.5.2
 
 $(VENV)/project.stamp: $(VENV)/lock.stamp setup.py setup.cfg package.xml
 	@$(BIN)/python $(PIP) install --no-deps --no-build-isolation --editable .

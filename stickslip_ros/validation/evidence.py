@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 from stickslip_ros.validation.checks import Family, Findings
 from stickslip_ros.validation.drive import DRIVE
+from stickslip_ros.validation.foreign import FOREIGN
 from stickslip_ros.validation.friction_laws import FRICTION_LAWS
 from stickslip_ros.validation.half_space import HALF_SPACE
 from stickslip_ros.validation.load_curves import NORMAL_LOAD, TANGENTIAL_LOAD
@@ -23,6 +24,7 @@ EVIDENCE: tuple[Family, ...] = (
     ONE_BY_ONE,
     HALF_SPACE,
     CONTACT_CASE,
+    FOREIGN,
     SPECTRA,
     RING_DOWN,
     SPRING_BANK,
