@@ -44,7 +44,7 @@ def draw_fronts(order: FrontOrder, fronts: Mapping[str, Sequence[Point]]) -> Fig
     first, second = (goal.objective for goal in order.goals)
     figure = new_figure(11.0, 4.6, f'{first} and {second}: no wave of its shape is better in both')
     front, wave = figure.subplots(1, 2)
-    scales = [display_unit(OBJECTIVES[name].unit) for name in (first, second)]
+    scales = [_scale(name) for name in (first, second)]
     for number, (shape, points) in enumerate(fronts.items()):
         x, y = np.array([point.values for point in points]).T * [[f] for f, _ in scales]
         front.plot(x, y, **curve_style(number).line_and_points, label=shape)
@@ -56,7 +56,7 @@ def draw_fronts(order: FrontOrder, fronts: Mapping[str, Sequence[Point]]) -> Fig
         x, y = (value * f for value, (f, _) in zip(point.values, scales, strict=True))
         front.plot(x, y, 'o', color=colour, zorder=3)
     labels = (
-        f'{name} ({unit}), {"more" if OBJECTIVES[name].is_largest else "less"} is better'
+        f'{name}{unit}, {"more" if OBJECTIVES[name].is_largest else "less"} is better'
         for name, (_, unit) in zip((first, second), scales, strict=True)
     )
     label_axes(front, *labels)
@@ -86,7 +86,7 @@ def _draw_cycle(panels: Sequence[Axes], number: int, name: str, cycle: SteadyCyc
 
 def _draw_history(axes: Axes, answer: Answer) -> None:
     objective = OBJECTIVES[answer.order.goal.objective]
-    factor, unit = display_unit(objective.unit)
+    factor, unit = _scale(answer.order.goal.objective)
     sign = -1.0 if objective.is_largest else 1.0
     searched = [(name, entry) for name, entry in answer.entries.items() if entry.history]
     for number, (name, entry) in enumerate(searched):
@@ -97,5 +97,11 @@ def _draw_history(axes: Axes, answer: Answer) -> None:
         axes.plot(known + 1, sign * factor * costs[known], **curve_style(number).line, label=name)
     if not objective.is_largest:
         axes.set_yscale('log')
-    label_axes(axes, 'evaluations', f'{answer.order.goal.objective} ({unit})', 'best so far')
+    label_axes(axes, 'evaluations', f'{answer.order.goal.objective}{unit}', 'best so far')
     draw_legend(axes)
+
+
+def _scale(objective: str) -> tuple[float, str]:
+    """Return the factor of an objective's values, and their unit in brackets if they have one."""
+    factor, unit = display_unit(OBJECTIVES[objective].unit)
+    return factor, f' ({unit})' if unit else ''
