@@ -1,8 +1,10 @@
 """The server answers pages of its own and nobody else, and a slow page delays nobody."""
 
 import asyncio
+import graphlib
 import http.client
 import json
+import re
 import socket
 import threading
 from collections.abc import Iterator, Mapping
@@ -88,10 +90,22 @@ def status_of(port: int, path: str = '/', **headers: str) -> tuple[int, http.cli
 
 
 def test_the_page_and_its_files_are_served_and_nothing_beside(port: int):
-    for path in ('/', '/panel.js', '/controls.js', '/plot.js', '/panel.css', '/icon.svg'):
-        assert status_of(port, path)[0] == 200
+    files = [path.name for path in server.PAGE.iterdir()]
+    assert 'panel.js' in files
+    for name in ('', *files):
+        assert status_of(port, f'/{name}')[0] == 200
     for path in ('/server.py', '/../server.py', '/%2e%2e/server.py', '/page/'):
         assert status_of(port, path)[0] in {403, 404}
+
+
+def test_the_scripts_of_the_page_import_each_other_in_one_direction():
+    imports = {
+        path.name: re.findall(r'from \"\./([\w.]+)\"', path.read_text(encoding='utf-8'))
+        for path in server.PAGE.glob('*.js')
+    }
+    assert sorted(imports['waveform.js']) == ['fields.js', 'plot.js', 'socket.js']
+    order = list(graphlib.TopologicalSorter(imports).static_order())  # CycleError of a circle
+    assert order[-1] == 'panel.js'
 
 
 def test_the_page_may_load_from_here_only_and_stand_in_no_frame(port: int):

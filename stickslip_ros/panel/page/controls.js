@@ -1,7 +1,7 @@
 // Controls, made from what the server says of commands, services and faults.
 
-import { make, wish } from "./panel.js";
-import { grouped } from "./plot.js";
+import { button, DIRECTIONS, ends, inRow, make, note, numberField, resolved, whenStateComes } from "./fields.js";
+import { wish } from "./socket.js";
 import { addWaveform } from "./waveform.js";
 
 const SWITCHES = {
@@ -22,28 +22,11 @@ const STREAM_MS = 40;
 const PATIENCE_MS = 3000; // so long a field shows what is wished, before the drive says what it has
 const JOG_SHARE = 4; // a jog is renewed so many times before its watchdog ends it
 
-let sheet = null, parameters = {}, last = {};
-const updates = [];
+let sheet = null, last = {};
 
 const value = (state, part, name) => ((state.parts[part] || {}).values || {})[name];
 const lamp = (state, name) => (state.bits & sheet.bits.find((each) => each.name === name).bit) !== 0;
 const title = (name) => WORDS[name] || (name[0].toUpperCase() + name.slice(1)).replaceAll("_", " ");
-
-/** Return a limit or a first value: itself, or that of the parameter which it names. */
-export function resolved(told) {
-  if (typeof told !== "string") return told;
-  const found = parameters[told.replace(/^-/, "")];
-  return found === undefined ? null : told.startsWith("-") ? -found : found;
-}
-
-export function whenStateComes(update) {
-  updates.push(update);
-}
-
-export function followState(state) {
-  parameters = state.parameters;
-  for (const update of updates) update(state);
-}
 
 export function addControls(told) {
   sheet = told;
@@ -61,23 +44,7 @@ export function addControls(told) {
 function group(name, text, needsDrive = true) {
   const made = make("fieldset");
   made.append(make("legend", title(name), text));
-  if (needsDrive) updates.push((state) => { made.disabled = state.lifecycle !== "active"; });
-  return made;
-}
-
-/** A line beside a control: how what it did has ended. */
-export function note(name) {
-  const made = make("output");
-  made.className = "note";
-  made.dataset.note = name;
-  let shown = -1;
-  updates.push((state) => {
-    const told = state.notes[name] || { text: "", bad: false, number: 0 };
-    if (told.number === shown) return;
-    shown = told.number;
-    made.textContent = made.title = told.text;
-    made.classList.toggle("bad", told.bad);
-  });
+  if (needsDrive) whenStateComes((state) => { made.disabled = state.lifecycle !== "active"; });
   return made;
 }
 
@@ -85,13 +52,6 @@ function notes(names) {
   const made = make("div");
   made.className = "notes";
   made.append(...names.map(note));
-  return made;
-}
-
-export function button(text, about, onclick) {
-  const made = make("button", text, about);
-  made.type = "button";
-  if (onclick) made.onclick = onclick;
   return made;
 }
 
@@ -113,9 +73,6 @@ function commandControl(command) {
   return made;
 }
 
-/** Sign, text and name of each direction of a command. */
-export const DIRECTIONS = [[-1, "◀ −x", "backwards"], [1, "+x ▶", "forwards"]];
-
 /** Return what sends a command: a slider, a button, or one for each direction. */
 function sending(command, numbers, read, send) {
   if (command.way === "slide") return [slider(command, numbers[0], send)];
@@ -134,57 +91,13 @@ function sending(command, numbers, read, send) {
   });
 }
 
-export function inRow(parts) {
-  const row = make("div");
-  row.className = "row";
-  row.append(...parts);
-  return row;
-}
-
-/** Return the range of a number as people read it; null is no upper end. */
-function ends(low, high) {
-  const shown = (each) => grouped(String(Number(Math.abs(each).toPrecision(9))));
-  if (!high) return `from ${shown(low)}`;
-  return low === -high ? `± ${shown(high)}` : `${low < 0 ? "−" : ""}${shown(low)} to ${shown(high)}`;
-}
-
-export function numberField(command, { name, unit, factor, low, high, start }) {
-  const id = `${command.name}-${name}`, about = `${command.name}: ${name}${unit && `, ${unit}`}`;
-  const label = make("label", name), field = make("input", "", about), range = make("span", unit);
-  label.htmlFor = field.id = id;
-  field.inputMode = "decimal";
-  field.autocomplete = "off";
-  range.className = "unit";
-  const shown = (told) => String(Number((told * factor).toPrecision(9)));
-  updates.push(() => {
-    const [least, most, first] = [low, high, start].map(resolved);
-    if (!field.dataset.touched && first !== null && document.activeElement !== field) field.value = shown(first);
-    const isKnown = least !== null && (most !== null || high === null);
-    const text = `${isKnown ? ends(least * factor, most * factor) : ""} ${unit}`.trim();
-    if (range.textContent !== text) range.textContent = text;
-  });
-  field.addEventListener("input", () => { field.dataset.touched = "yes"; });
-  const read = (sign = 1) => {
-    const text = field.value.trim().replace(",", "."), number = Number(text);
-    return text === "" || Number.isNaN(number) ? text : (sign * number) / factor;
-  };
-  field.addEventListener("keydown", (event) => {
-    if (event.key === "Enter") field.closest("fieldset").querySelector("button:last-of-type")?.click();
-  });
-  const write = (number) => {
-    field.value = shown(number);
-    field.dataset.touched = "yes";
-  };
-  return { name, field, read, write, low, high, parts: [label, field, range] };
-}
-
 /** A slider that sends while it is drawn, not too often; Enter in the field sends too. */
 function slider(command, number, send) {
   const made = make("input", "", command.text);
   made.type = "range";
   made.step = "any";
   made.setAttribute("aria-label", title(command.name));
-  updates.push(() => {
+  whenStateComes(() => {
     const [low, high] = [number.low, number.high].map(resolved);
     if (low === null || high === null || (Number(made.max) === high && Number(made.min) === low)) return;
     made.min = low;
@@ -223,7 +136,7 @@ function holds(made, repeat, end) {
   };
   const press = () => {
     if (timer || made.matches(":disabled")) return;
-    const watchdog_s = parameters["jog.timeout"] || 0.5;
+    const watchdog_s = resolved("jog.timeout") || 0.5;
     timer = setInterval(() => (made.matches(":disabled") ? release() : repeat()), (1e3 * watchdog_s) / JOG_SHARE);
     made.classList.add("held");
     repeat();
@@ -254,7 +167,7 @@ function serviceButton(name) {
   const isOn = SWITCHES[name] || (() => false);
   const made = button(title(name), text, () => wish({ do: "service", name, wanted: !isOn(last) }));
   if (name === "stop") made.className = "stop";
-  updates.push((state) => {
+  whenStateComes((state) => {
     last = state;
     const isReady = state.lifecycle === "active";
     made.disabled = !isReady || (name === "step_simulation" && !SWITCHES.set_paused(state));
@@ -280,7 +193,7 @@ function lifecycleControl() {
   const buttons = Object.entries(TRANSITIONS).map(([transition, from]) => {
     const each = button(title(transition), `${transition}: from ${from.join(", ")}`, () =>
       wish({ do: "lifecycle", name: "lifecycle", transition }));
-    updates.push((state) => { each.disabled = !from.includes(state.lifecycle); });
+    whenStateComes((state) => { each.disabled = !from.includes(state.lifecycle); });
     return each;
   });
   made.append(...pairs(buttons), note("lifecycle"));
@@ -320,7 +233,7 @@ function faultField(fault) {
     wish({ do: "fault", name: fault.name, value: wanted });
     [wished, wishedAt] = [fault.kind === "bool" ? (wanted ? "True" : "False") : String(wanted), performance.now()];
   };
-  updates.push((state) => {
+  whenStateComes((state) => {
     if (document.activeElement === field && isNumber) return;
     const present = value(state, "faults", short) ?? String(fault.default);
     if (present === wished) wished = null;

@@ -1,11 +1,12 @@
 // The page: shows what the server says, and tells it what somebody wishes.
 // Whatever comes from ROS becomes text, never markup.
 
-import { addControls, followState } from "./controls.js";
+import { addControls } from "./controls.js";
+import { followState, make } from "./fields.js";
 import { grouped, Plot } from "./plot.js";
+import { connect, wish } from "./socket.js";
 
 const NM = 1e9, MN = 1e3, S_PER_NS = 1e-9;
-const AGAIN_MS = 1000;
 const byId = (id) => document.getElementById(id);
 
 const scope = new Plot(byId("scope"), [
@@ -26,26 +27,18 @@ const overview = new Plot(byId("overview"), [
     { name: "position", text: "position", colour: "runner" } ] },
 ]);
 
-let socket = null, sheet = null, state = null, whole = null;
+let sheet = null, state = null, whole = null;
 
-export function wish(message) {
-  if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+function hear(data) {
+  if (typeof data !== "string") return showFrame(data);
+  const told = JSON.parse(data);
+  if (told.sheet) build(told.sheet);
+  if (told.state) showState(told.state);
 }
 
-function connect() {
-  socket = new WebSocket(`ws://${location.host}/socket`);
-  socket.binaryType = "arraybuffer";
-  socket.onmessage = ({ data }) => {
-    if (typeof data !== "string") return showFrame(data);
-    const told = JSON.parse(data);
-    if (told.sheet) build(told.sheet);
-    if (told.state) showState(told.state);
-  };
-  socket.onclose = () => {
-    showCondition("offline", "the panel does not answer; trying again");
-    if (state && sheet.kind === "drive") followState({ ...state, lifecycle: "" });
-    setTimeout(connect, AGAIN_MS);
-  };
+function miss() {
+  showCondition("offline", "the panel does not answer; trying again");
+  if (state && sheet.kind === "drive") followState({ ...state, lifecycle: "" });
 }
 
 // --- once
@@ -64,13 +57,6 @@ function build(told) {
   }));
   if (sheet.kind === "drive") addControls(sheet);
   else buildPlayer(sheet.run);
-}
-
-export function make(tag, text = "", title = "") {
-  const made = document.createElement(tag);
-  made.textContent = text;
-  if (title) made.title = title;
-  return made;
 }
 
 function fill(id, values, words) {
@@ -230,4 +216,4 @@ function showScope(told, curves) {
     : "no falls: runs freely";
 }
 
-connect();
+connect(hear, miss);

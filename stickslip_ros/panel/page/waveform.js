@@ -1,8 +1,8 @@
 // The control of waveforms: a shape of the literature or a file, drawn before it is played.
 
-import { button, DIRECTIONS, inRow, note, numberField, resolved, whenStateComes } from "./controls.js";
-import { make, wish } from "./panel.js";
+import { button, DIRECTIONS, inRow, make, note, numberField, resolved, whenStateComes } from "./fields.js";
 import { Plot } from "./plot.js";
+import { wish } from "./socket.js";
 
 const FILE = "file";
 const LANE = { share: 1, unit: "V", factor: 1, least: 1, curves: [{ name: "wave", text: "one cycle", colour: "volt" }] };

@@ -1,0 +1,19 @@
+// The way to the server: what it says comes in, what somebody wishes goes out.
+
+const AGAIN_MS = 1000;
+let socket = null;
+
+/** Call the first function with what the server says, the second where it has gone; then try again. */
+export function connect(hear, miss) {
+  socket = new WebSocket(`ws://${location.host}/socket`);
+  socket.binaryType = "arraybuffer";
+  socket.onmessage = ({ data }) => hear(data);
+  socket.onclose = () => {
+    miss();
+    setTimeout(() => connect(hear, miss), AGAIN_MS);
+  };
+}
+
+export function wish(message) {
+  if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+}
