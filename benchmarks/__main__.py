@@ -16,7 +16,19 @@ from typing import Any
 
 from rich.console import Console
 
-from benchmarks import against, in_c, learning, lugre, octave, paper, report, scaling, speed, start
+from benchmarks import (
+    against,
+    design,
+    in_c,
+    learning,
+    lugre,
+    octave,
+    paper,
+    report,
+    scaling,
+    speed,
+    start,
+)
 from benchmarks.node import busy, cpu, drift, latency, lockstep, panel, recording, soak
 from benchmarks.outcome import Outcome
 from benchmarks.sizes import FULL, TINY, Sizes
@@ -33,6 +45,7 @@ BENCHMARKS: dict[str, Callable[[Sizes], Outcome]] = {
     'springs': scaling.run_springs,
     'threads': scaling.run_threads,
     'sweeps': scaling.run_sweeps,
+    'optimise': design.run,
     'gym': learning.run,
     'start': start.run,
     'node-cpu': cpu.run_cpu,

@@ -37,6 +37,8 @@ class Sizes:
         Numbers of cycles, reversals and springs.
     thread_cycles : int
         Cycles of one job of a thread.
+    evaluations : int
+        Evaluations of a search for a wave.
     cold : bool
         Whether to compile all kernels in a fresh process.
     node_rounds : int
@@ -75,6 +77,7 @@ class Sizes:
     tolerances: tuple[float, ...] = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
     scaling: tuple[int, ...] = (10, 100, 1000, 10_000)
     thread_cycles: int = 20_000
+    evaluations: int = 49
     cold: bool = True
     node_rounds: int = 3
     settle_s: float = 0.4
@@ -105,6 +108,7 @@ TINY = Sizes(
     tolerances=(1e-4,),
     scaling=(10, 20),
     thread_cycles=20,
+    evaluations=3,
     cold=False,
     node_rounds=1,
     settle_s=0.05,

@@ -1,0 +1,60 @@
+"""The search for a wave: evaluations per second, and what a second worker gains."""
+
+from collections.abc import Mapping
+from functools import partial
+
+import numpy as np
+
+from benchmarks.clock import Program, in_turn
+from benchmarks.outcome import Outcome, Row
+from benchmarks.sizes import Sizes
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.study.batch import executor_of
+from stickslip_ros.study.design.answer import Order
+from stickslip_ros.study.design.objectives import Goal
+from stickslip_ros.study.design.search import Budget, search
+from stickslip_ros.study.design.waves import SPLINE
+
+RINGS: Mapping[str, object] = {'actuator.resonance': 150e3, 'actuator.damping_ratio': 0.1}
+CASES: tuple[tuple[str, Mapping[str, object]], ...] = (
+    ('force', {}),
+    ('speed', {}),
+    ('step', {}),
+    ('speed', RINGS),
+)
+
+
+def run(sizes: Sizes) -> Outcome:
+    """Search with one worker and with two, in turns."""
+    rows: list[Row] = []
+    budget = Budget(sizes.evaluations)
+    for objective, changes in CASES:
+        stand = Parameters().updated(changes)
+        order = Order(Goal(objective), stand, (1000.0, 1000.0), (0.5, 0.5))
+        task = order.tasks[SPLINE]
+        with executor_of(1) as one, executor_of(2) as two:
+            programs = [
+                Program(partial(search, task, budget, 0, workers), budget.evaluations)
+                for workers in (one, two)
+            ]
+            times = in_turn(programs, sizes)
+        efficiency = 0.5 * times.ratios(0, 1)
+        rows.append(
+            {
+                'objective': objective,
+                'piezo': 'rings at 150 kHz' if changes else 'massless',
+                'one_worker_per_s': 1.0 / times.median(0),
+                'two_workers_per_s': 1.0 / times.median(1),
+                'efficiency': float(np.median(efficiency)),
+                'lowest': float(efficiency.min()),
+                'highest': float(efficiency.max()),
+            }
+        )
+    return Outcome(
+        'Evaluations of a search for a wave',
+        rows,
+        notes=[
+            f'splines of 8 knots, 0.5 N, 1 kHz, the first {budget.evaluations} evaluations',
+            'efficiency of two workers, which wait for each other after a generation of 12 waves',
+        ],
+    )
