@@ -177,7 +177,7 @@ def measure(
     trace = (_trace_with_contacts if looks else _trace)(plants, states, wave, load_n)
     velocity_m_per_s = np.diff(trace[:, POSITION]) / np.diff(trace[:, 0])
     runner_m = ramps[:, RAMP_MEAN].mean()
-    feet_m = float(np.trapezoid(trace[:, FOOT], trace[:, 0])) / wave.period_s
+    feet_m = float((trace[1:, FOOT] + trace[:-1, FOOT]).mean()) / 2.0
     return SteadyCycle(
         speed_m_per_s=step_m / wave.period_s,
         force_n=force_at_n(plants[0], runner_m) - force_at_n(plants[0], feet_m),
