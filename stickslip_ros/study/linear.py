@@ -91,7 +91,7 @@ class LinearDrive:
         """Return C (s - A)^-1 B + D at n frequencies, Hz; shape (n, outputs, inputs)."""
         hertz = np.atleast_1d(np.asarray(frequency_hz, float))
         s = 2j * np.pi * hertz[:, None, None]
-        moved: Any = np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B)
+        moved: Any = np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B[None])
         matrix: Complex = self.C @ moved + self.D
         return matrix
 
