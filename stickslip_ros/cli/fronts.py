@@ -33,10 +33,14 @@ def find_and_write(order: FrontOrder, arguments: argparse.Namespace, journal_pat
             scheduler=arguments.scheduler,
             tell=lambda done: show(done, order.evaluations),
         )
-        points = [(number, p) for front in fronts.values() for number, p in enumerate(front, 1)]
-        rows = [_row(order, path, number, point) for number, point in points]
+        points = [point for front in fronts.values() for point in front]
+        rows = [
+            _row(order, path, number, point)
+            for front in fronts.values()
+            for number, point in enumerate(front, 1)
+        ]
         stand, backwards = order.first.stand, order.first.goal.backwards
-        for row, (_, point) in zip(rows, points, strict=True):
+        for row, point in zip(rows, points, strict=True):
             wave_rows = point.wave.rows(stand, backwards=backwards)
             write_wave(wave_rows, path.with_name(str(row['file'])))
         write_table(rows, path, stand)
@@ -63,7 +67,7 @@ def _row(order: FrontOrder, path: Path, number: int, point: Point) -> Row:
 
 
 def _parts(
-    order: FrontOrder, rows: Sequence[Row], points: Sequence[tuple[int, Point]], path: Path
+    order: FrontOrder, rows: Sequence[Row], points: Sequence[Point], path: Path
 ) -> Iterator[Any]:
     """Return the fronts as people read them."""
     first, second = (goal.objective for goal in order.goals)
@@ -77,14 +81,13 @@ def _parts(
             *(f'{point.wave.voltage_v:.4g}', f'{point.wave.frequency_hz:.5g}'),
             f'{point.wave.preload_n:.4g}',
         )
-        for row, (_, point) in zip(rows, points, strict=True)
+        for row, point in zip(rows, points, strict=True)
     ]
     header = ('', first, second, 'V', 'Hz', 'N')
     yield table(f'no wave of its shape is better in {first} and {second}', cells, header)
     yield f'table   {path}; the waves are beside it'
-    row, (_, point) = rows[-1], points[-1]
-    file = path.with_name(str(row['file']))
-    yield f'play    {play_command(order.goals[0], order.first.stand, point.wave, file)}'
+    file = path.with_name(str(rows[-1]['file']))
+    yield f'play    {play_command(order.goals[0], order.first.stand, points[-1].wave, file)}'
 
 
 def play_command(goal: Goal, stand: Parameters, wave: PeriodicWave, path: Path) -> str:

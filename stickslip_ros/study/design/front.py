@@ -254,9 +254,8 @@ class _Searches:
         first, done = self._order.first, self.evaluations
 
         def tell(evaluations: int, _: float) -> None:
-            self.evaluations = done + evaluations
             if self._tell is not None:
-                self._tell(self.evaluations)
+                self._tell(done + evaluations)
 
         found = search(
             task,

@@ -200,7 +200,8 @@ def search(
 
     """
     evaluations = _Evaluations(task, budget, executor, journal, first)
-    begin, stopped = task.space.start if start is None else np.array(start), False
+    begin = task.space.start if start is None else np.array(start)
+    stopped = False
     try:
         for _ in _generations(evaluations, begin, seed):
             if tell is not None:
