@@ -31,7 +31,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help setup demo panel test test-pythons fuzz mutate foreign same lint hooks bench docs wheel colcon lock clean
+.PHONY: help setup demo panel test test-pythons fuzz mutate evidence foreign same lint hooks bench docs studies wheel colcon lock clean
 
 help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
@@ -60,13 +60,17 @@ test-pythons: ## the same on every supported Python of this machine, each in .ve
 	done; exit $$status
 
 fuzz: $(VENV)/kernels.stamp ## random real-valued commands on every stand; ARGS='--seconds 600'
-	$(BIN)/python test/fuzz $(ARGS)
+	PYTHONPATH=test $(BIN)/python test/fuzz $(ARGS)
 
-mutate: $(VENV)/project.stamp ## put errors into copies of the package: the evidence must fail, minutes; ARGS=WORD chooses
+mutate: $(VENV)/project.stamp ## put errors into copies of the package, report who sees them, half an hour; ARGS=WORD chooses
 	$(BIN)/python scripts/mutate.py $(ARGS)
 
-foreign: $(CODES)/lock.stamp ## ask codes that others wrote, for the evidence: stickslip_ros/validation/foreign.csv
-	PYTHONPATH="$(CURDIR)" OMP_NUM_THREADS=1 $(CODES)/bin/python scripts/foreign.py
+evidence: $(VENV)/kernels.stamp ## make the references of the self-test anew, fail where one moved; ARGS=--foreign asks others too
+	PYTHONPATH=test $(BIN)/python -m evidence
+	$(if $(filter --foreign,$(ARGS)),$(MAKE) foreign)
+
+foreign: $(CODES)/lock.stamp ## ask codes that others wrote: stickslip_ros/validation/foreign.csv
+	PYTHONPATH="$(CURDIR)/test:$(CURDIR)" OMP_NUM_THREADS=1 $(CODES)/bin/python -m evidence.foreign
 
 same: $(VENV)/kernels.stamp ## record the same runs on a commit and here, compare the bytes; ARGS=COMMIT
 	$(BIN)/python scripts/same_bytes.py $(ARGS)
@@ -101,6 +105,9 @@ bench: $(VENV)/kernels.stamp ## compare with other programs: benchmarks/results.
 
 docs: $(DOCS)/lock.stamp ## build the documentation site, notebooks included: build/docs/index.html
 	PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -W --keep-going -d build/doctrees docs build/docs
+
+studies: $(DOCS)/lock.stamp ## the same with every study in full: build/studies/studies
+	STUDIES=full PYTHONPATH="$(CURDIR)" $(DOCS)/bin/python -m sphinx -W --keep-going -d build/studies-doctrees docs build/studies
 
 wheel: $(VENV)/lock.stamp ## build the wheel into dist/, install it elsewhere and use it there
 	$(BIN)/python scripts/wheel_check.py $(LOCK)

@@ -1,6 +1,7 @@
 """The search for a wave: evaluations per second, and what a second worker gains."""
 
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from functools import partial
 
 import numpy as np
@@ -10,9 +11,8 @@ from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import executor_of
-from stickslip_ros.study.design.answer import Order
-from stickslip_ros.study.design.objectives import Goal
-from stickslip_ros.study.design.search import Budget, search
+from stickslip_ros.study.design.objectives import WaveGoal
+from stickslip_ros.study.design.search import WaveSearch, evaluations
 from stickslip_ros.study.design.waves import SPLINE
 
 RINGS: Mapping[str, object] = {'actuator.resonance': 150e3, 'actuator.damping_ratio': 0.1}
@@ -24,17 +24,21 @@ CASES: tuple[tuple[str, Mapping[str, object]], ...] = (
 )
 
 
+def _tried(search: WaveSearch, executor: Executor) -> list[object]:
+    return list(evaluations(search, search.spaces[SPLINE], 0, executor))
+
+
 def run(sizes: Sizes) -> Outcome:
     """Search with one worker and with two, in turns."""
     rows: list[Row] = []
-    budget = Budget(sizes.evaluations)
     for objective, changes in CASES:
         stand = Parameters().updated(changes)
-        order = Order(Goal(objective), stand, (1000.0, 1000.0), (0.5, 0.5))
-        task = order.tasks[SPLINE]
+        search = WaveSearch(
+            WaveGoal(objective), stand, (1000.0, 1000.0), (0.5, 0.5), evaluations=sizes.evaluations
+        )
         with executor_of(1) as one, executor_of(2) as two:
             programs = [
-                Program(partial(search, task, budget, 0, workers), budget.evaluations)
+                Program(partial(_tried, search, workers), sizes.evaluations)
                 for workers in (one, two)
             ]
             times = in_turn(programs, sizes)
@@ -54,7 +58,7 @@ def run(sizes: Sizes) -> Outcome:
         'Evaluations of a search for a wave',
         rows,
         notes=[
-            f'splines of 8 knots, 0.5 N, 1 kHz, the first {budget.evaluations} evaluations',
+            f'splines of 8 knots, 0.5 N, 1 kHz, the first {sizes.evaluations} evaluations',
             'efficiency of two workers, which wait for each other after a generation of 12 waves',
         ],
     )

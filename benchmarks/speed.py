@@ -1,5 +1,7 @@
 """How fast the drive is, and how exact, at several time steps."""
 
+from functools import partial
+
 from benchmarks.case import (
     ACCURACY,
     AMPLITUDE_M,
@@ -13,7 +15,7 @@ from benchmarks.case import (
 from benchmarks.clock import Array, Program, in_turn
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
-from stickslip_ros.study.sawtooth_run import run_drive, run_sawtooth, voltage_for
+from stickslip_ros.study.sawtooth_run import run_drive, simulate
 
 FASTER_THAN_REAL_TIME = 100.0
 AIM = 200.0
@@ -24,17 +26,24 @@ def run(sizes: Sizes) -> Outcome:
     reference_n = Ours(standard_case({'sim.dt': sizes.converged_s}), sizes.cycles)()
     names, programs, accuracies = _drives(sizes, reference_n)
     parameters = standard_case()
-    voltage_v = voltage_for(parameters, AMPLITUDE_M)
     work_s = sizes.cycles * PERIOD_S
+    stand_alone = partial(
+        simulate,
+        parameters,
+        amplitude_m=AMPLITUDE_M,
+        frequency_hz=FREQUENCY_HZ,
+        steps=sizes.cycles,
+        is_recorded=False,
+    )
     default = f'{parameters.sim.dt * 1e6:g} us'
-    names += [('run_drive', default), ('run_sawtooth', default)]
+    names += [('run_drive', default), ('simulate', default)]
     programs += [
         Program(lambda: run_drive(parameters, AMPLITUDE_M, FREQUENCY_HZ, sizes.cycles), work_s),
-        Program(lambda: run_sawtooth(parameters, voltage_v, FREQUENCY_HZ, sizes.cycles), work_s),
+        Program(stand_alone, work_s),
     ]
     results = [
         run_drive(parameters, AMPLITUDE_M, FREQUENCY_HZ, sizes.cycles),
-        run_sawtooth(parameters, voltage_v, FREQUENCY_HZ, sizes.cycles),
+        stand_alone().result,
     ]
     accuracies += [
         {
@@ -72,8 +81,9 @@ def run(sizes: Sizes) -> Outcome:
                 'last cycle, `worst_error` of all cycles'
             ),
             (
-                'run_drive and run_sawtooth are timed as whole calls, with set-up; '
-                'run_sawtooth runs the sensors, and one block of a first bench, which compiles'
+                'run_drive and simulate are timed as whole calls, with set-up; '
+                'simulate runs the sensors, records nothing, and runs one block of a first '
+                'bench, which compiles'
             ),
         ],
     )

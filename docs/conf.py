@@ -1,6 +1,8 @@
 """How Sphinx builds these pages: `make docs`; rosdoc2 reads the same file."""
 
+import os
 from importlib.util import find_spec
+from pathlib import Path
 
 from pygments.lexers.special import TextLexer
 
@@ -34,7 +36,8 @@ myst_enable_extensions = ['dollarmath']
 myst_heading_anchors = 3
 nb_execution_mode = 'force'
 nb_execution_in_temp = True
-nb_execution_timeout = 120
+nb_execution_timeout = -1 if os.environ.get('STUDIES') == 'full' else 120
+os.environ['STUDIES_FOLDER'] = str(Path(__file__).parent / 'studies')  # they run elsewhere
 
 autodoc_member_order = 'bysource'
 autodoc_typehints = 'description'

@@ -23,6 +23,7 @@ SHIPPED = (
     'stickslip_ros/study/templates/comparison.html',
     'stickslip_ros/panel/page/panel.js',
     'stickslip_ros/validation/foreign.csv',
+    'stickslip_ros/validation/references.csv',
     'share/stickslip_ros/package.xml',
     'share/stickslip_ros/config/test_stand.yaml',
     'share/stickslip_ros/launch/drive.launch.py',

@@ -13,7 +13,8 @@ __version__ = '0.1.0'
 
 PUBLIC = {
     'Bench': 'instrument.bench',
-    'ComparisonReport': 'study.library',
+    'ComparisonReport': 'study.comparison.result',
+    'DriveRun': 'study.sawtooth_run',
     'Fit': 'study.fitting.fit',
     'LinearDrive': 'study.linear',
     'MeasuredResponse': 'study.swept_sine',
@@ -21,23 +22,27 @@ PUBLIC = {
     'Parameters': 'parameters',
     'Presliding': 'contact.mdr',
     'Request': 'instrument.commands',
-    'Run': 'study.library',
+    'Run': 'study.recorded_run',
+    'SpringContact': 'contact.spring_contact',
     'StickSlipError': 'errors',
     'ZeroAmplitude': 'study.zero_amplitude',
-    'compare': 'study.library',
+    'compare': 'study.comparison.compare',
     'draw_step_map': 'study.step_map',
-    'fit': 'study.library',
+    'fit': 'study.fitting.fit',
+    'force_onset_m': 'study.zero_amplitude',
     'linearise': 'study.linear',
     'load_yaml': 'parameters',
     'measure_response': 'study.swept_sine',
-    'open_run': 'study.library',
-    'presliding': 'study.library',
-    'simulate': 'study.library',
+    'open_run': 'study.recorded_run',
+    'presliding': 'contact.hemisphere',
+    'run_drive': 'study.sawtooth_run',
+    'simulate': 'study.sawtooth_run',
     'step_map': 'study.step_map',
-    'sweep': 'study.library',
-    'zero_amplitude': 'study.library',
+    'sweep': 'study.sweep',
+    'zero_amplitude': 'study.zero_amplitude',
 }
 """Public names and the modules that they come from; type checkers read them in __init__.pyi."""
+__all__ = [*PUBLIC]  # noqa: PLE0604 - all are strings
 
 
 def __getattr__(name: str) -> Any:
@@ -48,5 +53,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """List the public names beside what is loaded."""
-    return sorted({*globals(), *PUBLIC})
+    """List the public names, whatever is loaded."""
+    return sorted({*PUBLIC, *(name for name in globals() if name.startswith('__'))})

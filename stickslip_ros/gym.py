@@ -15,11 +15,11 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Output
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.units import MICRO, NANO
 
 VOLTAGE, STEPS = 'voltage', 'steps'
-EPISODE_BLOCKS = 1000
+EPISODE_ACTIONS = 1000
 SEEDS = 1 << 31
 LARGEST = np.array([1e6, 1e3, 2.0, 1e6])
 """Bounds of an observation: 1 m, 1 kN, twice the range of the amplifier; none comes near them."""
@@ -29,12 +29,12 @@ Observation = NDArray[np.float64]
 
 class StickSlipEnv(gymnasium.Env[Observation, Any]):
     """
-    One drive; every step is one block of simulated time, by default 1 ms.
+    One drive; every action lasts the same simulated time.
 
-    The observation is what the sensors read at the end of the block: position (um), force (N),
+    The observation is what the sensors read at its end: position (um), force (N),
     voltage (share of the range of the amplifier) and target (um). The reward is minus the
     distance of the position reading from the target, in um. An episode does not end by itself;
-    ``gymnasium.make`` cuts it off after 1000 blocks.
+    ``gymnasium.make`` cuts it off after 1000 actions.
 
     Parameters
     ----------
@@ -42,8 +42,9 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
         The stand; by default that of the paper without a load cell. ``sim.seed`` is drawn anew
         for every episode.
     actions : str
-        ``voltage``: a number from 0 to 1, the share of the range of the amplifier; ``steps``: 0,
-        1 or 2, a step backwards, none, or a step forwards.
+        ``voltage``: a number from 0 to 1, the share of the range of the amplifier, for one block
+        (by default 1 ms); ``steps``: 0, 1 or 2, a step backwards, none, or a step forwards, for
+        the time of a step. Steps in one direction follow each other without a pause.
     target_max_m : float
         Targets are drawn from minus to plus this, m.
 
@@ -94,24 +95,40 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
         target_m = self.np_random.uniform(-self._target_max_m, self._target_max_m)
         self.target_m = float((options or {}).get('target_m', target_m))
         self._bench = Bench(self.parameters.updated({'sim.seed': drawn}))
-        return self._observe(self._advance([]))
+        return self._observe(self._bench.update(self.parameters.block_ns))
 
     def step(self, action: Any) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Carry out an action for one block."""
-        observation, info = self._observe(self._advance(self._requests(action)))
-        return observation, -abs(info['error_m']) / MICRO, False, False, info
-
-    def _requests(self, action: Any) -> list[Request]:
-        if isinstance(self.action_space, gymnasium.spaces.Box):
-            share = min(max(float(np.asarray(action).item()), 0.0), 1.0)
-            return [Request('voltage', (self._zero_v + share * self._range_v,))]
-        steps = int(action) - 1
-        return [Request('steps', (float(steps),))] if steps else []
-
-    def _advance(self, requests: list[Request]) -> Output:
+        """Carry out an action."""
         if self._bench is None:
             raise gymnasium.error.ResetNeeded('call reset first')
-        return self._bench.update(self._bench.time_ns + self.parameters.block_ns, requests)
+        if isinstance(self.action_space, gymnasium.spaces.Box):
+            share = min(max(float(np.asarray(action).item()), 0.0), 1.0)
+            request = Request('voltage', (self._zero_v + share * self._range_v,))
+            output = self._bench.update(self._bench.time_ns + self.parameters.block_ns, [request])
+        else:
+            output = self._step(self._bench, int(action) - 1)
+        observation, info = self._observe(output)
+        return observation, -abs(info['error_m']) / MICRO, False, False, info
+
+    def _step(self, bench: Bench, direction: int) -> Output:
+        """Make a step, or rest as long, to its last sample: the next step joins its end."""
+        sample_ns, block_ns = self.parameters.sample_ns, self.parameters.block_ns
+        period_ns = to_nanoseconds(1.0 / self.parameters.step.frequency)
+        wave = bench.motion.wave
+        runs = bench.motion.is_running and bench.stand.cycle < wave.cycles
+        requests = list[Request]()
+        if runs and direction * wave.rise_v > 0.0:
+            bench.motion.wave = wave._replace(cycles=wave.cycles + 1)
+            period_ns += to_nanoseconds(wave.period_s - bench.stand.ramp_s)
+        elif direction:
+            if runs:
+                bench.update(bench.time_ns + sample_ns)
+            requests = [Request('steps', (float(direction),))]
+        until_ns = bench.time_ns + max(period_ns // sample_ns, 1) * sample_ns
+        while bench.time_ns < until_ns:
+            output = bench.update(min(bench.time_ns + block_ns, until_ns), requests)
+            requests = []
+        return output
 
     def _observe(self, output: Output) -> tuple[Observation, dict[str, Any]]:
         readings = output.readings
@@ -129,5 +146,5 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
 gymnasium.register(
     'StickSlip-v0',
     entry_point=f'{__name__}:{StickSlipEnv.__name__}',
-    max_episode_steps=EPISODE_BLOCKS,
+    max_episode_steps=EPISODE_ACTIONS,
 )

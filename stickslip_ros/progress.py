@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 
 from rich.console import Console
 from rich.progress import (
@@ -58,3 +58,8 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
             bar.update(task, description=text, completed=done, total=total or None)
 
         yield show
+
+
+def progress_of(wanted: bool | Show, what: str) -> AbstractContextManager[Show]:
+    """Give what is to be called at every progress: the caller's own, or a bar if one is wanted."""
+    return nullcontext(wanted) if callable(wanted) else shown_progress(what, quiet=not wanted)

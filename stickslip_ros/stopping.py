@@ -8,21 +8,49 @@ work calls ``heed_stop`` between its steps, in any thread.
 """
 
 import sys
-from threading import Event
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event, Lock
 from typing import Any
 
 from stickslip_ros.errors import StickSlipError
 
 _asked = Event()
+_sleepers: list[Callable[[], object]] = []
+_lock = Lock()
 
 
 class Stopped(StickSlipError):
     """Work has ended because somebody asked for it; the message says what is kept."""
 
 
+class StillBusy(StickSlipError):
+    """Something of a node could not be stopped; only the end of the process stops it."""
+
+
+def is_stop_requested() -> bool:
+    """Return whether somebody asked all work of this process to end."""
+    return _asked.is_set()
+
+
+@contextmanager
+def woken_by_stop(wake: Callable[[], object]) -> Iterator[None]:
+    """Have ``wake`` called when somebody asks work to end that sleeps meanwhile."""
+    with _lock:
+        _sleepers.append(wake)
+    try:
+        yield
+    finally:
+        with _lock:
+            _sleepers.remove(wake)
+
+
 def request_stop() -> None:
     """Ask all work of this process to end, also that of compiling kernels."""
     _asked.set()
+    with _lock:
+        for wake in _sleepers:
+            wake()
     events: Any = sys.modules.get('numba.core.event')
     if events is not None:
         ways = {'on_start': lambda *_: heed_stop(), 'on_end': lambda *_: None}

@@ -10,14 +10,17 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.gym import EPISODE_BLOCKS, STEPS, VOLTAGE, StickSlipEnv
+from stickslip_ros.gym import EPISODE_ACTIONS, STEPS, VOLTAGE, StickSlipEnv
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.reports import Status
 from stickslip_ros.parameters import Parameters
 
 NAME = 'stickslip_ros.gym:StickSlip-v0'
 FREE = Parameters().updated({'load_cell.contact': 'absent'})
 SEED = 1234567
+WAY_ERROR = 0.03
+"""Where the direction changes, a pause of up to a sample lets the undamped runner ring on."""
 
 
 def episode(env: Any, actions: Any, seed: int) -> Any:
@@ -42,6 +45,26 @@ def test_steps_are_those_of_a_bench():
         assert row[1] == readings.force_n
     assert seen[20][0] > 1.0
     assert seen[-1][0] < seen[20][0]
+
+
+@pytest.mark.parametrize('frequency_hz', [113.767, 200.0, 500.0, 900.0, 1500.0, 2000.0])
+@pytest.mark.parametrize('sent', [(100,), (-100,), (7, -3, 1, -1, 40, -5)])
+def test_steps_one_by_one_go_as_far_as_all_at_once(frequency_hz: float, sent: tuple[int, ...]):
+    stand = FREE.updated({'step.frequency': frequency_hz})
+    env, bench = StickSlipEnv(stand, STEPS), Bench(stand)
+    env.reset(seed=SEED)
+    for steps in sent:
+        action = 2 if steps > 0 else 0
+        for _ in range(abs(steps)):
+            *_, info = env.step(action)
+        requests = [Request('steps', (float(steps),))]
+        while bench.update(bench.time_ns + stand.sample_ns, requests).status & Status.MOVING:
+            requests = []
+    assert info['time_s'] == pytest.approx(1e-3 + sum(map(abs, sent)) / frequency_hz, rel=0.01)
+    *_, info = env.step(1)
+    way_m = bench.update(bench.time_ns + stand.block_ns).readings.truth_position_m
+    assert abs(way_m) > 3e-6
+    assert info['truth_position_m'] == pytest.approx(way_m, rel=WAY_ERROR, abs=0.0)
 
 
 def test_a_voltage_is_a_share_of_the_range_and_bounded():
@@ -76,7 +99,7 @@ def test_seeds_decide_noise_and_target():
 def test_episodes_are_cut_off_and_vector_environments_work():
     envs = gymnasium.make_vec(NAME, num_envs=2, vectorization_mode='sync', actions=STEPS)
     envs.reset(seed=SEED)
-    for _ in range(EPISODE_BLOCKS):
+    for _ in range(EPISODE_ACTIONS):
         observations, _, ended, cut, _ = envs.step(np.array([1, 2]))
     assert list(cut) == [True, True]
     assert list(ended) == [False, False]

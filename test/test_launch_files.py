@@ -4,8 +4,10 @@ import ast
 import importlib.util
 import re
 import runpy
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -81,27 +83,103 @@ def test_a_prefix_stands_before_the_frames_that_are_declared():
     assert table_of(DRIVE, 'FRAMES') == frames
 
 
+class StandIn:
+    """What a file makes of a class of `launch`: its arguments."""
+
+    def __init__(self, *values: Any, **named: Any) -> None:
+        self.values, self.named = values, named
+
+
+KINDS = {
+    'launch': ('LaunchContext', 'LaunchDescription'),
+    'launch.actions': ('DeclareLaunchArgument', 'IncludeLaunchDescription', 'OpaqueFunction'),
+    'launch.substitutions': ('LaunchConfiguration',),
+    'launch_ros': (),
+    'launch_ros.actions': ('LifecycleNode', 'Node'),
+}
+
+
+class Launched:
+    """What `ros2 launch` makes of a file and arguments: those that it shows, and the nodes."""
+
+    def __init__(self, file: Path, given: dict[str, str]) -> None:
+        self.context = dict(given)
+        self.nodes: list[tuple[str, dict[str, Any]]] = []
+        self.shown = self.include(file)
+
+    def include(self, file: Path) -> set[str]:
+        """Carry out a file; return the arguments that it shows."""
+        [actions] = runpy.run_path(str(file))['generate_launch_description']().values
+        return set().union(*map(self.carry_out, actions))
+
+    def carry_out(self, action: Any) -> set[str]:
+        """Carry out an action; return the arguments that it shows."""
+        kind = type(action).__name__
+        if kind == 'DeclareLaunchArgument':
+            self.context.setdefault(action.values[0], action.named['default_value'])
+            return {action.values[0]}
+        if kind == 'IncludeLaunchDescription':
+            handed = dict(action.named.get('launch_arguments', ()))
+            self.context.update(handed)
+            shown = self.include(Path(action.values[0]))
+            assert handed.keys() <= shown
+            return shown
+        if kind == 'OpaqueFunction':
+            for each in action.named['function'](self):
+                self.carry_out(each)
+            return set()
+        words = {name: self.said(value) for name, value in action.named.items()}
+        self.nodes.append((kind, words))
+        return set()
+
+    def said(self, value: Any) -> Any:
+        """Return a word or a list of a node, with the values of arguments in their places."""
+        if isinstance(value, list):
+            return [self.said(each) for each in value]
+        return self.context[value.values[0]] if isinstance(value, StandIn) else value
+
+
+@pytest.fixture
+def launch(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Launched]:
+    """Give what launches a file, without `launch`."""
+    for name, kinds in KINDS.items():
+        module = ModuleType(name)
+        vars(module).update({kind: type(kind, (StandIn,), {}) for kind in kinds})
+        monkeypatch.setitem(sys.modules, name, module)
+    configuration = sys.modules['launch.substitutions'].LaunchConfiguration
+    configuration.perform = lambda self, launched: launched.said(self)
+    return lambda file, **given: Launched(file, given)
+
+
 @pytest.mark.parametrize('file', FILES, ids=lambda file: file.name)
-def test_arguments_that_it_hands_on_or_reads_are_declared(file: Path):
-    tree = ast.parse(file.read_text(encoding='utf-8'))
-    for node in ast.walk(tree):
-        if not isinstance(node, ast.Call):
-            continue
-        if ast.unparse(node.func) == 'LaunchConfiguration' and file != DRIVE:
-            assert ast.literal_eval(node.args[0]) in ARGUMENTS
-        for keyword in node.keywords:
-            if keyword.arg == 'launch_arguments':
-                handed = re.findall(r"'(\w+)':", ast.unparse(keyword.value))
-                assert handed
-                assert set(handed) <= ARGUMENTS
+def test_every_argument_that_it_shows_changes_what_is_started(
+    launch: Callable[..., Launched], file: Path
+):
+    plain = launch(file)
+    assert plain.shown <= ARGUMENTS
+    for name in plain.shown:
+        assert launch(file, **{name: 'true'}).nodes != plain.nodes, name
+
+
+def test_two_drives_differ_in_names_seeds_and_frames(launch: Callable[..., Launched]):
+    nodes = launch(FILES[-1], log_level='warn', autostart='false').nodes
+    for side, seed, (kind, words) in zip(('left', 'right'), '12', nodes, strict=True):
+        assert (kind, words['namespace'], words['name']) == (
+            'LifecycleNode',
+            side,
+            'stickslip_drive',
+        )
+        assert words['ros_arguments'] == ['--log-level', 'warn']
+        frames = {name: f'{side}/{frame}' for name, frame in table_of(DRIVE, 'FRAMES').items()}
+        assert words['parameters'][1] == {'autostart': 'false', 'sim.seed': seed, **frames}
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
-def test_files_and_arguments_that_a_page_names_exist(page: Path):
+def test_files_and_arguments_that_a_page_names_exist(launch: Callable[..., Launched], page: Path):
     for name, words in COMMAND.findall(page.read_text(encoding='utf-8')):
         assert ROOT / 'launch' / name in FILES
         given = set(re.findall(r'(\w+):=', words))
-        assert given <= ARGUMENTS
+        assert given <= launch(ROOT / 'launch' / name).shown
 
 
 def test_the_pages_name_every_launch_file():
@@ -114,7 +192,8 @@ def test_the_pages_name_every_launch_file():
     reason='launch_ros is not among the wheels; it comes with an installed ROS 2',
 )
 @pytest.mark.parametrize('file', FILES, ids=lambda file: file.name)
-def test_its_description_can_be_built_and_has_the_arguments_of_the_drive(file: Path):
+def test_its_description_can_be_built_and_shows_the_arguments_that_it_has(file: Path):
     description = runpy.run_path(str(file))['generate_launch_description']()
     declared = [each.name for each in description.get_launch_arguments()]
-    assert set(declared) == set(ARGUMENTS)
+    own = {'namespace', 'seed', 'frame_prefix'} if file.name.startswith('two_drives') else set()
+    assert set(declared) == ARGUMENTS - own

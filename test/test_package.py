@@ -1,7 +1,9 @@
 """What the package says of itself agrees: package.xml, setup.py, the code and the files."""
 
+import ast
 import importlib
 import os
+from collections import defaultdict
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -41,6 +43,9 @@ def test_maintainer_is_the_same_everywhere(keywords, manifest):
     assert maintainer is not None
     assert keywords['maintainer'] == maintainer.text
     assert keywords['maintainer_email'] == maintainer.get('email')
+    assert keywords['author'] == manifest.findtext('author')
+    citation = yaml.safe_load((ROOT / 'CITATION.cff').read_text(encoding='utf-8'))
+    assert citation['authors'] == [{'name': keywords['author']}]
 
 
 def test_every_data_file_exists(keywords):
@@ -118,9 +123,18 @@ def test_what_is_installed_is_declared_for_ros_too(keywords, manifest):
         'mcap': 'mcap-ros2-support',
         'zstandard': 'mcap-ros2-support',
     }
-    for requirement in keywords['install_requires']:
+    for requirement in keywords['install_requires'] + keywords['extras_require']['panel']:
         name, _, oldest = requirement.partition('>=')
         key = f'python3-{name}'
         assert brought_by.get(name, key) in keys
         if name not in brought_by:
             assert keys[key] == oldest, name
+
+
+def test_one_class_name_has_one_meaning():
+    places = defaultdict(list)
+    for path in sorted((ROOT / 'stickslip_ros').rglob('*.py')):
+        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith('_'):
+                places[node.name].append(f'{path.relative_to(ROOT)}:{node.lineno}')
+    assert {name: found for name, found in places.items() if len(found) > 1} == {}

@@ -1,5 +1,6 @@
 """The public Python interface: its names, its documentation, and what they give."""
 
+import json
 import re
 import subprocess
 import sys
@@ -23,14 +24,13 @@ from stickslip_ros import (
     presliding,
     simulate,
     sweep,
-    zero_amplitude,
 )
+from stickslip_ros.cli.main import main
 from stickslip_ros.recording.cdr import pack_float64, pack_stamped
 from stickslip_ros.recording.channels import Channel, Qos
 from stickslip_ros.recording.messages import FLOAT64, WRENCH_STAMPED
 from stickslip_ros.recording.recorder import Recorder
-from stickslip_ros.study import zero_amplitude as zero_amplitudes
-from stickslip_ros.study.sawtooth_run import run_drive, run_sawtooth, voltage_for
+from stickslip_ros.study.sawtooth_run import run_drive
 
 PUBLIC = vars(stickslip_ros)['PUBLIC']
 ROOT = Path(stickslip_ros.__file__).parent
@@ -52,7 +52,9 @@ def test_types_and_documentation_name_what_is_public():
     explained = re.findall(r'`(\w+)`', ''.join(row[2] for row in rows))
     assert sorted(typed) == sorted(PUBLIC)
     assert set(listed) <= set(PUBLIC) <= {*listed, *explained}
-    assert set(PUBLIC) <= set(dir(stickslip_ros))
+    names = vars(stickslip_ros)
+    assert names['__all__'] == [*PUBLIC]
+    assert {*dir(stickslip_ros)} == {*PUBLIC, *(name for name in names if name[:2] == '__')}
     assert sorted(re.findall(r'auto\w+:: (\w+)', REFERENCE.read_text())) == sorted(PUBLIC)
 
 
@@ -72,11 +74,35 @@ def test_the_package_alone_imports_nothing_heavy():
     assert done.stdout.strip() == '[]'
 
 
-def test_a_run_is_that_of_the_command_line(run: Run):
-    parameters = Parameters()
-    other = run_sawtooth(parameters, voltage_for(parameters, AMPLITUDE_M), FREQUENCY_HZ, STEPS)
-    assert (run.force_mean_n, run.step_length_m) == (other.force_mean_n, other.step_length_m)
-    assert run.parameters == parameters
+def test_a_run_is_that_of_the_command_line(run: Run, capsys: pytest.CaptureFixture[str]):
+    amplitude, frequency = f'--amplitude={AMPLITUDE_M!r}', f'--frequency={FREQUENCY_HZ!r}'
+    assert main(['simulate', amplitude, frequency, f'--steps={STEPS}', '--json']) == 0
+    other = json.loads(capsys.readouterr().out)
+    assert run.force_mean_n == other['force_mean_n']
+    assert run.step_length_m == other['step_length_m']
+    assert run.parameters == Parameters()
+
+
+def test_a_run_that_is_not_recorded_has_a_result_and_no_file(run: Run, tmp_path: Path):
+    given: Any = {'amplitude_m': AMPLITUDE_M, 'frequency_hz': FREQUENCY_HZ, 'steps': STEPS}
+    silent = simulate(Parameters(), **given, is_recorded=False)
+    assert silent.force_mean_n == run.force_mean_n
+    assert 'force_mean_n' in silent._repr_html_()
+    with pytest.raises(StickSlipError, match='the run was not recorded; simulate with'):
+        silent.save(tmp_path / 'run.mcap')
+
+
+def test_a_run_can_be_recorded_where_one_likes(tmp_path: Path):
+    path = tmp_path / 'run.mcap'
+    assert simulate(Parameters(), voltage_v=300.0, steps=1, path=path).path == path
+    with pytest.raises(StickSlipError, match='it exists'):
+        simulate(Parameters(), voltage_v=300.0, steps=1, path=path)
+
+
+@pytest.mark.parametrize('given', [{}, {'amplitude_m': 60e-9, 'voltage_v': 300.0}])
+def test_a_run_has_one_wave(given: Any):
+    with pytest.raises(StickSlipError, match='is not one of them; leave out the others'):
+        simulate(Parameters(), **given)
 
 
 def test_the_table_of_a_run_has_every_sample_and_its_unit(run: Run):
@@ -162,13 +188,6 @@ def test_one_value_and_words_can_be_swept():
 def test_a_sweep_that_cannot_be_is_refused(values: Any, why: str):
     with pytest.raises(StickSlipError, match=why):
         sweep(Parameters(), values)
-
-
-def test_the_zero_amplitude_is_that_of_the_command_line():
-    stand = Parameters().updated({'stand.preload': 0.1})
-    assert zero_amplitude(stand, steps=12) == zero_amplitudes.zero_amplitude(
-        stand, 200.0, steps=12
-    )
 
 
 def test_presliding_takes_the_contact_of_the_stand():

@@ -64,6 +64,16 @@ def test_the_example_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.Monke
     assert written >= {'damped.mcap', 'damping.html', 'damped.png', 'roughness.html'}
 
 
+def test_the_energy_balances_as_closely_as_the_first_page_says(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    told = re.search(r'residual below (\S+) of the work', (ROOT / 'README.md').read_text('utf-8'))
+    words = ['--preload', '0.1,0.5,1.0', '--amplitude', '0:160nm:33', '-o', f'{tmp_path}/f.csv']
+    assert main(['sweep', *words]) == 0
+    found = re.search(r'largest energy residual +(\S+)', capsys.readouterr().out)
+    assert 0.0 < float(found[1]) < float(told[1])
+
+
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)
 def test_every_link_into_the_repository_leads_somewhere(page: Path):
     text = page.read_text(encoding='utf-8')

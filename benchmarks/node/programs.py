@@ -18,13 +18,14 @@ UNTUNED = """
 import sys
 from unittest.mock import patch
 from rclpy.lifecycle import ManagedEntity
+from stickslip_ros.process import run
 from stickslip_ros.ros import executable, node
 with (
     patch.object(executable, 'wake_in_time'),
     patch.object(executable.gc, 'freeze'),
     patch.object(node, 'GarbageFreezer', ManagedEntity),
 ):
-    sys.exit(node.main())
+    sys.exit(run('drive', node.main, is_node=True))
 """
 """The executable without what lets it wake up in time; a name that has moved since is an error."""
 CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4

@@ -14,7 +14,7 @@ from benchmarks.node.programs import BareLoop, Drive, Program, Turn, in_turn, op
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.run_storage import CLOSING_RECORD
+from stickslip_ros.recording.storage import CLOSING_RECORD
 
 RATE_HZ = 100e3
 BLOCK_S = 1e-3

@@ -11,7 +11,7 @@ from stickslip_ros.files import make_room
 from stickslip_ros.study.bode import bode_rows, draw_bode
 from stickslip_ros.study.linear import linearise
 from stickslip_ros.study.plotting import check_picture, save_figure
-from stickslip_ros.study.sweep import FREQUENCY, parse_axis
+from stickslip_ros.study.sweep import FREQUENCY, parse_floats
 from stickslip_ros.study.sweep_table import check_table_path, write_table
 from stickslip_ros.study.swept_sine import MeasuredResponse, measure_response
 from stickslip_ros.units import NM
@@ -34,8 +34,7 @@ def bode_verb(arguments: argparse.Namespace) -> Answer:
         resonance_hz = linearise(parameters, arguments.at_voltage).resonance_hz
         frequencies = np.geomspace(FROM * resonance_hz, TO * resonance_hz, POINTS)
     else:
-        axis = parse_axis('--frequency', arguments.frequency, FREQUENCY)
-        frequencies = np.array([float(value) for value in axis.values])
+        frequencies = np.array(parse_floats('--frequency', arguments.frequency, FREQUENCY))
     measured = measure_response(
         parameters,
         frequencies,

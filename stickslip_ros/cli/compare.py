@@ -8,17 +8,14 @@ from pathlib import Path
 from rich.table import Table
 
 from stickslip_ros.cli.chosen import chosen_parameters
-from stickslip_ros.cli.measurement import chosen_reading
+from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import make_room
-from stickslip_ros.progress import shown_progress
-from stickslip_ros.study.comparison.by_amplitude import MODEL, ModelSettings
+from stickslip_ros.study.comparison.by_amplitude import MODEL
 from stickslip_ros.study.comparison.compare import compare
-from stickslip_ros.study.comparison.report import write_report
-from stickslip_ros.study.comparison.result import Comparison
+from stickslip_ros.study.comparison.result import ComparisonReport
 from stickslip_ros.study.comparison.words import sections, sentences
-from stickslip_ros.study.sweep import FREQUENCY
 
 SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
@@ -30,23 +27,19 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
     if len(arguments.files) > 1:
         *files, b = arguments.files
     _check(arguments, b)
-    frequency_hz = FREQUENCY.default if arguments.frequency is None else arguments.frequency
-    settings = ModelSettings(
-        chosen_parameters(arguments), float(frequency_hz), arguments.steps, arguments.workers
+    model = {'frequency_hz': arguments.frequency, 'steps': arguments.steps}
+    comparison = compare(
+        files,
+        chosen_parameters(arguments) if b == MODEL else b,
+        **said_of_tables(arguments),
+        **{name: value for name, value in model.items() if value is not None},
+        shift_s=arguments.shift,
+        align=arguments.align,
+        workers=arguments.workers,
+        progress=not arguments.json,
     )
-    reading = chosen_reading(arguments, len(arguments.files))
-    with shown_progress('runs', quiet=arguments.json) as progress:
-        comparison = compare(
-            files,
-            b,
-            model=settings,
-            reading=reading,
-            shift_s=arguments.shift,
-            estimate_shift=arguments.align,
-            progress=progress,
-        )
     if arguments.output is not None:
-        write_report(comparison, arguments.output, shlex.join(['stickslip', *arguments.words]))
+        comparison.save(arguments.output, shlex.join(['stickslip', *arguments.words]))
     return Answer(comparison.to_json(), _parts(comparison, arguments.output))
 
 
@@ -72,7 +65,7 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
         make_room(report)
 
 
-def _parts(comparison: Comparison, report: Path | None) -> Iterator[str | Table]:
+def _parts(comparison: ComparisonReport, report: Path | None) -> Iterator[str | Table]:
     for letter, side in (('A', comparison.a), ('B', comparison.b)):
         yield f'{letter}  {side.origin}: {side.kind}, {side.rows} rows'
     if comparison.differences:

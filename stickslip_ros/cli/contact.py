@@ -8,19 +8,19 @@ import numpy as np
 
 from stickslip_ros.cli.chosen import chosen_parameters, to_numbers
 from stickslip_ros.cli.printing import Answer, number, table
-from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.mdr import Presliding, presliding
+from stickslip_ros.contact.hemisphere import presliding
+from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.errors import OutOfRange
 
 
 def contact_verb(arguments: argparse.Namespace) -> Answer:
     """Solve."""
-    material = chosen_parameters(arguments).contact
-    normal_force_n = arguments.normal_force
-    contact = presliding(
-        profile_of(material), elasticity_of(material), material.friction, normal_force_n
-    )
-    _check_size(contact, material.radius)
+    parameters, normal_force_n = chosen_parameters(arguments), arguments.normal_force
+    contact, material = presliding(parameters, normal_force_n=normal_force_n), parameters.contact
+    radius_m = contact.indentation.radius_m
+    if radius_m > material.radius:
+        limit = f'beyond the radius of the sphere, {material.radius:g} m'
+        raise OutOfRange('contact radius', radius_m, 'm', limit, 'lower --normal-force')
     result = describe_contact(contact)
     fractions = [] if arguments.curve is None else parse_fractions(arguments.curve)
     if fractions:
@@ -28,13 +28,6 @@ def contact_verb(arguments: argparse.Namespace) -> Answer:
         result['tangential_force_n'] = contact.tangential_force(displacements_m).tolist()
     title = f'{material.profile} hemisphere under {normal_force_n:g} N'
     return Answer(result, [table(title, _rows(result, fractions))])
-
-
-def _check_size(contact: Presliding, sphere_m: float) -> None:
-    radius_m = contact.indentation.radius_m
-    if radius_m > sphere_m:
-        limit = f'beyond the radius of the sphere, {sphere_m:g} m'
-        raise OutOfRange('contact radius', radius_m, 'm', limit, 'lower --normal-force')
 
 
 def describe_contact(contact: Presliding) -> dict[str, Any]:

@@ -64,13 +64,13 @@ def _demo_parts(summary: Any, picture: Path) -> Iterator[str | Table]:
         number('force against the load cell', summary.force_n, '.2f', 'mN'),
         number('the same under a load that pulls back', summary.loaded_force_n, '.2f', 'mN'),
         number('real-time factor', summary.real_time_factor, '.4f'),
-        ('lateness mean', f'{summary.lateness_mean_us:.0f}', 'us'),
-        ('lateness 99 %', f'{summary.lateness_p99_us:.0f}', 'us'),
-        ('lateness max', f'{summary.lateness_max_us:.0f}', 'us'),
-        ('overruns', summary.overruns),
+        ('lateness of ticks in the worst second: mean', f'{summary.lateness_mean_us:.0f}', 'us'),
+        ('  of 99 in 100, less than', f'{summary.lateness_p99_us:.0f}', 'us'),
+        ('  largest', f'{summary.lateness_max_us:.0f}', 'us'),
+        ('ticks that began more than a period late', summary.overruns),
         ('messages dropped by the recorder', summary.dropped),
-        ('positions equal on topic and in file', equal),
-        ('positions altered on the way', summary.positions_altered),
+        ('positions on the topic that equal the recorded ones', equal),
+        ('positions on the topic that differ from them', summary.positions_altered),
         ('node ended with status', summary.exit_status),
     ]
     yield table('The drive, commanded over topics', rows)
@@ -78,8 +78,9 @@ def _demo_parts(summary: Any, picture: Path) -> Iterator[str | Table]:
         (topic, count, summary.received.get(topic, 0))
         for topic, count in summary.published.items()
     ]
-    yield table('messages', counts, ('topic', 'in the recording', 'at the operator'))
-    yield f'recording {summary.recording}\npicture   {picture}'
+    title = 'Messages; the operator listens a little longer'
+    yield table(title, counts, ('topic', 'in the recording', 'at the operator'))
+    yield f'recording {summary.recording}\npicture   {picture}\n\n{summary.verdict}'
 
 
 def positioning_verb(arguments: argparse.Namespace) -> Answer:

@@ -1,19 +1,20 @@
 """``stickslip drive``: the node."""
 
 import argparse
+import sys
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, print_json
 from stickslip_ros.parameters import format_value, parse_assignments, spec_of
+from stickslip_ros.ros.node import main
 
 
 def drive_verb(arguments: argparse.Namespace) -> Answer:
     """Run the node; with ``--json`` its parameters are printed first."""
-    from stickslip_ros.ros.node import main  # noqa: PLC0415 - other verbs do without ROS
-
     parameters = chosen_parameters(arguments)
     if arguments.json:
         print_json(parameters.flat())
+        sys.stdout.flush()  # now: the node runs until it is ended
     return Answer(None, status=main(ros_arguments(arguments)))
 
 

@@ -7,17 +7,15 @@ import numpy as np
 from rich.table import Table
 
 from stickslip_ros.cli.chosen import chosen_parameters
-from stickslip_ros.cli.measurement import chosen_reading
+from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import make_room
-from stickslip_ros.parameters import Parameters, parse_assignments
+from stickslip_ros.parameters import parse_assignments
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.fitting.coverage import Coverage, coverage_of
 from stickslip_ros.study.fitting.figure import draw_fit
-from stickslip_ros.study.fitting.fit import Fit, fit_drive
-from stickslip_ros.study.fitting.free import Free, choose_free
-from stickslip_ros.study.fitting.problem import Points, read_points
+from stickslip_ros.study.fitting.fit import Fit, fit
 from stickslip_ros.study.fitting.report import as_object, check_output, warnings_of, write_fit
 from stickslip_ros.study.fitting.statistics import Estimate
 from stickslip_ros.study.plotting import check_picture
@@ -32,47 +30,41 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         make_room(arguments.figure)
     if arguments.seed < 0:
         raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
-    reading = chosen_reading(arguments, len(arguments.files))
-    points = read_points(arguments.files, arguments.frequency, reading)
-    origin = ', '.join(path.name for path in arguments.files)
     names = [name.strip() for name in arguments.free.split(',') if name.strip()]
-    starts, bounds = parse_assignments(arguments.start), parse_assignments(arguments.bounds)
-    stand, free, notes = choose_free(chosen_parameters(arguments), names, starts, bounds)
-    fit, coverage = _fit(stand, free, points, arguments)
-    content = as_object(fit, notes, coverage)
+    seed, workers = arguments.seed, arguments.workers
+    fitted = fit(
+        arguments.files,
+        names,
+        **said_of_tables(arguments),
+        parameters=chosen_parameters(arguments),
+        start=parse_assignments(arguments.start),
+        bounds=parse_assignments(arguments.bounds),
+        frequency_hz=arguments.frequency,
+        steps=arguments.steps,
+        starts=arguments.starts,
+        seed=seed,
+        workers=workers,
+        progress=not arguments.json,
+    )
+    coverage: tuple[Coverage, ...] = ()
+    if arguments.coverage:
+        with shown_progress('synthetic data sets', quiet=arguments.json) as progress:
+            coverage = coverage_of(
+                fitted, arguments.coverage, seed=seed, workers=workers, progress=progress
+            )
+    origin = ', '.join(path.name for path in arguments.files)
+    content = as_object(fitted, coverage)
     for path in arguments.output:
-        write_fit(path, fit, content, origin)
+        write_fit(path, fitted, content, origin)
     files = [*arguments.output]
     if arguments.figure:
         with shown_progress('drawing', quiet=arguments.json):
-            draw_fit(fit, arguments.figure, origin, arguments.workers)
+            draw_fit(fitted, arguments.figure, origin, workers)
         files.append(arguments.figure)
-    return Answer(content, [*_parts(fit, notes, coverage), *(f'file    {path}' for path in files)])
+    return Answer(content, [*_parts(fitted, coverage), *(f'file    {path}' for path in files)])
 
 
-def _fit(
-    stand: Parameters, free: tuple[Free, ...], points: Points, arguments: argparse.Namespace
-) -> tuple[Fit, tuple[Coverage, ...]]:
-    seed, workers = arguments.seed, arguments.workers
-    with shown_progress('searches', quiet=arguments.json) as progress:
-        fit = fit_drive(
-            stand,
-            free,
-            points,
-            starts=arguments.starts,
-            seed=seed,
-            workers=workers,
-            progress=progress,
-        )
-    if not arguments.coverage:
-        return fit, ()
-    with shown_progress('synthetic data sets', quiet=arguments.json) as progress:
-        return fit, coverage_of(
-            fit, arguments.coverage, seed=seed, workers=workers, progress=progress
-        )
-
-
-def _parts(fit: Fit, notes: Sequence[str], coverage: Sequence[Coverage]) -> Iterator[str | Table]:
+def _parts(fit: Fit, coverage: Sequence[Coverage]) -> Iterator[str | Table]:
     bounds = ('std error', '95 % low', '95 % high')
     yield table('fit', map(_estimate, fit.estimates), ('parameter', 'estimate', *bounds, 'unit'))
     yield table('quality', _quality(fit))
@@ -82,7 +74,7 @@ def _parts(fit: Fit, notes: Sequence[str], coverage: Sequence[Coverage]) -> Iter
     if coverage:
         header = ('parameter', 'inside', 'coverage', 'bias', 'spread')
         yield table('synthetic data', map(_inside, coverage), header)
-    yield from (f'note    {note}' for note in notes)
+    yield from (f'note    {note}' for note in fit.notes)
     yield from (f'warning {warning}' for warning in warnings_of(fit))
 
 
@@ -108,7 +100,8 @@ def _quality(fit: Fit) -> Iterator[tuple[str, object]]:
     yield 'singular values', ' '.join(f'{value:.3g}' for value in doubt.singular_values)
     yield 'searches in this minimum', f'{fit.same} of {len(fit.searches)}'
     yield 'stands tried', fit.evaluations
-    yield 'steps per run', f'{min(fit.problem.cycles)} to {max(fit.problem.cycles)}'
+    steps = 'steps until steady' if fit.problem.points.steps is None else 'steps per run'
+    yield steps, f'{min(fit.problem.cycles)} to {max(fit.problem.cycles)}'
     yield 'time', f'{fit.wall_s:.1f} s'
 
 

@@ -5,21 +5,16 @@ import difflib
 import os
 import re
 import sys
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
-from functools import partial
 from itertools import takewhile
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import stickslip_ros
-from stickslip_ros.cli.program import REFUSED
 from stickslip_ros.cli.verbs import GROUPS, VERBS
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.ros.ending import STOPPED
-from stickslip_ros.stopping import Stopped, heed_stop
-
-if TYPE_CHECKING:
-    from stickslip_ros.cli.printing import Answer
+from stickslip_ros.process import REFUSED, STOPPED, begin
+from stickslip_ros.stopping import Stopped
 
 NEGATIVE = re.compile(r'-(\.?\d|inf|nan).*', re.IGNORECASE)
 ROS_ARGS = '--ros-args'
@@ -42,7 +37,8 @@ examples:
   stickslip drive --set stand.preload=250mN
 
 'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed,
-2 refused, 130 stopped by Ctrl-C or SIGTERM, which end the node (drive) with 0.
+2 refused, 130 stopped by Ctrl-C, SIGTERM or SIGHUP, which end the node (drive)
+with 0.
 """
 
 
@@ -96,32 +92,23 @@ def _listed() -> str:
     )
 
 
-def main(
-    arguments: Sequence[str] | None = None,
-    launch: Callable[[Callable[[], int]], int] = lambda work: work(),
-) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """
     Run a verb.
 
-    Without arguments, the words behind ``stickslip``, those of the command line are taken. What
-    is to be done is handed to ``launch`` when it is imported, with its refusals. Return the exit
-    status: 0 done, 1 a check failed, 2 refused, 130 stopped.
+    Without arguments, the words behind ``stickslip``, those of the command line are taken. Return
+    the exit status: 0 done, 1 a check failed, 2 refused, 130 stopped.
 
     """
-
-    def prepare() -> int:
-        heed_stop()
-        parsed = _parse(_join_negative_numbers(sys.argv[1:] if arguments is None else arguments))
-        answer = parsed.verb.load()
-        return launch(partial(_refusing, lambda: _answer(parsed, answer)))
-
-    return _refusing(prepare)
-
-
-def _refusing(work: Callable[[], int]) -> int:
-    """Return the status of work; what it refuses becomes a line."""
     try:
-        return work()
+        parsed = _parse(_join_negative_numbers(sys.argv[1:] if arguments is None else arguments))
+        run_verb = parsed.verb.load()
+        begin()
+        with _compilation_reported(parsed):
+            answer = run_verb(parsed)
+            answer.show(as_json=parsed.json)
+        sys.stdout.flush()
+        return int(answer.status)
     except Stopped as stopped:
         sys.stderr.write(f'stickslip: {stopped}\n')
         return STOPPED
@@ -138,15 +125,6 @@ def _refusing(work: Callable[[], int]) -> int:
         name = f'{error.filename}: ' if error.filename else ''
         sys.stderr.write(f'stickslip: {name}{error.strerror}; choose another path\n')
         return REFUSED
-
-
-def _answer(parsed: argparse.Namespace, run: Callable[[argparse.Namespace], 'Answer']) -> int:
-    heed_stop()
-    with _compilation_reported(parsed):
-        answer = run(parsed)
-        answer.show(as_json=parsed.json)
-    sys.stdout.flush()
-    return answer.status
 
 
 def _parse(words: Sequence[str]) -> argparse.Namespace:

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # ruff: noqa: PLC0415 - see above
 
+UNITS = {'m': 'm', 'n': 'N', 'v': 'V', 's': 's', 'hz': 'Hz'}
+"""Units by the endings of names."""
 Option = Callable[[Any], object]
 """Adds itself to a parser of argparse, or to a group of one."""
 
@@ -95,6 +97,64 @@ def option(
     if kind is not None:
         more['type'] = kind
     return lambda to: to.add_argument(*flags.split(), metavar=metavar, help=text, **more)
+
+
+def of_function(function: str, *names: str, **more: Any) -> tuple[Option, ...]:
+    """
+    Return options for arguments of a function, as ``study.sweep.sweep``.
+
+    What it declares says default, unit and help; ``more`` goes to argparse instead. Its source is
+    read, not imported, which takes long.
+
+    """
+
+    def of_one(name: str) -> Option:
+        stem, _, unit = name.rpartition('_')
+        flag, unit = (f'--{stem}', UNITS[unit]) if unit in UNITS else (f'--{name}', '')
+
+        def add(to: Any) -> object:
+            declared = _declared(function)[name]
+            if declared.kind == 'bool':
+                return switch(flag, declared.text)(to)
+            text, default = declared.text.removesuffix(f', {unit}'), declared.default
+            if unit and default is not None:
+                text += f' (default: {default:g}{unit})'
+            kind = int if declared.kind == 'int' else None
+            return option(flag, text, kind, unit=unit, **{'default': default, **more})(to)
+
+        return add
+
+    return tuple(map(of_one, names))
+
+
+class _Declared(NamedTuple):
+    """An argument as its function declares it: annotation, default, what the docstring says."""
+
+    kind: str
+    default: Any
+    text: str
+
+
+def _declared(function: str) -> dict[str, _Declared]:
+    import ast
+    import re
+    from pathlib import Path
+
+    module, _, name = function.rpartition('.')
+    path = Path(__file__).parents[1].joinpath(*module.split('.')).with_suffix('.py')
+    body = ast.parse(path.read_text(encoding='utf-8')).body
+    [found] = (each for each in body if isinstance(each, ast.FunctionDef) and each.name == name)
+    sections = f'{ast.get_docstring(found)}\n'
+    texts = dict(re.findall(r'^(\w+) : .*\n((?: {4}.*\n)+)', sections, re.MULTILINE))
+    arguments = [*found.args.args, *found.args.kwonlyargs]
+    defaults = [*found.args.defaults, *found.args.kw_defaults]
+    declared = {}
+    for each, default in zip(arguments[-len(defaults) :], defaults, strict=True):
+        text = ' '.join(texts.get(each.arg, '').split()).rstrip('.')
+        value = default.value if isinstance(default, ast.Constant) else None
+        kind = ast.unparse(each.annotation) if each.annotation else ''
+        declared[each.arg] = _Declared(kind, value, text[:1].lower() + text[1:])
+    return declared
 
 
 def _to_quantity(flag: str, unit: str) -> Callable[[str], float]:

@@ -26,8 +26,8 @@ def info_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def describe_recording(recording: Recording) -> dict[str, Any]:
-    """Return topics, changed parameters, metadata and attachments of a recording."""
-    changed: dict[str, Any] = {}
+    """Return topics, changed parameters (None: unknown), metadata and attachments."""
+    changed: dict[str, Any] | None = None
     if PARAMETERS_FILE in recording.attachments:
         text = recording.attachments[PARAMETERS_FILE][1].decode()
         changed = parse_yaml(text, PARAMETERS_FILE).changed()
@@ -56,8 +56,13 @@ def _info_parts(file: Path, result: dict[str, Any]) -> Iterator[str | Table]:
     yield table(str(file), rows, ('topic', 'type', 'messages', 'rate (Hz)', 'missing'))
     if result['run']:
         yield table('run', result['run'].items())
-    changed = result['changed_parameters'].items() or DEFAULT_PARAMETERS
-    yield table('parameters that differ from the default', changed)
+    changed = result['changed_parameters']
+    if changed is None:
+        yield f'parameters: not known, the file has no {PARAMETERS_FILE}'
+    else:
+        yield table(
+            'parameters that differ from the default', changed.items() or DEFAULT_PARAMETERS
+        )
 
 
 def plot_verb(arguments: argparse.Namespace) -> Answer:
@@ -101,7 +106,7 @@ def recover_verb(arguments: argparse.Namespace) -> Answer:
     if arguments.output:
         make_folder(arguments.output.parent)
     recoveries, written = recover(arguments.file, arguments.output)
-    files = [each.to_json() for each in recoveries]
+    files = [dataclasses.asdict(each) for each in recoveries]
     end = f'wrote {written}' if written else f'{arguments.file} is whole: nothing was written'
     parts = [part for each in recoveries for part in _recover_parts(each)]
     return Answer({'written': str(written or ''), 'files': files}, [*parts, end])

@@ -8,6 +8,7 @@ from stickslip_ros.cli.printing import Answer
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import (
     ControllerParameters,
+    Parameters,
     Spec,
     declared_by,
     dump_yaml,
@@ -32,6 +33,9 @@ numbers are SI. +x is the direction in which a slow ramp of positive frequency p
 Stamps, `/clock` and the times of recordings are the time origin plus simulated time
 (`sim.time_origin`, [node.md](node.md#time)); all other times are simulated time, from 0 at the
 configuration.
+
+Depths of streams are those under the default parameters: the messages of one simulated second, at
+least 100 ([node.md](node.md#quality-of-service)).
 """
 
 
@@ -67,8 +71,9 @@ def _topic_table(title: str, topics: tuple[Topic, ...]) -> Iterator[str]:
 
 
 def _qos_words(topic: Topic) -> str:
-    latched = ', latched' if topic.qos.latched else ''
-    return f'{"reliable" if topic.qos.reliable else "best effort"}, {topic.qos.depth}{latched}'
+    qos = topic.offered_qos(Parameters())
+    latched = ', latched' if qos.latched else ''
+    return f'{"reliable" if qos.reliable else "best effort"}, {qos.depth}{latched}'
 
 
 def _parameter_table(title: str, declared: Mapping[str, Spec]) -> Iterator[str]:

@@ -9,12 +9,13 @@ from pathlib import Path
 from rich.table import Table
 
 from stickslip_ros.cli.chosen import chosen_values
-from stickslip_ros.cli.measurement import chosen_reading
+from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, table
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
+from stickslip_ros.study.experiment import Reading
 from stickslip_ros.study.replay import Replay, is_run, read_drive_input, replay, replay_input
 from stickslip_ros.units import MN, NM
 
@@ -55,7 +56,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
             arguments.topic,
             arguments.field,
             is_foot=arguments.foot,
-            reading=chosen_reading(arguments),
+            reading=Reading(**said_of_tables(arguments)),
         )
         return replay_input(given, output, stand, progress=show)
 
@@ -72,7 +73,7 @@ def _parts(result: Replay, output: str) -> Iterator[str | Table]:
     ]
     yield table(f'replay of {result.source}', rows)
     if result.identical:
-        yield 'the data section is identical, byte for byte'
+        yield 'every message is identical, byte for byte'
     elif result.changed:
         yield f'see what changed: stickslip compare {result.source} {output}'
     elif result.difference is not None:

@@ -1,7 +1,7 @@
 """``stickslip simulate``: a saw-tooth run of the whole stand, without ROS."""
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 from rich.table import Table
@@ -9,51 +9,31 @@ from rich.table import Table
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.files import make_room
-from stickslip_ros.parameters import Parameters
-from stickslip_ros.progress import shown_progress
 from stickslip_ros.study.replay import read_drive_input
-from stickslip_ros.study.sawtooth_run import (
-    SAWTOOTH_HZ,
-    SawtoothRun,
-    run_sawtooth,
-    run_waveform,
-    voltage_for,
-)
+from stickslip_ros.study.sawtooth_run import SawtoothRun, simulate
 from stickslip_ros.units import NM
-
-Task = Callable[..., SawtoothRun]
-"""A run that lacks the number of its steps, its recording and its progress."""
 
 
 def simulate_verb(arguments: argparse.Namespace) -> Answer:
     """Run the stand, record it if asked."""
-    parameters = chosen_parameters(arguments)
-    run = _sawtooth if arguments.waveform is None else _waveform
-    task = run(arguments, parameters)
+    parameters, waveform = chosen_parameters(arguments), arguments.waveform
+    if waveform is not None:
+        given = read_drive_input(waveform, parameters)
+        waveform = np.column_stack((given.time_s, given.voltage_v))
     if arguments.output:
         make_room(arguments.output, is_new=True)
-    with shown_progress('steps', quiet=arguments.json) as progress:
-        result = task(
-            steps=arguments.steps,
-            path=arguments.output,
-            progress=lambda done, _: progress(done, arguments.steps),
-        )
-    return Answer(result, [_table(result)])
-
-
-def _sawtooth(arguments: argparse.Namespace, parameters: Parameters) -> Task:
-    voltage_v, frequency_hz = arguments.voltage, arguments.frequency
-    if voltage_v is None:
-        voltage_v = voltage_for(parameters, arguments.amplitude)
-    if frequency_hz is None:
-        frequency_hz = SAWTOOTH_HZ
-    return lambda **how: run_sawtooth(parameters, voltage_v, frequency_hz, **how)
-
-
-def _waveform(arguments: argparse.Namespace, parameters: Parameters) -> Task:
-    given = read_drive_input(arguments.waveform, parameters)
-    rows = np.column_stack((given.time_s, given.voltage_v))
-    return lambda **how: run_waveform(parameters, rows, arguments.frequency, **how)
+    run = simulate(
+        parameters,
+        amplitude_m=arguments.amplitude,
+        voltage_v=arguments.voltage,
+        waveform=waveform,
+        frequency_hz=arguments.frequency,
+        steps=arguments.steps,
+        path=arguments.output,
+        is_recorded=arguments.output is not None,
+        progress=not arguments.json,
+    )
+    return Answer(run.result, [_table(run.result)])
 
 
 def _table(result: SawtoothRun) -> Table:

@@ -7,7 +7,6 @@ The one makes a table of every combination of values, the other looks for one st
 
 import argparse
 from collections.abc import Iterator
-from typing import Any
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
@@ -19,6 +18,7 @@ from stickslip_ros.study.sweep import (
     FREQUENCY,
     Sweep,
     parse_axis,
+    parse_floats,
     parse_varied,
     run_sweep,
     stop_rule,
@@ -29,8 +29,6 @@ from stickslip_ros.study.zero_amplitude import (
     zero_amplitude,
 )
 from stickslip_ros.units import NM
-
-VALUES = 'VALUES'
 
 
 def sweep_verb(arguments: argparse.Namespace) -> Answer:
@@ -83,23 +81,20 @@ def chosen_sweep(arguments: argparse.Namespace) -> Sweep:
     return Sweep(
         parameters=parameters,
         varied=tuple(axes),
-        frequencies_hz=_floats('frequency', arguments.frequency, FREQUENCY),
-        amplitudes_m=_floats('amplitude', arguments.amplitude, AMPLITUDE),
+        frequencies_hz=parse_floats('frequency', arguments.frequency, FREQUENCY),
+        amplitudes_m=parse_floats('amplitude', arguments.amplitude, AMPLITUDE),
         steps=arguments.steps,
     )
 
 
-def _floats(name: str, text: str, spec: Any) -> tuple[float, ...]:
-    return tuple(float(value) for value in parse_axis(name, text, spec).values)
-
-
 def zero_amplitude_verb(arguments: argparse.Namespace) -> Answer:
     """Find the 0-amplitude."""
-    parameters = chosen_parameters(arguments)
-    with shown_progress('runs', quiet=arguments.json) as progress:
-        result = zero_amplitude(
-            parameters, arguments.frequency, steps=arguments.steps, progress=progress
-        )
+    result = zero_amplitude(
+        chosen_parameters(arguments),
+        arguments.frequency,
+        steps=arguments.steps,
+        progress=not arguments.json,
+    )
     title = f'preload {result.preload_n:g} N, {result.frequency_hz:g} Hz, {result.steps} steps'
     return Answer(result, [table(title, _zero_rows(result))])
 

@@ -4,7 +4,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from stickslip_ros.contact.mdr import Elasticity, effective_elasticity
+from stickslip_ros.contact import mdr
+from stickslip_ros.contact.mdr import Elasticity, Presliding, effective_elasticity
 from stickslip_ros.contact.profile import (
     Array,
     LineProfile,
@@ -14,10 +15,37 @@ from stickslip_ros.contact.profile import (
     smooth_profile,
 )
 from stickslip_ros.contact.roughness import Spectrum, rough_line, rough_prefactor_1d
-from stickslip_ros.parameters import ContactParameters
+from stickslip_ros.parameters import ContactParameters, Parameters
 
 PROFILES_KEPT = 64
 """Profiles kept for the next call: a rough line takes milliseconds to build."""
+
+
+def presliding(parameters: Parameters, *, normal_force_n: float) -> Presliding:
+    """
+    Solve one hemisphere under a constant normal force, in closed form.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand, of which ``contact`` counts.
+    normal_force_n : float
+        Normal force F_n > 0, N.
+
+    Returns
+    -------
+    Presliding
+        Indentation, stick radius, and tangential force over displacement.
+
+    Raises
+    ------
+    OutOfRange
+        If the force does not press.
+
+    """
+    contact = parameters.contact
+    elasticity = elasticity_of(contact)
+    return mdr.presliding(profile_of(contact), elasticity, contact.friction, normal_force_n)
 
 
 def elasticity_of(contact: ContactParameters) -> Elasticity:

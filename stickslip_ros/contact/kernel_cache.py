@@ -1,31 +1,33 @@
 """
 Where machine code is kept, and which folders are trusted.
 
-numba unpickles what it finds in a cache, so whoever can write there can run code as the user. Only
+What is found in a cache is unpickled, so whoever can write there can run code as the user. Only
 a folder that belongs to the user, and that nobody else can write, is written and read; one that
 belongs to root, and that nobody else can write, is read too, so that a service image may bring its
-kernels. Where there is no such folder, kernels are compiled anew in every process.
+kernels. Where there is no such folder, kernels are compiled anew in every process; so is, once, a
+kernel whose file is damaged, which its digest tells before anything of it is used.
 
 """
 
+import errno
 import hashlib
+import logging
 import os
+import pickle
+import shutil
 import stat
+import sys
+import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numba
-from numba.core.caching import (
-    CompileResultCacheImpl,
-    FunctionCache,
-    IndexDataCacheFile,
-    NullCache,
-    _CacheLocator,
-    _SourceFileBackedLocatorMixin,
-)
+from numba.core.caching import NullCache
+from numba.core.compiler import CompileResult
+from numba.core.serialize import dumps
 
 from stickslip_ros.sources import sources_digest
 
@@ -36,6 +38,7 @@ ALL_KEPT = 'all'
 ROOT = 0
 PRIVATE, READABLE, FILE_MODE = 0o700, 0o755, 0o644
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
+DIGEST_BYTES = hashlib.sha256().digest_size
 
 
 class Folders(NamedTuple):
@@ -147,7 +150,11 @@ def _entries(folder: Path) -> Iterator[os.stat_result]:
 
 class KernelCache(NullCache):
     """
-    What numba asks for the machine code of one kernel.
+    What numba asks for the machine code of one kernel: a file for each signature, named after it.
+
+    numba counts them and keeps an index: of two processes that compile at the same time, each for
+    a signature of its own, one could find the machine code of the other, for ever. And it has no
+    means to tell a file that is not whole.
 
     Parameters
     ----------
@@ -157,6 +164,8 @@ class KernelCache(NullCache):
         Tells apart what is compiled of one function in several ways.
 
     """
+
+    _is_told = False
 
     def __init__(self, function: Callable[..., Any], kind: str) -> None:
         self._function = function
@@ -169,91 +178,78 @@ class KernelCache(NullCache):
         return str(folder) if folder else None
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return what was compiled for a signature, None if nothing was."""
+        """
+        Return what was compiled for a signature, None if nothing was or it is not whole.
+
+        numba calls ``target_context.refresh()`` before it. That imports and registers all that
+        numba can compile, which takes most of the time to load all kernels; machine code needs
+        none of it, and compiling refreshes by itself.
+
+        """
+        broken = None
         for folder in cache_folders().read:
-            found = _Store(self._function, self._kind, folder).load_overload(sig, target_context)
-            if found is not None:
-                return found
+            try:
+                data = load_whole(folder / self._name_of(sig, target_context.codegen()))
+            except FileNotFoundError:  # noqa: PERF203 - there are one or two folders
+                continue
+            except OSError as error:
+                broken = error
+            else:
+                return CompileResult._rebuild(target_context, *pickle.loads(data))  # noqa: SLF001
+        if broken is not None and not KernelCache._is_told:
+            KernelCache._is_told = True
+            logging.getLogger(__name__).warning(
+                'compiled kernel %s: %s; it is compiled anew, with others like it',
+                broken.filename,
+                broken.strerror,
+            )
         return None
 
     def save_overload(self, sig: Any, compiled: Any) -> None:
         """Keep what was compiled for a signature; a full disk keeps nothing."""
         folder = cache_folders().write
-        if folder is not None:
+        if folder is not None and not compiled.library.has_dynamic_globals:
             with suppress(OSError):
-                _Store(self._function, self._kind, folder).save_overload(sig, compiled)
+                data = dumps(compiled._reduce())  # noqa: SLF001
+                save_whole(folder / self._name_of(sig, compiled.codegen), data)
+
+    def _name_of(self, sig: Any, codegen: Any) -> str:
+        function = self._function
+        cells = tuple(each.cell_contents for each in function.__closure__ or ())
+        key = (numba.__version__, sig, codegen.magic_tuple(), function.__code__.co_code)
+        digest = hashlib.sha256(repr(key).encode() + (dumps(cells) if cells else b''))
+        name = f'{function.__module__}.{function.__qualname__}-{function.__code__.co_firstlineno}'
+        return f'{name}.{sys.implementation.cache_tag}-{self._kind}-{digest.hexdigest()[:16]}.nbc'
 
 
-class _Locator(_SourceFileBackedLocatorMixin, _CacheLocator):
-    """Names of files; the folder comes from ``_Store``, which has looked at it."""
-
-    def __init__(self, function: Callable[..., Any], file: str) -> None:
-        self._py_file = file
-        self._lineno = function.__code__.co_firstlineno
-
-    def get_cache_path(self) -> str:
-        return ''
-
-    def ensure_cache_path(self) -> None:
-        pass
-
-    def get_disambiguator(self) -> str:
-        return f'{Path(self._py_file).parent.name}-{self._lineno}'
-
-
-class _Form(CompileResultCacheImpl):
-    def __init__(self, function: Callable[..., Any]) -> None:
-        self._locator_classes = [_Locator]
-        super().__init__(function)
-
-
-class _Files(IndexDataCacheFile):
+def load_whole(path: Path) -> bytes:
     """
-    The files of one kernel: one for each signature, named after it.
+    Return what ``save_whole`` has written.
 
-    numba counts them and keeps an index: of two processes that compile at the same time, each for
-    a signature of its own, one could find the machine code of the other, for ever.
+    Raises
+    ------
+    OSError
+        If there is no such file, or it cannot be read, or is damaged.
 
     """
+    kept = path.read_bytes()
+    if hashlib.sha256(kept[DIGEST_BYTES:]).digest() != kept[:DIGEST_BYTES]:
+        raise OSError(errno.EBADMSG, 'damaged', str(path))
+    return kept[DIGEST_BYTES:]
 
-    def load(self, key: Any) -> Any:
-        """Return what was kept under a key, None if nothing was."""
-        with suppress(FileNotFoundError):
-            return self._load_data(self._name_of(key))
-        return None
 
-    def save(self, key: Any, data: Any) -> None:
-        """Keep something under a key."""
-        self._save_data(self._name_of(key), data)
-
-    def _name_of(self, key: Any) -> str:
-        digest = hashlib.sha256(repr((numba.__version__, key)).encode()).hexdigest()
-        return f'{Path(self._index_name).stem}-{digest[:16]}.nbc'
-
-    @contextmanager
-    def _open_for_write(self, filepath: str) -> Iterator[Any]:
-        """Open a file that nobody else can write, whatever the umask."""
-        with super()._open_for_write(filepath) as file:
+def save_whole(path: Path, data: bytes) -> None:
+    """Write a file with its digest in front, which nobody else can write, whatever the umask."""
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=path.name, delete=False) as file:
+        part = Path(file.name)
+        try:
+            file.write(hashlib.sha256(data).digest() + data)
+            file.flush()
             os.fchmod(file.fileno(), FILE_MODE)
-            yield file
-
-
-class _Store(FunctionCache):
-    """The files of one kernel in one folder."""
-
-    _impl_class = _Form
-
-    def __init__(self, function: Callable[..., Any], kind: str, folder: Path) -> None:
-        super().__init__(function)
-        self._cache_file = _Files(str(folder), f'{self._impl.filename_base}-{kind}', None)
-
-    def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """
-        Return what was compiled, without ``target_context.refresh()`` before it.
-
-        That imports and registers all that numba can compile, which takes most of the time to
-        load all kernels; machine code needs none of it, and compiling refreshes by itself.
-
-        """
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+            os.fsync(file.fileno())
+            if path.is_dir():
+                shutil.rmtree(path)
+            part.replace(path)
+        except OSError:
+            part.unlink()
+            raise

@@ -51,6 +51,8 @@ CONTACT_STATE = kind(
     on_springs=FLAG,  # Whether the springs, not the turning points, hold the history
     preload_n=FLOAT,  # Present preload
     bristle_m=FLOAT,  # Deflection of the bristles of a rival law
+    # Stiffness with which springs or bristles answered last, N/m
+    answered_n_per_m=FLOAT,
     springs=SPRINGS_STATE,  # Forces of the springs
 )
 """What a contact remembers."""
@@ -83,18 +85,45 @@ def react(contact: Record, state: Record, u_m: float, dt_s: float, holding_n: fl
     dt_s : float
         Time of the step, s.
     holding_n : float
-        Force with which the runner would keep the velocity of the feet, N; for Coulomb's law.
+        Force that would keep the contact from sliding, N; for Coulomb's law.
 
     """
     if remembers_turns(contact, state):
         move(contact.curve, state.memory, u_m)
         return
     preload_n = next_preload(contact, state.preload_n, dt_s)
+    before_n, way_m = state.memory.force_n, u_m - state.memory.u_m
+    if way_m != 0.0:
+        state.memory.sense = 1.0 if way_m > 0.0 else -1.0
     if contact.law.number == MDR:
         _react_by_springs(contact, state, u_m, preload_n)
     else:
         _react_by_law(contact, state, u_m, dt_s, holding_n, preload_n)
     state.preload_n = preload_n
+    if way_m != 0.0:
+        answered_n_per_m = (state.memory.force_n - before_n) / way_m
+        stick_n_per_m = stick_stiffness(contact, state)
+        state.answered_n_per_m = min(max(answered_n_per_m, 0.0), stick_n_per_m)
+
+
+@kernel
+def stick_stiffness(contact: Record, state: Record) -> float:
+    """Return the stiffness of springs or bristles of which none slips, N/m."""
+    if contact.law.number != MDR:
+        return contact.law.bristle_n_per_m
+    bank = contact.bank
+    normal_n_per_m = 0.0
+    for group in range(bank.groups):
+        normal_n_per_m += bank.slope_n_per_m[state.springs.last[group]]
+    return normal_n_per_m * bank.friction / contact.compliance
+
+
+@kernel
+def answer_towards(contact: Record, state: Record, direction: float) -> float:
+    """Return the stiffness with which springs or bristles answer in a direction now, N/m."""
+    if direction * state.memory.sense >= 0.0:
+        return state.answered_n_per_m
+    return stick_stiffness(contact, state)
 
 
 @kernel
@@ -140,7 +169,7 @@ def _react_by_law(
     limit_n = friction_limit(contact.bank, preload_n)
     if contact.law.number == COULOMB:
         force_n = min(max(holding_n, -limit_n), limit_n)
-        lost_j = 0.5 * (memory.force_n + force_n) * du_m
+        lost_j = force_n * du_m
     else:
         bristle_m, force_n, lost_j = deflect(contact.law, limit_n, state.bristle_m, du_m, dt_s)
         state.bristle_m = bristle_m

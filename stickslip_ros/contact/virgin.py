@@ -142,7 +142,7 @@ def _assemble(stiffness: Array, scale: float, width_m: float) -> Record:
 def virgin_force(curve: Record, displacement_m: float) -> float:
     """Return T_v, N, at a displacement >= 0, m."""
     place = displacement_m * curve.cells_per_m
-    if not place < len(curve.cells):  # beyond the table, or not a number
+    if not abs(place) < len(curve.cells):  # beyond the table on either side, or not a number
         return curve.force_max_n
     index = int(place)
     rest_m = displacement_m - index * curve.core_m
@@ -155,7 +155,7 @@ def virgin_force(curve: Record, displacement_m: float) -> float:
 def virgin_stiffness(curve: Record, displacement_m: float) -> float:
     """Return T_v', N/m, at a displacement >= 0, m."""
     place = displacement_m * curve.cells_per_m
-    if not place < len(curve.cells):  # beyond the table, or not a number
+    if not abs(place) < len(curve.cells):  # beyond the table, or not a number
         return 0.0
     index = int(place)
     rest_m = displacement_m - index * curve.core_m
@@ -166,7 +166,7 @@ def virgin_stiffness(curve: Record, displacement_m: float) -> float:
 def virgin_energy(curve: Record, displacement_m: float) -> float:
     """Return the integral of T_v from 0 to a displacement >= 0, J."""
     place = displacement_m * curve.cells_per_m
-    if not place < len(curve.cells):  # beyond the table, or not a number
+    if not abs(place) < len(curve.cells):  # beyond the table, or not a number
         return curve.energy_max_j + curve.force_max_n * (displacement_m - curve.limit_m)
     index = int(place)
     rest_m = displacement_m - index * curve.core_m

@@ -5,8 +5,9 @@ The voltage is piecewise linear, and its corners are known in advance: those of 
 the moment when a slewing amplifier has caught up. Between two of them the drive takes steps, so no
 step ever straddles a corner: long steps while the drive is ideal. Short steps are for everything
 that long ones cannot do: a rounded voltage, a piezo that is not linear, feet that differ, a runner
-that is stuck. They are so short that the feet cross the presliding range in many of them; how fast
-the feet can be is known beforehand, so the steps are chosen, not tried.
+that is stuck, a preload that changes, a rival law. They are so short that the feet cross the
+presliding range in many of them; how fast the feet can be is known beforehand, so the steps are
+chosen, not tried.
 
 Every loop over time comes to its end: its passes are counted. Whoever proposes a stretch or a step
 takes care that it moves the clock. Should one of them not do so, the loops end all the same, and
@@ -19,6 +20,7 @@ import math
 import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart
+from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import remembers_turns
 from stickslip_ros.contact.record import Record
@@ -33,9 +35,9 @@ from stickslip_ros.drive.amplifier import (
 )
 from stickslip_ros.drive.long_step import long_step
 from stickslip_ros.drive.piezo import fastest_m_per_s
-from stickslip_ros.drive.plant import VERLET_REFINEMENT, pace_of, step
+from stickslip_ros.drive.plant import may_pass, pace_of, step
 from stickslip_ros.drive.records import ALL, Wave
-from stickslip_ros.drive.runner import cell_force, is_near_wall
+from stickslip_ros.drive.runner import cell_force
 from stickslip_ros.drive.waveform import ramp_is_over
 from stickslip_ros.errors import StickSlipError
 
@@ -48,12 +50,17 @@ SLEW_REFINEMENT = 64
 two microseconds, and their work is an integral over that range."""
 SLOPE_STEPS_MIN = 6.0
 """Long steps in which feet that follow a steep slope cross the presliding range, at least."""
-CROSSING_S = 3.2e-4
+CROSSING_S = 4e-5
 """Feet that are rounded off, or ring, go at most sim.dt/CROSSING_S of the presliding range in one
-step: a 64th of it at the default of 5 us."""
-CROSSING_STEPS_MIN = 16.0
+step: an eighth of it at the default of 5 us."""
+CROSSING_STEPS_MIN = 2.0
 """Steps in which they cross it, at least."""
-BURST = 16
+SETTLING, RINGING = 2.0, 6.0
+"""So many such shares of the time constant of the low-pass, and of the inverse angular frequency
+of the resonance, are a smooth step: the way of the feet in it is a parabola."""
+LAW_REFINEMENT = 4
+"""Steps of a rival law are so many times shorter: how stiff it will be is not known beforehand."""
+BURST = 4
 """Steps of one length before the next length is chosen."""
 STEP_SLACK = 1e-9
 """Share of a step by which a stretch may exceed a whole number of steps, for rounding."""
@@ -174,12 +181,10 @@ def advance_stretch(
     stretch_s: float,
 ) -> None:
     """Advance along a straight stretch of the voltage."""
-    left_s = stretch_s
     if plant.ideal and remembers_turns(plant.contacts[ALL], state.contacts[ALL]):
-        left_s = take_long_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
-    if left_s > 0.0:
-        start_v += rate_v_per_s * (stretch_s - left_s)
-        take_short_steps(plant, state, start_v, rate_v_per_s, load_n, left_s)
+        take_long_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
+    else:
+        take_short_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
 
 
 @kernel
@@ -190,23 +195,18 @@ def take_long_steps(
     rate_v_per_s: float,
     load_n: float,
     stretch_s: float,
-) -> float:
-    """Advance in long steps; return the time left, s: a wall is near, or no pass is left."""
+) -> None:
+    """Advance in long steps along a straight stretch of the voltage."""
     state.voltage_v = start_v
     longest_s = longest_on_slope(plant, rate_v_per_s)
     left_s = stretch_s
     while left_s > 0.0 and may_pass(state):
         h_s = left_s
-        if left_s > longest_s:
+        if left_s > longest_s * (1.0 + STEP_SLACK):
             h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
-        if plant.walls.exist and is_near_wall(plant, state, load_n, h_s):
-            return left_s
         done_s = long_step(plant, state, rate_v_per_s, load_n, h_s)
         left_s = left_s - done_s if done_s < left_s else 0.0
-    if left_s > 0.0:
-        return left_s
-    state.voltage_v = clamp(plant, start_v + rate_v_per_s * stretch_s)
-    return 0.0
+    state.voltage_v = clamp(plant, start_v + rate_v_per_s * (stretch_s - left_s))
 
 
 @kernel
@@ -252,9 +252,11 @@ def _burst(
         longest_s = longest_on_slope(plant, rate_v_per_s)
     else:
         longest_s = _longest_in_burst(plant, state, input_v, rate_v_per_s)
-    steps = max(1, math.ceil(VERLET_REFINEMENT * left_s / longest_s - STEP_SLACK))
+    if plant.contacts[ALL].law.number != MDR:
+        longest_s /= LAW_REFINEMENT
+    steps = max(1, math.ceil(left_s / longest_s - STEP_SLACK))
     dt_s = left_s / steps
-    if plant.ideal or steps <= BURST:
+    if steps <= BURST or plant.ideal or longest_s >= plant.dt_s:
         return dt_s, steps, 0.0
     return dt_s, BURST, left_s - BURST * dt_s
 
@@ -262,15 +264,43 @@ def _burst(
 @kernel
 def _longest_in_burst(plant: Record, state: Record, input_v: float, rate_v_per_s: float) -> float:
     """Return the longest step that resolves what the mean foot does next, however fast, s."""
-    fastest_v_per_s = abs(rate_v_per_s)
-    if plant.amplifier.tau_s > 0.0:
-        fastest_v_per_s += abs(input_v - state.voltage_v) / plant.amplifier.tau_s
-    speed_m_per_s = fastest_m_per_s(plant, state.piezo, fastest_v_per_s)
+    piezo, tau_s, gain = plant.piezo, plant.amplifier.tau_s, plant.gain_m_per_v
+    limit_m = plant.contacts[ALL].curve.limit_m
     share = min(plant.dt_s / CROSSING_S, 1.0 / CROSSING_STEPS_MIN)
-    travel_m = VERLET_REFINEMENT * share * plant.contacts[ALL].curve.limit_m
-    if speed_m_per_s * plant.dt_s <= travel_m:
-        return plant.dt_s
+    longest_s, fastest_v_per_s = plant.dt_s, rate_v_per_s
+    if tau_s > 0.0:
+        # The output runs at a rate between its own and that of its input.
+        own_v_per_s = (input_v - state.voltage_v) / tau_s
+        if abs(own_v_per_s) > abs(rate_v_per_s):
+            fastest_v_per_s = own_v_per_s
+        settling_m = gain * tau_s * abs(own_v_per_s - rate_v_per_s)
+        longest_s = _longest_on_parabola(settling_m, limit_m, SETTLING * share * tau_s, longest_s)
+    speed_m_per_s = fastest_m_per_s(plant, state.piezo, fastest_v_per_s)
+    if piezo.omega_per_s > 0.0:
+        rung_m = abs(state.piezo.ring_m - state.piezo.driving_m)
+        rung_m += abs(state.piezo.ring_m_per_s) / piezo.omega_per_s
+        smooth_s = RINGING * share / piezo.omega_per_s
+        longest_s = _longest_on_parabola(rung_m, limit_m, smooth_s, longest_s)
+    travel_m = share * limit_m
+    if speed_m_per_s * longest_s <= travel_m:
+        return longest_s
     return travel_m / speed_m_per_s
+
+
+@kernel
+def _longest_on_parabola(
+    size_m: float, limit_m: float, smooth_s: float, longest_s: float
+) -> float:
+    """
+    Return the longest step in which a decaying motion of the feet is a parabola, s.
+
+    The error of a parabola is the third power of the step. It may be that of a motion as large as
+    the presliding range in a step of ``smooth_s``.
+
+    """
+    if size_m * longest_s**3 <= limit_m * smooth_s**3:
+        return longest_s
+    return smooth_s * (limit_m / size_m) ** (1.0 / 3.0)
 
 
 @kernel
@@ -309,14 +339,6 @@ def allow_passes(plant: Record, state: Record, rows: int, duration_s: float) -> 
     if state.passes_left >= 0:
         steps = int(min(duration_s / plant.dt_s, 1e12))
         state.passes_left = PASSES_MIN + PASSES_PER_STEP * steps + PASSES_PER_ROW * rows
-
-
-@kernel
-def may_pass(state: Record) -> bool:
-    """Count a pass; tell whether it may be made."""
-    state.passes_left -= 1
-    state.passes_made += 1
-    return bool(state.passes_left >= 0)
 
 
 def check_motion(states: Record, load_n: float) -> None:

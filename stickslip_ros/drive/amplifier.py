@@ -107,7 +107,7 @@ def _convert(
     step_v = plant.amplifier.resolution_v
     if slope_v_per_s == 0.0:
         return round(target_v / step_v) * step_v, 0.0, corner_s
-    if step_v < max(abs(slope_v_per_s) * plant.short_s, SETTLED_V):
+    if step_v < max(abs(slope_v_per_s) * plant.tread_s, SETTLED_V):
         return target_v, slope_v_per_s, corner_s
     level = float(round(target_v / step_v + math.copysign(AHEAD, slope_v_per_s)))
     next_v = (level + math.copysign(0.5, slope_v_per_s)) * step_v

@@ -19,7 +19,6 @@ from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
 from stickslip_ros.drive.feet import divide_among_feet, switch_all_to_springs
 from stickslip_ros.drive.piezo import rest_piezo
-from stickslip_ros.drive.plant import VERLET_REFINEMENT
 from stickslip_ros.drive.records import ALL, AMPLIFIER, CONTACTS, FEET, PIEZO, PLANT, STATE, WALLS
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import (
@@ -38,6 +37,8 @@ LOWER_SHARE = math.sqrt(2.0) / 4.0
 PHASE_MAX = 1.1
 """Longest step times the largest angular frequency, or rate of damping. The steps are series in
 both; up to here the energy balances to a few 1e-3."""
+TREADS_PER_STEP = 8
+"""Levels of the converter in the longest step from which on its staircase is a straight line."""
 STANDARD_GRAVITY_M_PER_S2 = 9.80665
 MODELS_KEPT = 64
 """Contact models kept for the next drive: a sweep over amplitudes has one for each preload."""
@@ -87,7 +88,7 @@ def set_ideal(plant: Record) -> None:
     ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
     follows_model = plant['contacts'][ALL]['law']['number'] == MDR
     plant['ideal'] = ideal
-    plant['only_long_steps'] = ideal and follows_model and not plant['walls']['exist']
+    plant['only_long_steps'] = ideal and follows_model
 
 
 def _set_longest_step(plant: Record, parameters: Parameters) -> None:
@@ -95,7 +96,7 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
     cell_n_per_m = plant['cell_n_per_m'] + walls['cell_n_per_m'] + walls['stop_n_per_m']
     longest_s = longest_step_s(parameters, plant['contacts'][ALL], float(cell_n_per_m))
     plant['dt_s'] = min(parameters.sim.dt, longest_s)
-    plant['short_s'] = plant['dt_s'] / VERLET_REFINEMENT
+    plant['tread_s'] = plant['dt_s'] / TREADS_PER_STEP
 
 
 def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:
@@ -169,14 +170,10 @@ def walls_of(parameters: Parameters) -> Record:
         WALLS,
         exist=presses or stops,
         cell_n_per_m=cell.stiffness if presses else 0.0,
-        gap_m=cell.gap,
+        gap_m=cell.gap if presses else math.inf,
         stop_n_per_m=stand.stop_stiffness,
-        low_m=stand.travel_min,
-        high_m=stand.travel_max,
-        nearest_low_m=stand.travel_min if stops else -math.inf,
-        nearest_high_m=min(
-            cell.gap if presses else math.inf, stand.travel_max if stops else math.inf
-        ),
+        low_m=stand.travel_min if stops else -math.inf,
+        high_m=stand.travel_max if stops else math.inf,
     )
 
 
@@ -348,8 +345,13 @@ def change_preload(
     plants: Record, states: Record, parameters: Parameters, preload_n: float
 ) -> None:
     """Let plant and state go to another preload: the springs take over on the way."""
-    plant = plants[0]
     switch_all_to_springs(plants, states)
+    set_preload(plants, parameters, preload_n)
+
+
+def set_preload(plants: Record, parameters: Parameters, preload_n: float) -> None:
+    """Let a plant go to another preload, whatever its contacts remember."""
+    plant = plants[0]
     plant.contacts['preload_n'] = preload_n
     _set_curves(plant, parameters)
     _set_longest_step(plant, parameters)

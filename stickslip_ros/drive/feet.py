@@ -26,31 +26,35 @@ def moving(plant: Record) -> range:
 
 
 @kernel
+def ratio_of(plant: Record, k: int) -> float:
+    """Return the way of a foot per way of the mean foot; a dead one stays."""
+    return plant.ratios[k] if k == ALL or k != plant.dead else 0.0
+
+
+@kernel
 def move_contacts(
     plant: Record, state: Record, position_m: float, foot_m: float, dt_s: float, holding_n: float
 ) -> float:
     """
-    Let all contacts answer one step; return the work that the feet have done in it, J.
+    Let all contacts answer; return the force with which they drag the mean foot back, N.
 
-    Runner and mean foot are where they are at its end; the holding force is that with which the
-    runner would keep the velocity of the feet.
+    Runner and mean foot are where they are at the end of the time. The work of the feet is that
+    force times the way of the mean foot. The holding force would keep the contacts from sliding.
 
     """
-    work_j, total_n, preload_n = 0.0, 0.0, 0.0
+    drag_n, total_n, preload_n = 0.0, 0.0, 0.0
     for k in moving(plant):
         contact = state.contacts[k]
-        ratio = plant.ratios[k] if k == ALL or k != plant.dead else 0.0
+        ratio = ratio_of(plant, k)
         place_m = state.offsets_m[k] + ratio * foot_m
-        before_n = contact.memory.force_n
         react(plant.contacts[k], contact, position_m - place_m, dt_s, holding_n)
-        mean_n = 0.5 * (before_n + contact.memory.force_n)
-        work_j -= mean_n * (place_m - state.places_m[k])
         state.places_m[k] = place_m
+        drag_n += ratio * contact.memory.force_n
         total_n += contact.memory.force_n
         preload_n = contact.preload_n
     state.contact_n = total_n
     state.preload_n = preload_n
-    return work_j
+    return drag_n
 
 
 @kernel

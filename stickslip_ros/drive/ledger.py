@@ -7,6 +7,8 @@ from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.feet import lost_by_feet, stored_by_feet
 from stickslip_ros.drive.runner import cell_energy, stops_energy
 
+SIXTH = 1.0 / 6.0
+
 
 @dataclass(frozen=True)
 class EnergyLedger:
@@ -73,17 +75,18 @@ def energies_of_contacts(plants: Record, states: Record) -> tuple[float, float]:
 def book(
     plant: Record,
     state: Record,
+    h_s: float,
+    load_n: float,
     position_m: float,
     velocity_m_per_s: float,
-    feet_work_j: float,
-    load_n: float,
-    dt_s: float,
+    middle_m: float,
+    middle_m_per_s: float,
 ) -> None:
-    """Add one step to the integrals, each by the trapezoidal rule."""
+    """Add one step to the integrals but the work of the feet, each by Simpson's rule."""
     sums = state.sums
-    v_0, v_1 = state.velocity_m_per_s, velocity_m_per_s
-    mean_square = 0.5 * (v_0 * v_0 + v_1 * v_1)
-    sums.feet_work_j += feet_work_j
+    v_0, v_half, v_1 = state.velocity_m_per_s, middle_m_per_s, velocity_m_per_s
+    mean_square = (v_0 * v_0 + 4.0 * v_half * v_half + v_1 * v_1) * SIXTH
+    mean_m = (state.position_m + 4.0 * middle_m + position_m) * SIXTH
     sums.load_work_j += load_n * (position_m - state.position_m)
-    sums.damping_lost_j += plant.damping_n_s_per_m * mean_square * dt_s
-    sums.position_m_s += 0.5 * (state.position_m + position_m) * dt_s
+    sums.damping_lost_j += plant.damping_n_s_per_m * mean_square * h_s
+    sums.position_m_s += mean_m * h_s

@@ -157,12 +157,12 @@ def fastest_m_per_s(plant: Record, memory: Record, rate_v_per_s: float) -> float
     """Return a bound of the speed of the mean foot while the voltage has a rate, m/s."""
     piezo = plant.piezo
     slope = plant.gain_m_per_v * (piezo.linear + piezo.plays * piezo.weight)
-    speed_m_per_s = slope * abs(rate_v_per_s)
-    if piezo.omega_per_s > 0.0:
-        off_m = memory.ring_m - memory.driving_m
-        rung_m = abs(off_m) + abs(memory.ring_m_per_s) / piezo.omega_per_s
-        speed_m_per_s = 2.0 * speed_m_per_s + piezo.omega_per_s * rung_m
-    return speed_m_per_s
+    speed_m_per_s = slope * rate_v_per_s
+    if piezo.omega_per_s == 0.0:
+        return abs(speed_m_per_s)
+    ringing_m_per_s = abs(memory.ring_m_per_s - speed_m_per_s)
+    ringing_m_per_s += piezo.omega_per_s * abs(memory.ring_m - memory.driving_m)
+    return abs(speed_m_per_s) + ringing_m_per_s
 
 
 def rest_piezo(plant: Record, memory: Record) -> None:

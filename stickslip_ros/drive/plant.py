@@ -3,22 +3,42 @@ The drive: a voltage in, a runner motion out. One short step of it, whatever its
 
 The voltage moves the feet, the feet drag the contacts, and the contacts pull the runner.
 
+Short steps do what long ones do, of fourth order too, for feet that go any way and differ: their
+way in a step is a parabola through three places, and the contacts are really moved to its middle
+and to its end. The runner turns against each foot at a time of its own; a step is cut where the
+first of them turns, where a loop closes, and where a wall is met.
+
 """
 
 import math
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import kernel, kernel_apart
+from stickslip_ros.contact.laws import COULOMB
+from stickslip_ros.contact.memory import branch_towards, stiffness_on
+from stickslip_ros.contact.reaction import answer_towards, remembers_turns
 from stickslip_ros.contact.record import Record
+from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.amplifier import low_pass
-from stickslip_ros.drive.feet import move_contacts
-from stickslip_ros.drive.ledger import book
+from stickslip_ros.drive.feet import move_contacts, moving, ratio_of
+from stickslip_ros.drive.ledger import SIXTH, book
+from stickslip_ros.drive.long_step import (
+    RESTING,
+    holding_stiffness,
+    missed_by_walls,
+    propagator,
+    time_to_close,
+    time_to_turn,
+    time_to_wall,
+)
 from stickslip_ros.drive.piezo import Ring, displace, prepare_piezo
-from stickslip_ros.drive.runner import force_on_runner, holding_force, kick_after, kick_before
+from stickslip_ros.drive.records import ALL
+from stickslip_ros.drive.runner import force_on_runner
 
-VERLET_REFINEMENT = 8
-"""Steps of velocity Verlet are so many times shorter than the long ones: second order, no look
-ahead."""
+TURN_SLACK_S = 1.1e-4
+"""A foot against which the runner goes on by (sim.dt/TURN_SLACK_S)^3 of the presliding range at
+most, before it turns, turns at once: 1e-4 of it at the default of 5 us. With a hundredth of that
+the errors of realistic stands are the same, at 9 % more steps."""
 
 
 class Pace(NamedTuple):
@@ -27,26 +47,45 @@ class Pace(NamedTuple):
 
     Attributes
     ----------
-    dt_s : float
-        Their length.
+    half_s : float
+        Half their length.
+    slack_m : float
+        Way by which a turn may come late.
     settling : float
-        Share of its way that the low-pass of the amplifier goes in one.
+        Share of its way that the low-pass of the amplifier goes in half a step.
     ring : Ring
-        What the resonance of the piezo does in one.
+        What the resonance of the piezo does in half a step.
 
     """
 
-    dt_s: float
+    half_s: float
+    slack_m: float
     settling: float
     ring: Ring
+
+
+class Path(NamedTuple):
+    """How the mean foot goes on: velocity, m/s, and acceleration, m/s^2, which stays."""
+
+    speed: float
+    speeding: float
 
 
 @kernel
 def pace_of(plant: Record, state: Record, dt_s: float) -> Pace:
     """Prepare steps of one length."""
-    tau_s = plant.amplifier.tau_s
-    settling = -math.expm1(-dt_s / tau_s) if tau_s > 0.0 else 1.0
-    return Pace(dt_s, settling, prepare_piezo(plant, state.piezo, dt_s))
+    half_s, tau_s = 0.5 * dt_s, plant.amplifier.tau_s
+    settling = -math.expm1(-half_s / tau_s) if tau_s > 0.0 else 1.0
+    slack_m = (plant.dt_s / TURN_SLACK_S) ** 3 * plant.contacts[ALL].curve.limit_m
+    return Pace(half_s, slack_m, settling, prepare_piezo(plant, state.piezo, half_s))
+
+
+@kernel
+def may_pass(state: Record) -> bool:
+    """Count a pass of a loop over time; tell whether it may be made."""
+    state.passes_left -= 1
+    state.passes_made += 1
+    return bool(state.passes_left >= 0)
 
 
 @kernel
@@ -54,27 +93,204 @@ def step(
     plant: Record, state: Record, from_v: float, to_v: float, load_n: float, pace: Pace
 ) -> None:
     """Advance by one short step, along a straight voltage before the amplifier's low-pass."""
-    dt_s = pace.dt_s
+    half_s, half_v, start_m = pace.half_s, 0.5 * (from_v + to_v), state.foot_m
 
     # Amplifier and feet.
-    voltage_v = low_pass(plant, state.voltage_v, from_v, to_v, dt_s, pace.settling)
-    foot_m = displace(plant, state.piezo, voltage_v, pace.ring, dt_s)
-    foot_m_per_s = (foot_m - state.foot_m) / dt_s
+    voltage_v = low_pass(plant, state.voltage_v, from_v, half_v, half_s, pace.settling)
+    middle_m = displace(plant, state.piezo, voltage_v, pace.ring, half_s)
+    voltage_v = low_pass(plant, voltage_v, half_v, to_v, half_s, pace.settling)
+    foot_m = displace(plant, state.piezo, voltage_v, pace.ring, half_s)
+    speeding = ((foot_m - middle_m) - (middle_m - start_m)) / (half_s * half_s)
+    speed = (foot_m - start_m) / (2.0 * half_s) - half_s * speeding
 
-    # Runner, up to the middle of the step.
-    before_n = force_on_runner(plant, state.position_m, state.contact_n, load_n)
-    middle_m_per_s = kick_before(plant, state.velocity_m_per_s, before_n, dt_s)
-    position_m = state.position_m + dt_s * middle_m_per_s
-
-    # Contacts.
-    holding_n = holding_force(plant, position_m, middle_m_per_s, foot_m_per_s, load_n, dt_s)
-    feet_work_j = move_contacts(plant, state, position_m, foot_m, dt_s, holding_n)
-
-    # Runner, up to the end.
-    after_n = force_on_runner(plant, position_m, state.contact_n, load_n)
-    velocity_m_per_s = kick_after(plant, middle_m_per_s, after_n, dt_s)
-
-    # Ledger.
-    book(plant, state, position_m, velocity_m_per_s, feet_work_j, load_n, dt_s)
+    # Contacts and runner.
+    left_s = 2.0 * half_s
+    while left_s > 0.0 and may_pass(state):
+        path = Path(speed, speeding)
+        if plant.contacts[ALL].law.number == COULOMB:
+            done_s = _go_rigidly(plant, state, path, load_n, left_s)
+        else:
+            done_s = _go(plant, state, path, load_n, left_s, pace.slack_m)
+        left_s = left_s - done_s if done_s < left_s else 0.0
+        speed += done_s * speeding
     state.voltage_v, state.foot_m = voltage_v, foot_m
-    state.position_m, state.velocity_m_per_s = position_m, velocity_m_per_s
+
+
+class Ahead(NamedTuple):
+    """
+    What holds and drags the runner in the next step.
+
+    Attributes
+    ----------
+    tangent, driven : float
+        Stiffness of all contacts against the runner, N/m; against the mean foot.
+    drag_n : float
+        Force with which the contacts drag the mean foot back now.
+    held_n_per_m : float
+        Stiffness of load cell and walls.
+    lasts_s : float
+        Time for which all of it lasts.
+
+    """
+
+    tangent: float
+    driven: float
+    drag_n: float
+    held_n_per_m: float
+    lasts_s: float
+
+
+@kernel
+def _look_ahead(
+    plant: Record,
+    state: Record,
+    path: Path,
+    speeding: float,
+    per_kg: float,
+    slack_m: float,
+    longest_s: float,
+) -> Ahead:
+    """Return the stiffness that lies ahead of a runner with an acceleration, m/s^2."""
+    speed, lasts_s, may_turn = state.velocity_m_per_s, longest_s, False
+    tangent, driven, drag_n = 0.0, 0.0, 0.0
+    for k in moving(plant):
+        contact, own, ratio = plant.contacts[k], state.contacts[k], ratio_of(plant, k)
+        against, against_rate = speed - ratio * path.speed, speeding - ratio * path.speeding
+        turns_now = against * against < 2.0 * slack_m * abs(against_rate)
+        may_turn |= abs(against) <= 2.0 * longest_s * abs(against_rate)
+        direction = against_rate if turns_now else against
+        if remembers_turns(contact, own):
+            branch = branch_towards(contact.curve, own.memory, direction)
+            stiffness = stiffness_on(contact.curve, branch, own.memory.u_m)
+            lasts_s = time_to_close(branch, own.memory.u_m, against, against_rate, lasts_s)
+        else:
+            stiffness = answer_towards(contact, own, direction)
+        tangent += stiffness
+        driven += ratio * stiffness
+        drag_n += ratio * own.memory.force_n
+    held_n_per_m = holding_stiffness(plant, state, speeding, longest_s)
+    gamma, omega_squared = plant.damping_n_s_per_m * per_kg, (held_n_per_m + tangent) * per_kg
+    jerk = driven * path.speed * per_kg - omega_squared * speed - gamma * speeding
+    if may_turn:
+        snap = driven * path.speeding * per_kg - omega_squared * speeding - gamma * jerk
+        crackle = -omega_squared * jerk - gamma * snap
+        for k in moving(plant):
+            ratio = ratio_of(plant, k)
+            against, against_rate = speed - ratio * path.speed, speeding - ratio * path.speeding
+            turns_now = against * against < 2.0 * slack_m * abs(against_rate)
+            if against * against_rate < 0.0 and not turns_now:
+                turn_s = time_to_turn(against, against_rate, jerk, snap, crackle, longest_s)
+                lasts_s = min(lasts_s, turn_s)
+    if plant.walls.exist:
+        lasts_s = time_to_wall(plant, state.position_m, speed, speeding, jerk, lasts_s)
+    return Ahead(tangent, driven, drag_n, held_n_per_m, lasts_s)
+
+
+@kernel
+def _go(
+    plant: Record, state: Record, path: Path, load_n: float, longest_s: float, slack_m: float
+) -> float:
+    """Let the runner go until a stiffness jumps, at most for a given time; return the time, s."""
+    per_kg = 0.0 if plant.stuck else plant.per_kg
+    gamma = plant.damping_n_s_per_m * per_kg
+    start_m, speed, before_n = state.position_m, state.velocity_m_per_s, state.contact_n
+    pull = force_on_runner(plant, start_m, before_n, load_n) * per_kg
+    ahead = _look_ahead(plant, state, path, pull - gamma * speed, per_kg, slack_m, longest_s)
+    tangent, driven, h_s = ahead.tangent, ahead.driven, ahead.lasts_s
+    omega_squared = (ahead.held_n_per_m + tangent) * per_kg
+    pull_rate, pull_jerk = driven * path.speed * per_kg, driven * path.speeding * per_kg
+
+    # The exact motion on that stiffness, in two halves.
+    half_s = 0.5 * h_s
+    half = propagator(omega_squared, gamma, half_s)
+    curved = _response_to_square(omega_squared, gamma, half_s)
+    y_1 = speed * half.impulse + pull * half.step + pull_rate * half.ramp + pull_jerk * curved
+    w_1 = speed * half.velocity + pull * half.impulse + pull_rate * half.step
+    w_1 += pull_jerk * half.ramp
+    pull_1 = pull + half_s * (pull_rate + 0.5 * half_s * pull_jerk) - omega_squared * y_1
+    rate_1 = pull_rate + half_s * pull_jerk
+    y_2 = y_1 + w_1 * half.impulse + pull_1 * half.step + rate_1 * half.ramp + pull_jerk * curved
+    w_2 = w_1 * half.velocity + pull_1 * half.impulse + rate_1 * half.step + pull_jerk * half.ramp
+
+    # What it misses: the contacts tell, moved to the middle and to the end.
+    foot_1 = half_s * (path.speed + 0.5 * half_s * path.speeding)
+    foot_2 = h_s * (path.speed + half_s * path.speeding)
+    middle_m = start_m + y_1
+    middle_drag_n = move_contacts(plant, state, middle_m, state.foot_m + foot_1, half_s, 0.0)
+    missed_1 = (state.contact_n - before_n - tangent * y_1 + driven * foot_1) * per_kg
+    if plant.walls.exist:
+        missed_1 += missed_by_walls(plant, ahead.held_n_per_m, start_m, middle_m)
+    y_2 -= 4.0 * SIXTH * h_s * half.impulse * missed_1
+    w_1 -= SIXTH * h_s * missed_1
+    position_m = start_m + y_2
+    end_drag_n = move_contacts(plant, state, position_m, state.foot_m + foot_2, half_s, 0.0)
+    missed_2 = (state.contact_n - before_n - tangent * y_2 + driven * foot_2) * per_kg
+    if plant.walls.exist:
+        missed_2 += missed_by_walls(plant, ahead.held_n_per_m, start_m, position_m)
+    w_2 -= SIXTH * h_s * (4.0 * half.velocity * missed_1 + missed_2)
+
+    end_speed = path.speed + h_s * path.speeding
+    work_w = ahead.drag_n * path.speed + 4.0 * middle_drag_n * 0.5 * (path.speed + end_speed)
+    state.sums.feet_work_j -= SIXTH * h_s * (work_w + end_drag_n * end_speed)
+    book(plant, state, h_s, load_n, position_m, w_2, middle_m, w_1)
+    state.foot_m += foot_2
+    state.position_m, state.velocity_m_per_s = position_m, w_2
+    return h_s
+
+
+@kernel
+def _response_to_square(omega_squared: float, gamma: float, h_s: float) -> float:
+    """Return what ``propagator`` would, under an acceleration of t^2/2: a series of h, s^4."""
+    z, y = omega_squared * h_s * h_s, gamma * h_s
+    c5 = -y / 5.0
+    c6 = -(5.0 * y * c5 + z) / 30.0
+    c7 = -(6.0 * y * c6 + z * c5) / 42.0
+    c8 = -(7.0 * y * c7 + z * c6) / 56.0
+    return (1.0 + c5 + c6 + c7 + c8) / 24.0 * (h_s * h_s) * (h_s * h_s)
+
+
+@kernel_apart
+def _go_rigidly(
+    plant: Record, state: Record, path: Path, load_n: float, longest_s: float
+) -> float:
+    """Do what ``_go`` does under the law of Coulomb: with the feet, or sliding at the limit."""
+    per_kg = 0.0 if plant.stuck else plant.per_kg
+    damping, start_m, speed = plant.damping_n_s_per_m, state.position_m, state.velocity_m_per_s
+    limit_n = friction_limit(plant.contacts[ALL].bank, state.preload_n)
+    others_n = force_on_runner(plant, start_m, 0.0, load_n)
+    holding_n = others_n - damping * path.speed - plant.mass_kg * path.speeding
+    against = speed - path.speed
+    rests = abs(against) <= RESTING * limit_n * per_kg * longest_s and not plant.stuck
+    h_s = longest_s
+    foot_m = h_s * (path.speed + 0.5 * h_s * path.speeding)
+    if rests and abs(holding_n) <= limit_n:
+        pull_n = holding_n
+        way_m, end_speed = foot_m, path.speed + h_s * path.speeding
+        held_n_per_m = holding_stiffness(plant, state, path.speeding, h_s)
+        end_n = holding_n - held_n_per_m * foot_m - damping * (end_speed - path.speed)
+    else:
+        pull_n = end_n = math.copysign(limit_n, holding_n if rests else against)
+        gamma = damping * per_kg
+        pull = force_on_runner(plant, start_m, pull_n, load_n) * per_kg
+        speeding = pull - gamma * speed
+        omega_squared = holding_stiffness(plant, state, speeding, h_s) * per_kg
+        against_rate = speeding - path.speeding
+        jerk = -omega_squared * speed - gamma * speeding
+        snap = -omega_squared * speeding - gamma * jerk
+        if against * against_rate < 0.0 and not rests:
+            h_s = time_to_turn(against, against_rate, jerk, snap, 0.0, longest_s)
+        if plant.walls.exist:
+            h_s = time_to_wall(plant, start_m, speed, speeding, jerk, h_s)
+        foot_m = h_s * (path.speed + 0.5 * h_s * path.speeding)
+        whole = propagator(omega_squared, gamma, h_s)
+        way_m = speed * whole.impulse + pull * whole.step
+        end_speed = speed * whole.velocity + pull * whole.impulse
+    position_m = start_m + way_m
+    move_contacts(plant, state, position_m, state.foot_m + foot_m, h_s, end_n)
+    state.sums.feet_work_j -= 0.5 * (pull_n + state.contact_n) * foot_m
+    middle_m = start_m + 0.5 * way_m - 0.125 * h_s * (end_speed - speed)
+    middle_speed = 1.5 * way_m / h_s - 0.25 * (speed + end_speed)
+    book(plant, state, h_s, load_n, position_m, end_speed, middle_m, middle_speed)
+    state.foot_m += foot_m
+    state.position_m, state.velocity_m_per_s = position_m, end_speed
+    return h_s

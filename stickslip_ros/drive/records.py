@@ -49,14 +49,11 @@ WALLS = kind(
     exist=FLAG,  # Whether there are any
     # Stiffness of a load cell on which the runner presses from one side; 0 is none
     cell_n_per_m=FLOAT,
-    gap_m=FLOAT,  # Position at which the runner touches it
+    gap_m=FLOAT,  # Position at which the runner touches it; inf where there is none
     stop_n_per_m=FLOAT,  # Stiffness of the end stops; 0 is none
-    # Places of the end stops
+    # Places of the end stops; -inf and inf where there are none
     low_m=FLOAT,
     high_m=FLOAT,
-    # Positions between which no spring is touched
-    nearest_low_m=FLOAT,
-    nearest_high_m=FLOAT,
 )
 """One-sided springs that the runner may run into."""
 
@@ -72,14 +69,13 @@ PLANT = kind(
     voltage_min_v=FLOAT,
     voltage_max_v=FLOAT,
     slew_v_per_s=FLOAT,  # Fastest change of its output
-    # Longest of the long steps, and of the short ones of velocity Verlet
-    dt_s=FLOAT,
-    short_s=FLOAT,
+    dt_s=FLOAT,  # Longest step
+    tread_s=FLOAT,  # Time below which the levels of the converter are not told apart
     # Whether the feet are one, and proportional to a voltage that consists of straight stretches,
     # and the runner moves: then long steps are exact
     ideal=FLAG,
-    # Whether it is ideal, obeys the contact model and meets no walls: then all steps are long
-    # while turning points hold its history
+    # Whether it is ideal and obeys the contact model: then all steps are long while turning points
+    # hold its history
     only_long_steps=FLAG,
     stuck=FLAG,  # Whether the runner does not move
     separate=FLAG,  # Whether the feet are moved one by one, each with a contact of its own

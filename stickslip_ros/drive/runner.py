@@ -1,16 +1,14 @@
 """
 The runner and the springs that it meets: m x'' = -k x - c x' + F_r + F_ext (Eq. 20).
 
-A load cell, fixed or touched, and end stops. Short steps are those of velocity Verlet.
+A load cell, fixed or touched, and end stops.
 
 """
 
+import math
+
 from stickslip_ros.contact.kernel import in_python, kernel
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.records import ALL
-
-MARGIN_STEPS = 4.0
-"""A wall is near if the runner could reach it in so many long steps."""
 
 
 @kernel
@@ -53,61 +51,30 @@ def stops_energy(plant: Record, position_m: float) -> float:
 
 
 @kernel
-def is_near_wall(plant: Record, state: Record, load_n: float, h_s: float) -> bool:
-    """Return whether a one-sided spring is touched, or could be within a few steps of h_s."""
-    force_n = abs(load_n) + plant.contacts[ALL].curve.force_max_n
-    force_n += abs(plant.cell_n_per_m * state.position_m)
-    reach_m = MARGIN_STEPS * h_s * (abs(state.velocity_m_per_s) + h_s * force_n * plant.per_kg)
-    below_m = state.position_m - plant.walls.nearest_low_m
-    above_m = plant.walls.nearest_high_m - state.position_m
-    return min(below_m, above_m) <= reach_m
+def wall_stiffness(plant: Record, position_m: float) -> float:
+    """Return the stiffness of all one-sided springs that are pressed at a position, N/m."""
+    walls = plant.walls
+    stiffness = walls.cell_n_per_m if position_m > walls.gap_m else 0.0
+    if position_m > walls.high_m or position_m < walls.low_m:
+        stiffness += walls.stop_n_per_m
+    return stiffness
 
 
 @kernel
-def force_far_from_walls(
-    plant: Record, position_m: float, contact_n: float, load_n: float
-) -> float:
-    """Return fixed load cell, contacts and external load together, N; damping is apart."""
-    return load_n - contact_n - plant.cell_n_per_m * position_m
+def next_wall(plant: Record, position_m: float, direction: float) -> float:
+    """Return the next place in a direction at which a one-sided spring is touched or left, m."""
+    walls = plant.walls
+    nearest_m = direction * math.inf
+    for place_m in (walls.gap_m, walls.low_m, walls.high_m):
+        if 0.0 < direction * (place_m - position_m) < direction * (nearest_m - position_m):
+            nearest_m = place_m
+    return nearest_m
 
 
 @kernel
 def force_on_runner(plant: Record, position_m: float, contact_n: float, load_n: float) -> float:
     """Return load cell, end stops, contacts and external load together, N; damping is apart."""
-    force_n = force_far_from_walls(plant, position_m, contact_n, load_n)
+    force_n = load_n - contact_n - plant.cell_n_per_m * position_m
     if plant.walls.exist:
         force_n -= wall_force(plant, position_m)
     return force_n
-
-
-@kernel
-def holding_force(
-    plant: Record,
-    position_m: float,
-    middle_m_per_s: float,
-    foot_m_per_s: float,
-    load_n: float,
-    dt_s: float,
-) -> float:
-    """Return the contact force with which the runner's next middle velocity is the feet's, N."""
-    others_n = force_on_runner(plant, position_m, 0.0, load_n)
-    drag_n = plant.damping_n_s_per_m * foot_m_per_s
-    return others_n - drag_n + plant.mass_kg * (middle_m_per_s - foot_m_per_s) / dt_s
-
-
-@kernel
-def kick_before(plant: Record, velocity_m_per_s: float, force_n: float, dt_s: float) -> float:
-    """Return the velocity in the middle of the step, with the damping of its beginning."""
-    if plant.stuck:
-        return 0.0
-    drag_n = plant.damping_n_s_per_m * velocity_m_per_s
-    return velocity_m_per_s + 0.5 * dt_s * (force_n - drag_n) / plant.mass_kg
-
-
-@kernel
-def kick_after(plant: Record, velocity_m_per_s: float, force_n: float, dt_s: float) -> float:
-    """Return the velocity at the end of the step, with the damping of its end (implicit)."""
-    if plant.stuck:
-        return 0.0
-    free_m_per_s = velocity_m_per_s + 0.5 * dt_s * force_n / plant.mass_kg
-    return free_m_per_s / (1.0 + 0.5 * dt_s * plant.damping_n_s_per_m / plant.mass_kg)

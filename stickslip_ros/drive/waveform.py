@@ -61,6 +61,18 @@ def table(rows: Array | Sequence[Sequence[float]], cycles: int = 1) -> Wave:
     return Wave(start_v=end_v, period_s=end_s, cycles=cycles or ENDLESS, rows=rows)
 
 
+def can_be_played(wave: Wave, cycle: int, ramp_s: float) -> bool:
+    """Return whether kernels can play a wave that comes from a file, from a place of its clock."""
+    times_s = wave.rows[:, TIME]
+    is_table = len(times_s) > 1 and times_s[0] == 0.0 and times_s[-1] == wave.period_s
+    return bool(
+        0 <= wave.cycles <= ENDLESS
+        and 0.0 <= wave.lead_s < wave.period_s
+        and (len(times_s) == 0 or (is_table and (np.diff(times_s) >= 0.0).all()))
+        and (cycle >= wave.cycles or -2.0 * CORNER_S <= ramp_s <= wave.period_s)
+    )
+
+
 def repeats(wave: Wave) -> bool:
     """Return whether a wave is a table that is played more than once."""
     return wave.cycles > 1 and len(wave.rows) > 0

@@ -1,14 +1,14 @@
 """The virtual test stand: time and requests in; readings, events and status out."""
 
-import dataclasses
 from collections import deque
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.ledger import EnergyLedger
+from stickslip_ros.drive.waveform import can_be_played
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.files import read_bytes
 from stickslip_ros.instrument import checkpoint
@@ -18,12 +18,15 @@ from stickslip_ros.instrument.commands import COMMANDS, Accepted, Request, check
 from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Event, Identity, Output, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
-from stickslip_ros.instrument.stand import Stand
+from stickslip_ros.instrument.stand import SimulatedStand
+from stickslip_ros.instrument.state_tree import UNCHECKED, read, refusal
 from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
 
 MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
 LOADED, REFUSED = int(Status.LOADED), int(Status.REFUSED)
 PRELOADING, FAULT = int(Status.PRELOADING), int(Status.FAULT)
+TIME_MAX_NS = 10**17
+"""Latest time of a checkpoint: with that of the system as origin, stamps can hold what follows."""
 
 
 def start_bench(parameters: Parameters) -> 'Bench':
@@ -65,27 +68,43 @@ class Bench:
 
     Attributes
     ----------
-    stand, sensing, motion : Stand, Sensing, Motion
+    stand, sensing, motion : SimulatedStand, Sensing, Motion
         What commands act on: drive, sensors, moves.
     faults : FaultParameters
         What is broken at the moment.
     refused : int
         Requests refused since the start.
-    beside : mapping of str to object
-        What was kept beside it in the checkpoint that it comes from.
+    beside : tree
+        What was kept beside it in the checkpoint that it comes from; not checked yet.
 
     """
+
+    REMEMBERED: ClassVar[Mapping[str, Any]] = {
+        'time_ns': int,
+        'refused': int,
+        'faults': FaultParameters,
+        'stand': SimulatedStand,
+        'sensing': Sensing,
+        'motion': Motion,
+        '_enabled': bool,
+        '_requests': int,
+        '_preloading': Identity | None,
+        '_preloads_replaced': int,
+        '_delayed': deque[tuple[int, int, Annotated[Request, UNCHECKED]]],
+        '_events': list[Event],
+        '_last_refused': bool,
+    }
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
         self.time_ns = 0
         self.refused = 0
-        self.beside: Mapping[str, Any] = {}
+        self.beside: Any = {}
         self.faults = parameters.fault
         self._enabled = True
         self._is_faulty = False
         self._block_ns, self._sample_ns = parameters.block_ns, parameters.sample_ns
-        self.stand = Stand(parameters)
+        self.stand = SimulatedStand(parameters)
         self.sensing = Sensing(parameters)
         self.motion = Motion(parameters, self._report)
         self._requests = 0
@@ -134,13 +153,11 @@ class Bench:
         Parameters
         ----------
         beside : mapping of str to object, optional
-            Numbers, texts and arrays to keep with it.
+            Numbers, texts and arrays to keep with it; arrays come back as ``state_tree.read``
+            makes them of texts.
 
         """
-        known = self._known()
-        if checkpoint.is_same(self.stand.plants, self.stand.plants_at_rest):
-            known['plants as at rest'] = self.stand.plants
-        return checkpoint.pack(self.parameters, {**vars(self), 'beside': beside or {}}, known)
+        return checkpoint.pack(self.parameters, self, beside or {})
 
     @classmethod
     def restore(cls, saved: bytes, changes: Mapping[str, object] | None = None) -> 'Bench':
@@ -163,28 +180,26 @@ class Bench:
             If a parameter is refused.
 
         """
-        head = checkpoint.read_head(saved)
-        bench = cls(checkpoint.changed_stand(head.parameters, changes or {}))
-        known = {**bench._known(), 'plants as at rest': bench.stand.plants_at_rest.copy()}
-        after = bench.stand.plants_at_rest
-        vars(bench).update(checkpoint.unpack(head.state, known))
-        if bench.parameters != head.parameters:
-            before = plant_of(head.parameters)
-            checkpoint.take_over_changes(bench.stand.plants, before, after)
+        parameters, state, beside = checkpoint.unpack(saved)
+        bench = cls(checkpoint.changed_stand(parameters, changes or {}))
+        bench._recall(read(cls.REMEMBERED, state, 'checkpoint'))
+        bench.beside = beside
         return bench
 
-    def _known(self) -> dict[str, Any]:
-        """Return what a bench of the same parameters has too, by names."""
-        groups = {
-            f'parameters.{each.name}': getattr(self.parameters, each.name)
-            for each in dataclasses.fields(self.parameters)
-        }
-        return {
-            **{name: group for name, group in groups.items() if dataclasses.is_dataclass(group)},
-            'parameters': self.parameters,
-            'plants at rest': self.stand.plants_at_rest,
-            checkpoint.REPORT: self._report,
-        }
+    def _recall(self, values: dict[str, Any]) -> None:
+        """Remember what was read from a file, if it fits together."""
+        stand, sensing, motion = (values.pop(name) for name in ('stand', 'sensing', 'motion'))
+        vars(self).update(values)
+        read(range(0, TIME_MAX_NS + 1, self._sample_ns), self.time_ns, 'checkpoint.time_ns')
+        self._events = [replace(each, time_ns=self.time_ns) for each in self._events]
+        self._is_faulty = bool(self.faults.names)
+        self.stand.recall(stand, self.faults, is_powered=self._is_powered())
+        self.sensing.recall(sensing)
+        self.motion.recall(motion)
+        wave, ramp_s = self.motion.wave, 0.0 if self.motion.is_new else self.stand.ramp_s
+        if not can_be_played(wave, self.stand.cycle, ramp_s):
+            told = 'one that can be played from its place'
+            raise refusal('checkpoint.motion.wave', str(wave), told)
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """
@@ -230,7 +245,8 @@ class Bench:
         """Carry out the delayed requests whose time has come, in the order of that time."""
         if not self._delayed:
             return
-        due = sorted(each for each in self._delayed if each[0] <= self.time_ns)
+        due = [each for each in self._delayed if each[0] <= self.time_ns]
+        due.sort(key=lambda each: each[:2])
         for each in due:
             self._delayed.remove(each)
             self._obey(*each[1:])

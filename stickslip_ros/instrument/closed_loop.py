@@ -1,14 +1,16 @@
 """A move to a position in closed loop: the way there, arrival, hold, and how it may fail."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level
 from stickslip_ros.instrument.checks import steps_of
 from stickslip_ros.instrument.position_loop import Level, PositionLoop, Steps, loop_settings
 from stickslip_ros.instrument.reports import Result
+from stickslip_ros.instrument.state_tree import ANY_FLOAT
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.units import NANO
 
@@ -96,6 +98,21 @@ class ClosedLoop:
 
     """
 
+    REMEMBERED: ClassVar[Mapping[str, Any]] = {
+        'goal': Goal,
+        'holds': bool,
+        'in_position': bool,
+        '_set_point_m': ANY_FLOAT,
+        '_target_m': ANY_FLOAT,
+        '_is_redirected': bool,
+        '_loop': PositionLoop,
+        '_start_ns': int,
+        '_outside_ns': int,
+        '_progress_ns': int,
+        '_last_ns': int,
+        '_nearest_m': ANY_FLOAT,
+    }
+
     def __init__(self, parameters: Parameters, goal: Goal, start: Observation) -> None:
         self.goal = goal
         self.holds = False
@@ -113,6 +130,11 @@ class ClosedLoop:
         self._lead_m = LEAD_STROKES * stroke_m
         blocked_s = max(parameters.limits.blocked_time, BLOCKED_STEPS / parameters.step.frequency)
         self._blocked_ns = to_nanoseconds(blocked_s)
+
+    def recall(self, values: dict[str, Any]) -> None:
+        """Remember what was read from a file."""
+        self._loop.recall(values.pop('_loop'))
+        vars(self).update(values)
 
     def pursue(self, goal: Goal, observation: Observation) -> bool:
         """
@@ -165,6 +187,8 @@ class ClosedLoop:
         velocity_m_per_s = self._parameters.closed_loop.velocity
         if math.isnan(self._set_point_m):
             self._set_point_m = observation.position_m
+        if math.isnan(self._target_m):  # to stand where no sensor said at the start
+            self._target_m = self._set_point_m
         block_s = (observation.time_ns - self._last_ns) * NANO
         self._last_ns = observation.time_ns
         if self.goal.direction:

@@ -20,7 +20,7 @@ from stickslip_ros.instrument.joints import NOTHING, Joints, check_joints
 from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
-from stickslip_ros.instrument.stand import Stand
+from stickslip_ros.instrument.stand import SimulatedStand
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 
 FLOAT64, INT32 = 'std_msgs/msg/Float64', 'std_msgs/msg/Int32'
@@ -79,7 +79,7 @@ class Request:
 class Instrument(Protocol):
     """What commands act on: a ``Bench``."""
 
-    stand: Stand
+    stand: SimulatedStand
     sensing: Sensing
     motion: Motion
     faults: FaultParameters

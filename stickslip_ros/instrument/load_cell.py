@@ -1,8 +1,9 @@
 """
 Kernel: the load cell, from the true force in its spring to the reading.
 
-In this order: hysteresis, white noise, own resonance or low-pass, drift of the zero, faults,
-saturation, tare, quantisation. docs/sensors.md has the formulas.
+In this order: hysteresis and own resonance of the mechanics, white noise of bridge and amplifier,
+low-pass of the electronics, drift of the zero, faults, saturation, tare, quantisation.
+docs/sensors.md has the formulas.
 
 """
 
@@ -46,7 +47,7 @@ noise_n : float
 gain : float
     Share of the way that the low-pass goes to its input in one sample.
 swing : record of SWING
-    Its own resonance, in place of the low-pass.
+    Its own resonance.
 swings : bool
     Whether it has a resonance of its own.
 drift_n : float
@@ -59,8 +60,9 @@ resolution_n : float
 """
 
 STRAIN = kind(
-    level_n=FLOAT,
+    strain_n=FLOAT,
     speed_n=FLOAT,
+    level_n=FLOAT,
     standing_n=FLOAT,
     zero_n=FLOAT,
     overrange=FLAG,
@@ -71,8 +73,10 @@ State of a load cell between two samples of the trace.
 
 Fields
 ------
-level_n, speed_n : float
-    Output of the low-pass, and how fast it changes, in the unit of SWING.
+strain_n, speed_n : float
+    Output of the resonance, and how fast it changes, in the unit of SWING.
+level_n : float
+    Output of the low-pass.
 standing_n : float
     Value behind the display, before the tare is subtracted.
 zero_n : float
@@ -122,11 +126,10 @@ def read_force(
     force_n = truth_n
     if cell.loop.weight > 0.0:
         force_n = follow(cell.loop, strain.plays_n, force_n)
-    force_n += cell.noise_n * noise
     if cell.swings:
-        strain.level_n, strain.speed_n = swing(cell.swing, strain.level_n, strain.speed_n, force_n)
-    else:
-        strain.level_n += cell.gain * (force_n - strain.level_n)
+        force_n, strain.speed_n = swing(cell.swing, strain.strain_n, strain.speed_n, force_n)
+        strain.strain_n = force_n
+    strain.level_n += cell.gain * (force_n + cell.noise_n * noise - strain.level_n)
     sensed_n = strain.level_n + cell.drift_n * number + fault.offset
     if abs(sensed_n) >= cell.limit_n:
         sensed_n = math.copysign(cell.limit_n, sensed_n)

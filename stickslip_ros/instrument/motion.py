@@ -1,7 +1,8 @@
 """Moves of the piezo: which wave the amplifier follows, and how every move ends."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import after, level, repeats
@@ -77,6 +78,16 @@ class Motion:
 
     """
 
+    REMEMBERED: ClassVar[Mapping[str, Any]] = {
+        'wave': Wave,
+        'is_new': bool,
+        'replaced': int,
+        '_running': Running | None,
+        '_loop': ClosedLoop | None,
+        '_renewed_ns': int,
+        '_failed': Status,
+    }
+
     def __init__(self, parameters: Parameters, report: Report) -> None:
         self._parameters = parameters
         self._report = report
@@ -90,6 +101,15 @@ class Motion:
         self._renewed_ns = 0
         self._failed = Status(0)
         self._follow(level(voltage_v))
+
+    def recall(self, values: dict[str, Any]) -> None:
+        """Remember what was read from a file."""
+        loop = values.pop('_loop')
+        vars(self).update(values)
+        if loop is not None:
+            start = Observation(0, 0.0, 0.0, 0, 0.0, arrived=True)
+            self._loop = ClosedLoop(self._parameters, loop['goal'], start)
+            self._loop.recall(loop)
 
     @property
     def is_running(self) -> bool:

@@ -8,7 +8,9 @@ come late and actions take time, the position controller runs it as a `RemoteLoo
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
@@ -101,6 +103,15 @@ class PositionLoop:
 
     """
 
+    REMEMBERED: ClassVar[Mapping[str, Any]] = {
+        'voltage_v': float,
+        'is_coarse': bool,
+        '_step_m': float,
+        '_burst': range(-BURST_MAX, BURST_MAX + 1),
+        '_before_m': float,
+        '_centres': int,
+        '_rests': bool,
+    }
     _centres: int
     _rests: bool
 
@@ -112,6 +123,11 @@ class PositionLoop:
         self._burst = 0
         self._before_m = 0.0
         self.start_anew()
+
+    def recall(self, values: dict[str, Any]) -> None:
+        """Remember what was read from a file; the stroke may be another one now."""
+        vars(self).update(values)
+        self._set_step(self._step_m)
 
     def update(self, target_m: float, position_m: float) -> Steps | Level:
         """
@@ -212,8 +228,11 @@ class PositionLoop:
         way_m = position_m - self._before_m
         if abs(burst) < LEARN_STEPS or way_m * burst <= 0.0:
             return
+        self._set_step(way_m / burst)
+
+    def _set_step(self, step_m: float) -> None:
         stroke_m = self._stroke_m(self.settings.step_v)
-        self._step_m = min(max(way_m / burst, STEP_LEAST * stroke_m), stroke_m)
+        self._step_m = min(max(step_m, STEP_LEAST * stroke_m), stroke_m)
 
 
 class RemoteLoop:

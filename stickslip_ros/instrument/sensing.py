@@ -1,13 +1,14 @@
 """The sensors of the stand: true position and force in, readings out."""
 
 import math
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import COUNT, Record, kind, records
+from stickslip_ros.contact.record import COUNT, FLOAT, Record, kind, records
 from stickslip_ros.drive.advance import FORCE, POSITION, TIME
 from stickslip_ros.instrument.interferometer import (
     BEAM,
@@ -19,6 +20,7 @@ from stickslip_ros.instrument.interferometer import (
 from stickslip_ros.instrument.load_cell import CELL, STRAIN, cell_of, read_force
 from stickslip_ros.instrument.reports import Readings, Status
 from stickslip_ros.instrument.signal_chain import CONDITIONS, FAULT
+from stickslip_ros.instrument.state_tree import ANY_FLOAT, refusal
 from stickslip_ros.parameters import FaultParameters, Parameters
 from stickslip_ros.units import NANO
 
@@ -53,6 +55,9 @@ cell, strain, strain_fault : record of CELL, STRAIN, FAULT
     The same of the load cell.
 
 """
+
+SENSED = SENSORS[['samples', 'beam', 'strain']]
+"""What changes of it with every sample."""
 
 
 @entry_point
@@ -106,23 +111,32 @@ def read_sensors(
 class Noise:
     """Normal random numbers, drawn many at once: the same ones, however many one takes."""
 
+    REMEMBERED: ClassVar[Mapping[str, Any]] = {'place': range(1 << 128)}
+
     def __init__(self, seed: tuple[int, ...]) -> None:
         self._source = np.random.default_rng(seed)
+        self._before = self._source.bit_generator.state
         self._drawn: Array = np.empty(0)
-        self._taken = 0
+        self._taken = self._older = 0
 
-    def __getstate__(self) -> tuple[dict[str, Any], Array]:
-        """Return the state of the generator, and the numbers that were drawn and not taken."""
-        return dict(self._source.bit_generator.state), self._drawn[self._taken :].copy()
+    @property
+    def place(self) -> int:
+        """State of the generator after the numbers that were taken, not those that were drawn."""
+        source = np.random.default_rng(0)
+        source.bit_generator.state = self._before
+        source.standard_normal(self._taken - self._older)
+        return int(source.bit_generator.state['state']['state'])
 
-    def __setstate__(self, state: tuple[dict[str, Any], Array]) -> None:
-        self._source = np.random.default_rng()
-        self._source.bit_generator.state, self._drawn = state
-        self._taken = 0
+    def recall(self, values: dict[str, Any]) -> None:
+        """Go on at a place that was read from a file."""
+        self._before['state']['state'] = values['place']
+        self._source.bit_generator.state = self._before
 
     def take(self, count: int) -> Array:
         """Return the next numbers, shape (count,)."""
         if self._taken + count > len(self._drawn):
+            self._before = self._source.bit_generator.state
+            self._older = len(self._drawn) - self._taken
             more = self._source.standard_normal(max(count, NUMBERS_AT_ONCE))
             self._drawn = np.concatenate((self._drawn[self._taken :], more))
             self._taken = 0
@@ -140,6 +154,17 @@ class Sensing:
         Mean position reading of the last block, m; not a number where there is none.
 
     """
+
+    REMEMBERED: ClassVar[Mapping[str, Any]] = {
+        'memory': (SENSED, (1,)),
+        '_past_m': (FLOAT, (-1,)),
+        '_noise_m': Noise,
+        '_noise_n': Noise,
+        '_walk': Noise,
+        '_faults': FaultParameters,
+        '_is_referenced': bool,
+        'position_m': ANY_FLOAT,
+    }
 
     def __init__(self, parameters: Parameters) -> None:
         rate_hz = parameters.trace.sample_rate
@@ -164,6 +189,24 @@ class Sensing:
         self._faults = FaultParameters()
         self._is_referenced = False
         self.position_m = 0.0
+
+    @property
+    def memory(self) -> Record:
+        """What both remember, an array of one record of SENSED."""
+        return self._sensors[list(SENSED.names)]
+
+    def recall(self, values: dict[str, Any]) -> None:
+        """Remember what was read from a file."""
+        memory, past_m = values.pop('memory'), values['_past_m']
+        if len(past_m) != len(self._past_m):
+            told = f'{len(self._past_m)} numbers, as long as interferometer.latency'
+            raise refusal('checkpoint.sensing._past_m', len(past_m), told)
+        for name in SENSED.names:
+            self._sensors[name] = memory[name]
+        for name in ('_noise_m', '_noise_n', '_walk'):
+            getattr(self, name).recall(values.pop(name))
+        vars(self).update(values)
+        self._break_down(self._faults)
 
     def zero_position(self) -> None:
         """Make the present position reading 0; a lost beam is found, the count starts anew."""

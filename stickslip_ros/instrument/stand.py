@@ -1,6 +1,8 @@
 """The drive on its test stand: the true position and force that the sensors measure."""
 
 import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -8,11 +10,20 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.advance import observe_samples
 from stickslip_ros.drive.amplifier import has_arrived
-from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.build import (
+    change_preload,
+    plant_of,
+    separate_feet,
+    set_ideal,
+    set_preload,
+    start_clock,
+    state_at_rest,
+)
 from stickslip_ros.drive.faults import apply_faults
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
-from stickslip_ros.drive.records import Wave
+from stickslip_ros.drive.records import STATE, Wave
 from stickslip_ros.drive.waveform import missing
+from stickslip_ros.instrument.checks import check_load, check_preload
 from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.parameters import FaultParameters, Parameters
 from stickslip_ros.units import NANO
@@ -20,7 +31,7 @@ from stickslip_ros.units import NANO
 NO_RAMPS = np.empty((0, 3))
 
 
-class Stand:
+class SimulatedStand:
     """
     Plant and state of the drive, its load and its preload.
 
@@ -34,9 +45,17 @@ class Stand:
         The plant as it is after a reset, without faults.
     load_n : float
         External force on the runner, N.
+    wanted_n : float
+        Preload to which it goes, N.
 
     """
 
+    REMEMBERED: ClassVar[Mapping[str, Any]] = {
+        'load_n': float,
+        'wanted_n': float,
+        'is_separate': bool,
+        'states': (STATE, (1,)),
+    }
     plants: Record
     states: Record
     load_n: float
@@ -75,9 +94,14 @@ class Stand:
         return float(self.states['clock']['ramp_s'].item())
 
     @property
+    def is_separate(self) -> bool:
+        """Whether the feet are moved one by one."""
+        return bool(self.plants['separate'].item())
+
+    @property
     def is_preloaded(self) -> bool:
         """Whether the preload has come to the wanted one."""
-        return bool(self.states['preload_n'].item() == self._wanted_n)
+        return bool(self.states['preload_n'].item() == self.wanted_n)
 
     def to_rest(self) -> None:
         """Go back to the state at the start, without faults."""
@@ -85,14 +109,28 @@ class Stand:
         self.plants = self.plants_at_rest.copy()
         self.states = state_at_rest(self.plants, stand.preload)
         self.load_n = 0.0
-        self._wanted_n = stand.preload
+        self.wanted_n = stand.preload
         if stand.preload_end:
             self.change_preload(stand.preload_end)
 
     def change_preload(self, preload_n: float) -> None:
         """Let the springs take over, and go to another preload, N."""
         change_preload(self.plants, self.states, self.parameters, preload_n)
-        self._wanted_n = preload_n
+        self.wanted_n = preload_n
+
+    def recall(self, values: dict[str, Any], faults: FaultParameters, *, is_powered: bool) -> None:
+        """Remember what was read from a file; the plant at rest becomes what it was."""
+        vars(self).update({name: each for name, each in values.items() if name != 'is_separate'})
+        check_load(self.parameters, self.load_n)
+        stand, plant = self.parameters.stand, self.plants[0]
+        if (values['is_separate'] or faults.dead_foot) and not plant.separate:
+            separate_feet(self.plants, self.parameters)
+        if self.wanted_n not in (stand.preload, stand.preload_end):
+            check_preload(self.parameters, self.wanted_n)
+        set_preload(self.plants, self.parameters, self.wanted_n)
+        plant.dead, plant.stuck = faults.dead_foot, faults.runner_stuck
+        plant.amplifier.on = is_powered
+        set_ideal(plant)
 
     def break_down(self, faults: FaultParameters, *, is_powered: bool) -> None:
         """Have these faults, and no others, from now on; without power, no voltage either."""

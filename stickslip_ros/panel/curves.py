@@ -27,7 +27,7 @@ TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
 """Columns of samples: those of a trace."""
 
 
-class Ring:
+class SampleRing:
     """
     The last rows of a table that grows, always as one array.
 
@@ -65,19 +65,19 @@ class Ring:
         self._end = 0
 
 
-class History:
+class BinHistory:
     """
     Lowest and highest position and force of every hundredth of a second.
 
     Attributes
     ----------
-    bins : Ring
+    bins : SampleRing
         Rows of start (s), lowest and highest position (m), lowest and highest force (N).
 
     """
 
     def __init__(self, kept: int = HISTORY_KEPT) -> None:
-        self.bins = Ring(5, kept)
+        self.bins = SampleRing(5, kept)
 
     def add(self, samples: Array) -> None:
         """Take samples, at most one bin's."""
@@ -97,7 +97,7 @@ class History:
             for part in np.split(samples, np.flatnonzero(np.diff(number)) + 1):
                 self.add(part)
 
-    def curves(self, end_s: float, span_s: float) -> dict[str, 'Curve']:
+    def curves(self, end_s: float, span_s: float) -> dict[str, 'PanelCurve']:
         """Return position and force of the time before ``end_s``."""
         bins = self.bins.rows
         first, last = np.searchsorted(bins[:, 0], (end_s - span_s, end_s), 'right')
@@ -116,7 +116,7 @@ def _range(samples: Array, column: int) -> tuple[float, float]:
     return float(np.fmin.reduce(values)), float(np.fmax.reduce(values))
 
 
-class Curve(NamedTuple):
+class PanelCurve(NamedTuple):
     """
     Points of a picture.
 
@@ -134,7 +134,7 @@ class Curve(NamedTuple):
     base: float
 
 
-def curve_of(x: Array, y: Array, base: float | None = None) -> Curve:
+def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
     """
     Return the curve of samples, thinned to the lowest and highest of BINS where it has more.
 
@@ -150,7 +150,7 @@ def curve_of(x: Array, y: Array, base: float | None = None) -> Curve:
         starts = np.append(0, np.flatnonzero(np.diff(place)) + 1)
         pair = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
         x, y = np.repeat(x[starts], 2), np.column_stack(pair).ravel()
-    return Curve(x.astype(np.float32), y.astype(np.float32), base)
+    return PanelCurve(x.astype(np.float32), y.astype(np.float32), base)
 
 
 class Picture(NamedTuple):
@@ -165,7 +165,7 @@ class Picture(NamedTuple):
         That fall or sample, s.
     period_s : float
         Of the saw-tooth; 0 where the scope runs freely.
-    curves : dict of str to Curve
+    curves : dict of str to PanelCurve
         ``voltage``, ``foot`` and ``runner``; the last two from their places before the fall on.
 
     """
@@ -174,7 +174,7 @@ class Picture(NamedTuple):
     end_s: float
     at_s: float
     period_s: float
-    curves: dict[str, Curve]
+    curves: dict[str, PanelCurve]
 
 
 class Scope:

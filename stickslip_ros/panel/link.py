@@ -1,21 +1,19 @@
-"""The one client of a drive: an ordinary ROS 2 node, with a thread of its own."""
+"""Between a drive and the page: a client with a thread of its own, and what the page wishes."""
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import partial
-from queue import Empty, SimpleQueue
+from queue import SimpleQueue
 from threading import Event, Thread
 from time import monotonic
 from typing import Any
 
-import rclpy
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import GetParameters, SetParameters
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
-from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from stickslip_ros.errors import RecordingError, StickSlipError
@@ -23,12 +21,11 @@ from stickslip_ros.panel.controls import read_cycles, read_fault, read_numbers, 
 from stickslip_ros.panel.model import ACTIVE, Model, parsed_event
 from stickslip_ros.recording.cdr import unpack
 from stickslip_ros.recording.messages import FLOAT64_ARRAY, ArrayMessage
-from stickslip_ros.recording.requests import pack_command
-from stickslip_ros.recording.topics import COMMAND_TOPICS, NODE_NAME, READINGS, SERVICES, Topic
-from stickslip_ros.ros.client import command_topic
+from stickslip_ros.recording.topics import NODE_NAME, SERVICES
+from stickslip_ros.ros.client import DriveClient, command_topic, open_context
 from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.executable import stay_on_this_host
-from stickslip_ros.ros.interface import MESSAGE_TYPES, SERVICE_TYPES, to_profile
+from stickslip_ros.ros.interface import SERVICE_TYPES
 
 LOOK_S = 0.5
 """Time between two looks at who is there, and two questions for the state of the drive."""
@@ -38,6 +35,14 @@ SPIN_S = 0.1
 TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup')
 TELLING = 'step_simulation'
 """A service that only drives have, whatever their nodes are called."""
+BUTTONS = {each.name.removeprefix('~/'): SERVICE_TYPES[each.type_name] for each in SERVICES}
+CALLED = BUTTONS | {
+    'get_parameters': GetParameters,
+    'set_parameters': SetParameters,
+    'change_state': ChangeState,
+    'get_state': GetState,
+}
+"""Types of the services that are called: those that have buttons, and the others."""
 
 
 class Link:
@@ -47,29 +52,11 @@ class Link:
     Everything that is made or destroyed in ROS is so in its thread; who wishes something leaves
     it in a queue and wakes the thread.
 
-    Parameters
-    ----------
-    namespace : str
-        Of the drive to begin with.
-    domain : int or None
-        ROS domain; that of the environment if None.
-
-    Attributes
-    ----------
-    model : Model
-        What is known of the drive.
-
     """
 
     def __init__(self, namespace: str = '', domain: int | None = None) -> None:
         stay_on_this_host()
-        self._context = Context()
-        rclpy.init(
-            args=[],
-            context=self._context,
-            domain_id=domain,
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
+        self._context = open_context(domain)
         self._node = Node(
             'stickslip_panel',
             context=self._context,
@@ -91,8 +78,7 @@ class Link:
         }
         self._ended = Event()
         self._looked_s = self._asked_s = -LOOK_S
-        self._question: Future | None = None
-        self._attach(self.model.drive)
+        self._drive = self._attached(self.model.drive)
         self._thread = Thread(target=self._run, name='client of the drive', daemon=True)
         self._thread.start()
 
@@ -128,86 +114,46 @@ class Link:
 
     # --- what is there
 
-    def _attach(self, drive: str) -> None:
-        """Become a client of a drive, there or not, and of no other."""
-        for entity, destroy in getattr(self, '_entities', ()):
-            destroy(entity)
-        self._entities: list[tuple[Any, Callable[[Any], object]]] = []
-        self._question = None
-        self.model.forget(drive)
-        namespace, _, name = drive.rpartition('/')
-        place = partial(Topic.full_name, namespace=namespace, node_name=name)
-        self._publishers = {
-            each.request: self._publisher(each, place(each)) for each in COMMAND_TOPICS
-        }
-        takers: dict[str, Callable[[Any], None]] = {
-            'trace': self._take_trace,
-            'status': lambda message: self.model.take_status(message.data),
-            'event': self._take_event,
-            'diagnostics': self._take_diagnostics,
-        }
-        for topic in READINGS:
-            if topic.key in takers:
-                self._subscribe(topic, place(topic), takers[topic.key])
-        self._services = {
-            each.name.removeprefix('~/'): self._client(SERVICE_TYPES[each.type_name], each.name)
-            for each in SERVICES
-        }
-        self._get_parameters = self._client(GetParameters, '~/get_parameters')
-        self._set_parameters = self._client(SetParameters, '~/set_parameters')
-        self._changing = self._client(ChangeState, '~/change_state')
-        # The last: once it answers, the drive knows all before it (see Handshake).
-        self._state = self._client(GetState, '~/get_state')
+    def _attached(self, name: str) -> DriveClient:
+        """Return a client of a drive, there or not, of which nothing is known yet."""
+        self.model.forget(name)
+        drive = DriveClient(self._node, name)
+        drive.subscribe('trace', self._take_trace, raw=True)
+        drive.subscribe('status', lambda message: self.model.take_status(message.data))
+        drive.subscribe('event', self._take_event)
+        drive.subscribe('diagnostics', self._take_diagnostics)
+        # GetState as the last: once it answers, the drive knows all before it (see Handshake).
+        self._services = {each: drive.service(kind, each) for each, kind in CALLED.items()}
+        self._question: Future | None = None
+        return drive
 
     def _choose_drive(self, wish: Mapping[str, Any]) -> None:
         if wish.get('drive') in self.model.drives:
-            self._attach(wish['drive'])
-
-    def _publisher(self, topic: Topic, name: str) -> Any:
-        made = self._node.create_publisher(
-            MESSAGE_TYPES[topic.type_name], name, to_profile(topic.qos)
-        )
-        self._entities.append((made, self._node.destroy_publisher))
-        return made
-
-    def _subscribe(self, topic: Topic, name: str, take: Callable[[Any], None]) -> None:
-        made = self._node.create_subscription(
-            MESSAGE_TYPES[topic.type_name],
-            name,
-            take,
-            to_profile(topic.qos),
-            raw=topic.key == 'trace',
-        )
-        self._entities.append((made, self._node.destroy_subscription))
-
-    def _client(self, service_type: Any, name: str) -> Any:
-        made = self._node.create_client(service_type, name.replace('~', self.model.drive))
-        self._entities.append((made, self._node.destroy_client))
-        return made
+            self._drive.close()
+            self._drive = self._attached(wish['drive'])
 
     def _look(self) -> None:
         """See which drives the graph has."""
         self.model.drives = [
-            f'{namespace.rstrip("/")}/{name}'
+            node
             for name, namespace in self._node.get_node_names_and_namespaces()
-            if name == NODE_NAME or self._is_drive(f'{namespace.rstrip("/")}/{name}')
+            for node in [f'{namespace.rstrip("/")}/{name}']
+            if name == NODE_NAME or self._node.count_services(f'{node}/{TELLING}')
         ]
-        self.model.is_there = self._state.service_is_ready()
-
-    def _is_drive(self, name: str) -> bool:
-        return self._node.count_services(f'{name}/{TELLING}') > 0
+        self.model.is_there = self._services['get_state'].service_is_ready()
 
     def _ask_state(self, now_s: float) -> None:
         """Ask the drive for its state, again if it does not answer."""
+        client = self._services['get_state']
         if self._question is not None:
             if now_s - self._asked_s < ANSWER_S:
                 return
-            self._state.remove_pending_request(self._question)
+            client.remove_pending_request(self._question)
             self._question = None
             self.model.lifecycle = ''
-        if self._state.service_is_ready():
+        if client.service_is_ready():
             self._asked_s = now_s
-            self._question = self._state.call_async(GetState.Request())
+            self._question = client.call_async(GetState.Request())
             self._question.add_done_callback(self._take_state)
         else:
             self.model.lifecycle = ''
@@ -222,7 +168,8 @@ class Link:
         if label != self.model.lifecycle:
             self.model.lifecycle = label
             names = shown_parameters()
-            asked = self._get_parameters.call_async(GetParameters.Request(names=names))
+            request = GetParameters.Request(names=names)
+            asked = self._services['get_parameters'].call_async(request)
             asked.add_done_callback(partial(self._take_values, names))
 
     def _take_values(self, names: list[str], answer: Future) -> None:
@@ -230,12 +177,10 @@ class Link:
         self.model.take_parameters(dict(zip(names, values, strict=False)))
 
     def _take_trace(self, data: bytes) -> None:
-        try:
+        with suppress(RecordingError):
             message = unpack(FLOAT64_ARRAY, data)
-        except RecordingError:
-            return
-        if isinstance(message, ArrayMessage) and message.data.ndim == 2 and message.data.size:
-            self.model.take_trace(message.data)
+            if isinstance(message, ArrayMessage) and message.data.ndim == 2 and message.data.size:
+                self.model.take_trace(message.data)
 
     def _take_event(self, message: Any) -> None:
         event = parsed_event(message.data)
@@ -253,44 +198,37 @@ class Link:
     # --- what is wished
 
     def _do_wishes(self) -> None:
-        while True:
+        while not self._wishes.empty():
+            wish = self._wishes.get()
+            act = self._acts.get(str(wish.get('do')), lambda _: None)
             try:
-                wish = self._wishes.get_nowait()
-            except Empty:
-                return
-            act = self._acts.get(str(wish.get('do')))
-            try:
-                if act is not None:
-                    act(wish)
+                act(wish)
             except StickSlipError as error:
                 self.model.note(str(wish.get('name')), str(error), bad=True)
 
     def _command(self, wish: Mapping[str, Any]) -> None:
         topic = command_topic(str(wish.get('name')), but='grant')
         numbers = read_numbers(topic, wish.get('values'))
-        self._require_active()
-        self.model.note(topic.request, '')
-        cycles = read_cycles(wish.get('cycles', 1))
-        self._publishers[topic.request].publish(pack_command(topic, numbers, cycles=cycles))
-
-    def _require_active(self) -> None:
         if self.model.lifecycle != ACTIVE:
             raise StickSlipError(f'not sent: {self.model.condition()[1]}')
+        self.model.note(topic.request, '')
+        self._drive.command(topic.request, numbers, read_cycles(wish.get('cycles', 1)))
 
     def _call(self, wish: Mapping[str, Any]) -> None:
         name = str(wish.get('name'))
-        if name not in self._services:
+        if name not in BUTTONS:
             return
-        request = self._services[name].srv_type.Request()
+        request = BUTTONS[name].Request()
         if hasattr(request, 'data'):
             request.data = bool(wish.get('wanted'))
-        self._ask(name, self._services[name], request, partial(self._take_answer, name, request))
 
-    def _take_answer(self, name: str, request: Any, answer: Any) -> None:
-        if answer.message or not answer.success:  # else the event tells
-            self.model.note(name, answer.message, bad=not answer.success)
-        if name == 'set_paused' and answer.success:
-            self.model.take_pause(is_paused=request.data)
+        def take(answer: Any) -> None:
+            if answer.message or not answer.success:  # else the event tells
+                self.model.note(name, answer.message, bad=not answer.success)
+            if name == 'set_paused' and answer.success:
+                self.model.take_pause(is_paused=request.data)
+
+        self._ask(name, name, request, take)
 
     def _set_fault(self, wish: Mapping[str, Any]) -> None:
         name, value = read_fault(wish.get('name'), wish.get('value'))
@@ -300,7 +238,8 @@ class Link:
             [result] = answer.results
             self.model.note(name, result.reason, bad=not result.successful)
 
-        self._ask(name, self._set_parameters, SetParameters.Request(parameters=parameters), take)
+        request = SetParameters.Request(parameters=parameters)
+        self._ask(name, 'set_parameters', request, take)
 
     def _change_state(self, wish: Mapping[str, Any]) -> None:
         label = wish.get('transition')
@@ -313,11 +252,12 @@ class Link:
             self._looked_s = -LOOK_S
 
         request = ChangeState.Request(transition=Transition(label=label))
-        self._ask('lifecycle', self._changing, request, take)
+        self._ask('lifecycle', 'change_state', request, take)
 
-    def _ask(self, name: str, client: Any, request: Any, take: Callable[[Any], None]) -> None:
+    def _ask(self, control: str, service: str, request: Any, take: Callable[[Any], None]) -> None:
         """Call a service of the drive; its answer stands beside the control."""
+        client = self._services[service]
         if not client.service_is_ready():
             raise StickSlipError(f'not asked: {self.model.condition()[1]}')
-        self.model.note(name, '')
+        self.model.note(control, '')
         client.call_async(request).add_done_callback(lambda done: take(done.result()))

@@ -18,9 +18,9 @@ from stickslip_ros.panel.curves import (
     POSITION,
     TIME,
     VOLTAGE,
-    Curve,
-    History,
-    Ring,
+    BinHistory,
+    PanelCurve,
+    SampleRing,
     Scope,
 )
 
@@ -83,7 +83,7 @@ class View:
 
 
 def packed_frame(
-    time_s: float, samples: Array, history: History, scope: Scope, view: View
+    time_s: float, samples: Array, history: BinHistory, scope: Scope, view: View
 ) -> bytes:
     """
     Return the picture at a time, as the page reads it.
@@ -115,7 +115,7 @@ def packed_frame(
     return b''.join((struct.pack('<I', len(text)), text, *_points(curves)))
 
 
-def _points(curves: Mapping[str, Curve]) -> list[bytes]:
+def _points(curves: Mapping[str, PanelCurve]) -> list[bytes]:
     return [part.astype('<f4').tobytes() for each in curves.values() for part in each[:2]]
 
 
@@ -154,7 +154,11 @@ class Model:
         self._lock = RLock()
         self.drive, self.drives = drive, list[str]()
         self.view = View()
-        self._ring, self._history, self._scope = Ring(len(TRACE_COLUMNS), KEPT), History(), Scope()
+        self._ring, self._history, self._scope = (
+            SampleRing(len(TRACE_COLUMNS), KEPT),
+            BinHistory(),
+            Scope(),
+        )
         self.forget()
 
     def forget(self, drive: str = '') -> None:

@@ -20,7 +20,7 @@ from stickslip_ros.panel.curves import (
     POSITION,
     TIME,
     VOLTAGE,
-    History,
+    BinHistory,
     Scope,
     curve_of,
 )
@@ -82,7 +82,7 @@ class Player:
         self._name = path.name
         self._samples = samples_of(recording)
         self._start_s, self._end_s = self._samples[[0, -1], TIME].tolist()
-        self._history = History(len(self._samples))
+        self._history = BinHistory(len(self._samples))
         self._history.add_all(self._samples)
         self._bits = list(timed_messages(recording, 'status'))
         self._events = [

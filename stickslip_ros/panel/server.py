@@ -9,6 +9,7 @@ choose the headers Host and Origin, so every request is judged by them.
 import asyncio
 import json
 import socket
+import sys
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -61,12 +62,19 @@ def is_own(request: HTTPServerRequest, *, needs_origin: bool) -> bool:
     return origins == [f'http://{hosts[0]}'] or not (origins or needs_origin)
 
 
+def _number(digits: str) -> float:
+    """Return a whole number, as a float if it is longer than one: others cannot become floats."""
+    return int(digits) if len(digits) <= sys.float_info.max_10_exp else float(digits)
+
+
 class _Guarded(RequestHandler):
     """Refuses what comes from elsewhere, before anything else."""
 
     def prepare(self) -> None:
         if not is_own(self.request, needs_origin=False):
             raise HTTPError(403)
+        if '\0' in ''.join(self.path_args):  # which no file has in its name
+            raise HTTPError(400)
 
     def set_default_headers(self) -> None:
         for name, value in HEADERS.items():
@@ -96,8 +104,8 @@ class _Socket(WebSocketHandler):
         self._hub.join(self)
 
     def on_message(self, message: str | bytes) -> None:
-        with suppress(ValueError):
-            wish = json.loads(message)
+        with suppress(ValueError, RecursionError):
+            wish = json.loads(message, parse_int=_number)
             if isinstance(wish, dict):
                 self._hub.source.do(wish)
 

@@ -79,8 +79,6 @@ class PaperFigure:
         Says for parameters what is shown and what is assumed.
     inches : tuple of float
         Width and height.
-    points_min : int
-        Fewest points that it can be drawn from.
 
     """
 
@@ -91,7 +89,6 @@ class PaperFigure:
     draw: Callable[[Table, Figure], None]
     caption: Callable[[Parameters], str]
     inches: tuple[float, float]
-    points_min: int = 2
 
 
 def write_figure(
@@ -151,7 +148,7 @@ def assumed(parameters: Parameters) -> str:
     return (
         f'Assumed, as the paper does not say: load cell k = {cell:g} kN/m, damping c = '
         f'{damping:g} N s/m, f = {parameters.step.frequency:g} Hz, steady state (at least 200 '
-        f'steps, force changes by less than 0.1 % in 20), time step {step_us:g} us. '
+        f'steps, force within 0.02 % of its limit), time step {step_us:g} us. '
         f'Slew rate {slew:g} V/us.'
     )
 

@@ -3,39 +3,17 @@
 from collections.abc import Sequence
 
 from stickslip_ros.errors import OutOfRange, UnknownName
-from stickslip_ros.paper.consistent import CONSISTENT, CONSISTENT_FORCE
 from stickslip_ros.paper.figure import Case, PaperFigure, Table
 from stickslip_ros.paper.force_curves import FIG2, FIG6A, FIG6B
-from stickslip_ros.paper.frame import FRAME
-from stickslip_ros.paper.measured_force import MEASURED_FORCE
-from stickslip_ros.paper.measured_impact import MEASURED_IMPACT
-from stickslip_ros.paper.normal_motion import NORMAL_MOTION
 from stickslip_ros.paper.presliding_curves import FIG7
-from stickslip_ros.paper.ringing import RINGING, RINGING_SLEW
 from stickslip_ros.paper.rounded import ROUNDED
-from stickslip_ros.paper.sensitivity import SENSITIVITY
 from stickslip_ros.paper.slew import SLEW
-from stickslip_ros.paper.unknowns import UNKNOWNS_FIGURE
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.journal import Row
 
-LEFT_OPEN = (
-    SENSITIVITY,
-    SLEW,
-    ROUNDED,
-    RINGING,
-    RINGING_SLEW,
-    FRAME,
-    UNKNOWNS_FIGURE,
-    NORMAL_MOTION,
-    CONSISTENT,
-    CONSISTENT_FORCE,
-)
-"""What the paper leaves open."""
-OF_OTHERS = (MEASURED_IMPACT, MEASURED_FORCE)
-"""What others measured."""
-FIGURES = {figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7, *LEFT_OPEN, *OF_OTHERS)}
+FIGURES = {figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7, SLEW, ROUNDED)}
+POINTS_MIN = 2
 
 
 def chosen_figures(names: Sequence[str] | None = None) -> list[PaperFigure]:
@@ -85,11 +63,10 @@ def make_tables(
         If points, workers or parameters are refused.
 
     """
-    for figure in figures:
-        if points and points < figure.points_min:
-            limit = f'below {figure.points_min}, the fewest that make a line'
-            hint = 'raise it, or 0 for what each figure needs'
-            raise OutOfRange('points', points, '', limit, hint)
+    if points and points < POINTS_MIN:
+        limit = f'below {POINTS_MIN}, the fewest that make a line'
+        hint = 'raise it, or 0 for what each figure needs'
+        raise OutOfRange('points', points, '', limit, hint)
     batches = [figure.cases(parameters, points or figure.points) for figure in figures]
     cases = [case for batch in batches for case in batch]
     rows = iter(run_batch(_run, cases, workers=workers, progress=progress))

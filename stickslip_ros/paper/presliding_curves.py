@@ -7,14 +7,13 @@ from matplotlib.figure import Figure
 
 from stickslip_ros.paper.figure import Case, PaperFigure, Table, surface
 from stickslip_ros.paper.readings import (
-    ONSET_SHARE,
     STEP_FREQUENCY_HZ,
     STEP_RUN_STEPS,
+    ZERO_STEP_S,
     max_presliding_m,
     quasi_static_zero_m,
     stand_at,
     zero_by_steps_m,
-    zero_of_force_m,
 )
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
@@ -27,6 +26,7 @@ from stickslip_ros.study.plotting import (
     draw_legend,
     label_axes,
 )
+from stickslip_ros.study.zero_amplitude import ONSET_SHARE, force_onset_m
 from stickslip_ros.units import NM
 
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
@@ -43,6 +43,7 @@ CURVES = {
 
 def _row(parameters: Parameters) -> Row:
     lower_m, upper_m = max_presliding_m(parameters)
+    quick = parameters.updated({'sim.dt': ZERO_STEP_S})
     zero_m, slope = zero_by_steps_m(parameters, STEP_FREQUENCY_HZ)
     return {
         'profile': parameters.contact.profile,
@@ -52,7 +53,7 @@ def _row(parameters: Parameters) -> Row:
         'zero_quasi_static_m': quasi_static_zero_m(parameters),
         'zero_steps_m': zero_m,
         'step_slope': slope,
-        'zero_onset_m': zero_of_force_m(parameters, STEP_FREQUENCY_HZ),
+        'zero_onset_m': force_onset_m(quick, STEP_FREQUENCY_HZ),
     }
 
 

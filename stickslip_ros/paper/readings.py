@@ -1,14 +1,14 @@
 """Quantities of the figures: generated force, 0-amplitudes, presliding."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.sawtooth_run import RunResult, run_drive
+from stickslip_ros.study.sawtooth_run import run_drive
 
 PRELOADS_N = (0.1, 0.5, 1.0)
 AMPLITUDE_MAX_M = 160e-9
@@ -18,12 +18,6 @@ STEP_AMPLITUDES_M: Array = np.array([100e-9, 120e-9, 140e-9, 160e-9])
 """Amplitudes of Edeler's extrapolation, all above the 0-amplitude of 1 N."""
 SLOPE_MIN = 0.5
 """Below this slope of step length over amplitude there is no line to extrapolate."""
-ONSET_SHARE = 0.01
-"""Force begins where it exceeds the elastic following by this share of the friction limit."""
-LAST_RISE_M = 20e-9
-"""Saturation is read over the last stretch of amplitudes of this length."""
-ONSET_HALVINGS = 9
-"""Halvings of the range of amplitudes: 160 nm become 0.3 nm."""
 PRESLIDING_HALVINGS = 50
 ZERO_STEP_S = 1e-5
 """Time step of runs that only look for a 0-amplitude; a tenth of it moves none by 0.1 nm."""
@@ -61,61 +55,6 @@ def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> tuple[float,
     if slope < SLOPE_MIN:
         return math.nan, slope
     return float(STEP_AMPLITUDES_M.mean() - np.mean(steps_m) / slope), slope
-
-
-def last_rise(parameters: Parameters, frequency_hz: float, full: RunResult | None = None) -> float:
-    """
-    Return by which share the net force rises over the last amplitudes; 0 is saturation.
-
-    Not a number where more than half of the mean force is elastic following. ``full`` is the run
-    over AMPLITUDE_MAX_M where it is there already.
-
-    """
-    full = full or run_drive(parameters, AMPLITUDE_MAX_M, frequency_hz)
-    before = run_drive(parameters, AMPLITUDE_MAX_M - LAST_RISE_M, frequency_hz)
-    if full.force_net_n < 0.5 * full.force_mean_n:
-        return math.nan
-    return full.force_net_n / before.force_net_n - 1.0
-
-
-def zero_of_force_m(
-    parameters: Parameters,
-    frequency_hz: float,
-    step_s: float = ZERO_STEP_S,
-    threshold_n: float = 0.0,
-) -> float:
-    """
-    Return the amplitude at which force begins to be generated, m, with runs of this time step.
-
-    Below it the runner follows the feet elastically, and the mean force is about k A/2; for a
-    stiff load cell less, as the sticking contacts give way. What exceeds it must reach a
-    threshold: ONSET_SHARE of the friction limit unless one is given. The amplitude is found by
-    bisection; not a number if no force is generated at the largest one.
-
-    """
-    quick = parameters.updated({'sim.dt': step_s})
-    threshold_n = threshold_n or ONSET_SHARE * friction_limit_n(parameters)
-    stick_n_per_m = sum(c.stick_stiffness_n_per_m for c in contacts_of(parameters))
-    cell_n_per_m = parameters.load_cell.stiffness
-    following_n_per_m = 0.5 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m)
-
-    def net_n(amplitude_m: float) -> float:
-        force_n = run_drive(quick, amplitude_m, frequency_hz).force_mean_n
-        return force_n - following_n_per_m * amplitude_m
-
-    return first_amplitude_m(net_n, threshold_n)
-
-
-def first_amplitude_m(force_n: Callable[[float], float], threshold_n: float) -> float:
-    """Return the amplitude from which a force exceeds a threshold, m, by bisection; or nan."""
-    below_m, above_m = 0.0, AMPLITUDE_MAX_M
-    if not force_n(above_m) > threshold_n:
-        return math.nan
-    for _ in range(ONSET_HALVINGS):
-        middle_m = 0.5 * (below_m + above_m)
-        has_begun = force_n(middle_m) > threshold_n
-        below_m, above_m = (below_m, middle_m) if has_begun else (middle_m, above_m)
-    return above_m
 
 
 def quasi_static_zero_m(parameters: Parameters) -> float:

@@ -11,7 +11,6 @@ from stickslip_ros.paper.readings import (
     AMPLITUDE_MAX_M,
     PRELOADS_N,
     stand_at,
-    zero_of_force_m,
 )
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.journal import Row
@@ -21,6 +20,7 @@ from stickslip_ros.study.plotting import (
     label_axes,
 )
 from stickslip_ros.study.sawtooth_run import run_drive
+from stickslip_ros.study.zero_amplitude import force_onset_m
 from stickslip_ros.units import MICRO, MN, NM
 
 BANDWIDTHS_HZ = (math.inf, 1e6, 300e3, 100e3, 30e3, 10e3)
@@ -44,7 +44,7 @@ def _row(stand: Parameters, bandwidth_hz: float, amplitude_m: float) -> Row:
     is_full = amplitude_m == AMPLITUDE_MAX_M
     zero_m = math.nan
     if is_full:
-        zero_m = zero_of_force_m(stand, stand.step.frequency, stand.sim.dt)
+        zero_m = force_onset_m(stand, stand.step.frequency)
     return {
         'preload_n': run.preload_n,
         'bandwidth_hz': bandwidth_hz,

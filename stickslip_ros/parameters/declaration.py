@@ -218,6 +218,12 @@ class Checked:
         """Check what single bounds cannot say; groups override it."""
 
 
+def refuse_below_unless_zero(name: str, value: float, least: float, unit: str) -> None:
+    """Refuse what is neither 0, which is none, nor at least a value."""
+    if 0.0 < value < least:
+        raise OutOfRange(name, value, unit, f'between 0 and {least:g} {unit}', 'raise it; 0: none')
+
+
 def full_name(group: type[Checked], field: str) -> str:
     """Return ``group.name``; what the root declares has no group."""
     return f'{group.group()}.{field}' if group.group() else field

@@ -160,11 +160,14 @@ class LoadCellParameters(Checked):
         1e5, 'N/m', 'stiffness k of the load cell, Eq. 20; the paper gives none', bounds=(1.0, 1e9)
     )
     noise_density: float = quantity(
-        1e-6, 'N/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1.0)
+        1e-6,
+        'N/sqrt(Hz)',
+        'one-sided density of the white noise, after the mechanics',
+        bounds=(0.0, 1.0),
     )
     resolution: float = quantity(1e-5, 'N', 'quantisation; 0 is none', bounds=(0.0, 1.0))
     bandwidth: float = quantity(
-        2e3, 'Hz', 'first-order low-pass of the reading; 0 is none', bounds=(0.0, 1e7)
+        2e3, 'Hz', 'first-order low-pass of force and noise; 0 is none', bounds=(0.0, 1e7)
     )
     gap: float = quantity(
         0.0, 'm', 'one_sided: way of the runner until it touches the load cell', bounds=(0.0, 1.0)
@@ -172,7 +175,7 @@ class LoadCellParameters(Checked):
     resonance: float = quantity(
         0.0,
         'Hz',
-        'own resonance of the reading, in place of the low-pass; 0 is none',
+        'own resonance of the mechanics, which the noise does not see; 0 is none',
         bounds=(0.0, 1e6),
     )
     damping_ratio: float = quantity(

@@ -11,9 +11,13 @@ from stickslip_ros.parameters.declaration import (
     choice,
     count,
     quantity,
+    refuse_below_unless_zero,
     switch,
 )
 from stickslip_ros.units import GIGA
+
+SLOWEST_HZ = 1.0
+"""Lowest bandwidth of the amplifier, and lowest resonance of the piezo, if there is one."""
 
 PAPER_RMS_HEIGHT = 1.1221e-6
 PAPER_PREFACTOR = 4.4478e-4
@@ -214,7 +218,8 @@ class AmplifierParameters(Checked):
     )
 
     def check_together(self) -> None:
-        """Refuse an empty voltage range and a start outside it."""
+        """Refuse an empty voltage range, a start outside it, and a low-pass that lets none by."""
+        refuse_below_unless_zero('amplifier.bandwidth', self.bandwidth, SLOWEST_HZ, 'Hz')
         if self.voltage_min >= self.voltage_max:
             limit = f'not below amplifier.voltage_max, {self.voltage_max:g} V'
             raise OutOfRange(
@@ -277,3 +282,7 @@ class ActuatorParameters(Checked):
         'largest deviation of the gain of a foot from the mean; 0: six equal feet, moved as one',
         bounds=(0.0, 0.9),
     )
+
+    def check_together(self) -> None:
+        """Refuse a resonance so low that the way of the feet is lost in rounding."""
+        refuse_below_unless_zero('actuator.resonance', self.resonance, SLOWEST_HZ, 'Hz')

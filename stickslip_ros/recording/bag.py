@@ -3,10 +3,10 @@
 import os
 from collections.abc import Sequence
 from pathlib import Path, PurePath
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import yaml
-from mcap.records import Channel, Schema, Statistics
+from mcap.records import Channel, Schema
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.integrity import (
@@ -32,15 +32,6 @@ _WORDS: Final = {
         'system_default automatic manual_by_node manual_by_topic unknown best_available'
     ),
 }
-
-
-class _Part(NamedTuple):
-    """What a file says of itself in its summary."""
-
-    name: str
-    statistics: Statistics
-    channels: dict[int, Channel]
-    schemas: dict[int, Schema]
 
 
 def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
@@ -72,77 +63,80 @@ def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
     return path
 
 
+def file_metadata() -> dict[str, dict[str, str]]:
+    """
+    Return the record from which rosbag2 learns the ROS distribution of a file that stands alone.
+
+    rosbag2_storage_mcap (``read_metadata``) decodes it as it does a ``metadata.yaml``, and counts
+    topics and messages by itself. Empty where the distribution is not known.
+
+    """
+    if not os.environ.get('ROS_DISTRO'):
+        return {}
+    return {'rosbag2': {'serialized_metadata': yaml.safe_dump(_describe([]), sort_keys=False)}}
+
+
 def _describe(paths: Sequence[Path]) -> dict[str, Any]:
-    parts = [_read_summary(path) for path in paths]
-    filled = [part.statistics for part in parts if part.statistics.message_count]
-    start_ns = min((each.message_start_time for each in filled), default=0)
-    end_ns = max((each.message_end_time for each in filled), default=0)
+    """Say what the files hold, from their summaries; each topic once."""
+    topics: dict[str, dict[str, Any]] = {}
+    files: list[dict[str, Any]] = []
+    times_ns: list[int] = []
+    for path in paths:
+        with open_whole(path) as reader:
+            summary = reader.get_summary()
+        if summary is None or summary.statistics is None:
+            raise RecordingError(path, 'it has no statistics', 'record it anew')
+        said = summary.statistics
+        start_ns, end_ns = said.message_start_time, said.message_end_time
+        times_ns += [start_ns, end_ns] if said.message_count else []
+        files.append(
+            {
+                'path': path.name,
+                'starting_time': {'nanoseconds_since_epoch': start_ns},
+                'duration': {'nanoseconds': end_ns - start_ns},
+                'message_count': said.message_count,
+            }
+        )
+        for key, channel in summary.channels.items():
+            entry = topics.setdefault(
+                channel.topic, _topic(channel, summary.schemas.get(channel.schema_id))
+            )
+            entry['message_count'] += said.channel_message_counts.get(key, 0)
+    start_ns = min(times_ns, default=0)
     return {
         'version': VERSION,
         'storage_identifier': _STORAGE,
-        'duration': {'nanoseconds': end_ns - start_ns},
+        'duration': {'nanoseconds': max(times_ns, default=0) - start_ns},
         'starting_time': {'nanoseconds_since_epoch': start_ns},
-        'message_count': sum(each.message_count for each in filled),
-        'topics_with_message_count': _topics(parts),
+        'message_count': sum(each['message_count'] for each in files),
+        'topics_with_message_count': list(topics.values()),
         'compression_format': '',
         'compression_mode': '',
-        'relative_file_paths': [part.name for part in parts],
-        'files': [_file(part) for part in parts],
+        'relative_file_paths': [path.name for path in paths],
+        'files': files,
         'custom_data': None,
         'ros_distro': os.environ.get('ROS_DISTRO', ''),
     }
 
 
-def _read_summary(path: Path) -> _Part:
-    with open_whole(path) as reader:
-        summary = reader.get_summary()
-        if summary is None or summary.statistics is None:
-            raise RecordingError(path, 'it has no statistics', 'record it anew')
-        return _Part(path.name, summary.statistics, summary.channels, summary.schemas)
-
-
-def _file(part: _Part) -> dict[str, Any]:
-    said = part.statistics
-    return {
-        'path': part.name,
-        'starting_time': {'nanoseconds_since_epoch': said.message_start_time},
-        'duration': {'nanoseconds': said.message_end_time - said.message_start_time},
-        'message_count': said.message_count,
-    }
-
-
-def _topics(parts: Sequence[_Part]) -> list[dict[str, Any]]:
-    """List the topics, each once, with what all files hold of it."""
-    topics: dict[str, dict[str, Any]] = {}
-    for part in parts:
-        for key, channel in part.channels.items():
-            schema = part.schemas.get(channel.schema_id)
-            entry = topics.setdefault(channel.topic, _topic(channel, schema))
-            entry['message_count'] += part.statistics.channel_message_counts.get(key, 0)
-    return list(topics.values())
-
-
 def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
+    """Describe a topic of which no message is counted yet."""
     profiles = yaml.safe_load(channel.metadata.get('offered_qos_profiles', '')) or []
+    for profile in profiles:
+        for key, words in _WORDS.items():
+            value = profile.get(key)
+            if isinstance(value, int) and 0 <= value < len(words.split()):
+                profile[key] = words.split()[value]
     return {
         'topic_metadata': {
             'name': channel.topic,
             'type': schema.name if schema else '',
             'serialization_format': channel.message_encoding,
-            'offered_qos_profiles': [
-                {key: _word(key, value) for key, value in profile.items()} for profile in profiles
-            ],
+            'offered_qos_profiles': profiles,
             'type_description_hash': channel.metadata.get('topic_type_hash', ''),
         },
         'message_count': 0,
     }
-
-
-def _word(key: str, value: Any) -> Any:
-    """Give an entry of a profile the word that this version of the file asks for."""
-    words = _WORDS.get(key, '').split()
-    is_number = isinstance(value, int) and 0 <= value < len(words)
-    return words[value] if is_number else value
 
 
 def bag_parts(path: Path) -> list[Path]:
@@ -156,14 +150,21 @@ def bag_parts(path: Path) -> list[Path]:
 
     """
     if not (path / METADATA_FILE).is_file():
-        raise _undescribed(path)
-    description = _read_description(path)
+        refuse_sqlite(path)
+        problem, hint = 'it is a directory without a recording', 'name a file or a bag directory'
+        if list(path.glob(f'*{SUFFIX}')):
+            problem = f'it has no {METADATA_FILE}: the recording was cut off'
+            hint = recover_hint(path)
+        raise RecordingError(path, problem, hint)
     try:
+        text = (path / METADATA_FILE).read_text(encoding='utf-8')
+        description = yaml.safe_load(text)[ROOT]
         storage = description['storage_identifier']
         names = [PurePath(name).name for name in description['relative_file_paths']]
         mode = str(description.get('compression_mode') or 'none').lower()
-    except (KeyError, TypeError) as error:
-        raise _unreadable(path, f'{error} is missing or wrong') from error
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, yaml.YAMLError) as error:
+        problem = f'its {METADATA_FILE} cannot be read ({type(error).__name__} {error})'
+        raise RecordingError(path, ' '.join(problem.split()), recover_hint(path)) from error
     if storage != _STORAGE:
         raise RecordingError(path, f'it is a bag of storage {storage}', convert_hint(path))
     if mode != 'none':
@@ -188,30 +189,3 @@ def refuse_sqlite(path: Path) -> None:
     """
     if list(path.glob('*.db3*')):
         raise sqlite_refusal(path)
-
-
-def _undescribed(path: Path) -> RecordingError:
-    """Return the refusal of a directory without description."""
-    refuse_sqlite(path)
-    if list(path.glob(f'*{SUFFIX}')):
-        problem = f'it has no {METADATA_FILE}: the recording was cut off'
-        return RecordingError(path, problem, recover_hint(path))
-    problem = 'it is a directory without a recording'
-    return RecordingError(path, problem, 'name a file or a bag directory')
-
-
-def _read_description(path: Path) -> dict[str, Any]:
-    try:
-        text = (path / METADATA_FILE).read_text(encoding='utf-8')
-        description = yaml.safe_load(text)[ROOT]
-    except (OSError, ValueError, KeyError, TypeError, yaml.YAMLError) as error:
-        raise _unreadable(path, type(error).__name__) from error
-    if not isinstance(description, dict):
-        raise _unreadable(path, 'it is no table')
-    return description
-
-
-def _unreadable(path: Path, problem: str) -> RecordingError:
-    return RecordingError(
-        path, f'its {METADATA_FILE} cannot be read ({problem})', recover_hint(path)
-    )

@@ -3,33 +3,17 @@
 from dataclasses import dataclass
 from typing import Final
 
-_KEEP_LAST: Final = 1
-_RELIABLE, _BEST_EFFORT = 1, 2
-_TRANSIENT_LOCAL, _VOLATILE = 1, 2
-_AUTOMATIC: Final = 1
 _FOREVER: Final = '{sec: 9223372036, nsec: 854775807}'
 _NAMES_IN_FILES: Final = {'command/position': 'target', 'voltage': 'piezo'}
 
 
 @dataclass(frozen=True)
 class Qos:
-    """
-    Quality of service that a topic offers.
+    """Quality of service that a topic offers."""
 
-    Parameters
-    ----------
-    depth : int
-        Messages kept for a late reader.
-    reliable : bool
-        Whether lost messages are sent again.
-    latched : bool
-        Whether a subscriber that comes late still gets the last messages.
-
-    """
-
-    depth: int
-    reliable: bool = True
-    latched: bool = False
+    depth: int  # messages kept for a late reader
+    reliable: bool = True  # whether lost messages are sent again
+    latched: bool = False  # whether a subscriber that comes late still gets the last messages
 
     def to_yaml(self) -> str:
         """
@@ -40,13 +24,13 @@ class Qos:
 
         """
         fields = {
-            'history': _KEEP_LAST,
+            'history': 1,  # keep last
             'depth': self.depth,
-            'reliability': _RELIABLE if self.reliable else _BEST_EFFORT,
-            'durability': _TRANSIENT_LOCAL if self.latched else _VOLATILE,
+            'reliability': 1 if self.reliable else 2,  # or best effort
+            'durability': 1 if self.latched else 2,  # transient local, or volatile
             'deadline': _FOREVER,
             'lifespan': _FOREVER,
-            'liveliness': _AUTOMATIC,
+            'liveliness': 1,  # automatic
             'liveliness_lease_duration': _FOREVER,
             'avoid_ros_namespace_conventions': 'false',
         }
@@ -55,23 +39,11 @@ class Qos:
 
 @dataclass(frozen=True)
 class Channel:
-    """
-    A topic to record.
+    """A topic to record."""
 
-    Parameters
-    ----------
-    topic : str
-        Full name, as ``/stand/position``.
-    type_name : str
-        Message type, as ``std_msgs/msg/Float64``.
-    qos : Qos
-        What the topic's publisher offers.
-
-    """
-
-    topic: str
-    type_name: str
-    qos: Qos
+    topic: str  # full name, as /stand/position
+    type_name: str  # message type, as std_msgs/msg/Float64
+    qos: Qos  # what the topic's publisher offers
 
 
 def name_in_file(key: str) -> str:

@@ -29,19 +29,7 @@ class Packed(NamedTuple):
 
 
 class Feed:
-    """
-    What a bench reports, packed in the order of time.
-
-    Attributes
-    ----------
-    pending : list of array
-        Blocks of the trace that no message has held yet.
-    status : Status or None
-        The last that a message has held; None before the first.
-    joint : tuple of int and float
-        Time, ns, and position, m, of the last message of the joint; of the start before it.
-
-    """
+    """What a bench reports, packed in the order of time."""
 
     def __init__(self, parameters: Parameters) -> None:
         self._period_ns = parameters.trace_period_ns
@@ -51,9 +39,9 @@ class Feed:
         rate_hz = parameters.sim.joint_states_rate
         self._joint_period_ns = round(NS_PER_S / rate_hz) if rate_hz else 0
         self._block_ns = parameters.block_ns
-        self.pending: list[Array] = []
-        self.status: Status | None = None
-        self.joint = (0, 0.0)
+        self.pending: list[Array] = []  # blocks of the trace that no message has held yet
+        self.status: Status | None = None  # the last that a message has held
+        self.joint = (0, 0.0)  # ns and m of the last message of the joint, or of the start
 
     def resume(
         self, pending: list[Array], status: Status | None, joint: tuple[int, float]
@@ -71,20 +59,19 @@ class Feed:
         if self._tells_truth:
             truth = (readings.truth_position_m, readings.truth_force_n)
             yield from self._pack_pair('truth/', *times_ns, *truth)
-        if self._is_joint_due(readings.time_ns):
+        period_ns, before_ns = self._joint_period_ns, readings.time_ns - self._block_ns
+        if period_ns and readings.time_ns // period_ns > before_ns // period_ns:
             yield Packed('joint_states', readings.time_ns, self._pack_joint(readings, times_ns[1]))
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
-            yield Packed('trace', readings.time_ns, self._pack_trace())
+            block = np.concatenate(self.pending)
+            self.pending.clear()
+            table = pack_float64_array(block, ('sample', ','.join(TRACE_COLUMNS)))
+            yield Packed('trace', readings.time_ns, table)
         if output.status != self.status:
             self.status = output.status
             yield Packed('status', readings.time_ns, pack_uint32(int(output.status)))
-
-    def _is_joint_due(self, time_ns: int) -> bool:
-        """Return whether a period of the joint ends in the block that ends now."""
-        period_ns, before_ns = self._joint_period_ns, time_ns - self._block_ns
-        return bool(period_ns) and time_ns // period_ns > before_ns // period_ns
 
     def _pack_joint(self, readings: Readings, stamp_ns: int) -> bytes:
         before_ns, before_m = self.joint
@@ -100,11 +87,6 @@ class Feed:
                 (readings.force_n,),
             )
         )
-
-    def _pack_trace(self) -> bytes:
-        block = np.concatenate(self.pending)
-        self.pending.clear()
-        return pack_float64_array(block, ('sample', ','.join(TRACE_COLUMNS)))
 
     def _pack_pair(
         self, prefix: str, time_ns: int, stamp_ns: int, position_m: float, force_n: float

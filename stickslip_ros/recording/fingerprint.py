@@ -10,7 +10,7 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.units import NANO
 
 
-class Entry(NamedTuple):
+class MessageRecord(NamedTuple):
     """One message as it stands in a file."""
 
     topic: str
@@ -22,26 +22,12 @@ class Entry(NamedTuple):
 
 @dataclass(frozen=True)
 class Difference:
-    """
-    The first message in which two recordings differ.
+    """The first message in which two recordings differ."""
 
-    Attributes
-    ----------
-    message : int
-        Its place in the file, from 0.
-    topic : str
-        Its topic, in the first recording; in the second where the first has ended.
-    time_s : float
-        Its simulated time, s.
-    what : str
-        ``missing``, ``data``, ``time``, ``sequence`` or ``topic``.
-
-    """
-
-    message: int
-    topic: str
-    time_s: float
-    what: str
+    message: int  # its place in the file, from 0
+    topic: str  # in the first recording; in the second where the first has ended
+    time_s: float  # its simulated time
+    what: str  # missing, data, time, sequence or topic
 
 
 def compare_data(first: Recording, second: Recording) -> Difference | None:
@@ -65,12 +51,14 @@ def data_digest(recording: Recording) -> str:
     return digest.hexdigest()
 
 
-def _entries(recording: Recording) -> Iterator[Entry]:
+def _entries(recording: Recording) -> Iterator[MessageRecord]:
     for topic, message in recording.records():
-        yield Entry(topic, message.log_time, message.publish_time, message.sequence, message.data)
+        yield MessageRecord(
+            topic, message.log_time, message.publish_time, message.sequence, message.data
+        )
 
 
-def _what(ours: Entry | None, theirs: Entry | None) -> str:
+def _what(ours: MessageRecord | None, theirs: MessageRecord | None) -> str:
     if ours is None or theirs is None:
         return 'missing'
     if ours.topic != theirs.topic:

@@ -76,11 +76,24 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[McapReader]
         If the file is not there, is no MCAP, is cut off, has no summary or is damaged.
 
     """
-    with _open(path) as stream:
+    try:
+        stream = readable(path).open('rb')
+    except (OSError, ValueError) as error:
+        problem = error.strerror if isinstance(error, OSError) else str(error)
+        raise RecordingError(
+            path, f'it cannot be opened ({problem})', 'check the name and its permissions'
+        ) from error
+    with stream:
         try:
             summary_start = _check_ends(path, stream)
             if checks_data:
-                _check_data(path, stream, summary_start - _DATA_END.size)
+                end = summary_start - _DATA_END.size
+                stream.seek(end)
+                opcode, _, expected = _DATA_END.unpack(stream.read(_DATA_END.size))
+                if opcode != Opcode.DATA_END:
+                    raise _damaged(path, 'its data and its summary do not meet')
+                if expected and expected != _checksum(stream, 0, end):
+                    raise _damaged(path, 'the checksum of its data is wrong')
             size_bytes = stream.seek(0, os.SEEK_END)
             stream.seek(0)
             yield SeekingReader(stream, validate_crcs=True, record_size_limit=size_bytes)
@@ -90,27 +103,23 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[McapReader]
             raise _damaged(path, f'{type(error).__name__} {error}') from error
 
 
-def _open(path: Path) -> BinaryIO:
-    try:
-        return readable(path).open('rb')
-    except (OSError, ValueError) as error:
-        problem = error.strerror if isinstance(error, OSError) else str(error)
-        raise RecordingError(
-            path, f'it cannot be opened ({problem})', 'check the name and its permissions'
-        ) from error
-
-
 def _check_ends(path: Path, stream: BinaryIO) -> int:
     """Look at both ends of a file; give where its summary begins."""
-    _check_magic(path, stream.read(len(SQLITE_MAGIC)))
+    begin = stream.read(len(SQLITE_MAGIC))
+    if begin == SQLITE_MAGIC:
+        raise sqlite_refusal(path)
+    if not begin.startswith(MAGIC):
+        problem, hint = 'it is not an MCAP file', 'name a recording that ends in .mcap'
+        if not begin:
+            problem, hint = f'{problem}: it is empty', 'name another recording'
+        raise RecordingError(path, problem, hint)
     end_bytes = _FOOTER.size + len(MAGIC)
     tail_start = max(stream.seek(0, os.SEEK_END) - end_bytes, 0)
     stream.seek(tail_start)
     tail = stream.read()
     if len(tail) < end_bytes or not tail.endswith(MAGIC):
-        raise RecordingError(
-            path, 'its end is missing: the recording was cut off', recover_hint(path)
-        )
+        problem = 'its end is missing: the recording was cut off'
+        raise RecordingError(path, problem, recover_hint(path))
     _, _, summary_start, _, expected = _FOOTER.unpack_from(tail)
     if summary_start == 0:
         raise RecordingError(path, 'it has no summary', recover_hint(path))
@@ -118,26 +127,6 @@ def _check_ends(path: Path, stream: BinaryIO) -> int:
     if expected not in (0, _checksum(stream, summary_start, checked_bytes)):
         raise _damaged(path, 'the checksum of its summary is wrong')
     return int(summary_start)
-
-
-def _check_magic(path: Path, start: bytes) -> None:
-    if start.startswith(MAGIC):
-        return
-    if start == SQLITE_MAGIC:
-        raise sqlite_refusal(path)
-    if not start:
-        raise RecordingError(path, 'it is not an MCAP file: it is empty', 'name another recording')
-    raise RecordingError(path, 'it is not an MCAP file', 'name a recording that ends in .mcap')
-
-
-def _check_data(path: Path, stream: BinaryIO, end: int) -> None:
-    """Compare what stands before the end of the data with the checksum that is written there."""
-    stream.seek(end)
-    opcode, _, expected = _DATA_END.unpack(stream.read(_DATA_END.size))
-    if opcode != Opcode.DATA_END:
-        raise _damaged(path, 'its data and its summary do not meet')
-    if expected and expected != _checksum(stream, 0, end):
-        raise _damaged(path, 'the checksum of its data is wrong')
 
 
 def _checksum(stream: BinaryIO, start: int, size_bytes: int) -> int:

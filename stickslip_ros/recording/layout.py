@@ -4,77 +4,31 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.units import NS_PER_S
+from stickslip_ros.errors import RecordingError
 
 SUFFIX: Final = '.mcap'
-NAME_MAX_BYTES: Final = 200
-"""Leaves room for the number of a part, ``.recovered`` and the suffix within the usual 255."""
-CHUNKS_PER_PERIOD: Final = 3
-"""Chunks that end in one flush period: the last one is then on the disk before it is over."""
-
-_DEVICES: Final = {'con', 'prn', 'aux', 'nul'} | {
-    f'{port}{n}' for port in ('com', 'lpt') for n in range(10)
-}
 
 
 @dataclass(frozen=True)
 class FileForm:
-    """
-    In what form a run is written.
+    """In what form a run is written."""
 
-    Parameters
-    ----------
-    compression : str
-        Of the chunks: ``zstd``, ``lz4`` or ``none``.
-    chunk_size_bytes : int
-        Size, before compression, at which a chunk is written.
-    flush_period_s : float
-        What is older than this, in wall-clock time, is on the disk.
-    in_parts : bool
-        Whether a run can have several files.
-    bag : bool
-        Whether to make a directory with ``metadata.yaml``, as rosbag2 does.
-
-    """
-
-    compression: str = 'zstd'
-    chunk_size_bytes: int = 512 * 1024
-    flush_period_s: float = 1.0
-    in_parts: bool = False
-    bag: bool = False
-
-    @property
-    def chunk_period_ns(self) -> int:
-        """Simulated time after which a chunk ends."""
-        return max(1, round(self.flush_period_s * NS_PER_S / CHUNKS_PER_PERIOD))
+    compression: str = 'zstd'  # of the chunks; or lz4, none
+    chunk_size_bytes: int = 512 * 1024  # before compression; a chunk ends sooner by the clock
+    flush_period_s: float = 1.0  # what is older than this, by the clock, is on the disk
+    in_parts: bool = False  # whether a run can have several files
+    bag: bool = False  # whether to make a directory with metadata.yaml, as rosbag2 does
 
 
 @dataclass(frozen=True)
 class Layout:
-    """
-    The files of one run.
+    """The files of one run."""
 
-    Parameters
-    ----------
-    path : Path
-        What the user is shown: a file, the directory of a bag, or the name that parts share.
-    folder : Path
-        Where the files stand.
-    stem : str
-        What the names of the files begin with.
-    numbered : bool
-        Whether the files are parts: ``stem_0.mcap``, ``stem_1.mcap`` …
-    bag : bool
-        Whether the folder is a bag with a ``metadata.yaml``.
-
-    """
-
-    path: Path
-    folder: Path
-    stem: str
-    numbered: bool
-    bag: bool
+    path: Path  # what the user is shown: a file, a bag's directory, or the name that parts share
+    folder: Path  # where the files stand
+    stem: str  # what the names of the files begin with
+    numbered: bool  # whether they are parts: stem_0.mcap, stem_1.mcap ...
+    bag: bool  # whether the folder is a bag with a metadata.yaml
 
     @classmethod
     def plan(cls, path: Path, *, bag: bool = False, split: bool = False) -> 'Layout':
@@ -114,29 +68,3 @@ class Layout:
             raise RecordingError(
                 found[0], 'it exists and is not overwritten', 'choose another name'
             )
-
-
-def check_name(name: str) -> None:
-    """
-    Make sure that a name stays in its folder and is safe on every file system.
-
-    Raises
-    ------
-    OutOfRange
-        If it has a separator, begins or ends oddly, is reserved or too long.
-
-    """
-    size_bytes = len(name.encode(errors='surrogatepass'))
-    problems = {
-        'it contains a separator of folders': '/' in name or '\\' in name,
-        'it contains a character that cannot be printed': not name.isprintable(),
-        'it begins with a dot, a dash or a space': name[:1] in '.- ',
-        'it ends with a dot or a space': name[-1:] in '. ',
-        'it is the name of a device on some systems': name.split('.', maxsplit=1)[0].lower()
-        in _DEVICES,
-        f'it is longer than {NAME_MAX_BYTES} bytes': size_bytes > NAME_MAX_BYTES,
-    }
-    for problem, applies in problems.items():
-        if applies:
-            limit = f'not a plain file name: {problem}'
-            raise OutOfRange('record.name', name, '', limit, 'give a name such as run_7')

@@ -26,9 +26,9 @@ from stickslip_ros.recording.messages import (
     find_quantity,
 )
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
-from stickslip_ros.recording.run_storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
 from stickslip_ros.recording.schemas import SCHEMAS
 from stickslip_ros.recording.series import Series, split_columns
+from stickslip_ros.recording.storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
 from stickslip_ros.stopping import heed_stop
 from stickslip_ros.units import NS_PER_S
 
@@ -38,27 +38,15 @@ _SEQUENCE_NUMBERS: Final = 1 << 32
 
 @dataclass
 class ChannelSummary:
-    """
-    What a topic of a recording holds, counted message by message in the order of the file.
-
-    Attributes
-    ----------
-    first_ns, last_ns : int or None
-        Earliest and latest time; None without messages.
-    gaps : int
-        Sequence numbers missing between messages: so many were lost on the way to the file.
-    first_sequence : int
-        Sequence number of the first message.
-
-    """
+    """What a topic of a recording holds, counted message by message in the order of the file."""
 
     topic: str = ''
     type_name: str = ''
     messages: int = 0
-    first_ns: int | None = None
-    last_ns: int | None = None
-    gaps: int = 0
-    first_sequence: int = 0
+    first_ns: int | None = None  # earliest time; None without messages
+    last_ns: int | None = None  # latest time
+    gaps: int = 0  # sequence numbers missing between messages: lost on the way to the file
+    first_sequence: int = 0  # number of the first message
 
     def __post_init__(self) -> None:
         self._sequence: int | None = None
@@ -125,10 +113,6 @@ class Recording:
         for file in self.files:
             closing = self._describe(file).get(CLOSING_RECORD, {})
         self._repeats = PART_RECORD in self.metadata
-        self._refuse_open_end(closing)
-
-    def _refuse_open_end(self, closing: dict[str, str]) -> None:
-        """Refuse a run in parts whose last file says that another one follows."""
         follower = closing.get(FOLLOWED_BY, '')
         if follower and self.path not in self.files:
             raise _missing_part(self.files[-1].with_name(follower))
@@ -160,7 +144,13 @@ class Recording:
     def time_origin_ns(self) -> int:
         """Time origin of the run; 0 where neither metadata nor a recorded ``~/info`` tell it."""
         said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN)
-        return self._published_origin_ns() if said is None else _whole(self.path, said)
+        if said is None:
+            return self._published_origin_ns()
+        try:
+            return int(said)
+        except ValueError:
+            problem, hint = f'has the time origin {said!r}', 'record with a drive of this package'
+            raise RecordingError(self.path, problem, hint) from None
 
     @cached_property
     def channels(self) -> list[ChannelSummary]:
@@ -212,10 +202,20 @@ class Recording:
         """
         name = self.find(topic)
         if self.types[name] == FLOAT64_ARRAY:
-            return self._column(name, field)
+            columns = self.trace(name)
+            if columns and field in ('', *columns):
+                return columns[field or next(iter(columns))]
+            known = ', '.join(columns) or 'no samples'
+            raise UnknownName(f'column of {name}', field, f'this recording has {known}')
         quantity = find_quantity(name, self.types[name], field)
+        is_ours = RUN_RECORD in self.metadata
         pairs = [
-            (self._time_ns(each, at_ns), quantity.of(each))
+            (
+                each.stamp_ns - self.time_origin_ns
+                if isinstance(each, StampedMessage | JointMessage) and not is_ours
+                else at_ns,
+                quantity.of(each),
+            )
             for _, at_ns, each in self._read([name])
         ]
         times_ns = np.array([time for time, _ in pairs], dtype=np.int64)
@@ -253,10 +253,14 @@ class Recording:
         if name in self.types:
             return name
         ending = '/' + name.lstrip('/')
-        found = sorted((t for t in self.types if t.endswith(ending)), key=_depth)
+
+        def depth(topic: str) -> int:
+            return topic.count('/')
+
+        found = sorted((t for t in self.types if t.endswith(ending)), key=depth)
         if not found:
             raise UnknownName('topic', name, f'{self.path.name} has {", ".join(self.types)}')
-        if len(found) > 1 and _depth(found[0]) == _depth(found[1]):
+        if len(found) > 1 and depth(found[0]) == depth(found[1]):
             raise RecordingError(self.path, f'{name} may be {" or ".join(found)}', 'say which')
         return found[0]
 
@@ -265,25 +269,10 @@ class Recording:
         for _, topic, message in self._stored(topics, log_time_order=False):
             yield topic, message
 
-    def _column(self, name: str, field: str) -> Series:
-        columns = self.trace(name)
-        if not field and columns:
-            return next(iter(columns.values()))
-        if field not in columns:
-            known = ', '.join(columns) or 'no samples'
-            raise UnknownName(f'column of {name}', field, f'this recording has {known}')
-        return columns[field]
-
     def _read(self, topics: list[str]) -> Iterator[tuple[str, int, Message]]:
         for type_name, topic, message in self._stored(topics, log_time_order=True):
             time_ns = message.log_time - self.time_origin_ns
             yield topic, time_ns, unpack(type_name, message.data)
-
-    def _time_ns(self, message: Message, at_ns: int) -> int:
-        """Return the simulated time of a message of which the recording says that it came then."""
-        if RUN_RECORD in self.metadata or not isinstance(message, StampedMessage | JointMessage):
-            return at_ns
-        return message.stamp_ns - self.time_origin_ns
 
     def _published_origin_ns(self) -> int:
         """Return what the first ``~/info`` says that somebody else has recorded."""
@@ -318,10 +307,6 @@ class Recording:
         return f'{self.path.name} {topic}'
 
 
-def _depth(topic: str) -> int:
-    return topic.count('/')
-
-
 def _find_parts(path: Path) -> list[Path]:
     """Return the files of a recording, in the order of time; what is missing is refused."""
     if path.is_dir():
@@ -334,14 +319,6 @@ def _find_parts(path: Path) -> list[Path]:
         if part != layout.part(number):
             raise _missing_part(layout.part(number))
     return parts or [path]
-
-
-def _whole(path: Path, text: str) -> int:
-    try:
-        return int(text)
-    except ValueError:
-        problem = f'has the time origin {text!r}'
-        raise RecordingError(path, problem, 'record with a drive of this package') from None
 
 
 def _missing_part(path: Path) -> RecordingError:

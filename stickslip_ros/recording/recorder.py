@@ -11,9 +11,8 @@ from typing import Final
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.layout import FileForm, Layout
-from stickslip_ros.recording.mcap_writer import Stored
-from stickslip_ros.recording.run_storage import PartMark, RunStorage
 from stickslip_ros.recording.schemas import SCHEMAS
+from stickslip_ros.recording.storage import Attachments, Metadata, PartMark, RunFiles, Stored
 
 #: Messages that wake the writer: more wake it less often, but it then holds the GIL longer.
 BATCH: Final = 64
@@ -28,7 +27,7 @@ class Recorder:
     """
     An MCAP recording in progress: a bounded queue with one writing thread behind it.
 
-    Equal messages put in equal order give equal files, byte for byte, whatever the timing.
+    Equal messages put in equal order stand equal in the file; its chunks end by the clock.
     What was put longer ago than the flush period is on the disk, also when the process is killed
     or the power fails; ``stickslip recover`` then repairs a file that was not finished.
     A recorder that nobody closed is finished when the interpreter ends.
@@ -41,10 +40,8 @@ class Recorder:
     channels : mapping of str to Channel, or sequence of Channel
         Every topic that will be recorded, under the name by which its messages are put; in a
         sequence, that is the topic.
-    metadata : mapping of str to mapping of str to str
-        Named records that describe the run.
-    attachments : mapping of str to (media type, bytes)
-        Files to keep inside the recording.
+    metadata, attachments : mapping
+        Named records that describe the run; media type and bytes of files to keep inside.
     form : FileForm
         Compression, chunks, parts, bag.
     queue_length : int
@@ -73,8 +70,8 @@ class Recorder:
         path: str | Path,
         channels: Mapping[str, Channel] | Sequence[Channel],
         *,
-        metadata: Mapping[str, Mapping[str, str]] | None = None,
-        attachments: Mapping[str, tuple[str, bytes]] | None = None,
+        metadata: Metadata | None = None,
+        attachments: Attachments | None = None,
         form: FileForm | None = None,
         queue_length: int = QUEUE_LENGTH,
     ) -> None:
@@ -82,13 +79,19 @@ class Recorder:
         self._layout = Layout.plan(Path(path), bag=form.bag, split=form.in_parts)
         self.path = self._layout.path
         described = list(channels.values() if isinstance(channels, Mapping) else channels)
-        _check_channels(self.path, described)
         self._topics = [channel.topic for channel in described]
+        for channel in described:  # what ROS tools would drop in silence
+            if channel.type_name not in SCHEMAS:
+                known = f'the known ones are {", ".join(SCHEMAS)}'
+                raise UnknownName('message type', channel.type_name, known)
+            if self._topics.count(channel.topic) > 1:
+                problem = f'{channel.topic} is named twice'
+                raise RecordingError(self.path, problem, 'name each topic once')
         names = channels if isinstance(channels, Mapping) else self._topics
         self._ids = {name: number for number, name in enumerate(names, 1)}
         self._sequences = [0] * len(described)
         self._dropped = [0] * len(described)
-        self._storage = RunStorage(
+        self._files = RunFiles(
             self._layout, described, form, metadata or {}, attachments or {}, self._losses
         )
         self._patience_s = PATIENCE * form.flush_period_s
@@ -110,7 +113,7 @@ class Recorder:
     @property
     def files(self) -> list[Path]:
         """The files that were begun, in the order of time."""
-        return [self._layout.part(number) for number in range(self._storage.parts)]
+        return [self._layout.part(number) for number in range(self._files.parts)]
 
     @property
     def place(self) -> str:
@@ -132,17 +135,17 @@ class Recorder:
     @property
     def written(self) -> int:
         """Messages handed to the file."""
-        return self._storage.written
+        return self._files.written
 
     @property
     def stored(self) -> int:
         """Messages in all files together, with those that every part repeats."""
-        return self._storage.stored
+        return self._files.stored
 
     @property
     def secured(self) -> int:
         """Messages that are on the disk: they survive a power failure."""
-        return self._storage.secured
+        return self._files.secured
 
     @property
     def dropped(self) -> int:
@@ -176,10 +179,8 @@ class Recorder:
 
         Raises
         ------
-        UnknownName
-            If the topic is not recorded here.
-        RecordingError
-            If the time runs backwards.
+        UnknownName, RecordingError
+            If the topic is not recorded here; if the time runs backwards.
 
         """
         channel_id = self._ids.get(name)
@@ -187,15 +188,24 @@ class Recorder:
             raise UnknownName('recorded topic', name, f'known are {", ".join(self._ids)}')
         with self._lock:
             if wait:
-                self._changed.wait_for(self._has_room_or_ended)
+                self._changed.wait_for(lambda: self._has_room() or self._ended())
             self._check_time(time_ns)
             sequence = self._sequences[channel_id - 1]
             self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
-            return self._append(Stored(channel_id, time_ns, data, sequence))
+            if self._ended() or not self._has_room():
+                self._dropped[channel_id - 1] += 1
+                return False
+            message = Stored(channel_id, time_ns, data, sequence)
+            # Before it is so long: nobody sees a queue above its peak.
+            self.queue_peak = max(self.queue_peak, len(self._queue) + 1)
+            self._queue.append(message)
+            if channel_id in self._latches:
+                self._latched[channel_id] = message
+            if len(self._queue) == self._batch:
+                self._changed.notify_all()
+            return True
 
-    def begin_part(
-        self, time_ns: int, attachments: Mapping[str, tuple[str, bytes]] | None = None
-    ) -> None:
+    def begin_part(self, time_ns: int, attachments: Attachments | None = None) -> None:
         """
         Begin the next file, or say what the first one has attached, before its first message.
 
@@ -208,11 +218,6 @@ class Recorder:
             Time at which the file begins; not before that of any earlier message.
         attachments : mapping of str to (media type, bytes), optional
             What this file alone has attached, beside what every file has.
-
-        Raises
-        ------
-        RecordingError
-            If the time runs backwards.
 
         """
         with self._lock:
@@ -255,36 +260,26 @@ class Recorder:
             )
         self._last_ns = time_ns
 
-    def _append(self, message: Stored) -> bool:
-        """Queue a message, or drop it: its number is used up either way."""
-        if self._ended() or len(self._queue) >= self._queue_length:
-            self._dropped[message.channel_id - 1] += 1
-            return False
-        # Before it is so long: nobody sees a queue above its peak.
-        self.queue_peak = max(self.queue_peak, len(self._queue) + 1)
-        self._queue.append(message)
-        if message.channel_id in self._latches:
-            self._latched[message.channel_id] = message
-        if len(self._queue) == self._batch:
-            self._changed.notify_all()
-        return True
-
     def _ended(self) -> bool:
         return self._closed or self.error is not None
 
-    def _has_room_or_ended(self) -> bool:
-        return len(self._queue) < self._queue_length or self._ended()
-
-    def _has_batch_or_closed(self) -> bool:
-        return len(self._queue) >= self._batch or self._closed
+    def _has_room(self) -> bool:
+        return len(self._queue) < self._queue_length
 
     def _run(self) -> None:
         """Be the writing thread: every failure ends here and is kept to be read."""
         try:
             while self._await_work():
-                self._write_queue()
-                self._storage.keep()
-            self._storage.finish()
+                # A message leaves the queue when it is written.
+                for _ in range(len(self._queue)):
+                    match self._queue[0]:
+                        case Stored() as message:
+                            self._files.write(message)
+                        case PartMark() as mark:
+                            self._files.begin_part(mark)
+                    self._queue.popleft()
+                self._files.keep()
+            self._files.finish()
         except Exception as error:  # noqa: BLE001 - a thread has nobody to raise to
             self._fail(error)
 
@@ -292,18 +287,10 @@ class Recorder:
         """Sleep until there is work; False when all is written and the recorder closed."""
         with self._lock:
             self._changed.notify_all()
-            self._changed.wait_for(self._has_batch_or_closed, self._patience_s)
+            self._changed.wait_for(
+                lambda: len(self._queue) >= self._batch or self._closed, self._patience_s
+            )
             return bool(self._queue) or not self._closed
-
-    def _write_queue(self) -> None:
-        """Write what is queued now; a message leaves the queue when it is written."""
-        for _ in range(len(self._queue)):
-            match self._queue[0]:
-                case Stored() as message:
-                    self._storage.write(message)
-                case PartMark() as mark:
-                    self._storage.begin_part(mark)
-            self._queue.popleft()
 
     def _losses(self) -> dict[str, str]:
         """Say what of each topic was lost on the way here."""
@@ -319,16 +306,4 @@ class Recorder:
                     self._dropped[message.channel_id - 1] += 1
             self._queue.clear()
             self._changed.notify_all()
-        self._storage.abandon()
-
-
-def _check_channels(path: Path, channels: Sequence[Channel]) -> None:
-    """Refuse what ROS tools would drop in silence, before a file is made."""
-    topics: set[str] = set()
-    for channel in channels:
-        if channel.type_name not in SCHEMAS:
-            known = ', '.join(SCHEMAS)
-            raise UnknownName('message type', channel.type_name, f'the known ones are {known}')
-        if channel.topic in topics:
-            raise RecordingError(path, f'{channel.topic} is named twice', 'name each topic once')
-        topics.add(channel.topic)
+        self._files.abandon()

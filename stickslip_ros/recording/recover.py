@@ -1,21 +1,29 @@
 """Makes the rest of an unfinished, cut or damaged recording readable: a new file beside it."""
 
-import dataclasses
-import mmap
 import os
+import re
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+import struct
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO, Final, NamedTuple
+from typing import BinaryIO, Final, NamedTuple
 
-from mcap import records
-from mcap.writer import CompressionType, Writer
+from mcap import records as r
+from mcap.data_stream import RecordBuilder
+from mcap.exceptions import EndOfFile
+from mcap.opcode import Opcode
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import Writer
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.files import readable
 from stickslip_ros.recording.bag import bag_parts, refuse_sqlite, write_metadata
 from stickslip_ros.recording.integrity import (
+    CRC_BYTES,
+    DAMAGE,
     MAGIC,
     PROFILE,
     SQLITE_MAGIC,
@@ -25,208 +33,297 @@ from stickslip_ros.recording.integrity import (
 from stickslip_ros.recording.layout import SUFFIX, Layout
 from stickslip_ros.recording.reader import ChannelSummary
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
-from stickslip_ros.recording.salvage import Bytes, Scan, Stretch, read_messages, times_ns
+from stickslip_ros.stopping import heed_stop
 
 RECOVERY_RECORD: Final = 'stickslip_recovery'
 """Metadata record in which a recovered file says what it was made of and what is lost."""
 MARK: Final = '.recovered'
 """What is added to the name of a recovered file or directory."""
-_CHUNK_BYTES: Final = 1 << 20
-_NUMBERS: Final = ('size_bytes', 'lost_bytes', 'chunks', 'messages', 'unchecked', 'strangers')
+BLOCK_BYTES: Final = 1 << 20
+"""What is read at once where a chunk is looked for."""
+RECORD_MAX_BYTES: Final = 1 << 30
+"""A record that says that it is longer counts as damaged: it would have to fit into the memory."""
+
+_HEAD: Final = struct.Struct('<BQ')
+_CHUNK_HEAD_BYTES: Final = 45
+"""From the opcode to the name of the compression."""
+_CHUNK_TIMES: Final = struct.Struct('<BQQQ')
+"""Opcode, length, first and last time."""
+_CHUNK_START: Final = re.compile(
+    rb'\x06(?=.{5}\x00{3}.{28}(?:\x00{4}|\x03\x00{3}lz4|\x04\x00{3}zstd))', re.DOTALL
+)
+"""Opcode and length of a chunk, and a compression that exists."""
 
 
-class Loss(NamedTuple):
+@dataclass(frozen=True)
+class Loss:
     """Bytes that cannot be read, what is wrong with them, and the times that they still tell."""
 
     offset: int
     size_bytes: int
     problem: str
-    first_ns: int | None
-    last_ns: int | None
+    first_ns: int | None = None
+    last_ns: int | None = None
 
 
-class Recovery:
-    """
-    What can be read of a file, and what became of it; times are simulated time.
+class Found(NamedTuple):
+    """A record, or those of a chunk, and where they end."""
 
-    Parameters
-    ----------
-    source : Path
-        The file.
-    data : bytes or mmap
-        Its content.
+    records: Sequence[r.McapRecord]
+    end: int
+    chunk: r.Chunk | None = None
 
-    Attributes
-    ----------
-    output : str
-        The readable copy; empty for a file that is whole.
-    chunks : int
-        Chunks that are whole.
-    unchecked : int
-        Messages that no checksum covers, such as those of a chunk that was cut off.
-    losses : list of Loss
-        Every stretch that cannot be read.
-    places : list of (int, int)
-        Where messages begin that count, and how many of them are left out as repeated.
 
-    """
+class Scan:
+    """What stands in a file and what is lost of it, in order; it goes on behind each fault."""
 
-    def __init__(self, source: Path, data: Bytes) -> None:
-        self.source, self.output = str(source), ''
-        self.size_bytes = len(data)
-        self.chunks = self.unchecked = 0
-        self.losses: list[Loss] = []
-        self.header: records.Header | None = None
-        self.schemas: dict[int, records.Schema] = {}
-        self.channels: dict[int, records.Channel] = {}
-        self.metadata: list[records.Metadata] = []
-        self.attachments: list[records.Attachment] = []
-        self.compression = ''
-        self.is_finished = self.has_index = False
-        self.places: list[tuple[int, int]] = []
-        self._last: list[records.Message] = []
-        self._counts: dict[int, ChannelSummary] = {}
-        for stretch in Scan(data):
-            if stretch.problem:
-                size_bytes = stretch.end - stretch.start
-                times = times_ns(data, stretch.start)
-                self.losses.append(Loss(stretch.start, size_bytes, stretch.problem, *times))
-            self._take(stretch)
-        self._time_origin_ns = self._told_origin_ns()
-        self.losses = [
-            loss._replace(
-                first_ns=self._simulated_ns(loss.first_ns),
-                last_ns=self._simulated_ns(loss.last_ns),
-            )
-            for loss in self.losses
-        ]
+    def __init__(self, stream: BinaryIO) -> None:
+        self._stream = stream
+        self.size_bytes = stream.seek(0, os.SEEK_END)
+        self._has_chunks = False
 
-    @property
-    def is_whole(self) -> bool:
-        """Whether there was nothing to recover."""
-        return not self.output
+    def __iter__(self) -> Iterator[Found | Loss]:
+        start = len(MAGIC)
+        while start < self.size_bytes:
+            heed_stop()
+            try:
+                found = self._read(start)
+            except DAMAGE as error:
+                end = self._next(start)
+                yield self._loss(start, end, error)
+            else:
+                end = found.end
+                yield found
+                self._has_chunks |= found.chunk is not None
+                if isinstance(found.records[0], r.Footer):
+                    if self.bytes_at(end, len(MAGIC) + 1) != MAGIC:
+                        yield Loss(end, self.size_bytes - end, 'the end is damaged')
+                    return
+            start = end
 
-    @property
-    def lost_bytes(self) -> int:
-        """Bytes that cannot be read."""
-        return sum(loss.size_bytes for loss in self.losses)
+    def bytes_at(self, start: int, size_bytes: int) -> bytes:
+        """Return bytes of the file; fewer at its end."""
+        self._stream.seek(start)
+        return self._stream.read(size_bytes)
 
-    @property
-    def messages(self) -> int:
-        """Messages that were read."""
-        return sum(topic.messages for topic in self.topics)
+    def _end_of(self, start: int) -> int | None:
+        """Return where the record that begins here ends, or is cut off; None where none can be."""
+        head = self.bytes_at(start, _HEAD.size)
+        if len(head) < _HEAD.size:
+            return self.size_bytes
+        opcode, length = _HEAD.unpack(head)
+        is_record = Opcode.HEADER <= opcode <= Opcode.DATA_END and length <= RECORD_MAX_BYTES
+        return start + _HEAD.size + int(length) if is_record else None
 
-    @property
-    def strangers(self) -> int:
-        """Messages that are lost because nothing says what they are."""
-        counts = self._counts.items()
-        return sum(each.messages for key, each in counts if key not in self.channels)
+    def _read(self, start: int) -> Found:
+        """
+        Read the record or the chunk that begins here.
 
-    @property
-    def topics(self) -> list[ChannelSummary]:
-        """What there is of each topic."""
-        counts = {key: self._counts.get(key, ChannelSummary()) for key in sorted(self.channels)}
-        return [
-            dataclasses.replace(
-                count,
-                topic=self.channels[key].topic,
-                type_name=getattr(self.schemas.get(self.channels[key].schema_id), 'name', ''),
-                first_ns=self._simulated_ns(count.first_ns),
-                last_ns=self._simulated_ns(count.last_ns),
-            )
-            for key, count in counts.items()
-        ]
+        A record is taken only if writing it again gives the same bytes: then every length inside
+        it agrees with every other one, and the checksum of an attachment is right, unless it has
+        none. A chunk without checksum must be understood to its last byte.
 
-    @property
-    def last_ns(self) -> int | None:
-        """Time of the last message that was read."""
-        return max(
-            (each.last_ns for each in self.topics if each.last_ns is not None), default=None
+        Raises
+        ------
+        DAMAGE
+            If there is none that is whole.
+
+        """
+        end = self._end_of(start)
+        if end is None or end > self.size_bytes:
+            raise EndOfFile
+        content = self.bytes_at(start, end - start)
+        reader = StreamReader(
+            BytesIO(content), skip_magic=True, emit_chunks=True, record_size_limit=None
         )
+        record = next(reader.records)
+        written = _encode(record)
+        if isinstance(record, r.Attachment) and not any(content[-CRC_BYTES:]):
+            content, written = content[:-CRC_BYTES], written[:-CRC_BYTES]
+        if written != content:
+            raise ValueError('its lengths or its checksum are wrong')
+        if isinstance(record, r.Message) and (self._has_chunks or self._end_of(end) is None):
+            raise ValueError('it stands beside chunks, or nothing follows it')
+        if not isinstance(record, r.Chunk):
+            return Found([record], end)
+        inner = breakup_chunk(record, validate_crc=True)
+        if not record.uncompressed_crc:
+            known_bytes = sum(len(_encode(each)) for each in inner)
+            if known_bytes != record.uncompressed_size:
+                raise ValueError(f'{known_bytes} of {record.uncompressed_size} bytes make sense')
+        return Found(inner, end, record)
+
+    def _next(self, start: int) -> int:
+        """Return where to go on behind a fault: at the next record, chunk or the end."""
+        end = self._end_of(start)
+        if end is not None and end <= self.size_bytes and self._end_of(end) is not None:
+            return end
+        start += 1
+        while start < self.size_bytes:
+            heed_stop()
+            # One that begins at the end of a block is found as well: blocks overlap.
+            block = self.bytes_at(start, BLOCK_BYTES + _CHUNK_HEAD_BYTES)
+            for match in _CHUNK_START.finditer(block):
+                with suppress(*DAMAGE):
+                    if self._read(start + match.start()).chunk is not None:
+                        return start + match.start()
+            start += BLOCK_BYTES
+        return self.size_bytes
+
+    def _loss(self, start: int, end: int, error: Exception) -> Loss:
+        """Say what stands where nothing can be read."""
+        head = self.bytes_at(start, _CHUNK_TIMES.size)
+        loss = Loss(start, end - start, 'bytes that are no record')
+        if head[0] not in set(Opcode):
+            return loss
+        problem = f'damaged ({error})'
+        if isinstance(error, EndOfFile):
+            problem = 'cut off, or a length in it is wrong'
+        kind = Opcode(head[0]).name.lower().replace('_', ' ')
+        loss = replace(loss, problem=f'{kind} {problem}')
+        if head[0] == Opcode.CHUNK and len(head) == _CHUNK_TIMES.size:
+            _, _, first_ns, last_ns = _CHUNK_TIMES.unpack(head)
+            loss = replace(loss, first_ns=first_ns, last_ns=last_ns)
+        return loss
+
+
+def _encode(record: r.McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return bytes(builder.end())  # type: ignore[no-untyped-call]
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """What could be read of a file, and what became of it; times are simulated time."""
+
+    source: str
+    output: str  # the readable copy; empty for a file that is whole
+    size_bytes: int
+    lost_bytes: int
+    chunks: int  # that are whole
+    messages: int  # that were read
+    unchecked: int  # of them, covered by no checksum
+    undescribed: int  # messages that are lost because nothing says any more what they are
+    last_ns: int | None  # time of the last message that was read
+    topics: list[ChannelSummary]
+    losses: list[Loss]
+    notes: list[str]  # what the list of losses does not say
+    is_whole: bool  # whether there was nothing to recover
+
+
+class Content:
+    """What is left of a file: descriptions and counts, but no messages."""
+
+    def __init__(self, source: Path, scan: Scan) -> None:
+        self.source, self.size_bytes = source, scan.size_bytes
+        self.header: r.Header | None = None
+        self.schemas: dict[int, r.Schema] = {}
+        self.channels: dict[int, r.Channel] = {}
+        self.metadata: list[r.Metadata] = []
+        self.attachments: list[r.Attachment] = []
+        self.chunks = self.unchecked = 0
+        self._counts: dict[int, ChannelSummary] = {}
+        self._losses: list[Loss] = []
+        self._is_in_index = self._is_indexed = self._is_finished = False
+        try:
+            with open_whole(source):
+                self._trusts_index = True
+        except RecordingError:
+            self._trusts_index = False
+        for found in scan:
+            if isinstance(found, Loss):
+                self._losses.append(found)
+                continue
+            self.chunks += found.chunk is not None
+            for record in found.records:
+                if isinstance(record, r.Message):
+                    count = self._counts.setdefault(record.channel_id, ChannelSummary())
+                    count.add(record.log_time, record.sequence)
+                    self.unchecked += not (found.chunk and found.chunk.uncompressed_crc)
+                else:
+                    self._keep(record)
 
     @property
-    def notes(self) -> list[str]:
-        """What the list of losses does not say."""
-        strangers = self.strangers
-        remarks = {
-            'it was not finished: what came after its last chunk was never written': (
-                not self.is_finished
-            ),
-            f'{strangers} messages are lost: what they are is not described any more': (
-                strangers > 0
-            ),
-            'it has no index': self.is_finished and not self.has_index,
-            'every chunk is whole, but a byte outside of them is wrong: look at metadata and '
-            'names': self.is_finished and self.has_index and not self.losses,
-            'its header is lost: ROS 2 is assumed': self.header is None,
-        }
-        return [remark for remark, applies in remarks.items() if applies and not self.is_whole]
+    def is_nothing(self) -> bool:
+        """Whether there is no record at all."""
+        return not (self.header or self.channels or self.metadata or self.attachments)
 
-    def to_json(self) -> dict[str, Any]:
-        """Return all of it, as ``stickslip recover --json`` prints it."""
-        return {
-            'source': self.source,
-            'output': self.output,
-            **{name: getattr(self, name) for name in _NUMBERS},
-            'topics': [dataclasses.asdict(topic) for topic in self.topics],
-            'losses': [loss._asdict() for loss in self.losses],
-            'notes': self.notes,
-            'is_whole': self.is_whole,
-            'last_ns': self.last_ns,
-        }
-
-    def _told_origin_ns(self) -> int:
-        """Return the time origin that the metadata tell; 0 where they are lost."""
-        runs = [each.metadata for each in self.metadata if each.name == RUN_RECORD]
-        told = runs[0].get(TIME_ORIGIN, '') if runs else ''
-        return int(told) if told.isdecimal() else 0
-
-    def _simulated_ns(self, time_ns: int | None) -> int | None:
-        return None if time_ns is None else time_ns - self._time_origin_ns
-
-    def _take(self, stretch: Stretch) -> None:
-        for record in stretch.records:
-            self._take_record(record)
-        messages = [record for record in stretch.records if isinstance(record, records.Message)]
-        repeated = self._repeated(messages, stretch)
-        for message in messages[repeated:]:
-            count = self._counts.setdefault(message.channel_id, ChannelSummary())
-            count.add(message.log_time, message.sequence)
-        if messages[repeated:]:
-            self.places.append((stretch.start, repeated))
-            self._last = messages
-        self.unchecked += 0 if stretch.is_checked else len(messages) - repeated
-        self.chunks += bool(stretch.compression)
-        self.compression = self.compression or stretch.compression
-
-    def _repeated(self, messages: list[records.Message], stretch: Stretch) -> int:
-        """
-        Count the messages of a chunk that the last one held: what replaces it may stand behind it.
-
-        One that is cut off is known by its first message: further ones may be wrong.
-
-        """
-        both = min(len(messages), len(self._last)) if stretch.is_chunk else 0
-        compared = min(both, 1) if stretch.problem else both
-        return both if messages[:compared] == self._last[:compared] else 0
-
-    def _take_record(self, record: records.McapRecord) -> None:
+    def _keep(self, record: r.McapRecord) -> None:
         """Keep what is no message; of two descriptions the first one counts."""
         match record:
-            case records.Header():
+            case r.Header():
                 self.header = self.header or record
-            case records.Schema():
+            case r.Schema() if self._trusts_index or not self._is_in_index:
                 self.schemas.setdefault(record.id, record)
-            case records.Channel():
+            case r.Channel() if self._trusts_index or not self._is_in_index:
                 self.channels.setdefault(record.id, record)
-            case records.Metadata() if record not in self.metadata:
+            case r.Metadata():
                 self.metadata.append(record)
-            case records.Attachment():
+            case r.Attachment():
                 self.attachments.append(record)
-            case records.Statistics() | records.ChunkIndex():
-                self.has_index = True
-            case records.Footer():
-                self.is_finished = True
+            case r.DataEnd():
+                self._is_in_index = True
+            case r.Statistics() | r.ChunkIndex():
+                self._is_indexed = True
+            case r.Footer():
+                self._is_finished = True
+
+    def tell(self, output: Path | None) -> Recovery:
+        """Say what was read and what was lost; without an output, that the file is whole."""
+        runs = [each.metadata for each in self.metadata if each.name == RUN_RECORD]
+        told = runs[0].get(TIME_ORIGIN, '') if runs else ''
+        origin_ns = int(told) if told.isdecimal() else 0
+
+        def simulated_ns(time_ns: int | None) -> int | None:
+            return None if time_ns is None else time_ns - origin_ns
+
+        topics = [
+            replace(
+                count,
+                topic=channel.topic,
+                type_name=getattr(self.schemas.get(channel.schema_id), 'name', ''),
+                first_ns=simulated_ns(count.first_ns),
+                last_ns=simulated_ns(count.last_ns),
+            )
+            for key, channel in sorted(self.channels.items())
+            for count in [self._counts.get(key, ChannelSummary())]
+        ]
+        losses = [
+            replace(each, first_ns=simulated_ns(each.first_ns), last_ns=simulated_ns(each.last_ns))
+            for each in (self._losses if output else ())
+        ]
+        messages = sum(each.messages for each in topics)
+        undescribed = sum(each.messages for each in self._counts.values()) - messages
+        notes = {
+            'it was not finished: what came after its last chunk was never written': (
+                not self._is_finished
+            ),
+            f'{undescribed} messages are lost: what they are is not described any more': (
+                undescribed > 0
+            ),
+            'it has no index': self._is_finished and not self._is_indexed,
+            'every chunk is whole, but a byte outside of them is wrong: look at metadata and '
+            'names': self._is_finished and self._is_indexed and not losses,
+            'its header is lost: ROS 2 is assumed': self.header is None,
+        }
+        return Recovery(
+            source=str(self.source),
+            output=str(output or ''),
+            size_bytes=self.size_bytes,
+            lost_bytes=sum(each.size_bytes for each in losses),
+            chunks=self.chunks,
+            messages=messages,
+            unchecked=self.unchecked,
+            undescribed=undescribed,
+            last_ns=max(
+                (each.last_ns for each in topics if each.last_ns is not None), default=None
+            ),
+            topics=topics,
+            losses=losses,
+            notes=[note for note, applies in notes.items() if applies and output],
+            is_whole=output is None,
+        )
 
 
 def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
@@ -266,6 +363,43 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
     return [recovery], None if recovery.is_whole else target
 
 
+def _recover_bag(path: Path, output: Path | None) -> tuple[list[Recovery], Path | None]:
+    refuse_sqlite(path)
+    path = path if path.name else path.resolve()  # the directory in which one is
+    if not path.name:
+        raise RecordingError(path, 'it is no bag', 'name the directory of a bag')
+    layout = Layout.plan(path, bag=True)
+    parts = layout.parts() or sorted(path.glob(f'*{SUFFIX}'))
+    if not parts:
+        raise RecordingError(path, 'there is no MCAP file in it', 'name the directory of a bag')
+    copy = Layout.plan(output or path.with_name(f'{path.name}{MARK}'), bag=True)
+    recoveries, written = _recover_parts(parts, copy)
+    if written is not None:
+        write_metadata(copy.folder, copy.parts())
+        return recoveries, written
+    try:
+        bag_parts(path)
+    except RecordingError:
+        written = write_metadata(path, parts)
+    return recoveries, written
+
+
+def _recover_parts(parts: list[Path], copy: Layout) -> tuple[list[Recovery], Path | None]:
+    """Recover what is damaged; if anything is, copy what is whole beside it."""
+    copy.refuse_existing()
+    recoveries = [recover_file(part, copy.part(n), is_part=True) for n, part in enumerate(parts)]
+    if all(recovery.is_whole for recovery in recoveries):
+        return recoveries, None
+    for number, recovery in enumerate(recoveries):
+        if recovery.is_whole:
+            with (
+                _new_file(copy.part(number)) as target,
+                Path(recovery.source).open('rb') as source,
+            ):
+                shutil.copyfileobj(source, target)
+    return recoveries, copy.path
+
+
 def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recovery:
     """
     Write what can be read of a file to a new one, finished and indexed.
@@ -285,20 +419,30 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
         If the source holds nothing that can be read, or the output cannot be written.
 
     """
-    whole = is_whole(source)
-    with _mapped(source) as data:
-        recovery = Recovery(source, data)
-        if whole:
-            recovery.losses.clear()
+    try:
+        with readable(source).open('rb') as stream:
+            scan = Scan(stream)
+            content = Content(source, scan)
+            if _is_whole(source):
+                return content.tell(None)
+            if content.is_nothing and not is_part:
+                begin = scan.bytes_at(0, len(SQLITE_MAGIC))
+                if begin == SQLITE_MAGIC:
+                    raise sqlite_refusal(source)
+                problem = 'it is not an MCAP file' if begin else 'it is empty'
+                if begin.startswith(MAGIC):
+                    problem = 'it ends before its first record'
+                raise RecordingError(source, problem, 'there is nothing in it to recover')
+            recovery = content.tell(output)
+            with _new_file(output) as target:
+                _write(content, recovery, Scan(stream), target)
             return recovery
-        if not is_part:
-            _refuse_nothing(source, recovery, data)
-        recovery.output = str(output)
-        _write(recovery, data, output)
-    return recovery
+    except OSError as error:
+        problem = f'it cannot be read ({error.strerror})'
+        raise RecordingError(source, problem, 'name an MCAP file or a bag directory') from error
 
 
-def is_whole(path: Path) -> bool:
+def _is_whole(path: Path) -> bool:
     """Return whether every byte of a file is as its checksums say, and all of it is indexed."""
     try:
         with open_whole(path, checks_data=True) as reader:
@@ -312,158 +456,73 @@ def is_whole(path: Path) -> bool:
     return statistics is None or bool(statistics.message_count == messages)
 
 
-def _recover_bag(path: Path, output: Path | None) -> tuple[list[Recovery], Path | None]:
-    refuse_sqlite(path)
-    parts = sorted(path.glob(f'*{SUFFIX}'), key=_by_number)
-    if not parts:
-        raise RecordingError(path, 'there is no MCAP file in it', 'name the directory of a bag')
-    copy = Layout.plan(output or path.with_name(f'{path.name}{MARK}'), bag=True)
-    recoveries, written = _recover_parts(parts, copy)
-    if written is not None:
-        write_metadata(copy.folder, copy.parts())
-    elif not _is_described(path):
-        written = write_metadata(path, parts)
-    return recoveries, written
-
-
-def _by_number(path: Path) -> tuple[str, int, str]:
-    stem, _, number = path.stem.rpartition('_')
-    is_number = number.isascii() and number.isdecimal()
-    return (stem, int(number), path.name) if is_number else (path.stem, -1, path.name)
-
-
-def _is_described(bag: Path) -> bool:
-    """Return whether a directory has a readable description whose files are all there."""
-    try:
-        return bool(bag_parts(bag))
-    except RecordingError:
-        return False
-
-
-def _recover_parts(parts: list[Path], copy: Layout) -> tuple[list[Recovery], Path | None]:
-    """Recover what is damaged; if anything is, copy what is whole beside it."""
-    copy.refuse_existing()
-    recoveries = [recover_file(part, copy.part(n), is_part=True) for n, part in enumerate(parts)]
-    if all(recovery.is_whole for recovery in recoveries):
-        return recoveries, None
-    for number, recovery in enumerate(recoveries):
-        if recovery.is_whole:
-            target = copy.part(number)
-            try:
-                target.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(recovery.source, target)
-            except OSError as error:
-                raise _refused(target, error) from error
-    return recoveries, copy.path
-
-
 @contextmanager
-def _mapped(path: Path) -> Iterator[Bytes]:
-    """Give the bytes of a file without reading them all at once."""
+def _new_file(path: Path) -> Iterator[BinaryIO]:
+    """Make a file that does not exist yet; one that cannot be completed is taken away again."""
     try:
-        with readable(path).open('rb') as stream:
-            if stream.seek(0, os.SEEK_END) == 0:  # what has no bytes cannot be mapped
-                yield b''
-                return
-            with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                yield data
+        path.parent.mkdir(parents=True, exist_ok=True)
+        stream = path.open('xb')
+        try:
+            with stream:
+                yield stream
+                stream.flush()
+                os.fsync(stream.fileno())
+        except BaseException:
+            path.unlink()
+            raise
+    except FileExistsError as error:
+        problem, hint = 'it exists and is not overwritten', 'choose another name with -o'
+        raise RecordingError(path, problem, hint) from error
     except OSError as error:
-        raise RecordingError(
-            path, f'it cannot be read ({error.strerror})', 'name an MCAP file or a bag directory'
-        ) from error
+        problem = f'it cannot be written ({error.strerror})'
+        raise RecordingError(path, problem, 'choose another place with -o') from error
 
 
-def _refuse_nothing(path: Path, found: Recovery, data: Bytes) -> None:
-    """Refuse a file in which there is no record at all."""
-    if data[: len(SQLITE_MAGIC)] == SQLITE_MAGIC:
-        raise sqlite_refusal(path)
-    if found.header or found.channels or found.metadata or found.attachments:
-        return
-    begins = data[: len(MAGIC)] == MAGIC
-    problem = 'it ends before its first record' if begins else 'it is not an MCAP file'
-    problem = problem if data else 'it is empty'
-    raise RecordingError(path, problem, 'there is nothing in it to recover')
-
-
-def _write(recovery: Recovery, data: Bytes, output: Path) -> None:
-    """Write a new file, or none: one that cannot be completed is taken away again."""
-    try:
-        output.parent.mkdir(parents=True, exist_ok=True)
-        stream = output.open('xb')
-    except OSError as error:
-        raise _refused(output, error) from error
-    try:
-        with stream:
-            _rewrite(recovery, data, stream)
-            stream.flush()
-            os.fsync(stream.fileno())
-    except BaseException as error:
-        output.unlink()
-        if isinstance(error, OSError):
-            raise _refused(output, error) from error
-        raise
-
-
-def _refused(output: Path, error: OSError) -> RecordingError:
-    if isinstance(error, FileExistsError):
-        return RecordingError(
-            output, 'it exists and is not overwritten', 'choose another name with -o'
-        )
-    return RecordingError(
-        output, f'it cannot be written ({error.strerror})', 'choose another place with -o'
-    )
-
-
-def _rewrite(recovery: Recovery, data: Bytes, stream: BinaryIO) -> None:
+def _write(content: Content, recovery: Recovery, scan: Scan, stream: BinaryIO) -> None:
     """Write all that was read; identifiers are given anew."""
-    compression = CompressionType[(recovery.compression or 'zstd').upper()]
-    writer = Writer(stream, _CHUNK_BYTES, compression, enable_data_crcs=True)
-    writer.start(recovery.header.profile if recovery.header else PROFILE)
-    for attachment in recovery.attachments:
+    writer = Writer(stream, enable_data_crcs=True)
+    writer.start(content.header.profile if content.header else PROFILE)
+    for each in content.attachments:
         writer.add_attachment(
-            attachment.create_time,
-            attachment.log_time,
-            attachment.name,
-            attachment.media_type,
-            attachment.data,
+            each.create_time, each.log_time, each.name, each.media_type, each.data
         )
-    for metadata in recovery.metadata:
-        writer.add_metadata(metadata.name, metadata.metadata)
-    writer.add_metadata(RECOVERY_RECORD, _record(recovery))
-    schemas = {
-        key: writer.register_schema(each.name, each.encoding, each.data)
-        for key, each in sorted(recovery.schemas.items())
-    }
-    channels = {
-        key: writer.register_channel(
-            each.topic, each.message_encoding, schemas.get(each.schema_id, 0), each.metadata
-        )
-        for key, each in sorted(recovery.channels.items())
-    }
-    for offset, repeated in recovery.places:
-        for each in read_messages(data, offset)[repeated:]:
-            if (channel := channels.get(each.channel_id)) is not None:
-                writer.add_message(
-                    channel, each.log_time, each.data, each.publish_time, each.sequence
-                )
-    writer.finish()  # type: ignore[no-untyped-call]
-
-
-def _record(recovery: Recovery) -> dict[str, str]:
-    """Return what the new file says of the old one."""
-    lost = {
-        f'loss at byte {loss.offset}': f'{loss.size_bytes} bytes: {loss.problem}'
-        for loss in recovery.losses
-    }
-    missing = {f'missing {each.topic}': str(each.gaps) for each in recovery.topics if each.gaps}
-    return {
-        'source': Path(recovery.source).name,
+    account = {
+        'source': content.source.name,
         'source_bytes': str(recovery.size_bytes),
         'lost_bytes': str(recovery.lost_bytes),
         'messages': str(recovery.messages),
         'messages_without_checksum': str(recovery.unchecked),
         'last_time_ns': str(recovery.last_ns),
         'notes': '; '.join(recovery.notes),
-        **lost,
-        **missing,
     }
+    for loss in recovery.losses:
+        account[f'loss at byte {loss.offset}'] = f'{loss.size_bytes} bytes: {loss.problem}'
+    for topic in recovery.topics:
+        if topic.gaps:
+            account[f'missing {topic.topic}'] = str(topic.gaps)
+    for metadata in (*content.metadata, r.Metadata(RECOVERY_RECORD, account)):
+        writer.add_metadata(metadata.name, metadata.metadata)
+    schemas = {
+        key: writer.register_schema(schema.name, schema.encoding, schema.data)
+        for key, schema in sorted(content.schemas.items())
+    }
+    channels = {
+        key: writer.register_channel(
+            channel.topic,
+            channel.message_encoding,
+            schemas.get(channel.schema_id, 0),
+            channel.metadata,
+        )
+        for key, channel in sorted(content.channels.items())
+    }
+    for found in scan:
+        for record in found.records if isinstance(found, Found) else ():
+            if isinstance(record, r.Message) and record.channel_id in channels:
+                writer.add_message(
+                    channels[record.channel_id],
+                    record.log_time,
+                    record.data,
+                    record.publish_time,
+                    record.sequence,
+                )
+    writer.finish()  # type: ignore[no-untyped-call]

@@ -4,9 +4,13 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 
+import numpy as np
+
+from stickslip_ros.contact.record import FLOAT
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import Output, Status
+from stickslip_ros.instrument.reports import TRACE_COLUMNS, Output, Status
+from stickslip_ros.instrument.state_tree import ANY_FLOAT, read
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.channels import Channel
@@ -25,23 +29,8 @@ class RunWriter:
     """
     The new file of a run; as a context it is finished at the end.
 
-    Parameters
-    ----------
-    path : Path
-        The file; it must not exist.
-    parameters : Parameters
-        The stand; kept in the file.
-    wait : bool
-        True to wait for the disk when its queue is full, False to drop and count.
-    channels : mapping of str to Channel, optional
-        What is recorded, by the key of its topic; by default under the declared names.
-    time_origin_ns : int
-        Time origin of the run, ns: log times are this plus simulated time.
-
-    Attributes
-    ----------
-    begun_ns : int
-        Simulated time at which it begins.
+    It holds the parameters; log times are the time origin plus simulated time. Where its queue is
+    full, it waits for the disk, or drops and counts.
 
     Raises
     ------
@@ -61,7 +50,7 @@ class RunWriter:
     ) -> None:
         channels = recorded_channels(parameters) if channels is None else channels
         self.waits = wait
-        self.begun_ns = 0
+        self.begun_ns = 0  # simulated time
         self._time_origin_ns = time_origin_ns
         self._info = pack_string(info_json(parameters, time_origin_ns))
         self._record = parameters.record
@@ -115,31 +104,13 @@ class RunWriter:
             self.check()
 
 
-class Run:
+class ReportingBench:
     """
     A bench whose requests and reports are packed once, for a file and for who publishes.
 
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand.
-    publish : callable
-        Receives every packed message but the requests that came over a topic.
-    writer : RunWriter, optional
-        Holds the run from its start.
-    bench : Bench, optional
-        One that was restored, to go on with; by default a new one.
-    time_origin_ns : int
-        Time origin, ns: stamps are this plus simulated time.
-
-    Attributes
-    ----------
-    bench : Bench
-        The drive.
-    writer : RunWriter or None
-        The recording in progress.
-    time_origin_ns : int
-        Time origin; it may be set before the first update.
+    `publish` receives every packed message but the requests that came over a topic. A writer that
+    is given holds the run from its start; a bench that is given was restored and goes on. Stamps
+    are the time origin, which may be set before the first update, plus simulated time.
 
     """
 
@@ -156,14 +127,25 @@ class Run:
         self.writer: RunWriter | None = None
         self._feed = Feed(parameters)
         if not self.bench.is_at_start:
-            beside = self.bench.beside
-            self._feed.resume(
-                beside.get(PENDING, []),
-                beside.get(STATUS, self.bench.status),
-                beside.get(JOINT, (self.bench.time_ns, math.nan)),
-            )
+            self._resume()
         self._publish = publish
         self.record(writer)
+
+    def _resume(self) -> None:
+        """Go on with what was kept beside the bench, if anything."""
+        time_ns, block_ns = self.bench.time_ns, self.bench.parameters.block_ns
+        if not self.bench.beside:
+            self._feed.resume([], self.bench.status, (time_ns, math.nan))
+            return
+        forms = {
+            PENDING: (FLOAT, (-1, len(TRACE_COLUMNS))),
+            STATUS: Status | None,
+            JOINT: {'time_ns': range(time_ns + 1), 'position_m': ANY_FLOAT},
+        }
+        beside = read(forms, self.bench.beside, 'checkpoint.beside')
+        read(range(0, time_ns + 1, block_ns), time_ns, 'checkpoint.time_ns')
+        time_ns, position_m = beside[JOINT].values()
+        self._feed.resume([beside[PENDING]], beside[STATUS], (time_ns, position_m))
 
     @property
     def status(self) -> Status:
@@ -181,7 +163,14 @@ class Run:
     def save(self) -> bytes:
         """Return a checkpoint of the bench, with what was reported and what not yet."""
         feed = self._feed
-        return self.bench.save({PENDING: feed.pending, STATUS: feed.status, JOINT: feed.joint})
+        time_ns, position_m = feed.joint
+        return self.bench.save(
+            {
+                PENDING: np.concatenate([np.empty((0, len(TRACE_COLUMNS))), *feed.pending]),
+                STATUS: feed.status,
+                JOINT: {'time_ns': time_ns, 'position_m': position_m},
+            }
+        )
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """

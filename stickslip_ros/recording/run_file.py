@@ -14,7 +14,7 @@ from stickslip_ros.files import read_bytes
 from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.channels import Channel, name_in_file
-from stickslip_ros.recording.layout import SUFFIX, FileForm, check_name
+from stickslip_ros.recording.layout import SUFFIX, FileForm
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.sources import sources_digest
 
@@ -34,6 +34,8 @@ CHECKPOINT_FILE = 'checkpoint.bin'
 """Name of the attachment with the state in which a recording begins, unless it is rest."""
 EXPERIMENT_FILE = 'experiment.csv'
 """Name of the attachment under which a recording carries its experiment."""
+NAME_MAX_BYTES = 200
+"""Leaves room for the number of a part, ``.recovered`` and the suffix within the usual 255."""
 WALL_TIME = '%Y-%m-%dT%H:%M:%S.%fZ'
 
 
@@ -69,13 +71,25 @@ def run_path(parameters: Parameters) -> Path:
     Raises
     ------
     OutOfRange
-        If the name is not a plain file name.
+        If the name leaves its folder, cannot be printed, begins or ends oddly, or is too long.
 
     """
     name = parameters.record.name
     if not name:
         name = f'run_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}'
-    check_name(name)
+    problems = {
+        'it contains a separator of folders': '/' in name or '\\' in name,
+        'it contains a character that cannot be printed': not name.isprintable(),
+        'it begins with a dot, a dash or a space': name[:1] in '.- ',
+        'it ends with a dot or a space': name[-1:] in '. ',
+        f'it is longer than {NAME_MAX_BYTES} bytes': (
+            len(name.encode(errors='surrogatepass')) > NAME_MAX_BYTES
+        ),
+    }
+    for problem, applies in problems.items():
+        if applies:
+            limit = f'not a plain file name: {problem}'
+            raise OutOfRange('record.name', name, '', limit, 'give a name such as run_7')
     return Path(parameters.record.directory) / f'{name.removesuffix(SUFFIX)}{SUFFIX}'
 
 
@@ -126,38 +140,38 @@ def open_recorder(
         TIME_ORIGIN: str(time_origin_ns),
         'wall_start': datetime.now(timezone.utc).strftime(WALL_TIME),
     }
+    topics = {
+        name_in_file(key): json.dumps({'topic': channel.topic, **dataclasses.asdict(channel.qos)})
+        for key, channel in channels.items()
+    }
+    experiment = {}
+    if parameters.record.experiment:
+        content = read_bytes(Path(parameters.record.experiment), 'check record.experiment')
+        experiment[EXPERIMENT_FILE] = ('text/csv', content)
     return Recorder(
         path,
         channels,
-        metadata={RUN_RECORD: run, TOPICS_RECORD: _describe(channels)},
+        metadata={RUN_RECORD: run, TOPICS_RECORD: topics},
         attachments={
             PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode()),
-            **_experiment_of(parameters),
+            **experiment,
         },
         form=_form(parameters),
         queue_length=parameters.record.queue_length,
     )
 
 
-def _experiment_of(parameters: Parameters) -> dict[str, tuple[str, bytes]]:
-    """Return the experiment that the recording shall carry, if there is one."""
-    if not parameters.record.experiment:
-        return {}
-    content = read_bytes(Path(parameters.record.experiment), 'check record.experiment')
-    return {EXPERIMENT_FILE: ('text/csv', content)}
-
-
-def _describe(channels: Mapping[str, Channel]) -> dict[str, str]:
-    return {
-        name_in_file(key): json.dumps({'topic': channel.topic, **dataclasses.asdict(channel.qos)})
-        for key, channel in channels.items()
-    }
-
-
 def _form(parameters: Parameters) -> FileForm:
+    """Return the form of the files; refuse those that would be smaller than a chunk."""
     record = parameters.record
-    _check_split('size', record.split_size, 'B', 'chunk_size', record.chunk_size)
-    _check_split('duration', record.split_duration, 's', 'flush_period', record.flush_period)
+    for name, value, unit, least_name, least in (
+        ('split_size', record.split_size, 'B', 'chunk_size', record.chunk_size),
+        ('split_duration', record.split_duration, 's', 'flush_period', record.flush_period),
+    ):
+        if 0 < value < least:
+            limit = f'below record.{least_name} {least:g} {unit}'
+            hint = f'raise it, lower record.{least_name}, or give 0 to never split'
+            raise OutOfRange(f'record.{name}', value, unit, limit, hint)
     return FileForm(
         compression=record.compression,
         chunk_size_bytes=record.chunk_size,
@@ -165,11 +179,3 @@ def _form(parameters: Parameters) -> FileForm:
         in_parts=record.split_size > 0 or record.split_duration > 0.0,
         bag=record.format == 'bag',
     )
-
-
-def _check_split(what: str, value: float, unit: str, least_name: str, least: float) -> None:
-    """Refuse files that would be smaller than a chunk."""
-    if 0 < value < least:
-        limit = f'below record.{least_name} {least:g} {unit}'
-        hint = f'raise it, lower record.{least_name}, or give 0 to never split'
-        raise OutOfRange(f'record.split_{what}', value, unit, limit, hint)

@@ -49,8 +49,28 @@ class Series:
     def __post_init__(self) -> None:
         object.__setattr__(self, 'time_s', np.asarray(self.time_s, dtype=np.float64))
         object.__setattr__(self, 'value', np.asarray(self.value, dtype=np.float64))
-        self._check_shapes()
-        self._check_times()
+        shapes = self.time_s.shape, self.value.shape
+        if self.time_s.ndim != 1 or shapes[0] != shapes[1]:
+            raise WrongKind(
+                f'shapes of time and value of {self.origin}',
+                shapes,
+                'a pair of equal one-dimensional shapes',
+                'give one value per time',
+            )
+        fallen = np.diff(self.time_s, prepend=self.time_s[:1]) < 0.0
+        for wrong, limit in (
+            (~np.isfinite(self.time_s), 'not finite'),
+            (fallen, 'before the sample in front of it'),
+        ):
+            if wrong.any():
+                index = int(np.argmax(wrong))
+                raise OutOfRange(
+                    f'time of sample {index} of {self.origin}',
+                    float(self.time_s[index]),
+                    's',
+                    limit,
+                    'sort the samples or split the run where time starts anew',
+                )
 
     def __len__(self) -> int:
         return len(self.time_s)
@@ -64,32 +84,6 @@ class Series:
         first = int(np.searchsorted(self.time_s, start_s, 'left'))
         last = int(np.searchsorted(self.time_s, end_s, 'right'))
         return Series(self.time_s[first:last], self.value[first:last], self.unit, self.origin)
-
-    def _check_shapes(self) -> None:
-        shapes = self.time_s.shape, self.value.shape
-        if self.time_s.ndim != 1 or shapes[0] != shapes[1]:
-            raise WrongKind(
-                f'shapes of time and value of {self.origin}',
-                shapes,
-                'a pair of equal one-dimensional shapes',
-                'give one value per time',
-            )
-
-    def _check_times(self) -> None:
-        self._refuse_time(~np.isfinite(self.time_s), 'not finite')
-        fallen = np.diff(self.time_s, prepend=self.time_s[:1]) < 0.0
-        self._refuse_time(fallen, 'before the sample in front of it')
-
-    def _refuse_time(self, wrong: NDArray[np.bool_], limit: str) -> None:
-        if wrong.any():
-            index = int(np.argmax(wrong))
-            raise OutOfRange(
-                f'time of sample {index} of {self.origin}',
-                float(self.time_s[index]),
-                's',
-                limit,
-                'sort the samples or split the run where time starts anew',
-            )
 
 
 def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Series]:
@@ -117,10 +111,19 @@ def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Seri
     """
     if not blocks:
         return {}
-    units = _units(blocks[0], origin)
+    labels = blocks[0].labels[1].split(',') if len(blocks[0].labels) == 2 else []
+    parts = [_LABEL.fullmatch(label) for label in labels]
+    units = {part['name']: part['unit'] or '' for part in parts if part}
+    is_table = units.get(TIME) == 's' and len(units) == len(labels)
     for block in blocks:
-        if block.labels != blocks[0].labels or block.data.shape[1:] != (len(units),):
-            raise _not_a_table(block, origin)
+        same = block.labels == blocks[0].labels and block.data.shape[1:] == (len(units),)
+        if not (is_table and same):
+            raise WrongKind(
+                f'layout of a block of {origin}',
+                (block.labels, block.data.shape),
+                'that of one table with distinct columns, one of them t[s]',
+                'read a topic that carries a trace',
+            )
     table = np.concatenate([block.data for block in blocks])
     columns = dict(zip(units, table.T.copy(), strict=True))
     time_s = columns.pop(TIME)
@@ -128,22 +131,3 @@ def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Seri
         name: Series(time_s, value, units[name], f'{origin} {name}')
         for name, value in columns.items()
     }
-
-
-def _units(block: ArrayMessage, origin: str) -> dict[str, str]:
-    """Give the unit of each column, in the order of the columns."""
-    labels = block.labels[1].split(',') if len(block.labels) == 2 else []
-    parts = [_LABEL.fullmatch(label) for label in labels]
-    units = {part['name']: part['unit'] or '' for part in parts if part}
-    if units.get(TIME) != 's' or len(units) != len(labels):
-        raise _not_a_table(block, origin)
-    return units
-
-
-def _not_a_table(block: ArrayMessage, origin: str) -> WrongKind:
-    return WrongKind(
-        f'layout of a block of {origin}',
-        (block.labels, block.data.shape),
-        'that of one table with distinct columns, one of them t[s]',
-        'read a topic that carries a trace',
-    )

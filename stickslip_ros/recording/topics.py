@@ -1,9 +1,10 @@
 """Every topic and service of the instrument: name, type, quality of service, meaning."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 from stickslip_ros.instrument.commands import COMMANDS, SET_BOOL, TRIGGER, Command
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import Parameters, spec_of
 from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.channels import Channel, Qos
 
@@ -12,6 +13,9 @@ PREFIX = 'command/'
 
 COMMAND = Qos(depth=100)
 STREAM = Qos(depth=100)
+"""What a subscriber of ours asks for, and the least that is kept for one that is held up."""
+KEPT_S = 1.0
+"""Simulated time of a stream that is kept for it, if that is more."""
 LONG_COMMAND = Qos(depth=2)
 """Of messages of megabytes: what waits in a queue of the network is memory of the node."""
 LATCHED = Qos(depth=1, latched=True)
@@ -38,11 +42,13 @@ class Topic:
     type_name : str
         Message type.
     qos : Qos
-        Quality of service that the node offers or asks for.
+        Quality of service that the node offers or asks for; of a stream, the least that it offers.
     text : str
         Meaning, unit and rate.
     recorded : bool
         Whether recordings hold it.
+    pace : str
+        Of a stream: parameter that is its period, s, or its rate, Hz.
     switch : str
         Parameter that is neither false nor 0 where the topic exists; empty for one that always
         does.
@@ -60,6 +66,7 @@ class Topic:
     qos: Qos
     text: str
     recorded: bool = True
+    pace: str = ''
     switch: str = ''
     numbers: tuple[str, ...] = ()
     is_table: bool = False
@@ -83,6 +90,14 @@ class Topic:
     def exists(self, parameters: Parameters) -> bool:
         """Return whether the topic is offered under these parameters."""
         return not self.switch or bool(parameters.flat()[self.switch])
+
+    def offered_qos(self, parameters: Parameters) -> Qos:
+        """Return the quality of service under these parameters: a stream keeps `KEPT_S`."""
+        if not self.pace:
+            return self.qos
+        pace = float(parameters.flat()[self.pace])
+        rate_hz = pace if spec_of(self.pace).unit == 'Hz' else 1.0 / pace
+        return replace(self.qos, depth=max(self.qos.depth, math.ceil(KEPT_S * rate_hz)))
 
     def full_name(self, namespace: str = '/', node_name: str = NODE_NAME) -> str:
         """Return the absolute name in a namespace."""
@@ -112,25 +127,26 @@ TOPICS = (
           recorded=False, switch='sim.lockstep', numbers=('until s', 'commands')),
     Topic('position', m.POINT_STAMPED, STREAM,
           'interferometer: point.x, m; once per sim.block; stamp is the sample time',
-          overridable=STREAMED),
+          pace='sim.block', overridable=STREAMED),
     Topic('force', m.WRENCH_STAMPED, STREAM,
           'load cell: wrench.force.x, N, positive when the runner presses; once per sim.block',
-          overridable=STREAMED),
+          pace='sim.block', overridable=STREAMED),
     Topic('voltage', m.FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period',
-          overridable=STREAMED),
+          pace='trace.period', overridable=STREAMED),
     Topic('trace', m.FLOAT64_ARRAY, STREAM,
           'oscilloscope: rows of t[s], voltage[V], foot[m], position[m], force[N] at '
-          'trace.sample_rate; one block per trace.period', overridable=STREAMED),
+          'trace.sample_rate; one block per trace.period',
+          pace='trace.period', overridable=STREAMED),
     Topic('truth/position', m.POINT_STAMPED, STREAM,
           'true position of the runner: point.x, m; with position, of the same stamp',
-          switch='sim.publish_truth', overridable=STREAMED),
+          pace='sim.block', switch='sim.publish_truth', overridable=STREAMED),
     Topic('truth/force', m.WRENCH_STAMPED, STREAM,
           'true force on the load cell: wrench.force.x, N; with force, of the same stamp',
-          switch='sim.publish_truth', overridable=STREAMED),
+          pace='sim.block', switch='sim.publish_truth', overridable=STREAMED),
     Topic('joint_states', m.JOINT_STATE, STREAM,
           'sim.joint_name: position, m (interferometer), velocity, m/s (change of that position '
           'since the message before), effort, N (load cell); sim.joint_states_rate',
-          switch='sim.joint_states_rate', overridable=STREAMED),
+          pace='sim.joint_states_rate', switch='sim.joint_states_rate', overridable=STREAMED),
     Topic('~/status', m.UINT32, LATCHED, 'status bits, when they change'),
     Topic('~/event', m.STRING, EVENTS,
           "JSON: a command's end and its result; stamp_ns if its sender gave a stamp",
@@ -184,7 +200,9 @@ def recorded_channels(
 ) -> dict[str, Channel]:
     """Return the channel of each topic that is recorded under these parameters, by its key."""
     return {
-        topic.key: Channel(topic.full_name(namespace, node_name), topic.type_name, topic.qos)
+        topic.key: Channel(
+            topic.full_name(namespace, node_name), topic.type_name, topic.offered_qos(parameters)
+        )
         for topic in TOPICS
         if topic.recorded and topic.exists(parameters)
     }

@@ -1,20 +1,24 @@
-"""Clients of a drive: a handshake after discovery, and a controller's side of lockstep."""
+"""One client of a drive, for panel, tests and controllers; a handshake; lockstep from without."""
 
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from time import monotonic
 from typing import Any
 
+import rclpy
 from lifecycle_msgs.srv import GetState
+from rclpy.client import Client
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
+from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.requests import pack_command
 from stickslip_ros.recording.run_file import TIME_ORIGIN
-from stickslip_ros.recording.topics import COMMAND_TOPICS, NODE_NAME, READINGS, Topic
+from stickslip_ros.recording.topics import COMMAND_TOPICS, NODE_NAME, TOPICS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.units import NANO, NS_PER_S
 
@@ -27,6 +31,7 @@ Commands = Iterable[tuple[str, Any]]
 """Names of commands, as they follow ``command/``, and their values as for `pack_command`."""
 
 _COMMANDS = {topic.request: topic for topic in COMMAND_TOPICS}
+_TOPICS = {topic.key: topic for topic in TOPICS}
 
 
 def command_topic(name: str, *, but: str = '') -> Topic:
@@ -41,6 +46,34 @@ def stamp_ns(message: Any) -> int:
     """Return the stamp in the header of a message, in ns."""
     stamp = message.header.stamp
     return int(stamp.sec) * NS_PER_S + int(stamp.nanosec)
+
+
+def open_context(
+    domain: int | None = None, namespace: str = '', remaps: Sequence[str] = ()
+) -> Context:
+    """
+    Return a context of rclpy of its own, without signal handlers; end it with ``try_shutdown``.
+
+    Parameters
+    ----------
+    domain : int or None
+        ROS domain; that of the environment if None.
+    namespace : str
+        Namespace of its nodes, as ``/left``.
+    remaps : sequence of str
+        Further remapping rules, as ``command/voltage:=volts``.
+
+    """
+    rules = (f'__ns:={namespace}', *remaps) if namespace else remaps
+    arguments = ['--ros-args', *(word for rule in rules for word in ('-r', rule))] if rules else []
+    context = Context()
+    rclpy.init(
+        args=arguments,
+        context=context,
+        domain_id=domain,
+        signal_handler_options=SignalHandlerOptions.NO,
+    )
+    return context
 
 
 class Handshake:
@@ -62,7 +95,7 @@ class Handshake:
     Attributes
     ----------
     state : str
-        What the drive answered: the state of its lifecycle.
+        What the drive answered: the state of its lifecycle; empty before.
 
     """
 
@@ -70,28 +103,147 @@ class Handshake:
         self._node = node
         self._client = node.create_client(GetState, f'{drive}/get_state')
         self._asked_s = -RETRY_S
-        self._is_answered = False
         self.state = ''
 
     def is_done(self) -> bool:
         """Call, unless that was done just now; tell whether an answer has come."""
         now_s = monotonic()
         is_due = now_s - self._asked_s >= RETRY_S
-        if not self._is_answered and is_due and self._client.service_is_ready():
+        if not self.state and is_due and self._client.service_is_ready():
             self._asked_s = now_s
             self._client.call_async(GetState.Request()).add_done_callback(self._take_answer)
-        return self._is_answered
+        return bool(self.state)
 
     def close(self) -> None:
         """Take the client away."""
         self._node.destroy_client(self._client)
 
     def _take_answer(self, answer: Any) -> None:
-        self._is_answered = True
         self.state = answer.result().current_state.label
 
 
-class LockstepClient:
+class DriveClient:
+    """
+    Publishers of a drive's commands, and what else of it is asked for, on an ordinary node.
+
+    Whoever has the node spins it. Before the first command a `Handshake` that was made after the
+    client must be done.
+
+    Parameters
+    ----------
+    node : Node
+        Has the publishers, subscriptions and clients.
+    drive : str
+        Name of the drive's node, with its namespace if that is not the one of ``node``.
+    commands : iterable of str
+        What it shall be able to send; by default every command.
+
+    Attributes
+    ----------
+    sent : int
+        Commands sent so far.
+    info : dict
+        Last ``~/info``, if somebody subscribes to it with `take_info`.
+
+    """
+
+    def __init__(
+        self, node: Node, drive: str = NODE_NAME, commands: Iterable[str] = tuple(_COMMANDS)
+    ) -> None:
+        self.node = node
+        self.drive = drive
+        self.sent = 0
+        self.info: dict[str, Any] = {}
+        self._publishers = {
+            name: node.create_publisher(*self._ends_of(topic), to_profile(topic.qos))
+            for name, topic in ((name, command_topic(name)) for name in commands)
+        }
+        self._subscriptions: list[tuple[Topic, Any]] = []
+        self._services: dict[str, Client] = {}
+
+    def command(self, name: str, value: Any, cycles: int = 1) -> None:
+        """
+        Send a command.
+
+        Parameters
+        ----------
+        name : str
+            What follows ``command/`` in the name of its topic.
+        value : float, int or sequence of float
+            Its number or numbers in SI units, in the order of docs/interface.md: ``('voltage',
+            150.0)``, ``('sawtooth', (300.0, 500.0, 10.0))``, ``('waveform', rows)``.
+        cycles : int
+            How often a waveform is played; 0 repeats until replaced.
+
+        Raises
+        ------
+        UnknownName
+            If there is no such command.
+
+        """
+        self.send(name, pack_command(command_topic(name), value, cycles=cycles))
+
+    def send(self, name: str, message: Any) -> None:
+        """Send any message on ``command/NAME``: for example one that the drive must refuse."""
+        self._publishers[name].publish(message)
+        self.sent += 1
+
+    def subscribe(
+        self, key: str, take: Callable[[Any], None], *, depth: int = 0, raw: bool = False
+    ) -> None:
+        """
+        Take the messages of a topic, by its key, from now on; if ``raw``, as bytes.
+
+        As many may wait as the topic says, or ``depth``; of a latched topic it is the last.
+
+        """
+        topic = _TOPICS[key]
+        profile = to_profile(topic.qos)
+        if depth and not topic.qos.latched:
+            profile.depth = depth
+        made = self.node.create_subscription(*self._ends_of(topic), take, profile, raw=raw)
+        self._subscriptions.append((topic, made))
+
+    def service(self, service_type: Any, name: str) -> Client:
+        """Return the client of a service of the drive; it is made once."""
+        if name not in self._services:
+            self._services[name] = self.node.create_client(service_type, f'{self.drive}/{name}')
+        return self._services[name]
+
+    def take_info(self, message: Any) -> None:
+        """Take a message of ``~/info``; it is latched, and comes as soon as a drive is active."""
+        self.info = json.loads(message.data)
+
+    def simulated_ns(self, message: Any) -> int:
+        """Return the simulated time of a message with a stamp, ns; the drive's info has come."""
+        return stamp_ns(message) - int(self.info[TIME_ORIGIN])
+
+    def is_connected(self) -> bool:
+        """Return whether each topic that a drive has in any case has its other end."""
+        heard = (made for topic, made in self._subscriptions if not topic.switch)
+        obeyed = (made for name, made in self._publishers.items() if not _COMMANDS[name].switch)
+        return all(each.get_publisher_count() for each in heard) and all(
+            each.get_subscription_count() for each in obeyed
+        )
+
+    def close(self) -> None:
+        """Leave the drive; the node remains."""
+        for _, subscription in self._subscriptions:
+            self.node.destroy_subscription(subscription)
+        for publisher in self._publishers.values():
+            self.node.destroy_publisher(publisher)
+        for client in self._services.values():
+            self.node.destroy_client(client)
+
+    def _ends_of(self, topic: Topic) -> tuple[Any, str]:
+        """Return what the ends of a topic have in common: type and name."""
+        namespace, slash, node_name = self.drive.rpartition('/')
+        name = topic.name.replace('~', node_name)
+        is_absolute = name.startswith('/')
+        return MESSAGE_TYPES[topic.type_name], name if is_absolute else namespace + slash + name
+
+
+class LockstepClient(DriveClient):
     """
     Control a drive with ``sim.lockstep``, so that the result does not depend on any delay.
 
@@ -119,8 +271,6 @@ class LockstepClient:
 
     Attributes
     ----------
-    sent : int
-        Commands sent so far.
     granted_ns : int
         Simulated time granted so far.
 
@@ -137,74 +287,32 @@ class LockstepClient:
         drive_name: str = NODE_NAME,
         start_s: float = 0.0,
     ) -> None:
-        self.sent = 0
+        place = f'{namespace.rstrip("/")}/' if namespace else ''
+        super().__init__(node, place + drive_name)
         self.granted_ns = to_nanoseconds(start_s)
-        self._node = node
         self._block_ns = to_nanoseconds(block_s)
         self._on_position = on_position
         self._first: Commands | None = first
-        self._time_origin_ns: int | None = None
         self._has_begun = False
-        self._prefix = f'{namespace.rstrip("/")}/' if namespace else ''
-        self._drive_name = drive_name
-        self._publishers = {
-            name: node.create_publisher(*self._ends_of(topic), to_profile(topic.qos))
-            for name, topic in _COMMANDS.items()
-        }
-        readings = {topic.key: topic for topic in READINGS}
-        self._position = self._listen(readings['position'], self._take_position)
-        # Latched: it comes as soon as there is an active drive.
-        self._info = self._listen(readings['info'], self._take_info)
-        self._handshake = Handshake(node, self._prefix + drive_name)
+        self.subscribe('position', self._take_position)
+        self.subscribe('info', self.take_info)
+        self._handshake = Handshake(node, self.drive)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(BEGIN_PERIOD_S, self._begin, clock=clock)
 
-    def send(self, name: str, value: Any, cycles: int = 1) -> None:
-        """
-        Send a command, and count it.
+    def command(self, name: str, value: Any, cycles: int = 1) -> None:
+        """Send a command as every client does; grants are sent by themselves."""
+        super().command(command_topic(name, but='grant').request, value, cycles)
 
-        Parameters
-        ----------
-        name : str
-            What follows ``command/`` in the name of its topic.
-        value : float, int or sequence of float
-            Its numbers; see `pack_command`.
-        cycles : int
-            How often a waveform is played; 0 repeats until replaced.
-
-        Raises
-        ------
-        UnknownName
-            If there is no such command.
-
-        """
-        topic = command_topic(name, but='grant')
-        self._publishers[name].publish(pack_command(topic, value, cycles=cycles))
-        self.sent += 1
+    def is_connected(self) -> bool:
+        """Return whether each topic of a drive in lockstep has its other end."""
+        return super().is_connected() and self._publishers['grant'].get_subscription_count() > 0
 
     def close(self) -> None:
         """Leave the drive, which waits from now on."""
-        self._node.destroy_timer(self._timer)
-        for subscription in (self._position, self._info):
-            self._node.destroy_subscription(subscription)
-        for publisher in self._publishers.values():
-            self._node.destroy_publisher(publisher)
+        self.node.destroy_timer(self._timer)
         self._handshake.close()
-
-    def _listen(self, topic: Topic, callback: Callable[[Any], None]) -> Any:
-        ends = self._ends_of(topic)
-        return self._node.create_subscription(*ends, callback, to_profile(topic.qos))
-
-    def _ends_of(self, topic: Topic) -> tuple[Any, str]:
-        """Return what the ends of a topic have in common: type and name."""
-        name = self._prefix + topic.name.replace('~', self._drive_name)
-        return MESSAGE_TYPES[topic.type_name], name
-
-    def _is_connected(self) -> bool:
-        obeyed = all(each.get_subscription_count() for each in self._publishers.values())
-        is_active = self._time_origin_ns is not None
-        heard = is_active and bool(self._position.get_publisher_count())
-        return heard and obeyed and self._handshake.is_done()
+        super().close()
 
     def _begin(self) -> None:
         """Ask for the first block until it comes; the same grant twice is the same as once."""
@@ -212,17 +320,13 @@ class LockstepClient:
             self._timer.cancel()
         elif self._first is None:
             self._grant()
-        elif self._is_connected():
+        elif self.info and self.is_connected() and self._handshake.is_done():
             first, self._first = self._first, None
             self.granted_ns += self._block_ns
             self._send_all(first)
 
-    def _take_info(self, message: Any) -> None:
-        self._time_origin_ns = int(json.loads(message.data)[TIME_ORIGIN])
-
     def _take_position(self, message: Any) -> None:
-        time_ns = stamp_ns(message) - (self._time_origin_ns or 0)
-        if self._first is not None or time_ns < self.granted_ns:
+        if self._first is not None or (time_ns := self.simulated_ns(message)) < self.granted_ns:
             return
         self._has_begun = True
         self.granted_ns = time_ns + self._block_ns
@@ -230,9 +334,9 @@ class LockstepClient:
 
     def _send_all(self, commands: Commands) -> None:
         for name, value in commands:
-            self.send(name, value)
+            self.command(name, value)
         self._grant()
 
     def _grant(self) -> None:
-        values = (self.granted_ns * NANO, self.sent)
-        self._publishers['grant'].publish(pack_command(_COMMANDS['grant'], values))
+        grant = (self.granted_ns * NANO, self.sent)
+        self._publishers['grant'].publish(pack_command(_COMMANDS['grant'], grant))

@@ -1,9 +1,8 @@
 """The topics of a node: offered as declared, unless their quality of service is overridden."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Set
+from collections.abc import Callable, Iterator
 from functools import partial
-from itertools import islice
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
@@ -34,58 +33,9 @@ SHARED = ('diagnostics', 'joint_states')
 """Keys of the topics on which every node may publish."""
 ATTEMPTS = 2
 """How often a message is given to the network, which may give up in a process that is held up."""
-EXPECTED_MAX = 64
-"""Next numbers that are kept of a topic: of so many publishers, and of gaps since a report."""
 
 OnMessage = Callable[[Topic, bytes], None]
 """Receives the topic of a command and the message that came on it, not yet opened."""
-
-
-class SequenceGaps:
-    """
-    Messages of a topic that never came, by the numbers that DDS gives to those of a publisher.
-
-    A message has a number, but does not say of which publisher: one that fits no publisher so far
-    is a gap behind the nearest lower one, unless a publisher has come since. The count is exact
-    for one publisher, and rather too low for several.
-
-    Attributes
-    ----------
-    lost : int
-        Messages lost, as far as it has been settled.
-
-    """
-
-    def __init__(self) -> None:
-        self.lost = 0
-        self._expected: dict[int, None] = {}
-        self._gaps: list[tuple[int, int]] = []
-        self._begun = 0
-        self._known: Set[object] = frozenset()
-
-    def take(self, number: int | None) -> None:
-        """Note the number of a message that came; None where DDS gives none."""
-        if number is None:
-            return
-        if number in self._expected:
-            del self._expected[number]
-        elif below := [each for each in self._expected if each < number]:
-            self._gaps.append((max(below), number))
-        else:
-            self._begun += 1
-        self._expected[number + 1] = None
-        if len(self._expected) > EXPECTED_MAX:
-            del self._expected[next(iter(self._expected))]
-
-    def settle(self, publishers: Set[object]) -> None:
-        """Count the gaps so far, but for the first messages of publishers that are new."""
-        begun_by_gap = max(0, len(publishers - self._known) - self._begun)
-        for wanted, came in islice(self._gaps, begun_by_gap, None):
-            self.lost += came - wanted
-            self._expected.pop(wanted, None)
-        self._known = frozenset(publishers)
-        self._gaps.clear()
-        self._begun = 0
 
 
 class Connections:
@@ -108,15 +58,9 @@ class Connections:
         self._on_message = on_message
         self._overrides = overrides
         self._offered: dict[str, Any] = {}
-        self._gaps: dict[str, SequenceGaps] = {}
         self.incompatible: Counter[str] = Counter()
         self.unsent: Counter[str] = Counter()
         self.conflicts: tuple[str, ...] = ()
-
-    @property
-    def lost(self) -> dict[str, int]:
-        """Commands since the configuration that never came, by topic, where there are any."""
-        return {name: gaps.lost for name, gaps in self._gaps.items() if gaps.lost}
 
     def fit(self, parameters: Parameters) -> bool:
         """Return whether exactly the topics that exist under these parameters are offered."""
@@ -135,10 +79,9 @@ class Connections:
         self.release()
         self.incompatible.clear()
         self.unsent.clear()
-        self._gaps.clear()
         for topic in TOPICS:
             if topic.exists(parameters):
-                self._offered[topic.key] = self._open(topic)
+                self._offered[topic.key] = self._open(topic, parameters)
         for name in self._overrides:  # of the names that were given at the start
             if not self._node.has_parameter(name):
                 hint = 'look at the topics and policies in docs/node.md'
@@ -166,11 +109,7 @@ class Connections:
             self.unsent[key] += 1
 
     def check_graph(self) -> None:
-        """Ask the graph for who else is there: settle what was lost, warn of conflicts."""
-        for topic in TOPICS:
-            if topic.name in self._gaps:
-                there = self._node.get_publishers_info_by_topic(self._full_name(topic))
-                self._gaps[topic.name].settle({bytes(each.endpoint_gid) for each in there})
+        """Ask the graph for who else is there, and warn of conflicts."""
         seen = tuple(self._find_conflicts())
         for each in seen:
             if each not in self.conflicts:
@@ -213,7 +152,7 @@ class Connections:
             if topic.recorded and topic.key in self._offered
         }
 
-    def _open(self, topic: Topic) -> Any:
+    def _open(self, topic: Topic, parameters: Parameters) -> Any:
         """Make the publisher or the subscription of a topic."""
         note = partial(self._note_incompatible, topic)
         options: dict[str, Any] = {
@@ -228,24 +167,19 @@ class Connections:
             options['qos_overriding_options'] = QoSOverridingOptions(
                 policies, callback=_check_profile
             )
-        message_type, profile = MESSAGE_TYPES[topic.type_name], to_profile(topic.qos)
+        message_type = MESSAGE_TYPES[topic.type_name]
+        profile = to_profile(topic.offered_qos(parameters))
         try:
             if not topic.is_command:
                 return self._node.create_lifecycle_publisher(
                     message_type, topic.name, profile, **options
                 )
-            gaps = self._gaps[topic.name] = SequenceGaps()
-            callback = partial(self._receive, topic, gaps)
+            callback = partial(self._on_message, topic)
             return self._node.create_subscription(
                 message_type, topic.name, callback, profile, raw=True, **options
             )
         except REFUSALS as error:
             raise StickSlipError(f'{topic.name} cannot be offered: {error}') from error
-
-    def _receive(self, topic: Topic, gaps: SequenceGaps, data: bytes, origin: Any) -> None:
-        """Note which message of its publisher came, and hand it over."""
-        gaps.take(origin['publication_sequence_number'])
-        self._on_message(topic, data)
 
     def _note_incompatible(self, topic: Topic, event: Any) -> None:
         """Count and log that another node's endpoint does not fit."""

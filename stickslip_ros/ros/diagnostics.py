@@ -19,6 +19,8 @@ MISSING_BLOCKS = 2.0
 """Blocks that must be missing as well: a slow pace has few in a report."""
 BLOCK_MAX_S = 1.0
 """Wall-clock time above which a block of the drive is an error, while it lasts."""
+STAMPS_OFF_MAX_S = 0.5
+"""Distance of stamps from the system's time above which a report is a warning."""
 QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
@@ -99,9 +101,6 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'behind_s': f'{report.behind_s:.6f}',
         'paused': str(session.is_paused).lower(),
     }
-    behind_s = session.stamps_behind_s
-    if behind_s is not None:
-        values['stamps_behind_s'] = f'{behind_s:.6f}'
     level, message = OK, 'paused' if session.is_paused else 'in time'
     missing_blocks = report.missing_s / session.parameters.sim.block
     if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
@@ -110,6 +109,14 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         level, message = WARN, f'{report.overruns} of {report.ticks} ticks late'
     if _take_preload_ramp(session) and level != OK:
         message += '; a preload on its way steps every spring'
+    if (behind_s := session.stamps_behind_s) is not None:
+        values['stamps_behind_s'] = f'{behind_s:.6f}'
+        if abs(behind_s) > STAMPS_OFF_MAX_S and not session.is_paused:
+            where = 'behind' if behind_s > 0.0 else 'ahead of'
+            off = f"stamps are {abs(behind_s):.1f} s {where} the system's time"
+            remedy = 'deactivate, clean up, configure and activate the node'
+            off += f', more than {STAMPS_OFF_MAX_S:g} s; {remedy}'
+            level, message = max(level, WARN), off if level == OK else f'{message}; {off}'
     return _status(f'{name}: time', level, message, values)
 
 
@@ -161,17 +168,14 @@ def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
 
 
 def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
-    """Return what is wrong with the endpoints of others, and how many commands were lost."""
-    incompatible, lost, unsent = connections.incompatible, connections.lost, connections.unsent
+    """Return what is wrong with the endpoints of others, and what the network did not take."""
+    incompatible, unsent = connections.incompatible, connections.unsent
     values = {topic: str(count) for topic, count in incompatible.items()}
-    values.update({f'{topic} lost': str(count) for topic, count in lost.items()})
     values.update({f'{topic} not sent': str(count) for topic, count in unsent.items()})
     problems = list(connections.conflicts)
     if incompatible:
         count = sum(incompatible.values())
         problems.append(f'{count} of incompatible quality of service since the configuration')
-    if lost:
-        problems.append(f'{sum(lost.values())} commands lost since the configuration')
     if unsent:
         problems.append(f'{sum(unsent.values())} messages not sent since the configuration')
     message = '; '.join(problems) or 'compatible'

@@ -1,48 +1,29 @@
-"""What both executables do: discovery on this host, timely wake-ups, a clean end on signals."""
+"""What both executables do: discovery on this host, timely wake-ups, services that answer."""
 
 import gc
 import os
-import signal
 import sys
-import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future, wait
 from functools import partial
 from pathlib import Path
-from threading import Thread
-from typing import Any, NoReturn
+from typing import Any
 
 import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
-from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.service import Service
 from rclpy.signals import SignalHandlerOptions
 
 import stickslip_ros
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.ros.ending import (
-    Ending,
-    StillBusy,
-    end_on_signals,
-    ignore_signals,
-    is_interruptible,
-    spin_until,
-)
+from stickslip_ros.process import CUT, ENDED, RECOVER, REFUSED, begin, leave
+from stickslip_ros.ros.ending import spin_until_stopped
 from stickslip_ros.ros.pacing import wake_in_time
+from stickslip_ros.stopping import StillBusy, heed_stop
 
 DISCOVERY_VARIABLE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
-ENDED, REFUSED, CUT = 0, 2, 3
-"""Exit status: as it should be, a parameter refused at the start, closing cut short."""
-CLOSING_S = 8.0
-"""Time that a node has to close before its process ends without it."""
-LAST_S = 10
-"""Time after which the system kills what then still hangs, such as a library that ends."""
-PATIENCE_S = 0.5
-"""Time that a node has to end what it need not finish."""
-LOOK_S = 0.05
-HINT = '`stickslip recover` repairs a recording that was not finished'
 
 
 def stay_on_this_host() -> None:
@@ -100,90 +81,34 @@ def _refusal(request: Any, response: Any, result: SetParametersResult) -> Any:
 
 def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | None) -> int:
     """
-    Run a node until SIGINT or SIGTERM; the process is to end with it.
-
-    The node is made, spun and destroyed by a thread of its own. The calling thread, which is the
-    only one to see signals, does nothing but wait: whatever the node does, it ends.
+    Run a node until somebody asks work to end; the process, see `process`, is to end with it.
 
     Return its exit status: ENDED, REFUSED or CUT. ``make`` makes the node, in the default context;
     ``name`` is that of the executable, for messages. Without ROS arguments those of the command
     line are taken.
 
     """
-    ending = end_on_signals()
+    begin()
     wake_in_time()
     stay_on_this_host()
     try:
-        rclpy.init(
-            args=None if arguments is None else list(arguments),
-            signal_handler_options=SignalHandlerOptions.NO,
-        )
-    except RuntimeError as error:  # the base of RCLError
-        ignore_signals()
-        return _refuse(name, error)
-    try:
+        heed_stop()
+        try:
+            rclpy.init(
+                args=None if arguments is None else list(arguments),
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
+            node = make()
+        except (StickSlipError, RuntimeError) as error:  # the base of RCLError
+            sys.stderr.write(f'{name}: {error}\n')
+            return REFUSED
+        gc.freeze()  # see GarbageFreezer
         with SingleThreadedExecutor() as executor:
-            status = _start(name, make, ending, executor)
-            ending.wait()
-            ignore_signals()
-            executor.create_task(lambda: None)  # work, for which the executor looks around
-            return _await_end(name, status)
+            spin_until_stopped(node, executor)
+    except KeyboardInterrupt:  # while it compiled
+        leave(name, 'ended before it had started', ENDED)
+    except StillBusy as error:
+        leave(name, f'{error}; {RECOVER}', CUT)
     finally:
         rclpy.try_shutdown()
-
-
-def _start(
-    name: str, make: Callable[[], Node], ending: Ending, executor: Executor
-) -> 'Future[int]':
-    """Run a node in a thread; give what will be its status, or what has ended it."""
-    status: Future[int] = Future()
-
-    def run() -> None:
-        try:
-            status.set_result(_run(name, make, ending, executor))
-        except BaseException as error:  # noqa: BLE001 - who waits for the status gets it
-            status.set_exception(error)
-        finally:
-            ending.set()
-
-    Thread(target=run, name='node', daemon=True).start()
-    return status
-
-
-def _run(name: str, make: Callable[[], Node], ending: Ending, executor: Executor) -> int:
-    try:
-        node = make()
-    except (StickSlipError, RuntimeError) as error:
-        return _refuse(name, error)
-    gc.freeze()  # see GarbageFreezer
-    spin_until(ending, node, executor)
     return ENDED
-
-
-def _await_end(name: str, status: 'Future[int]') -> int:
-    """Return the status of a node that is to end; leave the process where it does not."""
-    signal.alarm(LAST_S)
-    asked_s = time.monotonic()
-    while not wait([status], LOOK_S).done:
-        waited_s = time.monotonic() - asked_s
-        if waited_s > PATIENCE_S and is_interruptible():
-            _leave(name, 'ended before it had started', ENDED)
-        if waited_s > CLOSING_S:
-            _leave(name, f'not closed within {CLOSING_S:g} s; {HINT}', CUT)
-    try:
-        return status.result()
-    except StillBusy as error:
-        _leave(name, f'{error}; {HINT}', CUT)
-
-
-def _refuse(name: str, error: Exception) -> int:
-    sys.stderr.write(f'{name}: {error}\n')
-    return REFUSED
-
-
-def _leave(name: str, why: str, status: int) -> NoReturn:
-    """End the process at once: threads that never end would keep it alive."""
-    sys.stderr.write(f'{name}: {why}\n')
-    for stream in (sys.stdout, sys.stderr):
-        stream.flush()
-    os._exit(status)

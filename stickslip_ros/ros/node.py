@@ -21,6 +21,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.compilation import progress_reporter
 from stickslip_ros.parameters import Parameters, format_value
+from stickslip_ros.process import run
 from stickslip_ros.recording.cdr import pack_string, pack_uint32
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.requests import receive_request
@@ -29,13 +30,13 @@ from stickslip_ros.recording.run_file import info_json
 from stickslip_ros.recording.topics import NODE_NAME, Topic
 from stickslip_ros.ros import diagnostics
 from stickslip_ros.ros.connections import Connections
-from stickslip_ros.ros.ending import StillBusy
 from stickslip_ros.ros.executable import describe_node, guard_services, run_node
 from stickslip_ros.ros.kernels import kernels_for
 from stickslip_ros.ros.orders import AT_ONCE
 from stickslip_ros.ros.pacing import GarbageFreezer
 from stickslip_ros.ros.parameter_bridge import (
     SIM_TIME,
+    ReloadableNode,
     check_clock,
     declare_parameters,
     differ_when_built,
@@ -44,7 +45,6 @@ from stickslip_ros.ros.parameter_bridge import (
     live_defaults,
     live_settings,
     read_parameters,
-    with_numbers,
 )
 from stickslip_ros.ros.recordings import (
     await_reply,
@@ -57,6 +57,7 @@ from stickslip_ros.ros.services import Services
 from stickslip_ros.ros.session import Session, require
 from stickslip_ros.ros.time_control import read_grant
 from stickslip_ros.ros.worker import Callbacks, Faults
+from stickslip_ros.stopping import StillBusy
 from stickslip_ros.units import KILO
 
 DIAGNOSTICS_PERIOD_S = 1.0
@@ -81,7 +82,7 @@ def _telling(transition: Transition) -> Transition:
     return run
 
 
-class StickSlipDrive(LifecycleNode):
+class StickSlipDrive(ReloadableNode, LifecycleNode):
     """
     The virtual test stand as a ROS 2 lifecycle node.
 
@@ -103,6 +104,7 @@ class StickSlipDrive(LifecycleNode):
         )
         self._active: Session | None = None
         self._session: Session | None = None
+        self._stuck: list[StillBusy] = []  # Kilted destroys a node whose parameters are refused
         self._refusals = diagnostics.Refusals(
             self.create_guard_condition(self._log_refusals).trigger
         )
@@ -116,9 +118,7 @@ class StickSlipDrive(LifecycleNode):
         refuse = self._refusals.refuse
         self._services_offered = Services(self, lambda: self.session, refuse, acts)
         self._timer: Any = None
-        self.add_pre_set_parameters_callback(with_numbers)
         self._failed = self.create_guard_condition(self._leave_active)
-        self._stuck: list[StillBusy] = []
         self._logged_block_ns = -1
         self.add_on_set_parameters_callback(self._on_parameters)
         self.add_post_set_parameters_callback(self._after_parameters)
@@ -390,7 +390,7 @@ def _pace_of(parameters: Parameters) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the drive until SIGINT or SIGTERM, as `run_node` does; return its exit status."""
+    """Run the drive until somebody asks for its end, see `run_node`; return its exit status."""
     return run_node('drive', _make_drive, arguments)
 
 
@@ -401,4 +401,4 @@ def _make_drive() -> StickSlipDrive:
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run('drive', main, is_node=True))

@@ -32,17 +32,10 @@ SLACK_S: Final = 1e-9
 """By how much Linux may let a sleep last longer."""
 
 THIS_THREAD: Final = 0
-_CALLS: Final = {
-    'x86_64': {'set': 314, 'get': 315},
-    'aarch64': {'set': 274, 'get': 275},
-    'riscv64': {'set': 274, 'get': 275},
-}
-"""Numbers of sched_setattr and sched_getattr, for which C libraries have no name before 2025."""
-ON_LINUX: Final = sys.platform == 'linux'
-KNOWS_SLICES: Final = (
-    ON_LINUX
-    and platform.machine() in _CALLS
-    and tuple(map(int, re.findall(r'\d+', platform.release())[:2])) >= (6, 12)
+_SET_ATTRIBUTES, _GET_ATTRIBUTES = 314, 315
+"""sched_setattr and sched_getattr on x86-64: C libraries have no name for them before 2025."""
+KNOWS_SLICES: Final = platform.machine() == 'x86_64' and (
+    tuple(map(int, re.findall(r'\d+', platform.release())[:2])) >= (6, 12)
 )
 """Whether a thread may ask for slices of its own; older kernels take no notice."""
 _SET_TIMER_SLACK: Final = 29
@@ -184,8 +177,8 @@ def wake_in_time() -> None:
     """
     Have the threads of this process, and of those that it starts, wake up when they are due.
 
-    To be called before threads start: they inherit it. Where the system is not Linux, or knows
-    only a part of it, the rest is done.
+    To be called before threads start: they inherit it. Where Linux knows only a part of it, the
+    rest is done.
 
     - The interpreter changes threads after `SWITCH_S`.
     - Linux lets a sleep last 50 us longer than asked for, to wake up seldom; now it does not.
@@ -195,8 +188,7 @@ def wake_in_time() -> None:
 
     """
     sys.setswitchinterval(SWITCH_S)
-    if ON_LINUX:
-        ctypes.CDLL(None).prctl(_SET_TIMER_SLACK, ctypes.c_ulong(round(SLACK_S * NS_PER_S)))
+    ctypes.CDLL(None).prctl(_SET_TIMER_SLACK, ctypes.c_ulong(round(SLACK_S * NS_PER_S)))
     if KNOWS_SLICES:
         _ask_for_slices()
 
@@ -207,10 +199,8 @@ def slice_s(thread: int = THIS_THREAD) -> float | None:
     return attributes.runtime_ns / NS_PER_S if attributes and attributes.runtime_ns else None
 
 
-def slack_s() -> float | None:
-    """Return how much longer a sleep of the calling thread may last, s; None if not on Linux."""
-    if not ON_LINUX:
-        return None
+def slack_s() -> float:
+    """Return how much longer a sleep of the calling thread may last, s."""
     return int(ctypes.CDLL(None).prctl(_GET_TIMER_SLACK)) / NS_PER_S
 
 
@@ -219,19 +209,19 @@ def _ask_for_slices() -> None:
     attributes = _attributes(THIS_THREAD)
     if attributes is not None and attributes.policy == os.SCHED_OTHER:
         attributes.runtime_ns = round(SLICE_S * NS_PER_S)
-        _call('set', THIS_THREAD, ctypes.byref(attributes), 0)
+        _call(_SET_ATTRIBUTES, THIS_THREAD, ctypes.byref(attributes), 0)
 
 
 def _attributes(thread: int) -> _Attributes | None:
     attributes = _Attributes()
     size = ctypes.sizeof(attributes)
-    failed = _call('get', thread, ctypes.byref(attributes), size, 0)
+    failed = _call(_GET_ATTRIBUTES, thread, ctypes.byref(attributes), size, 0)
     return None if failed else attributes
 
 
-def _call(name: str, *arguments: object) -> int:
+def _call(number: int, *arguments: object) -> int:
     """Make a call of Linux; anything but 0 is a failure."""
-    return int(ctypes.CDLL(None).syscall(_CALLS[platform.machine()][name], *arguments))
+    return int(ctypes.CDLL(None).syscall(number, *arguments))
 
 
 class GarbageFreezer(ManagedEntity):  # type: ignore[misc]

@@ -25,9 +25,11 @@ from stickslip_ros.parameters import (
     spec_of,
     specs,
 )
-from stickslip_ros.ros.command_line import FOREIGN, QOS_PREFIX
 
 SIM_TIME, CLOCK = 'use_sim_time', 'sim.publish_clock'
+FOREIGN = (SIM_TIME, 'start_type_description_service')
+"""Parameters that every node of rclpy has."""
+QOS_PREFIX = 'qos_overrides.'
 
 
 def descriptor_of(spec: Spec) -> ParameterDescriptor:
@@ -153,18 +155,36 @@ def judge_changes(node: Node, changes: list[Parameter], *, runs: bool) -> SetPar
     return SetParametersResult(successful=True)
 
 
-def with_numbers(changes: list[Parameter]) -> list[Parameter]:
+class ReloadableNode(Node):
+    """A node whose parameters, once dumped, can be loaded back, also those that are read-only."""
+
+    def set_parameters_atomically(self, parameter_list: list[Parameter]) -> SetParametersResult:
+        """
+        Set parameters that differ from the present ones: the same value again is no change.
+
+        A live one is set in any case: that ends a fault which came by schedule.
+
+        """
+        changes = [
+            each
+            for each in map(_with_number, parameter_list)
+            if (each.name in specs() and spec_of(each.name).live)
+            or not self.has_parameter(each.name)
+            or each.get_parameter_value() != self.get_parameter(each.name).get_parameter_value()
+        ]
+        if not changes:
+            return SetParametersResult(successful=True)
+        return super().set_parameters_atomically(changes)
+
+
+def _with_number(change: Parameter) -> Parameter:
     """
-    Return changes in which a text that is a number has become one, where a number is declared.
+    Return a text that is a number as one, where a number is declared.
 
     ``ros2 param load`` and ``set`` make a text of 1e-8, whose exponent YAML 1.1 does not read
     without a point; load reads 1.0e-8, writes it as Python does, 1e-08, and reads that.
 
     """
-    return [_with_number(each) for each in changes]
-
-
-def _with_number(change: Parameter) -> Parameter:
     is_text = change.type_ == Parameter.Type.STRING
     if not is_text or change.name not in specs() or spec_of(change.name).kind is not float:
         return change

@@ -12,22 +12,22 @@ from collections.abc import Sequence
 from typing import Any
 
 from geometry_msgs.msg import PointStamped
-from rclpy.node import Node
-from std_msgs.msg import Bool, Float64, Int32
+from std_msgs.msg import Bool, Float64
 
 from stickslip_ros.errors import quoted
-from stickslip_ros.instrument.position_loop import Level, LoopSettings, RemoteLoop, Steps
+from stickslip_ros.instrument.position_loop import LoopSettings, RemoteLoop, Steps
 from stickslip_ros.parameters import to_nanoseconds
-from stickslip_ros.recording.topics import COMMAND, LATCHED, STREAM
-from stickslip_ros.ros.client import Commands, LockstepClient, stamp_ns
+from stickslip_ros.process import run
+from stickslip_ros.recording.topics import COMMAND, LATCHED
+from stickslip_ros.ros.client import Commands, DriveClient, LockstepClient, stamp_ns
 from stickslip_ros.ros.executable import describe_node, guard_services, run_node
 from stickslip_ros.ros.interface import to_profile
-from stickslip_ros.ros.parameter_bridge import declare_controller_parameters
+from stickslip_ros.ros.parameter_bridge import ReloadableNode, declare_controller_parameters
 
 NODE_NAME = 'position_controller'
 
 
-class PositionController(Node):
+class PositionController(ReloadableNode):
     """
     Bring the runner to the last ``~/target`` and hold it there.
 
@@ -66,13 +66,12 @@ class PositionController(Node):
         self._in_position = self.create_publisher(Bool, '~/in_position', latched)
         self._was_in_position: bool | None = None
         self.create_subscription(PointStamped, '~/target', self._on_target, command)
+        self._drive: DriveClient
         if parameters.lockstep:
-            self._lockstep = LockstepClient(self, parameters.block, self._answer)
+            self._drive = LockstepClient(self, parameters.block, self._answer)
         else:
-            self._steps = self.create_publisher(Int32, 'command/steps', command)
-            self._voltage = self.create_publisher(Float64, 'command/voltage', command)
-            stream = to_profile(STREAM)
-            self.create_subscription(PointStamped, 'position', self._on_position, stream)
+            self._drive = DriveClient(self, commands=('steps', 'voltage'))
+            self._drive.subscribe('position', self._on_position)
 
     def _on_target(self, message: PointStamped) -> None:
         frame_id = message.header.frame_id
@@ -89,36 +88,29 @@ class PositionController(Node):
             )
 
     def _on_position(self, message: PointStamped) -> None:
-        action = self._decide(stamp_ns(message), message.point.x)
-        if isinstance(action, Steps):
-            self._steps.publish(Int32(data=action.count))
-        elif action is not None:
-            self._voltage.publish(Float64(data=action.voltage_v))
+        for name, value in self._decide(stamp_ns(message), message.point.x):
+            self._drive.command(name, value)
 
     def _answer(self, time_s: float, position_m: float) -> Commands:
         """Return what to send in lockstep, before the next block is granted."""
-        action = self._decide(to_nanoseconds(time_s), position_m)
-        if isinstance(action, Steps):
-            return [('steps', action.count)]
-        return [] if action is None else [('voltage', action.voltage_v)]
+        return self._decide(to_nanoseconds(time_s), position_m)
 
-    def _decide(self, time_ns: int, position_m: float) -> Steps | Level | None:
+    def _decide(self, time_ns: int, position_m: float) -> list[tuple[str, Any]]:
         action = self.loop.update(time_ns, position_m)
-        self._publish_state()
-        return action
-
-    def _publish_state(self) -> None:
         if math.isfinite(self.loop.error_m):
             self._error.publish(Float64(data=self.loop.error_m))
         if self.loop.in_position != self._was_in_position:
             self._was_in_position = self.loop.in_position
             self._in_position.publish(Bool(data=self.loop.in_position))
+        if isinstance(action, Steps):
+            return [('steps', action.count)]
+        return [] if action is None else [('voltage', action.voltage_v)]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the controller until SIGINT or SIGTERM, as `run_node` does; return its exit status."""
+    """Run the controller until somebody asks for its end, see `run_node`; return its status."""
     return run_node(NODE_NAME, PositionController, arguments)
 
 
 if __name__ == '__main__':
-    sys.exit(main())
+    sys.exit(run(NODE_NAME, main, is_node=True))

@@ -11,12 +11,12 @@ from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.run import Publish, RunWriter
-from stickslip_ros.ros.ending import StillBusy, interruptible
 from stickslip_ros.ros.kernels import Kernels
 from stickslip_ros.ros.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
 from stickslip_ros.ros.pacing import Pacer
 from stickslip_ros.ros.time_control import Grant, TimeControl, has_system_time
 from stickslip_ros.ros.worker import NOBODY, Callbacks, Worker
+from stickslip_ros.stopping import StillBusy
 from stickslip_ros.units import NANO
 
 LONG_PAUSE_S = 0.2
@@ -69,8 +69,7 @@ class Session:
         self.failure: BaseException | None = None
         self._on_failure = callbacks.on_failure
         self._changed = threading.Condition()
-        with interruptible():
-            self.kernels = Kernels(parameters, self._notify)
+        self.kernels = Kernels(parameters, self._notify)
         self.worker = Worker(parameters, publish, callbacks)
         self.bench = self.worker.bench
         self._time_control = TimeControl(parameters.block_ns, lockstep=lockstep)

@@ -13,7 +13,7 @@ from stickslip_ros.instrument.reports import Event, Output, Result, Status
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.cdr import HEADER, pack_string
 from stickslip_ros.recording.feed import Packed
-from stickslip_ros.recording.run import Publish, Run, RunWriter
+from stickslip_ros.recording.run import Publish, ReportingBench, RunWriter
 from stickslip_ros.ros.orders import Order
 from stickslip_ros.units import NS_PER_S
 
@@ -51,7 +51,7 @@ class Callbacks:
 NOBODY = Callbacks()
 
 
-class Worker(Run):
+class Worker(ReportingBench):
     """
     A run under orders and a schedule of faults, which reports what goes wrong.
 

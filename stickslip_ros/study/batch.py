@@ -8,6 +8,7 @@ The results come in the order of the cases and do not depend on who computed the
 import asyncio
 import importlib
 import os
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
@@ -194,7 +195,13 @@ def _connect(distributed: Any, address: str) -> Any:
     try:
         # A client that fails leaves half of itself behind, so the first word is without one.
         asyncio.run(knock())
-        return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+        for _ in range(round(CONNECT_S / LOOK_S)):
+            heed_stop()
+            with suppress(AssertionError):
+                return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+            # It heard of another batch, which has just ended, before its own first word.
+            time.sleep(LOOK_S)
+        raise ClusterError(address, 'clears up another batch', 'try again in a while')
     except (OSError, ValueError, asyncio.TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         hint = 'check the address, or start one with: dask scheduler'

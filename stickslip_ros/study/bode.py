@@ -17,7 +17,7 @@ LEAD_RAD = 0.1
 """Phases are lags but for rounding and creep; none leads by more."""
 
 
-class Curve(NamedTuple):
+class BodeCurve(NamedTuple):
     """
     From one input to the position, in closed form at some frequencies.
 
@@ -85,15 +85,15 @@ def draw_bode(measured: MeasuredResponse) -> Figure:
     return figure
 
 
-def _curves(linear: LinearDrive, frequencies: Array) -> tuple[Curve, Curve]:
+def _curves(linear: LinearDrive, frequencies: Array) -> tuple[BodeCurve, BodeCurve]:
     """Return both curves; the stages before the feet and the runner lag by less than a turn."""
     matrix = linear.matrix(frequencies)
     from_voltage, from_load = matrix[:, 0].T
     foot = matrix[:, 1, 0]
     lag_rad = _lag_rad(foot) + _lag_rad(from_voltage / foot)
     return (
-        Curve('voltage', 'V', from_voltage, lag_rad),
-        Curve('load', 'N', from_load, _lag_rad(from_load)),
+        BodeCurve('voltage', 'V', from_voltage, lag_rad),
+        BodeCurve('load', 'N', from_load, _lag_rad(from_load)),
     )
 
 

@@ -27,7 +27,7 @@ from stickslip_ros.study.table_columns import (
     understood,
     unit_question,
 )
-from stickslip_ros.study.table_layout import HEAD_BYTES, Layout, layout_of, to_number
+from stickslip_ros.study.table_layout import HEAD_BYTES, TextForm, layout_of, to_number
 
 Lines = NDArray[np.intp]
 """Lines of a file, from 1, in which the rows stand."""
@@ -153,6 +153,13 @@ class Reading:
             problem = f'{useless[0]} is without effect on an {kind}'
             raise RecordingError(where, problem, 'leave it away')
 
+    def check_count(self, tables: int) -> None:
+        """Refuse more preloads than there are tables."""
+        if len(self.preloads_n) > tables:
+            limit = f'above the number of tables, {tables}'
+            hint = 'give one of all, or one of each'
+            raise OutOfRange('number of preloads', len(self.preloads_n), '', limit, hint)
+
     def preload_n(self, number: int) -> float | None:
         """Return the preload of the table with a number, from 0."""
         given = self.preloads_n
@@ -255,7 +262,7 @@ def write_experiment(experiment: Experiment, path: Path) -> None:
 
 def _read(
     source: Path | io.BytesIO,
-    layout: Layout,
+    layout: TextForm,
     origin: str,
     reading: Reading,
     number: int = 0,
@@ -290,7 +297,7 @@ def _read(
     return experiment
 
 
-def _kind(layout: Layout, reading: Reading, where: str) -> str:
+def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude, by its columns."""
     for kind, tells in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
         specs = {name: COLUMNS[kind][name] for name in tells}
@@ -326,7 +333,7 @@ def _check_there(
 
 
 def _numbers(
-    source: Path | io.BytesIO, layout: Layout, chosen: Sequence[Column], origin: str
+    source: Path | io.BytesIO, layout: TextForm, chosen: Sequence[Column], origin: str
 ) -> tuple[dict[str, Array], Lines]:
     """Return the columns in SI units, and the line of each row; blank lines are no rows."""
     parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
@@ -343,7 +350,7 @@ def _numbers(
     return {name: np.concatenate(each) for name, each in parts.items()}, np.concatenate(lines)
 
 
-def _check_unnamed(chunk: Any, first: int, layout: Layout, origin: str) -> None:
+def _check_unnamed(chunk: Any, first: int, layout: TextForm, origin: str) -> None:
     """Refuse a row that goes on behind the last column with a name."""
     named = max(at for at, name in enumerate(layout.names) if name)
     beyond = np.flatnonzero(chunk.iloc[:, named + 1 :].notna().any(axis=1).to_numpy())
@@ -352,7 +359,7 @@ def _check_unnamed(chunk: Any, first: int, layout: Layout, origin: str) -> None:
         raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_EACH)
 
 
-def _chunks(source: Path | io.BytesIO, layout: Layout, origin: str) -> Iterator[tuple[int, Any]]:
+def _chunks(source: Path | io.BytesIO, layout: TextForm, origin: str) -> Iterator[tuple[int, Any]]:
     """Yield the line and the cells, as a frame of pandas, of some rows after the other."""
     import pandas as pd  # noqa: PLC0415 - what reads no table does without
 
@@ -383,7 +390,7 @@ def _chunks(source: Path | io.BytesIO, layout: Layout, origin: str) -> Iterator[
         raise RecordingError(f'{origin}: after line {line}', problem, 'save it in UTF-8') from None
 
 
-def _fault(told: str, layout: Layout, origin: str) -> tuple[str, str, str]:
+def _fault(told: str, layout: TextForm, origin: str) -> tuple[str, str, str]:
     """Return place, problem and hint of what pandas refuses to split into columns."""
     if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', told):
         problem = f'has {found[3]} values, the lines above {found[1]}'

@@ -15,15 +15,7 @@ class MissingExtra(StickSlipError):
 
 
 def load_extra(purpose: str, module: str) -> Any:
-    """
-    Import a package that is an optional dependency.
-
-    Raises
-    ------
-    MissingExtra
-        If it is not installed.
-
-    """
+    """Import a package that is an optional dependency; MissingExtra if it is not installed."""
     try:
         return importlib.import_module(module)
     except ModuleNotFoundError as error:

@@ -27,7 +27,7 @@ HINT = 'start anew with --fresh, or choose another output'
 
 
 @dataclass(frozen=True)
-class Identity:
+class JournalIdentity:
     """What two runs must share to be the same study; the digest is of all parameters too."""
 
     study: str
@@ -38,12 +38,12 @@ class Identity:
 
 def identify(
     study: str, parameters: Parameters, cases: int, settings: Mapping[str, object]
-) -> Identity:
+) -> JournalIdentity:
     """Return the identity of a study whose cases are made from settings that JSON knows."""
     version = stickslip_ros.__version__
     content = [study, version, cases, parameters.flat(), dict(settings)]
     text = json.dumps(content, sort_keys=True)
-    return Identity(study, version, cases, hashlib.sha256(text.encode()).hexdigest())
+    return JournalIdentity(study, version, cases, hashlib.sha256(text.encode()).hexdigest())
 
 
 class Journal:
@@ -54,7 +54,7 @@ class Journal:
     ----------
     path : Path
         The file; made, with its folder, if it is not there.
-    identity : Identity
+    identity : JournalIdentity
         The study. A journal of another one is refused.
     fresh : bool
         Whether to forget what the file holds.
@@ -71,7 +71,7 @@ class Journal:
 
     """
 
-    def __init__(self, path: Path, identity: Identity, *, fresh: bool = False) -> None:
+    def __init__(self, path: Path, identity: JournalIdentity, *, fresh: bool = False) -> None:
         self.path = path
         self.rows: dict[int, Row] = {}
         self._identity = identity

@@ -10,6 +10,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Annotation
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import RecordingError, UnknownName
@@ -116,10 +117,12 @@ def label_end(axes: Axes, x: Array, y: Array, text: str, colour: str) -> None:
     write_beside(axes, x[-1], y[-1], text, color=colour, annotation_clip=False)
 
 
-def write_beside(axes: Axes, x: float, y: float, text: str, **style: Any) -> None:
-    """Write a text right of a place."""
-    place: dict[str, Any] = {'xytext': (4, 0), 'textcoords': 'offset points', 'va': 'center'}
-    axes.annotate(text, (x, y), **place, **style)
+def write_beside(
+    axes: Axes, x: float, y: float, text: str, *, left: bool = False, **style: Any
+) -> Annotation:
+    """Write a text right or left of a place; return it."""
+    place = {'xytext': (-4, 0), 'ha': 'right'} if left else {'xytext': (4, 0)}
+    return axes.annotate(text, (x, y), textcoords='offset points', va='center', **place, **style)
 
 
 def check_picture(path: Path) -> None:

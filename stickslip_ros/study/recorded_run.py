@@ -2,13 +2,19 @@
 
 import json
 import math
+import shutil
+import weakref
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongKind
+from stickslip_ros.files import make_room
 from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Parameters, parse_yaml
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.recording.reader import Recording
@@ -17,6 +23,12 @@ from stickslip_ros.recording.run_file import PARAMETERS_FILE, TOPICS_RECORD
 from stickslip_ros.recording.series import Series
 from stickslip_ros.recording.topics import READINGS
 from stickslip_ros.units import NANO, with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+    from stickslip_ros.study.sawtooth_run import SawtoothRun
 
 RUN_QUANTITIES = {
     'position_m': 'runner position',
@@ -60,16 +72,148 @@ class BitSpan(NamedTuple):
     end_s: float
 
 
-def recorded_stand(recording: Recording) -> Parameters:
+class Run:
     """
-    Return the parameters that a recording carries.
+    A recorded run: a file, or one that lives as long as this object.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        An MCAP file, a bag directory, or the name that parts share; none if nothing was recorded.
+    result : SawtoothRun, optional
+        What the run came to, known of a run that was simulated here.
+    folder : Path, optional
+        A folder that is removed with this object.
+
+    """
+
+    def __init__(
+        self,
+        path: str | Path | None,
+        result: 'SawtoothRun | None' = None,
+        folder: Path | None = None,
+    ) -> None:
+        self._path = path
+        self._result = result
+        if folder is not None:
+            weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+
+    @cached_property
+    def recording(self) -> Recording:
+        """Topics, messages, metadata, attachments; refused if there are none or damaged ones."""
+        if self._path is None:
+            raise StickSlipError('the run was not recorded; simulate with is_recorded=True')
+        return Recording(self._path)
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.recording.path
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The stand; RecordingError if the file does not say."""
+        return recorded_stand(self.recording)
+
+    @property
+    def result(self) -> 'SawtoothRun':
+        """What the saw-tooth came to; StickSlipError of a run that ``simulate`` did not make."""
+        if self._result is None:
+            raise StickSlipError(f'{self.path} was opened, not simulated; use its frame')
+        return self._result
+
+    @property
+    def force_mean_n(self) -> float:
+        """Generated force of a simulated run, mean over the last cycle, N."""
+        return self.result.force_mean_n
+
+    @property
+    def step_length_m(self) -> float:
+        """Net motion per cycle of a simulated run, mean over the last cycles, m."""
+        return self.result.step_length_m
+
+    @cached_property
+    def frame(self) -> 'DataFrame':
+        """
+        Table of the run: ``voltage_v``, ``foot_m``, ``position_m``, ``force_n`` over ``time_s``.
+
+        From the trace where the run has one, else from its topics, whose times differ: what is
+        not known at a time is not a number. ``attrs`` hold the units and what was recorded.
+
+        """
+        import pandas as pd  # noqa: PLC0415 - what has no table does without
+
+        found = recorded_series(self.recording)
+        columns = {
+            name: pd.Series(each.value, pd.Index(each.time_s, name='time_s'))
+            for name, each in found.items()
+        }
+        if len({len(each) for each in columns.values()}) > 1:  # topics have one sample an instant
+            columns = {name: each.groupby(level=0).last() for name, each in columns.items()}
+        frame: DataFrame = pd.DataFrame(columns)
+        frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
+        frame.attrs['source'] = str(self.path)
+        return frame
+
+    def plot(self, start_s: float | None = None, end_s: float | None = None) -> 'Figure':
+        """
+        Draw the run, or a stretch of it, with its events and status bits.
+
+        Raises
+        ------
+        RecordingError, OutOfRange
+            If there is nothing to draw, or not in that stretch.
+
+        """
+        window = None
+        if start_s is not None or end_s is not None:
+            window = TimeWindow(start_s or 0.0, float('inf') if end_s is None else end_s)
+        from stickslip_ros.study.run_figure import draw_run  # noqa: PLC0415 - it imports this
+
+        return draw_run(self.recording, window)[0]
+
+    def save(self, path: str | Path) -> Path:
+        """
+        Copy the recording to a new file.
+
+        Raises
+        ------
+        RecordingError
+            If it exists, cannot be written, or the run is no single file.
+
+        """
+        if self.recording.files != [self.path]:
+            raise RecordingError(self.path, 'is in parts', 'copy its files')
+        target = Path(path)
+        make_room(target, is_new=True)
+        shutil.copyfile(self.path, target)
+        return target
+
+    def _repr_html_(self) -> str:
+        shown = '' if self._result is None else self._result._repr_html_()
+        if self._path is None:
+            return shown
+        rows = [(each.topic, each.type_name, each.messages) for each in self.recording.channels]
+        return shown + html_table(str(self.path), rows, ('topic', 'type', 'messages'))
+
+
+def open_run(path: str | Path) -> Run:
+    """
+    Open a recording: an MCAP file, a bag directory, or the name that parts of a run share.
 
     Raises
     ------
     RecordingError
-        If it carries none.
+        If it cannot be read.
 
     """
+    run = Run(path)
+    _ = run.recording  # refuses now what cannot be read
+    return run
+
+
+def recorded_stand(recording: Recording) -> Parameters:
+    """Return the parameters that a recording carries; RecordingError if it carries none."""
     if PARAMETERS_FILE not in recording.attachments:
         problem = f'has no attachment {PARAMETERS_FILE}'
         hint = 'record with a drive of this package, or give the voltages as a table'
@@ -234,15 +378,7 @@ def parse_window(text: str) -> TimeWindow:
 
 
 def check_window(window: TimeWindow, run: TimeWindow) -> TimeWindow:
-    """
-    Return the part of a stretch that lies within a run.
-
-    Raises
-    ------
-    OutOfRange
-        If nothing of it does.
-
-    """
+    """Return the part of a stretch that lies within a run; OutOfRange if nothing of it does."""
     if window.start_s > run.end_s or window.end_s < run.start_s:
         limit = f'outside of the run, {run.start_s:.6g} s to {run.end_s:.6g} s'
         raise OutOfRange('start of the window', window.start_s, 's', limit, 'move it')

@@ -19,9 +19,9 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
-from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES
-from stickslip_ros.recording.run_storage import CLOSING_RECORD
+from stickslip_ros.recording.storage import CLOSING_RECORD
 from stickslip_ros.recording.topics import recorded_channels
 from stickslip_ros.sources import sources_digest
 from stickslip_ros.stopping import heed_stop
@@ -73,7 +73,7 @@ class Replay:
     changed : dict
         Parameters that were set differently.
     identical : bool or None
-        Whether the data sections are the same, byte for byte; None of a measured voltage.
+        Whether all messages are the same, byte for byte; None of a measured voltage.
     difference : Difference or None
         The first place where they are not.
     digest : str
@@ -147,7 +147,7 @@ def replay(
         channels.setdefault(key, channel)
     first_numbers = {each.topic: each.first_sequence for each in recording.channels}
     origin_ns = recording.time_origin_ns
-    run = Run(stand, bench=start, time_origin_ns=origin_ns)
+    run = ReportingBench(stand, bench=start, time_origin_ns=origin_ns)
     with RunWriter(
         output, run.bench.parameters, wait=True, channels=channels, time_origin_ns=origin_ns
     ) as writer:
@@ -215,7 +215,7 @@ def replay_input(
     blocks = math.ceil(float(given.time_s[-1]) * NS_PER_S / stand.trace_period_ns)
     end_ns = (blocks + 1) * stand.trace_period_ns
     due = [TimedRequest(0, request)]
-    run = Run(stand)
+    run = ReportingBench(stand)
     with RunWriter(output, stand, wait=True) as writer:
         _play(run, writer, due, end_ns, progress)
     again = Recording(writer.recorder.path)
@@ -231,7 +231,7 @@ def replay_input(
 
 
 def _play(
-    run: Run,
+    run: ReportingBench,
     writer: RunWriter,
     due: Iterable[TimedRequest],
     end_ns: int,

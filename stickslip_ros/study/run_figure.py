@@ -59,6 +59,8 @@ COLOURS = {
 WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
 LABEL_CHARACTERS = 17
 """In a line of an axis label."""
+GAP_PX = 3.0
+"""Between a label and what is beside it."""
 LABELLED_MAX = 12
 """Commands whose numbers are written; more would hide each other."""
 FALL_SHARE = 0.5
@@ -212,14 +214,16 @@ def _draw(
         label = f'{RUN_QUANTITIES[name]} ({display_unit(series[name].unit)[1]})'
         axes.set_ylabel(fill(label, LABEL_CHARACTERS))
         _mark(axes, plot, enlarged, zero_s)
-    if lanes:
-        _draw_lanes(panels[-1], plot, lanes, zero_s)
+    labels = _draw_lanes(panels[-1], plot, lanes, zero_s) if lanes else []
     for axes in panels[:-1]:
         axes.sharex(panels[-1])
         axes.tick_params(labelbottom=False)
     if always:
         panels[-1].set_title(f'all the time: {", ".join(always)}', fontsize='small', loc='right')
     _set_time_axis(panels[-1], span)
+    if labels:
+        figure.draw_without_rendering()  # only then is known where things are
+        _write_labels(panels[-1], labels)
     return figure
 
 
@@ -309,8 +313,16 @@ def _in_a_row(plot: RunPlot) -> list[list[LoggedCommand]]:
     return [list(group) for _, group in groupby(plot.commands, lambda each: each.command)]
 
 
-def _draw_lanes(axes: Axes, plot: RunPlot, lanes: Sequence[str], zero_s: float) -> None:
-    """Mark when commands took effect and how they failed, and draw bars while bits were set."""
+def _draw_lanes(
+    axes: Axes, plot: RunPlot, lanes: Sequence[str], zero_s: float
+) -> list[tuple[int, float, float, str]]:
+    """
+    Mark when commands took effect and when they failed, and draw bars while bits were set.
+
+    Return what is to be written, in order: lane, first and last place of the marks, and words.
+
+    """
+    labels = []
     for span in plot.status:
         if span.bit.lower() in lanes:
             width_s, left_s = span.end_s - span.start_s, span.start_s - zero_s
@@ -319,16 +331,43 @@ def _draw_lanes(axes: Axes, plot: RunPlot, lanes: Sequence[str], zero_s: float) 
     for number, group in enumerate(_in_a_row(plot)):
         lane, times_s = lanes.index(group[0].command), [each.time_s - zero_s for each in group]
         axes.plot(times_s, [lane] * len(group), '|', color=BLACK, markersize=9.0)
-        if number < LABELLED_MAX:
-            ends = dict.fromkeys((group[0].numbers, group[-1].numbers))
-            write_beside(axes, times_s[-1], lane, ' to '.join(ends), fontsize='small')
+        ends = dict.fromkeys((group[0].numbers, group[-1].numbers))
+        words = ' to '.join(ends) if number < LABELLED_MAX else ''
+        labels.append((lane, times_s[0], times_s[-1], words))
     for event in plot.events:
         if event.result != DONE:
-            lane = lanes.index(event.command)
-            write_beside(axes, event.time_s - zero_s, lane, event.result, fontsize='small')
+            time_s = event.time_s - zero_s
+            axes.plot(time_s, lanes.index(event.command), 'x', color=BLACK, markersize=5.0)
+            labels.append((lanes.index(event.command), time_s, time_s, event.result))
     axes.set_yticks(range(len(lanes)), lanes, fontsize='small')
     axes.set_ylim(len(lanes) - 0.5, -0.5)
     axes.grid(visible=True, axis='x', alpha=0.3)
+    return sorted(labels)
+
+
+def _write_labels(axes: Axes, labels: Sequence[tuple[int, float, float, str]]) -> None:
+    """Write words beside marks where there is room: in a line, in lines, left of them, or not."""
+    free_px: dict[int, float] = {}
+    for number, (lane, first, last, words) in enumerate(labels):
+        following = [start for row, start, *_ in labels[number + 1 :] if row == lane]
+        places = [(x, lane) for x in (first, last, *following[:1])]
+        _, last_px, *next_px = axes.transData.transform(places)[:, 0]
+        room_px = free_px.get(lane, axes.bbox.x0), *next_px, axes.bbox.x1
+        free_px[lane] = last_px
+        lines = fill(words, 2 * len(words) // 3) if words else ''
+        for text, size, left in (
+            (words, 'small', False),
+            (lines, 'x-small', False),
+            (lines, 'x-small', True),
+        ):
+            label = write_beside(
+                axes, first if left else last, lane, text, left=left, size=size, linespacing=1.0
+            )
+            box = label.get_window_extent().padded(GAP_PX)
+            if room_px[0] <= box.x0 and box.x1 <= room_px[1]:
+                free_px[lane] = max(last_px, box.x1)
+                break
+            label.remove()
 
 
 def _mark(axes: Axes, plot: RunPlot, enlarged: TimeWindow | None, zero_s: float) -> None:

@@ -19,7 +19,6 @@ from stickslip_ros.study.journal import Row
 from stickslip_ros.study.plotting import curve_style, draw_legend, label_axes, new_figure
 from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.study.sweep import Sweep
-from stickslip_ros.study.zero_amplitude import STEPS
 from stickslip_ros.units import FACTORS, MN, NM
 
 if TYPE_CHECKING:
@@ -32,7 +31,7 @@ def step_map(
     frequency_hz: Iterable[float] | float,
     amplitude_m: Iterable[float] | float,
     load_n: Iterable[float] | float = 0.0,
-    steps: int = STEPS,
+    steps: int = 120,
     workers: int = 0,
     progress: bool = False,
 ) -> 'DataFrame':

@@ -3,8 +3,10 @@
 import dataclasses
 import itertools
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,10 +14,11 @@ from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.parameters import Parameters, Scalar, Spec, parse_assignments, spec_of
 from stickslip_ros.parameters.typed import to_si_list
+from stickslip_ros.progress import progress_of
 from stickslip_ros.study.batch import Progress, run_batch
-from stickslip_ros.study.journal import Identity, Journal, Row, identify
+from stickslip_ros.study.journal import Journal, JournalIdentity, Row, identify
 from stickslip_ros.study.sawtooth_run import (
-    STEADY_CHANGE,
+    STEADY_ERROR,
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
     STEADY_WINDOW,
@@ -24,9 +27,14 @@ from stickslip_ros.study.sawtooth_run import (
     voltage_for,
 )
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
 CASES_MAX = 100_000
 AMPLITUDE = dataclasses.replace(STROKE, maximum=1.0)
 FREQUENCY = Spec(float, 1000.0, 'Hz', '', 'steps per second', -1e9, 1e9)
+SPECS = {'amplitude_m': AMPLITUDE, 'frequency_hz': FREQUENCY}
+"""What a sweep varies beside parameters."""
 COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
 EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160nm:33'
 ASKED = ('preload_n', 'amplitude_m', 'frequency_hz')
@@ -45,8 +53,8 @@ COLUMNS = (
 STOP_RULE = 'stop_rule'
 """A column that every sweep has and no experiment."""
 STEADY_RULE = (
-    f'mean force of a cycle (free runner: step length) within {STEADY_CHANGE:.1%} per '
-    f'{STEADY_WINDOW} steps; {STEADY_STEPS_MIN} to {STEADY_STEPS_MAX} steps'
+    f'mean force of a cycle (free runner: step length) within {STEADY_ERROR:.2%} of its limit, by '
+    f'the last {2 * STEADY_WINDOW} steps; {STEADY_STEPS_MIN} to {STEADY_STEPS_MAX} steps'
 )
 """When a run is steady, and how many steps it makes at least and at most."""
 
@@ -60,7 +68,7 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Case:
+class SweepCase:
     """One run of a sweep: values of the varied parameters, amplitude, frequency."""
 
     values: tuple[tuple[str, Scalar], ...]
@@ -117,17 +125,17 @@ class Sweep:
             for case in cases:
                 _check_wave(there, case)
 
-    def cases(self) -> list[Case]:
+    def cases(self) -> list[SweepCase]:
         """Return the full Cartesian product, in the order of the table."""
         named = [[(axis.name, value) for value in axis.values] for axis in self.varied]
         return [
-            Case(values, amplitude_m, frequency_hz)
+            SweepCase(values, amplitude_m, frequency_hz)
             for values in itertools.product(*named)
             for frequency_hz in self.frequencies_hz
             for amplitude_m in self.amplitudes_m
         ]
 
-    def identity(self) -> Identity:
+    def identity(self) -> JournalIdentity:
         """Return what distinguishes this sweep from others."""
         settings: dict[str, object] = {
             'varied': [dataclasses.astuple(axis) for axis in self.varied],
@@ -144,7 +152,71 @@ class Sweep:
         return tuple(name for name in names if ramped or name != 'stand.preload')
 
 
-def _check_wave(parameters: Parameters, case: Case) -> None:
+def sweep(
+    parameters: Parameters,
+    values: Mapping[str, Iterable[Scalar] | Scalar],
+    *,
+    steps: int = 0,
+    workers: int = 0,
+    progress: bool | Progress = False,
+) -> 'DataFrame':
+    """
+    Run the drive alone, without sensors, at every combination of values.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand that all runs start from.
+    values : mapping of str to values
+        Values of ``amplitude_m`` (stroke of the feet, m), of ``frequency_hz`` (by default 1000)
+        and of any parameter, ``{'stand.preload': [0.1, 0.5]}``; the first parameter is the
+        slowest, the amplitude the fastest.
+    steps : int
+        Steps of each run; 0 goes on until the steady state.
+    workers : int
+        Runs at once; 0 is one per core.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with runs done and in all.
+
+    Returns
+    -------
+    DataFrame
+        One row per run: the table of ``stickslip sweep``. Its ``attrs`` hold the parameters.
+
+    Raises
+    ------
+    StickSlipError
+        If a name, a value or a combination is refused.
+
+    """
+    if 'amplitude_m' not in values:
+        raise WrongKind('values', sorted(values), 'a sweep', 'give amplitude_m, the stroke in m')
+    given = {'frequency_hz': FREQUENCY.default, **values}
+    axes = {name: _axis(name, each) for name, each in given.items()}
+    chosen = Sweep(
+        parameters=parameters,
+        varied=tuple(axis for name, axis in axes.items() if name not in SPECS),
+        frequencies_hz=tuple(map(float, axes['frequency_hz'].values)),
+        amplitudes_m=tuple(map(float, axes['amplitude_m'].values)),
+        steps=steps,
+    )
+    import pandas as pd  # noqa: PLC0415 - what has no table does without
+
+    with progress_of(progress, 'runs') as show:
+        frame: DataFrame = pd.DataFrame(run_sweep(chosen, workers=workers, progress=show))
+    frame.attrs['parameters'] = parameters.flat()
+    return frame
+
+
+def _axis(name: str, given: Iterable[Scalar] | Scalar) -> Axis:
+    spec = SPECS.get(name) or spec_of(name)
+    plain: Any = given.tolist() if isinstance(given, np.ndarray | np.generic) else given
+    is_one = isinstance(plain, str) or not isinstance(plain, Iterable)
+    values = [plain] if is_one else list(plain)
+    return Axis(name, tuple(spec.check(name, value) for value in values))
+
+
+def _check_wave(parameters: Parameters, case: SweepCase) -> None:
     FREQUENCY.check('frequency', case.frequency_hz)
     # An amplitude of 0 makes no steps; its frequency is checked with the next one there is.
     voltage_v = voltage_for(parameters, case.amplitude_m)
@@ -177,6 +249,11 @@ def parse_axis(name: str, text: str, spec: Spec) -> Axis:
         parts = [part.strip() for part in text.split(',')]
         values = list(to_si_list(name, parts, spec.unit) if spec.kind is float else parts)
     return Axis(name, tuple(spec.check(name, value) for value in values))
+
+
+def parse_floats(name: str, text: str, spec: Spec) -> tuple[float, ...]:
+    """Return the numbers of such a text."""
+    return tuple(map(float, parse_axis(name, text, spec).values))
 
 
 def parse_varied(assignments: list[str]) -> list[Axis]:
@@ -244,7 +321,7 @@ def run_sweep(
     )
 
 
-def run_case(parameters: Parameters, steps: int, columns: tuple[str, ...], case: Case) -> Row:
+def run_case(parameters: Parameters, steps: int, columns: tuple[str, ...], case: SweepCase) -> Row:
     """Return the row of a case; ``columns`` are the varied parameters with one of their own."""
     values = dict(case.values)
     run = run_drive(parameters.updated(values), case.amplitude_m, case.frequency_hz, steps)

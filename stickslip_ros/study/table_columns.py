@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from stickslip_ros.errors import QUOTED, RecordingError, quoted
 from stickslip_ros.parameters import Spec
-from stickslip_ros.study.table_layout import Layout
+from stickslip_ros.study.table_layout import TextForm
 from stickslip_ros.study.table_units import factor_of, split_unit
 
 USUAL: Mapping[str, tuple[str, ...]] = {
@@ -74,14 +74,14 @@ def sigma_name(name: str) -> str:
 
 
 def find_columns(
-    layout: Layout, specs: Mapping[str, Spec], named: Mapping[str, str], where: str
+    layout: TextForm, specs: Mapping[str, Spec], named: Mapping[str, str], where: str
 ) -> tuple[Found, list[str]]:
     """
     Return where the quantities of a table may be, and the headers of columns that are none.
 
     Parameters
     ----------
-    layout : Layout
+    layout : TextForm
         Names and units of the columns.
     specs : mapping of str to Spec
         Quantities that may be there.
@@ -113,7 +113,7 @@ def find_columns(
 
 
 def understood(
-    found: Found, layout: Layout, specs: Mapping[str, Spec], where: str
+    found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str
 ) -> list[Column]:
     """
     Return each quantity with its one column and unit.
@@ -188,7 +188,7 @@ def listed(names: Iterable[str]) -> str:
     return ', '.join(quoted(name) for name in names)
 
 
-def _named(layout: Layout, name: str, header: str, where: str) -> tuple[int, str]:
+def _named(layout: TextForm, name: str, header: str, where: str) -> tuple[int, str]:
     """Return place and unit of the column that the user means."""
     bare, unit = split_unit(header)
     bares, units = zip(*map(split_unit, layout.names), strict=True)
@@ -209,7 +209,7 @@ def _plain(name: str) -> str:
 
 def _check_units(
     found: Found,
-    layout: Layout,
+    layout: TextForm,
     specs: Mapping[str, Spec],
     where: str,
 ) -> None:

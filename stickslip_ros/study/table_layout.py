@@ -50,7 +50,7 @@ Mask = tuple[bool | None, ...]
 
 
 @dataclass(frozen=True)
-class Layout:
+class TextForm:
     """
     What the head of a table says of the whole.
 
@@ -78,7 +78,7 @@ class Layout:
     notes: tuple[str, ...]
 
 
-def layout_of(head: bytes, origin: str) -> Layout:
+def layout_of(head: bytes, origin: str) -> TextForm:
     """
     Recognise the layout of a table by its first HEAD_BYTES, or by the whole if it is shorter.
 
@@ -108,7 +108,7 @@ def layout_of(head: bytes, origin: str) -> Layout:
         raise RecordingError(f'{origin}: line {first + 1}', problem, hint)
     names = names or [str(number) for number in range(1, width + 1)]
     notes = [line for at, line in enumerate(lines[:first]) if at != header - 1]
-    return Layout(
+    return TextForm(
         encoding=encoding,
         delimiter=delimiter,
         decimal=decimal,

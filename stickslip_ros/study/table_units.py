@@ -62,7 +62,7 @@ def _looked_up(unit: str, si_unit: str) -> float | None:
     pint = load_extra(f'the unit {unit}', 'pint')
     try:
         return float(_registry().Quantity(1.0, unit).to(si_unit).magnitude)
-    except pint.PintError:
+    except (pint.PintError, ValueError, AssertionError):  # the latter two of nan and of a half
         return None
 
 

@@ -1,11 +1,13 @@
 """
 The 0-amplitude: the stroke of the feet below which a free runner does not get ahead.
 
-Two ways to it. Edeler's: a straight line through step length against amplitude, extrapolated to
-a step of zero. And directly: the smallest amplitude with a net step.
+Three ways to it. Edeler's: a straight line through step length against amplitude, extrapolated to
+a step of zero. Directly: the smallest amplitude with a net step. And with a load cell: the
+amplitude from which force is generated.
 
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -13,16 +15,15 @@ from functools import partial
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of
+from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.notebook import Shown
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.progress import progress_of
 from stickslip_ros.study.batch import Progress, run_batch
 from stickslip_ros.study.sawtooth_run import full_stroke_m, run_drive
 
 STEPS_MIN = 10
-STEPS = 120
-"""Steps of each run; its step length is the mean of the last ten."""
 STEP_MIN_M = 1e-10
 """Net step from which the runner is said to step: the resolution of the interferometer."""
 SCAN_POINTS = 32
@@ -31,6 +32,10 @@ BISECTIONS = 10
 """Halvings between that one and the one below: 5 nm become 5 pm."""
 FIT_POINTS = 17
 """Amplitudes of the straight line, even over the upper half of the range in which it steps."""
+ONSET_SHARE = 0.01
+"""Force begins where it exceeds the elastic following by this share of the friction limit."""
+ONSET_HALVINGS = 9
+"""Halvings of the range of amplitudes: 160 nm become 0.3 nm."""
 
 
 @dataclass(frozen=True)
@@ -76,17 +81,27 @@ class ZeroAmplitude(Shown):
 
 def zero_amplitude(
     parameters: Parameters,
-    frequency_hz: float,
+    frequency_hz: float = 200.0,
     *,
-    steps: int = STEPS,
+    steps: int = 120,
     workers: int = 0,
-    progress: Progress | None = None,
+    progress: bool | Progress = False,
 ) -> ZeroAmplitude:
     """
-    Find the 0-amplitude of a drive whose runner is free.
+    Find the 0-amplitude of a drive whose runner is free: the load cell is taken away.
 
-    The load cell of the stand is taken away. Negative frequencies go backwards; the number of
-    workers and the progress are those of ``run_batch``.
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    frequency_hz : float
+        Steps per second; negative ones go backwards.
+    steps : int
+        Steps of each run; its step length is the mean of the last ten.
+    workers : int
+        Runs at once; 0 is one per core.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with runs done and in all.
 
     Raises
     ------
@@ -98,25 +113,24 @@ def zero_amplitude(
         limit = f'below the minimum {STEPS_MIN} (the first steps are irregular)'
         raise OutOfRange('steps', steps, '', limit, 'raise it')
     free = parameters.updated({'load_cell.contact': 'absent'})
-    done = 0
+    full_m, done = full_stroke_m(free), 0
+    with progress_of(progress, 'runs') as show:
 
-    def tell(new: int, _: int) -> None:
-        if progress is not None:
-            progress(done + new, SCAN_POINTS + BISECTIONS + FIT_POINTS)
+        def tell(new: int, _: int) -> None:
+            show(done + new, SCAN_POINTS + BISECTIONS + FIT_POINTS)
 
-    def step_lengths_m(amplitudes_m: Array) -> Array:
-        nonlocal done
-        task = partial(_step, free, frequency_hz, steps)
-        steps_m = run_batch(task, amplitudes_m.tolist(), workers=workers, progress=tell)
-        done += len(steps_m)
-        return np.array(steps_m)
+        def step_lengths_m(amplitudes_m: Array) -> Array:
+            nonlocal done
+            task = partial(_step, free, frequency_hz, steps)
+            steps_m = run_batch(task, amplitudes_m.tolist(), workers=workers, progress=tell)
+            done += len(steps_m)
+            return np.array(steps_m)
 
-    full_m = full_stroke_m(free)
-    direct_m = _first_step_m(step_lengths_m, full_m)
-    amplitudes_m: Array = np.linspace(
-        0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
-    )
-    slope, zero_m, rms_m = _line(amplitudes_m, step_lengths_m(amplitudes_m))
+        direct_m = _first_step_m(step_lengths_m, full_m)
+        amplitudes_m: Array = np.linspace(
+            0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
+        )
+        slope, zero_m, rms_m = _line(amplitudes_m, step_lengths_m(amplitudes_m))
     method = (
         f"Edeler's extrapolation: straight line through the step lengths of a free runner at "
         f'{FIT_POINTS} amplitudes, {amplitudes_m[0]:.4g} to {full_m:.4g} m, the upper half of '
@@ -139,6 +153,35 @@ def zero_amplitude(
         steps=steps,
         step_min_m=STEP_MIN_M,
     )
+
+
+def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: float = 0.0) -> float:
+    """
+    Return the amplitude from which force is generated, m; not a number if there is none.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand, with a load cell.
+    frequency_hz : float
+        Steps per second.
+    threshold_n : float
+        Net force, without elastic following, that counts as force, N; 0 is 1 % of the friction
+        limit. The amplitude is found by bisection to 1/512 of the largest stroke.
+
+    """
+    wanted_n = threshold_n or ONSET_SHARE * friction_limit_n(parameters)
+
+    def has_begun(amplitude_m: float) -> bool:
+        return run_drive(parameters, amplitude_m, frequency_hz).force_net_n > wanted_n
+
+    below_m, above_m = 0.0, full_stroke_m(parameters)
+    if not has_begun(above_m):
+        return math.nan
+    for _ in range(ONSET_HALVINGS):
+        middle_m = 0.5 * (below_m + above_m)
+        below_m, above_m = (below_m, middle_m) if has_begun(middle_m) else (middle_m, above_m)
+    return above_m
 
 
 def _step(parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float) -> float:

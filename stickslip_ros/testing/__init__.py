@@ -1,7 +1,13 @@
 """For tests of controllers: a drive beside the test, an operator, lockstep, pytest fixtures."""
 
-from stickslip_ros.ros.client import Commands, Handshake, LockstepClient, stamp_ns
-from stickslip_ros.testing.isolation import open_context, reserve_domain
+from stickslip_ros.ros.client import (
+    Commands,
+    Handshake,
+    LockstepClient,
+    open_context,
+    stamp_ns,
+)
+from stickslip_ros.testing.isolation import reserve_domain
 from stickslip_ros.testing.operator import Operator, deep_queues
 from stickslip_ros.testing.stand import Stand
 

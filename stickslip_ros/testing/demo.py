@@ -6,7 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,13 @@ import numpy as np
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters, dump_yaml
-from stickslip_ros.recording.channels import name_in_file
+from stickslip_ros.recording.channels import Channel, name_in_file
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
-from stickslip_ros.recording.topics import NODE_NAME, recorded_channels
-from stickslip_ros.ros.client import Handshake
+from stickslip_ros.recording.topics import NODE_NAME, PREFIX, recorded_channels
+from stickslip_ros.ros.client import open_context
 from stickslip_ros.ros.executable import stay_on_this_host
-from stickslip_ros.testing.isolation import open_context
+from stickslip_ros.stopping import heed_stop
 from stickslip_ros.testing.operator import Operator, deep_queues
 from stickslip_ros.units import NANO
 
@@ -59,8 +59,12 @@ class DemoSummary:
         a load that pulls back.
     real_time_factor, lateness_mean_us, lateness_p99_us, lateness_max_us : float
         Worst second that the drive reported; the factor is the mean of all.
-    overruns, dropped : int
-        Late ticks, and messages that the recorder lost.
+    overruns : int
+        Ticks that began more than a period late.
+    behind_s : float
+        By how much simulated time fell behind the clock, as ticks were too late to be made up.
+    dropped, unheard : int
+        Messages that the recorder lost, and recorded readings that did not reach the operator.
     published, received : dict of str to int
         Messages by topic: in the recording, and seen (commands: sent) by the operator from just
         before its start to just after its end.
@@ -83,7 +87,9 @@ class DemoSummary:
     lateness_p99_us: float
     lateness_max_us: float
     overruns: int
+    behind_s: float
     dropped: int
+    unheard: int
     published: dict[str, int]
     received: dict[str, int]
     positions_equal: int
@@ -104,6 +110,18 @@ class DemoSummary:
         heard = self.positions_equal > 0 and self.positions_altered == 0
         whole = self.steps == STEPS and self.dropped == 0 and heard
         return whole and self.exit_status == 0
+
+    @property
+    def verdict(self) -> str:
+        """What the numbers mean, in a sentence."""
+        if not self.passed:
+            return 'NOT as it should be: look at steps, dropped, differing and status above'
+        pace = 'simulated time kept up with the clock'
+        if self.behind_s > 0.0:
+            fell = f'simulated time fell {self.behind_s:.2g} s behind the clock'
+            pace = f'this machine was too busy for real time: {fell}'
+        lost = f'{self.unheard} readings did not reach the operator, but are recorded'
+        return f'{pace}; {lost if self.unheard else "nothing was lost"}'
 
 
 def run_demo(
@@ -143,10 +161,12 @@ def run_demo(
         stand.wait_for_drive()
         say('commanding it: free steps, a voltage ramp, steps against the load cell, a load')
         marks = _session(stand, parameters)
+        recording, channels = Recording(file), recorded_channels(parameters)
+        unheard = _hear_the_rest(stand, recording, channels)
         process.send_signal(signal.SIGINT)
         exit_status = process.wait(END_TIMEOUT_S)
-    topics = {key: channel.topic for key, channel in recorded_channels(parameters).items()}
-    return _summarise(stand, marks, Recording(file), topics, exit_status)
+    topics = {key: channel.topic for key, channel in channels.items()}
+    return _summarise(stand, marks, recording, topics, unheard, exit_status)
 
 
 def _demo_stand(parameters: Parameters, file: Path) -> Parameters:
@@ -168,26 +188,18 @@ def _range_v(parameters: Parameters) -> float:
 
 
 def await_start(stand: Operator, process: 'subprocess.Popen[bytes]') -> None:
-    """
-    Wait for a drive that starts, as long as its process lives; compiling kernels takes its time.
+    """Wait for a drive that starts, as long as its process lives: it may have to compile."""
 
-    A drive answers as soon as it is active, or has refused to be.
+    def check() -> None:
+        heed_stop()
+        if process.poll() is not None:
+            status = process.returncode
+            raise StickSlipError(f'the drive ended with status {status}; its log says why')
 
-    Raises
-    ------
-    StickSlipError
-        If the process ends, or the drive is not active when it answers.
-
-    """
-    handshake = Handshake(stand.node, NODE_NAME)
-    stand.spin_until(
-        lambda: process.poll() is not None or handshake.is_done(), 'the drive', math.inf
-    )
-    handshake.close()
-    if process.returncode is not None:
-        raise StickSlipError(f'the drive ended with status {process.returncode}; its log says why')
-    if handshake.state != 'active':
-        raise StickSlipError(f'the drive is {handshake.state}, not active; its log says why')
+    stand.check = check
+    state = stand.shake_hands(math.inf)
+    if state != 'active':
+        raise StickSlipError(f'the drive is {state}, not active; its log says why')
 
 
 @contextmanager
@@ -222,17 +234,36 @@ def _operator(domain: int) -> Iterator[Operator]:
 
 
 def _session(stand: Operator, parameters: Parameters) -> dict[str, int]:
-    """Record what the demo does; return marks: simulated times in ns and counts."""
+    """Record what the demo does; return marks: simulated times in ns and steps."""
     stand.received.clear()
     answer = stand.set_recording(wanted=True)
     if not answer.success:
         raise StickSlipError(f'the drive does not record: {answer.message}')
     marks = _move_and_push(stand, parameters)
     stand.set_recording(wanted=False)
-    marks.update({f'seen {key}': stand.received[key] for key in recorded_channels(parameters)})
+    stand.switch('set_paused', wanted=True)  # nothing new comes while the rest is heard
     reports = len(stand.diagnostics)
     stand.spin_until(lambda: len(stand.diagnostics) > reports, 'diagnostics')
     return marks
+
+
+def _hear_the_rest(stand: Operator, recording: Recording, channels: dict[str, Channel]) -> int:
+    """Wait for recorded readings that are on their way; return how many have not come."""
+    positions = {round(time_s / NANO) for time_s in recording.series('position').time_s}
+    counts = {channel.topic: channel.messages for channel in recording.channels}
+    others = {
+        key: counts[channel.topic]
+        for key, channel in channels.items()
+        if not (key.startswith(PREFIX) or key == 'position' or channel.qos.latched)
+    }
+
+    def unheard() -> int:
+        short = sum(max(0, count - stand.received[key]) for key, count in others.items())
+        return len(positions - stand.positions.keys()) + short
+
+    with suppress(StickSlipError):
+        stand.spin_until(lambda: not unheard(), 'the rest', END_TIMEOUT_S)
+    return unheard()
 
 
 def _move_and_push(stand: Operator, parameters: Parameters) -> dict[str, int]:
@@ -273,6 +304,7 @@ def _summarise(
     marks: dict[str, int],
     recording: Recording,
     topics: dict[str, str],
+    unheard: int,
     exit_status: int,
 ) -> DemoSummary:
     position, force = recording.series('position'), recording.series('force')
@@ -283,7 +315,8 @@ def _summarise(
     )
     both = stand.positions.keys() & recorded.keys()
     title = f'{NODE_NAME}: time'
-    times = [part[title] for part in stand.diagnostics if title in part]
+    reports = [part[title] for part in stand.diagnostics if title in part]
+    times = [report for report in reports if int(report['ticks'])]
     # The middles of the second ramp and of the last one: the ringing is over, what is late is so
     # in both.
     middle_s = marks['free_end_ns'] * NANO - 0.5 / FREE_HZ
@@ -298,9 +331,11 @@ def _summarise(
         lateness_p99_us=max(float(t['lateness_p99_us']) for t in times),
         lateness_max_us=max(float(t['lateness_max_us']) for t in times),
         overruns=int(times[-1]['overruns_total']),
+        behind_s=float(times[-1]['behind_s']),
         dropped=sum(channel.gaps for channel in recording.channels),
+        unheard=unheard,
         published=published,
-        received={name_in_file(key): marks[f'seen {key}'] for key in topics},
+        received={name_in_file(key): stand.received[key] for key in topics},
         positions_equal=sum(stand.positions[t] == recorded[t] for t in both),
         positions_altered=sum(stand.positions[t] != recorded[t] for t in both),
         positions_recorded=len(recorded),

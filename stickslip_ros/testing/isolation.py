@@ -1,15 +1,11 @@
-"""A ROS domain and contexts of its own for every test process, so that none receives another."""
+"""A ROS domain of its own for every test process, so that none receives another."""
 
 import fcntl
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-
-import rclpy
-from rclpy.context import Context
-from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE
@@ -52,31 +48,3 @@ def _stay_on_this_host() -> Iterator[None]:
         del os.environ[DISCOVERY_VARIABLE]
         if chosen is not None:
             os.environ[DISCOVERY_VARIABLE] = chosen
-
-
-def open_context(
-    domain: int | None = None, namespace: str = '', remaps: Sequence[str] = ()
-) -> Context:
-    """
-    Return a context of rclpy of its own, without signal handlers; end it with ``try_shutdown``.
-
-    Parameters
-    ----------
-    domain : int or None
-        ROS domain; that of the environment if None.
-    namespace : str
-        Namespace of its nodes, as ``/left``.
-    remaps : sequence of str
-        Further remapping rules, as ``command/voltage:=volts``.
-
-    """
-    rules = (f'__ns:={namespace}', *remaps) if namespace else remaps
-    arguments = ['--ros-args', *(word for rule in rules for word in ('-r', rule))] if rules else []
-    context = Context()
-    rclpy.init(
-        args=arguments,
-        context=context,
-        domain_id=domain,
-        signal_handler_options=SignalHandlerOptions.NO,
-    )
-    return context

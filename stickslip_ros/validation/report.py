@@ -1,37 +1,33 @@
-"""The table of checks as texts and files: Markdown to read, CSV to compute with."""
+"""The self-test as texts and files: Markdown to read, CSV to compute with, and margins."""
 
 import csv
 import io
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.validation.checks import Findings, Outcome, failed_checks
-from stickslip_ros.validation.figure import draw_page
+from stickslip_ros.study.plotting import (
+    BLUE,
+    VERMILION,
+    label_axes,
+    new_figure,
+    save_figure,
+)
+from stickslip_ros.validation.self_test import CheckedAnswer, failed
 
 MARKDOWN, CSV, PNG = 'validation.md', 'validation.csv', 'validation.png'
 DIGITS = 6
 PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
 """By powers of a thousand."""
 PREFIXED_UNITS = ('m', 'N', 'J', 'Pa', 'N/m')
-HEADER = ('check', 'reference', 'ours', 'error', 'tolerance', 'verdict')
-LONG_HEADER = ('check', 'against', *HEADER[1:5], 'why this tolerance', 'verdict')
-CSV_COLUMNS = {
-    'family': 'family',
-    'name': 'check',
-    'reference_text': 'against',
-    'unit': 'unit',
-    'reference': 'reference',
-    'ours': 'ours',
-    'error': 'error',
-    'error_of': 'error_of',
-    'tolerance': 'tolerance',
-    'reason': 'reason',
-    'passed': 'passed',
-}
-"""Headings by the keys of JSON."""
+HEADER = ('quantity', 'case', 'against', 'made by', 'reference', 'ours', 'error', 'tolerance')
+LEAST_SHARE = 1e-6
+"""Errors below that share of their tolerance are drawn there."""
+Answers = Mapping[str, Sequence[CheckedAnswer]]
 
 
 def value_text(value: float, unit: str) -> str:
@@ -43,88 +39,88 @@ def value_text(value: float, unit: str) -> str:
     return f'{value / 1000.0**power:.{DIGITS}g} {PREFIXES[power]}{unit}'
 
 
-def row_texts(found: Outcome) -> tuple[str, ...]:
-    """Return a row of the short table, under HEADER."""
-    check = found.check
-    return (
-        check.name,
-        value_text(found.reference, check.unit),
-        value_text(found.ours, check.unit),
-        f'{found.error:.1e}',
-        f'{check.tolerance.value:.1e}',
-        'pass' if found.passed else 'FAIL',
-    )
+def summary_text(outcomes: Answers) -> str:
+    """Return how many references there are and how many are missed."""
+    total, wrong = sum(map(len, outcomes.values())), len(failed(outcomes))
+    return f'{total} references, {wrong} failed' if wrong else f'{total} references, all passed'
 
 
-def summary_text(findings: Sequence[Findings]) -> str:
-    """Return how many checks were made and how many failed."""
-    total = sum(len(found.outcomes) for found in findings)
-    failed = len(failed_checks(findings))
-    return f'{total} checks, {failed} failed' if failed else f'{total} checks, all passed'
-
-
-def markdown_text(findings: Sequence[Findings]) -> str:
-    """Return the table as Markdown, one section per family."""
-    lines = [f'{summary_text(findings)}.', '', 'Errors are relative to the reference unless said.']
-    for found in findings:
-        lines += ['', f'### {found.family}', '']
-        lines += [_markdown_row(LONG_HEADER), _markdown_row(['---'] * len(LONG_HEADER))]
-        for each in found.outcomes:
-            check, (name, reference, ours, error, tolerance, word) = each.check, row_texts(each)
-            error += f' of {check.error_of}' if check.error_of else ''
-            reason = check.tolerance.reason
-            cells = (name, check.source, reference, ours, error, tolerance, reason, word)
-            lines.append(_markdown_row(cells))
-    return '\n'.join(lines) + '\n'
-
-
-def _markdown_row(cells: Iterable[str]) -> str:
+def markdown_row(cells: Iterable[str]) -> str:
     """Return a row; what Markdown would take for a mark-up is written otherwise."""
     plain = (cell.replace('|', '\\|').replace('*', '\\*') for cell in cells)
     return f'| {" | ".join(plain)} |'
 
 
-def csv_text(findings: Sequence[Findings]) -> str:
-    """Return the table as CSV with all digits, SI."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(CSV_COLUMNS.values())
-    for row in _rows(findings):
-        writer.writerow(row[key] for key in CSV_COLUMNS)
-    return text.getvalue()
+def markdown_text(outcomes: Answers) -> str:
+    """Return every reference as Markdown, one section per family."""
+    lines = [f'{summary_text(outcomes)}.', '', 'Errors are relative, to what validation.csv says.']
+    for family, found in outcomes.items():
+        lines += ['', f'### {family}', '']
+        lines += [markdown_row(HEADER), markdown_row(['---'] * len(HEADER))]
+        for each in found:
+            row, word = each.reference, '' if each.passed else ' FAIL'
+            values = (value_text(value, row.unit) for value in (row.reference, each.ours))
+            errors = (f'{each.error:.1e}{word}', f'{row.tolerance:.1e}')
+            cells = (row.quantity, row.case, row.source, row.made_by, *values, *errors)
+            lines.append(markdown_row(cells))
+    return '\n'.join(lines) + '\n'
 
 
-def as_objects(findings: Sequence[Findings]) -> list[dict[str, Any]]:
-    """Return the checks as objects for JSON, SI; what is not a finite number is None."""
-    return [{key: _finite(value) for key, value in row.items()} for row in _rows(findings)]
+def as_objects(outcomes: Answers) -> list[dict[str, Any]]:
+    """Return a row of the table with our answer, SI, for each reference; None: not finite."""
+    return [
+        {key: _finite(value) for key, value in row.items()}
+        for found in outcomes.values()
+        for row in map(_object, found)
+    ]
 
 
-def _rows(findings: Sequence[Findings]) -> Iterator[dict[str, Any]]:
-    for found in findings:
-        for each in found.outcomes:
-            check = each.check
-            yield {
-                'family': found.family,
-                'name': check.name,
-                'reference_text': check.source,
-                'reference': each.reference,
-                'ours': each.ours,
-                'unit': check.unit,
-                'error': each.error,
-                'tolerance': check.tolerance.value,
-                'reason': check.tolerance.reason,
-                'error_of': check.error_of,
-                'passed': each.passed,
-            }
+def _object(each: CheckedAnswer) -> dict[str, Any]:
+    ours = {'ours': each.ours, 'unit': each.reference.unit, 'error': each.error}
+    return {**each.reference._asdict(), **ours, 'passed': each.passed}
 
 
 def _finite(value: object) -> object:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def write_report(findings: Sequence[Findings], folder: Path) -> list[Path]:
+def csv_text(outcomes: Answers) -> str:
+    """Return the same as CSV, with all digits."""
+    rows: Iterator[dict[str, Any]] = (_object(e) for found in outcomes.values() for e in found)
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator='\n')
+    for number, row in enumerate(rows):
+        if not number:
+            writer.writerow(row)
+        writer.writerow(row.values())
+    return text.getvalue()
+
+
+def draw_margins(outcomes: Answers, picture: Path) -> None:
+    """Draw which share of its tolerance each error uses, a PNG file."""
+    figure = new_figure(8.0, 5.0, f'stickslip validate: {summary_text(outcomes)}')
+    axes = figure.subplots()
+    for line, found in enumerate(outcomes.values()):
+        shares = np.array([each.error / each.reference.tolerance for each in found])
+        passed = np.array([each.passed for each in found], dtype=bool)
+        drawn = np.clip(np.nan_to_num(shares, nan=np.inf), LEAST_SHARE, 1.0 / LEAST_SHARE)
+        spread = line + np.linspace(-0.3, 0.3, len(drawn))
+        axes.plot(drawn[passed], spread[passed], 'o', color=BLUE, markersize=4.0)
+        axes.plot(drawn[~passed], spread[~passed], 'X', color=VERMILION, markersize=8.0)
+    axes.axvline(1.0, color=VERMILION, linewidth=1.2)
+    axes.set_xscale('log')
+    axes.set_xlim(left=0.5 * LEAST_SHARE)
+    axes.set_xlim(right=max(axes.get_xlim()[1], 4.0))
+    axes.set_yticks(range(len(outcomes)), list(outcomes))
+    axes.invert_yaxis()
+    drawn_at_left = f'error/tolerance (at most {LEAST_SHARE:g} drawn at the left)'
+    label_axes(axes, drawn_at_left, '', 'Every reference: right of the line it fails')
+    save_figure(figure, picture)
+
+
+def write_report(outcomes: Answers, folder: Path) -> list[Path]:
     """
-    Write the table as Markdown and CSV, and the page of plots; return the files.
+    Write the table as Markdown and CSV, and the picture of margins; return the files.
 
     The folder is made if need be, and files of an earlier run are replaced.
 
@@ -137,9 +133,9 @@ def write_report(findings: Sequence[Findings], folder: Path) -> list[Path]:
     files = [folder / name for name in (MARKDOWN, CSV, PNG)]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        files[0].write_text(markdown_text(findings), encoding='utf-8')
-        files[1].write_text(csv_text(findings), encoding='utf-8')
-        draw_page(findings, files[2], summary_text(findings))
+        files[0].write_text(markdown_text(outcomes), encoding='utf-8')
+        files[1].write_text(csv_text(outcomes), encoding='utf-8')
+        draw_margins(outcomes, files[2])
     except OSError as error:
         hint = f'{error.strerror or error}: choose another folder'
         raise WrongKind('--output', str(folder), 'a folder that can be written', hint) from None

@@ -64,6 +64,12 @@ def cold_demo(run: Callable) -> Any:
     return run('demo')
 
 
+@pytest.fixture(scope='module')
+def all_kept(run: Callable, cold_demo: Any) -> None:
+    """Compile what the ideal drive of the demo does not need."""
+    assert run('compile').returncode == 0
+
+
 @pytest.fixture
 def files(environment: dict[str, str]) -> Callable[[], list[Path]]:
     return lambda: sorted(Path(environment['NUMBA_CACHE_DIR']).rglob('*.nbc'))
@@ -71,12 +77,12 @@ def files(environment: dict[str, str]) -> Callable[[], list[Path]]:
 
 def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, files):
     assert cold_demo.returncode == 0, cold_demo.stderr
-    told = [int(done) for done in re.findall(OF_ALL, cold_demo.stderr)]
+    told = [int(done) for done in re.findall(OF_IDEAL, cold_demo.stderr)]
     assert told[0] == 0
     assert told == sorted(set(told))
-    assert told[-1] < KERNELS
+    assert told[-1] < IDEAL_KERNELS
     assert cold_demo.stderr.splitlines()[0] == 'starting the drive, a process of its own'
-    assert len(files()) == KERNELS  # its load cell is one-sided, which an ideal drive's is not
+    assert IDEAL_KERNELS <= len(files()) <= KERNELS
 
 
 @pytest.mark.parametrize(
@@ -90,7 +96,7 @@ def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, file
     ],
     ids=['compile', 'simulate', 'dead foot', 'realistic', 'sweep'],
 )
-def test_after_that_nothing_is_compiled(words, run, files, cold_demo):
+def test_after_that_nothing_is_compiled(words, run, files, all_kept):
     before = files()
     done = run(*words)
     assert done.returncode == 0
@@ -99,9 +105,9 @@ def test_after_that_nothing_is_compiled(words, run, files, cold_demo):
     assert bool(done.stdout) == (words != ('compile',))
 
 
-def test_what_is_missing_is_compiled_and_counted(run, environment, files, cold_demo):
+def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_kept):
     before = files()
-    [lost] = [file for file in before if file.name.startswith('advance.observe-')]
+    [lost] = [file for file in before if '.advance.observe-' in file.name]
     lost.unlink()
     done = run('compile', '--timings')
     assert done.returncode == 0

@@ -1,15 +1,13 @@
-"""`stickslip contact`: one hemisphere, against the published numbers of `validation`."""
+"""`stickslip contact`: one hemisphere, against the printed figures of the specification."""
 
 import json
 from typing import Any
 
 import pytest
+from evidence.published import CONTACTS
 
 from stickslip_ros.cli.main import main
-from stickslip_ros.validation.published import ROWS, TableRow
 
-FORCE_N = 0.35355339
-"""Normal force of one contact, N, per newton of preload."""
 RELATIVE = 1e-5
 """The reference has six digits, or five behind the point; of the stiffness it has four."""
 FRACTIONS = '0.1,0.25,0.5,0.75,0.9'
@@ -29,21 +27,22 @@ def contact(capsys: Any, *words: str) -> dict[str, Any]:
     return json.loads(capsys.readouterr().out)
 
 
-@pytest.mark.parametrize('row', ROWS, ids=lambda row: row.name)
-def test_figures_and_curve_are_those_of_the_reference(capsys: Any, row: TableRow):
-    force_n = FORCE_N * row.preload_n
-    profile = ('--set', f'contact.profile={row.profile}')
+@pytest.mark.parametrize('figures', CONTACTS, ids=lambda row: str(row[0]))
+def test_figures_and_curve_are_those_of_the_specification(capsys: Any, figures: Any):
+    case, depth, radius, presliding, stiffness, ratios = figures
+    force_n = case['force_n']
+    profile = ('--set', f'contact.profile={case["profile"]}')
     words = ('--normal-force', str(force_n), *profile, '--curve', FRACTIONS)
     seen = contact(capsys, *words)
     assert seen.keys() == KEYS | {'tangential_force_n'}
-    assert seen['indentation_m'] == pytest.approx(float(row.depth) * 1e-9, rel=RELATIVE)
-    assert seen['contact_radius_m'] == pytest.approx(float(row.radius) * 1e-6, rel=RELATIVE)
-    assert seen['max_presliding_m'] == pytest.approx(float(row.presliding) * 1e-9, rel=RELATIVE)
-    if row.stiffness:
-        stiffness = pytest.approx(float(row.stiffness) * 1e6, rel=1e-4)
-        assert seen['stick_stiffness_n_per_m'] == stiffness
-    ratios = [each / (FRICTION * force_n) for each in seen['tangential_force_n']]
-    assert ratios == pytest.approx(row.ratios, rel=0.0, abs=0.5e-5)
+    assert seen['indentation_m'] == pytest.approx(float(depth) * 1e-9, rel=RELATIVE)
+    assert seen['contact_radius_m'] == pytest.approx(float(radius) * 1e-6, rel=RELATIVE)
+    assert seen['max_presliding_m'] == pytest.approx(float(presliding) * 1e-9, rel=RELATIVE)
+    if stiffness:
+        stick = pytest.approx(float(stiffness) * 1e6, rel=1e-4)
+        assert seen['stick_stiffness_n_per_m'] == stick
+    found = [each / (FRICTION * force_n) for each in seen['tangential_force_n']]
+    assert found == pytest.approx([float(each) for each in ratios], rel=0.0, abs=0.5e-5)
 
 
 def test_moduli_follow_from_the_materials(capsys: Any):

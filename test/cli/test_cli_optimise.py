@@ -6,14 +6,13 @@ from typing import Any
 
 import pytest
 
-from stickslip_ros.cli import optimise as module
-from stickslip_ros.cli.fronts import play_command
 from stickslip_ros.cli.main import build_parser, main
+from stickslip_ros.cli.optimise import chosen_search, play_command
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study import batch
-from stickslip_ros.study.design.answer import Order
-from stickslip_ros.study.design.objectives import WORTHLESS, Goal
-from stickslip_ros.study.design.waves import Space
+from stickslip_ros.study.design.objectives import WaveGoal
+from stickslip_ros.study.design.search import WaveSearch
+from stickslip_ros.study.design.waves import PeriodicWave
 
 pytestmark = pytest.mark.usefixtures('compiled_kernels')
 
@@ -69,57 +68,22 @@ def test_a_stopped_search_writes_its_best_wave_and_goes_on(
     assert json.loads(capsys.readouterr().out) == resumed
 
 
-def test_two_objectives_give_a_table_and_its_waves(capsys: Any, tmp_path: Path):
-    path, picture = tmp_path / 'front.csv', tmp_path / 'front.png'
-    words = ['optimise', 'vibration', '--speed', '20um/s', '--second', 'speed', '--points', '3']
-    assert main([*words, *SHORT, '-o', str(path), '--figure', str(picture), '--json']) == 0
-    told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)
-    assert {point['shape'] for point in told['points']} == {'sawtooth', 'spline'}
-    assert picture.read_bytes().startswith(b'\x89PNG')
-    assert not list(tmp_path.glob('*.journal'))
-    lines = [line for line in path.read_text().splitlines() if not line.startswith('#')]
-    assert lines[0].startswith('shape,vibration_m_per_s,vibration_error_m_per_s,speed_m_per_s,')
-    assert len(lines) == 1 + len(told['points'])
-    last = told['points'][-1]
-    free = ['--no-load-cell', '--steps', '60', '--json']
-    assert main(['simulate', '--waveform', str(tmp_path / last['file']), *free]) == 0
-    step_m = json.loads(capsys.readouterr().out)['step_length_m']
-    assert 1000.0 * step_m == pytest.approx(last['speed_m_per_s'], rel=0.02)
-
-
-def test_two_objectives_are_shown_as_people_read_them(capsys: Any, tmp_path: Path):
-    words = ['optimise', 'speed', '--second', 'energy', '--points', '3', *SHORT]
-    assert main([*words, '-o', str(tmp_path / 'front.csv')]) == 0
-    shown = capsys.readouterr().out
-    said = ('no wave of its shape is better in speed and energy', 'um/s', 'front_spline_1.csv')
-    for each in said:
-        assert each in shown
-
-
 def test_a_wave_is_played_as_it_was_judged():
-    space, path = Space('sawtooth', STAND, (1000.0, 1000.0), (0.5, 0.5)), Path('w')
+    plain, path = PeriodicWave('sawtooth', {}, 300.0, 1000.0, 0.5), Path('w')
     changes = {'load_cell.contact': 'one_sided', 'load_cell.gap': 1e-3}
-    plain, stand = space.plain, STAND.updated(changes)
+    stand = STAND.updated(changes)
     command = 'stickslip simulate --waveform w --preload 0.5'
-    assert play_command(Goal('force'), STAND, plain, path) == command
+    assert play_command(WaveGoal('force'), STAND, plain, path) == command
     free = f'{command} --set load_cell.contact=absent'
-    assert play_command(Goal('speed'), STAND, plain, path) == free
+    assert play_command(WaveGoal('speed'), STAND, plain, path) == free
     gap = f'{command} --set load_cell.gap=0.0'
-    assert play_command(Goal('force'), stand, plain, path) == gap
+    assert play_command(WaveGoal('force'), stand, plain, path) == gap
 
 
-def test_points_are_for_two_objectives(capsys: Any, tmp_path: Path):
-    assert main(['optimise', 'force', '--points', '5', '-o', str(tmp_path / 'wave.csv')]) == 2
-    said = 'number of points 5 is of no use to one objective; name the other one: --second'
-    assert said in capsys.readouterr().err
-
-
-def test_without_options_it_is_the_order_of_the_library():
+def test_without_options_it_is_the_search_of_the_library():
     parsed = build_parser(['optimise']).parse_args(['optimise', 'force', '-o', 'wave.csv'])
-    order = module.chosen_order(parsed)
-    assert order == Order(Goal('force'), STAND, (1000.0, 1000.0), (0.5, 0.5))
-    assert module._note(order, -0.25) == 'best 250 mN'
-    assert module._note(order, WORTHLESS) == ''
+    expected = WaveSearch(WaveGoal('force'), STAND, (1000.0, 1000.0), (0.5, 0.5))
+    assert chosen_search(parsed) == expected
 
 
 @pytest.mark.parametrize(
@@ -134,6 +98,7 @@ def test_without_options_it_is_the_order_of_the_library():
         ['speed', '--load', '-1'],
         ['speed', '--load', '1V'],
         ['vibration', '--speed', 'fast'],
+        ['force', '--speed', '10um/s'],
         ['speed', '--knots', '4'],
         ['speed', '--preload', '1:0.5'],
         ['speed', '--evaluations', '0'],

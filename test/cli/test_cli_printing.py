@@ -11,10 +11,10 @@ import pytest
 
 from stickslip_ros.cli.main import main
 from stickslip_ros.cli.printing import Answer, number, table
-from stickslip_ros.cli.program import REFUSED
 from stickslip_ros.cli.verbs import VERBS
+from stickslip_ros.process import REFUSED
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.validation.load_curves import NORMAL_LOAD
+from stickslip_ros.validation.references import read_references
 
 PATIENCE_S = 60.0
 DONE_BEFORE, TOTAL = 500, 100_000_000
@@ -54,8 +54,6 @@ def test_a_quiet_bar_is_not_shown(monkeypatch):
     ('words', 'bars'),
     [
         (['validate'], ['families']),
-        (['roughness', '--realisations', '2'], ['lines', 'drawing']),
-        (['laws', '--points', '1'], ['runs', 'drawing']),
         (['figures', '--only', 'fig2', '--points', '2'], ['runs', 'figures']),
         (['zero-amplitude', '--steps', '10'], ['runs']),
         (['bode', '--frequency', '1kHz'], ['sines']),
@@ -69,7 +67,8 @@ def test_a_quiet_bar_is_not_shown(monkeypatch):
 def test_long_work_shows_how_far_it_is(words, bars, monkeypatch, tmp_path, ros_domain):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
-    monkeypatch.setattr('stickslip_ros.validation.evidence.EVIDENCE', (NORMAL_LOAD,))
+    one = read_references()[:1]
+    monkeypatch.setattr('stickslip_ros.validation.self_test.read_references', lambda: one)
     shown: list[str] = []
 
     @contextmanager
@@ -78,9 +77,9 @@ def test_long_work_shows_how_far_it_is(words, bars, monkeypatch, tmp_path, ros_d
         with shown_progress(what, quiet=quiet, resumes=resumes) as show:
             yield show
 
-    modules = [f'stickslip_ros.cli.{VERBS[words[0]].module}', 'stickslip_ros.study.swept_sine']
+    modules = [f'cli.{VERBS[words[0]].module}', 'study.swept_sine', 'progress']
     for module in modules:
-        monkeypatch.setattr(f'{module}.shown_progress', noted, raising=False)
+        monkeypatch.setattr(f'stickslip_ros.{module}.shown_progress', noted, raising=False)
     assert main(words) != REFUSED
     assert shown == bars
 

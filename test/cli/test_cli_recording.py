@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from mcap_records import foreign_numbers
 
 from stickslip_ros.cli.main import main
 from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, cdr
@@ -23,6 +24,21 @@ def test_info_takes_a_bag_directory_as_one_run(tmp_path: Path, capsys):
     assert main(['info', str(tmp_path / 'run'), '--json']) == 0
     [topic] = json.loads(capsys.readouterr().out)['topics']
     assert (topic['messages'], topic['gaps']) == (100, 0)
+
+
+def test_info_of_a_file_without_parameters_does_not_invent_them(tmp_path: Path, capsys):
+    path = str(foreign_numbers(tmp_path / 'theirs.mcap', [(1, 0, 1.5)]))
+    assert main(['info', path]) == 0
+    shown = capsys.readouterr().out
+    assert 'parameters: not known, the file has no parameters.yaml' in shown
+    assert 'the stand of the paper' not in shown
+    assert main(['info', path, '--json']) == 0
+    assert json.loads(capsys.readouterr().out)['changed_parameters'] is None
+
+
+def test_info_of_a_run_with_the_default_parameters_says_so(recording: Path, capsys):
+    assert main(['info', str(recording)]) == 0
+    assert 'the stand of the paper' in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -106,9 +122,8 @@ def test_a_missing_recording_is_refused(capsys: Any, tmp_path: Path):
 
 @pytest.fixture
 def whole(tmp_path: Path) -> Path:
-    with Recorder(
-        tmp_path / 'run.mcap', [CHANNEL], form=FileForm(flush_period_s=0.03)
-    ) as recorder:
+    form = FileForm(chunk_size_bytes=500)
+    with Recorder(tmp_path / 'run.mcap', [CHANNEL], form=form) as recorder:
         for time_ms in range(100):
             recorder.put('/voltage', time_ms * MS_NS, cdr.pack_float64(time_ms), wait=True)
     return recorder.path
@@ -133,7 +148,7 @@ def test_a_cut_file_is_copied_and_its_topics_and_losses_are_shown(cut: Path, cap
     assert main(['recover', str(cut)]) == 0
     shown = capsys.readouterr().out
     assert '/voltage' in shown
-    assert 'the last chunk is cut off' in shown
+    assert 'chunk cut off, or a' in shown
     assert f'wrote {cut.with_name("run.recovered.mcap")}' in shown
     assert main(['info', str(cut.with_name('run.recovered.mcap'))]) == 0
 
@@ -146,7 +161,9 @@ def test_the_same_comes_as_json(cut: Path, tmp_path: Path, capsys):
     [file] = result['files']
     assert file['is_whole'] is False
     assert file['messages'] == file['topics'][0]['messages'] == file['last_ns'] / MS_NS + 1
-    assert [loss['problem'] for loss in file['losses']] == ['the last chunk is cut off']
+    assert [loss['problem'] for loss in file['losses']] == [
+        'chunk cut off, or a length in it is wrong'
+    ]
 
 
 def test_a_whole_file_comes_as_json(whole: Path, capsys):

@@ -44,7 +44,7 @@ def test_the_commands_of_the_page_work_in_their_order(folder: Path):
 def test_a_replay_says_that_the_data_are_identical(run: Path, capsys: pytest.CaptureFixture):
     capsys.readouterr()
     assert main(['replay', str(run)]) == 0
-    assert 'the data section is identical, byte for byte' in capsys.readouterr().out
+    assert 'every message is identical, byte for byte' in capsys.readouterr().out
     assert main(['replay', str(run), '--json']) == 0
     told = json.loads(capsys.readouterr().out)
     assert told['identical'] is True

@@ -59,7 +59,8 @@ def test_generated_force_is_that_of_the_reference(capsys: Any, preload: str, for
     assert seen['force_mean_n'] == pytest.approx(force_n, rel=3 * DIGITS)
     swing_n = STIFFNESS_N_PER_M * seen['amplitude_m']  # the foot takes the runner along
     assert abs(seen['force_ramp_start_n'] - seen['force_mean_n']) < swing_n
-    assert seen['force_net_n'] == pytest.approx(seen['force_mean_n'] - 0.5 * swing_n, abs=1e-12)
+    following_n = seen['force_mean_n'] - seen['force_net_n']  # less than k A/2: contacts give way
+    assert 0.97 * 0.5 * swing_n < following_n < 0.5 * swing_n
     assert abs(seen['energy_residual']) < ENERGY
     assert seen['simulated_s'] == pytest.approx(0.2, abs=2e-3)
     assert seen['real_time_factor'] == pytest.approx(seen['simulated_s'] / seen['wall_s'])

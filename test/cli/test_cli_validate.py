@@ -5,73 +5,62 @@ import json
 import pytest
 
 from stickslip_ros.cli.main import main
-from stickslip_ros.validation.checks import Family, Tolerance, measures
-from stickslip_ros.validation.evidence import validate
-from stickslip_ros.validation.half_space import HALF_SPACE
-from stickslip_ros.validation.load_curves import NORMAL_LOAD
-from stickslip_ros.validation.roughness import ROUGHNESS
+from stickslip_ros.validation.references import Reference, read_references
 
-EVIDENCE = 'stickslip_ros.validation.evidence.EVIDENCE'
 FILES = ['validation.csv', 'validation.md', 'validation.png']
+WRONG = Reference(
+    'Wrong', 'hess_factor', 'exponent=2', 2.2, 0.01, 2.2,
+    'one in a hundred is counted twice', 'a [bold] ruler', 'nobody', '1',
+)  # fmt: skip
 
 
-@measures(
-    ('a [bold] length', 'a ruler', 'm', Tolerance(0.01, 'one in a hundred is counted twice'))
-)
-def wrong():
-    return ((1.0, 1.1),)
+@pytest.fixture
+def only(monkeypatch):
+    def choose(*rows):
+        monkeypatch.setattr('stickslip_ros.validation.self_test.read_references', lambda: rows)
+
+    return choose
 
 
-WRONG = Family('Wrong', (wrong,))
-
-
-def test_all_checks_pass_and_files_are_written(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(EVIDENCE, (NORMAL_LOAD, HALF_SPACE))
-    monkeypatch.setenv('COLUMNS', '120')
+def test_all_references_are_met_and_files_are_written(capsys, tmp_path):
     assert main(['validate', '--output', str(tmp_path)]) == 0
     printed = capsys.readouterr().out
-    assert 'all passed' in printed
+    assert f'{sum(row.is_compared for row in read_references())} references, all passed' in printed
     assert 'FAIL' not in printed
-    assert 'rough, d = 80 nm: force (Eq. 24)' in printed
+    assert '3-D half-space' in printed
     assert sorted(path.name for path in tmp_path.iterdir()) == FILES
 
 
-def test_it_tells_how_many_families_are_done(monkeypatch):
-    monkeypatch.setattr(EVIDENCE, (WRONG, WRONG))
-    told = []
-    validate(progress=lambda done, total: told.append((done, total)))
-    assert told == [(0, 2), (1, 2)]
-
-
-def test_a_wrong_parameter_fails_with_status_1(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(EVIDENCE, (NORMAL_LOAD, ROUGHNESS))
+def test_a_wrong_parameter_fails_with_status_1(capsys, monkeypatch, only, tmp_path):
+    only(*(row for row in read_references() if row.quantity == 'rough_prefactor_1d'))
     monkeypatch.setattr('stickslip_ros.contact.roughness.POHRT_POPOV', 1.95)
     assert main(['validate', '--output', str(tmp_path)]) == 1
-    printed = capsys.readouterr().out
-    assert 'FAIL Q_1D with kappa cancelled: error 0.0077 of the reference' in printed
-    assert '3 failed' in printed
+    printed = ' '.join(capsys.readouterr().out.split())
+    assert 'FAIL rough_prefactor_1d of rms_height_m=1.1221e-06, hurst=0.7' in printed
+    assert '3 references, 3 failed' in printed
 
 
-def test_a_failure_says_against_what_and_what_error_was_expected(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(EVIDENCE, (WRONG,))
+def test_a_failure_says_against_what_and_what_error_was_expected(capsys, only, tmp_path):
+    only(WRONG)
     assert main(['validate', '--output', str(tmp_path)]) == 1
     printed = ' '.join(capsys.readouterr().out.split())
-    assert 'FAIL a [bold] length: error 0.1 of the reference (a ruler), above 0.01: one' in printed
+    assert 'FAIL hess_factor of exponent=2: 2, not 2.2 (a [bold] ruler, nobody); ' in printed
+    assert 'error 0.091 above 0.01: one in a hundred is counted twice' in printed
 
 
-def test_the_json_has_every_check_in_si_units(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(EVIDENCE, (WRONG,))
+def test_the_json_has_every_reference_in_si_units(capsys, only, tmp_path):
+    only(WRONG)
     assert main(['validate', '--output', str(tmp_path), '--json']) == 1
     result = json.loads(capsys.readouterr().out)
     assert result['passed'] is False
-    assert result['checks'][0]['ours'] == pytest.approx(1.1)
-    assert result['checks'][0]['unit'] == 'm'
-    assert result['checks'][0]['reason'] == 'one in a hundred is counted twice'
+    [row] = result['checks']
+    assert (row['ours'], row['reference'], row['unit']) == (pytest.approx(2.0), 2.2, '')
+    assert row['why'] == 'one in a hundred is counted twice'
     assert sorted(result['files']) == sorted(str(tmp_path / name) for name in FILES)
 
 
-def test_a_folder_that_cannot_be_made_is_refused(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(EVIDENCE, (WRONG,))
+def test_a_folder_that_cannot_be_made_is_refused(capsys, only, tmp_path):
+    only(WRONG)
     taken = tmp_path / 'taken'
     taken.write_text('')
     assert main(['validate', '--output', str(taken)]) == 2

@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import inspect
 import json
 import os
 import re
@@ -22,17 +23,13 @@ from stickslip_ros.cli.drive import ros_arguments
 from stickslip_ros.cli.main import build_parser, main
 from stickslip_ros.cli.verbs import VERBS
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.paper.laws import LAWS
 from stickslip_ros.paper.make import FIGURES
-from stickslip_ros.paper.screening import SCREENING
 from stickslip_ros.parameters import ControllerParameters, Parameters, load_yaml, specs
 from stickslip_ros.study.comparison.by_amplitude import MODEL
-from stickslip_ros.study.fitting.fit import STARTS
 from stickslip_ros.study.fitting.free import FITTED_GROUPS
-from stickslip_ros.study.fitting.problem import DEFAULT_FREQUENCY_HZ
 from stickslip_ros.study.sawtooth_run import STEADY_STEPS_MAX
 from stickslip_ros.study.sweep import STEADY_RULE
-from stickslip_ros.study.zero_amplitude import FIT_POINTS, STEP_MIN_M, STEPS
+from stickslip_ros.study.zero_amplitude import FIT_POINTS, STEP_MIN_M
 from stickslip_ros.testing.positioning import LOAD_N, TARGETS_M
 from stickslip_ros.units import NM
 
@@ -142,7 +139,7 @@ def test_help_fits_a_narrow_terminal(
 
 
 def test_one_spelling_of_an_option_is_one_thing():
-    same = {'--preload', '--amplitude', '--frequency', '--steps', '--points', '--output'}
+    same = {'--preload', '--amplitude', '--frequency', '--steps', '--output'}
     same |= {'--load', '--seed'}
     texts: dict[str, set[str]] = {}
     for parser in parsers().values():
@@ -153,23 +150,40 @@ def test_one_spelling_of_an_option_is_one_thing():
     assert several == same | {'-o'}
 
 
+@pytest.mark.parametrize(
+    ('verb', 'name', 'arguments'),
+    [
+        ('simulate', 'simulate', ('amplitude_m', 'voltage_v', 'frequency_hz', 'steps')),
+        ('sweep', 'sweep', ('steps',)),
+        ('zero-amplitude', 'zero_amplitude', ('frequency_hz', 'steps')),
+        ('fit', 'fit', ('frequency_hz', 'steps', 'starts', 'seed')),
+    ],
+)
+def test_an_option_has_the_default_and_the_words_of_the_argument_of_its_function(
+    verb: str, name: str, arguments: tuple[str, ...]
+):
+    function = getattr(stickslip_ros, name)
+    options, said = parsers()[verb]._option_string_actions, function.__doc__.lower().split()
+    for argument in arguments:
+        option = options[f'--{argument.partition("_")[0]}']
+        default = inspect.signature(function).parameters[argument].default
+        words = (option.help or '').partition(' (default')[0].lower().split()
+        assert option.default == default
+        assert ' '.join(words) in ' '.join(said)
+
+
 def test_help_tells_the_numbers_of_the_package(capsys: Any):
     told = {name: ' '.join(parser.format_help().split()) for name, parser in parsers().items()}
     assert f'at {FIT_POINTS} amplitudes' in told['zero-amplitude']
     assert f'above {STEP_MIN_M:g} m.' in told['zero-amplitude']
-    assert f'steps of each run (default: {STEPS})' in told['zero-amplitude']
     assert f'{STEADY_RULE}; --steps' in told['sweep']
     assert f'default: {POINTS} around the resonance' in told['bode']
-    assert f'at most {STEADY_STEPS_MAX})' in told['simulate']
+    assert f'at most {STEADY_STEPS_MAX}' in told['simulate']
     assert f'The word {MODEL} for B' in told['compare']
     assert f'Quantities of {", ".join(FITTED_GROUPS)} may be freed' in told['fit']
-    assert f'searches (default: {STARTS})' in told['fit']
-    assert f'amplitudes up to 160 nm (default: {LAWS.points})' in told['laws']
     assert f'Names: {", ".join(FIGURES)}.' in told['figures']
-    assert f'unknowns (default: {SCREENING.points})' in told['sensitivity']
     assert f'within {TOLERANCE_M * NM:g} nm' in told['positioning']
     parse = build_parser().parse_args
-    assert parse(['fit', 'a', '--free', 'b']).frequency == DEFAULT_FREQUENCY_HZ
     targets = parse(['positioning']).target
     assert to_numbers('--target', targets, 'm') == list(TARGETS_M)
     assert parse(['positioning']).load == LOAD_N
@@ -428,15 +442,12 @@ def test_what_is_no_file_is_refused_in_one_line(
 
 
 WRITING = {
-    'simulate': (['--voltage', '10', '-o'], 'run_sawtooth'),
+    'simulate': (['--voltage', '10', '-o'], 'simulate'),
     'replay': (['voltage.csv', '-o'], 'replay_input'),
     'sweep': (['--amplitude', '1e-9', '-o'], 'run_sweep'),
-    'fit': (['points.csv', '--free', 'contact.friction', '-o'], 'fit_drive'),
+    'fit': (['points.csv', '--free', 'contact.friction', '-o'], 'fit'),
     'compare': (['points.csv', 'model', '--output'], 'compare'),
-    'roughness': (['--output'], 'sample_roughness'),
-    'laws': (['--output'], 'make_tables'),
     'figures': (['--output'], 'make_tables'),
-    'sensitivity': (['--output'], 'make_tables'),
     'validate': (['--output'], 'validate'),
 }
 """Words that have each verb write, and the work that it would do before."""

@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.memory import CAPACITY, fresh_memory, lost_energy, move, stored_energy
+from stickslip_ros.contact.memory import CAPACITY, fresh_memory
 from stickslip_ros.contact.record import Record
-from stickslip_ros.validation.memory import follow
+from stickslip_ros.validation.contacts import follow, follow_energies
 
 
 class Sample(NamedTuple):
@@ -16,16 +15,6 @@ class Sample(NamedTuple):
     force_n: float
     stored_j: float
     lost_j: float
-
-
-@entry_point
-def follow_energies(curve: Record, memory: Record, turns, samples) -> None:
-    """Move to each of ``turns``; rows of ``samples`` receive force, stored and lost energy."""
-    for i in range(len(turns)):
-        move(curve, memory, turns[i])
-        samples[i, 0] = memory.force_n
-        samples[i, 1] = stored_energy(curve, memory)
-        samples[i, 2] = lost_energy(curve, memory)
 
 
 class Guide:

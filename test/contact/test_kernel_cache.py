@@ -2,12 +2,17 @@
 
 import os
 import pickle
+import random
+import re
 import shutil
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from itertools import chain, cycle
 from pathlib import Path
-from threading import Barrier, Thread
+from threading import Barrier
+from typing import Any
 
 import numba
 import pytest
@@ -18,9 +23,10 @@ from stickslip_ros.contact.kernel import entry_point, in_python, kernel
 from stickslip_ros.contact.kernel_cache import CONFIG, Folders, cache_folders, why_not_kept
 from stickslip_ros.sources import FOLDERS
 
+BIN = Path(sys.executable).parent
 MINE = os.geteuid()
 NOBODY = 65534
-ROUNDS = 300
+ROUNDS = 50
 KEPT = '*.twice-*.nbc'
 """The machine code of `twice` in a folder."""
 
@@ -169,12 +175,6 @@ class Payload:
         return os.mkdir, (str(self.mark),)
 
 
-def _plant(file: Path, mark: Path, head: bytes = b'') -> None:
-    """Write a file of a kernel's cache with a payload."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    file.write_bytes(head + pickle.dumps(Payload(mark)))
-
-
 def _call_anew() -> float:
     return entry_point(twice)(1.5)
 
@@ -184,15 +184,15 @@ def test_what_another_user_has_put_into_a_cache_is_not_executed(package, tmp_pat
     mark, folder = tmp_path / 'executed', fresh_folders().write
     assert _call_anew() == 3.0
     [kept] = folder.glob(KEPT)
-    _plant(kept, mark)
+    kernel_cache.save_whole(kept, pickle.dumps(Payload(mark)))
     folder.chmod(0o777)
     assert _call_anew() == 3.0
     assert not mark.exists()
 
     # The payload works: where only this user can have put it, it is executed.
     folder.chmod(0o700)
-    _plant(kept, mark)
-    assert _call_anew() == 3.0
+    with pytest.raises(TypeError):
+        _call_anew()
     assert mark.exists()
 
 
@@ -206,35 +206,113 @@ def test_nothing_is_looked_for_in_the_common_temporary_folder(package, tmp_path,
     for blocked in (package / '__pycache__', tmp_path / 'user'):
         blocked.write_text('', encoding='utf-8')
     monkeypatch.setattr(tempfile, 'tempdir', str(temporary))
-    _plant(folder / kept.name, mark)
+    folder.mkdir(parents=True, exist_ok=True)
+    payload = pickle.dumps(Payload(mark))
+    kernel_cache.save_whole(folder / kept.name, payload)
     monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(folder))  # the place and form of numba itself
     index = Path(FunctionCache(in_python(twice))._cache_file._index_path)
-    _plant(index, mark, pickle.dumps(numba.__version__))
+    index.parent.mkdir(parents=True, exist_ok=True)
+    index.write_bytes(pickle.dumps(numba.__version__) + payload)
     monkeypatch.setattr(CONFIG, 'CACHE_DIR', '')
     folder.chmod(0o700)
     assert _call_anew() == 3.0
     assert not mark.exists()
 
 
-def test_processes_that_compile_at_once_never_find_the_code_of_another_signature(tmp_path):
-    wrong: list[tuple[str, int]] = []
-
-    def keep(own: str) -> None:
-        for number in range(ROUNDS):
-            files = kernel_cache._Files(str(tmp_path), f'kernel{number}', None)
-            both.wait()
-            files.save((own, 'key'), own)
-            both.wait()
-            if files.load((own, 'key')) != own:
-                wrong.append((own, number))
-
+def test_signatures_that_are_compiled_at_once_each_find_their_own_code(package, monkeypatch):
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
     both = Barrier(2)
-    threads = [Thread(target=keep, args=[own]) for own in ('float64', 'int64')]
-    for each in threads:
-        each.start()
-    for each in threads:
-        each.join()
-    assert not wrong
+
+    def compile_and_load(value: float) -> list[float]:
+        both.wait()
+        return [entry_point(twice)(value) for _ in range(2)]
+
+    with ThreadPoolExecutor(2) as threads:
+        assert repr([*threads.map(compile_and_load, (1.5, 1))]) == '[[3.0, 3.0], [2.0, 2.0]]'
+    assert len([*fresh_folders().write.glob(KEPT)]) == 2
+
+
+def test_of_two_that_keep_a_file_at_once_one_is_found_whole(tmp_path):
+    both, kept = Barrier(2), tmp_path / 'kernel.nbc'
+
+    def keep(data: bytes) -> list[bytes]:
+        found = []
+        for _ in range(ROUNDS):
+            both.wait()
+            kernel_cache.save_whole(kept, data)
+            found.append(kernel_cache.load_whole(kept))
+        return found
+
+    own = (b'one' * 9999, b'another' * 9999)
+    with ThreadPoolExecutor(2) as threads:
+        found = {*chain.from_iterable(threads.map(keep, own))}
+    assert found <= {*own}
+    assert [*tmp_path.iterdir()] == [kept]
+
+
+def empty(file: Path) -> None:
+    file.write_bytes(b'')
+
+
+def cut(file: Path) -> None:
+    os.truncate(file, file.stat().st_size // 2)
+
+
+def flip(file: Path) -> None:
+    data = bytearray(file.read_bytes())
+    data[random.Random(file.name).randrange(len(data))] ^= 1 << random.Random(0).randrange(8)
+    file.write_bytes(data)
+
+
+def replace_by_folder(file: Path) -> None:
+    file.unlink()
+    (file / 'within').mkdir(parents=True)
+
+
+DAMAGES = (empty, cut, flip, replace_by_folder)
+
+
+@pytest.mark.parametrize('damage', DAMAGES)
+def test_a_damaged_kernel_is_compiled_anew_and_kept_and_one_line_says_so(
+    damage, package, monkeypatch, caplog
+):
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    monkeypatch.setattr(kernel_cache.KernelCache, '_is_told', False)
+    assert _call_anew() == entry_point(thrice)(1.0) == 3.0
+    kept = sorted(fresh_folders().write.glob('*.nbc'))
+    for file in kept:
+        damage(file)
+    assert _call_anew() == entry_point(thrice)(1.0) == 3.0
+    [line] = caplog.messages
+    assert line.startswith('compiled kernel ')
+    assert line.endswith('; it is compiled anew, with others like it')
+    assert sorted(fresh_folders().write.glob('*.nbc')) == kept
+    again: Any = entry_point(twice)
+    assert again(1.5) == 3.0
+    assert sum(again.stats.cache_hits.values()) == 1
+
+
+@pytest.mark.usefixtures('compiled_kernels')
+def test_a_run_over_damaged_kernels_says_so_and_the_next_one_compiles_nothing(tmp_path):
+    folder = cache_folders().write
+    shutil.copytree(folder, tmp_path / folder.name)
+    kept = sorted((tmp_path / folder.name).glob('*.advance.*-entry-*.nbc'))
+    for damage, file in zip(cycle(DAMAGES), kept, strict=False):
+        damage(file)
+    told = [
+        subprocess.run(
+            [BIN / 'stickslip', 'simulate', '--voltage', '150', '--steps', '1'],
+            env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stderr
+        for _ in range(2)
+    ]
+    assert re.fullmatch(
+        r'compiled kernel /.*; it is compiled anew, with others like it\n', told[0]
+    )
+    assert told[1] == ''
 
 
 AS_ANOTHER_USER = """

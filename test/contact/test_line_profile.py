@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from evidence.springs import pull, springs_of_line
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -21,8 +22,7 @@ from stickslip_ros.contact.virgin import CELLS, tabulate, virgin_force
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import ContactParameters, Parameters
-from stickslip_ros.study.sawtooth_run import run_sawtooth
-from stickslip_ros.validation.springs import pull, springs_of_line
+from stickslip_ros.study.sawtooth_run import simulate
 
 virgin_force = entry_point(virgin_force)
 
@@ -192,7 +192,7 @@ def test_a_prefactor_without_effect_on_a_line_is_refused_and_the_rms_height_coun
 
 def test_the_drive_runs_on_rough_lines():
     stand = Parameters().updated({'contact.profile': 'rough_line', 'stand.preload': 0.5})
-    run = run_sawtooth(stand, voltage_v=300.0, frequency_hz=1000.0, steps=30)
+    run = simulate(stand, voltage_v=300.0, steps=30, is_recorded=False).result
     limit_n = sum(contact.max_force_n for contact in contacts_of(stand))
     assert run.steps == 30
     assert math.isfinite(run.force_mean_n)

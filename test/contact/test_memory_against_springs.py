@@ -4,11 +4,10 @@ from collections import Counter
 
 import numpy as np
 import pytest
+from evidence.springs import plant_springs, pull
 from guide import Guide
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-from stickslip_ros.validation.springs import plant_springs, pull
 
 ROUNDING = 1e-12
 """Relative to the full-slip force, or to that force times the displacement of full slip."""

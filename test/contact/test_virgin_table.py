@@ -119,3 +119,11 @@ def test_contacts_that_share_a_displacement_add_up(hemisphere):
     assert both.force_max_n == pytest.approx(0.3 * 0.4, rel=ROUNDING, abs=0.0)
     pair = tabulate([two, two])
     np.testing.assert_allclose(pair.cells, 2.0 * alone.cells, rtol=ROUNDING)
+
+
+def test_a_displacement_that_no_contact_has_reads_nothing_beyond_the_table(curve):
+    u_m = np.array([-1.0, -1e15, np.inf, np.nan])
+    columns = [np.empty_like(u_m) for _ in range(3)]
+    _look_up(curve, u_m, *columns)
+    assert (columns[0] == curve.force_max_n).all()
+    assert (columns[1] == 0.0).all()

@@ -106,3 +106,12 @@ def test_a_drive_that_has_given_up_makes_no_more_passes_until_it_rests_again(dri
     assert machine.state == before
     again = drive().start(level(0.0), [1e-4])
     check_motion(again.states, 0.0)
+
+
+def test_a_sample_of_four_longest_steps_takes_four_whatever_the_rounding(drive):
+    machine = drive()
+    assert machine.plant.dt_s == 5e-6
+    assert 20e-6 - 5e-6 - 5e-6 - 5e-6 > 5e-6  # the rounding that made five of them
+    machine.start(level(0.0), [20e-6])
+    stretches = 1
+    assert machine.state.passes_made == stretches + 4

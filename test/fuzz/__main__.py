@@ -1,4 +1,4 @@
-"""``make fuzz``: random real-valued commands on every stand, until the time is over."""
+"""``make fuzz``: random commands on every stand, damaged files, until the time is over."""
 
 import argparse
 import os
@@ -7,9 +7,15 @@ import threading
 import time
 from collections import Counter
 
+from fuzz_cache import try_cache
 from fuzz_case import Outcome, command_line, run_case
 from fuzz_stands import STANDS
+from wrong_checkpoints import DRIVES, failures_of
 
+CACHES = 20
+"""Damaged files of the kernel cache per round of the stands."""
+CHECKPOINTS_EVERY = 101
+"""Of so many wrong checkpoints of a drive one is tried in a round."""
 HANGS_S = 120.0
 """A case that takes longer has hung; the longest take a few seconds."""
 
@@ -33,6 +39,9 @@ def main() -> int:
         while time.monotonic() < end_s:
             for stand in stands:
                 campaign.try_case(stand, case)
+            campaign.try_caches(range(case * CACHES, (case + 1) * CACHES))
+            if not chosen.stand:
+                campaign.try_checkpoints(case)
             case += 1
     campaign.tell()
     return 1 if campaign.failed else 0
@@ -42,7 +51,7 @@ class Campaign:
     """Cases that were tried, and what they came to."""
 
     def __init__(self) -> None:
-        self.failed = 0
+        self.failed = self._caches = 0
         self._cases: Counter[str] = Counter()
         self._commands: Counter[str] = Counter()
         self._refused = 0
@@ -62,6 +71,23 @@ class Campaign:
         watchdog.cancel()
         self._note(stand, repeat, outcome)
 
+    def try_caches(self, cases: range) -> None:
+        """Damage files of the kernel cache; say at once which one was taken for whole."""
+        self._caches += len(cases)
+        for case in cases:
+            if not try_cache(case):
+                self.failed += 1
+                print(
+                    f'FAILED: try_cache({case}): a damaged kernel is taken for whole', flush=True
+                )
+
+    def try_checkpoints(self, first: int) -> None:
+        """Try some of the checkpoints of which one value is wrong, others in each round."""
+        for drive in DRIVES:
+            for failure in failures_of(drive, first % CHECKPOINTS_EVERY, CHECKPOINTS_EVERY):
+                self.failed += 1
+                print(f'FAILED: {failure}', flush=True)
+
     def _note(self, stand: str, repeat: str, outcome: Outcome) -> None:
         self._cases[stand] += 1
         self._commands += outcome.commands
@@ -78,6 +104,7 @@ class Campaign:
         """Print what was tried and what was found."""
         commands = self._commands
         print(f'{self._cases.total()} cases on {len(self._cases)} stands, {self.failed} failed')
+        print(f'{self._caches} damaged files of the kernel cache')
         print(f'{commands.total()} commands, each run twice; {self._refused} refused')
         print(f'least of a stand: {min(self._cases.values())} cases')
         print('of each command: ' + ', '.join(f'{n} {commands[n]}' for n in sorted(commands)))

@@ -18,7 +18,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Event, Result
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, spec_of
-from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run import ReportingBench, RunWriter
 
 COMMANDS = 12
 BLOCKS_BETWEEN = 3
@@ -104,7 +104,7 @@ def program_of(rng: np.random.Generator, parameters: Parameters) -> list[tuple[R
 def record(parameters: Parameters, program: list[tuple[Request, int]], path: Path) -> None:
     """Record a program in a file."""
     with RunWriter(path, parameters, wait=True) as writer:
-        run = Run(parameters, writer=writer)
+        run = ReportingBench(parameters, writer=writer)
         for request, blocks in [*program, (Request('stop'), BLOCKS_BETWEEN)]:
             run.accept(request)
             for _ in range(blocks):

@@ -3,14 +3,16 @@
 from collections import Counter
 
 import pytest
+from fuzz_cache import try_cache
 from fuzz_case import NUMBERS, run_case
 from fuzz_stands import CHOICES, CONFIG, LAW_SPANS, SPANS, STANDS
 
 from stickslip_ros.instrument.commands import COMMANDS
 from stickslip_ros.parameters import load_yaml, specs
-from stickslip_ros.study.sawtooth_run import run_sawtooth
+from stickslip_ros.study.sawtooth_run import simulate
 
 SEEDS = (1, 2)
+CASES = 50
 GROUPS = ('actuator', 'amplifier', 'friction_law', 'interferometer', 'load_cell', 'runner')
 NOT_DRAWN = {
     'amplifier.frequency_max',  # only refuses
@@ -45,9 +47,22 @@ def test_random_real_valued_commands_end_stay_finite_and_repeat_on_every_stand(s
     assert min(commands[name] for name in (*NUMBERS, 'fault')) >= COMMANDS_MIN
 
 
+def test_whatever_happens_to_a_file_of_the_kernel_cache_is_told():
+    assert all(map(try_cache, range(CASES)))
+
+
 def test_a_fall_that_settles_within_rounding_of_its_aim_ends():
     stand = load_yaml(CONFIG / 'realistic.yaml')
-    assert run_sawtooth(stand, 113.76725643485543, 1153.3955451232346, 50).steps == 50
+    assert (
+        simulate(
+            stand,
+            voltage_v=113.76725643485543,
+            frequency_hz=1153.3955451232346,
+            steps=50,
+            is_recorded=False,
+        ).result.steps
+        == 50
+    )
 
 
 def test_a_voltage_that_meets_a_command_too_steep_for_the_clock_to_tell_ends():

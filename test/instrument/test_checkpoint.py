@@ -1,19 +1,21 @@
 """A bench that is saved and restored goes on to the bit; bytes of strangers make nothing else."""
 
-import hashlib
 import json
 import pickle
-import zlib
 from array import array
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
+from wrong_checkpoints import checkpoint_of, failures_of, with_content, with_value
 
+from stickslip_ros.contact.record import FLOAT
 from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.checkpoint import SIZE_MAX
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
+from stickslip_ros.instrument.state_tree import plain, read
 from stickslip_ros.parameters import Parameters, Scalar, load_yaml
 
 REALISTIC = Path(__file__).parents[2] / 'config' / 'realistic.yaml'
@@ -96,17 +98,28 @@ def test_a_restored_bench_goes_on_as_the_saved_one_does(stand: str, program: str
     saved = bench.save()
     assert bench.save() == saved
     again = Bench.restore(saved)
+    assert again.save() == saved
     assert went_on(again) == went_on(bench)
+    assert again.save() == bench.save()
 
 
 def test_what_is_kept_beside_comes_back():
     bench = Bench(Parameters())
     trace = bench.update(1_000_000).readings.trace
-    told = {'trace': trace, 'name': 'run 7'}
-    beside = Bench.restore(bench.save(told)).beside
-    assert beside['trace'].tobytes() == trace.tobytes()
-    assert beside['name'] == 'run 7'
+    beside = Bench.restore(bench.save({'trace': trace, 'name': 'run 7'})).beside
+    told = read({'trace': (FLOAT, trace.shape), 'name': str}, beside, 'beside')
+    assert told['trace'].tobytes() == trace.tobytes()
+    assert told['name'] == 'run 7'
     assert Bench.restore(bench.save()).beside == {}
+
+
+@pytest.mark.parametrize('order', [1, -1])
+def test_the_plant_is_made_anew_to_the_bit_in_whatever_order_it_changed(order: int):
+    requests = (Request('preload', (0.31415,)), *PROGRAMS['faults'])[::order]
+    bench = begun(stands()['realistic'], requests)
+    again = Bench.restore(bench.save())
+    assert bench.plant.separate
+    assert plain(again.stand.plants) == plain(bench.stand.plants)
 
 
 def test_a_reset_of_a_restored_bench_leads_to_rest():
@@ -126,6 +139,14 @@ def test_from_one_state_it_can_go_on_otherwise():
     assert went_on(heavy)[0] != went_on(bench)[0]
 
 
+def test_feet_that_are_moved_one_by_one_keep_their_springs_under_another_weight():
+    stand = Parameters().updated({'stand.weight': True, 'runner.mass': 0.002})
+    bench = begun(stand, PROGRAMS['faults'])
+    heavy = Bench.restore(bench.save(), {'runner.mass': 0.02})
+    anew = begun(stand.updated({'runner.mass': 0.02}), PROGRAMS['faults'])
+    assert plain(heavy.stand.plants) == plain(anew.stand.plants)
+
+
 @pytest.mark.parametrize('name', ['stand.preload', 'contact.friction', 'sim.block'])
 def test_what_the_state_depends_on_cannot_change(name: str):
     saved = Bench(Parameters()).save()
@@ -143,10 +164,12 @@ def test_a_damaged_checkpoint_is_refused(where: int):
         Bench.restore(bytes(saved))
 
 
-def test_one_of_another_version_says_which():
+@pytest.mark.parametrize('change', [{'kinds': 'other', 'version': '0.0.7'}, {'format': 3}])
+def test_one_of_another_form_says_which_and_what_to_do(change: Mapping[str, object]):
     first, _, body = Bench(Parameters()).save().partition(b'\n')
-    head = {**json.loads(first), 'kinds': 'other', 'version': '0.0.7'}
-    with pytest.raises(WrongKind, match=r'use stickslip_ros 0\.0\.7, which has saved it'):
+    head = {**json.loads(first), **change}
+    told = f'{head["format"]}, that of version {head["version"]}.*; use the sources that have sav'
+    with pytest.raises(WrongKind, match=told):
         Bench.restore(json.dumps(head).encode() + b'\n' + body)
 
 
@@ -157,11 +180,65 @@ class Evil:
         return print, ('harm is done',)
 
 
-@pytest.mark.parametrize('content', [Evil(), {'refused': Evil()}, [1], {'stand': Path()}])
+@pytest.mark.parametrize(
+    'content',
+    [
+        pytest.param(pickle.dumps(Evil()), id='pickle'),
+        pytest.param(bytes(SIZE_MAX + 1), id='bomb'),
+        pytest.param(b'[' * 1_000_000, id='deep'),
+        pytest.param(b'{"state": ' * 1_000_000, id='deep tables'),
+        pytest.param(b'{"state": 0, "state": 0}', id='twice'),
+        pytest.param(b'9' * 100_000, id='digits'),
+        pytest.param(b'\xff\xfe', id='no text'),
+        {'parameters': {}, 'state': {}},
+        {'parameters': {}, 'state': {}, 'beside': {}},
+        {'parameters': Parameters().flat(), 'state': [1], 'beside': {}},
+        {'parameters': Parameters().flat(), 'state': {'time_ns': 0}, 'beside': {}},
+        {'parameters': {**Parameters().flat(), 'sim.seed': -1}, 'state': {}, 'beside': {}},
+    ],
+)
 def test_nothing_of_strangers_is_made(content: object, capsys: pytest.CaptureFixture[str]):
-    head = json.loads(Bench(Parameters()).save().partition(b'\n')[0])
-    body = zlib.compress(pickle.dumps(content))
-    head['sha256'] = hashlib.sha256(body).hexdigest()
-    with pytest.raises(WrongKind, match='give one that a bench has saved'):
-        Bench.restore(json.dumps(head).encode() + b'\n' + body)
+    with pytest.raises(StickSlipError, match=r'\A[^\n]*; [^\n]*\Z'):
+        Bench.restore(with_content(Bench(Parameters()).save(), content))
     assert capsys.readouterr().out == ''
+
+
+@pytest.mark.parametrize('size', [0, 1, 50, 200, -1])
+def test_a_cut_checkpoint_is_refused(size: int):
+    with pytest.raises(WrongKind, match='a checkpoint'):
+        Bench.restore(Bench(Parameters()).save()[:size])
+
+
+@pytest.mark.parametrize(
+    ('place', 'value', 'told'),
+    [
+        ('stand.states.contacts[0].memory.depth', 1024, 'depth 1024 is not from 0 to 1023'),
+        ('stand.states.contacts[6].memory.sense', 0.0, 'sense 0.0 is not 1 or -1'),
+        ('stand.states.contacts[6].springs.last[5]', 128, 'last 128 is not from 0 to 127'),
+        ('stand.states.contacts[0].on_springs', 2, 'on_springs 2 is not 0 or 1'),
+        ('stand.states.clock.cycle', -1, 'cycle -1 is not from 0 to'),
+        ('stand.states.velocity_m_per_s', 1e300, 'velocity_m_per_s 1e[+]300 is not a finite'),
+        ('sensing.memory.samples', 2**63 - 1, 'samples 9223372036854775807 is not from 0 to'),
+        ('sensing.memory.beam.lost', 255, 'lost 255 is not 0 or 1'),
+        ('sensing._noise_m.place', -1, 'place -1 is not from 0 to'),
+        ('motion.wave.cycles', 2**63 - 1, 'cycles 9223372036854775807 is not from'),
+        ('motion.is_new', 1, 'is_new 1 is not a bool'),
+        ('motion._failed', 2**31, '_failed 2147483648 is not bits of'),
+        ('faults.dead_foot', 2**31, 'fault.dead_foot 2147483648 is above the maximum 6'),
+        ('time_ns', 1, 'time_ns 1 is not from 0 to .* in steps of 20000'),
+        ('_requests', 10**400, '_requests 1000.* is not from'),
+    ],
+)
+def test_what_would_index_or_count_beyond_is_refused_before_a_kernel_sees_it(
+    place: str, value: object, told: str
+):
+    saved = checkpoint_of('feet apart')
+    fresh = Bench(Parameters()).save()
+    with pytest.raises(StickSlipError, match=rf'{told}[^\n]*; [^\n]*\Z'):
+        Bench.restore(with_value(saved, f'state.{place}', value))
+    assert Bench(Parameters()).save() == fresh
+
+
+@pytest.mark.parametrize('drive', ['feet apart', 'delayed'])
+def test_each_wrong_value_is_refused_in_a_line_or_runs_on(drive: str):
+    assert not list(failures_of(drive, 0, 89))

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.position_loop import (
     Level,
     LoopSettings,
@@ -212,6 +213,15 @@ def test_a_target_right_after_the_reading_came_back_is_reached(bench_with, veloc
     requests = {2 * MS: [Request('clear_faults'), go_to(8e-6)]}
     told = drive_bench(bench, 400 * MS, requests)
     assert [event.result for event in told.events] == [Result.DONE, Result.DONE]
+
+
+def test_a_runner_shall_stand_where_the_reading_that_came_back_finds_it(bench_with):
+    bench = bench_with(fault__interferometer='dropout')
+    stand_still = Request('joint', joints=Joints((), (), (0.0,)))
+    requests = {2 * MS: [stand_still, Request('clear_faults')]}
+    told = drive_bench(bench, 200 * MS, requests)
+    assert [event.result for event in told.events] == [Result.DONE, Result.DONE]
+    assert told.status[-1] & Status.IN_POSITION
 
 
 def test_a_hold_that_was_pushed_far_away_steps_back(bench_with):

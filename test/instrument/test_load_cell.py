@@ -50,7 +50,7 @@ def test_the_resonance_is_the_second_order_system_that_scipy_holds_from_sample_t
 
 def test_the_resonance_rings_at_its_frequency_and_overshoots_as_its_damping_says():
     resonance_hz, damping_ratio = 500.0, 0.1
-    sensor = load_cell_with(resonance=resonance_hz, damping_ratio=damping_ratio, bandwidth=7.0)
+    sensor = load_cell_with(resonance=resonance_hz, damping_ratio=damping_ratio)
     readings = sensor.readings(np.ones(2000), HEALTHY)
     root = math.sqrt(1.0 - damping_ratio**2)
     # 101 samples per period: the highest one is at most half a sample from the top.
@@ -61,6 +61,15 @@ def test_the_resonance_rings_at_its_frequency_and_overshoots_as_its_damping_says
     periods_s = np.diff(rising + share) / RATE_HZ
     np.testing.assert_allclose(periods_s, 1.0 / (resonance_hz * root), rtol=1e-3)
     assert readings[-1] == pytest.approx(1.0, abs=2.0 * math.exp(-0.2 * math.pi * 20.0))
+
+
+def test_the_low_pass_comes_after_the_resonance():
+    force = np.random.default_rng(0).normal(0.0, 0.1, 500)
+    swung = load_cell_with(resonance=700.0).readings(force, HEALTHY)
+    expected = load_cell_with(bandwidth=2e3).readings(swung, HEALTHY)
+    _assert_equal(
+        load_cell_with(resonance=700.0, bandwidth=2e3).readings(force, HEALTHY), expected
+    )
 
 
 def test_at_its_resonance_it_reads_one_over_twice_the_damping_ratio():

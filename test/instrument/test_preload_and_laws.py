@@ -1,5 +1,7 @@
 """The preload changes while the drive runs, and every friction law drives the bench."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from bench_runs import PERFECT, load
@@ -12,7 +14,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import Parameters, specs
-from stickslip_ros.study.sawtooth_run import run_sawtooth, voltage_for
+from stickslip_ros.study.sawtooth_run import SawtoothRun, simulate, voltage_for
 
 friction_limit = entry_point(friction_limit)
 
@@ -23,6 +25,11 @@ FALL = Request('sawtooth', (300.0, 1000.0, 0.0))
 ENERGY_RESIDUAL = 1e-3
 # Two ways of the same contact, one with 64 springs per group: see bank.BANK_ERROR.
 BANK_TOLERANCE = 3e-3
+
+
+def ran(stand: Parameters, **how: Any) -> SawtoothRun:
+    """Return what a run comes to that nobody records."""
+    return simulate(stand, **how, is_recorded=False).result
 
 
 def quiet(**values):
@@ -73,7 +80,7 @@ def test_a_ramp_from_the_start_ends_like_a_run_at_the_final_preload():
     # Every fall slips fully at 0.25 N and below, so nothing of the way there is remembered.
     ramped = quiet(stand__preload=0.1, stand__preload_end=0.25, stand__preload_rate=5.0)
     plain = quiet(stand__preload=0.25)
-    forces_n = [run_sawtooth(p, 300.0, 1000.0, 400).force_mean_n for p in (ramped, plain)]
+    forces_n = [ran(p, voltage_v=300.0, steps=400).force_mean_n for p in (ramped, plain)]
     assert forces_n[0] == pytest.approx(forces_n[1], rel=1e-6)
 
 
@@ -81,14 +88,14 @@ def test_a_ramp_from_the_start_ends_like_a_run_at_the_final_preload():
 @pytest.mark.parametrize('damping', [0.0, 80.0])
 def test_energy_balances_while_the_preload_changes(end_n, damping):
     parameters = quiet(stand__preload=0.5, stand__preload_end=end_n, runner__damping=damping)
-    run = run_sawtooth(parameters, 300.0, 1000.0, 300)
+    run = ran(parameters, voltage_v=300.0, steps=300)
     assert abs(run.energy_residual) < ENERGY_RESIDUAL
 
 
 @pytest.mark.parametrize('law', LAWS)
 def test_energy_balances_for_every_law_and_the_residual_falls_with_the_step(law):
     residuals = [
-        abs(run_sawtooth(quiet(contact__law=law, sim__dt=dt), 300.0, 1000.0, 100).energy_residual)
+        abs(ran(quiet(contact__law=law, sim__dt=dt), voltage_v=300.0, steps=100).energy_residual)
         for dt in (1e-6, 5e-7)
     ]
     assert residuals[1] < ENERGY_RESIDUAL
@@ -132,7 +139,7 @@ def test_the_contact_model_has_no_drift_below_its_zero_amplitude_where_dahl_walk
     def step_m(law):
         parameters = quiet(contact__law=law, load_cell__contact='absent')
         voltage_v = voltage_for(parameters, 40e-9)
-        return run_sawtooth(parameters, voltage_v, 200.0, 200).step_length_m
+        return ran(parameters, voltage_v=voltage_v, frequency_hz=200.0, steps=200).step_length_m
 
     assert abs(step_m('mdr')) < 1e-12
     assert step_m('dahl') > 1e-9

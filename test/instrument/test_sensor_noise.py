@@ -64,6 +64,12 @@ def test_white_noise_has_its_density_at_every_frequency(name):
     _assert_density(readings, lambda _: density**2)
 
 
+def test_the_mechanics_of_the_load_cell_do_not_see_the_noise_of_its_electronics():
+    density = DENSITY['load_cell']
+    settings = {'noise_density': density, 'resonance': 1500.0, 'damping_ratio': 0.1}
+    _assert_density(_at_rest('load_cell', settings), lambda _: density**2)
+
+
 @pytest.mark.parametrize('name', SENSORS)
 def test_the_low_pass_filters_the_noise(name):
     density, keep = DENSITY[name], math.exp(-2.0 * math.pi * CORNER_HZ / RATE_HZ)

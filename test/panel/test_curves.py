@@ -9,8 +9,8 @@ from stickslip_ros.panel.curves import (
     POSITION,
     RECENT,
     VOLTAGE,
-    History,
-    Ring,
+    BinHistory,
+    SampleRing,
     Scope,
     curve_of,
     steep_edges,
@@ -31,7 +31,7 @@ def sawtooth_samples(seconds: float, frequency_hz: float = 1e3, start_s: float =
 
 @pytest.mark.parametrize('sizes', [[1] * 40, [3, 4, 5, 6, 7], [10, 10, 10], [23, 2]])
 def test_a_ring_keeps_the_last_rows_in_order(sizes: list[int]):
-    ring, count = Ring(2, 10), 0
+    ring, count = SampleRing(2, 10), 0
     for size in sizes:
         rows = np.arange(count, count + size)
         ring.append(np.column_stack([rows, -rows]))
@@ -138,14 +138,14 @@ def test_without_trigger_the_newest_samples_are_shown():
 
 def test_nothing_gives_no_picture():
     assert Scope().picture(np.empty((0, 5)), 3) is None
-    assert History().curves(1.0, 10.0) == {}
+    assert BinHistory().curves(1.0, 10.0) == {}
 
 
 @pytest.mark.parametrize('block', [50, 500, 2500])
 def test_the_history_has_the_extremes_of_every_hundredth_of_a_second(block: int):
     samples = sawtooth_samples(1.0)
     samples[30_000, POSITION], samples[40_000, FORCE] = 1.0, -1.0
-    history = History()
+    history = BinHistory()
     for begin in range(0, len(samples), block):
         history.add_all(samples[begin : begin + block])
     assert len(history.bins.rows) == pytest.approx(100, abs=30)

@@ -18,6 +18,8 @@ COUPLED = {
     'limits.soft_max',
     'load_cell.hysteresis',
     'load_cell.range',
+    'amplifier.bandwidth',
+    'actuator.resonance',
 }
 NAMES = {'sim.joint_name', 'frame_id.stage', 'frame_id.runner', 'frame_id.load_cell'}
 """Texts that are neither empty nor begin with a slash."""
@@ -52,6 +54,8 @@ def value_of(spec: Spec) -> st.SearchStrategy:
 def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     """Draw ``{'group.name': value}`` for some parameters, all of it allowed."""
     free = {name: value_of(spec) for name, spec in specs().items() if name not in COUPLED}
+    for name in ('amplifier.bandwidth', 'actuator.resonance'):
+        free[name] = st.just(0.0) | st.floats(1.0, specs()[name].maximum)
     free |= {name: TEXTS.map(lambda text: f'a{text}') for name in NAMES}
     values = draw(st.fixed_dictionaries({}, optional=free))
     if draw(st.booleans()):

@@ -122,6 +122,15 @@ def test_a_whole_number_beyond_its_bound_is_refused():
     assert 'below the minimum 1024 B; raise it' in _refusal({'record.chunk_size': 1})
 
 
+@pytest.mark.parametrize('name', ['amplifier.bandwidth', 'actuator.resonance'])
+@pytest.mark.parametrize('value', [5e-324, 0.113767])
+def test_a_stage_is_off_or_fast_enough_to_be_computed(name, value):
+    assert _refusal({name: value}) == (
+        f'{name} {value:g} Hz is between 0 and 1 Hz; raise it; 0: none'
+    )
+    assert Parameters().updated({name: 1.0}).flat()[name] == 1.0
+
+
 def test_a_roughness_without_effect_is_refused():
     message = _refusal({'contact.rms_height': 2e-6})
     assert 'contact.rms_height 2e-06 m is without effect' in message

@@ -17,7 +17,7 @@ from pathlib import Path
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.feed import Packed
-from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.units import NS_PER_S
 
 FLUSH_PERIOD_S = 0.1
@@ -48,7 +48,7 @@ def record(path: Path, parameters: Parameters, pace: str, ticks: int, tell) -> N
     told: list[Packed] = []
     start_s = time.monotonic()
     with RunWriter(path, parameters, wait=True) as writer:
-        run = Run(parameters, told.append, writer)
+        run = ReportingBench(parameters, told.append, writer)
         run.accept(Request('sawtooth', (200.0, 500.0, 0.0)))
         for tick in range(ticks):
             run.update(run.bench.time_ns + parameters.block_ns)

@@ -105,6 +105,22 @@ def test_the_description_has_every_entry_that_rosbag2_asks_for(described: dict):
     assert described['message_count'] == sum(each['message_count'] for each in described['files'])
 
 
+def test_a_file_that_stands_alone_tells_rosbag2_its_distribution(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, described: dict
+):
+    """The whole description, as rosbag2 writes it: one with entries missing would not open."""
+    monkeypatch.setenv('ROS_DISTRO', 'jazzy')
+    voltage = Channel('/voltage', m.FLOAT64, Qos(10))
+    Recorder(tmp_path / 'run.mcap', [voltage]).close()
+    record = Recording(tmp_path / 'run.mcap').metadata['rosbag2']
+    told = yaml.safe_load(record['serialized_metadata'])
+    assert told.keys() == described.keys()
+    assert (told['version'], told['ros_distro']) == (9, 'jazzy')
+    monkeypatch.delenv('ROS_DISTRO')
+    Recorder(tmp_path / 'unknown.mcap', [voltage]).close()
+    assert 'rosbag2' not in Recording(tmp_path / 'unknown.mcap').metadata
+
+
 def test_the_description_counts_what_the_files_hold(bag: Path, described: dict):
     with AnyReader([bag]) as reader:
         counts: dict[str, int] = {}

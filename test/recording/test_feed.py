@@ -10,7 +10,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording import messages as m
 from stickslip_ros.recording.cdr import unpack
-from stickslip_ros.recording.run import Run
+from stickslip_ros.recording.run import ReportingBench
 
 MS_NS = 1_000_000
 RAMP = Request('waveform', (0.0, 0.0, 0.1, 100.0))
@@ -28,7 +28,7 @@ def joints_of(values: Mapping[str, object], duration_ns: int) -> list[m.JointMes
             assert message.stamp_ns == packed.time_ns
             heard.append(message)
 
-    run = Run(parameters, take)
+    run = ReportingBench(parameters, take)
     run.accept(RAMP)
     for end_ns in range(parameters.block_ns, duration_ns + 1, parameters.block_ns):
         run.update(end_ns)
@@ -80,13 +80,13 @@ def test_without_a_reading_neither_position_nor_velocity_is_a_number():
 
 def test_a_run_that_goes_on_from_a_state_knows_the_velocity_since_the_last_message():
     parameters = Parameters()
-    whole, first = Run(parameters), Run(parameters)
-    later: dict[Run, list] = {}
+    whole, first = ReportingBench(parameters), ReportingBench(parameters)
+    later: dict[ReportingBench, list] = {}
     for run in (whole, first):
         run.accept(RAMP)
         for time_ms in range(1, 15):
             run.update(time_ms * MS_NS)
-    second = Run(parameters, bench=Bench.restore(first.save()))
+    second = ReportingBench(parameters, bench=Bench.restore(first.save()))
     for run in (whole, second):
         heard = later[run] = []
         run._publish = heard.append

@@ -10,8 +10,8 @@ from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
 from stickslip_ros.recording import messages as m
-from stickslip_ros.recording.layout import NAME_MAX_BYTES, Layout
-from stickslip_ros.recording.run_file import open_recorder, run_path
+from stickslip_ros.recording.layout import Layout
+from stickslip_ros.recording.run_file import NAME_MAX_BYTES, open_recorder, run_path
 
 VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
 SPLIT = FileForm(in_parts=True)
@@ -25,7 +25,7 @@ def named(name: str, folder: str = 'runs') -> Path:
     return run_path(Parameters().updated(values))
 
 
-@pytest.mark.parametrize('name', ['run_7', 'grün', 'a b', '#1', 'v1.2', 'run_7.mcap', 'console'])
+@pytest.mark.parametrize('name', ['run_7', 'grün', 'a b', '#1', 'v1.2', 'run_7.mcap', 'nul'])
 def test_a_plain_name_is_taken_and_ends_in_mcap(name: str):
     assert named(name) == Path('runs') / f'{name.removesuffix(".mcap")}.mcap'
 
@@ -49,8 +49,6 @@ def test_a_run_without_a_name_is_named_after_date_and_time():
         ('run\0', 'cannot be printed'),
         ('\u202erun', 'cannot be printed'),
         ('run\ud800', 'cannot be printed'),
-        ('nul', 'device'),
-        ('COM1.mcap', 'device'),
         ('.mcap', 'begins with a dot'),
         ('µ' * (NAME_MAX_BYTES // 2 + 1), f'longer than {NAME_MAX_BYTES} bytes'),
     ],

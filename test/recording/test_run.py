@@ -12,7 +12,7 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
-from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE
 
 BLOCK_NS = Parameters().block_ns
@@ -28,7 +28,7 @@ def test_the_same_messages_are_written_and_published_but_for_commands_and_what_i
 ):
     published: list[Packed] = []
     with RunWriter(tmp_path / 'run.mcap', Parameters(), wait=True) as writer:
-        run = Run(Parameters(), published.append, writer)
+        run = ReportingBench(Parameters(), published.append, writer)
         run.update(BLOCK_NS, [MOVE, NOTE])
         for block in range(2, 12):
             run.update(block * BLOCK_NS)
@@ -43,7 +43,7 @@ def test_the_same_messages_are_written_and_published_but_for_commands_and_what_i
 def test_a_recording_begins_with_the_status_last_published_and_ends_when_it_is_exchanged(
     tmp_path: Path,
 ):
-    run = Run(Parameters())
+    run = ReportingBench(Parameters())
     run.update(BLOCK_NS, [MOVE])
     with RunWriter(tmp_path / 'run.mcap', Parameters(), wait=True) as writer:
         assert run.record(writer) is None
@@ -60,7 +60,7 @@ def record_blocks(path: Path, values: Mapping[str, object], blocks: int) -> list
     """Record a saw-tooth; return the files."""
     parameters = Parameters().updated(values)
     with RunWriter(path, parameters, wait=True) as writer:
-        run = Run(parameters, writer=writer)
+        run = ReportingBench(parameters, writer=writer)
         run.accept(MOVE)
         for block in range(1, blocks + 1):
             run.update(block * BLOCK_NS)
@@ -110,7 +110,7 @@ def test_no_part_begins_while_the_queue_is_full(tmp_path: Path, monkeypatch: pyt
         return b''
 
     with RunWriter(tmp_path / 'run.mcap', parameters) as writer:
-        run = Run(parameters, writer=writer)
+        run = ReportingBench(parameters, writer=writer)
         monkeypatch.setattr(run, 'save', save)
         monkeypatch.setattr(Recorder, 'queued', 10)
         for block in range(1, 31):
@@ -124,7 +124,7 @@ def test_no_part_begins_while_the_queue_is_full(tmp_path: Path, monkeypatch: pyt
 
 def record_and_delete(path: Path) -> None:
     with RunWriter(path, Parameters(), wait=True) as writer:
-        Run(Parameters(), writer=writer).update(BLOCK_NS)
+        ReportingBench(Parameters(), writer=writer).update(BLOCK_NS)
         path.unlink()
 
 

@@ -1,6 +1,5 @@
 """A handshake ends when a drive answers, and not before; then nothing that is sent is lost."""
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -20,15 +19,6 @@ def test_nobody_answers_where_no_drive_is(stand: Any):
     with pytest.raises(StickSlipError, match='did not come'):
         stand.operator.spin_until(handshake.is_done, 'an answer', timeout_s=3 * RETRY_S)
     handshake.close()
-
-
-def test_it_is_found_in_another_namespace(start_drive: Callable):
-    here, there = start_drive(), start_drive(namespace='/there')
-    handshake = Handshake(here.operator.node, '/there/stickslip_drive')
-    here.operator.spin_until(handshake.is_done, 'an answer')
-    assert handshake.is_done()
-    handshake.close()
-    assert there.operator.events == []
 
 
 def test_the_first_command_of_a_newcomer_arrives(stand: Any):

@@ -71,7 +71,7 @@ def test_only_preloads_and_faults_wait_and_what_must_not_overtake_them(waiting):
         ({'load_cell.contact': 'absent', 'contact.profile': 'rough_line'}, False),
         ({'amplifier.bandwidth': 2e5}, True),
         ({'contact.law': 'lugre'}, True),
-        ({'load_cell.contact': 'one_sided'}, True),
+        ({'load_cell.contact': 'one_sided'}, False),
         ({'actuator.gain_tolerance': 0.1}, True),
         ({'stand.preload_end': 0.3}, True),
         ({'fault.runner_stuck': True}, True),

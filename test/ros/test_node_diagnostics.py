@@ -1,6 +1,7 @@
 """Diagnostics say whether the drive keeps up, what it refused, and whether the disk keeps up."""
 
 import sys
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +17,12 @@ from stickslip_ros.recording.cdr import pack_float64
 from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import RunWriter
-from stickslip_ros.ros.diagnostics import FACTOR_SHARE, pace_status, recorder_status
+from stickslip_ros.ros.diagnostics import (
+    FACTOR_SHARE,
+    STAMPS_OFF_MAX_S,
+    pace_status,
+    recorder_status,
+)
 from stickslip_ros.ros.orders import NEXT_BLOCK, Order
 from stickslip_ros.ros.pacing import PaceReport
 from stickslip_ros.ros.session import Session
@@ -92,7 +98,7 @@ def test_the_values_of_time_agree_with_each_other(stand: Any):
     assert values['overruns'] <= values['overruns_total']
     assert values['real_time_factor_wanted'] == 1.0
     if values['real_time_factor'] >= FACTOR_SHARE + ROUNDING:
-        is_late = values['overruns'] > 0
+        is_late = values['overruns'] > 0 or values['stamps_behind_s'] > STAMPS_OFF_MAX_S
         assert part.level == (DiagnosticStatus.WARN if is_late else DiagnosticStatus.OK)
         assert (part.message == 'in time') != is_late
 
@@ -214,6 +220,27 @@ def test_the_level_of_a_pace(changes: dict[str, Any], level: bytes):
     session = Session(Parameters(), lambda _: None)
     status = pace_status('x', replace(PACE, **changes), session)
     assert status.level == level
+
+
+def test_stamps_that_are_far_from_the_time_of_the_system_are_a_warning(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    session, now_ns = Session(Parameters(), lambda _: None), time.time_ns()
+    monkeypatch.setattr(time, 'time_ns', lambda: now_ns)
+    said = []
+    for behind_s, changes in ((0.49, {}), (113.0, {}), (-2.0, {}), (113.0, {'overruns': 9})):
+        session.worker.time_origin_ns = now_ns - round(behind_s * 1e9)
+        status = pace_status('x', replace(PACE, **changes), session)
+        said.append((status.level, status.message))
+    ok, warn = DiagnosticStatus.OK, DiagnosticStatus.WARN
+    hint = 'more than 0.5 s; deactivate, clean up, configure and activate the node'
+    behind = f"stamps are 113.0 s behind the system's time, {hint}"
+    assert said == [
+        (ok, 'in time'),
+        (warn, behind),
+        (warn, f"stamps are 2.0 s ahead of the system's time, {hint}"),
+        (warn, f'9 of 1000 ticks late; {behind}'),
+    ]
 
 
 def test_what_is_behind_because_of_a_preload_on_its_way_says_so_once():

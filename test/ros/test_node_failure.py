@@ -13,9 +13,9 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from executables import end
 
 from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.process import CUT, LAST_S
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import recover
-from stickslip_ros.ros.executable import CUT, LAST_S
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 
@@ -26,13 +26,16 @@ HANGS = """
 import sys
 import numba, numpy
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.ros import executable, session
+from stickslip_ros import process
+from stickslip_ros.ros import session
 from stickslip_ros.ros.node import StickSlipDrive, main
 
 @numba.njit(nogil=True)
 def spin(counts):
     while counts[0] >= 0:
         counts[1] += 1
+
+spin(numpy.array([-1, 0]))  # compiled now: a stop would end it later
 
 def hang():
     print('hangs', flush=True)
@@ -49,9 +52,10 @@ def watch(self, watch=StickSlipDrive._publish_diagnostics):
 if {where!r} == 'drive':
     Bench.update, session.STOP_TIMEOUT_S = update, 1.0
 else:
-    StickSlipDrive._publish_diagnostics, executable.CLOSING_S = watch, 2.0
+    StickSlipDrive._publish_diagnostics, process.GRACE_S = watch, 2.0
 values = 'record.on_start:=true', 'record.flush_period:=0.1', 'record.directory:={folder}'
-sys.exit(main(['drive', '--ros-args', *(word for value in values for word in ('-p', value))]))
+words = ['drive', '--ros-args', *(word for value in values for word in ('-p', value))]
+sys.exit(process.run('drive', lambda: main(words), is_node=True))
 """
 """The executable, less patient, with a compiled kernel that never ends in one of its threads."""
 

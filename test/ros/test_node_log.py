@@ -1,7 +1,6 @@
 """The node says what it is and does, who is in its way, and what it refuses; each line once."""
 
 import re
-import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -154,29 +153,3 @@ def test_refusals_are_told_and_those_that_are_held_back_are_counted(stand: Any, 
     operator.spin_until(lambda: told() >= FLOOD, 'the last line')
     assert told() == FLOOD
     assert len(log.lines('WARN', 'voltage')) < FLOOD / 3
-
-
-def test_commands_that_a_full_queue_loses_are_counted(stand: Any):
-    newest = connections(stand)
-    stand.operator.spin_until(lambda: bool(newest().name), 'diagnostics')  # knows the publisher
-    stand.operator.command('voltage', 1.0)
-    stand.operator.wait_for_event('voltage', 0)
-    is_held, goes_on = threading.Event(), threading.Event()
-
-    def hold() -> None:
-        is_held.set()
-        goes_on.wait()
-
-    stand.drive.create_guard_condition(hold).trigger()
-    stand.operator.spin_until(is_held.is_set, 'the executor')
-    try:
-        for _ in range(COMMAND.depth + FLOOD):
-            stand.operator.command('voltage', 1.0)
-    finally:
-        goes_on.set()
-    told = f'{FLOOD} commands lost since the configuration'
-    stand.operator.spin_until(lambda: newest().message == told, told)
-    assert newest().level == DiagnosticStatus.WARN
-    assert [(each.key, each.value) for each in newest().values] == [
-        ('command/voltage lost', str(FLOOD))
-    ]

@@ -6,9 +6,16 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 from rcl_interfaces.msg import ParameterType
-from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParameters
-from rclpy.parameter import parameter_dict_from_yaml_file
+from rcl_interfaces.srv import (
+    DescribeParameters,
+    GetParameters,
+    ListParameters,
+    SetParameters,
+    SetParametersAtomically,
+)
+from rclpy.parameter import parameter_dict_from_yaml_file, parameter_value_to_python
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.parameters import Parameters, describe, dump_yaml, load_yaml, specs
@@ -179,11 +186,52 @@ def test_what_we_write_can_be_loaded_as_ros2_param_load_does_it(manual: Any, tmp
     path = tmp_path / 'stand.yaml'
     path.write_text(dump_yaml(wanted, ''))
     loaded = parameter_dict_from_yaml_file(str(path), use_wildcard=True)
-    del loaded['autostart']  # can never change
     request = SetParameters.Request(parameters=list(loaded.values()))
     results = manual.operator.call(SetParameters, 'set_parameters', request).results
     assert [result.reason for result in results if not result.successful] == []
     assert {name: manual.drive.get_parameter(name).value for name in specs()} == wanted.flat()
+
+
+def dumped(stand: Any) -> dict[str, Any]:
+    """Ask for every parameter and its value, as `ros2 param dump` does."""
+    ask, listed = stand.operator.call, ListParameters.Request()
+    names = list(ask(ListParameters, 'list_parameters', listed).result.names)
+    request = GetParameters.Request(names=names)
+    values = ask(GetParameters, 'get_parameters', request).values
+    return dict(zip(names, map(parameter_value_to_python, values), strict=True))
+
+
+def test_a_dump_of_all_parameters_is_loaded_back_by_a_drive_that_runs(stand: Any, tmp_path: Path):
+    values = dumped(stand)
+    fixed = {name for name in values if name.startswith('qos_overrides.')}
+    assert len(fixed) > 10
+    path = tmp_path / 'dump.yaml'
+    path.write_text(yaml.safe_dump({'/stickslip_drive': {'ros__parameters': values}}))
+    loaded = parameter_dict_from_yaml_file(str(path), target_nodes=['/stickslip_drive'])
+    assert loaded.keys() == values.keys()
+    request = SetParameters.Request(parameters=list(loaded.values()))
+    results = stand.operator.call(SetParameters, 'set_parameters', request).results
+    assert [result.reason for result in results if not result.successful] == []
+    whole = SetParametersAtomically.Request(parameters=list(loaded.values()))
+    answer = stand.operator.call(SetParametersAtomically, 'set_parameters_atomically', whole)
+    assert answer.result.successful
+    assert dumped(stand) == values
+    for name in fixed:
+        other = 'best_effort' if name.endswith('reliability') else values[name] + 1
+        assert 'read-only' in stand.operator.set_parameter(name, other).reason
+
+
+def test_a_live_parameter_set_to_what_it_was_ends_a_fault_that_a_schedule_brought(
+    start_drive: Callable, tmp_path: Path
+):
+    schedule = tmp_path / 'faults.yaml'
+    schedule.write_text('- {at: 0.0, set: {fault.runner_stuck: true}}\n')
+    stand = start_drive({'fault.schedule': str(schedule)})
+    faults = stand.drive.session.worker
+    stand.operator.spin_until(lambda: 'runner_stuck' in str(faults.faults), 'the fault')
+    assert not stand.drive.get_parameter('fault.runner_stuck').value
+    assert stand.operator.set_parameter('fault.runner_stuck', value=False).successful
+    stand.operator.spin_until(lambda: not faults.faults, 'the end of the fault')
 
 
 @pytest.mark.parametrize('text', ['1e-8', '1.0e-8', '1e-08'])

@@ -48,6 +48,18 @@ def test_only_overrides_that_make_sense_are_listed(start_drive: Callable, has_al
     assert named == wanted | {f'{each}.reliability' for each in both}
 
 
+def test_a_stream_keeps_what_comes_in_a_second_of_simulated_time(start_drive: Callable):
+    stand = start_drive({'sim.block': 5e-4, 'sim.joint_states_rate': 250.0}, wait=False)
+    depths = {key: stand.drive._topics._offered[key].qos_profile.depth for key in STREAMS}
+    assert depths == {
+        'position': 2000,
+        'force': 2000,
+        'voltage': 100,
+        'trace': 100,
+        'joint_states': 250,
+    }
+
+
 def test_an_override_of_a_publisher_is_what_the_network_sees(start_drive: Callable):
     stand = start_drive(BEST_EFFORT, wait=False)
     profile = endpoint_of(stand, '/position', published=True)
@@ -92,7 +104,7 @@ def test_a_recording_keeps_the_overridden_quality_of_service(start_drive: Callab
         channel.topic: yaml.safe_load(channel.metadata['offered_qos_profiles'])[0]['depth']
         for channel in channels
     }
-    assert (depths['/position'], depths['/force']) == (3, 100)
+    assert (depths['/position'], depths['/force']) == (3, 1000)
 
 
 @pytest.mark.parametrize(

@@ -173,7 +173,7 @@ def test_record_on_start_over_an_existing_file_leaves_the_node_inactive(
     assert stand.operator.state() == 'active'
 
 
-@pytest.mark.parametrize('transition', ['deactivate', 'shutdown active'])
+@pytest.mark.parametrize('transition', ['deactivate', 'shutdown'])
 def test_leaving_the_active_state_finishes_the_recording(
     start_drive: Callable, tmp_path: Path, transition: str
 ):
@@ -238,7 +238,7 @@ def test_types_hashes_and_quality_of_service_are_those_of_the_live_topics(stand:
         assert profile['reliability'] == live.qos_profile.reliability.value
         assert profile['durability'] == live.qos_profile.durability.value
         assert profile['liveliness'] == live.qos_profile.liveliness.value
-        assert profile['depth'] == topic.qos.depth
+        assert profile['depth'] == topic.offered_qos(stand.drive.session.parameters).depth
         for name in ('deadline', 'lifespan', 'liveliness_lease_duration'):
             duration_ns = profile[name]['sec'] * 10**9 + profile[name]['nsec']
             assert duration_ns == getattr(live.qos_profile, name).nanoseconds

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from mcap_records import rows_of
 from rclpy.parameter import Parameter
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState
@@ -14,7 +15,7 @@ from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.fingerprint import compare_data
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import run_path
 from stickslip_ros.recording.topics import COMMAND_TOPICS
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
@@ -34,26 +35,10 @@ def replay_and_check(stand: Any, tmp_path: Path) -> Recording:
         assert result.identical, result.difference
         again = Recording(result.output)
         assert compare_data(Recording(source), again) is None
-        assert [_data(each) for each in Recording(source).files] == [
-            _data(each) for each in again.files
+        assert [rows_of(each) for each in Recording(source).files] == [
+            rows_of(each) for each in again.files
         ]
     return recording
-
-
-def _data(file: Path) -> list[bytes]:
-    """Give the records of a file up to the end of the data, but for metadata and attachments."""
-    content = file.read_bytes()
-    records: list[bytes] = []
-    at = 8
-    while (opcode := content[at]) != DATA_END:
-        end = at + 9 + int.from_bytes(content[at + 1 : at + 9], 'little')
-        if opcode not in (ATTACHMENT, METADATA):
-            records.append(content[at:end])
-        at = end
-    return records
-
-
-ATTACHMENT, METADATA, DATA_END = 0x09, 0x0C, 0x0F
 
 
 @pytest.mark.parametrize(
@@ -162,7 +147,7 @@ def record_bag(folder: Path) -> Path:
     """Record the plan, one request after the other, as a bag directory."""
     stand = Parameters().updated({'record.format': 'bag', 'record.directory': str(folder)})
     with RunWriter(run_path(stand), stand, wait=True) as writer:
-        run = Run(stand, writer=writer)
+        run = ReportingBench(stand, writer=writer)
         for request in PLAN:
             run.accept(request)
             for _ in range(EVERY_BLOCKS):

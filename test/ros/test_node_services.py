@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from wrong_checkpoints import with_value
 
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.reports import Status
@@ -252,9 +253,11 @@ def test_a_drive_starts_where_another_one_was_saved(start_drive: Callable, tmp_p
     assert replay(tmp_path / 'second.mcap', tmp_path / 'again.mcap').identical
 
 
-def test_a_checkpoint_of_another_stand_is_refused(start_drive: Callable, tmp_path: Path):
-    path = tmp_path / 'saved.bin'
-    path.write_bytes(Bench(Parameters()).save())
+def test_a_checkpoint_of_another_stand_or_of_no_possible_state_is_refused(
+    start_drive: Callable, tmp_path: Path
+):
+    path, saved = tmp_path / 'saved.bin', Bench(Parameters()).save()
+    path.write_bytes(saved)
     values = {'autostart': False, 'sim.checkpoint': str(path)}
     stand = start_drive({**values, 'stand.preload': 0.37}, wait=False)
     log = stand.operator.listen_to_log()
@@ -262,4 +265,8 @@ def test_a_checkpoint_of_another_stand_is_refused(start_drive: Callable, tmp_pat
     stand.operator.spin_until(lambda: any('not configured' in line for line in log), 'the log')
     assert 'stand.preload 0.37 is not 0.5, as in the checkpoint' in ' '.join(log)
     assert stand.operator.set_parameter('stand.preload', 0.5).successful
+    path.write_bytes(with_value(saved, 'state.stand.states.contacts[0].memory.depth', 100_000))
+    assert not stand.operator.change_state('configure')
+    stand.operator.spin_until(lambda: any('memory.depth 100000' in x for x in log), 'the log')
+    path.write_bytes(saved)
     assert stand.operator.change_state('configure')

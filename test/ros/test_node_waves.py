@@ -5,9 +5,9 @@ from collections.abc import Callable
 import pytest
 
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.design.objectives import Goal, assess
+from stickslip_ros.study.design.objectives import WaveGoal, assess
 from stickslip_ros.study.design.shapes import SHAPES
-from stickslip_ros.study.design.steady_cycle import playable
+from stickslip_ros.study.design.waves import playable
 
 SAME = 0.01
 """Share by which a step over topics may differ from that of the search."""
@@ -27,5 +27,5 @@ def test_over_topics_a_wave_makes_the_steps_that_it_made_in_the_search(start_dri
         ends_m.append(float(bench.state.position_m))
     start_m, first_m, second_m = ends_m
     step_m = (second_m - first_m) - (first_m - start_m)  # without what starting takes from both
-    found = assess(Goal('speed'), parameters, rows)
+    found = assess(WaveGoal('speed'), parameters, rows)
     assert step_m / 100.0 == pytest.approx(found.cycle.step_m, rel=SAME)

@@ -15,7 +15,6 @@ from stickslip_ros.ros import pacing
 from stickslip_ros.ros.pacing import (
     KNOWS_SLICES,
     LAG_MAX_S,
-    ON_LINUX,
     SLACK_S,
     SLICE_S,
     SWITCH_S,
@@ -254,7 +253,6 @@ def reported_by(program: str) -> Any:
     return json.loads(done.stdout.splitlines()[-1])
 
 
-@pytest.mark.skipif(not ON_LINUX, reason='only Linux can be asked')
 def test_every_thread_wakes_up_in_time_and_takes_turns():
     here, new = reported_by(REPORT.format(before=''))
     assert here == new
@@ -266,7 +264,6 @@ def test_every_thread_wakes_up_in_time_and_takes_turns():
         assert own_slice_s == pytest.approx(SLICE_S)
 
 
-@pytest.mark.skipif(not ON_LINUX, reason='only Linux can be asked')
 def test_a_policy_that_was_chosen_stays():
     choose = 'os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))'
     for _, slack_s, own_slice_s, policy in reported_by(REPORT.format(before=choose)):

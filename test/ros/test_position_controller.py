@@ -38,6 +38,9 @@ def test_the_controller_passes_over_what_a_file_says_to_the_drive(ros_domain: in
     assert controller.get_parameter('gain').value == specs()['actuator.gain'].default
     assert not controller.has_parameter('actuator.gain')
     assert controller.describe_parameter('gain').read_only
+    present = [controller.get_parameter(name) for name in controller.get_parameters_by_prefix('')]
+    assert controller.set_parameters_atomically(present).successful
+    assert not controller.set_parameters_atomically([Parameter('gain', value=2e-9)]).successful
     controller.destroy_node()
     context.try_shutdown()
 
@@ -63,6 +66,21 @@ def test_a_target_in_another_frame_is_refused_and_the_last_one_kept(ros_domain: 
     controller.destroy_node()
     operator.close()
     context.try_shutdown()
+
+
+def test_without_lockstep_it_sends_steps_and_voltages_and_offers_no_other_command(
+    start_drive: Callable,
+):
+    stand = start_drive()
+    operator, controller = stand.operator, PositionController(context=stand.context)
+    operator.add_node(controller)
+    for target_m, command in ((1e-6, 'steps'), (50e-9, 'voltage')):
+        controller.loop.aim(target_m)
+        assert operator.wait_for_event(command, 0)['result'] in {'DONE', 'ABORTED'}
+    offered = operator.node.get_publisher_names_and_types_by_node('position_controller', '/')
+    commands = {name for name, _ in offered if name.startswith('/command/')}
+    assert commands == {'/command/steps', '/command/voltage'}
+    controller.destroy_node()
 
 
 @pytest.fixture

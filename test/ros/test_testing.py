@@ -1,14 +1,15 @@
 """What testers get: domains that nobody shares, and waits that end when no answer can come."""
 
 import os
+import subprocess
 from collections.abc import Callable
-from typing import Any
 
 import pytest
 
-from stickslip_ros.errors import StickSlipError, UnknownName
+from stickslip_ros.errors import StickSlipError
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE
 from stickslip_ros.testing import isolation, reserve_domain
+from stickslip_ros.testing.demo import await_start
 from stickslip_ros.testing.stand import Stand
 
 
@@ -52,6 +53,12 @@ def test_what_ends_the_executor_of_the_drive_is_raised_where_the_test_waits(
     stand.close()  # has nothing more to say
 
 
-def test_an_operator_refuses_a_command_that_does_not_exist(drive: Any):
-    with pytest.raises(UnknownName, match="command 'volts' is not known; use voltage, "):
-        drive.operator.command('volts', 1.0)
+def test_a_drive_that_ends_while_the_demo_waits_is_reported_at_once_with_its_status(
+    start_drive: Callable[..., Stand],
+):
+    operator = start_drive().operator
+    process = subprocess.Popen(['cat'], stdin=subprocess.PIPE)  # in place of the drive's own
+    await_start(operator, process)
+    process.communicate()
+    with pytest.raises(StickSlipError, match='the drive ended with status 0; its log says why'):
+        operator.spin_until(lambda: False, 'nothing')

@@ -1,6 +1,7 @@
 """Synthetic measurements that are cheap to fit: five points, some milliseconds for all of them."""
 
 import dataclasses
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -16,12 +17,18 @@ PRELOADS_N = (0.1,)
 AMPLITUDES_M = (40e-9, 60e-9, 80e-9, 100e-9, 140e-9)
 
 
-def exact_points(truth: Parameters, *, known: bool = True) -> Points:
+def exact_points(
+    truth: Parameters,
+    *,
+    known: bool = True,
+    preloads_n: Sequence[float] = PRELOADS_N,
+    cycles: int = CYCLES,
+) -> Points:
     """Give the forces of a stand without noise, with or without their standard errors."""
-    preload_n = np.repeat(PRELOADS_N, len(AMPLITUDES_M))
-    amplitude_m = np.tile(AMPLITUDES_M, len(PRELOADS_N))
+    preload_n = np.repeat(preloads_n, len(AMPLITUDES_M))
+    amplitude_m = np.tile(AMPLITUDES_M, len(preloads_n))
     pairs = zip(preload_n.tolist(), amplitude_m.tolist(), strict=True)
-    force_n = [model_force_n(truth, *pair, FREQUENCY_HZ, CYCLES) for pair in pairs]
+    force_n = [model_force_n(truth, *pair, FREQUENCY_HZ, cycles) for pair in pairs]
     return Points(
         preload_n=preload_n,
         amplitude_m=amplitude_m,

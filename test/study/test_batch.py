@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from functools import partial
 
 import pytest
-from distributed import LocalCluster
+from distributed import Client, LocalCluster
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -20,13 +20,13 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.study import batch
 from stickslip_ros.study.batch import ClusterError, Interrupted, run_batch
 from stickslip_ros.study.extras import MissingExtra
-from stickslip_ros.study.journal import Identity, Journal, identify
-from stickslip_ros.study.sweep import Case, run_case
+from stickslip_ros.study.journal import Journal, JournalIdentity, identify
+from stickslip_ros.study.sweep import SweepCase, run_case
 
 # Dask warns where making its folder takes more than a second.
 pytestmark = pytest.mark.filterwarnings('ignore:Creating scratch directories:UserWarning')
 CASES = list(range(20))
-IDENTITY = Identity('test', '1', len(CASES), 'abc')
+IDENTITY = JournalIdentity('test', '1', len(CASES), 'abc')
 
 
 def third(case: int) -> dict:
@@ -319,7 +319,7 @@ def scheduler() -> Iterator[str]:
 
 def drive(count: int):
     """Return a task of the package, which workers can import, and its cases."""
-    cases = [Case((), case * 160e-9 / count, 1000.0) for case in range(count)]
+    cases = [SweepCase((), case * 160e-9 / count, 1000.0) for case in range(count)]
     return partial(run_case, Parameters(), 10, ()), cases
 
 
@@ -339,6 +339,28 @@ def test_ctrl_c_leaves_a_cluster_and_keeps_what_is_done(scheduler):
         run_batch(task, cases, scheduler=scheduler, progress=stop_at(4))
     assert 4 <= len(caught.value.rows) <= 40
     assert len(run_batch(task, cases[:2], scheduler=scheduler)) == 2
+
+
+def test_a_scheduler_that_clears_up_is_asked_again_and_at_last_given_up(scheduler, monkeypatch):
+    connect = Client._ensure_connected
+    failed: list[Client] = []
+
+    async def fail_twice(client, timeout=None):
+        await connect(client, timeout)
+        if client not in failed[:2] and len(failed) < 2:
+            failed.append(client)
+            raise AssertionError
+
+    async def fail(client, timeout=None):
+        raise AssertionError
+
+    monkeypatch.setattr(Client, '_ensure_connected', fail_twice)
+    assert run_batch(third, CASES, scheduler=scheduler) == ROWS
+    assert len(failed) == 2
+    monkeypatch.setattr(Client, '_ensure_connected', fail)
+    monkeypatch.setattr(batch, 'CONNECT_S', 0.2)
+    with pytest.raises(ClusterError, match='clears up another batch; try again in a while'):
+        run_batch(third, CASES, scheduler=scheduler)
 
 
 def test_a_case_that_is_refused_on_a_cluster_says_why(scheduler):

@@ -1,7 +1,6 @@
 """Force curves against each other: sweeps, experiments, the model."""
 
 import csv
-import dataclasses
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ import pytest
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study.batch import Interrupted
-from stickslip_ros.study.comparison.by_amplitude import ModelSettings
 from stickslip_ros.study.comparison.compare import compare
 from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.study.sweep import Axis, Sweep, run_sweep
@@ -18,7 +16,6 @@ from stickslip_ros.study.sweep_table import write_table
 AMPLITUDES_M = tuple(float(each) for each in np.linspace(0.0, 160e-9, 17))
 PRELOADS_N = (0.1, 0.5)
 STEPS = 40
-SETTINGS = ModelSettings(Parameters(), 1000.0, STEPS)
 ROUNDING = 1e-9
 """Relative; of sums over a few dozen points."""
 SIGMA_N = 2e-3
@@ -53,7 +50,7 @@ def write_points(path, rows, columns):
 
 
 def compared(a, b, **shift):
-    return compare(str(a), b and str(b), model=SETTINGS, **shift)
+    return compare(a, Parameters() if b == 'model' else b, steps=STEPS, **shift)
 
 
 def force_of(comparison):
@@ -124,7 +121,7 @@ def test_the_model_stops_at_ctrl_c_and_says_how_far_it_came(noisy):
         raise KeyboardInterrupt
 
     with pytest.raises(Interrupted, match='stopped after 0 of 34 cases'):
-        compare(noisy[0], 'model', model=SETTINGS, progress=interrupt)
+        compare(noisy[0], Parameters(), progress=interrupt)
 
 
 def test_a_table_equals_itself(tables):
@@ -200,8 +197,7 @@ def test_the_model_beside_a_noisy_copy_of_itself_leaves_the_noise(noisy):
 def test_another_friction_is_found_out_by_chi_square(noisy):
     path, _ = noisy
     other = Parameters().updated({'contact.friction': 0.5 * Parameters().contact.friction})
-    settings = dataclasses.replace(SETTINGS, parameters=other)
-    comparison = compare(path, 'model', model=settings)
+    comparison = compare(path, other, steps=STEPS)
     told = force_of(comparison).agreement
     assert told.rms > 5.0 * SIGMA_N
     assert told.chi_square.p_value < 1e-6
@@ -230,19 +226,14 @@ def test_the_uncertainty_of_an_amplitude_counts_by_the_slope(tmp_path):
 def test_the_model_runs_at_the_frequency_and_parameters_of_the_table(tmp_path, stand):
     rows = sweep_rows(stand, (0.5,), AMPLITUDES_M[-2:], contact__friction=(0.2, 0.3))
     write_table(rows, tmp_path / 'sweep.csv', stand)
-    settings = dataclasses.replace(SETTINGS, frequency_hz=50.0)
-    comparison = compare(str(tmp_path / 'sweep.csv'), 'model', model=settings)
+    comparison = compare(tmp_path / 'sweep.csv', stand, frequency_hz=50.0, steps=STEPS)
     force = force_of(comparison)
     assert force.agreement.points == 4
     assert force.agreement.largest == 0.0
     assert [part.at['contact.friction'] for part in force.parts] == [0.2, 0.3]
     changed = stand.updated({'contact.friction': 0.25})
     with pytest.raises(StickSlipError, match=r'contact\.friction is set, and a column of'):
-        compare(
-            str(tmp_path / 'sweep.csv'),
-            'model',
-            model=dataclasses.replace(SETTINGS, parameters=changed),
-        )
+        compare(tmp_path / 'sweep.csv', changed)
 
 
 def test_a_free_runner_is_compared_by_its_steps(tmp_path):
@@ -253,8 +244,7 @@ def test_a_free_runner_is_compared_by_its_steps(tmp_path):
         (row['preload_n'], row['amplitude_m'], row['step_length_m'] + 1e-9, 1000.0) for row in rows
     ]
     path = write_points(tmp_path / 'steps.csv', points, columns)
-    settings = dataclasses.replace(SETTINGS, parameters=free)
-    [steps] = compare(path, 'model', model=settings).quantities
+    [steps] = compare(path, free, steps=STEPS).quantities
     assert steps.name == 'step_length_m'
     assert steps.agreement.bias == pytest.approx(-1e-9, rel=1e-6, abs=0.0)
     with pytest.raises(StickSlipError, match='a held runner has a force, a free one'):
@@ -275,7 +265,7 @@ def test_what_does_not_fit_is_refused(tables, tmp_path, stand):
     refused(
         other, folder / 'rough.csv', f'compute its points with: stickslip compare {other} model'
     )
-    for moved in ({'shift_s': 1.0}, {'estimate_shift': True}):
+    for moved in ({'shift_s': 1.0}, {'align': True}):
         refused(other, 'model', 'is by amplitude and knows no time; leave --shift', **moved)
     two = sweep_rows(stand, (0.3,), (60e-9,), contact__friction=(0.2, 0.3))
     write_table(two, tmp_path / 'two.csv', stand)

@@ -13,12 +13,10 @@ from stickslip_ros.recording.channels import Channel, Qos
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.series import Series
-from stickslip_ros.study.comparison.by_amplitude import ModelSettings
 from stickslip_ros.study.comparison.compare import compare
 from stickslip_ros.study.comparison.lag import estimate_alignment
 from stickslip_ros.study.recorded_run import recorded_series
 
-SETTINGS = ModelSettings(Parameters(), 1000.0)
 LATE_S = 1.234567
 SAMPLE_S = 2e-5
 """Spacing of the default trace."""
@@ -28,7 +26,7 @@ MS_NS = 1_000_000
 
 
 def compared(a, b=None, **shift):
-    return compare(str(a), b and str(b), model=SETTINGS, **shift)
+    return compare(a, b, **shift)
 
 
 def write_series(path, series, late_s=0.0, sigma=None):
@@ -79,14 +77,14 @@ def test_a_recording_equals_itself(recorded_run):
 
 
 def test_a_recording_that_is_already_aligned_is_not_moved(recorded_run):
-    alignment = compared(recorded_run[1], recorded_run[1], estimate_shift=True).alignment
+    alignment = compared(recorded_run[1], recorded_run[1], align=True).alignment
     assert abs(alignment.shift_s) < 1e-3 * SAMPLE_S
     assert alignment.correlation == pytest.approx(1.0, abs=1e-9)
     assert alignment.sample_s == pytest.approx(SAMPLE_S, rel=1e-6)
 
 
 def test_a_known_shift_is_found_and_undone(recorded_run, late):
-    comparison = compared(recorded_run[1], late, estimate_shift=True)
+    comparison = compared(recorded_run[1], late, align=True)
     assert comparison.alignment.method == 'estimated'
     assert comparison.alignment.shift_s == pytest.approx(-LATE_S, abs=SUBSAMPLE * SAMPLE_S)
     for quantity in comparison.quantities:
@@ -109,10 +107,10 @@ def test_runs_that_share_no_time_are_refused(recorded_run, late):
 
 
 def test_another_seed_and_preload_are_named_and_the_numbers_are_direct(recorded_run, tmp_path):
-    from stickslip_ros.study.sawtooth_run import run_sawtooth  # noqa: PLC0415 - this test only
+    from stickslip_ros.study.sawtooth_run import simulate  # noqa: PLC0415 - this test only
 
     other = Parameters().updated({'sim.seed': 2, 'stand.preload': 0.4})
-    run_sawtooth(other, 300.0, 1000.0, 20, path=tmp_path / 'other.mcap')
+    simulate(other, voltage_v=300.0, steps=20, path=tmp_path / 'other.mcap')
     comparison = compared(recorded_run[1], tmp_path / 'other.mcap')
     assert {each.name for each in comparison.differences} == {'sim.seed', 'stand.preload'}
     a, b = (
@@ -200,7 +198,7 @@ def test_kinds_that_do_not_fit_are_refused(recorded_run, tmp_path):
         with pytest.raises(StickSlipError, match='compare two over time, or two by amplitude'):
             compared(a, b)
     with pytest.raises(StickSlipError, match='record the model with stickslip simulate'):
-        compared(recorded_run[1], 'model')
+        compared(recorded_run[1], Parameters())
     foot = tmp_path / 'foot.csv'
     foot.write_text('time_s,foot_m\n0,0\n1,1e-9\n')
     voltage = tmp_path / 'voltage.csv'
@@ -251,4 +249,4 @@ def test_a_single_sample_gives_no_lag(tmp_path):
     for name in ('a', 'b'):
         (tmp_path / f'{name}.csv').write_text('time_s,force_n\n0,0\n')
     with pytest.raises(StickSlipError, match='give --shift instead of --align'):
-        compared(tmp_path / 'a.csv', tmp_path / 'b.csv', estimate_shift=True)
+        compared(tmp_path / 'a.csv', tmp_path / 'b.csv', align=True)

@@ -4,21 +4,18 @@ import base64
 import dataclasses
 import re
 from html.parser import HTMLParser
-from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.comparison.by_amplitude import ModelSettings
 from stickslip_ros.study.comparison.compare import compare
 from stickslip_ros.study.comparison.figure import draw_quantity
-from stickslip_ros.study.comparison.report import report_page, write_report
+from stickslip_ros.study.comparison.report import report_page
 from stickslip_ros.study.comparison.words import sections, sentences
 
 NASTY = '<script>alert("1")</script> & \'x\' {{ 7 * 7 }}'
-SETTINGS = ModelSettings(Parameters(), 1000.0, 20)
 COMMAND = "stickslip compare 'a <b>.csv' model"
 VOID = {'meta', 'img', 'br', 'link', 'hr', 'input'}
 
@@ -60,13 +57,13 @@ def points(tmp_path_factory):
         '0.1,6e-8,0.03,1e-3\n0.1,1.6e-7,0.06,1e-3\n0.5,6e-8,0.01,1e-3\n0.5,1.6e-7,0.17,1e-3\n',
         encoding='utf-8',
     )
-    return compare(str(path), 'model', model=SETTINGS)
+    return compare(path, Parameters(), steps=20)
 
 
 @pytest.fixture(scope='module')
 def runs(recorded_run):
     path = str(recorded_run[1])
-    return compare(path, path, model=SETTINGS, shift_s=1e-3)
+    return compare(path, path, shift_s=1e-3)
 
 
 @pytest.fixture(scope='module', params=['points', 'runs'])
@@ -160,7 +157,7 @@ def test_it_can_be_printed_on_a4(points):
 def test_the_same_comparison_gives_the_same_bytes(comparison, tmp_path):
     paths = [tmp_path / name / 'page.html' for name in ('one', 'two')]
     for path in paths:
-        write_report(comparison, path, COMMAND)
+        assert comparison.save(path, COMMAND) == path
     one, other = (path.read_bytes() for path in paths)
     assert one == other
     assert one.startswith(b'<!DOCTYPE html>')
@@ -174,12 +171,12 @@ def test_a_report_of_many_samples_stays_small(runs):
 def test_a_report_that_cannot_be_written_is_refused(points, tmp_path):
     (tmp_path / 'file').write_bytes(b'')
     with pytest.raises(RecordingError, match='cannot be written'):
-        write_report(points, Path(tmp_path / 'file/page.html'), COMMAND)
+        points.save(tmp_path / 'file/page.html', COMMAND)
 
 
 def test_sentences_say_when_all_is_equal(recorded_run):
     path = str(recorded_run[1])
-    same = compare(path, path, model=SETTINGS)
+    same = compare(path, path)
     told = sentences(same)
     assert len(told) == 4
     assert all(re.fullmatch(r'The .* of B equals that of A at all \d+ points\.', t) for t in told)

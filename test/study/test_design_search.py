@@ -1,187 +1,209 @@
 """The search for a wave: seeded, resumable, the same on any number of workers."""
 
 import dataclasses
-import json
-import time
+import itertools
 from statistics import fmean
 from typing import Any
 
+import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.study import batch
 from stickslip_ros.study.batch import executor_of
-from stickslip_ros.study.design.answer import (
+from stickslip_ros.study.design.objectives import WaveGoal
+from stickslip_ros.study.design.search import (
+    JOURNAL,
     PLAIN,
     RIVAL,
-    Answer,
-    Entry,
-    Order,
-    gain_over,
+    SearchResult,
+    SearchStopped,
+    ShapeResult,
+    WaveSearch,
+    evaluations,
     optimise,
-    spread_stands,
     unseen_stands,
 )
-from stickslip_ros.study.design.objectives import Goal
-from stickslip_ros.study.design.search import Budget, Task, search
 from stickslip_ros.study.design.shapes import SHAPES
-from stickslip_ros.study.design.waves import SPLINE, Space
-from stickslip_ros.study.journal import Journal, identify
+from stickslip_ros.study.design.waves import SPLINE
+from stickslip_ros.study.journal import Journal
 
 pytestmark = pytest.mark.usefixtures('compiled_kernels')
 
 STAND = Parameters()
-FIXED = ((1000.0, 1000.0), (0.5, 0.5))
-SPLINES = Space(SPLINE, STAND, *FIXED)
-TASK = Task(SPLINES, Goal('speed'), (STAND,))
-BUDGET = Budget(40)
-SMALL = Order(Goal('speed'), STAND, *FIXED, knots=6, budget=Budget(12), seeds=1)
+SPEED = WaveSearch(WaveGoal('speed'), STAND, (1000.0, 1000.0), (0.5, 0.5), evaluations=40)
+SMALL = dataclasses.replace(SPEED, knots=6, evaluations=12)
 
 
-def found_by(workers=1, seed=7, task=TASK, **how):
+def tried(workers=1, seed=7, search=SPEED, shape=SPLINE, journal=None):
     with executor_of(workers) as executor:
-        return search(task, how.pop('budget', BUDGET), seed, executor, **how)
+        found = evaluations(search, search.spaces[shape], seed, executor, journal)
+        return [(place.tolist(), cost) for place, cost in found]
 
 
-def test_the_same_seed_finds_the_same_wave_on_one_worker_and_on_two():
-    long = Budget(150)
-    one, two = found_by(1, budget=long), found_by(2, budget=long)
-    other = found_by(1, seed=8, budget=long)
-    assert dataclasses.asdict(one) == dataclasses.asdict(two)
-    assert other.wave != one.wave
-    assert len(one.history) == long.evaluations
-    assert one.history == sorted(one.history, reverse=True)
-    assert one.cost == one.history[-1] < one.history[0]  # better than the saw-tooth it began with
+def count_costs(monkeypatch):
+    asked: list[object] = []
+    cost = WaveSearch.cost
+
+    def counted(search, space, place):
+        asked.append(place)
+        return cost(search, space, place)
+
+    monkeypatch.setattr(WaveSearch, 'cost', counted)
+    return asked
+
+
+def test_the_same_seed_tries_the_same_waves_on_one_worker_and_on_two():
+    long = dataclasses.replace(SPEED, evaluations=150)
+    one, two = tried(1, search=long), tried(2, search=long)
+    assert one == two != tried(1, seed=8, search=long)
+    assert len(one) == 150
+    costs = [cost for _, cost in one]
+    assert min(costs) < costs[0]  # better than the saw-tooth it began with
 
 
 def test_a_shape_of_a_single_number_is_searched_too():
-    found = found_by(task=Task(Space('cycloid', STAND, *FIXED), Goal('force'), (STAND,)))
-    assert found.wave.shape == 'cycloid'
-    assert len(found.history) == BUDGET.evaluations
+    assert len(tried(shape='cycloid')) == SPEED.evaluations
 
 
 def test_a_search_that_was_killed_goes_on_as_if_it_had_not_been(tmp_path, monkeypatch):
-    identity = identify('test', STAND, 100, {})
-    with Journal(tmp_path / 'whole', identity) as journal:
-        whole = found_by(journal=journal, first=10)
-        assert sorted(journal.rows) == list(range(10, 50))
+    with Journal(tmp_path / 'whole', JOURNAL) as journal:
+        whole = tried(journal=journal)
     lines = (tmp_path / 'whole').read_bytes().splitlines(keepends=True)
     (tmp_path / 'torn').write_bytes(b''.join(lines[:20]) + lines[20][:9])
-    computed: list[object] = []
-    cost = Task.__call__
-
-    def counted(task, place):
-        computed.append(place)
-        return cost(task, place)
-
-    monkeypatch.setattr(Task, '__call__', counted)
-    with Journal(tmp_path / 'torn', identity) as journal:
-        resumed = found_by(journal=journal, first=10)
-    assert dataclasses.asdict(resumed) == dataclasses.asdict(whole)
-    assert len(computed) == BUDGET.evaluations - 19
+    asked = count_costs(monkeypatch)
+    with Journal(tmp_path / 'torn', JOURNAL) as journal:
+        assert tried(journal=journal) == whole
+    assert len(asked) == SPEED.evaluations - 19
 
 
-def test_a_stopped_search_keeps_its_best_wave(monkeypatch):
-    looks = []
+def test_what_is_remembered_of_another_stand_objective_or_shape_is_not_taken(
+    tmp_path, monkeypatch
+):
+    asked = count_costs(monkeypatch)
+    heavy = STAND.updated({'runner.mass': 1.1 * STAND.runner.mass})
+    with Journal(tmp_path / 'journal', JOURNAL) as journal:
+        for change in (
+            {},
+            {'stand': heavy},
+            {'goal': WaveGoal('force')},
+            {'goal': WaveGoal('speed', backwards=True)},
+            {'frequencies_hz': (900.0, 900.0)},
+            {'stands': 2},
+        ):
+            before = len(asked)
+            tried(search=dataclasses.replace(SMALL, **change), journal=journal)
+            assert len(asked) == before + SMALL.evaluations, change
+        tried(search=dataclasses.replace(SMALL, evaluations=20), journal=journal)
+        assert len(asked) == 6 * SMALL.evaluations + 8  # a longer search goes on
+
+
+@pytest.mark.parametrize('cost', ['"a text"', 'null', 'NaN', '-Infinity', '[]', 'true'])
+def test_a_cost_that_is_none_is_computed_anew(tmp_path, cost):
+    with Journal(tmp_path / 'journal', JOURNAL) as journal:
+        whole = tried(search=SMALL, journal=journal)
+    first, second, *rest = (tmp_path / 'journal').read_text().splitlines(keepends=True)
+    head, _, _ = second.partition('"cost": ')
+    (tmp_path / 'journal').write_text(''.join((first, f'{head}"cost": {cost}}}}}\n', *rest)))
+    with Journal(tmp_path / 'journal', JOURNAL) as journal:
+        assert tried(search=SMALL, journal=journal) == whole
+
+
+def test_a_stopped_search_has_its_best_wave(monkeypatch):
+    looks = itertools.count()
 
     def stop_after_a_while():
-        looks.append(1)
-        if len(looks) > 300:
+        if next(looks) > 300:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(batch, 'heed_stop', stop_after_a_while)
-    stopped = found_by(budget=Budget(5000))
-    assert stopped.stopped
-    assert 1 < len(stopped.history) < 5000
-    assert stopped.cost == min(stopped.history) < stopped.history[0]
-    answer = optimise(dataclasses.replace(SMALL, budget=Budget(5000)), workers=1)
-    assert answer.stopped
-    assert answer.unseen == {}
-
-
-def test_seconds_end_a_search_between_two_generations(monkeypatch):
-    seconds = iter(range(1000))
-    monkeypatch.setattr(time, 'monotonic', lambda: float(next(seconds)))
-    found = found_by(budget=Budget(5000, seconds=5.0))
-    assert 1 < len(found.history) < 100
+    done: list[tuple[int, float]] = []
+    long = dataclasses.replace(SMALL, evaluations=5000)
+    with pytest.raises(SearchStopped, match=r'stopped after \d+ evaluations') as stopped:
+        optimise(long, workers=1, progress=lambda *how_far: done.append(how_far))
+    number, cost = done[-1]
+    assert 1 < number < 5000
+    [worth] = long.worths(stopped.value.wave, [STAND])
+    assert worth.cost == cost < done[0][1]
 
 
 def test_several_stands_judge_by_their_mean_or_by_the_worst():
-    stands = tuple(spread_stands(STAND, 3, 0.2, 5))
-    place = SPLINES.start.tolist()
-    alone = [float(Task(SPLINES, Goal('speed'), (stand,))(place)['cost']) for stand in stands]
-    assert len(set(alone)) == 3
+    space = SPEED.spaces[SPLINE]
     mean, worst = (
-        Task(SPLINES, Goal('speed'), stands, rule)(place)['cost'] for rule in ('mean', 'worst')
+        dataclasses.replace(SPEED, stands=3, spread=0.2, rule=rule) for rule in ('mean', 'worst')
     )
-    assert mean == pytest.approx(fmean(alone))
-    assert worst == max(alone)
+    alone = [worth.cost for worth in mean.worths(space.wave(space.start), mean.judges)]
+    assert len(set(alone)) == 3
+    assert mean.cost(space, space.start) == fmean(alone)
+    assert worst.cost(space, space.start) == max(alone)
 
 
 def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
-    answer = optimise(SMALL, workers=1)
-    assert list(answer.entries) == [*SHAPES, SPLINE, PLAIN]
-    assert all(len(entry.history) in {0, 12} for entry in answer.entries.values())
-    assert answer.entries[RIVAL].value >= answer.entries[PLAIN].value
-    assert answer.gain_of(RIVAL) == 0.0
-    best = answer.entries[answer.best]
-    assert answer.gain == pytest.approx(best.value / answer.entries[RIVAL].value - 1.0)
+    result = optimise(dataclasses.replace(SMALL, seeds=2), workers=1)
+    assert list(result.shapes) == [*SHAPES, SPLINE, PLAIN]
+    for name, found in result.shapes.items():
+        assert len(found.costs) == (0 if name == PLAIN else 2)
+        assert len(found.history) == (0 if name == PLAIN else 12)
+        assert found.history[-1:] == sorted(found.costs)[:1]
+    plain, rival, best = (result.shapes[name] for name in (PLAIN, RIVAL, result.best))
+    assert rival.value >= plain.value
+    assert result.gain_of(RIVAL) == 0.0
+    assert result.gain_of(result.best) == pytest.approx(best.value / rival.value - 1.0)
     assert 0.0 < best.error < 0.05 * best.value
-    assert set(answer.unseen) == set(unseen_stands(SMALL))
-    assert {'damping 20 N s/m', 'rough lines from 101 on'} < set(answer.unseen)
-    json.dumps({name: entry.costs for name, entry in answer.entries.items()})
+    stands = unseen_stands(SMALL)
+    assert set(result.unseen) == set(stands) > {'damping 20 N s/m', 'rough lines'}
+    elsewhere = stands['amplifier of 50 kHz']
+    assert elsewhere.amplifier.bandwidth == 50e3
+    values = [SMALL.worths(one.wave, [elsewhere])[0].value for one in (best, rival)]
+    gain = values[0] / values[1] - 1.0
+    assert result.unseen['amplifier of 50 kHz'] == pytest.approx(gain)
 
 
-def entry(value, error, seed=0):
-    wave = dataclasses.replace(SPLINES.plain, voltage_v=300.0 - seed)
-    return Entry(wave, value, error, True, (-value,), [-value])
+def result_of(value, error):
+    wave = SPEED.spaces[SPLINE].wave(SPEED.spaces[SPLINE].start)
+    rival, best = (
+        ShapeResult(wave, -one, [-one], [-one], one, error, meets=True) for one in (1.0, value)
+    )
+    return SearchResult(SMALL, {RIVAL: rival, SPLINE: best}, {})
 
 
 @pytest.mark.parametrize(
     ('value', 'error', 'counts'),
-    [(1.5, 0.01, True), (1.01, 0.0001, False), (1.5, 0.2, False), (1.0, 0.0, False)],
+    [
+        (1.5, 0.01, True),
+        (1.5, 0.0, True),
+        (1.01, 0.0001, False),
+        (1.5, 0.2, False),
+        (1.0, 0.0, False),
+    ],
 )
 def test_a_gain_counts_above_five_errors_and_two_per_cent(value, error, counts):
-    entries = {RIVAL: entry(1.0, error), SPLINE: entry(value, error, 1)}
-    answer = Answer(SMALL, entries, {})
-    assert answer.counts is counts
-    assert answer.gain == pytest.approx(value - 1.0)
-    missed = dataclasses.replace(entries[SPLINE], meets=False)
-    assert not Answer(SMALL, {**entries, SPLINE: missed}, {}).counts
+    result = result_of(value, error)
+    assert result.counts is counts
+    assert result.gain_of(result.best) == pytest.approx(value - 1.0)
+    result.shapes[result.best].meets = False
+    assert not result.counts
 
 
 def test_what_is_smaller_is_better_where_the_smallest_is_wanted():
-    assert gain_over(Goal('energy'), 0.5, 1.0) == 0.5
-    assert gain_over(Goal('speed'), 0.5, 1.0) == -0.5
+    assert dataclasses.replace(SPEED, goal=WaveGoal('energy')).gain(0.5, 1.0) == 0.5
+    assert SPEED.gain(0.5, 1.0) == -0.5
+    assert np.isnan(SPEED.gain(0.5, 0.0))
 
 
 @pytest.mark.parametrize(
     ('values', 'message'),
     [
+        ({'evaluations': 0}, 'number of evaluations 0 is not from 1 to 1000000'),
         ({'seeds': 0}, 'number of seeds 0 is not from 1'),
         ({'stands': 0}, 'number of stands 0 is not from 1'),
-        ({'spread': 0.9}, 'spread 0.9 is not from 0 to 0.5'),
-        ({'seed': -1}, 'seed -1 is below 0'),
+        ({'spread': 0.9}, 'spread 0.9 is not from 0.0 to 0.5'),
+        ({'spread': float('nan')}, 'spread nan is not from 0.0 to 0.5'),
+        ({'seed': -1}, 'seed -1 is not from 0'),
+        ({'rule': 'best'}, "rule 'best' is not known; known are mean, worst"),
     ],
 )
-def test_orders_that_ask_for_nothing_are_refused(values: dict[str, Any], message: str):
+def test_searches_that_ask_for_nothing_are_refused(values: dict[str, Any], message: str):
     with pytest.raises(StickSlipError, match=message):
         dataclasses.replace(SMALL, **values)
-
-
-@pytest.mark.parametrize(
-    ('values', 'message'),
-    [
-        ((0,), 'number of evaluations 0 is not from 1'),
-        ((10, float('nan')), 'seconds nan s is not a time'),
-    ],
-)
-def test_budgets_that_are_none_are_refused(values: tuple[Any, ...], message: str):
-    with pytest.raises(StickSlipError, match=message):
-        Budget(*values)
-
-
-def test_a_rule_that_nobody_knows_is_refused():
-    with pytest.raises(StickSlipError, match="rule 'best' is not known; known are mean, worst"):
-        Task(SPLINES, Goal('speed'), (STAND,), 'best')

@@ -5,15 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_ros.errors import StickSlipError
-from stickslip_ros.study.design.shapes import (
-    KNOTS_MAX,
-    KNOTS_MIN,
-    SHAPES,
-    mirrored,
-    shape_of,
-    spline,
-)
+from stickslip_ros.study.design.shapes import SHAPES, spline
+from stickslip_ros.study.design.waves import KNOTS_MAX, KNOTS_MIN
 
 KNOTS = [0.0, 0.2, 0.4, 0.6, 0.8, 0.9, 1.0]
 HEIGHTS = [0.0, 0.1, 0.5, 1.0, 0.6, 0.2, 0.0]
@@ -69,43 +62,7 @@ def test_the_usual_parameters_are_the_published_forms():
     assert trapezoid[:, 0].tolist() == [0.0, 0.25, 0.5, 0.75, 1.0]
 
 
-def test_backwards_a_cycle_is_upside_down():
-    assert mirrored(SHAPES['sawtooth'].rows()).tolist() == [[0.0, 1.0], [1.0, 0.0], [1.0, 1.0]]
-
-
 def test_more_rows_follow_the_same_curve():
     few, many = spline(KNOTS, HEIGHTS), spline(KNOTS, HEIGHTS, rows=192)
     assert len(many) > 3 * len(few)
     assert np.interp(few[:, 0], *many.T) == pytest.approx(few[:, 1], rel=0.0, abs=1e-3)
-
-
-@pytest.mark.parametrize(
-    ('times', 'heights', 'message'),
-    [
-        (KNOTS[:3] + KNOTS[4:], HEIGHTS[:3] + HEIGHTS[4:], 'number of knots 5'),
-        (np.linspace(0.0, 1.0, 18), np.linspace(0.0, 1.0, 18), 'number of knots 17'),
-        ([*KNOTS[:2], float('nan'), *KNOTS[3:]], HEIGHTS, 'not a finite number'),
-        (KNOTS, [*HEIGHTS[:6], 0.1], 'not a closed wave'),
-        ([0.0, 0.4, 0.2, *KNOTS[3:]], HEIGHTS, 'time of knot 3 0.2 is not after that of knot 2'),
-        (KNOTS, [0.0, 0.5, 0.1, *HEIGHTS[3:]], 'not one rise to 1 and one fall'),
-        (KNOTS, [0.9 * height for height in HEIGHTS], 'not one rise to 1 and one fall'),
-    ],
-)
-def test_knots_that_make_no_wave_are_refused_in_one_line(times, heights, message):
-    with pytest.raises(StickSlipError, match=message) as refused:
-        spline(times, heights)
-    assert '\n' not in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ('name', 'values', 'message'),
-    [
-        ('triangle', {}, "shape 'triangle' is not known; known are sawtooth, cycloid"),
-        ('sawtooth', {'rise': 0.5}, "parameter of a shape 'rise' is not known"),
-        ('trapezoid', {'fall': 0.4}, 'fall 0.4 is not from 0 to 0.3'),
-        ('trapezoid', {'fall': float('nan')}, 'fall nan is not from 0 to 0.3'),
-    ],
-)
-def test_what_a_shape_does_not_know_is_refused(name, values, message):
-    with pytest.raises(StickSlipError, match=message):
-        shape_of(name).rows(**values)

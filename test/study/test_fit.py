@@ -182,6 +182,16 @@ def test_estimated_noise_covers_the_truth_too(truth):
     assert one.inside >= SETS_INSIDE
 
 
+def test_forces_that_are_not_steady_yet_are_fitted_where_their_steps_are_told(truth):
+    points = exact_points(truth, preloads_n=(0.5,), cycles=30)
+    fit = fitted(truth, dataclasses.replace(points, steps=np.full(len(points), 30)))
+    assert_same_values(fit, list(TRUTH.values()))
+    assert fit.problem.cycles == (30,) * len(points)
+    [warning] = warnings_of(fit)
+    assert warning.startswith('some runs are not steady after 30 steps: their forces hold')
+    assert all(one.inside >= SETS_INSIDE for one in coverage_of(fit, SETS, workers=1))
+
+
 def test_the_interval_of_a_share_is_that_of_clopper_and_pearson():
     assert binomial_interval(0, 10) == pytest.approx((0.0, 0.308497), rel=0.0, abs=1e-6)
     assert binomial_interval(10, 10) == pytest.approx((0.691503, 1.0), rel=0.0, abs=1e-6)
@@ -249,8 +259,8 @@ def test_the_number_of_threads_changes_nothing(truth):
 
 @pytest.mark.parametrize(('known', 'count', 'least'), [(True, 1, 2), (False, 2, 3)])
 def test_too_few_points_are_refused(truth, known, count, least):
-    columns = [each[:count] for each in vars(exact_points(truth)).values()]
-    few = Points(*columns if known else columns[:4])
+    columns = list(vars(exact_points(truth)).values())[: 5 if known else 4]
+    few = Points(*(each[:count] for each in columns))
     message = f'number of points {count} is below {least}, one for each free'
     with pytest.raises(OutOfRange, match=message):
         fitted(truth, few)

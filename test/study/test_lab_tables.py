@@ -116,6 +116,8 @@ def test_units_beyond_those_of_the_stand_are_looked_up():
     assert factor_of('Volts', 'V') == 1.0
     assert factor_of('raw', 'V') is None
     assert factor_of('mN', 'm') is None
+    for word in ('nan', 'NaN N', '½', 'inf', '1e400 N', 'lambda', 'delta_degC', 'ⁿ'):
+        assert factor_of(word, 'N') is None
 
 
 def test_what_the_user_says_counts_more_than_the_file():

@@ -1,15 +1,14 @@
 """A recording, or a measured voltage, that is run again; what cannot be run is refused."""
 
 from collections.abc import Iterable, Sequence
-from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
-from mcap.opcode import Opcode
-from mcap_records import records_of
+from mcap_records import Row, rows_of
+from wrong_checkpoints import with_value
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import Request
@@ -20,7 +19,7 @@ from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.fingerprint import compare_data
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
-from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.topics import recorded_channels
 from stickslip_ros.study.replay import (
     DriveInput,
@@ -29,7 +28,7 @@ from stickslip_ros.study.replay import (
     replay,
     replay_input,
 )
-from stickslip_ros.study.sawtooth_run import run_sawtooth
+from stickslip_ros.study.sawtooth_run import simulate
 
 STAND = Parameters()
 TIME_S = np.array([2.0, 2.01, 2.03])
@@ -41,7 +40,6 @@ ROUNDING = 1e-12
 MS_NS = 1_000_000
 END_MS = 120
 NOBODY = (0.0,) * 5
-BESIDE = (Opcode.ATTACHMENT, Opcode.METADATA)
 Plan = Sequence[tuple[int, Request]]
 
 MOVES: Plan = (
@@ -92,7 +90,7 @@ def record(
 ) -> Path:
     """Record a plan of requests and the times, ms, at which they take effect."""
     parameters = Parameters().updated(values or {})
-    run = Run(parameters)
+    run = ReportingBench(parameters)
     with RunWriter(path, parameters, wait=True, channels=channels) as writer:
         while (now_ns := run.bench.time_ns) < END_MS * MS_NS:
             if now_ns == begin_ms * MS_NS:
@@ -104,14 +102,9 @@ def record(
     return writer.recorder.path
 
 
-def data_bytes(path: Path) -> list[list[bytes]]:
-    """Give each file's records up to the end of the data, but for metadata and attachments."""
-    kept = []
-    for file in Recording(path).files:
-        content = file.read_bytes()
-        records = takewhile(lambda each: each[2] != Opcode.DATA_END, records_of(content))
-        kept.append([content[start:end] for start, end, kind in records if kind not in BESIDE])
-    return kept
+def messages_of(path: Path) -> list[list[Row]]:
+    """Give the messages of each file."""
+    return [rows_of(file) for file in Recording(path).files]
 
 
 def assert_same(source: Path, output: Path) -> None:
@@ -120,7 +113,7 @@ def assert_same(source: Path, output: Path) -> None:
     assert result.identical, result.difference
     again = Path(result.output)
     assert compare_data(Recording(source), Recording(again)) is None
-    assert data_bytes(source) == data_bytes(again)
+    assert messages_of(source) == messages_of(again)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +122,7 @@ def assert_same(source: Path, output: Path) -> None:
 def test_every_kind_of_request_is_replayed_to_the_byte(plan: Plan, tmp_path: Path):
     source = record(tmp_path / 'run.mcap', plan)
     assert_same(source, tmp_path / 'again.mcap')
-    assert len(data_bytes(source)[0]) > 1
+    assert len(messages_of(source)[0]) > 1
 
 
 def test_commands_stand_at_the_time_of_their_effect_whatever_their_stamps(tmp_path: Path):
@@ -140,7 +133,7 @@ def test_commands_stand_at_the_time_of_their_effect_whatever_their_stamps(tmp_pa
 
 def test_a_run_of_simulate_is_replayed_to_the_byte(tmp_path: Path):
     path = tmp_path / 'run.mcap'
-    run_sawtooth(Parameters(), 300.0, 1000.0, 40, path=path)
+    simulate(Parameters(), voltage_v=300.0, steps=40, path=path)
     assert_same(path, tmp_path / 'again.mcap')
 
 
@@ -230,6 +223,17 @@ def test_from_the_middle_on_another_drive_can_be_tried(tmp_path: Path):
         replay(source, tmp_path / 'third.mcap', {'stand.preload': 0.25})
 
 
+def test_a_state_of_a_recording_that_would_index_beyond_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    save, place = ReportingBench.save, 'state.stand.states.contacts[0].memory.depth'
+    monkeypatch.setattr(ReportingBench, 'save', lambda run: with_value(save(run), place, 100_000))
+    source = record(tmp_path / 'run.mcap', MOVES, begin_ms=27)
+    with pytest.raises(WrongKind, match='depth 100000 is not from 0 to 1023'):
+        replay(source, tmp_path / 'again.mcap')
+    assert not (tmp_path / 'again.mcap').exists()
+
+
 def test_a_recording_that_began_in_the_middle_can_be_replayed_from_rest(tmp_path: Path):
     source = record(tmp_path / 'run.mcap', MOVES, begin_ms=10)
     result = replay(source, tmp_path / 'again.mcap', from_rest=True)
@@ -258,19 +262,16 @@ def test_every_part_taken_alone_is_replayed_to_the_byte(
         assert_same(part, tmp_path / f'part_{number}')
 
 
-def test_equal_runs_give_equal_parts_but_for_the_time_of_day(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
-    monkeypatch.setattr('stickslip_ros.recording.run_file.WALL_TIME', 'noon')
+def test_equal_runs_give_equal_parts(tmp_path: Path):
     first, second = (
         record(tmp_path / name / 'run.mcap', LOOP, BY_DURATION) for name in ('first', 'second')
     )
     for ours, theirs in zip(Recording(first).files, Recording(second).files, strict=True):
-        assert ours.read_bytes() == theirs.read_bytes()
+        assert rows_of(ours) == rows_of(theirs)
 
 
 def test_what_a_held_drive_was_asked_is_replayed_with_the_part_that_holds_it(tmp_path: Path):
-    run = Run(Parameters().updated(BY_DURATION))
+    run = ReportingBench(Parameters().updated(BY_DURATION))
     fault = Request('fault', settings=(('fault.interferometer', 'freeze'),))
     with RunWriter(tmp_path / 'run.mcap', run.bench.parameters, wait=True) as writer:
         run.accept(fault)  # before the first block: no status has been published
@@ -287,7 +288,7 @@ def test_what_a_held_drive_was_asked_is_replayed_with_the_part_that_holds_it(tmp
 
 
 def test_a_status_that_was_not_published_before_a_recording_is_replayed(tmp_path: Path):
-    run = Run(Parameters())
+    run = ReportingBench(Parameters())
     run.update(MS_NS)
     run.accept(Request('fault', settings=(('fault.interferometer', 'freeze'),)))
     with RunWriter(tmp_path / 'run.mcap', Parameters(), wait=True) as writer:
@@ -297,7 +298,7 @@ def test_a_status_that_was_not_published_before_a_recording_is_replayed(tmp_path
 
 
 def test_a_recording_without_the_state_in_which_it_begins_is_refused_with_its_mend(tmp_path: Path):
-    run = Run(Parameters())
+    run = ReportingBench(Parameters())
     for block in range(1, 41):
         run.update(block * MS_NS)
     with RunWriter(tmp_path / 'run.mcap', Parameters(), wait=True) as run.writer:
@@ -316,7 +317,7 @@ def test_a_recording_with_lost_messages_is_refused(tmp_path: Path):
             for _ in range(19):
                 writer.write(packed)
 
-        run = Run(parameters, write_often, writer)
+        run = ReportingBench(parameters, write_often, writer)
         while not writer.recorder.dropped:
             run.update(run.bench.time_ns + parameters.block_ns)
     with pytest.raises(RecordingError, match=r'lacks \d+ messages of .*queue_length'):

@@ -1,5 +1,6 @@
 """The picture of a run: windows as they are typed, enlarged steps, commands, events and bits."""
 
+import itertools
 import json
 import math
 import re
@@ -19,7 +20,7 @@ from stickslip_ros.recording.cdr import pack_float64, pack_string, pack_uint32
 from stickslip_ros.recording.channels import Channel, Qos
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
-from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.series import Series
 from stickslip_ros.study.plotting import DOTS_PER_INCH
 from stickslip_ros.study.recorded_run import (
@@ -32,8 +33,14 @@ from stickslip_ros.study.recorded_run import (
     recorded_series,
     topic_name,
 )
-from stickslip_ros.study.run_figure import COLOURS, WIDTH_INCHES, fall_times_s, plot_run
-from stickslip_ros.study.sawtooth_run import run_sawtooth
+from stickslip_ros.study.run_figure import (
+    COLOURS,
+    WIDTH_INCHES,
+    draw_run,
+    fall_times_s,
+    plot_run,
+)
+from stickslip_ros.study.sawtooth_run import simulate
 
 ROUNDING = 1e-12
 MS_NS = 1_000_000
@@ -155,8 +162,12 @@ def words_in(picture):
 def free_run(folder, voltage_v):
     """Record steps of a free runner; return the recording."""
     path = folder / 'free.mcap'
-    run_sawtooth(
-        Parameters().updated({'load_cell.contact': 'absent'}), voltage_v, 100.0, 6, path=path
+    simulate(
+        Parameters().updated({'load_cell.contact': 'absent'}),
+        voltage_v=voltage_v,
+        frequency_hz=100.0,
+        steps=6,
+        path=path,
     )
     return path
 
@@ -211,10 +222,31 @@ def test_the_numbers_of_a_command_are_written_as_people_read_them(tmp_path, name
     asked = {'joints': values} if isinstance(values, Joints) else {'values': values}
     path = tmp_path / 'run.mcap'
     with RunWriter(path, Parameters(), wait=True) as writer:
-        run = Run(Parameters(), writer=writer)
+        run = ReportingBench(Parameters(), writer=writer)
         run.update(MS_NS)
         run.update(2 * MS_NS, [Request(name, **asked)])
     assert recorded_commands(Recording(path)) == [(0.001, name, numbers)]
+
+
+@pytest.mark.parametrize('times_ms', [(10, 60, 97), (10, 75, 88), (10, 20, 21, 22, 90)])
+def test_labels_of_commands_give_way_to_each_other_to_marks_and_to_the_edge(tmp_path, times_ms):
+    parameters = Parameters().updated({'load_cell.contact': 'absent'})
+    path = tmp_path / 'run.mcap'
+    with RunWriter(path, parameters, wait=True) as writer:
+        run = ReportingBench(parameters, writer=writer)
+        for time_ms in range(1, 101):
+            burst = Request('sawtooth', (150.0, 500.0, 1.0))
+            level = Request('voltage', (10.0,))
+            run.update(time_ms * MS_NS, [burst, level] if time_ms in times_ms else [])
+    figure, _ = draw_run(Recording(path))
+    figure.draw_without_rendering()
+    axes = figure.axes[-1]
+    labels = [label.get_window_extent() for label in axes.texts]
+    marks = [axes.transData.transform(line.get_xydata()) for line in axes.lines]
+    assert len(labels) >= len(times_ms)
+    assert all(axes.bbox.x0 < each.x0 and each.x1 < axes.bbox.x1 for each in labels)
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(labels, 2))
+    assert not any(each.contains(*mark) for each in labels for mark in np.concatenate(marks))
 
 
 def _voltage(values, rate_hz=1000.0):

@@ -18,8 +18,8 @@ from stickslip_ros.study.sawtooth_run import run_drive
 from stickslip_ros.study.sweep import (
     AMPLITUDE,
     Axis,
-    Case,
     Sweep,
+    SweepCase,
     column_name,
     parse_axis,
     parse_varied,
@@ -114,7 +114,9 @@ def test_a_bad_variation_is_refused(assignment, kind, message):
 def test_a_sweep_is_the_full_product_with_amplitude_fastest(short):
     cases = short.cases()
     assert len(cases) == 12
-    assert cases[0] == Case((('contact.friction', 0.2), ('stand.preload', 0.1)), 60e-9, 1000.0)
+    assert cases[0] == SweepCase(
+        (('contact.friction', 0.2), ('stand.preload', 0.1)), 60e-9, 1000.0
+    )
     assert cases[1].amplitude_m == 160e-9
     assert cases[2].values == (('contact.friction', 0.2), ('stand.preload', 0.5))
     assert cases[6].values == (('contact.friction', 0.3), ('stand.preload', 0.1))
@@ -136,7 +138,7 @@ def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch)
             name.replace('_', '.', 1): changes[name] for name in changes
         }
         solved.clear()
-        run_case(stand, 1, (), Case(tuple(values.items()), 60e-9, 1000.0))
+        run_case(stand, 1, (), SweepCase(tuple(values.items()), 60e-9, 1000.0))
         return len(solved)
 
     assert solves_of() >= GROUPS * (INDENTING + TABULATING)
@@ -146,7 +148,7 @@ def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch)
 
 
 def test_a_sweep_without_variation_is_one_run(stand):
-    assert Sweep(stand, (), (1000.0,), (60e-9,)).cases() == [Case((), 60e-9, 1000.0)]
+    assert Sweep(stand, (), (1000.0,), (60e-9,)).cases() == [SweepCase((), 60e-9, 1000.0)]
 
 
 @pytest.mark.parametrize(
@@ -204,11 +206,11 @@ def test_a_varied_parameter_is_named_with_its_unit(stand):
 
 
 def test_a_steady_run_has_the_force_of_the_reference(stand):
-    row = run_case(stand, 0, (), Case((('stand.preload', 0.1),), 160e-9, 1000.0))
+    row = run_case(stand, 0, (), SweepCase((('stand.preload', 0.1),), 160e-9, 1000.0))
     assert row['force_mean_n'] == pytest.approx(0.061, rel=FORCE_ERROR, abs=0.0)
     assert row['steady'] is True
     assert row['stop_rule'] == stop_rule(0)
-    assert 'within 0.1% per 20 steps; 200 to 5000 steps' in row['stop_rule']
+    assert 'within 0.02% of its limit, by the last 40 steps; 200 to 5000' in row['stop_rule']
 
 
 def test_an_amplitude_of_zero_is_a_drive_at_rest(stand):

@@ -18,9 +18,8 @@ from stickslip_ros.recording.fingerprint import compare_data
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import recover
 from stickslip_ros.recording.requests import recorded_requests
-from stickslip_ros.recording.run import Run, RunWriter
+from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import info_json
-from stickslip_ros.study.comparison.by_amplitude import ModelSettings
 from stickslip_ros.study.comparison.compare import compare
 from stickslip_ros.study.recorded_run import (
     TimeWindow,
@@ -54,7 +53,7 @@ def record(path: Path, origin_ns: int, begin_ms: int = 0, **values: Any) -> Path
     """Record a run with this time origin, from a time on."""
     wanted = {name.replace('__', '.'): value for name, value in values.items()}
     parameters = Parameters().updated({'sim.publish_truth': True, **wanted})
-    run = Run(parameters, time_origin_ns=origin_ns)
+    run = ReportingBench(parameters, time_origin_ns=origin_ns)
     with RunWriter(path, parameters, wait=True, time_origin_ns=origin_ns) as writer:
         while (now_ns := run.bench.time_ns) < END_NS:
             if now_ns == begin_ms * MS_NS:
@@ -160,7 +159,7 @@ def test_runs_of_different_origins_are_compared_at_equal_simulated_times(
     runs: tuple[Path, Path],
 ):
     names = map(str, runs)
-    comparison = compare(*names, model=ModelSettings(Parameters(), 1000.0))
+    comparison = compare(*names)
     assert comparison.differences == ()
     assert [each.agreement.rms for each in comparison.quantities] == [0.0] * 4
     assert all(each.left_out == 0 for each in comparison.quantities)
@@ -189,7 +188,7 @@ def test_a_difference_is_told_in_simulated_time(runs: tuple[Path, Path], tmp_pat
 
 
 def test_what_is_recovered_is_told_in_simulated_time(tmp_path: Path):
-    whole = record(tmp_path / 'run.mcap', ORIGIN_NS, record__flush_period=0.03)
+    whole = record(tmp_path / 'run.mcap', ORIGIN_NS, record__chunk_size=4096)
     content = bytearray(whole.read_bytes())
     content[len(content) // 2] ^= 0xFF
     damaged = tmp_path / 'damaged.mcap'

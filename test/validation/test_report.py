@@ -1,4 +1,4 @@
-"""The table and the page of plots: what is written, and how a failure shows."""
+"""The table and the picture of margins: what is written, and how a failure shows."""
 
 import csv
 from math import nan
@@ -6,9 +6,7 @@ from math import nan
 import pytest
 
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.validation.checks import Family, Tolerance, measures
-from stickslip_ros.validation.evidence import validate
-from stickslip_ros.validation.load_curves import NORMAL_LOAD
+from stickslip_ros.validation.references import Reference, read_references
 from stickslip_ros.validation.report import (
     as_objects,
     csv_text,
@@ -17,22 +15,15 @@ from stickslip_ros.validation.report import (
     value_text,
     write_report,
 )
-from stickslip_ros.validation.roughness import ROUGHNESS
+from stickslip_ros.validation.self_test import CheckedAnswer, validate
 
 PNG_START = b'\x89PNG\r\n'
-
-
-def family_of(name, compared):
-    row = (name, 'a test', 'm', Tolerance(0.01, 'a test'))
-    return Family('One', (measures(row)(lambda: (compared,)),))
-
-
-FAILING = family_of('a length', (1.0, 1.1))
+ROW = Reference('One', 'depth_m', 'x=1', 1.0, 0.01, 1.0, 'a test', 'a test', 'nobody', '1')
 
 
 @pytest.fixture(scope='module')
-def findings():
-    return validate([NORMAL_LOAD, ROUGHNESS])
+def outcomes():
+    return validate([row for row in read_references() if row.family == 'Normal load'])
 
 
 @pytest.mark.parametrize(
@@ -51,47 +42,37 @@ def test_a_value_is_shown_with_the_prefix_that_suits_it(value, unit, text):
     assert value_text(value, unit) == text
 
 
-def test_table_and_page_are_written_and_written_again_alike(findings, tmp_path):
-    files = write_report(findings, tmp_path / 'a' / 'b')
+def test_table_and_picture_are_written_and_written_again_alike(outcomes, tmp_path):
+    files = write_report(outcomes, tmp_path / 'a' / 'b')
     assert [path.name for path in files] == ['validation.md', 'validation.csv', 'validation.png']
-    assert files[0].read_text(encoding='utf-8') == markdown_text(findings)
-    assert files[1].read_text(encoding='utf-8') == csv_text(findings)
+    assert files[0].read_text(encoding='utf-8') == markdown_text(outcomes)
+    assert files[1].read_text(encoding='utf-8') == csv_text(outcomes)
     assert files[2].read_bytes().startswith(PNG_START)
-    again = write_report(findings, tmp_path / 'c')
+    again = write_report(outcomes, tmp_path / 'c')
     assert [p.read_bytes() for p in files] == [p.read_bytes() for p in again]
 
 
-def test_the_csv_has_every_check_with_all_digits(findings):
-    rows = list(csv.DictReader(csv_text(findings).splitlines()))
-    outcomes = [each for found in findings for each in found.outcomes]
-    assert [row['check'] for row in rows] == [each.check.name for each in outcomes]
-    assert [float(row['ours']) for row in rows] == [each.ours for each in outcomes]
+def test_the_csv_has_every_reference_with_all_digits(outcomes):
+    rows = list(csv.DictReader(csv_text(outcomes).splitlines()))
+    found = outcomes['Normal load']
+    assert [row['case'] for row in rows] == [each.reference.case for each in found]
+    assert [float(row['ours']) for row in rows] == [each.ours for each in found]
     assert {row['passed'] for row in rows} == {'True'}
 
 
-def test_a_check_that_fails_is_marked_everywhere(tmp_path):
-    findings = validate([FAILING])
-    assert summary_text(findings) == '1 checks, 1 failed'
-    assert '| FAIL |' in markdown_text(findings)
-    assert csv_text(findings).splitlines()[1].endswith('False')
-    assert as_objects(findings)[0]['passed'] is False
-    assert len(write_report(findings, tmp_path)) == 3
+@pytest.mark.parametrize('ours', [1.1, nan])
+def test_an_answer_that_is_wrong_or_no_number_is_marked_everywhere(ours, tmp_path):
+    outcomes = {'One': [CheckedAnswer(ROW, ours)]}
+    assert summary_text(outcomes) == '1 references, 1 failed'
+    assert ' FAIL ' in markdown_text(outcomes)
+    [row] = as_objects(outcomes)
+    assert row['passed'] is False
+    assert row['ours'] == (None if ours != ours else ours)  # noqa: PLR0124
+    assert all(path.is_file() for path in write_report(outcomes, tmp_path))
 
 
-def test_a_check_that_is_no_number_is_null_in_json_and_can_be_drawn(tmp_path):
-    findings = validate([family_of('x', (1.0, nan))])
-    row = as_objects(findings)[0]
-    assert (row['ours'], row['error'], row['passed']) == (None, None, False)
-    write_report(findings, tmp_path)
-
-
-def test_what_markdown_would_take_for_markup_is_written_otherwise():
-    findings = validate([family_of('2 G* a |x|', (1.0, 1.0))])
-    assert '| 2 G\\* a \\|x\\| |' in markdown_text(findings)
-
-
-def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
+def test_a_folder_that_cannot_be_written_is_refused(outcomes, tmp_path):
     taken = tmp_path / 'taken'
     taken.write_text('')
     with pytest.raises(WrongKind, match='choose another folder'):
-        write_report(validate([FAILING]), taken)
+        write_report(outcomes, taken)

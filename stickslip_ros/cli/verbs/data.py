@@ -9,6 +9,7 @@ from stickslip_ros.cli.options import (
     either,
     file,
     many,
+    of_function,
     option,
     output,
     switch,
@@ -17,6 +18,7 @@ from stickslip_ros.cli.options import (
     verb,
 )
 
+COMPARE_IN_PYTHON = 'study.comparison.compare.compare'
 RECORDING = 'an MCAP file, a bag directory, or a run in parts'
 
 DATA = (
@@ -30,7 +32,7 @@ DATA = (
         MAP,
         OF_FILES,
         output('.csv to write (default: only say what was understood)'),
-        module='measurement',
+        module='experiment',
     ),
     verb(
         'compare',
@@ -50,17 +52,11 @@ DATA = (
         OF_FILES,
         output('page to read or to print: .html'),
         either(
-            option('--shift', 'add this to the times of B', unit='s'),
-            switch('--align', 'estimate that shift by cross-correlation'),
+            *of_function(COMPARE_IN_PYTHON, 'shift_s', 'align'),
         ),
         titled(
             'for the model',
-            option(
-                '--frequency',
-                'steps per second, where A has no frequency_hz (default: 1kHz)',
-                unit='Hz',
-            ),
-            option('--steps', 'steps of each run (default: until steady)', int, default=0),
+            *of_function(COMPARE_IN_PYTHON, 'frequency_hz', 'steps', default=None),
             WORKERS,
         ),
         *PARAMETERS,
@@ -90,9 +86,7 @@ DATA = (
             'bounds of a free parameter (default: a decade below and above its start)',
             'NAME=LOW:HIGH',
         ),
-        option('--frequency', 'of points that have none', unit='Hz', default='1kHz'),
-        option('--starts', 'searches', int, default=8),
-        option('--seed', 'seed of starts and noise', int, default=1),
+        *of_function('study.fitting.fit.fit', 'frequency_hz', 'steps', 'starts', 'seed'),
         option(
             '--coverage',
             'fit N synthetic data sets too, and count the intervals that contain the truth',

@@ -8,6 +8,7 @@ from stickslip_ros.cli.options import (
     WORKERS,
     either,
     many,
+    of_function,
     option,
     output,
     switch,
@@ -30,6 +31,8 @@ RUNNERS = either(
 )
 FRESH = switch('--fresh', 'forget what FILE.journal holds')
 
+SIMULATE_IN_PYTHON = 'study.sawtooth_run.simulate'
+
 SIMULATE = (
     verb(
         'contact',
@@ -50,24 +53,12 @@ SIMULATE = (
         'is k x, the force in the load-cell spring.',
         PRELOAD,
         either(
-            option('--amplitude', 'peak-to-peak displacement of the feet', unit='m'),
-            option('--voltage', 'peak-to-peak voltage', unit='V'),
+            *of_function(SIMULATE_IN_PYTHON, 'amplitude_m', 'voltage_v'),
             option('--waveform', 'one cycle as a table of time and voltage', to_path),
             required=True,
         ),
-        option(
-            '--frequency',
-            'steps per second; negative ones go backwards (default: 1kHz, or as the waveform '
-            'says)',
-            unit='Hz',
-        ),
         SLEW,
-        option(
-            '--steps',
-            'steps (default: until the force is steady, at most 5000)',
-            int,
-            default=0,
-        ),
+        *of_function(SIMULATE_IN_PYTHON, 'frequency_hz', 'steps'),
         NO_LOAD_CELL,
         output('record the run as MCAP'),
         *PARAMETERS,
@@ -77,9 +68,9 @@ SIMULATE = (
         'run the drive at every combination of values; a table',
         'Run the drive alone, without sensors, at every combination of values. VALUES are a list, '
         '0.1N,0.5N, or a range start:stop:count with both ends, 0:160nm:33. A run ends when it is '
-        'steady: mean force of a cycle (free runner: step length) within 0.1% per 20 steps; 200 '
-        'to 5000 steps; --steps sets a number instead. Finished runs are kept in FILE.journal: '
-        'after Ctrl-C or a crash the same command goes on.',
+        'steady: mean force of a cycle (free runner: step length) within 0.02% of its limit, by '
+        'the last 40 steps; 200 to 5000 steps; --steps sets a number instead. Finished runs are '
+        'kept in FILE.journal: after Ctrl-C or a crash the same command goes on.',
         option('--preload', 'varies stand.preload', metavar=VALUES),
         option('--amplitude', 'peak-to-peak displacements', metavar=VALUES, required=True),
         option('--frequency', 'steps per second', metavar=VALUES, default='1kHz'),
@@ -88,7 +79,7 @@ SIMULATE = (
             'vary any parameter; the first one is the slowest',
             f'GROUP.NAME={VALUES}',
         ),
-        option('--steps', 'steps of each run (default: until steady)', int, default=0),
+        *of_function('study.sweep.sweep', 'steps'),
         NO_LOAD_CELL,
         output('.csv or .parquet', required=True),
         RUNNERS,
@@ -103,9 +94,8 @@ SIMULATE = (
         'largest up to the largest, extrapolated to zero. Directly: the smallest amplitude with '
         'a net step above 1e-10 m. The load cell is taken away, whatever load_cell.contact says.',
         PRELOAD,
-        option('--frequency', 'steps per second', unit='Hz', default='200Hz'),
         SLEW,
-        option('--steps', 'steps of each run', int, default=120),
+        *of_function('study.zero_amplitude.zero_amplitude', 'frequency_hz', 'steps'),
         *PARAMETERS,
         module='sweep',
     ),
@@ -116,27 +106,22 @@ SIMULATE = (
         'current of the amplifier: a monotone spline through knots, or a named shape; each is '
         'searched equally long in its own parameters. OBJECTIVE is speed, force, step, vibration, '
         'energy or flatness (docs/design.md). Frequency and preload are free between two limits '
-        'if two are given. Evaluations are kept in FILE.journal: after a crash the same command '
-        'goes on; after Ctrl-C the best wave of one objective is written too. With --second, '
-        'waves of which none is better in both objectives are found, and the file is their '
-        'table, beside a file of each wave. Needs: pip install cma.',
+        'if two are given. Evaluations are kept in FILE.journal: after Ctrl-C, which writes the '
+        'best wave so far, or a crash the same command goes on. Needs: pip install cma.',
         option('objective', 'what shall be best', metavar='OBJECTIVE'),
-        option('--second', 'what shall be best besides', metavar='OBJECTIVE'),
-        option('--points', 'searches for two objectives and each shape (7)', int, default=0),
         option('--load', 'force against the motion', unit='N', default='0'),
-        option('--speed', 'that vibration asks for', unit='m/s', metavar='SPEED', default='0'),
+        option('--speed', 'that the wave must make', unit='m/s', metavar='SPEED', default='0'),
         switch('--backwards', 'move the runner the other way'),
         option('--frequency', 'cycles per second', metavar='LOW:HIGH', default='1kHz'),
         option('--preload', 'stand.preload', metavar='LOW:HIGH'),
         option('--knots', 'knots of the spline, 6 to 16', int, default=8),
         option('--evaluations', 'of each search', int, default=1000),
-        option('--seconds', 'time after which each search ends; 0 is none', unit='s', default='0'),
         option('--seed', 'first seed', int, default=0),
         option('--seeds', 'searches of each shape, one per seed', int, default=1),
         option('--stands', 'stands that judge a wave', int, default=1),
         option('--spread', 'share by which these differ', float, 'SHARE', default=0.15),
         option('--rule', 'how they judge: mean or worst', default='mean'),
-        output('.csv of the wave, or of the table', required=True),
+        output('.csv of the wave', required=True),
         FIGURE,
         RUNNERS,
         FRESH,

@@ -15,7 +15,7 @@ from stickslip_ros.study.comparison.agreement import AMPLITUDE, Part, threshold_
 from stickslip_ros.study.comparison.result import Compared, Incomparable, Side
 from stickslip_ros.study.experiment import BY_AMPLITUDE, POINT_COLUMNS, Experiment
 from stickslip_ros.study.journal import Row
-from stickslip_ros.study.sweep import Case, bare_name, run_case
+from stickslip_ros.study.sweep import SweepCase, bare_name, run_case
 from stickslip_ros.study.sweep_table import OF_A_RUN, read_table
 from stickslip_ros.study.table_columns import sigma_name
 from stickslip_ros.units import NM
@@ -72,22 +72,6 @@ class PointTable:
         return found
 
 
-@dataclass(frozen=True)
-class ModelSettings:
-    """
-    How the drive is run at the points of a table, which sets preload and what it has columns for.
-
-    The frequency is for a table without one; 0 steps go on until the steady state, and 0 workers
-    are one thread per core.
-
-    """
-
-    parameters: Parameters
-    frequency_hz: float
-    steps: int = 0
-    workers: int = 0
-
-
 def of_experiment(experiment: Experiment) -> PointTable:
     """Return the points of an experiment by amplitude."""
     measured = experiment.columns
@@ -112,10 +96,17 @@ def of_sweep(path: Path) -> PointTable:
 
 
 def of_model(
-    table: PointTable, model: ModelSettings, progress: Progress | None = None
+    table: PointTable,
+    parameters: Parameters,
+    frequency_hz: float,
+    steps: int,
+    workers: int,
+    progress: Progress,
 ) -> PointTable:
     """
     Run the drive once at each different point of a table.
+
+    The table sets the preload and what it has columns for; the frequency is for one without.
 
     Raises
     ------
@@ -124,22 +115,22 @@ def of_model(
 
     """
     names = [name for name in table.settings if name not in {PRELOAD, FREQUENCY}]
-    changed = model.parameters.changed()
+    changed = parameters.changed()
     for name in map(bare_name, names):
         if name in changed:
             problem = f'is set, and a column of {table.side.origin} too'
             raise Incomparable(name, problem, 'take --set or the column away')
-    cases: dict[Case, Row] = {}
+    cases: dict[SweepCase, Row] = {}
     for row in range(table.side.rows):
         at = {name: each[row] for name, each in table.columns.items()}
         values = {'stand.preload': at[PRELOAD], **{bare_name(name): at[name] for name in names}}
-        frequency_hz = float(at.get(FREQUENCY, model.frequency_hz))
-        case = Case(tuple(values.items()), float(at[AMPLITUDE]), frequency_hz)
+        at_hz = float(at.get(FREQUENCY, frequency_hz))
+        case = SweepCase(tuple(values.items()), float(at[AMPLITUDE]), at_hz)
         cases[case] = {name: at[name] for name in names}
-    run = partial(run_case, model.parameters, model.steps, ())
-    found = run_batch(run, list(cases), workers=model.workers, progress=progress)
+    run = partial(run_case, parameters, steps, ())
+    found = run_batch(run, list(cases), workers=workers, progress=progress)
     rows = [{**varied, **row} for varied, row in zip(cases.values(), found, strict=True)]
-    described = {'stickslip_ros': stickslip_ros.__version__, **model.parameters.flat()}
+    described = {'stickslip_ros': stickslip_ros.__version__, **parameters.flat()}
     return _of_rows(rows, MODEL, MODEL, described)
 
 

@@ -1,21 +1,22 @@
 """Compares two files, or a file and the model: recognises them and chooses the way."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.integrity import MAGIC
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 from stickslip_ros.study.batch import Progress
 from stickslip_ros.study.comparison import by_amplitude, in_time
 from stickslip_ros.study.comparison.agreement import AMPLITUDE, TIME
-from stickslip_ros.study.comparison.by_amplitude import MODEL, ModelSettings, PointTable
+from stickslip_ros.study.comparison.by_amplitude import PointTable
 from stickslip_ros.study.comparison.in_time import TimeRun
-from stickslip_ros.study.comparison.result import Alignment, Comparison, Incomparable
+from stickslip_ros.study.comparison.result import Alignment, ComparisonReport, Incomparable
 from stickslip_ros.study.experiment import (
-    AS_IT_IS,
     OVER_TIME,
     Experiment,
     Reading,
@@ -23,36 +24,52 @@ from stickslip_ros.study.experiment import (
     read_experiment,
     read_joined,
 )
+from stickslip_ros.study.recorded_run import Run
 from stickslip_ros.study.sweep_table import PARQUET, is_sweep
 
 
 def compare(
-    a_name: str | Sequence[str],
-    b_name: str | None,
+    a: str | Path | Run | Sequence[str | Path],
+    b: str | Path | Run | Parameters | None = None,
     *,
-    model: ModelSettings,
-    reading: Reading = AS_IT_IS,
+    headers: Mapping[str, str] | None = None,
+    preloads_n: Sequence[float] = (),
+    frequency_hz: float = 1000.0,
+    steps: int = 0,
     shift_s: float | None = None,
-    estimate_shift: bool = False,
-    progress: Progress | None = None,
-) -> Comparison:
+    align: bool = False,
+    workers: int = 0,
+    report: Callable[[Experiment], None] | None = None,
+    progress: bool | Progress = False,
+) -> ComparisonReport:
     """
-    Compare two things.
+    Compare two runs over time, or two tables by amplitude and preload.
 
     Parameters
     ----------
-    a_name : str or sequence of str
-        A recording, a table of a sweep, or an experiment file, or several of these by amplitude.
-    b_name : str, optional
-        Another one, or the word ``model``; without it the experiment that a recording carries.
-    model : ModelSettings
-        How the model is run, if it is.
-    reading : Reading
-        What experiment files do not say themselves.
-    shift_s, estimate_shift : float, bool
-        What is added to the times of B, or whether that is to be estimated.
-    progress : callable, optional
-        Called with runs of the model done and in all.
+    a : path-like, Run or sequence of path-like
+        A recording, the table of a sweep, an experiment file, or several of these by amplitude.
+    b : path-like, Run or Parameters, optional
+        Another one; parameters run the model at the points of A; without it a recording is
+        compared with the experiment that it carries.
+    headers : mapping of str to str, optional
+        Headers of columns in experiment files that do not tell, ``{'force_n': 'CH2 (mN)'}``.
+    preloads_n : sequence of float
+        Preloads of experiment files without such a column, N: one of all, or one of each.
+    frequency_hz : float
+        Steps per second of the model, where A has none.
+    steps : int
+        Steps of each of its runs; 0 goes on until the steady state.
+    shift_s : float, optional
+        What is added to the times of B, s.
+    align : bool
+        Estimate that shift by cross-correlation.
+    workers : int
+        Runs of the model at once; 0 is one per core.
+    report : callable, optional
+        Called with each ``Experiment`` when it has been read, before anything is computed.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with runs done and in all.
 
     Raises
     ------
@@ -60,35 +77,40 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
-    paths = [Path(name) for name in ([a_name] if isinstance(a_name, str) else a_name)]
-    a = _load(paths[0], reading) if len(paths) == 1 else _joined(paths, reading)
-    is_moved = estimate_shift or shift_s is not None
-    if b_name == MODEL:
-        table = _points(a, is_moved)
-        return _by_amplitude(table, by_amplitude.of_model(table, model, progress))
-    if b_name is None:
-        b = _attached(paths[0], reading)
-    else:
-        b = _load(Path(b_name), reading, len(paths))
-    if isinstance(a, TimeRun) and isinstance(b, TimeRun):
+    paths = [_path(each) for each in ([a] if isinstance(a, str | Path | Run) else a)]
+    reading = Reading(headers or {}, preloads_n, report)
+    reading.check_count(len(paths) + isinstance(b, str | Path | Run))
+    first = _load(paths[0], reading) if len(paths) == 1 else _joined(paths, reading)
+    is_moved = align or shift_s is not None
+    if isinstance(b, Parameters):
+        table = _points(first, is_moved)
+        with progress_of(progress, 'runs') as show:
+            model = by_amplitude.of_model(table, b, frequency_hz, steps, workers, show)
+        return _by_amplitude(table, model)
+    second = _attached(paths[0], reading) if b is None else _load(_path(b), reading, len(paths))
+    if isinstance(first, TimeRun) and isinstance(second, TimeRun):
         given = None if shift_s is None else Alignment(shift_s, 'given')
-        return _in_time(a, b, in_time.align(a, b) if estimate_shift else given)
-    if isinstance(a, PointTable) and isinstance(b, PointTable):
-        return _by_amplitude(_points(a, is_moved), b)
+        return _in_time(first, second, in_time.align(first, second) if align else given)
+    if isinstance(first, PointTable) and isinstance(second, PointTable):
+        return _by_amplitude(_points(first, is_moved), second)
     raise Incomparable(
-        b.side.origin,
-        f'is a {b.side.kind}, {a.side.origin} a {a.side.kind}',
+        second.side.origin,
+        f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',
         'compare two over time, or two by amplitude and preload',
     )
 
 
-def _by_amplitude(a: PointTable, b: PointTable) -> Comparison:
-    return Comparison(a.side, b.side, AMPLITUDE, by_amplitude.compare(a, b))
+def _path(file: str | Path | Run) -> Path:
+    return file.path if isinstance(file, Run) else Path(file)
 
 
-def _in_time(a: TimeRun, b: TimeRun, alignment: Alignment | None) -> Comparison:
+def _by_amplitude(a: PointTable, b: PointTable) -> ComparisonReport:
+    return ComparisonReport(a.side, b.side, AMPLITUDE, by_amplitude.compare(a, b))
+
+
+def _in_time(a: TimeRun, b: TimeRun, alignment: Alignment | None) -> ComparisonReport:
     moved = b if alignment is None else b.moved(alignment.shift_s)
-    return Comparison(a.side, b.side, TIME, in_time.compare(a, moved), alignment)
+    return ComparisonReport(a.side, b.side, TIME, in_time.compare(a, moved), alignment)
 
 
 def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:

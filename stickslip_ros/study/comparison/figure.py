@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.study.comparison.agreement import TIME, Part
-from stickslip_ros.study.comparison.result import Compared, Comparison
+from stickslip_ros.study.comparison.result import Compared, ComparisonReport
 from stickslip_ros.study.comparison.words import axis_label, place, title
 from stickslip_ros.study.plotting import (
     BLACK,
@@ -33,7 +33,7 @@ BARS_MAX = 200
 """Error bars of more points hide the points."""
 
 
-def draw_quantity(comparison: Comparison, quantity: Compared) -> str:
+def draw_quantity(comparison: ComparisonReport, quantity: Compared) -> str:
     """Return a quantity of a comparison as SVG text, the same bytes for the same numbers."""
     figure = new_figure(8.0, 6.0)
     overlay, residuals = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))

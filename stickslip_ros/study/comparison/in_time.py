@@ -74,15 +74,7 @@ def of_experiment(experiment: Experiment) -> TimeRun:
 
 
 def align(a: TimeRun, b: TimeRun) -> Alignment:
-    """
-    Estimate by how much B must be shifted.
-
-    Raises
-    ------
-    Incomparable
-        If they share nothing that changes.
-
-    """
+    """Estimate by how much B must be shifted; Incomparable if they share nothing that changes."""
     pairs = [(_finite(a.series[name]), _finite(b.series[name])) for name in _shared(a, b)]
     pairs = [pair for pair in pairs if min(map(len, pair)) > 1]
     if not pairs:

@@ -2,9 +2,11 @@
 
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.study.comparison.agreement import Agreement, Part, agreement_of
 
@@ -42,7 +44,7 @@ class Side:
 
 
 @dataclass(frozen=True)
-class Difference:
+class NamedDifference:
     """A parameter, seed or version that A and B both name and do not share."""
 
     name: str
@@ -96,7 +98,7 @@ class Compared:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class ComparisonReport:
     """The whole, along AMPLITUDE or TIME; without an alignment times were taken as they are."""
 
     a: Side
@@ -106,13 +108,43 @@ class Comparison:
     alignment: Alignment | None = None
 
     @property
-    def differences(self) -> tuple[Difference, ...]:
+    def differences(self) -> tuple[NamedDifference, ...]:
         """What both say of themselves and say differently, in A's order."""
         return tuple(
-            Difference(name, value, self.b.described[name])
+            NamedDifference(name, value, self.b.described[name])
             for name, value in self.a.described.items()
             if name in self.b.described and self.b.described[name] != value
         )
+
+    def save(self, path: str | Path, command: str = '') -> Path:
+        """
+        Write a page of HTML that needs nothing else, in place of an older one.
+
+        It names the ``command`` that made it, if there was one.
+
+        Raises
+        ------
+        RecordingError
+            If it cannot be written.
+
+        """
+        # ruff: noqa: PLC0415 - they import this
+        from stickslip_ros.study.comparison.report import report_page
+
+        page, path = report_page(self, command), Path(path)
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(page, encoding='utf-8')
+        except OSError as error:
+            problem = f'cannot be written ({error.strerror})'
+            raise RecordingError(path, problem, 'choose another place') from None
+        return path
+
+    def _repr_html_(self) -> str:
+        from stickslip_ros.study.comparison.words import sections
+
+        tables = [html_table(title, rows, header) for title, header, rows in sections(self)]
+        return '\n'.join(tables)
 
     def to_json(self) -> dict[str, Any]:
         """Return what JSON can say."""

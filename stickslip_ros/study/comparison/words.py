@@ -13,7 +13,7 @@ from stickslip_ros.study.comparison.agreement import (
     Threshold,
 )
 from stickslip_ros.study.comparison.by_amplitude import FREQUENCY, PRELOAD
-from stickslip_ros.study.comparison.result import UNITS, Alignment, Compared, Comparison
+from stickslip_ros.study.comparison.result import UNITS, Alignment, Compared, ComparisonReport
 from stickslip_ros.units import MN, NM, display_unit, with_unit
 
 Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
@@ -47,7 +47,7 @@ NUMBERS = (
 """Rows of a table: what docs/compare.md calls it, its field, its form, its unit."""
 
 
-def sections(comparison: Comparison) -> Iterator[Section]:
+def sections(comparison: ComparisonReport) -> Iterator[Section]:
     """Yield the tables of a comparison: one per quantity, then what is read off the forces."""
     for quantity in comparison.quantities:
         yield _numbers(quantity)
@@ -81,14 +81,14 @@ def place(at: Mapping[str, Scalar]) -> str:
     return ', '.join(parts)
 
 
-def axis_label(comparison: Comparison) -> str:
+def axis_label(comparison: ComparisonReport) -> str:
     """Return the label of the axis along which things are compared."""
     if comparison.axis == TIME:
         return 'time (s)'
     return f'stroke of the feet ({display_unit(UNITS["m"])[1]})'
 
 
-def sentences(comparison: Comparison) -> list[str]:
+def sentences(comparison: ComparisonReport) -> list[str]:
     """Return what was found, in sentences that state numbers and nothing else."""
     moved = [] if comparison.alignment is None else [_moved(comparison.alignment)]
     return moved + [told for quantity in comparison.quantities for told in _found(quantity)]

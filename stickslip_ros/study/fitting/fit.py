@@ -2,9 +2,10 @@
 
 import math
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from pathlib import Path
 
 import numpy as np
 
@@ -12,10 +13,12 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.progress import progress_of
 from stickslip_ros.study.batch import Progress, run_batch
+from stickslip_ros.study.experiment import Experiment, Reading
 from stickslip_ros.study.extras import load_extra
-from stickslip_ros.study.fitting.free import Free
-from stickslip_ros.study.fitting.problem import Points, Problem, pose
+from stickslip_ros.study.fitting.free import Free, choose_free
+from stickslip_ros.study.fitting.problem import Points, Problem, pose, read_points
 from stickslip_ros.study.fitting.statistics import (
     PURPOSE,
     Estimate,
@@ -24,7 +27,7 @@ from stickslip_ros.study.fitting.statistics import (
     uncertainty,
 )
 
-STARTS, STARTS_MAX = 8, 1000
+STARTS_MAX = 1000
 ROUNDS = 6
 """Searches with ever more cycles, until they suffice at the minimum."""
 WIDENED_MAX = 4
@@ -43,7 +46,7 @@ RIVAL = 3.84
 
 
 @dataclass(frozen=True)
-class Found:
+class Minimum:
     """
     Where a search ended, whether it converged, and how many stands it tried.
 
@@ -71,7 +74,7 @@ class Fit:
     ----------
     problem : Problem
         What was fitted, with the cycles of each run.
-    searches, refined : tuple of Found
+    searches, refined : tuple of Minimum
         Where each search ended, and those that went on from the best with more cycles.
     steady : bool
         Whether all runs had cycles enough.
@@ -81,19 +84,22 @@ class Fit:
         Forces of the fitted stand.
     wall_s : float
         Time it took.
+    notes : tuple of str
+        What was changed in the stand for it.
 
     """
 
     problem: Problem
-    searches: tuple[Found, ...]
-    refined: tuple[Found, ...]
+    searches: tuple[Minimum, ...]
+    refined: tuple[Minimum, ...]
     steady: bool
     uncertainty: Uncertainty
     model_n: Array
     wall_s: float
+    notes: tuple[str, ...] = ()
 
     @property
-    def found(self) -> Found:
+    def found(self) -> Minimum:
         """The minimum."""
         return self.refined[-1] if self.refined else _best(self.searches)
 
@@ -171,40 +177,83 @@ class Fit:
         return sum(one.chi_square - least <= most for one in self.searches)
 
 
-def fit_drive(
-    parameters: Parameters,
-    free: tuple[Free, ...],
-    points: Points,
+def fit(
+    experiment: str | Path | Sequence[str | Path],
+    free: Sequence[str],
     *,
-    starts: int = STARTS,
+    headers: Mapping[str, str] | None = None,
+    preloads_n: Sequence[float] = (),
+    parameters: Parameters | None = None,
+    start: Mapping[str, float | str] | None = None,
+    bounds: Mapping[str, tuple[float, float] | str] | None = None,
+    frequency_hz: float = 1000.0,
+    steps: int = 0,
+    starts: int = 8,
     seed: int = 1,
     workers: int = 0,
-    progress: Progress | None = None,
+    report: Callable[[Experiment], None] | None = None,
+    progress: bool | Progress = False,
 ) -> Fit:
     """
-    Fit parameters of the drive to measured forces by weighted least squares.
+    Fit parameters of the drive to measured mean forces by weighted least squares.
 
     Parameters
     ----------
-    parameters, free : Parameters, tuple of Free
-        The stand, and what may change, as ``choose_free`` returns them.
-    points : Points
-        What was measured.
+    experiment : path-like or sequence of path-like
+        Tables of measured forces, as docs/fit.md says.
+    free : sequence of str
+        Parameters to fit, ``['contact.friction']``.
+    headers : mapping of str to str, optional
+        Headers of columns in files that do not tell, ``{'force_n': 'CH2 (mN)'}``.
+    preloads_n : sequence of float
+        Preloads of files without such a column, N: one of all, or one of each.
+    parameters : Parameters, optional
+        The stand; by default that of the paper.
+    start, bounds : mapping
+        Start, and low and high, of free parameters; by default the stand's value, and a decade
+        below and above it.
+    frequency_hz : float
+        Steps per second of points that have none.
+    steps : int
+        Cycles that the drive had made from rest when a force was read; 0: until it was steady.
     starts : int
         Searches: from the present values, and from a Latin hypercube in the bounds.
     seed : int
         Seed of the hypercube.
     workers : int
         Searches at once; 0 is one per core.
-    progress : callable, optional
-        Called with searches done and searches in all.
+    report : callable, optional
+        Called with each ``Experiment`` when it has been read, before anything is computed.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with searches done and in all.
 
     Raises
     ------
     StickSlipError
-        If there are too few points, the stand cannot make one of them, or SciPy is missing.
+        If the table cannot be read, or a parameter cannot be fitted.
 
     """
+    reading = Reading(headers or {}, preloads_n, report)
+    points = read_points(experiment, frequency_hz, reading, steps)
+    stand, chosen, notes = choose_free(parameters or Parameters(), free, start, bounds)
+    with progress_of(progress, 'searches') as show:
+        fitted = fit_drive(
+            stand, chosen, points, starts=starts, seed=seed, workers=workers, progress=show
+        )
+    return replace(fitted, notes=notes)
+
+
+def fit_drive(
+    parameters: Parameters,
+    free: tuple[Free, ...],
+    points: Points,
+    *,
+    starts: int = 8,
+    seed: int = 1,
+    workers: int = 0,
+    progress: Progress | None = None,
+) -> Fit:
+    """Do what ``fit`` does to points that were read, and to what ``choose_free`` returns."""
     started_s = time.perf_counter()
     problem = pose(parameters, free, points)
     places = _starting_points(problem, starts, seed)
@@ -231,7 +280,7 @@ def fit_drive(
     )
 
 
-def search(problem: Problem, start: Array) -> Found:
+def search(problem: Problem, start: Array) -> Minimum:
     """Search from coordinates: a bounded trust region, with one-sided differences."""
     optimize = load_extra(PURPOSE, 'scipy.optimize')
     ended = optimize.least_squares(
@@ -246,7 +295,7 @@ def search(problem: Problem, start: Array) -> Found:
         gtol=TOLERANCE**2,
         max_nfev=EVALUATIONS_MAX,
     )
-    return Found(
+    return Minimum(
         tuple(ended.x.tolist()),
         2.0 * float(ended.cost),
         bool(ended.success),
@@ -254,26 +303,26 @@ def search(problem: Problem, start: Array) -> Found:
     )
 
 
-def _search_or_nothing(problem: Problem, start: Array) -> Found:
+def _search_or_nothing(problem: Problem, start: Array) -> Minimum:
     """Search, and find nothing at a stand that cannot be, unless it is the user's own."""
     try:
         return search(problem, start)
     except StickSlipError:
         if np.array_equal(start, problem.start):
             raise
-        return Found((), math.inf, converged=False, evaluations=0)
+        return Minimum((), math.inf, converged=False, evaluations=0)
 
 
-def _search_beyond(problem: Problem, found: Found) -> tuple[Problem, Found]:
+def _search_beyond(problem: Problem, found: Minimum) -> tuple[Problem, Minimum]:
     """Search on from a minimum on bounds that may move; find nothing if there are none."""
     values = problem.values(found.place)
     wider = problem.widened(values)
     if wider.free == problem.free:
-        return problem, Found((), math.inf, converged=False, evaluations=0)
+        return problem, Minimum((), math.inf, converged=False, evaluations=0)
     return wider, _search_or_nothing(wider, wider.coordinates(values))
 
 
-def _best(searches: Sequence[Found]) -> Found:
+def _best(searches: Sequence[Minimum]) -> Minimum:
     return min(searches, key=lambda found: found.chi_square)
 
 
@@ -290,9 +339,9 @@ def _starting_points(problem: Problem, starts: int, seed: int) -> list[Array]:
     return [first, *qmc.scale(shares, *problem.bounds)]
 
 
-def _refine(problem: Problem, best: Found) -> tuple[Problem, list[Found], bool]:
+def _refine(problem: Problem, best: Minimum) -> tuple[Problem, list[Minimum], bool]:
     """Search on from a minimum with more cycles, as long as its runs need them."""
-    refined: list[Found] = []
+    refined: list[Minimum] = []
     here = best.place
     for _ in range(ROUNDS):
         longer, steady = problem.steady_at(here)

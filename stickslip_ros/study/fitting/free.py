@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters import Parameters, spec_of
@@ -89,14 +90,14 @@ class Free:
 def choose_free(
     parameters: Parameters,
     names: Sequence[str],
-    starts: Mapping[str, str] | None = None,
-    bounds: Mapping[str, str] | None = None,
+    starts: Mapping[str, float | str] | None = None,
+    bounds: Mapping[str, tuple[float, float] | str] | None = None,
 ) -> tuple[Parameters, tuple[Free, ...], tuple[str, ...]]:
     """
     Return the stand of a fit, its free parameters, and notes about what was changed for it.
 
-    Starts and bounds (as ``low:high``) are those that were typed; without them a parameter starts
-    from the stand's value, between a decade below and above its start and its default.
+    Starts and bounds are numbers or what was typed, bounds as ``low:high``. Without them a
+    parameter starts from the stand's value, a decade below and above its start and its default.
 
     Raises
     ------
@@ -115,7 +116,7 @@ def choose_free(
     return parameters.updated({one.name: one.start for one in free}), tuple(free), notes
 
 
-def _check_names(names: Sequence[str], others: Mapping[str, Mapping[str, str]]) -> None:
+def _check_names(names: Sequence[str], others: Mapping[str, Mapping[str, Any]]) -> None:
     if not names:
         raise WrongKind('--free', '', 'a list of parameters', 'name one, as contact.friction')
     for name in names:
@@ -161,10 +162,10 @@ def _let_roughness_act(
     return parameters.updated({PREFACTOR: 0.0}), (note,)
 
 
-def _free(name: str, start: float, bounds: str | None) -> Free:
+def _free(name: str, start: float, bounds: tuple[float, float] | str | None) -> Free:
     spec = spec_of(name)
     if bounds is not None:
-        lower, upper = _parse_bounds(name, bounds)
+        lower, upper = _checked_bounds(name, bounds)
     elif start > 0.0:
         lowest, highest = spec.minimum or 0.0, spec.maximum or math.inf
         known = float(spec.default) or start  # 0 has no logarithm: a search moves its bound there
@@ -181,13 +182,14 @@ def _free(name: str, start: float, bounds: str | None) -> Free:
     return Free(name, spec.unit, start, lower, upper, movable=bounds is None)
 
 
-def _parse_bounds(name: str, text: str) -> tuple[float, float]:
-    spec = spec_of(name)
-    low, colon, high = text.partition(':')
-    if not colon:
-        raise WrongKind(f'bounds of {name}', text, 'LOW:HIGH', f'write --bounds {name}=LOW:HIGH')
-    typed = to_si_list(f'bounds of {name}', (low, high), spec.unit)
-    lower, upper = (float(spec.check(name, each)) for each in typed)
+def _checked_bounds(name: str, given: Sequence[float] | str) -> tuple[float, float]:
+    spec, what = spec_of(name), f'bounds of {name}'
+    if isinstance(given, str):
+        low, colon, high = given.partition(':')
+        if not colon:
+            raise WrongKind(what, given, 'LOW:HIGH', f'write --bounds {name}=LOW:HIGH')
+        given = to_si_list(what, (low, high), spec.unit)
+    lower, upper = (float(spec.check(name, each)) for each in given)
     if not lower < upper:
         limit = f'not below the upper one, {upper:g} {spec.unit}'.rstrip()
         raise OutOfRange(f'lower bound of {name}', lower, spec.unit, limit, 'swap them')

@@ -12,12 +12,11 @@ from numpy.typing import NDArray
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.experiment import AS_IT_IS, POINT_COLUMNS, Reading, read_joined
+from stickslip_ros.study.experiment import AS_IT_IS, Reading, read_joined
 from stickslip_ros.study.fitting.free import Free
 from stickslip_ros.study.sawtooth_run import run_drive
 
 FORCE, FREQUENCY, SIGMA = 'force_n', 'frequency_hz', 'force_sigma_n'
-DEFAULT_FREQUENCY_HZ = float(POINT_COLUMNS[FREQUENCY].default)
 STEP = 3e-4
 """Step of differences in a coordinate: 0.03 % of a value, or of a range. The forces of a fixed
 number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
@@ -44,7 +43,8 @@ class Points:
     Mean forces on the load cell that were read where preload, stroke and frequency were set.
 
     All are arrays of shape (points,); sigma_n are the standard errors of the forces, None if they
-    are not known.
+    are not known; steps are the cycles that the drive had made from rest, the force being the mean
+    over the last of them, None if it was steady.
 
     """
 
@@ -53,6 +53,7 @@ class Points:
     frequency_hz: Array
     force_n: Array
     sigma_n: Array | None = None
+    steps: NDArray[np.int_] | None = None
 
     def __len__(self) -> int:
         """Return the number of points."""
@@ -167,12 +168,13 @@ class Problem:
 
     def steady_at(self, coordinates: Array) -> tuple['Problem', bool]:
         """Return the problem with as many cycles as a stand needs, and whether they suffice."""
+        most = STEPS_MAX if self.points.steps is None else 0
         cycles = np.array(self.cycles)
         forces_n = self.forces_n(coordinates, tuple(cycles.tolist()))
         while True:
             longer_n = self.forces_n(coordinates, tuple((2 * cycles).tolist()))
             short = np.abs(longer_n - forces_n) > self.tolerance_n()
-            more = short & (cycles < STEPS_MAX)
+            more = short & (cycles < most)
             if not more.any():
                 found = dataclasses.replace(self, cycles=tuple(cycles.tolist()))
                 return found, not short.any()
@@ -181,29 +183,35 @@ class Problem:
 
 
 def read_points(
-    path: Path | Sequence[Path],
-    frequency_hz: float = DEFAULT_FREQUENCY_HZ,
+    path: str | Path | Sequence[str | Path],
+    frequency_hz: float = 1000.0,
     reading: Reading = AS_IT_IS,
+    steps: int = 0,
 ) -> Points:
     """
     Read an experiment by amplitude, from one file or several.
 
     Parameters
     ----------
-    path : Path or sequence of Path
+    path : path-like or sequence of path-like
         Tables as docs/compare.md says.
     frequency_hz : float
         For files without such a column.
     reading : Reading
         What the tables do not say themselves.
+    steps : int
+        Cycles that the drive had made from rest when a force was read; 0: until it was steady.
 
     Raises
     ------
     StickSlipError
-        If a file cannot be read, has no forces, or all forces are 0.
+        If a file cannot be read, has no forces, or all forces are 0; or steps are below 0.
 
     """
-    paths = [path] if isinstance(path, Path) else list(path)
+    if steps < 0:
+        raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for steady forces')
+    paths = [Path(each) for each in ([path] if isinstance(path, str | Path) else path)]
+    reading.check_count(len(paths))
     experiment = read_joined(paths, reading, (FORCE,))
     columns = experiment.columns
     points = Points(
@@ -212,6 +220,7 @@ def read_points(
         frequency_hz=columns.get(FREQUENCY, np.full(len(columns['force_n']), frequency_hz)),
         force_n=columns['force_n'],
         sigma_n=columns.get(SIGMA),
+        steps=np.full(len(columns['force_n']), steps) if steps else None,
     )
     if points.largest_n == 0.0:
         raise RecordingError(
@@ -245,7 +254,9 @@ def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Prob
         end_n = parameters.stand.preload_end
         hint = 'set stand.preload_end=0: each point has one preload'
         raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
-    problem = Problem(parameters, free, points, (STEPS_MIN,) * len(points))
+    told = points.steps
+    cycles = (STEPS_MIN,) * len(points) if told is None else tuple(told.tolist())
+    problem = Problem(parameters, free, points, cycles)
     return problem.steady_at(problem.start)[0]
 
 

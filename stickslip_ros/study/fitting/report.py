@@ -34,9 +34,7 @@ def warnings_of(fit: Fit) -> tuple[str, ...]:
     )
 
 
-def as_object(
-    fit: Fit, notes: Sequence[str] = (), coverage: Sequence[Coverage] = ()
-) -> dict[str, Any]:
+def as_object(fit: Fit, coverage: Sequence[Coverage] = ()) -> dict[str, Any]:
     """Return a fit as JSON can hold it: None stands for what is infinite or not a number."""
     doubt, points = fit.uncertainty, fit.problem.points
     content = {
@@ -55,7 +53,7 @@ def as_object(
         'singular_values': doubt.singular_values,
         'condition_number': doubt.condition,
         'warnings': warnings_of(fit),
-        'notes': list(notes),
+        'notes': list(fit.notes),
         'converged': fit.found.converged,
         'starts': len(fit.searches),
         'starts_in_same_minimum': fit.same,
@@ -99,7 +97,9 @@ def _search_warnings(fit: Fit) -> Iterator[str]:
     if not fit.found.converged:
         yield 'the search did not converge: raise --starts, or narrow --bounds'
     if not fit.steady:
-        yield f'some runs are not steady after {max(fit.problem.cycles)} steps'
+        told = fit.problem.points.steps is not None
+        depends = ': their forces hold for so many steps from rest only' if told else ''
+        yield f'some runs are not steady after {max(fit.problem.cycles)} steps{depends}'
     if fit.rivals:
         yield (
             f'{fit.rivals} of {len(fit.searches)} searches ended in another minimum that the '

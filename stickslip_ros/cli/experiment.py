@@ -1,0 +1,79 @@
+"""Tables as laboratories have them: ``stickslip import``, and options of verbs that read them."""
+
+import argparse
+import dataclasses
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+from stickslip_ros.cli.chosen import to_numbers
+from stickslip_ros.cli.printing import Answer
+from stickslip_ros.errors import WrongKind
+from stickslip_ros.files import make_room
+from stickslip_ros.parameters import parse_assignments
+from stickslip_ros.study.experiment import (
+    COLUMNS,
+    Experiment,
+    Reading,
+    read_experiment,
+    read_joined,
+    write_experiment,
+)
+
+CSV = '.csv'
+
+
+def import_verb(arguments: argparse.Namespace) -> Answer:
+    """Read, write."""
+    output = arguments.output
+    if output is not None:
+        if output.suffix.lower() != CSV:
+            raise WrongKind('output', str(output), 'a .csv file', 'end its name so')
+        make_room(output)
+    read: list[Experiment] = []
+    reading = Reading(**{**said_of_tables(arguments), 'report': read.append})
+    reading.check_count(len(arguments.files))
+    if len(arguments.files) == 1:
+        whole = read_experiment(arguments.files[0], reading)
+    else:
+        whole = read_joined(arguments.files, reading)
+    if output is not None:
+        write_experiment(whole, output)
+    content = {'files': [_as_object(each) for each in read], 'output': str(output or '')}
+    lines = [line for each in read for line in _lines(each)]
+    return Answer(content, [*lines, f'table   {output}'] if output else lines)
+
+
+def said_of_tables(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what a command line says of tables; what is understood is told before the work."""
+    text = getattr(arguments, 'preload', None)
+    return {
+        'headers': parse_assignments(arguments.headers, '--map NAME=HEADER'),
+        'preloads_n': to_numbers('--preload', text, 'N') if text else (),
+        'report': None if arguments.json else _tell,
+    }
+
+
+def _tell(experiment: Experiment) -> None:
+    print(*_lines(experiment), sep='\n', file=sys.stderr)
+
+
+def _lines(experiment: Experiment) -> Iterator[str]:
+    """Yield what was understood of a table: each column, its unit, its factor, its first row."""
+    rows = len(next(iter(experiment.columns.values())))
+    yield f'read    {experiment.origin}: {experiment.kind}, {rows} rows'
+    for each in experiment.understood:
+        first = f'{each.first:.6g} {COLUMNS[experiment.kind][each.name].unit}'
+        unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
+        yield f'        {each.name} is {each.header!r} {unit}'
+    yield from (f'aside   {header!r}' for header in experiment.aside)
+
+
+def _as_object(experiment: Experiment) -> dict[str, object]:
+    return {
+        'file': experiment.origin,
+        'kind': experiment.kind,
+        'columns': [dataclasses.asdict(each) for each in experiment.understood],
+        'aside': experiment.aside,
+        'notes': experiment.notes,
+    }

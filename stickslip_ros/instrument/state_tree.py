@@ -1,0 +1,200 @@
+"""
+What an object remembers as a tree of numbers and texts; and back, with every value checked.
+
+An object lists by name in REMEMBERED what it remembers, each with its form:
+
+- ``bool``, ``str``, ``int``, or a ``range`` of whole numbers; an enumeration;
+- ``float``: a finite number; any number at all in ``Annotated[..., UNCHECKED]``;
+- ``(kind, shape)``: an array of records or numbers, as ``contact.record`` has fields; -1 is any;
+- ``X | None``, ``tuple[X, Y]``, ``list[X]``, ``deque[X]``; a table of forms by name;
+- a NamedTuple or a dataclass, whose fields have types; a class with a REMEMBERED of its own.
+
+Reading makes nothing but these; the ``recall`` of an object takes the table of its own.
+
+"""
+
+import base64
+import dataclasses
+from array import array
+from collections import deque
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from enum import Enum
+from functools import cache
+from types import NoneType, UnionType
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from stickslip_ros.contact.memory import CAPACITY
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import COUNT, FLAG, FLOAT
+from stickslip_ros.contact.springs import SPRINGS_IN_ALL
+from stickslip_ros.errors import WrongKind
+
+UNCHECKED = 'unchecked'
+ANY_FLOAT = Annotated[float, UNCHECKED]
+LARGEST = 1e15
+"""No quantity of the drive is larger, in SI units."""
+WHOLE = range(-(1 << 62), (1 << 62) + 1)
+"""Whole numbers that kernels can count on from."""
+COUNTS = {
+    'cycle': 1 << 61,
+    'depth': CAPACITY - 1,
+    'last': SPRINGS_IN_ALL - 1,
+    'passes_left': 1 << 53,
+    'passes_made': 1 << 61,
+    'samples': 1 << 53,
+}
+"""Largest value of each count in a record; many of them index."""
+HINT = 'give one that a bench has saved'
+
+
+def plain(value: Any) -> Any:
+    """Return a value as numbers, texts, lists and tables; arrays as a text of their bytes."""
+    if isinstance(value, np.ndarray | array):
+        values = np.asarray(value)
+        return base64.b64encode(values.astype(without_gaps(values.dtype)).tobytes()).decode()
+    if isinstance(value, Enum):
+        return int(value) if isinstance(value, int) else value.name
+    for names in ('REMEMBERED', '_fields', '__dataclass_fields__'):
+        if hasattr(value, names):
+            return {name: plain(getattr(value, name)) for name in getattr(value, names)}
+    if isinstance(value, Mapping):
+        return {name: plain(each) for name, each in value.items()}
+    if isinstance(value, list | tuple | deque):
+        return [plain(each) for each in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+@cache
+def without_gaps(kind: Any) -> Any:
+    """Return a kind of record without gaps between its fields, in which anything may stand."""
+    if kind.subdtype is not None:
+        base, shape = kind.subdtype
+        return np.dtype((without_gaps(base), shape))
+    if kind.names is None:
+        return kind
+    return np.dtype([(name, without_gaps(kind.fields[name][0])) for name in kind.names])
+
+
+def read(form: Any, tree: Any, place: str, *, is_checked: bool = True) -> Any:
+    """
+    Return the value of a form that a tree describes; of objects that remember, a table by name.
+
+    Raises
+    ------
+    WrongKind
+        If a value is of another form or out of its range, or a name is missing or too many.
+
+    """
+    if form == Array:  # of a waveform
+        form = (FLOAT, (-1, 2))
+    if isinstance(form, tuple):
+        kind, shape = form
+        return _array(kind, shape, tree, place)
+    if get_origin(form) is not None:
+        return _several(get_origin(form), get_args(form), tree, place, is_checked=is_checked)
+    if hasattr(form, '_fields') or dataclasses.is_dataclass(form):
+        return form(**read(get_type_hints(form), tree, place, is_checked=is_checked))
+    forms = getattr(form, 'REMEMBERED', form)
+    if not isinstance(forms, Mapping):
+        return _single(form, tree, place, is_checked=is_checked)
+    if not isinstance(tree, dict) or tree.keys() != forms.keys():
+        raise refusal(place, tree, f'a table of {", ".join(forms)}')
+    return {
+        name: read(each, tree[name], f'{place}.{name}', is_checked=is_checked)
+        for name, each in forms.items()
+    }
+
+
+def _several(origin: Any, forms: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
+    """Return what has one of several forms, or consists of several values."""
+    if origin is Annotated:
+        return read(forms[0], tree, place, is_checked=False)
+    if origin is UnionType:
+        if tree is None and NoneType in forms:
+            return None
+        *others, last = (form for form in forms if form is not NoneType)
+        for form in others:
+            with suppress(WrongKind):
+                return read(form, tree, place, is_checked=is_checked)
+        return read(last, tree, place, is_checked=is_checked)
+    if origin is Sequence and isinstance(tree, str):
+        return array('d', _array(FLOAT, (-1,), tree, place, is_checked=is_checked).tobytes())
+    is_fixed = origin is tuple and forms[-1] is not Ellipsis
+    if not isinstance(tree, list) or (is_fixed and len(tree) != len(forms)):
+        raise refusal(place, tree, f'a list of {len(forms)}' if is_fixed else 'a list')
+    each = forms if is_fixed else [forms[0]] * len(tree)
+    values = [
+        read(form, value, f'{place}[{i}]', is_checked=is_checked)
+        for i, (form, value) in enumerate(zip(each, tree, strict=True))
+    ]
+    return (tuple if origin is Sequence else origin)(values)
+
+
+def _single(form: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
+    """Return a number, a text or a member of an enumeration."""
+    limits = WHOLE if form is int else form
+    if isinstance(limits, range):
+        is_right, told = type(tree) is int and tree in limits, f'from {limits[0]} to {limits[-1]}'
+        told += f' in steps of {limits.step}' if limits.step > 1 else ''
+    elif form is float:
+        is_small = not is_checked or (type(tree) is float and abs(tree) <= LARGEST)
+        is_right = (type(tree) is float and is_small) or (type(tree) is int and tree in WHOLE)
+        told = 'a finite number' if is_checked else 'a number'
+        tree = float(tree) if is_right and is_checked else tree
+    elif issubclass(form, int) and issubclass(form, Enum):
+        known = sum(int(each) for each in form)
+        is_right, told = type(tree) is int and tree & known == tree, f'bits of {known}'
+        tree = form(tree) if is_right else tree
+    elif issubclass(form, Enum):
+        is_right, told = isinstance(tree, str) and tree in form.__members__, f'a {form.__name__}'
+        tree = form[tree] if is_right else tree
+    else:
+        is_right, told = type(tree) is form, f'a {form.__name__}'
+    if not is_right:
+        raise refusal(place, tree, told)
+    return tree
+
+
+def _array(kind: Any, shape: Any, text: Any, place: str, *, is_checked: bool = True) -> Any:
+    """Return an array, to be written, of a text."""
+    kind = np.dtype(kind)
+    try:
+        values = np.frombuffer(base64.b64decode(text, validate=True), without_gaps(kind))
+        values = values.reshape(shape)
+    except (TypeError, ValueError):
+        raise refusal(place, text, f'the bytes of an array of shape {shape}') from None
+    if is_checked:
+        _check(values, '', place)
+    return values.astype(kind)
+
+
+def _check(values: Any, name: str, place: str) -> None:
+    """Refuse records of which a field is out of its range."""
+    kind = values.dtype
+    if kind.names is not None:
+        for each in kind.names:
+            _check(values[each], each, f'{place}.{each}')
+        return
+    if kind == FLAG:
+        values, told = values.view(np.uint8), '0 or 1'
+        is_right = values <= 1
+    elif kind == COUNT:
+        is_right, told = (values >= 0) & (values <= COUNTS[name]), f'from 0 to {COUNTS[name]}'
+    elif name == 'sense':
+        is_right, told = abs(values) == 1.0, '1 or -1'
+    else:
+        is_right, told = abs(values) <= LARGEST, 'a finite number'
+        if name == 'truth_m':  # none before the first sample
+            is_right |= np.isnan(values)
+    if not np.all(is_right):
+        raise refusal(place, values[~is_right][0].item(), told)
+
+
+def refusal(place: str, value: Any, expected: str) -> WrongKind:
+    """Return the refusal of a value; of a table or list it tells no more than that."""
+    is_many = isinstance(value, dict | list)
+    told = f'a {type(value).__name__} of {len(value)}' if is_many else value
+    return WrongKind(place, told, expected, HINT)

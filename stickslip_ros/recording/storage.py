@@ -1,0 +1,289 @@
+"""The files of a run: MCAP containers as ROS 2 tools expect them, one part after the other."""
+
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from mcap.exceptions import McapError
+from mcap.writer import CompressionType, Writer
+
+from stickslip_ros.errors import RecordingError, UnknownName
+from stickslip_ros.recording.bag import file_metadata, write_metadata
+from stickslip_ros.recording.channels import Channel
+from stickslip_ros.recording.integrity import PROFILE
+from stickslip_ros.recording.layout import FileForm, Layout
+from stickslip_ros.recording.schemas import SCHEMAS, TYPE_HASHES
+
+CLOSING_RECORD: Final = 'stickslip_recorder'
+"""Metadata record with which a finished file says what it holds and what was lost."""
+PART_RECORD: Final = 'stickslip_part'
+"""Metadata record in which a part says which one it is."""
+FOLLOWED_BY: Final = 'followed_by'
+"""Entry of a part's closing record: the file in which the run goes on, or nothing."""
+SECURE_AFTER: Final = 1 / 2
+"""Share of the flush period, by the clock, after which a chunk ends and is brought to the disk."""
+COMPRESSIONS: Final = {
+    'zstd': CompressionType.ZSTD,
+    'lz4': CompressionType.LZ4,
+    'none': CompressionType.NONE,
+}
+
+Attachments = Mapping[str, tuple[str, bytes]]
+"""Media type and bytes of each attachment."""
+Metadata = Mapping[str, Mapping[str, str]]
+
+
+class Stored(NamedTuple):
+    """A message as it stands in a file; channels are numbered from 1, as they are announced."""
+
+    channel_id: int
+    time_ns: int
+    data: bytes
+    sequence: int
+
+
+class PartMark(NamedTuple):
+    """Where a file begins: what it alone has attached, and the messages that it repeats."""
+
+    attachments: Attachments
+    repeated: Sequence[Stored]
+
+
+class McapFile:
+    """
+    A new MCAP file, in a folder that is made where it is missing.
+
+    Raises
+    ------
+    RecordingError
+        If the file exists or cannot be made.
+
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        channels: Sequence[Channel],
+        form: FileForm,
+        metadata: Metadata,
+        attachments: Attachments,
+    ) -> None:
+        self.path = path
+        self._is_empty = True
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._stream = path.open('xb')
+        except OSError as error:
+            problem, hint = f'it cannot be made ({error.strerror})', 'choose another folder'
+            if os.path.lexists(path):
+                problem, hint = 'it exists and is not overwritten', 'choose another name'
+            raise RecordingError(path, problem, hint) from error
+        try:
+            self._made = os.fstat(self._stream.fileno())
+            self._writer = Writer(
+                self._stream,
+                form.chunk_size_bytes,
+                COMPRESSIONS[form.compression],
+                enable_data_crcs=True,
+            )
+            self._writer.start(PROFILE)
+            self.attach(attachments)
+            self._add_metadata(metadata)
+            self._announce(channels)
+            self._stream.flush()
+        except BaseException as error:
+            self.abandon()
+            path.unlink()
+            if isinstance(error, (OSError, McapError)):
+                problem = f'it cannot be begun ({error})'
+                raise RecordingError(path, problem, 'choose another place') from error
+            raise
+        with suppress(OSError):  # a file system may not know how to bring a name to the disk
+            folder = os.open(path.parent, os.O_RDONLY)
+            try:
+                os.fsync(folder)
+            finally:
+                os.close(folder)
+
+    def _announce(self, channels: Sequence[Channel]) -> None:
+        """Say which topics there are: at the beginning of the first chunk, and in the summary."""
+        schemas = {
+            name: self._writer.register_schema(name, 'ros2msg', SCHEMAS[name].encode())
+            for name in dict.fromkeys(channel.type_name for channel in channels)
+        }
+        for channel in channels:
+            self._writer.register_channel(
+                channel.topic,
+                'cdr',
+                schemas[channel.type_name],
+                {
+                    'offered_qos_profiles': channel.qos.to_yaml(),
+                    'topic_type_hash': TYPE_HASHES[channel.type_name],
+                },
+            )
+
+    def _add_metadata(self, metadata: Metadata) -> None:
+        for name, entries in metadata.items():
+            self._writer.add_metadata(name, dict(entries))
+
+    def attach(self, attachments: Attachments) -> None:
+        """Add attachments; they carry no time of day."""
+        for name, (media_type, data) in attachments.items():
+            self._writer.add_attachment(0, 0, name, media_type, data)
+
+    def write(self, message: Stored) -> None:
+        """
+        Add a message to the chunk in progress; its time must not be before the last one's.
+
+        The first one ends it: damage to further ones does not take the topics away.
+
+        """
+        channel_id, time_ns, data, sequence = message
+        self._writer.add_message(channel_id, time_ns, data, time_ns, sequence)
+        if self._is_empty:
+            self._writer.flush()  # type: ignore[no-untyped-call]
+            self._is_empty = False
+
+    def secure(self) -> None:
+        """
+        End the chunk in progress and bring all that was written to the disk.
+
+        Raises
+        ------
+        RecordingError
+            If the file is no longer where it was made: what it holds will be gone when it ends.
+
+        """
+        self._writer.flush()  # type: ignore[no-untyped-call]
+        self._sync()
+
+    def finish(self, metadata: Metadata) -> None:
+        """Write closing metadata, the last chunk, the summary and the end; close the file."""
+        self._add_metadata(metadata)
+        self._writer.finish()  # type: ignore[no-untyped-call]
+        self._stream.flush()
+        self._sync()
+        self._stream.close()
+
+    def abandon(self) -> None:
+        """Close the file as it is, with what fits on the disk."""
+        with suppress(OSError):
+            self._stream.close()
+
+    def _sync(self) -> None:
+        os.fsync(self._stream.fileno())
+        try:
+            is_there = os.path.samestat(self.path.lstat(), self._made)
+        except OSError:
+            is_there = False
+        if not is_there:
+            problem = 'it was deleted, moved or replaced while it was written'
+            hint = 'record anew, and leave the file in its place'
+            raise RecordingError(self.path, problem, hint)
+
+
+class RunFiles:
+    """
+    The files of one run; one caller at a time.
+
+    Every file begins with the metadata and the attachments; `losses` gives what its closing record
+    says of messages that never came here.
+
+    Raises
+    ------
+    RecordingError
+        If the run exists or cannot be begun.
+    UnknownName
+        If the compression is not known.
+
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        channels: Sequence[Channel],
+        form: FileForm,
+        metadata: Metadata,
+        attachments: Attachments,
+        losses: Callable[[], dict[str, str]],
+    ) -> None:
+        if form.compression not in COMPRESSIONS:
+            known = ', '.join(COMPRESSIONS)
+            raise UnknownName('compression', form.compression, f'take one of {known}')
+        layout.refuse_existing()
+        self.parts = 0  # files that were begun
+        self.written = self.secured = 0  # messages handed over; those of them on the disk
+        self.stored = 0  # messages in all files, with those that every part repeats
+        self._layout, self._channels, self._form = layout, channels, form
+        self._metadata, self._attachments, self._losses = metadata, attachments, losses
+        self._due_s = 0.0
+        try:
+            self._file = self._begin(attachments)
+        except BaseException:
+            if layout.bag:
+                with suppress(OSError):
+                    layout.folder.rmdir()
+            raise
+
+    def _begin(self, attachments: Attachments) -> McapFile:
+        """Make the next file."""
+        metadata = {**self._metadata, **file_metadata()}
+        if self._layout.numbered:
+            metadata[PART_RECORD] = {'run': self._layout.stem, 'part': str(self.parts)}
+        path = self._layout.part(self.parts)
+        file = McapFile(path, self._channels, self._form, metadata, attachments)
+        self.parts += 1
+        return file
+
+    def write(self, message: Stored) -> None:
+        """Add a message; its time must not be earlier than the last one's."""
+        self._file.write(message)
+        self.stored += 1
+        self.written += 1
+
+    def begin_part(self, mark: PartMark) -> None:
+        """Begin the next file; as long as there is no message, the first is that."""
+        if not self.written:
+            self._file.attach(mark.attachments)
+        else:
+            # Before the last one ends: a file that says that it goes on does go on.
+            try:
+                following = self._begin({**self._attachments, **mark.attachments})
+            except BaseException:
+                self._end_file('')
+                raise
+            try:
+                self._end_file(following.path.name)
+            except BaseException:
+                following.abandon()
+                raise
+            self._file = following
+        for message in mark.repeated:
+            self._file.write(message)
+            self.stored += 1
+
+    def keep(self) -> None:
+        """Bring to the disk what came since, if the last time is long ago by the clock."""
+        if self.secured < self.written and time.monotonic() >= self._due_s:
+            self._file.secure()
+            self.secured = self.written
+            self._due_s = time.monotonic() + SECURE_AFTER * self._form.flush_period_s
+
+    def finish(self) -> None:
+        """End the last file, and describe the bag."""
+        self._end_file('')
+        if self._layout.bag:
+            write_metadata(self._layout.folder, self._layout.parts())
+
+    def abandon(self) -> None:
+        """Close what is open as it is."""
+        self._file.abandon()
+
+    def _end_file(self, next_name: str) -> None:
+        own = {FOLLOWED_BY: next_name} if self._layout.numbered else {}
+        said = {'written': str(self.written), **self._losses(), **own}
+        self._file.finish({CLOSING_RECORD: said})
+        self.secured = self.written

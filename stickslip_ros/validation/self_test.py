@@ -1,0 +1,67 @@
+"""The self-test of an installation: what it answers, beside the references that ship with it."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from stickslip_ros.stopping import heed_stop
+from stickslip_ros.validation import bank, contacts, drive, laws, roughness
+from stickslip_ros.validation.references import Reference, arguments_of, read_references
+
+MODULES = (contacts, roughness, bank, laws, drive)
+"""Whose functions a quantity may name."""
+
+
+@dataclass(frozen=True)
+class CheckedAnswer:
+    """A reference, and what this installation answers, SI."""
+
+    reference: Reference
+    ours: float
+
+    @property
+    def error(self) -> float:
+        """The difference, divided by what the reference says."""
+        return abs(self.ours - self.reference.reference) / self.reference.relative_to
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error is a number and within the tolerance."""
+        return self.error <= self.reference.tolerance
+
+
+def answer(row: Reference) -> float:
+    """Compute what a reference is compared with."""
+    function: Callable[..., Any] = next(
+        vars(module)[row.quantity] for module in MODULES if row.quantity in vars(module)
+    )
+    return float(function(**arguments_of(row.case)))
+
+
+def validate(
+    rows: Iterable[Reference] | None = None,
+    progress: Callable[[int, int], None] = lambda *_: None,
+) -> dict[str, list[CheckedAnswer]]:
+    """
+    Compare with references, all if None; return outcomes by family.
+
+    Tells how many families are done, and of how many.
+
+    """
+    compared = [row for row in read_references() if row.is_compared] if rows is None else rows
+    families: dict[str, list[Reference]] = {}
+    for row in compared:
+        families.setdefault(row.family, []).append(row)
+    outcomes: dict[str, list[CheckedAnswer]] = {}
+    for family, members in families.items():
+        progress(len(outcomes), len(families))
+        found = outcomes[family] = []
+        for row in members:
+            heed_stop()
+            found.append(CheckedAnswer(row, answer(row)))
+    return outcomes
+
+
+def failed(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> list[CheckedAnswer]:
+    """Return the outcomes that fail, of all families."""
+    return [each for found in outcomes.values() for each in found if not each.passed]

@@ -1,0 +1,1 @@
+"""The codes that the references come from: ``make evidence``."""

@@ -1,0 +1,111 @@
+"""
+``make evidence``: make every reference anew, compare with the table, write table and page.
+
+Exit status 1: a reference moved by more than rounding. The table then has the new value.
+"""
+
+import sys
+import time
+
+from evidence import (
+    contact_groups,
+    half_space,
+    laws,
+    published,
+    roughness,
+    spring_bank,
+    spring_drive,
+    springs,
+)
+from evidence.group import Group, csv_text
+from evidence.page import PAGE, families_table, spheres_table, with_table
+from stickslip_ros.validation.references import TABLES, Reference, read_references
+from stickslip_ros.validation.self_test import validate
+
+MODULES = (
+    contact_groups,
+    published,
+    springs,
+    half_space,
+    roughness,
+    spring_bank,
+    laws,
+    spring_drive,
+)
+FAMILIES = (
+    'Normal load',
+    'Roughness',
+    'Own specification',
+    'Tangential load',
+    'Hysteresis',
+    'Energy',
+    'Springs one by one',
+    '3-D half-space',
+    'CONTACT, 3-D',
+    'Spectra',
+    'Ring-down',
+    'Spring bank',
+    'Friction laws',
+    'Drive',
+)
+"""In the order of the table, in which the codes of others come last."""
+GROUPS: tuple[Group, ...] = tuple(
+    sorted(
+        (group for module in MODULES for group in module.GROUPS),
+        key=lambda group: FAMILIES.index(group.family),
+    )
+)
+REPEATABLE = 1e-9
+"""Largest difference of a reference made anew, of its scale: rounding on another processor."""
+
+
+def main() -> int:
+    """Make all references, and say which moved."""
+    stored, table, moved = stored_by_key(), [], 0
+    for group in GROUPS:
+        begin_s = time.process_time()
+        for row in group.rows():
+            before = stored.pop(key_of(row), None)
+            if before is None:
+                print(f'new: {row.quantity} of {row.case}: {row.reference:.9g}')
+            elif has_moved(before, row):
+                moved += 1
+                print(
+                    f'moved: {row.quantity} of {row.case} ({row.source}): '
+                    f'{before.reference:.12g} is now {row.reference:.12g}'
+                )
+            else:  # what differs by rounding keeps its digits
+                row = row._replace(  # noqa: PLW2901
+                    reference=before.reference, relative_to=before.relative_to
+                )
+            table.append(row)
+        took_s = time.process_time() - begin_s
+        if took_s > 1.0:
+            print(f'{group}: {took_s:.1f} s')
+    for row in stored.values():
+        print(f'gone: {row.quantity} of {row.case} ({row.source})')
+    TABLES[0].write_text(csv_text(table), encoding='utf-8')
+    page = with_table(PAGE.read_text(encoding='utf-8'), 'families', families_table(validate()))
+    PAGE.write_text(with_table(page, 'spheres', spheres_table()), encoding='utf-8')
+    print(f'{len(table)} references in {TABLES[0]}; moved: {moved}')
+    return 1 if moved else 0
+
+
+def stored_by_key() -> dict[tuple[str, str, str], Reference]:
+    """Return the rows of the table that is there."""
+    return {key_of(row): row for row in read_references(TABLES[:1] if TABLES[0].exists() else ())}
+
+
+def key_of(row: Reference) -> tuple[str, str, str]:
+    """Return what tells a row from all others."""
+    return row.quantity, row.case, row.source
+
+
+def has_moved(before: Reference, now: Reference) -> bool:
+    """Return whether a reference made anew differs by more than rounding."""
+    allowed = min(REPEATABLE, 0.5 * before.tolerance) * before.relative_to
+    return not abs(now.reference - before.reference) <= allowed
+
+
+if __name__ == '__main__':
+    sys.exit(main())

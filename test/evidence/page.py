@@ -1,0 +1,63 @@
+"""The generated tables of docs/validation.md: each stands behind a comment with its name."""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from stickslip_ros.validation.contacts import depth_m, normal_stiffness_n_per_m
+from stickslip_ros.validation.references import TABLES, read_references
+from stickslip_ros.validation.report import markdown_row
+from stickslip_ros.validation.self_test import CheckedAnswer
+
+PAGE = Path(__file__).parents[2] / 'docs' / 'validation.md'
+FAMILIES = ('family', 'references', 'against', 'made by', 'tolerance', 'largest error/tolerance')
+SPHERES = ('F_n (N)', 'depth d', 'stiffness dF_n/dd')
+ANSWERED = {'depth_m': depth_m, 'normal_stiffness_n_per_m': normal_stiffness_n_per_m}
+
+
+def families_table(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> str:
+    """Return what each family is compared with, and how close it comes."""
+    lines = [markdown_row(FAMILIES), markdown_row(['---'] * len(FAMILIES))]
+    for family, found in outcomes.items():
+        rows = [each.reference for each in found]
+        words = (re.split('[:;] ', row.source)[0] for row in rows)
+        sources = '; '.join(dict.fromkeys(words))
+        makers = ', '.join(dict.fromkeys(row.made_by.rpartition('/')[2] for row in rows))
+        least, most = (pick(row.tolerance for row in rows) for pick in (min, max))
+        tolerance = f'{least:.1g}' if least == most else f'{least:.1g} to {most:.1g}'
+        share = max(each.error / each.reference.tolerance for each in found)
+        cells = (family, str(len(rows)), sources, makers, tolerance, f'{share:.2g}')
+        lines.append(markdown_row(cells))
+    return '\n'.join(lines) + '\n'
+
+
+def spheres_table() -> str:
+    """Return random rough spheres over the body that stands for them: mean and scatter."""
+    rows = [row for row in read_references(TABLES[1:]) if 'spheres' in row.source]
+    lines = [markdown_row(SPHERES), markdown_row(['---'] * len(SPHERES))]
+    for case in dict.fromkeys(row.case for row in rows):
+        load_n, told = float(case.rpartition('=')[2]), []
+        for quantity, ours in ANSWERED.items():
+            body = ours('rough', load_n)
+            mean, scatter = (
+                row.reference / body
+                for row in rows
+                if (row.case, row.quantity) == (case, quantity)
+            )
+            told.append(f'{mean:.2f} ± {scatter:.2f}')
+        lines.append(markdown_row((f'{load_n:g}', *told)))
+    return '\n'.join(lines) + '\n'
+
+
+def table_in(page: str, name: str) -> str:
+    """Return a table of the page."""
+    return _pattern(name).search(page)[2]
+
+
+def with_table(page: str, name: str, table: str) -> str:
+    """Return the page with a table in its place."""
+    return _pattern(name).sub(lambda found: found[1] + table, page)
+
+
+def _pattern(name: str) -> re.Pattern[str]:
+    return re.compile(rf'(<!-- {name}: written by make evidence -->\n\n)((?:\|.*\n)*)')

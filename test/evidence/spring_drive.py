@@ -1,0 +1,406 @@
+"""
+The algorithm of the paper (Section 3.4) for the whole drive: rows of springs, small time steps.
+
+It shares no code with the drive that it checks, and is written plainly: the voltage stage by stage
+on one grid of times, springs at equal distances under each contact, each of which sticks or slips
+in every step, and velocity Verlet. Width of a spring and length of a step make the difference to
+the equations.
+
+"""
+
+import math
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, NamedTuple, TypeAlias
+
+import numba
+import numpy as np
+from scipy.optimize import bisect
+
+from evidence.closed_forms import (
+    E_STAR_PA,
+    FRICTION,
+    G_STAR_PA,
+    LOWER_SHARE,
+    TERMS,
+    UPPER_SHARE,
+    Array,
+    PowerContact,
+    Terms,
+    height,
+)
+from evidence.group import NUMBA, Group
+from stickslip_ros.drive.build import gain_ratios
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.validation.drive import CYCLES
+
+compiled: Any = numba.njit
+
+PERIOD_S = 1e-3
+FINE_S, COARSE_S = 20e-9, 250e-9
+"""Steps in the first part of a cycle, with the fall and what rings after it, and in the rest."""
+FINE_PART_S = 60e-6
+SPRINGS = 400
+"""From the middle of a contact to its edge under the largest preload."""
+EDGE = 1.01
+"""A row of springs ends a little beyond that edge."""
+RADIUS_MAX_M = 1e-4
+GRAVITY_M_PER_S2 = 9.80665
+BELOW = (0.0, 0.0, 1.0, 1.0, 1.0, 1.0)
+"""Whether a foot is one of the lower ones, which also carry the weight."""
+TAUS_S = tuple(10.0**k for k in range(-2, 4))
+"""Time constants of creep."""
+
+Values: TypeAlias = Mapping[str, float | str]
+"""Values of parameters by their full names, SI."""
+PAPER: dict[str, float | str] = {
+    'actuator.creep': 0.0,
+    'actuator.damping_ratio': 0.05,
+    'actuator.gain': 160e-9 / 300.0,
+    'actuator.hysteresis': 0.0,
+    'actuator.plays': 8,
+    'actuator.resonance': 0.0,
+    'amplifier.bandwidth': 0.0,
+    'amplifier.resolution': 0.0,
+    'amplifier.slew_rate': 150e6,
+    'contact.profile': 'rough',
+    'load_cell.contact': 'attached',
+    'load_cell.gap': 0.0,
+    'load_cell.stiffness': 1e5,
+    'runner.damping': 0.0,
+    'runner.mass': 3e-3,
+    'stand.preload': 0.5,
+    'stand.preload_end': 0.0,
+    'stand.preload_rate': 1.0,
+    'stand.weight': 0.0,
+}
+"""The drive of the paper, and what the package assumes: what a case does not change."""
+RANGE_V = 300.0
+
+
+class CycleMotion(NamedTuple):
+    """
+    What a run comes to.
+
+    Attributes
+    ----------
+    means_m, ends_m : array, shape (cycles,)
+        Position of the runner: mean over each cycle, and at its end.
+    lost_j : float
+        Friction loss in the contacts.
+
+    """
+
+    means_m: Array
+    ends_m: Array
+    lost_j: float
+
+
+def run_springs(
+    changes: Values, voltage_v: float, cycles: int, load_n: float, ratios: Array
+) -> CycleMotion:
+    """
+    Run a drive from rest under a saw-tooth of 1 kHz.
+
+    Parameters
+    ----------
+    changes : mapping
+        Parameters that differ from PAPER.
+    voltage_v : float
+        Amplitude of the saw-tooth; it goes backwards, from its upper end, if negative.
+    cycles : int
+        Number of its cycles.
+    load_n : float
+        F_ext, N.
+    ratios : array, shape (6,)
+        Displacement of each foot per displacement of the mean foot, the two upper ones first.
+
+    """
+    values = PAPER | dict(changes)
+    steps_s = np.tile(steps_of_a_cycle(), cycles)
+    kinds, counts = np.unique(np.column_stack((BELOW, ratios)), axis=0, return_counts=True)
+    rows = [springs_under(values, np.cumsum(steps_s), bool(is_below)) for is_below, _ in kinds]
+    joint = values['load_cell.contact']
+    runner = Runner(
+        float(values['runner.mass']),
+        float(values['runner.damping']),
+        0.0 if joint == 'absent' else float(values['load_cell.stiffness']),
+        joint == 'attached',
+        float(values['load_cell.gap']),
+        load_n,
+    )
+    sums = np.zeros((cycles, 2))
+    lost_j = _step(
+        runner,
+        steps_s,
+        np.outer(mean_foot(values, voltage_v, steps_s), kinds[:, 1]),
+        np.array([row.heights_m for row in rows]),
+        np.array([row.width_m for row in rows]) * counts,
+        np.stack([row.depths_m for row in rows], axis=1),
+        np.zeros(len(rows)),
+        np.zeros((len(rows), SPRINGS)),
+        sums,
+    )
+    return CycleMotion(sums[:, 0] / PERIOD_S, sums[:, 1], lost_j)
+
+
+def steps_of_a_cycle() -> Array:
+    """Return the lengths of the time steps of a cycle, s."""
+    fine = round(FINE_PART_S / FINE_S)
+    coarse = round((PERIOD_S - FINE_PART_S) / COARSE_S)
+    return np.concatenate((np.full(fine, FINE_S), np.full(coarse, COARSE_S)))
+
+
+def mean_foot(values: Values, voltage_v: float, steps_s: Array) -> Array:
+    """Return the displacement of the mean foot at the end of each step, m."""
+    cycle_s = steps_of_a_cycle()
+    phase = np.tile(np.cumsum(cycle_s) / PERIOD_S, len(steps_s) // len(cycle_s))
+    rest_v = max(-voltage_v, 0.0)
+    signal = rest_v + voltage_v * phase
+    level_v = float(values['amplifier.resolution'])
+    if level_v:
+        signal = np.round(signal / level_v) * level_v
+    signal = _slew(signal, rest_v, float(values['amplifier.slew_rate']) * steps_s)
+    if values['amplifier.bandwidth']:
+        tau_s = 1.0 / (2.0 * math.pi * float(values['amplifier.bandwidth']))
+        signal = _lag(signal, rest_v, tau_s, steps_s)
+    gain = float(values['actuator.gain'])
+    if values['actuator.hysteresis']:
+        foot_m = gain * _hysteresis(values, signal, rest_v)
+    else:
+        foot_m = gain * (signal - rest_v)
+    if values['actuator.creep']:
+        crept = sum(_lag(foot_m, 0.0, tau_s, steps_s) for tau_s in TAUS_S)
+        foot_m = foot_m + float(values['actuator.creep']) * crept
+    if values['actuator.resonance']:
+        omega_per_s = 2.0 * math.pi * float(values['actuator.resonance'])
+        foot_m = _ring(foot_m, omega_per_s, float(values['actuator.damping_ratio']), steps_s)
+    return foot_m
+
+
+def _slew(wanted: Array, start: float, most: Array) -> Array:
+    """Return an output that follows a signal by so much at most in each step."""
+    now, followed = start, []
+    for target, change in zip(wanted.tolist(), most.tolist(), strict=True):
+        now += min(max(target - now, -change), change)
+        followed.append(now)
+    return np.array(followed)
+
+
+def _lag(signal: Array, start: float, tau_s: float, steps_s: Array) -> Array:
+    """Return tau y' = signal - y by the trapezoidal rule."""
+    now, before, lagging = start, start, []
+    shares = (steps_s / (tau_s + 0.5 * steps_s)).tolist()
+    for value, share in zip(signal.tolist(), shares, strict=True):
+        now += share * (0.5 * (before + value) - now)
+        before = value
+        lagging.append(now)
+    return np.array(lagging)
+
+
+def _hysteresis(values: Values, voltages_v: Array, rest_v: float) -> Array:
+    """Return plays and linear part together, V from rest, as docs/physics.md defines them."""
+    n = int(values['actuator.plays'])
+    weight = float(values['actuator.hysteresis']) * (n + 1) / ((n + 1) ** 2 // 4)
+    total_v = (1.0 - 0.5 * weight * n) * (voltages_v - rest_v)
+    for j in range(1, n + 1):
+        half_v = 0.5 * RANGE_V * j / (n + 1)
+        start_v = now_v = min(rest_v + half_v, RANGE_V - half_v)
+        followed = []
+        for voltage_v in voltages_v.tolist():
+            now_v = min(max(now_v, voltage_v - half_v), voltage_v + half_v)
+            followed.append(now_v - start_v)
+        total_v = total_v + weight * np.array(followed)
+    return total_v
+
+
+def _ring(drive_m: Array, omega_per_s: float, damping_ratio: float, steps_s: Array) -> Array:
+    """Return y'' + 2 D w y' + w^2 y = w^2 x by velocity Verlet."""
+    place_m = speed_m_per_s = before_m = 0.0
+    drag_per_s, stiff_per_s2, rung = 2.0 * damping_ratio * omega_per_s, omega_per_s**2, []
+    for driven_m, h_s in zip(drive_m.tolist(), steps_s.tolist(), strict=True):
+        pull = stiff_per_s2 * (before_m - place_m) - drag_per_s * speed_m_per_s
+        speed_m_per_s += 0.5 * h_s * pull
+        place_m += h_s * speed_m_per_s
+        speed_m_per_s += 0.5 * h_s * stiff_per_s2 * (driven_m - place_m)
+        speed_m_per_s /= 1.0 + 0.5 * h_s * drag_per_s
+        before_m = driven_m
+        rung.append(place_m)
+    return np.array(rung)
+
+
+class Row(NamedTuple):
+    """
+    The springs under a foot.
+
+    Attributes
+    ----------
+    heights_m : array, shape (SPRINGS,)
+        Heights g of the springs on both sides of the middle.
+    width_m : float
+        Width dx of a spring, of both sides together.
+    depths_m : array, shape (steps,)
+        Depth at the end of each step, which carries exactly the normal force of Eq. 19.
+
+    """
+
+    heights_m: Array
+    width_m: float
+    depths_m: Array
+
+
+def springs_under(values: Values, ends_s: Array, is_below: bool) -> Row:
+    """Return the springs under an upper or a lower foot, and their depths while time runs."""
+    start_n, end_n = float(values['stand.preload']), float(values['stand.preload_end'])
+    loads_n = np.full_like(ends_s, start_n)
+    if end_n:
+        most_n = float(values['stand.preload_rate']) * ends_s
+        loads_n += np.clip(end_n - start_n, -most_n, most_n)
+    if is_below and values['stand.weight']:
+        loads_n += float(values['runner.mass']) * GRAVITY_M_PER_S2
+    normal_n = (LOWER_SHARE if is_below else UPPER_SHARE) * loads_n
+    terms = TERMS[str(values['contact.profile'])]
+    width_m = EDGE * _radius(terms, float(normal_n.max())) / SPRINGS
+    heights_m = height(terms, width_m * (np.arange(SPRINGS, dtype=np.float64) + 0.5))
+    pressed_m = np.arange(SPRINGS) * heights_m - (np.cumsum(heights_m) - heights_m)
+    corners_n = 2.0 * E_STAR_PA * width_m * pressed_m
+    return Row(heights_m, 2.0 * width_m, np.interp(normal_n, corners_n, heights_m))
+
+
+def _radius(terms: Terms, normal_n: float) -> float:
+    """Return the contact radius of a normal force, m."""
+    contact = PowerContact(terms, RADIUS_MAX_M)
+    return float(bisect(lambda a: float(contact.normal_force(a)) - normal_n, 0.0, RADIUS_MAX_M))
+
+
+class Runner(NamedTuple):
+    """Of Eq. 20: m, c, k, whether it is fixed to the cell or a way off, F_ext; SI units."""
+
+    mass_kg: float
+    damping_n_s_per_m: float
+    cell_n_per_m: float
+    is_fixed: bool
+    gap_m: float
+    load_n: float
+
+
+@compiled
+def _step(
+    runner: Runner,
+    steps_s: Array,
+    feet_m: Array,
+    heights_m: Array,
+    widths_m: Array,
+    depths_m: Array,
+    places_m: Array,
+    forces_n: Array,
+    sums: Array,
+) -> float:
+    """
+    Step the runner; return the friction loss, J.
+
+    ``places_m`` and ``forces_n`` are those of feet and springs, from 0 on; ``sums`` receives the
+    integral of the position over each cycle and the position at its end.
+
+    """
+    m, c, h_sum, cycle = runner.mass_kg, runner.damping_n_s_per_m, 0.0, 0
+    x = v = contact_n = lost_j = 0.0
+    others_n = runner.load_n
+    for i in range(len(steps_s)):
+        h = steps_s[i]
+        v += 0.5 * h * (others_n - contact_n - c * v) / m
+        sums[cycle, 0] += 0.5 * h * x
+        x += h * v
+        sums[cycle, 0] += 0.5 * h * x
+        contact_n = 0.0
+        for foot in range(len(places_m)):
+            moved_m = x - feet_m[i, foot] - places_m[foot]
+            places_m[foot] += moved_m
+            shear = G_STAR_PA * widths_m[foot]
+            for j in range(heights_m.shape[1]):
+                pressed_m = max(depths_m[i, foot] - heights_m[foot, j], 0.0)
+                limit_n = FRICTION * E_STAR_PA * widths_m[foot] * pressed_m
+                wanted_n = forces_n[foot, j] + shear * moved_m
+                force_n = min(max(wanted_n, -limit_n), limit_n)
+                lost_j += (wanted_n - force_n) * force_n / shear
+                forces_n[foot, j] = force_n
+                contact_n += force_n
+        cell_m = x if runner.is_fixed else max(x - runner.gap_m, 0.0)
+        others_n = runner.load_n - runner.cell_n_per_m * cell_m
+        v = (v + 0.5 * h * (others_n - contact_n) / m) / (1.0 + 0.5 * h * c / m)
+        h_sum += h
+        if h_sum >= PERIOD_S - 0.5 * h:
+            sums[cycle, 1] = x
+            cycle, h_sum = cycle + 1, 0.0
+    return lost_j
+
+
+FAMILY, BY = 'Drive', 'test/evidence/spring_drive.py'
+SOURCE = f'springs, 2 x {SPRINGS} a contact, steps of 20 and 250 ns'
+ERROR = 5e-4, 'its steps; our springs on ramps: seen 4.7e-4 with a coarse converter, else 2.3e-4'
+OF_LARGEST = ERROR[0], f'of the largest; {ERROR[1]}'
+VOLTAGE_V = 243.75
+"""130 nm."""
+FREE: Values = {'load_cell.contact': 'absent'}
+ONE_SIDED: Values = {'load_cell.contact': 'one_sided', 'load_cell.gap': 1e-7}
+RISES: Values = {'stand.preload': 0.3, 'stand.preload_end': 1.0, 'stand.preload_rate': 100.0}
+FALLS: Values = {'stand.preload': 1.0, 'stand.preload_end': 0.3, 'stand.preload_rate': 100.0}
+CASES: tuple[dict[str, float | str], ...] = (
+    {'voltage_v': VOLTAGE_V},
+    {'voltage_v': -VOLTAGE_V},
+    {'voltage_v': VOLTAGE_V, 'contact.profile': 'smooth'},
+    {'voltage_v': VOLTAGE_V, 'runner.damping': 80.0},
+    {'voltage_v': VOLTAGE_V, 'load_n': -0.05},
+    {'voltage_v': VOLTAGE_V, **ONE_SIDED},
+    {'voltage_v': VOLTAGE_V, **FREE},
+    {'voltage_v': -VOLTAGE_V, **FREE},
+    {'voltage_v': VOLTAGE_V, 'load_n': -0.02, **FREE},
+    {'voltage_v': VOLTAGE_V, 'stand.weight': 1.0, 'stand.preload': 0.1},
+    {'voltage_v': VOLTAGE_V, **RISES},
+    {'voltage_v': VOLTAGE_V, **FALLS},
+    {'voltage_v': VOLTAGE_V, 'actuator.gain_tolerance': 0.2},
+    {'voltage_v': VOLTAGE_V, 'amplifier.slew_rate': 25e6},
+    {'voltage_v': VOLTAGE_V, 'amplifier.resolution': 5.0},
+    {'voltage_v': VOLTAGE_V, 'amplifier.bandwidth': 5e4},
+    {'voltage_v': VOLTAGE_V, 'actuator.hysteresis': 0.15},
+    {'voltage_v': VOLTAGE_V, 'actuator.creep': 0.05},
+    {'voltage_v': VOLTAGE_V, 'actuator.resonance': 1.5e5, 'actuator.damping_ratio': 0.1},
+)
+
+
+def motion(voltage_v: float, load_n: float = 0.0, **changes: float | str) -> CycleMotion:
+    """Run a case; the gains of unequal feet are the package's random numbers."""
+    return _motion(voltage_v, load_n, *changes.items())
+
+
+@lru_cache(maxsize=32)
+def _motion(voltage_v: float, load_n: float, *changes: tuple[str, float | str]) -> CycleMotion:
+    values = dict(changes)
+    spread = float(values.pop('actuator.gain_tolerance', 0.0))
+    ratios = gain_ratios(spread, Parameters().sim.seed)
+    return run_springs(values, voltage_v, CYCLES, load_n, ratios)
+
+
+def _in_cycles(quantity: str, column: str, cycles: tuple[int, ...]) -> Group:
+    """Return a group of positions, with errors relative to the largest of the run."""
+
+    def position(cycle: float, **case: Any) -> float:
+        return float(getattr(motion(**case), column)[round(cycle) - 1])
+
+    def largest(cycle: float, **case: Any) -> float:
+        return float(np.abs(getattr(motion(**case), column)).max())
+
+    cases = [{**case, 'cycle': cycle} for case in CASES for cycle in cycles]
+    return Group(
+        FAMILY, quantity, position, OF_LARGEST, SOURCE, BY, cases, largest, NUMBA, is_slow=True
+    )
+
+
+GROUPS = [
+    _in_cycles('drive_mean_m', 'means_m', (1, 4, 8)),
+    _in_cycles('drive_end_m', 'ends_m', (1, 8)),
+    Group(
+        FAMILY, 'drive_loss_j', lambda **case: motion(**case).lost_j, ERROR, SOURCE, BY, CASES,
+        version=NUMBA, is_slow=True,
+    ),
+]  # fmt: skip
