@@ -52,7 +52,7 @@ def watch(self, watch=StickSlipDrive._publish_diagnostics):
 if {where!r} == 'drive':
     Bench.update, session.STOP_TIMEOUT_S = update, 1.0
 else:
-    StickSlipDrive._publish_diagnostics, process.GRACE_S = watch, 2.0
+    StickSlipDrive._publish_diagnostics, signals.GRACE_S = watch, 2.0
 values = 'record.on_start:=true', 'record.flush_period:=0.1', 'record.directory:={folder}'
 words = ['drive', '--ros-args', *(word for value in values for word in ('-p', value))]
 sys.exit(signals.run('drive', lambda: main(words), is_node=True))
