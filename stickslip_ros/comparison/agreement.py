@@ -62,31 +62,16 @@ class Threshold:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """
-    Points of a quantity, at least one, all finite: of one preload, or of a whole run.
+    """Points of a quantity, at least one, all finite: of one preload, or of a whole run."""
 
-    Attributes
-    ----------
-    at : dict of str to scalar
-        Preload, and what else varies; empty for a run.
-    axis : str
-        AMPLITUDE or TIME.
-    x, a, b : array, shape (n,)
-        Amplitudes or times of A's points, A, and B interpolated onto A's points.
-    sigma : array, shape (n,), or None
-        Uncertainty of B - A.
-    threshold_a, threshold_b : Threshold or None
-        Of forces by amplitude.
-
-    """
-
-    at: dict[str, Scalar]
-    axis: str
+    at: dict[str, Scalar]  # preload, and what else varies; empty for a run
+    axis: str  # AMPLITUDE or TIME
+    # amplitudes or times of A's points, A, and B interpolated onto A's points, shape (n,)
     x: Array
     a: Array
     b: Array
-    sigma: Array | None = None
-    threshold_a: Threshold | None = None
+    sigma: Array | None = None  # uncertainty of B - A, shape (n,)
+    threshold_a: Threshold | None = None  # of forces by amplitude
     threshold_b: Threshold | None = None
 
     @property

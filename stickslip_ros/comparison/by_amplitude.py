@@ -85,10 +85,7 @@ def of_sweep(path: Path) -> PointTable:
     """
     Return the points of the table that ``stickslip sweep`` wrote.
 
-    Raises
-    ------
-    StickSlipError
-        If it is damaged.
+    Raises StickSlipError if it is damaged.
 
     """
     rows, described = read_table(path)
@@ -107,11 +104,8 @@ def of_model(
     Run the drive once at each different point of a table.
 
     The table sets the preload and what it has columns for; the frequency is for one without.
-
-    Raises
-    ------
-    StickSlipError
-        If the stand cannot make one of the points, or a parameter is both set and a column.
+    Raises StickSlipError if the stand cannot make one of the points, or a parameter is both set
+    and a column.
 
     """
     names = [name for name in table.settings if name not in {PRELOAD, FREQUENCY}]
@@ -138,10 +132,7 @@ def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
     """
     Compare every quantity that both tables have: same preload, B interpolated onto A's strokes.
 
-    Raises
-    ------
-    Incomparable
-        If one varies what the other does not say, or no point of A lies within B.
+    Raises Incomparable if one varies what the other does not say, or no point of A lies within B.
 
     """
     names = [name for name in a.quantities if name in b.quantities]

@@ -87,10 +87,7 @@ def compare(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
     """
     Compare every quantity that both runs have, at A's times within both.
 
-    Raises
-    ------
-    Incomparable
-        If they share no quantity or no time.
+    Raises Incomparable if they share no quantity or no time.
 
     """
     return tuple(_compare(a, b, name) for name in _shared(a, b))

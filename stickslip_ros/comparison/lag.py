@@ -23,12 +23,8 @@ def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
 
     All are interpolated onto even times. For each whole number of samples with enough overlap
     Pearson's coefficient of each quantity is taken over the overlap; the best shift has the
-    largest mean over the quantities. A parabola through it and its neighbours refines it.
-
-    Raises
-    ------
-    Incomparable
-        If no quantity changes in both.
+    largest mean over the quantities. A parabola through it and its neighbours refines it. Raises
+    Incomparable if no quantity changes in both.
 
     """
     runs = [[pair[side] for pair in pairs] for side in (0, 1)]

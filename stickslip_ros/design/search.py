@@ -197,23 +197,8 @@ def optimise(
     """
     Search every shape and the spline, check what was found, and try the best elsewhere.
 
-    Parameters
-    ----------
-    search : WaveSearch
-        What is to be found.
-    journal : Journal, optional
-        Of JOURNAL; remembers the cost of every wave.
-    workers, scheduler
-        Those of ``run_batch``.
-    progress : callable, optional
-        Called with the number of evaluations and the least cost so far.
-
-    Raises
-    ------
-    StickSlipError
-        If a stand is refused, or a package is missing.
-    SearchStopped
-        If Ctrl-C was pressed.
+    Raises StickSlipError if a stand is refused, or a package is missing, SearchStopped if Ctrl-C
+    was pressed.
 
     """
     spaces, done = search.spaces, 0

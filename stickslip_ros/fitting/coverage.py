@@ -32,33 +32,17 @@ SETS_MIN, SETS_MAX = 2, 100_000
 
 @dataclass(frozen=True)
 class Coverage:
-    """
-    How often the interval of a parameter contained the truth.
+    """How often the interval of a parameter contained the truth."""
 
-    Attributes
-    ----------
-    name : str
-        The parameter.
-    truth : float
-        Its value in the synthetic data.
-    inside, sets : int
-        Intervals that held it, and synthetic data sets.
-    share_low, share_high : float
-        95 % interval of the coverage itself (Clopper and Pearson).
-    bias : float
-        Mean of the estimates less the truth, in coordinates, per their standard deviation.
-    spread_ratio : float
-        Standard deviation of the estimates per root mean square standard error, in coordinates.
-
-    """
-
-    name: str
-    truth: float
-    inside: int
+    name: str  # the parameter
+    truth: float  # its value in the synthetic data
+    inside: int  # intervals that held it, and synthetic data sets
     sets: int
-    share_low: float
+    share_low: float  # 95 % interval of the coverage itself (Clopper and Pearson)
     share_high: float
+    # mean of the estimates less the truth, in coordinates, per their standard deviation
     bias: float
+    # standard deviation of the estimates per root mean square standard error, in coordinates
     spread_ratio: float
 
 
@@ -69,12 +53,7 @@ def coverage_of(
     Fit synthetic data sets and count the intervals that contain the truth, the fitted stand.
 
     The noise of each data set is a stream of its own of the seed; workers and progress are those
-    of ``run_batch``.
-
-    Raises
-    ------
-    OutOfRange
-        If there are too few data sets, or too many.
+    of ``run_batch``. Raises OutOfRange if there are too few data sets, or too many.
 
     """
     if not SETS_MIN <= sets <= SETS_MAX:

@@ -31,10 +31,7 @@ def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None
     """
     Draw a fit as PNG, SVG or PDF: the points with error bars, the model, and what it misses.
 
-    Raises
-    ------
-    UnknownName
-        If the picture is to be of another kind.
+    Raises UnknownName if the picture is to be of another kind.
 
     """
     check_picture(picture)

@@ -98,11 +98,7 @@ def choose_free(
 
     Starts and bounds are numbers or what was typed, bounds as ``low:high``. Without them a
     parameter starts from the stand's value, a decade below and above its start and its default.
-
-    Raises
-    ------
-    StickSlipError
-        If a parameter cannot be fitted, or a start or a bound does not fit.
+    Raises StickSlipError if a parameter cannot be fitted, or a start or a bound does not fit.
 
     """
     starts, bounds = starts or {}, bounds or {}

@@ -191,21 +191,8 @@ def read_points(
     """
     Read an experiment by amplitude, from one file or several.
 
-    Parameters
-    ----------
-    path : path-like or sequence of path-like
-        Tables as docs/compare.md says.
-    frequency_hz : float
-        For files without such a column.
-    reading : Reading
-        What the tables do not say themselves.
-    steps : int
-        Cycles that the drive had made from rest when a force was read; 0: until it was steady.
-
-    Raises
-    ------
-    StickSlipError
-        If a file cannot be read, has no forces, or all forces are 0; or steps are below 0.
+    Raises StickSlipError if a file cannot be read, has no forces, or all forces are 0; or steps
+    are below 0.
 
     """
     if steps < 0:
@@ -233,12 +220,8 @@ def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Prob
     """
     Return the problem of a fit, with cycles enough for its starting values.
 
-    Raises
-    ------
-    OutOfRange
-        If there are too few points, or the stand has no force to fit.
-    StickSlipError
-        If the stand cannot make one of the points.
+    Raises OutOfRange if there are too few points, or the stand has no force to fit, StickSlipError
+    if the stand cannot make one of the points.
 
     """
     least, what = len(free), 'one for each free parameter'

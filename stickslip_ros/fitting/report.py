@@ -70,12 +70,7 @@ def check_output(path: Path) -> None:
     """
     Refuse a file that is neither JSON nor YAML, before the work is done.
 
-    Raises
-    ------
-    WrongKind
-        If its name has another ending.
-    RecordingError
-        If it cannot be written.
+    Raises WrongKind if its name has another ending, RecordingError if it cannot be written.
 
     """
     if path.suffix.lower() not in {*JSON, *YAML}:

@@ -48,40 +48,26 @@ class Estimate(Free):
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """
-    How well a minimum determines its parameters.
+    """How well a minimum determines its parameters."""
 
-    Attributes
-    ----------
-    dof : int
-        Degrees of freedom: points less free parameters.
-    variance_scale : float
-        What the covariance was multiplied with: 1 where the standard errors of the points are
-        known, chi-square per degree of freedom where they are not.
-    quantile : float
-        Half width of the intervals in standard errors: of the normal distribution where the
-        standard errors of the points are known, of the t distribution where they are not.
-    covariance_z : array, shape (free, free)
-        Covariance of the coordinates; infinite variance where nothing is known.
-    at_bound, inert, undetermined : array of bool, shape (free,)
-        Which parameters sit on a bound, change no force, or belong to a combination that
-        changes none.
-    singular_values : tuple of float
-        Of the slopes of the residuals with columns of unit length, without the parameters on
-        a bound and those that change nothing.
-    weakest : tuple of float
-        The combination of coordinates that belongs to the smallest of them.
-
-    """
-
-    dof: int
+    dof: int  # degrees of freedom: points less free parameters
+    # what the covariance was multiplied with: 1 where the standard errors of the points are known,
+    # chi-square per degree of freedom where they are not
     variance_scale: float
+    # half width of the intervals in standard errors: of the normal distribution where the standard
+    # errors of the points are known, of the t distribution where they are not
     quantile: float
+    # covariance of the coordinates; infinite variance where nothing is known, shape (free, free)
     covariance_z: Array
+    # which parameters sit on a bound, change no force, or belong to a combination that changes
+    # none, shape (free,)
     at_bound: Flags
     inert: Flags
     undetermined: Flags
+    # of the slopes of the residuals with columns of unit length, without the parameters on a bound
+    # and those that change nothing
     singular_values: tuple[float, ...]
+    # the combination of coordinates that belongs to the smallest of them
     weakest: tuple[float, ...]
 
     @property

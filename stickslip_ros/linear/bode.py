@@ -18,24 +18,12 @@ LEAD_RAD = 0.1
 
 
 class BodeCurve(NamedTuple):
-    """
-    From one input to the position, in closed form at some frequencies.
+    """From one input to the position, in closed form at some frequencies."""
 
-    Attributes
-    ----------
-    source, unit : str
-        Input, and its unit.
-    response : array, shape (n,)
-        In metres per unit.
-    phase_rad : array, shape (n,)
-        Without jumps by a turn.
-
-    """
-
-    source: str
+    source: str  # input, and its unit
     unit: str
-    response: Complex
-    phase_rad: Array
+    response: Complex  # in metres per unit, shape (n,)
+    phase_rad: Array  # without jumps by a turn, shape (n,)
 
     def phase_deg(self, measured: Complex | None = None) -> Array:
         """Return the phase, or what was measured near it, in degrees."""

@@ -35,17 +35,9 @@ Complex = NDArray[np.complex128]
 
 
 class Response(NamedTuple):
-    """
-    Complex frequency responses, each of shape (n,).
+    """Complex frequency responses, each of shape (n,)."""
 
-    Attributes
-    ----------
-    position_m_per_v, position_m_per_n : array
-        From the commanded voltage and from the load to the runner.
-
-    """
-
-    position_m_per_v: Complex
+    position_m_per_v: Complex  # from the commanded voltage and from the load to the runner
     position_m_per_n: Complex
 
 
@@ -170,10 +162,7 @@ def drive_at(
     """
     Return a voltage, and plant and state of a drive that has come to it from rest.
 
-    Raises
-    ------
-    StickSlipError
-        As ``linearise`` says.
+    Raises StickSlipError as ``linearise`` says.
 
     """
     if parameters.contact.law != 'mdr':

@@ -60,35 +60,16 @@ class Table:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """
-    What a figure is made of.
+    """What a figure is made of."""
 
-    Attributes
-    ----------
-    name : str
-        Stem of its files.
-    title : str
-        Heading.
-    points : int
-        Points along an axis, unless asked otherwise.
-    cases : callable
-        Gives the runs of each row, for parameters and a number of points.
-    draw : callable
-        Draws a table.
-    caption : callable
-        Says for parameters what is shown and what is assumed.
-    inches : tuple of float
-        Width and height.
-
-    """
-
-    name: str
-    title: str
-    points: int
+    name: str  # stem of its files
+    title: str  # heading
+    points: int  # points along an axis, unless asked otherwise
+    # gives the runs of each row, for parameters and a number of points
     cases: Callable[[Parameters, int], Sequence[Case]]
-    draw: Callable[[Table, Figure], None]
-    caption: Callable[[Parameters], str]
-    inches: tuple[float, float]
+    draw: Callable[[Table, Figure], None]  # draws a table
+    caption: Callable[[Parameters], str]  # says for parameters what is shown and what is assumed
+    inches: tuple[float, float]  # width and height
 
 
 def write_figure(
@@ -101,23 +82,7 @@ def write_figure(
     """
     Write a figure into a folder, which is made; return the files, one of each kind.
 
-    Parameters
-    ----------
-    figure : PaperFigure
-        How it is drawn.
-    table : Table
-        Its numbers.
-    parameters : Parameters
-        The stand that they came from, for the caption.
-    folder : Path
-        Where to.
-    kinds : sequence of str
-        Which of KINDS.
-
-    Raises
-    ------
-    RecordingError
-        If a file cannot be written.
+    Raises RecordingError if a file cannot be written.
 
     """
     changed = [f'{name} = {value}' for name, value in parameters.changed().items()]

@@ -17,15 +17,7 @@ POINTS_MIN = 2
 
 
 def chosen_figures(names: Sequence[str] | None = None) -> list[PaperFigure]:
-    """
-    Return the figures of these names; all for None.
-
-    Raises
-    ------
-    UnknownName
-        If there is no such figure.
-
-    """
+    """Return the figures of these names; all for None; UnknownName if there is no such figure."""
     chosen = dict.fromkeys(FIGURES if names is None else names)
     for name in chosen:
         if name not in FIGURES:
@@ -44,23 +36,7 @@ def make_tables(
     """
     Run the drive for figures; return their tables by name.
 
-    Parameters
-    ----------
-    figures : sequence of PaperFigure
-        What to compute.
-    parameters : Parameters
-        The stand; a figure replaces what it varies.
-    points : int
-        Points along an axis; 0 takes what each figure needs.
-    workers : int
-        Number of threads; 0 is one per core. It does not change the tables.
-    progress : callable, optional
-        Called with rows done and rows in all.
-
-    Raises
-    ------
-    StickSlipError
-        If points, workers or parameters are refused.
+    Raises StickSlipError if points, workers or parameters are refused.
 
     """
     if points and points < POINTS_MIN:

@@ -38,17 +38,7 @@ def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
     """
     Describe a bag for rosbag2.
 
-    Parameters
-    ----------
-    folder : Path
-        The bag; it has no ``metadata.yaml`` yet.
-    parts : sequence of Path
-        Its files, all finished, in the order in which they are played.
-
-    Raises
-    ------
-    RecordingError
-        If a file is not whole, or there is a description already.
+    Raises RecordingError if a file is not whole, or there is a description already.
 
     """
     content = yaml.safe_dump({ROOT: _describe(parts)}, sort_keys=False)
@@ -143,10 +133,8 @@ def bag_parts(path: Path) -> list[Path]:
     """
     Return the files that the description of a bag lists; they stand beside it, whatever it says.
 
-    Raises
-    ------
-    RecordingError
-        If the bag is not finished, not one that opens here, or a file is missing.
+    Raises RecordingError if the bag is not finished, not one that opens here, or a file is
+    missing.
 
     """
     if not (path / METADATA_FILE).is_file():
@@ -181,10 +169,7 @@ def refuse_sqlite(path: Path) -> None:
     """
     Make sure that a directory is not a bag of rosbag2's other storage.
 
-    Raises
-    ------
-    RecordingError
-        If it is one.
+    Raises RecordingError if it is one.
 
     """
     if list(path.glob('*.db3*')):

@@ -57,10 +57,7 @@ class Layout:
         """
         Make sure that nothing is there yet; one file by itself is refused when it is made.
 
-        Raises
-        ------
-        RecordingError
-            If a run of that name exists, in one file or in parts.
+        Raises RecordingError if a run of that name exists, in one file or in parts.
 
         """
         found = [path for path in (self.path, *self.parts()) if path.exists()]

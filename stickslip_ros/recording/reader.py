@@ -74,32 +74,12 @@ class Recording:
     """
     A finished MCAP recording: one file, numbered parts of a run, or a bag directory.
 
-    Files are opened for each question and closed behind it. Wherever a topic is asked for, the
-    end of its name is enough: ``position`` is ``/stand/position``, the shortest that ends so.
-    A bag that rosbag2 made has neither parameters nor sequence numbers, but its topics are read.
-    All times are simulated time: those in the file less the time origin.
-
-    Parameters
-    ----------
-    path : path-like
-        The file, the directory, or the name that parts share: ``run.mcap`` for ``run_0.mcap`` …
-
-    Attributes
-    ----------
-    files : list of Path
-        Its files, in the order of time.
-    types : dict of str to str
-        Message type of each topic.
-    metadata : dict of str to dict of str to str
-        Records by their names; of parts, the last one's count.
-    attachments : dict of str to (media type, bytes)
-        Of the first file: the others have a state of their own.
-
-    Raises
-    ------
-    RecordingError
-        If the recording is not there, is no MCAP file of ROS 2, is cut off, has no summary or is
-        damaged; the last can also show itself later, where the damaged part is read.
+    Files are opened for each question and closed behind it. Wherever a topic is asked for, the end
+    of its name is enough: ``position`` is ``/stand/position``, the shortest that ends so. A bag
+    that rosbag2 made has neither parameters nor sequence numbers, but its topics are read. All
+    times are simulated time: those in the file less the time origin. Raises RecordingError if the
+    recording is not there, is no MCAP file of ROS 2, is cut off, has no summary or is damaged; the
+    last can also show itself later, where the damaged part is read.
 
     """
 
@@ -165,15 +145,7 @@ class Recording:
         """
         Give topic, simulated time in ns and message, in the order of their times.
 
-        Parameters
-        ----------
-        topics : iterable of str, optional
-            Topics to read; by default all whose type this package knows.
-
-        Raises
-        ------
-        UnknownName
-            If a topic is not in the recording, or its type is not known.
+        Raises UnknownName if a topic is not in the recording, or its type is not known.
 
         """
         if topics is None:
@@ -184,20 +156,9 @@ class Recording:
         """
         Give one quantity over time: that of the recording for a run of this package.
 
-        In a recording of another program, messages are placed at their own stamps, where they
-        have one: it may have been written long after they were sent.
-
-        Parameters
-        ----------
-        topic : str
-            A topic of numbers, points, wrenches, or traces.
-        field : str
-            ``x``, ``force.x``, ``data`` or a column of a trace; by default the first.
-
-        Raises
-        ------
-        UnknownName
-            If the topic or the field is not known.
+        In a recording of another program, messages are placed at their own stamps, where they have
+        one: it may have been written long after they were sent. Raises UnknownName if the topic or
+        the field is not known.
 
         """
         name = self.find(topic)
@@ -226,12 +187,8 @@ class Recording:
         """
         Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``.
 
-        Raises
-        ------
-        UnknownName
-            If the topic is not in the recording.
-        WrongKind
-            If it carries no table with a column ``t[s]``.
+        Raises UnknownName if the topic is not in the recording, WrongKind if it carries no table
+        with a column ``t[s]``.
 
         """
         name = self.find(topic)
@@ -242,12 +199,7 @@ class Recording:
         """
         Give the full name of a topic.
 
-        Raises
-        ------
-        UnknownName
-            If no topic ends so.
-        RecordingError
-            If two topics do.
+        Raises UnknownName if no topic ends so, RecordingError if two topics do.
 
         """
         if name in self.types:

@@ -27,41 +27,12 @@ class Recorder:
     """
     An MCAP recording in progress: a bounded queue with one writing thread behind it.
 
-    Equal messages put in equal order stand equal in the file; its chunks end by the clock.
-    What was put longer ago than the flush period is on the disk, also when the process is killed
-    or the power fails; ``stickslip recover`` then repairs a file that was not finished.
-    A recorder that nobody closed is finished when the interpreter ends.
-
-    Parameters
-    ----------
-    path : path-like
-        The file, which must not exist; missing folders are made. A bag is a directory of that
-        name, parts are numbered after it.
-    channels : mapping of str to Channel, or sequence of Channel
-        Every topic that will be recorded, under the name by which its messages are put; in a
-        sequence, that is the topic.
-    metadata, attachments : mapping
-        Named records that describe the run; media type and bytes of files to keep inside.
-    form : FileForm
-        Compression, chunks, parts, bag.
-    queue_length : int
-        Messages that may wait for the disk; what comes on top is dropped and counted.
-
-    Attributes
-    ----------
-    path : Path
-        The file, the directory of a bag, or the name that parts share.
-    queue_peak : int
-        The longest that the queue has been.
-    error : Exception or None
-        What stopped the writing, such as a full disk; None while all is well.
-
-    Raises
-    ------
-    RecordingError
-        If the file exists or cannot be written, or a topic is named twice.
-    UnknownName
-        If a type or the compression is not known.
+    Equal messages put in equal order stand equal in the file; its chunks end by the clock. What
+    was put longer ago than the flush period is on the disk, also when the process is killed or the
+    power fails; ``stickslip recover`` then repairs a file that was not finished. A recorder that
+    nobody closed is finished when the interpreter ends. Raises RecordingError if the file exists
+    or cannot be written, or a topic is named twice, UnknownName if a type or the compression is
+    not known.
 
     """
 
@@ -161,26 +132,8 @@ class Recorder:
         """
         Hand over a message to be written.
 
-        Parameters
-        ----------
-        name : str
-            One of the names of the channels.
-        time_ns : int
-            Time of the message; not before that of any earlier one.
-        data : bytes
-            The packed message.
-        wait : bool
-            Wait for room in the queue instead of dropping.
-
-        Returns
-        -------
-        bool
-            Whether it was taken. If not, it is counted and its number stays missing in the file.
-
-        Raises
-        ------
-        UnknownName, RecordingError
-            If the topic is not recorded here; if the time runs backwards.
+        Raises UnknownName, RecordingError if the topic is not recorded here; if the time runs
+        backwards.
 
         """
         channel_id = self._ids.get(name)
@@ -211,13 +164,6 @@ class Recorder:
 
         It begins with what is latched: the last message of each such topic once more, under its
         old sequence number.
-
-        Parameters
-        ----------
-        time_ns : int
-            Time at which the file begins; not before that of any earlier message.
-        attachments : mapping of str to (media type, bytes), optional
-            What this file alone has attached, beside what every file has.
 
         """
         with self._lock:

@@ -121,12 +121,8 @@ class Scan:
 
         A record is taken only if writing it again gives the same bytes: then every length inside
         it agrees with every other one, and the checksum of an attachment is right, unless it has
-        none. A chunk without checksum must be understood to its last byte.
-
-        Raises
-        ------
-        DAMAGE
-            If there is none that is whole.
+        none. A chunk without checksum must be understood to its last byte. Raises DAMAGE if there
+        is none that is whole.
 
         """
         end = self._end_of(start)
@@ -330,26 +326,7 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
     """
     Make a recording readable, and leave the original as it is.
 
-    Parameters
-    ----------
-    path : Path
-        An MCAP file, a bag directory, or the name that numbered parts share.
-    output : Path, optional
-        Where the readable copy goes; by default beside the original, ``run.recovered.mcap`` or
-        the directory ``run.recovered``.
-
-    Returns
-    -------
-    list of Recovery
-        What became of each file.
-    Path or None
-        What was written: a file, a directory, the ``metadata.yaml`` that was missing in a bag of
-        whole files, or nothing for a recording that is whole.
-
-    Raises
-    ------
-    RecordingError
-        If there is nothing to recover, or the copy exists or cannot be written.
+    Raises RecordingError if there is nothing to recover, or the copy exists or cannot be written.
 
     """
     if path.is_dir():
@@ -404,19 +381,8 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
     """
     Write what can be read of a file to a new one, finished and indexed.
 
-    Parameters
-    ----------
-    source : Path
-        An MCAP file in any state, of any program; it is only read.
-    output : Path
-        The new file, which must not exist; nothing is written if the source is whole.
-    is_part : bool
-        Whether it belongs to a run of several: it is then replaced even if nothing can be read.
-
-    Raises
-    ------
-    RecordingError
-        If the source holds nothing that can be read, or the output cannot be written.
+    Raises RecordingError if the source holds nothing that can be read, or the output cannot be
+    written.
 
     """
     try:

@@ -26,10 +26,7 @@ def channels_of(recording: Recording) -> dict[str, Channel]:
     """
     Return the channels of a run by the keys of their topics.
 
-    Raises
-    ------
-    RecordingError
-        If the recording does not say which topic is which.
+    Raises RecordingError if the recording does not say which topic is which.
 
     """
     topics = {name_in_file(topic.key): topic for topic in TOPICS}
@@ -50,10 +47,7 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
     """
     Give every request of a run of this package, in the order in which they were carried out.
 
-    Raises
-    ------
-    RecordingError
-        If it is no run of this package, or a note of a request cannot be read.
+    Raises RecordingError if it is no run of this package, or a note of a request cannot be read.
 
     """
     channels = channels_of(recording)

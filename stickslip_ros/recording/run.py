@@ -30,12 +30,8 @@ class RunWriter:
     The new file of a run; as a context it is finished at the end.
 
     It holds the parameters; log times are the time origin plus simulated time. Where its queue is
-    full, it waits for the disk, or drops and counts.
-
-    Raises
-    ------
-    RecordingError
-        If the file exists or cannot be written; at the end of a context, if it was not.
+    full, it waits for the disk, or drops and counts. Raises RecordingError if the file exists or
+    cannot be written; at the end of a context, if it was not.
 
     """
 
@@ -176,10 +172,8 @@ class ReportingBench:
         """
         Do what ``Bench.update`` does, publish and write it.
 
-        Raises
-        ------
-        StickSlipError
-            If the time is refused, the integration has failed, or the disk has ended the file.
+        Raises StickSlipError if the time is refused, the integration has failed, or the disk has
+        ended the file.
 
         """
         for request in requests:

@@ -68,10 +68,8 @@ def run_path(parameters: Parameters) -> Path:
     """
     Return the path of a new recording: the given name, or one after date and time.
 
-    Raises
-    ------
-    OutOfRange
-        If the name leaves its folder, cannot be printed, begins or ends oddly, or is too long.
+    Raises OutOfRange if the name leaves its folder, cannot be printed, begins or ends oddly, or is
+    too long.
 
     """
     name = parameters.record.name
@@ -97,10 +95,7 @@ def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
     """
     Write a checkpoint into the folder of recordings; return its path, after date and time.
 
-    Raises
-    ------
-    RecordingError
-        If it cannot be written.
+    Raises RecordingError if it cannot be written.
 
     """
     folder = Path(parameters.record.directory)
@@ -123,12 +118,8 @@ def open_recorder(
     """
     Start the recording of a run, with its parameters, under the keys of its channels.
 
-    Raises
-    ------
-    RecordingError
-        If the file exists or cannot be written, or the experiment cannot be read.
-    OutOfRange
-        If it is to be split into parts that are smaller than a chunk.
+    Raises RecordingError if the file exists or cannot be written, or the experiment cannot be
+    read, OutOfRange if it is to be split into parts that are smaller than a chunk.
 
     """
     heading = 'Parameters of the recorded run; SI units.'

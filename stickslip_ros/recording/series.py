@@ -21,30 +21,16 @@ class Series:
     """
     A quantity sampled at rising times.
 
-    Parameters
-    ----------
-    time_s : ndarray of float, shape (n,)
-        Times in s; finite, never falling. Two samples of one instant are a jump.
-    value : ndarray of float, shape (n,)
-        The quantity in `unit`.
-    unit : str
-        SI unit; empty for a pure number.
-    origin : str
-        Where the samples come from, for a legend or an error message.
-
-    Raises
-    ------
-    WrongKind
-        If the two arrays are not one-dimensional and equally long.
-    OutOfRange
-        If a time is not finite or comes before its predecessor.
+    Raises WrongKind if the two arrays are not one-dimensional and equally long, OutOfRange if a
+    time is not finite or comes before its predecessor.
 
     """
 
+    # times in s; finite, never falling. Two samples of one instant are a jump, shape (n,)
     time_s: NDArray[np.float64]
-    value: NDArray[np.float64]
-    unit: str
-    origin: str
+    value: NDArray[np.float64]  # the quantity in `unit`, shape (n,)
+    unit: str  # SI unit; empty for a pure number
+    origin: str  # where the samples come from, for a legend or an error message
 
     def __post_init__(self) -> None:
         object.__setattr__(self, 'time_s', np.asarray(self.time_s, dtype=np.float64))
@@ -90,23 +76,7 @@ def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Seri
     """
     Join the blocks of a trace and give its columns.
 
-    Parameters
-    ----------
-    blocks : sequence of ArrayMessage
-        Arrays of shape (samples, columns); the label of the second dimension lists the columns
-        with their units, as ``t[s],voltage[V]``.
-    origin : str
-        Where they come from.
-
-    Returns
-    -------
-    dict of str to Series
-        Each column but the time, by its name without the unit. Empty without blocks.
-
-    Raises
-    ------
-    WrongKind
-        If a block is not a table, has other columns than the first, or has no time.
+    Raises WrongKind if a block is not a table, has other columns than the first, or has no time.
 
     """
     if not blocks:

@@ -56,10 +56,7 @@ class McapFile:
     """
     A new MCAP file, in a folder that is made where it is missing.
 
-    Raises
-    ------
-    RecordingError
-        If the file exists or cannot be made.
+    Raises RecordingError if the file exists or cannot be made.
 
     """
 
@@ -151,10 +148,8 @@ class McapFile:
         """
         End the chunk in progress and bring all that was written to the disk.
 
-        Raises
-        ------
-        RecordingError
-            If the file is no longer where it was made: what it holds will be gone when it ends.
+        Raises RecordingError if the file is no longer where it was made: what it holds will be
+        gone when it ends.
 
         """
         self._writer.flush()  # type: ignore[no-untyped-call]
@@ -190,14 +185,8 @@ class RunFiles:
     The files of one run; one caller at a time.
 
     Every file begins with the metadata and the attachments; `losses` gives what its closing record
-    says of messages that never came here.
-
-    Raises
-    ------
-    RecordingError
-        If the run exists or cannot be begun.
-    UnknownName
-        If the compression is not known.
+    says of messages that never came here. Raises RecordingError if the run exists or cannot be
+    begun, UnknownName if the compression is not known.
 
     """
 

@@ -60,35 +60,11 @@ def run_batch(
     """
     Run a task for every case and return the rows in the order of the cases.
 
-    Parameters
-    ----------
-    task : callable
-        Makes the row of a case: what JSON knows, if there is a journal; a function of a module, if
-        it shall run on a cluster.
-    cases : sequence
-        What the task is called with.
-    journal : Journal, optional
-        Cases that it holds are not run again; new ones are appended as they come.
-    workers : int
-        Number of threads; 0 is one per core.
-    scheduler : str
-        Address of a Dask scheduler, ``tcp://192.0.2.1:8786``, whose workers then run the cases.
-    executor : Executor, optional
-        What ``executor_of`` gave: one for many batches, instead of workers or scheduler.
-    progress : callable, optional
-        Called with cases done and cases in all, first with those of the journal.
-
-    Raises
-    ------
-    Interrupted
-        If Ctrl-C was pressed: begun cases, in threads, end as soon as they heed it or are done,
-        and what is done is kept.
-    StickSlipError
-        If a case is refused, the journal cannot be written or the cluster fails; what was
-        finished before is kept.
-    MissingExtra, ClusterError
-        If Dask is not installed; if the scheduler does not answer or goes away, has no workers,
-        or its workers another version of the package.
+    Raises Interrupted if Ctrl-C was pressed: begun cases, in threads, end as soon as they heed it
+    or are done, and what is done is kept, StickSlipError if a case is refused, the journal cannot
+    be written or the cluster fails; what was finished before is kept, MissingExtra, ClusterError
+    if Dask is not installed; if the scheduler does not answer or goes away, has no workers, or its
+    workers another version of the package.
 
     """
     rows: dict[int, Any] = dict(journal.rows) if journal else {}

@@ -50,24 +50,8 @@ class Journal:
     """
     File of the finished cases of a study; as a context it is closed at the end.
 
-    Parameters
-    ----------
-    path : Path
-        The file; made, with its folder, if it is not there.
-    identity : JournalIdentity
-        The study. A journal of another one is refused.
-    fresh : bool
-        Whether to forget what the file holds.
-
-    Attributes
-    ----------
-    rows : dict of int to dict
-        Finished cases by their number.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be written, another process writes it, or it is of another study.
+    Raises RecordingError if the file cannot be written, another process writes it, or it is of
+    another study.
 
     """
 

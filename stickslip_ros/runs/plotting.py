@@ -129,10 +129,7 @@ def check_picture(path: Path) -> None:
     """
     Refuse a picture of a kind that cannot be drawn.
 
-    Raises
-    ------
-    UnknownName
-        If it is neither PNG nor SVG nor PDF.
+    Raises UnknownName if it is neither PNG nor SVG nor PDF.
 
     """
     if path.suffix.lower() not in UNDATED:
@@ -143,12 +140,7 @@ def save_figure(figure: Figure, picture: Path) -> None:
     """
     Write a figure as PNG, SVG or PDF, the same bytes for the same numbers; folders are made.
 
-    Raises
-    ------
-    UnknownName
-        If it is to be of another kind.
-    RecordingError
-        If it cannot be written.
+    Raises UnknownName if it is to be of another kind, RecordingError if it cannot be written.
 
     """
     check_picture(picture)
@@ -174,25 +166,7 @@ def _save(figure: Figure, file: Path | IO[str], suffix: str) -> None:
 
 
 def decimated(x: Array, y: Array, pixels: int) -> tuple[Array, Array]:
-    """
-    Return the samples that a curve of so many pixels needs, such that no peak is lost.
-
-    Parameters
-    ----------
-    x : array, shape (n,)
-        Rising.
-    y : array, shape (n,)
-        May hold what is not a number; such samples stay, as gaps.
-    pixels : int
-        Width of the picture.
-
-    Returns
-    -------
-    x, y : array, shape (m,)
-        All samples if there are at most four per pixel; else first, lowest, highest and last of
-        each pixel, in their order.
-
-    """
+    """Return the samples that a curve of so many pixels needs, such that no peak is lost."""
     if len(x) <= 4 * pixels:
         return x, y
     width = (x[-1] - x[0]) / pixels

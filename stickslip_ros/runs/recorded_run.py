@@ -360,12 +360,8 @@ def parse_window(text: str) -> TimeWindow:
     """
     Return the stretch of a text: ``2ms@0.3s`` is two milliseconds from 0.3 s on.
 
-    Raises
-    ------
-    WrongKind
-        If it is not length, at sign and start.
-    OutOfRange
-        If the length is not above 0.
+    Raises WrongKind if it is not length, at sign and start, OutOfRange if the length is not above
+    0.
 
     """
     length, at, start = text.partition('@')

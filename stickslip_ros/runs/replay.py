@@ -38,66 +38,30 @@ HINT = f'give {TIME} and {VOLTAGE}, or {TIME} and {FOOT}'
 
 @dataclass(frozen=True, eq=False)
 class DriveInput:
-    """
-    Voltages over time, as the waveform that the drive shall follow.
+    """Voltages over time, as the waveform that the drive shall follow."""
 
-    Attributes
-    ----------
-    origin : str
-        File that they came from.
-    time_s : array, shape (rows,)
-        Rising, from 0.
-    voltage_v : array, shape (rows,)
-        Voltage at these times; straight lines in between.
-
-    """
-
-    origin: str
-    time_s: Array
-    voltage_v: Array
+    origin: str  # file that they came from
+    time_s: Array  # rising, from 0, shape (rows,)
+    voltage_v: Array  # voltage at these times; straight lines in between, shape (rows,)
 
 
 @dataclass(frozen=True)
 class Replay:
-    """
-    What came of running a recording again.
+    """What came of running a recording again."""
 
-    Attributes
-    ----------
-    source : str
-        The recording, or the file of a measured voltage.
-    requests : int
-        Requests that were carried out again.
-    simulated_s : float
-        Length of the run.
-    changed : dict
-        Parameters that were set differently.
-    identical : bool or None
-        Whether all messages are the same, byte for byte; None of a measured voltage.
-    difference : Difference or None
-        The first place where they are not.
-    digest : str
-        SHA-256 of the messages of the replay.
-    position_m, force_n : float
-        Readings at the end of the replay.
-    other_sources : bool
-        Whether other sources than these have computed the recording: they may round differently.
-    output : str
-        The recording of the replay.
-
-    """
-
-    source: str
-    requests: int
-    simulated_s: float
-    changed: dict[str, object]
+    source: str  # the recording, or the file of a measured voltage
+    requests: int  # requests that were carried out again
+    simulated_s: float  # length of the run
+    changed: dict[str, object]  # parameters that were set differently
+    # whether all messages are the same, byte for byte; None of a measured voltage
     identical: bool | None
-    difference: Difference | None
-    digest: str
-    position_m: float
+    difference: Difference | None  # the first place where they are not
+    digest: str  # SHA-256 of the messages of the replay
+    position_m: float  # readings at the end of the replay
     force_n: float
+    # whether other sources than these have computed the recording: they may round differently
     other_sources: bool
-    output: str
+    output: str  # the recording of the replay
 
 
 def replay(
@@ -111,23 +75,8 @@ def replay(
     """
     Carry out the requests of a recording once more and record what happens.
 
-    Parameters
-    ----------
-    source, output : Path
-        A recording of this package, and the one to write; it must not exist.
-    changes : mapping of str to object, optional
-        Parameters to set differently, ``{'stand.preload': 0.25}``.
-    from_rest : bool
-        Start from rest also where the recording began in the middle of a run.
-    progress : callable, optional
-        Called with the simulated time so far and the end, ns.
-
-    Raises
-    ------
-    RecordingError
-        If the recording has no parameters, lacks messages, or began in a state that it lacks.
-    StickSlipError
-        If a parameter is refused.
+    Raises RecordingError if the recording has no parameters, lacks messages, or began in a state
+    that it lacks, StickSlipError if a parameter is refused.
 
     """
     recording = Recording(source)
@@ -202,10 +151,7 @@ def replay_input(
     """
     Let a stand follow a measured voltage, from rest at its first value, and record the run.
 
-    Raises
-    ------
-    StickSlipError
-        If the amplifier cannot give the voltage, or the recording exists.
+    Raises StickSlipError if the amplifier cannot give the voltage, or the recording exists.
 
     """
     rows = np.column_stack((given.time_s, given.voltage_v))
@@ -285,10 +231,7 @@ def is_run(path: Path) -> bool:
     """
     Return whether a file is the recording of a run of this package.
 
-    Raises
-    ------
-    RecordingError
-        If it is a recording that cannot be read.
+    Raises RecordingError if it is a recording that cannot be read.
 
     """
     if path.suffix.lower() != MCAP and not path.is_dir():
@@ -308,23 +251,7 @@ def read_drive_input(
     """
     Read a voltage, or a stroke, over time.
 
-    Parameters
-    ----------
-    path : Path
-        Table as docs/compare.md says, Parquet with our columns, or an MCAP file.
-    stand : Parameters
-        Gives the gain that turns strokes into voltages.
-    topic, field : str
-        Of an MCAP file: where the numbers are.
-    is_foot : bool
-        Whether that topic gives a stroke in m, from the lowest voltage on.
-    reading : Reading
-        What a table does not say itself.
-
-    Raises
-    ------
-    StickSlipError
-        If the file cannot be read, or has no such columns or topic.
+    Raises StickSlipError if the file cannot be read, or has no such columns or topic.
 
     """
     if readable(path).suffix.lower() == MCAP or path.is_dir():

@@ -110,14 +110,9 @@ def plot_run(
     """
     Draw a recording as ``draw_run`` does into a PNG, SVG or PDF.
 
-    Raises
-    ------
-    RecordingError
-        If the recording cannot be read, or holds nothing to draw.
-    UnknownName
-        If the picture is to be of a kind that cannot be drawn.
-    OutOfRange
-        If the stretch is outside of the run or has no sample in it.
+    Raises RecordingError if the recording cannot be read, or holds nothing to draw, UnknownName if
+    the picture is to be of a kind that cannot be drawn, OutOfRange if the stretch is outside of
+    the run or has no sample in it.
 
     """
     check_picture(picture)
@@ -137,12 +132,8 @@ def draw_run(
     Draw position, force, voltage and foot of a recording against time.
 
     The trace is drawn, else the topics; without a window the whole run, if wanted with its first
-    steps enlarged above it. Without a title it has the file's name.
-
-    Raises
-    ------
-    RecordingError, OutOfRange
-        As ``plot_run``.
+    steps enlarged above it. Without a title it has the file's name. Raises RecordingError,
+    OutOfRange as ``plot_run``.
 
     """
     series = recorded_series(recording)

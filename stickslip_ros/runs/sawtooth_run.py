@@ -58,45 +58,28 @@ ROUNDING_S = 1e-12
 
 @dataclass(frozen=True, kw_only=True)
 class RunResult(Shown):
-    """
-    What a saw-tooth run comes to.
+    """What a saw-tooth run comes to."""
 
-    Attributes
-    ----------
-    preload_n, amplitude_m, frequency_hz : float
-        What was asked for; of a drive alone, the preload at the end of its ramp.
-    force_mean_n : float
-        Generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at
-        the mean position.
-    force_net_n : float
-        The same without elastic following: ``force_mean_n`` less the mean force of a runner that
-        sticks to ideal feet, from where the wave begins: K A/2 of a saw-tooth, backwards -K A/2,
-        with 1/K = 1/k + 1/(stiffness of the sticking contacts). Near 0 below the 0-amplitude;
-        0 of a load cell that nothing presses.
-    force_ramp_start_n : float
-        Generated force at the start of the last cycle's ramp, when the fall before it is over.
-        The runner has hardly moved by then: it is near the largest of the cycle.
-    step_length_m : float
-        Net motion per cycle, mean of the last 10 cycles.
-    steady : bool
-        Whether at least 200 cycles were made, and force (of a free runner: step length) is within
-        0.02 % of its limit, extrapolated from the last 40.
-    steps : int
-        Cycles made.
-    energy_residual : float
-        What the energy balance misses, relative to the work of the feet.
-
-    """
-
-    preload_n: float
+    preload_n: float  # what was asked for; of a drive alone, the preload at the end of its ramp
     amplitude_m: float
     frequency_hz: float
+    # generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at the
+    # mean position
     force_mean_n: float = 0.0
+    # the same without elastic following: force_mean_n less the mean force of a runner that sticks
+    # to ideal feet, from where the wave begins: K A/2 of a saw-tooth, backwards -K A/2, with 1/K =
+    # 1/k + 1/(stiffness of the sticking contacts). Near 0 below the 0-amplitude; 0 of a load cell
+    # that nothing presses
     force_net_n: float = 0.0
+    # generated force at the start of the last cycle's ramp, when the fall before it is over. The
+    # runner has hardly moved by then: it is near the largest of the cycle
     force_ramp_start_n: float = 0.0
-    step_length_m: float = 0.0
+    step_length_m: float = 0.0  # net motion per cycle, mean of the last 10 cycles
+    # whether at least 200 cycles were made, and force (of a free runner: step length) is within
+    # 0.02 % of its limit, extrapolated from the last 40
     steady: bool = True
-    steps: int = 0
+    steps: int = 0  # cycles made
+    # what the energy balance misses, relative to the work of the feet
     energy_residual: float = 0.0
 
 
@@ -391,18 +374,7 @@ def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> 
 
 
 def is_steady(plant: Record, ramps: Array) -> bool:
-    """
-    Return whether a run has become steady.
-
-    Parameters
-    ----------
-    plant : record of PLANT
-        The drive. With a load cell the mean force counts, which a one-sided one must show;
-        without, the steps of the runner.
-    ramps : array, shape (steps, 3)
-        Log of the ramps: position after the fall, mean and final position, m.
-
-    """
+    """Return whether a run has become steady."""
     if len(ramps) < STEADY_STEPS_MIN:
         return False
     is_free = not (plant.cell_n_per_m > 0.0 or plant.walls.cell_n_per_m > 0.0)
@@ -458,10 +430,7 @@ def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
     """
     Return the saw-tooth voltage for a stroke of the feet, V.
 
-    Raises
-    ------
-    OutOfRange, WrongKind
-        If it is negative or not finite, or the amplifier cannot reach it.
+    Raises OutOfRange, WrongKind if it is negative or not finite, or the amplifier cannot reach it.
 
     """
     STROKE.check('amplitude', amplitude_m)

@@ -86,29 +86,16 @@ class Sweep:
     """
     What a sweep consists of; every combination is checked when it is made.
 
-    Attributes
-    ----------
-    parameters : Parameters
-        The stand that all runs start from.
-    varied : tuple of Axis
-        Parameters that vary; the last one fastest.
-    frequencies_hz, amplitudes_m : tuple of float
-        Frequencies and strokes of the feet; amplitudes vary fastest of all.
-    steps : int
-        Steps of each run; 0 goes on until the steady state.
-
-    Raises
-    ------
-    StickSlipError
-        If there are too many combinations, or the stand cannot make one of them.
+    Raises StickSlipError if there are too many combinations, or the stand cannot make one of them.
 
     """
 
-    parameters: Parameters
-    varied: tuple[Axis, ...]
+    parameters: Parameters  # the stand that all runs start from
+    varied: tuple[Axis, ...]  # parameters that vary; the last one fastest
+    # frequencies and strokes of the feet; amplitudes vary fastest of all
     frequencies_hz: tuple[float, ...]
     amplitudes_m: tuple[float, ...]
-    steps: int = 0
+    steps: int = 0  # steps of each run; 0 goes on until the steady state
 
     def __post_init__(self) -> None:
         """Refuse what would be refused in the middle of a long night."""
@@ -233,19 +220,8 @@ def parse_axis(name: str, text: str, spec: Spec) -> Axis:
     """
     Return the axis of a text: values with commas, or ``start:stop:count``, both ends included.
 
-    Parameters
-    ----------
-    name : str
-        What varies, as the user wrote it.
-    text : str
-        Such as ``0.1,0.4``, ``0:160nm:33`` or ``rough,smooth``.
-    spec : Spec
-        Kind, unit and bounds of the values.
-
-    Raises
-    ------
-    WrongKind, OutOfRange
-        If the text is neither, the range is none, or a value is not allowed.
+    Raises WrongKind, OutOfRange if the text is neither, the range is none, or a value is not
+    allowed.
 
     """
     if ':' in text and spec.kind in {float, int}:
@@ -265,10 +241,8 @@ def parse_varied(assignments: list[str]) -> list[Axis]:
     """
     Return the axes of texts such as ``contact.friction=0.2,0.3``.
 
-    Raises
-    ------
-    UnknownName, WrongKind, OutOfRange
-        If a parameter is not known, named twice, or a value is not allowed.
+    Raises UnknownName, WrongKind, OutOfRange if a parameter is not known, named twice, or a value
+    is not allowed.
 
     """
     axes: list[Axis] = []

@@ -32,14 +32,8 @@ def check_table_path(path: Path) -> None:
     """
     Refuse a file that could not be written, before the work is done.
 
-    Raises
-    ------
-    WrongKind
-        If it is neither CSV nor Parquet.
-    MissingExtra
-        If Parquet is asked for and its package is not installed.
-    RecordingError
-        If it cannot be written.
+    Raises WrongKind if it is neither CSV nor Parquet, MissingExtra if Parquet is asked for and its
+    package is not installed, RecordingError if it cannot be written.
 
     """
     if path.suffix not in {CSV, PARQUET}:
@@ -53,19 +47,7 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
     """
     Write rows with their names as header; the file appears when it is complete.
 
-    Parameters
-    ----------
-    rows : sequence of dict
-        At least one; all have the same names.
-    path : Path
-        The file, ``.csv`` or ``.parquet``; floats are written to the bit.
-    parameters : Parameters
-        The stand, for the comment lines above, or the metadata of a Parquet file.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be written.
+    Raises RecordingError if the file cannot be written.
 
     """
     described = {VERSION: stickslip_ros.__version__, PARAMETERS: json.dumps(parameters.flat())}
@@ -91,22 +73,7 @@ def is_sweep(path: Path) -> bool:
 
 
 def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
-    """
-    Read the table that ``stickslip sweep`` wrote.
-
-    Returns
-    -------
-    rows : list of dict
-        At least one; values are as they were written.
-    described : dict of str to scalar or None
-        All parameters and the version; None of a table of an older version.
-
-    Raises
-    ------
-    StickSlipError
-        If it is damaged.
-
-    """
+    """Read the table that ``stickslip sweep`` wrote; StickSlipError if it is damaged."""
     if path.suffix == PARQUET:
         table = read_parquet(path, AGAIN)
         metadata = table.schema.metadata or {}

@@ -45,26 +45,14 @@ Found = Mapping[str, Sequence[tuple[int, str]]]
 
 @dataclass(frozen=True)
 class Column:
-    """
-    A column of a table that was understood.
+    """A column of a table that was understood."""
 
-    Attributes
-    ----------
-    name, header, unit : str
-        Quantity, header in the file, and unit there, which is this ``factor`` in SI.
-    index : int
-        Its place in the table.
-    first : float
-        Its first number, in SI.
-
-    """
-
-    name: str
+    name: str  # quantity, header in the file, and unit there, which is this factor in SI
     header: str
     unit: str
     factor: float
-    index: int
-    first: float
+    index: int  # its place in the table
+    first: float  # its first number, in SI
 
 
 def sigma_name(name: str) -> str:
@@ -79,21 +67,7 @@ def find_columns(
     """
     Return where the quantities of a table may be, and the headers of columns that are none.
 
-    Parameters
-    ----------
-    layout : TextForm
-        Names and units of the columns.
-    specs : mapping of str to Spec
-        Quantities that may be there.
-    named : mapping of str to str
-        Headers as the user gives them for some quantities, maybe with another unit.
-    where : str
-        File and line, for refusals.
-
-    Raises
-    ------
-    RecordingError
-        If a named one is not there.
+    Raises RecordingError if a named one is not there.
 
     """
     found = {name: [_named(layout, name, named[name], where)] for name in named if name in specs}
@@ -118,10 +92,8 @@ def understood(
     """
     Return each quantity with its one column and unit.
 
-    Raises
-    ------
-    RecordingError
-        If two columns may be the same quantity, or the unit of one is not said or does not fit.
+    Raises RecordingError if two columns may be the same quantity, or the unit of one is not said
+    or does not fit.
 
     """
     for name, places in found.items():

@@ -78,32 +78,14 @@ MEASURED = {
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """
-    A measured table.
+    """A measured table."""
 
-    Attributes
-    ----------
-    origin : str
-        File that it came from.
-    kind : str
-        BY_AMPLITUDE or OVER_TIME.
-    columns : dict of str to array, shape (rows,)
-        Finite numbers in SI units, by column.
-    notes : tuple of str
-        Comment lines in front of the header.
-    understood : tuple of Column
-        Which column of the file is which, in which unit.
-    aside : tuple of str
-        Headers of the columns that were not read.
-
-    """
-
-    origin: str
-    kind: str
-    columns: dict[str, Array]
-    notes: tuple[str, ...] = ()
-    understood: tuple[Column, ...] = ()
-    aside: tuple[str, ...] = ()
+    origin: str  # file that it came from
+    kind: str  # BY_AMPLITUDE or OVER_TIME
+    columns: dict[str, Array]  # finite numbers in SI units, by column, shape (rows,)
+    notes: tuple[str, ...] = ()  # comment lines in front of the header
+    understood: tuple[Column, ...] = ()  # which column of the file is which, in which unit
+    aside: tuple[str, ...] = ()  # headers of the columns that were not read
 
 
 @dataclass(frozen=True)
@@ -111,25 +93,16 @@ class Reading:
     """
     What a user says of tables that do not say it themselves.
 
-    Attributes
-    ----------
-    headers : mapping of str to str
-        Header in the file of some columns, ``{'force_n': 'Force (mN)'}``; the unit in it counts
-        more than that of the file.
-    preloads_n : sequence of float
-        Preloads of tables without such a column: one of each table, or one of all.
-    report : callable, optional
-        Receives each experiment when it has been read, before anything is computed.
-
-    Raises
-    ------
-    UnknownName
-        If a column is none of an experiment.
+    Raises UnknownName if a column is none of an experiment.
 
     """
 
+    # header in the file of some columns, {'force_n': 'Force (mN)'}; the unit in it counts more
+    # than that of the file
     headers: Mapping[str, str] = field(default_factory=dict)
+    # preloads of tables without such a column: one of each table, or one of all
     preloads_n: Sequence[float] = ()
+    # receives each experiment when it has been read, before anything is computed
     report: Callable[[Experiment], None] | None = None
 
     def __post_init__(self) -> None:
@@ -181,23 +154,8 @@ def read_experiment(
     """
     Read a measured table, of which the header is judged first.
 
-    Parameters
-    ----------
-    path : Path
-        Text in columns, as docs/compare.md says.
-    reading : Reading
-        What the table does not say itself.
-    number : int
-        Which of several tables it is, from 0.
-    kind : str, optional
-        BY_AMPLITUDE or OVER_TIME, if only one will do.
-    measured : sequence of str
-        Columns of which at least one must be there; all that can be measured if none is named.
-
-    Raises
-    ------
-    StickSlipError
-        If it cannot be read or leaves something to guess; names file, line, and what to do.
+    Raises StickSlipError if it cannot be read or leaves something to guess; names file, line, and
+    what to do.
 
     """
     head = read_bytes(path, 'check the path', HEAD_BYTES + 1)
@@ -217,10 +175,7 @@ def read_joined(
     """
     Read tables by amplitude, one below the other.
 
-    Raises
-    ------
-    StickSlipError
-        If one cannot be read, or they do not have the same columns.
+    Raises StickSlipError if one cannot be read, or they do not have the same columns.
 
     """
     parts = [
@@ -246,10 +201,7 @@ def write_experiment(experiment: Experiment, path: Path) -> None:
     """
     Write an experiment as CSV with our columns in SI units; floats to the bit.
 
-    Raises
-    ------
-    RecordingError
-        If the file cannot be written.
+    Raises RecordingError if the file cannot be written.
 
     """
     import pandas as pd  # noqa: PLC0415 - what reads no table does without

@@ -51,41 +51,27 @@ Mask = tuple[bool | None, ...]
 
 @dataclass(frozen=True)
 class TextForm:
-    """
-    What the head of a table says of the whole.
+    """What the head of a table says of the whole."""
 
-    Attributes
-    ----------
-    encoding, delimiter, decimal : str
-        As pandas takes them.
-    names, units, row : tuple of str, shape (columns,)
-        Header, units (empty where none is said) and the first row, as they are written.
-    header, first : int
-        Lines of the header (0 if there is none) and of the first row, from 1.
-    notes : tuple of str
-        Comment lines above.
-
-    """
-
-    encoding: str
+    encoding: str  # as pandas takes them
     delimiter: str
     decimal: str
+    # header, units (empty where none is said) and the first row, as they are written, shape
+    # (columns,)
     names: tuple[str, ...]
     units: tuple[str, ...]
     row: tuple[str, ...]
-    header: int
+    header: int  # lines of the header (0 if there is none) and of the first row, from 1
     first: int
-    notes: tuple[str, ...]
+    notes: tuple[str, ...]  # comment lines above
 
 
 def layout_of(head: bytes, origin: str) -> TextForm:
     """
     Recognise the layout of a table by its first HEAD_BYTES, or by the whole if it is shorter.
 
-    Raises
-    ------
-    RecordingError
-        If it is no text, or has no rows of numbers, or these do not fit the header.
+    Raises RecordingError if it is no text, or has no rows of numbers, or these do not fit the
+    header.
 
     """
     encoding, text = _decode(head, origin)

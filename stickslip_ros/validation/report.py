@@ -122,12 +122,8 @@ def write_report(outcomes: Answers, folder: Path) -> list[Path]:
     """
     Write the table as Markdown and CSV, and the picture of margins; return the files.
 
-    The folder is made if need be, and files of an earlier run are replaced.
-
-    Raises
-    ------
-    WrongKind
-        If the folder cannot be written.
+    The folder is made if need be, and files of an earlier run are replaced. Raises WrongKind if
+    the folder cannot be written.
 
     """
     files = [folder / name for name in (MARKDOWN, CSV, PNG)]
