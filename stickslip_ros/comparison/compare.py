@@ -4,10 +4,15 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from stickslip_ros.comparison import by_amplitude, in_time
-from stickslip_ros.comparison.agreement import AMPLITUDE, TIME
 from stickslip_ros.comparison.by_amplitude import PointTable
 from stickslip_ros.comparison.in_time import TimeRun
-from stickslip_ros.comparison.result import Alignment, ComparisonReport, Incomparable
+from stickslip_ros.comparison.result import (
+    AMPLITUDE,
+    TIME,
+    Alignment,
+    ComparisonReport,
+    Incomparable,
+)
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes
 from stickslip_ros.parameters import Parameters
@@ -80,7 +85,11 @@ def compare(
     paths = [_path(each) for each in ([a] if isinstance(a, str | Path | Run) else a)]
     reading = Reading(headers or {}, preloads_n, report)
     reading.check_count(len(paths) + isinstance(b, str | Path | Run))
-    first = _load(paths[0], reading) if len(paths) == 1 else _joined(paths, reading)
+    first = (
+        _load(paths[0], reading)
+        if len(paths) == 1
+        else by_amplitude.of_experiment(read_joined(paths, reading))
+    )
     is_moved = align or shift_s is not None
     if isinstance(b, Parameters):
         table = _points(first, is_moved)
@@ -89,8 +98,12 @@ def compare(
         return _by_amplitude(table, model)
     second = _attached(paths[0], reading) if b is None else _load(_path(b), reading, len(paths))
     if isinstance(first, TimeRun) and isinstance(second, TimeRun):
-        given = None if shift_s is None else Alignment(shift_s, 'given')
-        return _in_time(first, second, in_time.align(first, second) if align else given)
+        alignment = None if shift_s is None else Alignment(shift_s, 'given')
+        if align:
+            alignment = in_time.align(first, second)
+        moved = second if alignment is None else second.moved(alignment.shift_s)
+        found = in_time.compare(first, moved)
+        return ComparisonReport(first.side, second.side, TIME, found, alignment)
     if isinstance(first, PointTable) and isinstance(second, PointTable):
         return _by_amplitude(_points(first, is_moved), second)
     raise Incomparable(
@@ -106,11 +119,6 @@ def _path(file: str | Path | Run) -> Path:
 
 def _by_amplitude(a: PointTable, b: PointTable) -> ComparisonReport:
     return ComparisonReport(a.side, b.side, AMPLITUDE, by_amplitude.compare(a, b))
-
-
-def _in_time(a: TimeRun, b: TimeRun, alignment: Alignment | None) -> ComparisonReport:
-    moved = b if alignment is None else b.moved(alignment.shift_s)
-    return ComparisonReport(a.side, b.side, TIME, in_time.compare(a, moved), alignment)
 
 
 def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
@@ -137,10 +145,6 @@ def _load(path: Path, reading: Reading, number: int = 0) -> PointTable | TimeRun
     if is_sweep(path):
         return by_amplitude.of_sweep(path)
     return _of_experiment(read_experiment(path, reading, number=number))
-
-
-def _joined(paths: Sequence[Path], reading: Reading) -> PointTable:
-    return by_amplitude.of_experiment(read_joined(paths, reading))
 
 
 def _attached(path: Path, reading: Reading) -> PointTable | TimeRun:

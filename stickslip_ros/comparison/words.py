@@ -4,15 +4,16 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from stickslip_ros.comparison.agreement import (
+from stickslip_ros.comparison.by_amplitude import FREQUENCY, PRELOAD
+from stickslip_ros.comparison.result import (
     AMPLITUDE,
     ROUNDING,
     TIME,
     Agreement,
+    Compared,
+    ComparisonReport,
     Threshold,
 )
-from stickslip_ros.comparison.by_amplitude import FREQUENCY, PRELOAD
-from stickslip_ros.comparison.result import UNITS, Alignment, Compared, ComparisonReport
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.units import MN, NM, display_unit, with_unit
 
@@ -57,7 +58,20 @@ def sections(comparison: ComparisonReport) -> Iterator[Section]:
             if part.threshold_a and part.threshold_b
         ]
         if pairs:
-            yield _zeros(pairs)
+            zeros = [(name, a.zero_amplitude_m, b.zero_amplitude_m) for name, a, b in pairs]
+            yield (
+                '0-amplitude (nm)',
+                ('preload', 'A', 'B', 'B − A'),
+                [
+                    (
+                        name,
+                        _number(a_m, '.3f', NM),
+                        _number(b_m, '.3f', NM),
+                        _number(None if a_m is None or b_m is None else b_m - a_m, '.3f', NM),
+                    )
+                    for name, a_m, b_m in zeros
+                ],
+            )
             yield _saturations(pairs)
 
 
@@ -81,17 +95,18 @@ def place(at: Mapping[str, Scalar]) -> str:
     return ', '.join(parts)
 
 
-def axis_label(comparison: ComparisonReport) -> str:
-    """Return the label of the axis along which things are compared."""
-    if comparison.axis == TIME:
-        return 'time (s)'
-    return f'stroke of the feet ({display_unit(UNITS["m"])[1]})'
-
-
 def sentences(comparison: ComparisonReport) -> list[str]:
     """Return what was found, in sentences that state numbers and nothing else."""
-    moved = [] if comparison.alignment is None else [_moved(comparison.alignment)]
-    return moved + [told for quantity in comparison.quantities for told in _found(quantity)]
+    said, alignment = list[str](), comparison.alignment
+    if alignment is not None:
+        text = f'The times of B were shifted by {alignment.shift_s:.9g} s, as {alignment.method}'
+        if alignment.correlation is not None:
+            text += (
+                f' by cross-correlation at a spacing of {alignment.sample_s:.4g} s; the mean '
+                f'coefficient at the best whole sample is {alignment.correlation:.6f}'
+            )
+        said.append(f'{text}.')
+    return said + [each for quantity in comparison.quantities for each in _found(quantity)]
 
 
 def _numbers(quantity: Compared) -> Section:
@@ -121,15 +136,6 @@ def _cell(
     return _number(told.get(field), form, factor)
 
 
-def _zeros(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
-    rows = []
-    for name, a, b in pairs:
-        a_m, b_m = a.zero_amplitude_m, b.zero_amplitude_m
-        both_m = None if a_m is None or b_m is None else b_m - a_m
-        rows.append((name, *(_number(each, '.3f', NM) for each in (a_m, b_m, both_m))))
-    return '0-amplitude (nm)', ('preload', 'A', 'B', 'B − A'), rows
-
-
 def _saturations(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
     header = ('preload', 'A', 'at stroke (nm)', 'B', 'at stroke (nm)', 'B − A')
     rows = []
@@ -147,22 +153,14 @@ def _number(value: float | None, form: str, factor: float) -> str:
     return NONE if value is None else f'{factor * value:{form}}'
 
 
-def _moved(alignment: Alignment) -> str:
-    told = f'The times of B were shifted by {alignment.shift_s:.9g} s, as {alignment.method}'
-    if alignment.correlation is not None:
-        told += (
-            f' by cross-correlation at a spacing of {alignment.sample_s:.4g} s; the mean '
-            f'coefficient at the best whole sample is {alignment.correlation:.6f}'
-        )
-    return f'{told}.'
-
-
 def _found(quantity: Compared) -> Iterator[str]:
     name, unit, agreement = title(quantity), quantity.unit, quantity.agreement
     count = f'{agreement.points} points' if agreement.points > 1 else '1 point'
     if agreement.largest == 0.0:
         yield f'The {name} of B equals that of A at all {count}.'
-    elif _is_rounding(quantity):
+    elif abs(agreement.largest) <= ROUNDING * max(
+        float(np.max(np.abs(part.a))) for part in quantity.parts
+    ):
         yield f'The {name} of B equals that of A at all {count}, but for rounding.'
     else:
         side = 'above' if agreement.bias > 0.0 else 'below'
@@ -190,8 +188,3 @@ def _found(quantity: Compared) -> Iterator[str]:
             'nothing else differed, a value at least so large would come up with probability '
             f'{chi.p_value:.3g}.'
         )
-
-
-def _is_rounding(quantity: Compared) -> bool:
-    largest = max(float(np.max(np.abs(part.a))) for part in quantity.parts)
-    return abs(quantity.agreement.largest) <= ROUNDING * largest

@@ -17,7 +17,6 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.extras import load_extra
 from stickslip_ros.fitting.fit import Fit, search
-from stickslip_ros.fitting.problem import Problem
 from stickslip_ros.fitting.statistics import (
     LEVEL,
     PURPOSE,
@@ -74,18 +73,18 @@ def binomial_interval(hits: int, trials: int) -> tuple[float, float]:
     return low, high
 
 
-def _synthetic(fit: Fit, seed: int, number: int) -> Problem:
-    """Return the problem of a fit, but the measured forces are those of its model with noise."""
+def _refit(fit: Fit, truth: Array, seed: int, number: int) -> Array:
+    """
+    Fit the forces of the model with noise in place of the measured ones.
+
+    Return whether the truth is inside, by how much it is missed, and the error of that.
+
+    """
     points = fit.problem.points
     noise_n = np.sqrt(fit.uncertainty.variance_scale) * points.scale_n
     noise = np.random.default_rng([seed, number]).standard_normal(len(points))
     noisy = dataclasses.replace(points, force_n=fit.model_n + noise_n * noise)
-    return dataclasses.replace(fit.problem, points=noisy)
-
-
-def _refit(fit: Fit, truth: Array, seed: int, number: int) -> Array:
-    """Return whether the truth is inside, by how much it is missed, and the error of that."""
-    again = _synthetic(fit, seed, number)
+    again = dataclasses.replace(fit.problem, points=noisy)
     found = search(again, again.start)
     doubt = uncertainty(again, found.place, found.chi_square)
     estimates = estimates_of(again, found.place, doubt)

@@ -263,7 +263,11 @@ def fit_drive(
     problem, refined, steady = _refine(problem, _best(searches))
     found = refined[-1] if refined else _best(searches)
     for _ in range(WIDENED_MAX):
-        wider, beyond = _search_beyond(problem, found)
+        values = problem.values(found.place)
+        wider = problem.widened(values)
+        if wider.free == problem.free:
+            break
+        beyond = _search_or_nothing(wider, wider.coordinates(values))
         if not beyond.coordinates:
             break
         problem, more, steady = _refine(wider, beyond)
@@ -311,15 +315,6 @@ def _search_or_nothing(problem: Problem, start: Array) -> Minimum:
         if np.array_equal(start, problem.start):
             raise
         return Minimum((), math.inf, converged=False, evaluations=0)
-
-
-def _search_beyond(problem: Problem, found: Minimum) -> tuple[Problem, Minimum]:
-    """Search on from a minimum on bounds that may move; find nothing if there are none."""
-    values = problem.values(found.place)
-    wider = problem.widened(values)
-    if wider.free == problem.free:
-        return problem, Minimum((), math.inf, converged=False, evaluations=0)
-    return wider, _search_or_nothing(wider, wider.coordinates(values))
 
 
 def _best(searches: Sequence[Minimum]) -> Minimum:

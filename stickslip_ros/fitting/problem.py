@@ -158,22 +158,19 @@ class Problem:
             columns.append(change_n / (above[index] - below[index]) / self.points.scale_n)
         return np.column_stack(columns)
 
-    def tolerance_n(self) -> Array:
-        """Return by how much twice as many cycles may change the forces, N."""
-        points = self.points
-        least_n = SMALLEST_SHARE * points.largest_n
-        if points.sigma_n is None:
-            return np.full(len(points), STEADY_FORCE * points.largest_n)
-        return np.maximum(STEADY_SHARE * points.sigma_n, least_n)
-
     def steady_at(self, coordinates: Array) -> tuple['Problem', bool]:
         """Return the problem with as many cycles as a stand needs, and whether they suffice."""
-        most = STEPS_MAX if self.points.steps is None else 0
+        points = self.points
+        most = STEPS_MAX if points.steps is None else 0
+        tolerance_n: Array = np.full(len(points), STEADY_FORCE * points.largest_n)
+        if points.sigma_n is not None:
+            least_n = SMALLEST_SHARE * points.largest_n
+            tolerance_n = np.maximum(STEADY_SHARE * points.sigma_n, least_n)
         cycles = np.array(self.cycles)
         forces_n = self.forces_n(coordinates, tuple(cycles.tolist()))
         while True:
             longer_n = self.forces_n(coordinates, tuple((2 * cycles).tolist()))
-            short = np.abs(longer_n - forces_n) > self.tolerance_n()
+            short = np.abs(longer_n - forces_n) > tolerance_n
             more = short & (cycles < most)
             if not more.any():
                 found = dataclasses.replace(self, cycles=tuple(cycles.tolist()))

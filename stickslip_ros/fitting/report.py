@@ -84,7 +84,16 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str) -> Non
     if path.suffix.lower() in JSON:
         text = json.dumps(content, indent=2) + '\n'
     else:
-        text = dump_yaml(fit.parameters, _heading(fit, content, origin))
+        lines = [f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.']
+        for one in fit.estimates:
+            value = f'{one.value:.6g} {one.unit}'.rstrip() + ', not determined'
+            if math.isfinite(one.standard_error):
+                value = f'{one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip()
+                value += f', 95 % interval {one.low:.6g} to {one.high:.6g}'
+            lines.append(f'{one.name}: {value}')
+        lines += [f'Note: {note}' for note in content['notes']]
+        lines += [f'Warning: {warning}' for warning in content['warnings']]
+        text = dump_yaml(fit.parameters, '\n'.join(lines))
     path.write_text(text, encoding='utf-8')
 
 
@@ -139,22 +148,6 @@ def _trade_warnings(fit: Fit) -> Iterator[str]:
             f'condition number {doubt.condition:.3g}, above {CONDITION_MAX:g}: the points hardly '
             f'determine the combination {" ".join(parts)} (effects scaled to equal size)'
         )
-
-
-def _heading(fit: Fit, content: dict[str, Any], origin: str) -> str:
-    lines = [f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.']
-    lines += [f'{one.name}: {_interval_text(one)}' for one in fit.estimates]
-    lines += [f'Note: {note}' for note in content['notes']]
-    lines += [f'Warning: {warning}' for warning in content['warnings']]
-    return '\n'.join(lines)
-
-
-def _interval_text(one: Estimate) -> str:
-    """Return an estimate with its interval in words."""
-    if not math.isfinite(one.standard_error):
-        return f'{one.value:.6g} {one.unit}'.rstrip() + ', not determined'
-    between = f'95 % interval {one.low:.6g} to {one.high:.6g}'
-    return f'{one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip() + f', {between}'
 
 
 def _points(fit: Fit) -> list[dict[str, float]]:

@@ -141,11 +141,13 @@ class Recorder:
             raise UnknownName('recorded topic', name, f'known are {", ".join(self._ids)}')
         with self._lock:
             if wait:
-                self._changed.wait_for(lambda: self._has_room() or self._ended())
+                self._changed.wait_for(
+                    lambda: len(self._queue) < self._queue_length or self._has_ended
+                )
             self._check_time(time_ns)
             sequence = self._sequences[channel_id - 1]
             self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
-            if self._ended() or not self._has_room():
+            if self._has_ended or len(self._queue) >= self._queue_length:
                 self._dropped[channel_id - 1] += 1
                 return False
             message = Stored(channel_id, time_ns, data, sequence)
@@ -169,7 +171,7 @@ class Recorder:
         with self._lock:
             self._check_time(time_ns)
             repeated = [each._replace(time_ns=time_ns) for each in self._latched.values()]
-            if not self._ended():
+            if not self._has_ended:
                 self._queue.append(PartMark(attachments or {}, repeated))
 
     def continue_numbers(self, sequences: Mapping[str, int]) -> None:
@@ -206,11 +208,9 @@ class Recorder:
             )
         self._last_ns = time_ns
 
-    def _ended(self) -> bool:
+    @property
+    def _has_ended(self) -> bool:
         return self._closed or self.error is not None
-
-    def _has_room(self) -> bool:
-        return len(self._queue) < self._queue_length
 
     def _run(self) -> None:
         """Be the writing thread: every failure ends here and is kept to be read."""
@@ -227,7 +227,14 @@ class Recorder:
                 self._files.keep()
             self._files.finish()
         except Exception as error:  # noqa: BLE001 - a thread has nobody to raise to
-            self._fail(error)
+            with self._lock:  # what waits is lost, and nobody waits for room any more
+                self.error = error
+                for lost in self._queue:
+                    if isinstance(lost, Stored):
+                        self._dropped[lost.channel_id - 1] += 1
+                self._queue.clear()
+                self._changed.notify_all()
+            self._files.abandon()
 
     def _await_work(self) -> bool:
         """Sleep until there is work; False when all is written and the recorder closed."""
@@ -242,14 +249,3 @@ class Recorder:
         """Say what of each topic was lost on the way here."""
         counts = zip(self._topics, self._dropped, strict=True)
         return {f'dropped {topic}': str(count) for topic, count in counts}
-
-    def _fail(self, error: Exception) -> None:
-        """Give up writing: what waits is lost, and nobody waits for room any more."""
-        with self._lock:
-            self.error = error
-            for message in self._queue:
-                if isinstance(message, Stored):
-                    self._dropped[message.channel_id - 1] += 1
-            self._queue.clear()
-            self._changed.notify_all()
-        self._files.abandon()

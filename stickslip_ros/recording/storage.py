@@ -88,8 +88,21 @@ class McapFile:
             )
             self._writer.start(PROFILE)
             self.attach(attachments)
-            self._add_metadata(metadata)
-            self._announce(channels)
+            self._describe(metadata)
+            schemas = {
+                name: self._writer.register_schema(name, 'ros2msg', SCHEMAS[name].encode())
+                for name in dict.fromkeys(channel.type_name for channel in channels)
+            }
+            for channel in channels:  # in the first chunk, and in the summary
+                self._writer.register_channel(
+                    channel.topic,
+                    'cdr',
+                    schemas[channel.type_name],
+                    {
+                        'offered_qos_profiles': channel.qos.to_yaml(),
+                        'topic_type_hash': TYPE_HASHES[channel.type_name],
+                    },
+                )
             self._stream.flush()
         except BaseException as error:
             self.abandon()
@@ -105,24 +118,7 @@ class McapFile:
             finally:
                 os.close(folder)
 
-    def _announce(self, channels: Sequence[Channel]) -> None:
-        """Say which topics there are: at the beginning of the first chunk, and in the summary."""
-        schemas = {
-            name: self._writer.register_schema(name, 'ros2msg', SCHEMAS[name].encode())
-            for name in dict.fromkeys(channel.type_name for channel in channels)
-        }
-        for channel in channels:
-            self._writer.register_channel(
-                channel.topic,
-                'cdr',
-                schemas[channel.type_name],
-                {
-                    'offered_qos_profiles': channel.qos.to_yaml(),
-                    'topic_type_hash': TYPE_HASHES[channel.type_name],
-                },
-            )
-
-    def _add_metadata(self, metadata: Metadata) -> None:
+    def _describe(self, metadata: Metadata) -> None:
         for name, entries in metadata.items():
             self._writer.add_metadata(name, dict(entries))
 
@@ -157,7 +153,7 @@ class McapFile:
 
     def finish(self, metadata: Metadata) -> None:
         """Write closing metadata, the last chunk, the summary and the end; close the file."""
-        self._add_metadata(metadata)
+        self._describe(metadata)
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._stream.flush()
         self._sync()

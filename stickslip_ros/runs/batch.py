@@ -60,18 +60,17 @@ def run_batch(
     """
     Run a task for every case and return the rows in the order of the cases.
 
-    Raises Interrupted if Ctrl-C was pressed: begun cases, in threads, end as soon as they heed it
-    or are done, and what is done is kept, StickSlipError if a case is refused, the journal cannot
-    be written or the cluster fails; what was finished before is kept, MissingExtra, ClusterError
-    if Dask is not installed; if the scheduler does not answer or goes away, has no workers, or its
-    workers another version of the package.
+    Cases of the journal are not run again; the others are appended to it as they end. They run in
+    as many threads as there are ``workers`` (0: one per core), in an ``executor`` of many batches,
+    or on the workers of a Dask ``scheduler``, then the task must be a function of a module.
+
+    What is done is kept if Interrupted is raised (after Ctrl-C, as soon as the begun cases heed
+    it), or StickSlipError: a case is refused, the journal cannot be written, Dask is missing
+    (MissingExtra), or its cluster fails or has another version of the package (ClusterError).
 
     """
     rows: dict[int, Any] = dict(journal.rows) if journal else {}
-
-    def tell() -> None:
-        if progress is not None:
-            progress(len(rows), len(cases))
+    show = progress or (lambda *_: None)
 
     def keep(index: int, row: Any) -> None:
         if index in rows:
@@ -79,11 +78,11 @@ def run_batch(
         if journal is not None:
             journal.append(index, row)
         rows[index] = row
-        tell()
+        show(len(rows), len(cases))
 
     todo = [index for index in range(len(cases)) if index not in rows]
     try:
-        tell()
+        show(len(rows), len(cases))
         if todo:
             chosen = nullcontext(executor) if executor else executor_of(workers, scheduler)
             with chosen as to_use:
@@ -119,7 +118,11 @@ def _run(
     try:
         submit(SUBMITTED_MAX)
         while futures:
-            future = _next(ended)
+            future = None
+            while future is None:
+                heed_stop()
+                with suppress(Empty):
+                    future = ended.get(timeout=LOOK_S)
             keep(futures[future], future.result())
             del futures[future]
             submit(1)
@@ -130,14 +133,6 @@ def _run(
             if not future.cancelled() and future.exception() is None:
                 keep(futures[future], future.result())
         raise
-
-
-def _next(ended: 'SimpleQueue[Future[Any]]') -> 'Future[Any]':
-    """Wait for a case to end, as long as nobody asks the batch to end."""
-    while True:
-        heed_stop()
-        with suppress(Empty):
-            return ended.get(timeout=LOOK_S)
 
 
 class ClusterError(StickSlipError):

@@ -82,15 +82,25 @@ def replay(
     recording = Recording(source)
     parameters = recorded_stand(recording)
     first_ns, last_ns = _span(recording)
-    is_middle = first_ns > parameters.block_ns
-    start = (
-        None if from_rest else _restored(recording, changes or {}, first_ns if is_middle else 0)
-    )
+    start = None
+    if not from_rest and CHECKPOINT_FILE in recording.attachments:
+        start = Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes or {})
+    elif not from_rest and first_ns > parameters.block_ns:
+        problem = f'begins {first_ns * NANO:g} s into the run, in a state that nobody recorded'
+        hint = 'replay all of it, or start from rest instead (--from-rest), which is not the same'
+        raise RecordingError(recording.path, problem, hint)
     begin_ns = 0 if start else first_ns - parameters.block_ns
     lasts_ns = last_ns - first_ns + parameters.block_ns
     due = [TimedRequest(at_ns - begin_ns, each) for at_ns, each in recorded_requests(recording)]
     stand = parameters.updated(changes or {})
-    changed = _changed(parameters, stand, changes or {})
+    before, after = parameters.flat(), stand.flat()
+    changed: dict[str, object] = {
+        name: after[name] for name in changes or {} if after[name] != before[name]
+    }
+    if 'fault.schedule' in changed:
+        limit = 'without effect: a replay takes its faults from the recording'
+        hint = 'leave it away, or record a new run with it'
+        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, hint)
     channels = channels_of(recording)  # as they were recorded, and those of the new stand only
     for key, channel in recorded_channels(stand).items():
         channels.setdefault(key, channel)
@@ -115,34 +125,6 @@ def replay(
         other_sources=recording.metadata[RUN_RECORD].get(SOURCES) != sources_digest(),
         **_end_of(again, lasts_ns),
     )
-
-
-def _restored(
-    recording: Recording, changes: Mapping[str, object], missing_ns: int
-) -> Bench | None:
-    """Return the bench as the recording begins; none at rest, where nothing is missing."""
-    if CHECKPOINT_FILE in recording.attachments:
-        return Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes)
-    if not missing_ns:
-        return None
-    problem = f'begins {missing_ns * NANO:g} s into the run, in a state that nobody recorded'
-    hint = 'replay the whole run, or start from rest instead (--from-rest), which is not the same'
-    raise RecordingError(recording.path, problem, hint)
-
-
-def _changed(
-    recorded: Parameters, stand: Parameters, changes: Mapping[str, object]
-) -> dict[str, object]:
-    """Return what differs on a stand; of faults the recording itself tells."""
-    before, after = recorded.flat(), stand.flat()
-    changed: dict[str, object] = {
-        name: after[name] for name in changes if after[name] != before[name]
-    }
-    if 'fault.schedule' in changed:
-        limit = 'without effect: a replay takes its faults from the recording'
-        hint = 'leave it away, or record a new run with it'
-        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, hint)
-    return changed
 
 
 def replay_input(
@@ -267,10 +249,6 @@ def read_drive_input(
     else:
         needed = (VOLTAGE, FOOT)
         columns = read_experiment(path, reading, kind=OVER_TIME, measured=needed).columns
-    return _as_input(path, columns, stand)
-
-
-def _as_input(path: Path, columns: dict[str, Array], stand: Parameters) -> DriveInput:
     if TIME not in columns or (VOLTAGE not in columns and FOOT not in columns):
         raise RecordingError(path, f'has no {VOLTAGE} and no {FOOT} over {TIME}', HINT)
     time_s = columns[TIME] - columns[TIME][:1]

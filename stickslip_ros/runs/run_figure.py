@@ -46,7 +46,7 @@ from stickslip_ros.runs.recorded_run import (
     events_within,
     recorded_commands,
     recorded_series,
-    status_since_s,
+    timed_messages,
 )
 from stickslip_ros.units import NM, display_unit
 
@@ -153,7 +153,7 @@ def draw_run(
         tuple(each for each in commands if shown.start_s <= each.time_s <= shown.end_s),
         tuple(events_within(recording, shown)),
         tuple(bits_within(recording, shown)),
-        status_since_s(recording),
+        next((time_s for time_s, _ in timed_messages(recording, 'status')), None),
     )
     falls_s = fall_times_s(inside['voltage_v']) if with_steps and 'voltage_v' in inside else []
     with_steps = len(falls_s) >= STEPS and {'position_m', 'foot_m'} <= inside.keys()

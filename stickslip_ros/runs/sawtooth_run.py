@@ -4,6 +4,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -233,72 +234,60 @@ def simulate(
         frequency_hz = SAWTOOTH_HZ if frequency_hz is None else frequency_hz
         request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
     else:
-        rows = np.asarray(waveform, dtype=np.float64)
-        request, voltage_v, frequency_hz = _stretched(parameters, rows, frequency_hz, steps)
-    folder = Path(tempfile.mkdtemp(prefix='stickslip-')) if is_recorded and not path else None
-    file = folder / 'run.mcap' if folder else Path(path) if path else None
+        cycle = np.asarray(waveform, dtype=np.float64)
+        request, frequency_hz = _stretched(parameters, cycle, frequency_hz, steps)
+        voltage_v = float(np.ptp(request.values[1::2]))
+    wave = check_request(request, parameters)
+    stand = start_on_wave(parameters, wave)
+    grid_ns, folder, file = stand.trace_period_ns, None, Path(path) if path else None
+    Bench(stand).update(stand.block_ns)  # compiles, so that wall_s does not: 2 ms
+    if file is None and is_recorded:
+        folder = Path(tempfile.mkdtemp(prefix='stickslip-'))
+        file = folder / 'run.mcap'
+    elif file is None:
+        grid_ns = stand.block_ns
+        if stand.trace.period <= (spec_of('sim.block').maximum or 0.0):
+            # What nobody records is looked at seldom.
+            stand = stand.updated({'sim.block': stand.trace.period})
+    bench = Bench(stand)
+    start_s = time.perf_counter()
     try:
-        with progress_of(progress, 'steps') as show:
-            ran = _run(parameters, request, voltage_v, frequency_hz, steps, file, show)
+        with (
+            progress_of(progress, 'steps') as show,
+            RunWriter(file, stand, wait=True) if file else nullcontext() as writer,
+        ):
+            run = ReportingBench(stand, writer=writer, bench=bench) if writer else bench
+            ramps = _drive(bench, run.update, request, steps, frequency_hz, grid_ns, show)
     except BaseException:
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
         raise
-    return Run(file, ran, folder)
+    wall_s, simulated_s = time.perf_counter() - start_s, bench.time_ns * NANO
+    result = SawtoothRun(
+        preload_n=stand.stand.preload,
+        voltage_v=voltage_v,
+        amplitude_m=voltage_v * stand.actuator.gain,
+        frequency_hz=frequency_hz,
+        simulated_s=simulated_s,
+        wall_s=wall_s,
+        real_time_factor=simulated_s / wall_s,
+        recording=str(file or ''),
+        **_read_off(bench.plant, ramps, bench.ledger, wave),
+    )
+    return Run(file, result, folder)
 
 
 def _stretched(
     parameters: Parameters, rows: Array, frequency_hz: float | None, steps: int
-) -> tuple[Request, float, float]:
-    """Return what asks for a wave at a frequency, its voltage peak to peak, its frequency."""
+) -> tuple[Request, float]:
+    """Return what asks for so many cycles of a wave at a frequency, and that frequency."""
     wave = check_request(Request('waveform', tuple(np.ravel(rows))), parameters)
     if frequency_hz is None:
         frequency_hz = 1.0 / wave.period_s
     elif not 0.0 < frequency_hz < np.inf:
         raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
     stretched = wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0))
-    request = Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps)
-    return request, float(np.ptp(stretched[:, 1])), frequency_hz
-
-
-def _run(
-    parameters: Parameters,
-    request: Request,
-    voltage_v: float,
-    frequency_hz: float,
-    steps: int,
-    path: Path | None,
-    progress: Progress,
-) -> SawtoothRun:
-    """Carry out a request that has so many steps, from rest; 0 goes on until the steady state."""
-    wave = check_request(request, parameters)
-    parameters = start_on_wave(parameters, wave)
-    Bench(parameters).update(parameters.block_ns)  # compiles, so that wall_s does not: 2 ms
-    if path is None:
-        bench = Bench(_in_long_blocks(parameters))
-        start_s = time.perf_counter()
-        ramps = _drive(
-            bench, bench.update, request, steps, frequency_hz, parameters.block_ns, progress
-        )
-    else:
-        start_s = time.perf_counter()
-        with RunWriter(path, parameters, wait=True) as writer:
-            run = ReportingBench(parameters, writer=writer)
-            bench = run.bench
-            grid_ns = parameters.trace_period_ns
-            ramps = _drive(bench, run.update, request, steps, frequency_hz, grid_ns, progress)
-    wall_s, simulated_s = time.perf_counter() - start_s, bench.time_ns * NANO
-    return SawtoothRun(
-        preload_n=parameters.stand.preload,
-        voltage_v=voltage_v,
-        amplitude_m=voltage_v * parameters.actuator.gain,
-        frequency_hz=frequency_hz,
-        simulated_s=simulated_s,
-        wall_s=wall_s,
-        real_time_factor=simulated_s / wall_s,
-        recording=str(path) if path else '',
-        **_read_off(bench.plant, ramps, bench.ledger, wave),
-    )
+    return Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps), frequency_hz
 
 
 def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
@@ -313,14 +302,6 @@ def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
     if not isinstance(parameters.amplifier.voltage_initial, Unchosen):
         return parameters
     return parameters.updated({'amplifier.voltage_initial': wave.start_v})
-
-
-def _in_long_blocks(parameters: Parameters) -> Parameters:
-    """Return parameters with the longest blocks: what nobody records is looked at seldom."""
-    longest_s = parameters.trace.period
-    if longest_s > (spec_of('sim.block').maximum or 0.0):
-        return parameters
-    return parameters.updated({'sim.block': longest_s})
 
 
 def _drive(
@@ -361,10 +342,18 @@ def _drive(
 
 def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
     """Return what a result says of the log of its ramps, and its energy balance."""
-    mean_n = mean_force_n(plant, ramps)
+    mean_n = net_n = force_at_n(plant, ramps[-1, RAMP_MEAN])
+    if mean_n:
+        contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
+        stick_n_per_m = {MDR: contact.curve.cells[0, 1], COULOMB: np.inf}.get(
+            int(contact.law.number), contact.law.bristle_n_per_m
+        )
+        # The load cell in series with the sticking contacts follows the mean way of the feet.
+        following_n_per_m = float(1.0 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m))
+        net_n -= following_n_per_m * (float(plant.gain_m_per_v) * mean_rise_v(wave))
     return {
         'force_mean_n': mean_n,
-        'force_net_n': net_force_n(plant, mean_n, wave),
+        'force_net_n': net_n,
         'force_ramp_start_n': force_at_n(plant, ramps[-1, RAMP_START]),
         'step_length_m': step_length_m(ramps),
         'steady': is_steady(plant, ramps),
@@ -379,7 +368,7 @@ def is_steady(plant: Record, ramps: Array) -> bool:
         return False
     is_free = not (plant.cell_n_per_m > 0.0 or plant.walls.cell_n_per_m > 0.0)
     earlier, before, now = (
-        step_length_m(part) if is_free else mean_force_n(plant, part)
+        step_length_m(part) if is_free else force_at_n(plant, part[-1, RAMP_MEAN])
         for part in (ramps[: -2 * STEADY_WINDOW], ramps[:-STEADY_WINDOW], ramps)
     )
     if plant.walls.cell_n_per_m > 0.0 and now <= 0.0:
@@ -387,26 +376,6 @@ def is_steady(plant: Record, ramps: Array) -> bool:
     change, change_before = abs(now - before), abs(before - earlier)
     is_near = change**2 <= STEADY_ERROR * abs(now) * (change_before - change)
     return bool(is_near or change <= STEADY_ROUNDING * abs(now))
-
-
-def mean_force_n(plant: Record, ramps: Array) -> float:
-    """Return the force in the load cell at the mean position of the last cycle, N."""
-    return force_at_n(plant, ramps[-1, RAMP_MEAN])
-
-
-def net_force_n(plant: Record, mean_n: float, wave: Wave) -> float:
-    """Return a mean force without elastic following along the mean way of the feet, N."""
-    following_m = float(plant.gain_m_per_v) * mean_rise_v(wave)
-    return mean_n - following_n_per_m(plant) * following_m if mean_n else 0.0
-
-
-def following_n_per_m(plant: Record) -> float:
-    """Return the stiffness of a load cell in series with the sticking contacts, N/m."""
-    contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
-    stick_n_per_m = {MDR: contact.curve.cells[0, 1], COULOMB: np.inf}.get(
-        int(contact.law.number), contact.law.bristle_n_per_m
-    )
-    return float(1.0 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m))
 
 
 def force_at_n(plant: Record, position_m: float) -> float:

@@ -115,7 +115,10 @@ class Sweep:
         for values, cases in itertools.groupby(self.cases(), lambda case: case.values):
             there = self.parameters.updated(dict(values))
             for case in cases:
-                _check_wave(there, case)
+                FREQUENCY.check('frequency', case.frequency_hz)
+                # An amplitude of 0 makes no steps; its frequency is checked with the next one.
+                if (voltage_v := voltage_for(there, case.amplitude_m)) > 0.0:
+                    check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), there)
 
     def cases(self) -> list[SweepCase]:
         """Return the full Cartesian product, in the order of the table."""
@@ -184,7 +187,13 @@ def sweep(
     if 'amplitude_m' not in values:
         raise WrongKind('values', sorted(values), 'a sweep', 'give amplitude_m, the stroke in m')
     given = {'frequency_hz': FREQUENCY.default, **values}
-    axes = {name: _axis(name, each) for name, each in given.items()}
+    axes = {}
+    for name, each in given.items():
+        spec = SPECS.get(name) or spec_of(name)
+        plain: Any = each.tolist() if isinstance(each, np.ndarray | np.generic) else each
+        is_one = isinstance(plain, str) or not isinstance(plain, Iterable)
+        checked = (spec.check(name, value) for value in ([plain] if is_one else plain))
+        axes[name] = Axis(name, tuple(checked))
     chosen = Sweep(
         parameters=parameters,
         varied=tuple(axis for name, axis in axes.items() if name not in SPECS),
@@ -198,22 +207,6 @@ def sweep(
         frame: DataFrame = pd.DataFrame(run_sweep(chosen, workers=workers, progress=show))
     frame.attrs['parameters'] = parameters.flat()
     return frame
-
-
-def _axis(name: str, given: Iterable[Scalar] | Scalar) -> Axis:
-    spec = SPECS.get(name) or spec_of(name)
-    plain: Any = given.tolist() if isinstance(given, np.ndarray | np.generic) else given
-    is_one = isinstance(plain, str) or not isinstance(plain, Iterable)
-    values = [plain] if is_one else list(plain)
-    return Axis(name, tuple(spec.check(name, value) for value in values))
-
-
-def _check_wave(parameters: Parameters, case: SweepCase) -> None:
-    FREQUENCY.check('frequency', case.frequency_hz)
-    # An amplitude of 0 makes no steps; its frequency is checked with the next one there is.
-    voltage_v = voltage_for(parameters, case.amplitude_m)
-    if voltage_v > 0.0:
-        check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), parameters)
 
 
 def parse_axis(name: str, text: str, spec: Spec) -> Axis:

@@ -53,7 +53,10 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
     described = {VERSION: stickslip_ros.__version__, PARAMETERS: json.dumps(parameters.flat())}
     with replacing(path) as part:
         if path.suffix == PARQUET:
-            _write_parquet(rows, part, described)
+            pyarrow = load_extra('a Parquet file', 'pyarrow')
+            parquet = load_extra('a Parquet file', 'pyarrow.parquet')
+            table = pyarrow.table({name: [row[name] for row in rows] for name in rows[0]})
+            parquet.write_table(table.replace_schema_metadata(described), part)
             return
         with part.open('w', newline='', encoding='utf-8') as file:
             file.writelines(f'{COMMENT}{name}: {text}\n' for name, text in described.items())
@@ -95,13 +98,6 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
 
 def _is_comment(line: str) -> bool:
     return line.startswith(COMMENT)
-
-
-def _write_parquet(rows: Sequence[Row], path: Path, metadata: Mapping[str, str]) -> None:
-    pyarrow = load_extra('a Parquet file', 'pyarrow')
-    parquet = load_extra('a Parquet file', 'pyarrow.parquet')
-    table = pyarrow.table({name: [row[name] for row in rows] for name in rows[0]})
-    parquet.write_table(table.replace_schema_metadata(metadata), path)
 
 
 def read_parquet(path: Path, hint: str) -> Any:

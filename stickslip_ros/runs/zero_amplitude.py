@@ -10,7 +10,6 @@ amplitude from which force is generated.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -116,13 +115,17 @@ def zero_amplitude(
     full_m, done = full_stroke_m(free), 0
     with progress_of(progress, 'runs') as show:
 
-        def tell(new: int, _: int) -> None:
+        def step_m(amplitude_m: float) -> float:
+            """Return the net motion per step in the direction of the drive, m."""
+            run = run_drive(free, amplitude_m, frequency_hz, steps)
+            return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
+
+        def count(new: int, _: int) -> None:
             show(done + new, SCAN_POINTS + BISECTIONS + FIT_POINTS)
 
         def step_lengths_m(amplitudes_m: Array) -> Array:
             nonlocal done
-            task = partial(_step, free, frequency_hz, steps)
-            steps_m = run_batch(task, amplitudes_m.tolist(), workers=workers, progress=tell)
+            steps_m = run_batch(step_m, amplitudes_m.tolist(), workers=workers, progress=count)
             done += len(steps_m)
             return np.array(steps_m)
 
@@ -182,12 +185,6 @@ def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: floa
         middle_m = 0.5 * (below_m + above_m)
         below_m, above_m = (below_m, middle_m) if has_begun(middle_m) else (middle_m, above_m)
     return above_m
-
-
-def _step(parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float) -> float:
-    """Return the net motion per step of a free runner in the direction of the drive, m."""
-    run = run_drive(parameters, amplitude_m, frequency_hz, steps)
-    return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
 
 
 def _first_step_m(step_lengths_m: Callable[[Array], Array], full_m: float) -> float:

@@ -136,12 +136,6 @@ def map_hint(name: str, header: str, unit: str = '') -> str:
     return f'--map {name}="{shown}"'
 
 
-def unit_question(name: str, header: str, spec: Spec) -> str:
-    """Ask whether a quantity is in the unit that one expects in a laboratory."""
-    unit = LIKELY[spec.unit]
-    return f'is it {unit}? give it by {map_hint(name, header, unit)}'
-
-
 def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
     """Return the quantity that a name means, of two meanings that of its unit."""
     name = _plain(bare)

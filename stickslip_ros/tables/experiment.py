@@ -17,6 +17,7 @@ from stickslip_ros.files import read_bytes, replacing
 from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, Spec, spec_of
 from stickslip_ros.process.stopping import heed_stop
 from stickslip_ros.tables.columns import (
+    LIKELY,
     SIGMA,
     Column,
     find_columns,
@@ -24,7 +25,6 @@ from stickslip_ros.tables.columns import (
     map_hint,
     suggestion,
     understood,
-    unit_question,
 )
 from stickslip_ros.tables.layout import HEAD_BYTES, TextForm, layout_of, to_number
 
@@ -115,15 +115,6 @@ class Reading:
                 raise UnknownName('column of --map', name, f'known are, {known}')
         for preload_n in self.preloads_n:
             POINT_COLUMNS['preload_n'].check('--preload', preload_n)
-
-    def check_kind(self, kind: str, where: str) -> None:
-        """Refuse what a table of a kind does not have."""
-        useless = [f'--map {name}=' for name in self.headers if name not in COLUMNS[kind]]
-        if self.preloads_n and kind == OVER_TIME:
-            useless.append('--preload')
-        if useless:
-            problem = f'{useless[0]} is without effect on an {kind}'
-            raise RecordingError(where, problem, 'leave it away')
 
     def check_count(self, tables: int) -> None:
         """Refuse more preloads than there are tables."""
@@ -222,7 +213,11 @@ def _read(
 ) -> Experiment:
     where = f'{origin}: line {layout.header or layout.first}'
     kind = kind or _kind(layout, reading, where)
-    reading.check_kind(kind, where)
+    useless = [f'--map {name}=' for name in reading.headers if name not in COLUMNS[kind]]
+    useless += ['--preload'] * bool(reading.preloads_n and kind == OVER_TIME)
+    if useless:
+        problem = f'{useless[0]} is without effect on an {kind}'
+        raise RecordingError(where, problem, 'leave it away')
     names, aside = find_columns(layout, COLUMNS[kind], reading.headers, where)
     preload_n = reading.preload_n(number)
     if preload_n is not None and 'preload_n' in names:
@@ -237,7 +232,13 @@ def _read(
     for column in chosen:
         _check_values(column, values[column.name], lines, COLUMNS[kind][column.name], origin)
     if kind == OVER_TIME:
-        _check_rising(values['time_s'], lines, origin)
+        wrong = np.flatnonzero(np.diff(values['time_s']) <= 0.0)
+        if len(wrong):
+            before_s, time_s = map(float, values['time_s'][wrong[0] :][:2])
+            limit = f'not after the {before_s:.9g} s of the row before'
+            place = f'{origin}: line {lines[wrong[0] + 1]}, column time_s:'
+            hint = 'sort the rows, and keep one per time'
+            raise OutOfRange(place, time_s, 's', limit, hint)
     if preload_n is not None:
         values = {'preload_n': np.full(len(lines), preload_n), **values}
     firsts = [dataclasses.replace(each, first=float(values[each.name][0])) for each in chosen]
@@ -288,26 +289,23 @@ def _numbers(
 ) -> tuple[dict[str, Array], Lines]:
     """Return the columns in SI units, and the line of each row; blank lines are no rows."""
     parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
-    lines = []
+    lines, named = [], 1 + max(at for at, name in enumerate(layout.names) if name)
     for first, chunk in _chunks(source, layout, origin):
         heed_stop()
-        _check_unnamed(chunk, first, layout, origin)
+        beyond = np.flatnonzero(chunk.iloc[:, named:].notna().any(axis=1).to_numpy())
+        if len(beyond):
+            problem = f'has more values than the {named} columns with names'
+            raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_EACH)
         kept = chunk.iloc[:, [column.index for column in chosen]].notna().any(axis=1).to_numpy()
         lines.append(first + np.flatnonzero(kept))
         for column in chosen:
             cells = chunk[column.index][kept]
             values = _to_floats(cells, lines[-1], layout.decimal, column, origin)
-            parts[column.name].append(_scaled(values, column.factor))
+            # In SI, 60 nm become the number that 60e-9 is, as a division rounds once.
+            factor, divisor = column.factor, round(1.0 / column.factor)
+            is_exact = divisor and divisor * factor == 1.0
+            parts[column.name].append(values / divisor if is_exact else values * factor)
     return {name: np.concatenate(each) for name, each in parts.items()}, np.concatenate(lines)
-
-
-def _check_unnamed(chunk: Any, first: int, layout: TextForm, origin: str) -> None:
-    """Refuse a row that goes on behind the last column with a name."""
-    named = max(at for at, name in enumerate(layout.names) if name)
-    beyond = np.flatnonzero(chunk.iloc[:, named + 1 :].notna().any(axis=1).to_numpy())
-    if len(beyond):
-        problem = f'has more values than the {named + 1} columns with names'
-        raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_EACH)
 
 
 def _chunks(source: Path | io.BytesIO, layout: TextForm, origin: str) -> Iterator[tuple[int, Any]]:
@@ -335,21 +333,19 @@ def _chunks(source: Path | io.BytesIO, layout: TextForm, origin: str) -> Iterato
                 yield line, chunk
                 line += len(chunk)
     except pd.errors.ParserError as error:
-        raise RecordingError(*_fault(str(error), layout, origin)) from None
+        where, problem = f'{origin}: below line {layout.first}', f'is no table ({error})'
+        hint = 'save it again as CSV'
+        if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', str(error)):
+            where, hint = f'{origin}: line {found[2]}', ONE_EACH
+            problem = f'has {found[3]} values, the lines above {found[1]}'
+        elif found := re.search(r'EOF inside string starting at row (\d+)', str(error)):
+            where = f'{origin}: line {layout.first + int(found[1])}'
+            problem = 'begins a quotation that does not end'
+            hint = 'take the quotation mark away'
+        raise RecordingError(where, problem, hint) from None
     except UnicodeDecodeError as error:
         problem = f'is not {layout.encoding} throughout (byte {error.object[error.start]:#x})'
         raise RecordingError(f'{origin}: after line {line}', problem, 'save it in UTF-8') from None
-
-
-def _fault(told: str, layout: TextForm, origin: str) -> tuple[str, str, str]:
-    """Return place, problem and hint of what pandas refuses to split into columns."""
-    if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', told):
-        problem = f'has {found[3]} values, the lines above {found[1]}'
-        return f'{origin}: line {found[2]}', problem, ONE_EACH
-    if found := re.search(r'EOF inside string starting at row (\d+)', told):
-        where = f'{origin}: line {layout.first + int(found[1])}'
-        return where, 'begins a quotation that does not end', 'take the quotation mark away'
-    return f'{origin}: below line {layout.first}', f'is no table ({told})', 'save it again as CSV'
 
 
 def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
@@ -370,12 +366,6 @@ def _place(origin: str, line: int, column: Column) -> str:
     return f'{origin}: line {line}, column {column.header or column.name}:'
 
 
-def _scaled(values: Array, factor: float) -> Array:
-    """Return values in SI; 60 nm become the number that 60e-9 is, as a division rounds once."""
-    divisor = round(1.0 / factor)
-    return values / divisor if divisor and divisor * factor == 1.0 else values * factor
-
-
 def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origin: str) -> None:
     """Refuse the first value outside of its limits; too large a one may have another unit."""
     below = values < (-np.inf if spec.minimum is None else spec.minimum)
@@ -388,19 +378,10 @@ def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origi
     where = _place(origin, lines[wrong[0]], column)
     if above[wrong[0]]:
         limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
-        hint = unit_question(column.name, column.header, spec)
+        unit = LIKELY[spec.unit]
+        hint = f'is it {unit}? give it by {map_hint(column.name, column.header, unit)}'
     elif is_sigma:
         limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
     else:
         limit, hint = f'below the minimum {spec.minimum:g} {spec.unit}', 'correct the row'
     raise OutOfRange(where, value, spec.unit, limit, hint)
-
-
-def _check_rising(time_s: Array, lines: Lines, origin: str) -> None:
-    wrong = np.flatnonzero(np.diff(time_s) <= 0.0)
-    if len(wrong):
-        index = int(wrong[0]) + 1
-        where = f'{origin}: line {lines[index]}, column time_s:'
-        limit = f'not after the {time_s[index - 1]:.9g} s of the row before'
-        hint = 'sort the rows, and keep one per time'
-        raise OutOfRange(where, float(time_s[index]), 's', limit, hint)

@@ -14,17 +14,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from stickslip_ros.units import unit_of
+
 TABLES = tuple(Path(__file__).parent / name for name in ('references.csv', 'foreign.csv'))
-UNITS = {
-    '_n_per_m': 'N/m',
-    '_pa': 'Pa',
-    '_m2': 'm^2',
-    '_m': 'm',
-    '_n': 'N',
-    '_j': 'J',
-    '_s': 's',
-}
-"""Units by the ends of quantities."""
 
 
 class Reference(NamedTuple):
@@ -51,7 +43,7 @@ class Reference(NamedTuple):
     @property
     def unit(self) -> str:
         """The SI unit; empty for a pure number."""
-        return next((UNITS[end] for end in UNITS if self.quantity.endswith(end)), '')
+        return unit_of(self.quantity)
 
     @property
     def is_compared(self) -> bool:
