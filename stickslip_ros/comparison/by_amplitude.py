@@ -31,10 +31,8 @@ MODEL, SWEEP = 'model', 'sweep'
 PRELOAD, FREQUENCY, FORCE = 'preload_n', 'frequency_hz', 'force_n'
 MEASURED = (FORCE, 'step_length_m', 'energy_loss_per_step_j')
 NO_SETTINGS = {each for name in (AMPLITUDE, *MEASURED) for each in (name, sigma_name(name))}
-RENAMED = {'force_mean_n': FORCE}
-"""Columns of a sweep that have another name in an experiment."""
-SAME = 1e-9
-"""Relative difference up to which two typed numbers are the same."""
+RENAMED = {'force_mean_n': FORCE}  # columns of a sweep that have another name in an experiment
+SAME = 1e-9  # relative difference up to which two typed numbers are the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +86,7 @@ def of_experiment(experiment: Experiment) -> PointTable:
 
 
 def of_sweep(path: Path) -> PointTable:
-    """
-    Return the points of the table that ``stickslip sweep`` wrote.
-
-    Raises StickSlipError if it is damaged.
-
-    """
+    """Return the points of the table that ``stickslip sweep`` wrote."""
     rows, described = read_table(path)
     return _of_rows(rows, str(path), SWEEP, described)
 
@@ -135,12 +128,7 @@ def of_model(
 
 
 def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
-    """
-    Compare every quantity that both tables have: same preload, B interpolated onto A's strokes.
-
-    Raises Incomparable if one varies what the other does not say, or no point of A lies within B.
-
-    """
+    """Compare what both tables have: same settings, B interpolated onto A's strokes."""
     names = [name for name in a.quantities if name in b.quantities]
     if not names:
         problem = f'has {", ".join(b.quantities)}, {a.side.origin} has {", ".join(a.quantities)}'

@@ -26,10 +26,8 @@ NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
 SAMPLES_MAX = 1 << 20
 OVERLAP_MIN = 0.5
 """Share of the shorter run that must overlap: a short overlap correlates by chance."""
-TIED = 1e-9
-"""Coefficients this near are the same; of these lags the smallest counts."""
-NO_SPREAD = 1e-9
-"""Variance, relative to that of the whole run, below which a stretch is constant."""
+TIED = 1e-9  # coefficients this near are the same; of these lags the smallest counts
+NO_SPREAD = 1e-9  # variance, relative to that of the whole run, below which a stretch is constant
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +93,7 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
 
 
 def compare(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
-    """
-    Compare every quantity that both runs have, at A's times within both.
-
-    Raises Incomparable if they share no quantity or no time.
-
-    """
+    """Compare every quantity that both runs have, at A's times within both."""
     return tuple(_compare(a, b, name) for name in _shared(a, b))
 
 

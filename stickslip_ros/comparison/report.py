@@ -32,13 +32,10 @@ PAGES = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
-PIXELS = 800
-"""Points per curve are no more than such a picture can show."""
+PIXELS = 800  # points per curve are no more than such a picture can show
 LEGEND_MAX = 10
-NAME_MAX = 40
-"""Characters of a file name in a legend; of a longer one it shows the end."""
-BARS_MAX = 200
-"""Error bars of more points hide the points."""
+NAME_MAX = 40  # characters of a file name in a legend; of a longer one it shows the end
+BARS_MAX = 200  # error bars of more points hide the points
 
 
 def report_page(comparison: ComparisonReport, command: str) -> str:

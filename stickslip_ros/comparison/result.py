@@ -14,13 +14,10 @@ from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.units import unit_of
 
-AMPLITUDE, TIME = 'amplitude_m', 'time_s'
-"""The two axes along which things are compared."""
-FLANK = (0.1, 0.5)
-"""Shares of the largest force between which a force curve rises almost straight."""
+AMPLITUDE, TIME = 'amplitude_m', 'time_s'  # the two axes along which things are compared
+FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve rises almost straight
 FLANK_POINTS_MIN = 2
-ROUNDING = 1e-12
-"""Relative spread up to which values are one constant with rounding."""
+ROUNDING = 1e-12  # relative spread up to which values are one constant with rounding
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,7 @@ from stickslip_ros.comparison.result import (
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.units import MN, NM, display_unit, with_unit
 
-Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
-"""Title, header, rows."""
+Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, header, rows
 NAMES: Mapping[str, str] = {
     'force_n': 'force',
     'step_length_m': 'step length',
@@ -28,8 +27,7 @@ NAMES: Mapping[str, str] = {
     'foot_m': 'foot displacement',
 }
 NONE = '–'
-OWN = 'own'
-"""Stands for the unit of the quantity."""
+OWN = 'own'  # stands for the unit of the quantity
 NUMBERS = (
     ('points', 'points', 'd', ''),
     ('bias (mean)', 'bias', '.5g', OWN),

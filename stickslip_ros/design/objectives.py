@@ -12,21 +12,15 @@ from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs.zero_amplitude import STEP_MIN_M
 
-COST_MAX = 1e9
-"""Cost of a wave that does not move the runner forwards."""
-RELIABLE_CHANGE = 0.5
-"""Share by which the load may change a reliable step."""
-MISSED_SPEED = 4
-"""Power with which a missed speed counts: more than a vibration gains by it."""
-PENALTY_MAX = 1.02
-"""Penalty up to which a constraint is met."""
+COST_MAX = 1e9  # cost of a wave that does not move the runner forwards
+RELIABLE_CHANGE = 0.5  # share by which the load may change a reliable step
+MISSED_SPEED = 4  # power with which a missed speed counts: more than a vibration gains by it
+PENALTY_MAX = 1.02  # penalty up to which a constraint is met
 LOAD_SHARE, PUSH_SHARE = 0.25, 0.02
 """Shares of the friction limit: the load of a speed over load, the pushes that a step stands."""
-LOAD_STEPS = 3
-"""Intervals between the loads at which a speed over load is looked at, from 0 on."""
+LOAD_STEPS = 3  # intervals between the loads at which a speed over load is looked at, from 0 on
 
-Cycles = Sequence[SteadyCycle]
-"""Steady cycles under the loads of an objective."""
+Cycles = Sequence[SteadyCycle]  # steady cycles under the loads of an objective
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,8 @@ from scipy.interpolate import PchipInterpolator
 
 from stickslip_ros.contact.profile import Array
 
-CURVE_ROWS = 48
-"""Rows of each curved part; a converged answer does not depend on them."""
-TIME, HEIGHT = 0, 1
-"""Columns of the rows of a shape."""
+CURVE_ROWS = 48  # rows of each curved part; a converged answer does not depend on them
+TIME, HEIGHT = 0, 1  # columns of the rows of a shape
 
 
 class Trait(NamedTuple):

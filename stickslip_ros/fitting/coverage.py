@@ -48,13 +48,7 @@ class Coverage:
 def coverage_of(
     fit: Fit, sets: int, *, seed: int = 1, workers: int = 0, progress: Progress | None = None
 ) -> tuple[Coverage, ...]:
-    """
-    Fit synthetic data sets and count the intervals that contain the truth, the fitted stand.
-
-    The noise of each data set is a stream of its own of the seed; workers and progress are those
-    of ``run_batch``. Raises OutOfRange if there are too few data sets, or too many.
-
-    """
+    """Fit synthetic data sets, each with its noise; count the intervals that contain the truth."""
     if not SETS_MIN <= sets <= SETS_MAX:
         limit = f'not from {SETS_MIN} to {SETS_MAX}'
         raise OutOfRange('number of synthetic data sets', sets, '', limit, 'change it')

@@ -25,12 +25,7 @@ CURVE_POINTS = 41
 
 
 def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None:
-    """
-    Draw a fit as PNG, SVG or PDF: the points with error bars, the model, and what it misses.
-
-    Raises UnknownName if the picture is to be of another kind.
-
-    """
+    """Draw a fit as PNG, SVG or PDF: the points with error bars, the model, and what it misses."""
     check_picture(picture)
     figure = new_figure(8.5, 7.0, title)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))

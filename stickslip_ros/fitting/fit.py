@@ -28,21 +28,16 @@ from stickslip_ros.runs.batch import Progress, run_batch
 from stickslip_ros.tables.experiment import Experiment, Reading
 
 STARTS_MAX = 1000
-ROUNDS = 6
-"""Searches with ever more cycles, until they suffice at the minimum."""
-WIDENED_MAX = 4
-"""Times that a search goes on beyond bounds that nobody has given."""
+ROUNDS = 6  # searches with ever more cycles, until they suffice at the minimum
+WIDENED_MAX = 4  # times that a search goes on beyond bounds that nobody has given
 TOLERANCE = 1e-6
 """Relative change of sum of squares, or of coordinates, at which a search ends: a thousandth of
 a standard error."""
-EVALUATIONS_MAX = 60
-"""Steps of a search, from which it is said not to have converged."""
+EVALUATIONS_MAX = 60  # steps of a search, from which it is said not to have converged
 SAME_CHANGE = 0.01
 """Change of chi-square, per its scale, within which two searches found the same minimum."""
-SAME_SHARE = 1e-10
-"""The same as a share of the sum of squares of the data, for data without noise."""
-RIVAL = 3.84
-"""Chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %."""
+SAME_SHARE = 1e-10  # the same as a share of the sum of squares of the data, for data without noise
+RIVAL = 3.84  # chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %
 
 
 @dataclass(frozen=True)

@@ -26,12 +26,10 @@ BOUND_SHARE = 1e-3
 """Share of the range, in coordinates, within which a parameter sits on its bound."""
 STEPS_MIN, STEPS_MAX = 100, 6400
 """Cycles of a run; doubled from the one up to the other, until the force is steady."""
-STEADY_SHARE = 0.01
-"""Share of a standard error by which twice as many cycles may change a force."""
+STEADY_SHARE = 0.01  # share of a standard error by which twice as many cycles may change a force
 STEADY_FORCE = 1e-5
 """The same as a share of the largest force, where standard errors are not known."""
-SMALLEST_SHARE = 1e-7
-"""Share of the largest force below which no change of a force counts."""
+SMALLEST_SHARE = 1e-7  # share of the largest force below which no change of a force counts
 RUNS_KEPT = 4096
 """Runs kept: differences to one side need the forces that the search has just asked for, and all
 synthetic data sets start at the same place."""
@@ -185,13 +183,7 @@ def read_points(
     reading: Reading = AS_IT_IS,
     steps: int = 0,
 ) -> Points:
-    """
-    Read an experiment by amplitude, from one file or several.
-
-    Raises StickSlipError if a file cannot be read, has no forces, or all forces are 0; or steps
-    are below 0.
-
-    """
+    """Read an experiment by amplitude; forces were read after so many ``steps``, 0: steady."""
     if steps < 0:
         raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for steady forces')
     paths = [Path(each) for each in ([path] if isinstance(path, str | Path) else path)]
@@ -214,13 +206,7 @@ def read_points(
 
 
 def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Problem:
-    """
-    Return the problem of a fit, with cycles enough for its starting values.
-
-    Raises OutOfRange if there are too few points, or the stand has no force to fit, StickSlipError
-    if the stand cannot make one of the points.
-
-    """
+    """Return the problem of a fit, with cycles enough for its starting values."""
     least, what = len(free), 'one for each free parameter'
     if points.sigma_n is None:
         least, what = least + 1, f'{what} and one for the standard error of the points'

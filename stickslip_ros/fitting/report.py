@@ -21,8 +21,7 @@ CORRELATED = 0.95
 CONDITION_MAX = 30.0
 """Condition number from which parameters are collinear (Belsley, Kuh, Welsch 1980)."""
 P_VALUE_MIN = 0.01
-SHOWN = 0.1
-"""Part of a combination from which a parameter is named."""
+SHOWN = 0.1  # part of a combination from which a parameter is named
 
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:

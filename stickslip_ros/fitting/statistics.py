@@ -13,16 +13,13 @@ from stickslip_ros.parameters import spec_of
 
 Flags = NDArray[np.bool_]
 
-PURPOSE = 'a fit'
-"""What needs SciPy, for the refusal where it is missing."""
-LEVEL = 0.95
-"""Confidence of the intervals."""
+PURPOSE = 'a fit'  # what needs SciPy, for the refusal where it is missing
+LEVEL = 0.95  # confidence of the intervals
 EFFECT = 1e-5
 """Share of the forces that one e-fold, or the whole range, must change: the noise of a slope."""
 RANK = 1e-5
 """Singular value, per largest, below which columns of unit length are dependent: the noise."""
-SHARE = 1e-3
-"""Part of an undetermined combination from which a parameter belongs to it."""
+SHARE = 1e-3  # part of an undetermined combination from which a parameter belongs to it
 
 
 @dataclass(frozen=True)

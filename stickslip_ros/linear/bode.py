@@ -13,8 +13,7 @@ from stickslip_ros.runs.plotting import GREY, curve_style, draw_legend, label_ax
 from stickslip_ros.units import NM
 
 LINE_POINTS = 2000
-LEAD_RAD = 0.1
-"""Phases are lags but for rounding and creep; none leads by more."""
+LEAD_RAD = 0.1  # phases are lags but for rounding and creep; none leads by more
 
 
 class BodeCurve(NamedTuple):

@@ -27,8 +27,7 @@ from stickslip_ros.parameters import Parameters
 
 INPUTS = ('voltage_v', 'load_n')
 OUTPUTS = ('position_m', 'foot_m')
-SETTLING_S = 0.02
-"""Time in which a drive comes to a place without ringing, and rests there."""
+SETTLING_S = 0.02  # time in which a drive comes to a place without ringing, and rests there
 SETTLING_ROWS = 1000
 
 Complex = NDArray[np.complex128]
@@ -159,12 +158,7 @@ def linear_drive(
 def drive_at(
     parameters: Parameters, at_voltage_v: float | None = None
 ) -> tuple[float, Record, Record]:
-    """
-    Return a voltage, and plant and state of a drive that has come to it from rest.
-
-    Raises StickSlipError as ``linearise`` says.
-
-    """
+    """Return a voltage, and plant and state of a drive that has come to it from rest."""
     if parameters.contact.law != 'mdr':
         limit = 'a law without a stiffness that holds for every small motion'
         raise OutOfRange('contact.law', parameters.contact.law, '', limit, "set it to 'mdr'")

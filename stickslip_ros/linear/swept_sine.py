@@ -26,8 +26,7 @@ from stickslip_ros.process.stopping import heed_stop
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.runs.batch import run_batch
 
-SLIDING_SHARE = 2e-3
-"""Sliding amplitude per maximal presliding of the contact that slips first."""
+SLIDING_SHARE = 2e-3  # sliding amplitude per maximal presliding of the contact that slips first
 VOLTAGE_SHARE = 2.5e-3
 """Largest amplitude of the voltage per range of the amplifier: no play of the hysteresis moves."""
 POINTS = 128

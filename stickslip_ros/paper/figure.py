@@ -18,11 +18,9 @@ from stickslip_ros.units import MICRO
 
 KINDS = ('.csv', '.md', '.png', '.svg')
 """Files of a figure: its table (SI, all digits), its caption, its pictures."""
-CHANGED_MAX = 3
-"""Changed parameters that a title names; of more it gives the number."""
+CHANGED_MAX = 3  # changed parameters that a title names; of more it gives the number
 
-Case = Callable[[], Row]
-"""Runs that give one row of the table."""
+Case = Callable[[], Row]  # runs that give one row of the table
 
 
 @dataclass(frozen=True)
@@ -79,12 +77,7 @@ def write_figure(
     folder: Path,
     kinds: Sequence[str] = KINDS,
 ) -> list[Path]:
-    """
-    Write a figure into a folder, which is made; return the files, one of each kind.
-
-    Raises RecordingError if a file cannot be written.
-
-    """
+    """Write a figure into a folder, which is made; return the files, one of each kind."""
     changed = [f'{name} = {value}' for name, value in parameters.changed().items()]
     caption = figure.caption(parameters) + (f' Changed: {", ".join(changed)}.' if changed else '')
     files = [folder / f'{figure.name}{kind}' for kind in kinds]

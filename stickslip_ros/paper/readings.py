@@ -16,8 +16,7 @@ STEP_FREQUENCY_HZ = 200.0
 STEP_RUN_STEPS = 120
 STEP_AMPLITUDES_M: Array = np.array([100e-9, 120e-9, 140e-9, 160e-9])
 """Amplitudes of Edeler's extrapolation, all above the 0-amplitude of 1 N."""
-SLOPE_MIN = 0.5
-"""Below this slope of step length over amplitude there is no line to extrapolate."""
+SLOPE_MIN = 0.5  # below this slope of step length over amplitude there is no line to extrapolate
 PRESLIDING_HALVINGS = 50
 ZERO_STEP_S = 1e-5
 """Time step of runs that only look for a 0-amplitude; a tenth of it moves none by 0.1 nm."""

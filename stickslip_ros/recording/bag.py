@@ -35,12 +35,7 @@ _WORDS: Final = {
 
 
 def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
-    """
-    Describe a bag for rosbag2.
-
-    Raises RecordingError if a file is not whole, or there is a description already.
-
-    """
+    """Describe a bag of finished files, in the order in which they are played, for rosbag2."""
     content = yaml.safe_dump({ROOT: _describe(parts)}, sort_keys=False)
     path = folder / METADATA_FILE
     try:
@@ -166,11 +161,6 @@ def bag_parts(path: Path) -> list[Path]:
 
 
 def refuse_sqlite(path: Path) -> None:
-    """
-    Make sure that a directory is not a bag of rosbag2's other storage.
-
-    Raises RecordingError if it is one.
-
-    """
+    """Refuse a directory that is a bag of rosbag2's other storage."""
     if list(path.glob('*.db3*')):
         raise sqlite_refusal(path)

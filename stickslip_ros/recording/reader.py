@@ -142,12 +142,7 @@ class Recording:
         return list(summaries.values())
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:
-        """
-        Give topic, simulated time in ns and message, in the order of their times.
-
-        Raises UnknownName if a topic is not in the recording, or its type is not known.
-
-        """
+        """Give topic, simulated time in ns and message, in the order of their times."""
         if topics is None:
             return self._read([name for name, kind in self.types.items() if kind in SCHEMAS])
         return self._read([self.find(topic) for topic in topics])
@@ -184,24 +179,13 @@ class Recording:
         return Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
 
     def trace(self, topic: str = 'trace') -> dict[str, Series]:
-        """
-        Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``.
-
-        Raises UnknownName if the topic is not in the recording, WrongKind if it carries no table
-        with a column ``t[s]``.
-
-        """
+        """Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``."""
         name = self.find(topic)
         blocks = [each for _, _, each in self._read([name]) if isinstance(each, ArrayMessage)]
         return split_columns(blocks, self._origin(name))
 
     def find(self, name: str) -> str:
-        """
-        Give the full name of a topic.
-
-        Raises UnknownName if no topic ends so, RecordingError if two topics do.
-
-        """
+        """Give the full name of a topic; refuse a name with which none, or more than one, ends."""
         if name in self.types:
             return name
         ending = '/' + name.lstrip('/')

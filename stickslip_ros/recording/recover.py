@@ -37,18 +37,14 @@ from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
 
 RECOVERY_RECORD: Final = 'stickslip_recovery'
 """Metadata record in which a recovered file says what it was made of and what is lost."""
-MARK: Final = '.recovered'
-"""What is added to the name of a recovered file or directory."""
-BLOCK_BYTES: Final = 1 << 20
-"""What is read at once where a chunk is looked for."""
+MARK: Final = '.recovered'  # what is added to the name of a recovered file or directory
+BLOCK_BYTES: Final = 1 << 20  # what is read at once where a chunk is looked for
 RECORD_MAX_BYTES: Final = 1 << 30
 """A record that says that it is longer counts as damaged: it would have to fit into the memory."""
 
 _HEAD: Final = struct.Struct('<BQ')
-_CHUNK_HEAD_BYTES: Final = 45
-"""From the opcode to the name of the compression."""
-_CHUNK_TIMES: Final = struct.Struct('<BQQQ')
-"""Opcode, length, first and last time."""
+_CHUNK_HEAD_BYTES: Final = 45  # from the opcode to the name of the compression
+_CHUNK_TIMES: Final = struct.Struct('<BQQQ')  # opcode, length, first and last time
 _CHUNK_START: Final = re.compile(
     rb'\x06(?=.{5}\x00{3}.{28}(?:\x00{4}|\x03\x00{3}lz4|\x04\x00{3}zstd))', re.DOTALL
 )
@@ -349,13 +345,7 @@ def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Pat
 
 
 def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recovery:
-    """
-    Write what can be read of a file to a new one, finished and indexed.
-
-    Raises RecordingError if the source holds nothing that can be read, or the output cannot be
-    written.
-
-    """
+    """Write what can be read of a file, if it is not whole, to a new one, finished and indexed."""
     try:
         with readable(source).open('rb') as stream:
             scan = Scan(stream)

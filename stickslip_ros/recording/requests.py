@@ -23,12 +23,7 @@ class TimedRequest(NamedTuple):
 
 
 def channels_of(recording: Recording) -> dict[str, Channel]:
-    """
-    Return the channels of a run by the keys of their topics.
-
-    Raises RecordingError if the recording does not say which topic is which.
-
-    """
+    """Return the channels of a run of this package by the keys of their topics."""
     topics = {name_in_file(topic.key): topic for topic in TOPICS}
     channels = {}
     try:
@@ -44,12 +39,7 @@ def channels_of(recording: Recording) -> dict[str, Channel]:
 
 
 def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
-    """
-    Give every request of a run of this package, in the order in which they were carried out.
-
-    Raises RecordingError if it is no run of this package, or a note of a request cannot be read.
-
-    """
+    """Give every request of a run of this package, in the order in which they were carried out."""
     channels = channels_of(recording)
     commands = {channels[each.key].topic: each for each in COMMAND_TOPICS if each.key in channels}
     notes = channels[NOTES].topic

@@ -169,13 +169,7 @@ class ReportingBench:
         )
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
-        """
-        Do what ``Bench.update`` does, publish and write it.
-
-        Raises StickSlipError if the time is refused, the integration has failed, or the disk has
-        ended the file.
-
-        """
+        """Do what ``Bench.update`` does, publish and write it; raise what has ended the file."""
         for request in requests:
             self.accept(request)
         output = self.advance_bench(until_ns)

@@ -18,8 +18,7 @@ from stickslip_ros.recording.layout import SUFFIX, FileForm
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.sources import sources_digest
 
-SOURCES = 'sources'
-"""Entry of the metadata of a run: digest of the sources that computed it."""
+SOURCES = 'sources'  # entry of the metadata of a run: digest of the sources that computed it
 TIME_ORIGIN = 'time_origin_ns'
 """Entry of the metadata of a run and of ``~/info``: the time origin, ns; stamps and log times are
 this plus simulated time."""
@@ -28,8 +27,7 @@ RUN_RECORD = 'stickslip_run'
 TOPICS_RECORD = 'stickslip_topics'
 """Name of the metadata record that says under which name and quality of service each topic of
 docs/interface.md was recorded, as JSON by its name in files."""
-PARAMETERS_FILE = 'parameters.yaml'
-"""Name of the attachment with every parameter."""
+PARAMETERS_FILE = 'parameters.yaml'  # name of the attachment with every parameter
 CHECKPOINT_FILE = 'checkpoint.bin'
 """Name of the attachment with the state in which a recording begins, unless it is rest."""
 EXPERIMENT_FILE = 'experiment.csv'
@@ -65,13 +63,7 @@ def versions() -> dict[str, str]:
 
 
 def run_path(parameters: Parameters) -> Path:
-    """
-    Return the path of a new recording: the given name, or one after date and time.
-
-    Raises OutOfRange if the name leaves its folder, cannot be printed, begins or ends oddly, or is
-    too long.
-
-    """
+    """Return the path of a new recording: the given name, or one after date and time."""
     name = parameters.record.name
     if not name:
         name = f'run_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}'
@@ -92,12 +84,7 @@ def run_path(parameters: Parameters) -> Path:
 
 
 def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
-    """
-    Write a checkpoint into the folder of recordings; return its path, after date and time.
-
-    Raises RecordingError if it cannot be written.
-
-    """
+    """Write a checkpoint into the folder of recordings; return its path, after date and time."""
     folder = Path(parameters.record.directory)
     path = folder / f'checkpoint_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}.bin'
     try:
@@ -115,13 +102,7 @@ def open_recorder(
     channels: Mapping[str, Channel],
     time_origin_ns: int = 0,
 ) -> Recorder:
-    """
-    Start the recording of a run, with its parameters, under the keys of its channels.
-
-    Raises RecordingError if the file exists or cannot be written, or the experiment cannot be
-    read, OutOfRange if it is to be split into parts that are smaller than a chunk.
-
-    """
+    """Start the recording of a run, with its parameters, under the keys of its channels."""
     heading = 'Parameters of the recorded run; SI units.'
     run = {
         **versions(),

@@ -11,20 +11,13 @@ from numpy.typing import NDArray
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.interface.messages import ArrayMessage
 
-TIME: Final = 't'
-"""Column of a trace that holds the time, in s."""
+TIME: Final = 't'  # column of a trace that holds the time, in s
 _LABEL: Final = re.compile(r'(?P<name>[^\[\]]+)(\[(?P<unit>[^\[\]]*)\])?')
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """
-    A quantity sampled at rising times.
-
-    Raises WrongKind if the two arrays are not one-dimensional and equally long, OutOfRange if a
-    time is not finite or comes before its predecessor.
-
-    """
+    """A quantity sampled at rising times."""
 
     # times in s; finite, never falling. Two samples of one instant are a jump, shape (n,)
     time_s: NDArray[np.float64]

@@ -19,8 +19,7 @@ from stickslip_ros.recording.layout import FileForm, Layout
 
 CLOSING_RECORD: Final = 'stickslip_recorder'
 """Metadata record with which a finished file says what it holds and what was lost."""
-PART_RECORD: Final = 'stickslip_part'
-"""Metadata record in which a part says which one it is."""
+PART_RECORD: Final = 'stickslip_part'  # metadata record in which a part says which one it is
 FOLLOWED_BY: Final = 'followed_by'
 """Entry of a part's closing record: the file in which the run goes on, or nothing."""
 SECURE_AFTER: Final = 1 / 2
@@ -31,8 +30,7 @@ COMPRESSIONS: Final = {
     'none': CompressionType.NONE,
 }
 
-Attachments = Mapping[str, tuple[str, bytes]]
-"""Media type and bytes of each attachment."""
+Attachments = Mapping[str, tuple[str, bytes]]  # media type and bytes of each attachment
 Metadata = Mapping[str, Mapping[str, str]]
 
 
@@ -53,12 +51,7 @@ class PartMark(NamedTuple):
 
 
 class McapFile:
-    """
-    A new MCAP file, in a folder that is made where it is missing.
-
-    Raises RecordingError if the file exists or cannot be made.
-
-    """
+    """A new MCAP file, in a folder that is made where it is missing."""
 
     def __init__(
         self,
@@ -141,13 +134,7 @@ class McapFile:
             self._is_empty = False
 
     def secure(self) -> None:
-        """
-        End the chunk in progress and bring all that was written to the disk.
-
-        Raises RecordingError if the file is no longer where it was made: what it holds will be
-        gone when it ends.
-
-        """
+        """End the chunk in progress and bring all that was written to the disk."""
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._sync()
 

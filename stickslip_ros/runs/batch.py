@@ -30,12 +30,9 @@ Keep = Callable[[int, Any], None]
 WORKERS_MAX = 1024
 SUBMITTED_MAX = 4 * WORKERS_MAX
 """Cases that wait or run at a time: enough for every worker, however many cases there are."""
-LOOK_S = 0.1
-"""Time after which a batch looks whether somebody wants it to end."""
-CONNECT_S = 10.0
-"""Time that a scheduler has to answer, s."""
-WORKERS_S = 10.0
-"""Time that it has to get its first worker, s."""
+LOOK_S = 0.1  # time after which a batch looks whether somebody wants it to end
+CONNECT_S = 10.0  # time that a scheduler has to answer, s
+WORKERS_S = 10.0  # time that it has to get its first worker, s
 
 
 class Interrupted(Stopped):

@@ -20,8 +20,7 @@ import stickslip_ros
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters, Scalar
 
-Row = dict[str, Scalar]
-"""Result of one case: names with units, and values that JSON knows."""
+Row = dict[str, Scalar]  # result of one case: names with units, and values that JSON knows
 
 HINT = 'start anew with --fresh, or choose another output'
 

@@ -126,23 +126,13 @@ def write_beside(
 
 
 def check_picture(path: Path) -> None:
-    """
-    Refuse a picture of a kind that cannot be drawn.
-
-    Raises UnknownName if it is neither PNG nor SVG nor PDF.
-
-    """
+    """Refuse, by UnknownName, a picture that is neither PNG nor SVG nor PDF."""
     if path.suffix.lower() not in UNDATED:
         raise UnknownName('kind of picture', path.suffix, f'use {", ".join(UNDATED)}')
 
 
 def save_figure(figure: Figure, picture: Path) -> None:
-    """
-    Write a figure as PNG, SVG or PDF, the same bytes for the same numbers; folders are made.
-
-    Raises UnknownName if it is to be of another kind, RecordingError if it cannot be written.
-
-    """
+    """Write a figure as PNG, SVG or PDF, the same bytes for the same numbers; folders are made."""
     check_picture(picture)
     try:
         picture.parent.mkdir(parents=True, exist_ok=True)
@@ -166,7 +156,7 @@ def _save(figure: Figure, file: Path | IO[str], suffix: str) -> None:
 
 
 def decimated(x: Array, y: Array, pixels: int) -> tuple[Array, Array]:
-    """Return the samples that a curve of so many pixels needs, such that no peak is lost."""
+    """Return samples, x rising, that a curve of so many pixels needs: no peak or gap is lost."""
     if len(x) <= 4 * pixels:
         return x, y
     width = (x[-1] - x[0]) / pixels

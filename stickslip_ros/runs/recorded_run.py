@@ -244,12 +244,7 @@ def recorded_series(recording: Recording) -> dict[str, Series]:
 
 
 def topic_name(recording: Recording, name: str) -> str:
-    """
-    Return the full name of a published topic in a recording; empty if it is not there.
-
-    ``position`` is neither ``command/position`` nor ``truth/position``.
-
-    """
+    """Return the full name of a published topic, not of command or truth; empty if not there."""
     kinds = {each.name.removeprefix('~/'): each.type_name for each in READINGS}
     found = [
         topic
@@ -334,13 +329,7 @@ def timed_messages(recording: Recording, name: str) -> Iterator[tuple[float, Any
 
 
 def parse_window(text: str) -> TimeWindow:
-    """
-    Return the stretch of a text: ``2ms@0.3s`` is two milliseconds from 0.3 s on.
-
-    Raises WrongKind if it is not length, at sign and start, OutOfRange if the length is not above
-    0.
-
-    """
+    """Return the stretch of a text: ``2ms@0.3s`` is two milliseconds from 0.3 s on."""
     length, at, start = text.partition('@')
     if not at:
         raise WrongKind('window', text, 'LENGTH@START', 'write it as 2ms@0.3s or 0.002@0.3')

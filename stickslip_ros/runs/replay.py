@@ -72,13 +72,7 @@ def replay(
     from_rest: bool = False,
     progress: Progress | None = None,
 ) -> Replay:
-    """
-    Carry out the requests of a recording once more and record what happens.
-
-    Raises RecordingError if the recording has no parameters, lacks messages, or began in a state
-    that it lacks, StickSlipError if a parameter is refused.
-
-    """
+    """Carry out the requests of a recording, which lacks no message, once more and record them."""
     recording = Recording(source)
     parameters = recorded_stand(recording)
     first_ns, last_ns = _span(recording)
@@ -130,12 +124,7 @@ def replay(
 def replay_input(
     given: DriveInput, output: Path, stand: Parameters, *, progress: Progress | None = None
 ) -> Replay:
-    """
-    Let a stand follow a measured voltage, from rest at its first value, and record the run.
-
-    Raises StickSlipError if the amplifier cannot give the voltage, or the recording exists.
-
-    """
+    """Let a stand follow a measured voltage, from rest at its first value, and record the run."""
     rows = np.column_stack((given.time_s, given.voltage_v))
     request = Request('waveform', array('d', rows.tobytes()))
     check_request(request, stand)
@@ -210,12 +199,7 @@ def _span(recording: Recording) -> tuple[int, int]:
 
 
 def is_run(path: Path) -> bool:
-    """
-    Return whether a file is the recording of a run of this package.
-
-    Raises RecordingError if it is a recording that cannot be read.
-
-    """
+    """Return whether a file is the recording of a run of this package."""
     if path.suffix.lower() != MCAP and not path.is_dir():
         return False
     return RUN_RECORD in Recording(path).metadata
@@ -230,12 +214,7 @@ def read_drive_input(
     is_foot: bool = False,
     reading: Reading = AS_IT_IS,
 ) -> DriveInput:
-    """
-    Read a voltage, or a stroke, over time.
-
-    Raises StickSlipError if the file cannot be read, or has no such columns or topic.
-
-    """
+    """Read a voltage, or a stroke (``is_foot``: the topic is one), over time."""
     if readable(path).suffix.lower() == MCAP or path.is_dir():
         if not topic:
             hint = 'name the topic of the voltage with --topic'

@@ -57,20 +57,15 @@ COLOURS = {
     'foot_m': PURPLE,
 }
 WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
-LABEL_CHARACTERS = 17
-"""In a line of an axis label."""
-GAP_PX = 3.0
-"""Between a label and what is beside it."""
-LABELLED_MAX = 12
-"""Commands whose numbers are written; more would hide each other."""
+LABEL_CHARACTERS = 17  # in a line of an axis label
+GAP_PX = 3.0  # between a label and what is beside it
+LABELLED_MAX = 12  # commands whose numbers are written; more would hide each other
 FALL_SHARE = 0.5
 """A fall is a drop between two samples by more than this share of the voltage range."""
-STEPS = 4
-"""Falls in the enlarged stretch."""
+STEPS = 4  # falls in the enlarged stretch
 BEFORE_PERIODS, AFTER_PERIODS = 1.2, 0.6
 """What is shown before the first of them and after the last one."""
-SLIP_SHARE = 0.1
-"""A runner that a step moves by this share of the stroke has slipped at the fall."""
+SLIP_SHARE = 0.1  # a runner that a step moves by this share of the stroke has slipped at the fall
 DONE, LOADED = Result.DONE.name, Status.LOADED.name
 
 
@@ -107,14 +102,7 @@ def plot_run(
     title: str = '',
     with_steps: bool = False,
 ) -> RunPlot:
-    """
-    Draw a recording as ``draw_run`` does into a PNG, SVG or PDF.
-
-    Raises RecordingError if the recording cannot be read, or holds nothing to draw, UnknownName if
-    the picture is to be of a kind that cannot be drawn, OutOfRange if the stretch is outside of
-    the run or has no sample in it.
-
-    """
+    """Draw a recording, or a stretch of it, as ``draw_run`` does into a PNG, SVG or PDF."""
     check_picture(picture)
     figure, plot = draw_run(Recording(path), window, title=title, with_steps=with_steps)
     save_figure(figure, picture)

@@ -35,12 +35,10 @@ from stickslip_ros.runs.batch import Progress
 from stickslip_ros.runs.recorded_run import Run
 from stickslip_ros.units import NANO
 
-SAWTOOTH_HZ = 1000.0
-"""Steps per second, where nobody says how many."""
+SAWTOOTH_HZ = 1000.0  # steps per second, where nobody says how many
 SMALLEST_MEANT_M = 1e-12
 """Smallest stroke of which somebody may have left out that it is in nanometres."""
-STEADY_STEPS_MIN = 200
-"""Steps before a run may be called steady."""
+STEADY_STEPS_MIN = 200  # steps before a run may be called steady
 STEADY_WINDOW = 20
 """Steps of a stretch. The changes over the last two, continued as a geometric series, say how far
 the value still is from its limit."""
@@ -49,12 +47,9 @@ STEADY_ERROR = 2e-4
 to 1 N, 61 to 160 nm, 200 Hz to 1 kHz, dampings of 0 to 80 N s/m: 240 runs) none missed by more."""
 STEADY_ROUNDING = 1e-6
 """Change over a stretch, as a share of the value, that is no sign of a way that is left."""
-STEADY_STEPS_MAX = 5000
-"""Steps after which a run that looks for the steady state gives up."""
-STEP_LENGTH_CYCLES = 10
-"""Last cycles over which the step length is averaged."""
-ROUNDING_S = 1e-12
-"""Time by which many periods may miss the last corner through rounding."""
+STEADY_STEPS_MAX = 5000  # steps after which a run that looks for the steady state gives up
+STEP_LENGTH_CYCLES = 10  # last cycles over which the step length is averaged
+ROUNDING_S = 1e-12  # time by which many periods may miss the last corner through rounding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -396,12 +391,7 @@ def relative_residual(ledger: EnergyLedger) -> float:
 
 
 def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
-    """
-    Return the saw-tooth voltage for a stroke of the feet, V.
-
-    Raises OutOfRange, WrongKind if it is negative or not finite, or the amplifier cannot reach it.
-
-    """
+    """Return the saw-tooth voltage for a stroke of the feet, V; refuse what is out of reach."""
     STROKE.check('amplitude', amplitude_m)
     largest_m = full_stroke_m(parameters)
     # A stroke typed in nanometres may exceed the largest by rounding only.

@@ -55,8 +55,7 @@ COLUMNS = (
     'energy_residual',
 )
 """Columns of a table that come from a run, beside ``STOP_RULE``."""
-STOP_RULE = 'stop_rule'
-"""A column that every sweep has and no experiment."""
+STOP_RULE = 'stop_rule'  # a column that every sweep has and no experiment
 STEADY_RULE = (
     f'mean force of a cycle (free runner: step length) within {STEADY_ERROR:.2%} of its limit, by '
     f'the last {2 * STEADY_WINDOW} steps; {STEADY_STEPS_MIN} to {STEADY_STEPS_MAX} steps'
@@ -83,12 +82,7 @@ class SweepCase:
 
 @dataclass(frozen=True)
 class Sweep:
-    """
-    What a sweep consists of; every combination is checked when it is made.
-
-    Raises StickSlipError if there are too many combinations, or the stand cannot make one of them.
-
-    """
+    """What a sweep consists of; every combination is checked when it is made."""
 
     parameters: Parameters  # the stand that all runs start from
     varied: tuple[Axis, ...]  # parameters that vary; the last one fastest
@@ -231,13 +225,7 @@ def parse_floats(name: str, text: str, spec: Spec) -> tuple[float, ...]:
 
 
 def parse_varied(assignments: list[str]) -> list[Axis]:
-    """
-    Return the axes of texts such as ``contact.friction=0.2,0.3``.
-
-    Raises UnknownName, WrongKind, OutOfRange if a parameter is not known, named twice, or a value
-    is not allowed.
-
-    """
+    """Return the axes of texts such as ``contact.friction=0.2,0.3``, each parameter once."""
     axes: list[Axis] = []
     for assignment in assignments:
         if '=' not in assignment:
@@ -276,13 +264,7 @@ def run_sweep(
     scheduler: str = '',
     progress: Progress | None = None,
 ) -> list[Row]:
-    """
-    Run a sweep and return its table, one row per case; the parameters are those of ``run_batch``.
-
-    A row has the varied parameters with their units, what was asked for and what came of it, and
-    the rule by which the run ended.
-
-    """
+    """Run a sweep as ``run_batch`` does; return a row per case: what varied, what came of it."""
     return run_batch(
         partial(run_case, sweep.parameters, sweep.steps, sweep.columns()),
         sweep.cases(),

@@ -29,13 +29,7 @@ AGAIN = 'write the table again with: stickslip sweep'
 
 
 def check_table_path(path: Path) -> None:
-    """
-    Refuse a file that could not be written, before the work is done.
-
-    Raises WrongKind if it is neither CSV nor Parquet, MissingExtra if Parquet is asked for and its
-    package is not installed, RecordingError if it cannot be written.
-
-    """
+    """Refuse a file that is neither CSV nor Parquet, or could not be written, before the work."""
     if path.suffix not in {CSV, PARQUET}:
         raise WrongKind('output', str(path), 'a .csv or .parquet file', 'end its name so')
     if path.suffix == PARQUET:
@@ -44,12 +38,7 @@ def check_table_path(path: Path) -> None:
 
 
 def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None:
-    """
-    Write rows with their names as header; the file appears when it is complete.
-
-    Raises RecordingError if the file cannot be written.
-
-    """
+    """Write rows with their names as header, floats to the bit; the file appears when complete."""
     described = {VERSION: stickslip_ros.__version__, PARAMETERS: json.dumps(parameters.flat())}
     with replacing(path) as part:
         if path.suffix == PARQUET:

@@ -27,14 +27,12 @@ STEP_MIN_M = 1e-10
 """Net step from which the runner is said to step: the resolution of the interferometer."""
 SCAN_POINTS = 32
 """Amplitudes up to the full stroke, among which the first with a net step is looked for."""
-BISECTIONS = 10
-"""Halvings between that one and the one below: 5 nm become 5 pm."""
+BISECTIONS = 10  # halvings between that one and the one below: 5 nm become 5 pm
 FIT_POINTS = 17
 """Amplitudes of the straight line, even over the upper half of the range in which it steps."""
 ONSET_SHARE = 0.01
 """Force begins where it exceeds the elastic following by this share of the friction limit."""
-ONSET_HALVINGS = 9
-"""Halvings of the range of amplitudes: 160 nm become 0.3 nm."""
+ONSET_HALVINGS = 9  # halvings of the range of amplitudes: 160 nm become 0.3 nm
 
 
 @dataclass(frozen=True)

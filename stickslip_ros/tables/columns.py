@@ -64,12 +64,7 @@ def sigma_name(name: str) -> str:
 def find_columns(
     layout: TextForm, specs: Mapping[str, Spec], named: Mapping[str, str], where: str
 ) -> tuple[Found, list[str]]:
-    """
-    Return where the quantities of a table may be, and the headers of columns that are none.
-
-    Raises RecordingError if a named one is not there.
-
-    """
+    """Return where the quantities of a table may be, and the headers of columns that are none."""
     found = {name: [_named(layout, name, named[name], where)] for name in named if name in specs}
     taken = {at for [(at, _)] in found.values()}
     aside = []
@@ -89,13 +84,7 @@ def find_columns(
 def understood(
     found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str
 ) -> list[Column]:
-    """
-    Return each quantity with its one column and unit.
-
-    Raises RecordingError if two columns may be the same quantity, or the unit of one is not said
-    or does not fit.
-
-    """
+    """Return each quantity with its one column and unit; refuse what leaves something to guess."""
     for name, places in found.items():
         if len(places) > 1:
             headers = [layout.names[at] for at, _ in places]

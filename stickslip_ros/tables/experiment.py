@@ -28,8 +28,7 @@ from stickslip_ros.tables.columns import (
 )
 from stickslip_ros.tables.layout import HEAD_BYTES, TextForm, layout_of, to_number
 
-Lines = NDArray[np.intp]
-"""Lines of a file, from 1, in which the rows stand."""
+Lines = NDArray[np.intp]  # lines of a file, from 1, in which the rows stand
 BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
 CHUNK_ROWS = 100_000
 """Rows that are read at once: what is kept aside needs memory for so many only."""
@@ -90,12 +89,7 @@ class Experiment:
 
 @dataclass(frozen=True)
 class Reading:
-    """
-    What a user says of tables that do not say it themselves.
-
-    Raises UnknownName if a column is none of an experiment.
-
-    """
+    """What a user says of tables that do not say it themselves."""
 
     # header in the file of some columns, {'force_n': 'Force (mN)'}; the unit in it counts more
     # than that of the file
@@ -142,13 +136,7 @@ def read_experiment(
     kind: str | None = None,
     measured: Sequence[str] = (),
 ) -> Experiment:
-    """
-    Read a measured table, of which the header is judged first.
-
-    Raises StickSlipError if it cannot be read or leaves something to guess; names file, line, and
-    what to do.
-
-    """
+    """Read a measured table, its header first; refusals name file, line, and what to do."""
     head = read_bytes(path, 'check the path', HEAD_BYTES + 1)
     return _read(path, layout_of(head, str(path)), str(path), reading, number, kind, measured)
 
@@ -163,12 +151,7 @@ def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -
 def read_joined(
     paths: Sequence[Path], reading: Reading = AS_IT_IS, measured: Sequence[str] = ()
 ) -> Experiment:
-    """
-    Read tables by amplitude, one below the other.
-
-    Raises StickSlipError if one cannot be read, or they do not have the same columns.
-
-    """
+    """Read tables by amplitude that have the same columns, one below the other."""
     parts = [
         read_experiment(path, reading, number=at, kind=BY_AMPLITUDE, measured=measured)
         for at, path in enumerate(paths)
@@ -189,12 +172,7 @@ def read_joined(
 
 
 def write_experiment(experiment: Experiment, path: Path) -> None:
-    """
-    Write an experiment as CSV with our columns in SI units; floats to the bit.
-
-    Raises RecordingError if the file cannot be written.
-
-    """
+    """Write an experiment as CSV with our columns in SI units; floats to the bit."""
     import pandas as pd  # noqa: PLC0415 - what reads no table does without
 
     with replacing(path) as part, part.open('w', encoding='utf-8', newline='') as file:

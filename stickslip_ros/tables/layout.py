@@ -12,8 +12,7 @@ from itertools import zip_longest
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.tables.units import unit_of_any
 
-HEAD_BYTES = 1 << 16
-"""Beginning of a file that tells its layout."""
+HEAD_BYTES = 1 << 16  # beginning of a file that tells its layout
 BLANKS = r'\s+'
 DIALECTS = (
     ('\t', '.'),
@@ -40,8 +39,7 @@ WINDOWS = 'cp1252'
 TEXT_HINT = 'save it as text: CSV in UTF-8, one row for each point or sample'
 RECORD_LENGTH = 'record length'
 """First setting of an old Tektronix export: settings in two columns, time and signal beside."""
-TIME_BESIDE = 3
-"""Columns to the left of the time there."""
+TIME_BESIDE = 3  # columns to the left of the time there
 TIME_UNIT = 'horizontal units'
 SIGNAL_UNIT = 'vertical units'
 CHANNEL_UNITS = (SIGNAL_UNIT, 'y_unit_label')

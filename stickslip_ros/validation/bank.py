@@ -17,10 +17,8 @@ stored_in_springs = entry_point(stored_in_springs)
 
 SEED, TURNS, STEPS = 20140, 60, 8
 """Of the random history at constant preload: nested loops, and full slip now and then."""
-FAR_M = 1e-6
-"""Displacement after which everything has slipped."""
-RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)
-"""Corners of the preload on ramps, which starts at the last one."""
+FAR_M = 1e-6  # displacement after which everything has slipped
+RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)  # corners of the preload on ramps, which starts at the last one
 RAMP_SEED, RAMP_TURNS, RAMP_STEPS = 97, 25, 40
 RAMP_REACH_M = 120e-9
 """Largest turn on ramps: full slip at a light preload, stick under a heavy one."""

@@ -21,8 +21,7 @@ from stickslip_ros.contact.virgin import tabulate
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.parameters import Parameters
 
-CONE_SLOPE = 0.01
-"""Of the profile 'cone', which is no parameter."""
+CONE_SLOPE = 0.01  # of the profile 'cone', which is no parameter
 WANDERING = (0.7, -0.3, 0.5, -0.1, 0.35, 0.05, 0.6, -0.5, 0.9, -1.2, 1.4, 0.2)
 """Turning points, as shares of a reach, with nested, closing and fully slipping loops."""
 WANDERING_STEPS = 30

@@ -20,17 +20,14 @@ COULOMB_N = 1.0
 SIGMA_0, SIGMA_1, SIGMA_2 = 1e5, math.sqrt(1e5), 0.4
 STATIC_RATIO, STRIBECK_M_PER_S = 1.5, 1e-3
 """The benchmark of Canudas de Wit, Olsson, Astrom, Lischinsky (1995), for a unit mass."""
-BREAKAWAY = 0.7
-"""z_ba/z_ss of EPM."""
+BREAKAWAY = 0.7  # z_ba/z_ss of EPM
 NUMBERS = {'lugre': LUGRE, 'epm': EPM, 'dahl': DAHL}
 SPRING_N_PER_M, PULL_M_PER_S = 2.0, 0.1
 STICK_SLIP_S = 22.0
-BEFORE_SLIP_S = 0.05
-"""How long before the next slip a plateau is read."""
+BEFORE_SLIP_S = 0.05  # how long before the next slip a plateau is read
 SLOW_HZ, CYCLES, SETTLING = 0.25, 20, 10
 DT_S = 5e-5
-POSITION, SPEED, FRICTION = range(3)
-"""Columns of a log."""
+POSITION, SPEED, FRICTION = range(3)  # columns of a log
 LONG_S, SLIDES = 1.0, 200
 LOOP_STEPS, LOOP_CYCLES = 400, 30
 BLOCKS = 20

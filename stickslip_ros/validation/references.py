@@ -23,22 +23,15 @@ class Reference(NamedTuple):
     """A row of a table, its columns in their order; numbers are SI."""
 
     family: str
-    quantity: str
-    """A function of the self-test; its name ends with the unit, as everywhere."""
-    case: str
-    """Arguments of that function: ``profile=rough, force_n=0.1``; turning points by slashes."""
+    quantity: str  # a function of the self-test; its name ends with the unit, as everywhere
+    case: str  # arguments of that function: profile=rough, force_n=0.1; turning points by slashes
     reference: float
-    tolerance: float
-    """Of the error; not a number: for the page only, not compared."""
-    relative_to: float
-    """What the error is divided by."""
-    why: str
-    """Where an error as large as the tolerance comes from."""
+    tolerance: float  # of the error; not a number: for the page only, not compared
+    relative_to: float  # what the error is divided by
+    why: str  # where an error as large as the tolerance comes from
     source: str
-    made_by: str
-    """The code, or the print, that the reference is from."""
-    version: str
-    """Of that code, or of what it computes with."""
+    made_by: str  # the code, or the print, that the reference is from
+    version: str  # of that code, or of what it computes with
 
     @property
     def unit(self) -> str:

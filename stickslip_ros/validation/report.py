@@ -25,8 +25,7 @@ PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
 """By powers of a thousand."""
 PREFIXED_UNITS = ('m', 'N', 'J', 'Pa', 'N/m')
 HEADER = ('quantity', 'case', 'against', 'made by', 'reference', 'ours', 'error', 'tolerance')
-LEAST_SHARE = 1e-6
-"""Errors below that share of their tolerance are drawn there."""
+LEAST_SHARE = 1e-6  # errors below that share of their tolerance are drawn there
 Answers = Mapping[str, Sequence[CheckedAnswer]]
 
 
@@ -119,13 +118,7 @@ def draw_margins(outcomes: Answers, picture: Path) -> None:
 
 
 def write_report(outcomes: Answers, folder: Path) -> list[Path]:
-    """
-    Write the table as Markdown and CSV, and the picture of margins; return the files.
-
-    The folder is made if need be, and files of an earlier run are replaced. Raises WrongKind if
-    the folder cannot be written.
-
-    """
+    """Write the table as Markdown and CSV, and the picture of margins; return the files."""
     files = [folder / name for name in (MARKDOWN, CSV, PNG)]
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -8,8 +8,7 @@ from stickslip_ros.process.stopping import heed_stop
 from stickslip_ros.validation import bank, contacts, drive, laws, roughness
 from stickslip_ros.validation.references import Reference, arguments_of, read_references
 
-MODULES = (contacts, roughness, bank, laws, drive)
-"""Whose functions a quantity may name."""
+MODULES = (contacts, roughness, bank, laws, drive)  # whose functions a quantity may name
 
 
 @dataclass(frozen=True)
@@ -42,12 +41,7 @@ def validate(
     rows: Iterable[Reference] | None = None,
     progress: Callable[[int, int], None] = lambda *_: None,
 ) -> dict[str, list[CheckedAnswer]]:
-    """
-    Compare with references, all if None; return outcomes by family.
-
-    Tells how many families are done, and of how many.
-
-    """
+    """Compare with references, all if None; return outcomes by family, report those done."""
     compared = [row for row in read_references() if row.is_compared] if rows is None else rows
     families: dict[str, list[Reference]] = {}
     for row in compared:
