@@ -66,12 +66,7 @@ def as_object(fit: Fit, coverage: Sequence[Coverage] = ()) -> dict[str, Any]:
 
 
 def check_output(path: Path) -> None:
-    """
-    Refuse a file that is neither JSON nor YAML, before the work is done.
-
-    Raises WrongKind if its name has another ending, RecordingError if it cannot be written.
-
-    """
+    """Refuse a file that is neither JSON nor YAML, or cannot be written, before the work."""
     if path.suffix.lower() not in {*JSON, *YAML}:
         raise WrongKind('output', str(path), 'a .json or .yaml file', 'end its name so')
     make_room(path)

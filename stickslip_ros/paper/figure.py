@@ -1,7 +1,6 @@
 """What a figure of the paper is: its runs, their table, its drawing, its caption, its files."""
 
 import csv
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,7 +52,8 @@ class Table:
             writer = csv.writer(file, lineterminator='\n')
             writer.writerow(self.columns)
             for row in self.rows:
-                writer.writerow('' if _is_nan(value) else value for value in row.values())
+                values = row.values()
+                writer.writerow('' if str(value) == 'nan' else value for value in values)
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,11 @@ def write_figure(
     changed = [f'{name} = {value}' for name, value in parameters.changed().items()]
     caption = figure.caption(parameters) + (f' Changed: {", ".join(changed)}.' if changed else '')
     files = [folder / f'{figure.name}{kind}' for kind in kinds]
-    drawn = new_figure(*figure.inches, _title(figure, changed))
+    title = figure.title  # a picture of another stand is not taken for that of the default
+    if changed:
+        is_short = len(changed) <= CHANGED_MAX
+        title += f'\nchanged: {", ".join(changed) if is_short else f"{len(changed)} parameters"}'
+    drawn = new_figure(*figure.inches, title)
     figure.draw(table, drawn)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -118,15 +122,3 @@ def surface(parameters: Parameters, profile: str) -> str:
     if profile == 'smooth':
         return f'smooth sphere ({sphere})'
     return f'rough sphere (H = {contact.hurst:g}, Q_1D = {contact.prefactor:g} m^(1-H), {sphere})'
-
-
-def _title(figure: PaperFigure, changed: Sequence[str]) -> str:
-    """Return the heading of a picture, so that one of another stand is not taken for it."""
-    if not changed:
-        return figure.title
-    named = ', '.join(changed) if len(changed) <= CHANGED_MAX else f'{len(changed)} parameters'
-    return f'{figure.title}\nchanged: {named}'
-
-
-def _is_nan(value: object) -> bool:
-    return isinstance(value, float) and math.isnan(value)

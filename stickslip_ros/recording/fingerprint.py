@@ -1,23 +1,11 @@
 """Whether two recordings hold the same data, byte for byte, and where they part."""
 
 import hashlib
-from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
-from typing import NamedTuple
 
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.units import NANO
-
-
-class MessageRecord(NamedTuple):
-    """One message as it stands in a file."""
-
-    topic: str
-    log_time_ns: int
-    publish_time_ns: int
-    sequence: int
-    data: bytes
 
 
 @dataclass(frozen=True)
@@ -32,37 +20,30 @@ class Difference:
 
 def compare_data(first: Recording, second: Recording) -> Difference | None:
     """Return the first difference of the messages of two recordings; None if there is none."""
-    pairs = zip_longest(_entries(first), _entries(second))
-    for place, (ours, theirs) in enumerate(pairs):
-        if ours != theirs:
-            known = ours or theirs
+    for place, (ours, theirs) in enumerate(zip_longest(first.records(), second.records())):
+        topic, message = ours or theirs
+        what = 'missing'
+        if ours and theirs:
+            differs = {
+                'topic': topic != theirs[0],
+                'data': message.data != theirs[1].data,
+                'sequence': message.sequence != theirs[1].sequence,
+                'time': (message.log_time, message.publish_time)
+                != (theirs[1].log_time, theirs[1].publish_time),
+            }
+            what = next((name for name, applies in differs.items() if applies), '')
+        if what:
             source = first if ours else second
-            time_s = (known.log_time_ns - source.time_origin_ns) * NANO
-            return Difference(place, known.topic, time_s, _what(ours, theirs))
+            time_s = (message.log_time - source.time_origin_ns) * NANO
+            return Difference(place, topic, time_s, what)
     return None
 
 
 def data_digest(recording: Recording) -> str:
     """Return the SHA-256 of all messages of a recording, in the order of the file."""
     digest = hashlib.sha256()
-    for entry in _entries(recording):
-        digest.update(repr((*entry[:4], len(entry.data))).encode())
-        digest.update(entry.data)
+    for topic, each in recording.records():
+        times_ns = each.log_time, each.publish_time
+        digest.update(repr((topic, *times_ns, each.sequence, len(each.data))).encode())
+        digest.update(each.data)
     return digest.hexdigest()
-
-
-def _entries(recording: Recording) -> Iterator[MessageRecord]:
-    for topic, message in recording.records():
-        yield MessageRecord(
-            topic, message.log_time, message.publish_time, message.sequence, message.data
-        )
-
-
-def _what(ours: MessageRecord | None, theirs: MessageRecord | None) -> str:
-    if ours is None or theirs is None:
-        return 'missing'
-    if ours.topic != theirs.topic:
-        return 'topic'
-    if ours.data != theirs.data:
-        return 'data'
-    return 'sequence' if ours.sequence != theirs.sequence else 'time'

@@ -303,12 +303,7 @@ class Content:
 
 
 def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
-    """
-    Make a recording readable, and leave the original as it is.
-
-    Raises RecordingError if there is nothing to recover, or the copy exists or cannot be written.
-
-    """
+    """Make a recording readable beside the original; return what became of its files, and it."""
     is_bag = path.is_dir()
     if is_bag:
         refuse_sqlite(path)

@@ -46,17 +46,15 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
     for topic, stored in recording.records([notes, *commands]):
         at_ns = stored.log_time - recording.time_origin_ns
         if topic == notes:
-            yield TimedRequest(at_ns, _read_note(recording, stored.data))
+            text = str(unpack(m.STRING, stored.data))
+            try:
+                note = json.loads(text)
+                settings = tuple(note['settings'].items())
+                request = Request(note['name'], tuple(note['values']), settings)
+            except (ValueError, KeyError, TypeError, AttributeError):
+                problem = f'holds a request that cannot be read: {text[:80]}'
+                hint = 'record with a drive of this package'
+                raise RecordingError(recording.path, problem, hint) from None
+            yield TimedRequest(at_ns, request)
         elif topic in commands:
             yield TimedRequest(at_ns, read_request(commands[topic], stored.data))
-
-
-def _read_note(recording: Recording, data: bytes) -> Request:
-    text = str(unpack(m.STRING, data))
-    try:
-        note = json.loads(text)
-        return Request(note['name'], tuple(note['values']), tuple(note['settings'].items()))
-    except (ValueError, KeyError, TypeError, AttributeError):
-        problem = f'holds a request that cannot be read: {text[:80]}'
-        hint = 'record with a drive of this package'
-        raise RecordingError(recording.path, problem, hint) from None

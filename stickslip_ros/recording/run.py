@@ -122,9 +122,9 @@ class ReportingBench:
         self.time_origin_ns = time_origin_ns
         self.writer: RunWriter | None = None
         self._feed = Feed(parameters)
+        self._publish = publish
         if not self.bench.is_at_start:
             self._resume()
-        self._publish = publish
         self.record(writer)
 
     def _resume(self) -> None:

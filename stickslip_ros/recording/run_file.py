@@ -120,21 +120,6 @@ def open_recorder(
     if parameters.record.experiment:
         content = read_bytes(Path(parameters.record.experiment), 'check record.experiment')
         experiment[EXPERIMENT_FILE] = ('text/csv', content)
-    return Recorder(
-        path,
-        channels,
-        metadata={RUN_RECORD: run, TOPICS_RECORD: topics},
-        attachments={
-            PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode()),
-            **experiment,
-        },
-        form=_form(parameters),
-        queue_length=parameters.record.queue_length,
-    )
-
-
-def _form(parameters: Parameters) -> FileForm:
-    """Return the form of the files; refuse those that would be smaller than a chunk."""
     record = parameters.record
     for name, value, unit, least_name, least in (
         ('split_size', record.split_size, 'B', 'chunk_size', record.chunk_size),
@@ -144,10 +129,20 @@ def _form(parameters: Parameters) -> FileForm:
             limit = f'below record.{least_name} {least:g} {unit}'
             hint = f'raise it, lower record.{least_name}, or give 0 to never split'
             raise OutOfRange(f'record.{name}', value, unit, limit, hint)
-    return FileForm(
-        compression=record.compression,
-        chunk_size_bytes=record.chunk_size,
-        flush_period_s=record.flush_period,
-        in_parts=record.split_size > 0 or record.split_duration > 0.0,
-        bag=record.format == 'bag',
+    return Recorder(
+        path,
+        channels,
+        metadata={RUN_RECORD: run, TOPICS_RECORD: topics},
+        attachments={
+            PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode()),
+            **experiment,
+        },
+        form=FileForm(
+            compression=record.compression,
+            chunk_size_bytes=record.chunk_size,
+            flush_period_s=record.flush_period,
+            in_parts=record.split_size > 0 or record.split_duration > 0.0,
+            bag=record.format == 'bag',
+        ),
+        queue_length=parameters.record.queue_length,
     )

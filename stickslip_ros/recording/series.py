@@ -66,12 +66,7 @@ class Series:
 
 
 def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Series]:
-    """
-    Join the blocks of a trace and give its columns.
-
-    Raises WrongKind if a block is not a table, has other columns than the first, or has no time.
-
-    """
+    """Join the blocks of a trace, labelled ``t[s],voltage[V]``; give columns by bare names."""
     if not blocks:
         return {}
     labels = blocks[0].labels[1].split(',') if len(blocks[0].labels) == 2 else []

@@ -80,6 +80,14 @@ class Extent:
     largest: float | None
     origin: str
 
+    @classmethod
+    def of(cls, name: str, series: Series) -> 'Extent':
+        """Return what is drawn of a quantity."""
+        known = series.value[np.isfinite(series.value)]
+        smallest = float(known.min()) if len(known) else None
+        largest = float(known.max()) if len(known) else None
+        return cls(name, series.unit, len(series), smallest, largest, series.origin)
+
 
 @dataclass(frozen=True)
 class RunPlot:
@@ -129,7 +137,11 @@ def draw_run(
         problem = 'has neither position, force nor voltage'
         raise RecordingError(recording.path, problem, 'record a run that lasts a while')
     commands = recorded_commands(recording)
-    whole = _whole(series, commands)
+    firsts_s = [float(each.time_s[0]) for each in series.values()]
+    whole = TimeWindow(
+        min(*firsts_s, *(each.time_s for each in commands[:1]), math.inf),
+        max(float(each.time_s[-1]) for each in series.values()),
+    )
     shown = whole if window is None else check_window(window, whole)
     inside = {name: each.window(*shown) for name, each in series.items()}
     if not any(len(each) for each in inside.values()):
@@ -137,7 +149,7 @@ def draw_run(
         raise OutOfRange('length of the window', length_s, 's', limit, 'raise it')
     plot = RunPlot(
         *shown,
-        tuple(_extent(name, each) for name, each in inside.items()),
+        tuple(Extent.of(name, each) for name, each in inside.items()),
         tuple(each for each in commands if shown.start_s <= each.time_s <= shown.end_s),
         tuple(events_within(recording, shown)),
         tuple(bits_within(recording, shown)),
@@ -154,25 +166,6 @@ def fall_times_s(voltage: Series) -> list[float]:
     change = np.abs(np.diff(voltage.value))
     falls = np.flatnonzero(change > FALL_SHARE * np.ptp(voltage.value))
     return [float(each) for each in voltage.time_s[falls]]
-
-
-def _whole(series: Mapping[str, Series], commands: Sequence[LoggedCommand]) -> TimeWindow:
-    """Return the stretch from the first sample, or a command before it, to the last sample."""
-    return TimeWindow(
-        min(
-            *(float(each.time_s[0]) for each in series.values()),
-            *(each.time_s for each in commands[:1]),
-            math.inf,
-        ),
-        max(float(each.time_s[-1]) for each in series.values()),
-    )
-
-
-def _extent(name: str, series: Series) -> Extent:
-    known = series.value[np.isfinite(series.value)]
-    smallest = float(known.min()) if len(known) else None
-    largest = float(known.max()) if len(known) else None
-    return Extent(name, series.unit, len(series), smallest, largest, series.origin)
 
 
 def _draw(

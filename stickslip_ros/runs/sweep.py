@@ -204,13 +204,7 @@ def sweep(
 
 
 def parse_axis(name: str, text: str, spec: Spec) -> Axis:
-    """
-    Return the axis of a text: values with commas, or ``start:stop:count``, both ends included.
-
-    Raises WrongKind, OutOfRange if the text is neither, the range is none, or a value is not
-    allowed.
-
-    """
+    """Return the axis of a text: values with commas, or ``start:stop:count``, ends included."""
     if ':' in text and spec.kind in {float, int}:
         values: list[object] = list(_range(name, text, spec))
     else:

@@ -10,7 +10,7 @@ printed figures; ``make foreign`` writes foreign.csv, from programs that others 
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -46,16 +46,13 @@ class Reference(NamedTuple):
 
 def read_references(paths: Iterable[Path] = TABLES) -> tuple[Reference, ...]:
     """Return the rows of tables, in their order."""
-    return tuple(row for path in paths for row in _rows_of(path))
-
-
-def _rows_of(path: Path) -> Iterator[Reference]:
-    with path.open(encoding='utf-8', newline='') as file:
-        for row in csv.DictReader(file):
-            cells: dict[str, Any] = dict(row)
-            for name in ('reference', 'tolerance', 'relative_to'):
-                cells[name] = float(row[name] or 'nan')
-            yield Reference(**cells)
+    rows = []
+    for path in paths:
+        for cells in csv.DictReader(path.read_text(encoding='utf-8').splitlines()):
+            numbers = ('reference', 'tolerance', 'relative_to')
+            known: dict[str, Any] = {name: float(cells[name] or 'nan') for name in numbers}
+            rows.append(Reference(**{**cells, **known}))
+    return tuple(rows)
 
 
 def arguments_of(case: str) -> dict[str, float | str]:

@@ -68,7 +68,10 @@ def markdown_text(outcomes: Answers) -> str:
 def as_objects(outcomes: Answers) -> list[dict[str, Any]]:
     """Return a row of the table with our answer, SI, for each reference; None: not finite."""
     return [
-        {key: _finite(value) for key, value in row.items()}
+        {
+            key: None if isinstance(value, float) and not math.isfinite(value) else value
+            for key, value in row.items()
+        }
         for found in outcomes.values()
         for row in map(_object, found)
     ]
@@ -77,10 +80,6 @@ def as_objects(outcomes: Answers) -> list[dict[str, Any]]:
 def _object(each: CheckedAnswer) -> dict[str, Any]:
     ours = {'ours': each.ours, 'unit': each.reference.unit, 'error': each.error}
     return {**each.reference._asdict(), **ours, 'passed': each.passed}
-
-
-def _finite(value: object) -> object:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def csv_text(outcomes: Answers) -> str:

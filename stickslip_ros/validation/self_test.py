@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from stickslip_ros.process.stopping import heed_stop
 from stickslip_ros.validation import bank, contacts, drive, laws, roughness
 from stickslip_ros.validation.references import Reference, arguments_of, read_references
 
-MODULES = (contacts, roughness, bank, laws, drive)  # whose functions a quantity may name
+MODULES = (contacts, roughness, bank, laws, drive)
+ANSWERS = {quantity: answer for module in MODULES for quantity, answer in module.ANSWERS.items()}
+"""What the package answers, by quantity."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +32,7 @@ class CheckedAnswer:
 
 def answer(row: Reference) -> float:
     """Compute what a reference is compared with."""
-    function: Callable[..., Any] = next(
-        vars(module)[row.quantity] for module in MODULES if row.quantity in vars(module)
-    )
-    return float(function(**arguments_of(row.case)))
+    return float(ANSWERS[row.quantity](**arguments_of(row.case)))
 
 
 def validate(

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from mcap_records import rows_of
 
+from stickslip_ros.drive.advance import RAMP_MEAN
 from stickslip_ros.drive.build import contacts_of, plant_of
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
