@@ -10,7 +10,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.axes import Axes
 
 import stickslip_ros
-from stickslip_ros.comparison.result import AMPLITUDE, TIME, Compared, ComparisonReport, Part
+from stickslip_ros.comparison.result import TIME, Compared, ComparisonReport, Part
 from stickslip_ros.comparison.words import place, sections, sentences, title
 from stickslip_ros.runs.plotting import (
     BLACK,
@@ -40,28 +40,24 @@ BARS_MAX = 200  # error bars of more points hide the points
 
 def report_page(comparison: ComparisonReport, command: str) -> str:
     """Return the report as HTML: the same text for the same comparison and typed command."""
+    is_over_time = comparison.axis == TIME
+    axis = 'time' if is_over_time else 'stroke of the feet'
+    marks = 'solid A, dashed B' if is_over_time else 'points are A, lines B'
+    pictures = []
+    for quantity in comparison.quantities:
+        svg = base64.b64encode(draw_quantity(comparison, quantity).encode()).decode()
+        text = f'Above: {title(quantity)} against {axis}, {marks}. Below: B − A.'
+        url = f'data:image/svg+xml;base64,{svg}'
+        pictures.append({'title': title(quantity), 'text': text, 'url': url})
     return PAGES.get_template('comparison.html').render(
         comparison=comparison,
         sides=(('A', comparison.a), ('B', comparison.b)),
         sentences=sentences(comparison),
-        pictures=[_picture(comparison, quantity) for quantity in comparison.quantities],
+        pictures=pictures,
         sections=list(sections(comparison)),
         command=command,
         version=stickslip_ros.__version__,
     )
-
-
-def _picture(comparison: ComparisonReport, quantity: Compared) -> dict[str, str]:
-    """Return heading, what the figure shows in words, and the figure as a data URL."""
-    by_amplitude = comparison.axis == AMPLITUDE
-    axis = 'stroke of the feet' if by_amplitude else 'time'
-    marks = 'points are A, lines B' if by_amplitude else 'solid A, dashed B'
-    svg = draw_quantity(comparison, quantity).encode()
-    return {
-        'title': title(quantity),
-        'text': f'Above: {title(quantity)} against {axis}, {marks}. Below: B − A.',
-        'url': f'data:image/svg+xml;base64,{base64.b64encode(svg).decode()}',
-    }
 
 
 def draw_quantity(comparison: ComparisonReport, quantity: Compared) -> str:

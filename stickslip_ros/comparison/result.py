@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.files import replacing
 from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.units import unit_of
@@ -285,12 +286,8 @@ class ComparisonReport:
         from stickslip_ros.comparison.report import report_page
 
         page, path = report_page(self, command), Path(path)
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(page, encoding='utf-8')
-        except OSError as error:
-            problem = f'cannot be written ({error.strerror})'
-            raise RecordingError(path, problem, 'choose another place') from None
+        with replacing(path) as part:
+            part.write_text(page, encoding='utf-8')
         return path
 
     def _repr_html_(self) -> str:

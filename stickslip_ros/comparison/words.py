@@ -9,7 +9,6 @@ from stickslip_ros.comparison.result import (
     AMPLITUDE,
     ROUNDING,
     TIME,
-    Agreement,
     Compared,
     ComparisonReport,
     Threshold,
@@ -116,22 +115,18 @@ def _numbers(quantity: Compared) -> Section:
     rows = []
     for label, field, form, unit in NUMBERS:
         shown = display_unit(quantity.unit)[1] if unit == OWN else unit
-        cells = [_cell(told, at, field, form, factors.get(unit, 1)) for _, told, at in columns]
+        cells = []
+        for _, agreement, known in columns:
+            chi, cell = agreement.chi_square, {**vars(agreement)}
+            if field == 'largest_at':  # of a place, what is not known already
+                worst = agreement.largest_at.items()
+                cells.append(place({name: each for name, each in worst if name not in known}))
+            else:
+                cell |= vars(chi) if chi else {}
+                cells.append(_number(cell.get(field), form, factors.get(unit, 1)))
         if set(cells) != {NONE}:
             rows.append((label, *cells, shown))
     return title(quantity), ('B − A', *(name for name, _, _ in columns), 'unit'), rows
-
-
-def _cell(
-    agreement: Agreement, known: Mapping[str, Scalar], field: str, form: str, factor: float
-) -> str:
-    """Return one number; of a place, what is not known already."""
-    if field == 'largest_at':
-        worst = agreement.largest_at
-        return place({name: value for name, value in worst.items() if name not in known})
-    chi = agreement.chi_square
-    told = {**vars(agreement), **(vars(chi) if chi else {})}
-    return _number(told.get(field), form, factor)
 
 
 def _saturations(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:

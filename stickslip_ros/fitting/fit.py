@@ -251,7 +251,14 @@ def fit_drive(
     """Do what ``fit`` does to points that were read, and to what ``choose_free`` returns."""
     started_s = time.perf_counter()
     problem = pose(parameters, free, points)
-    places = _starting_points(problem, starts, seed)
+    if not 1 <= starts <= STARTS_MAX:
+        limit = f'not from 1 to {STARTS_MAX}'
+        raise OutOfRange('number of starts', starts, '', limit, 'change --starts')
+    places = [problem.start]  # the present values, then a Latin hypercube in the bounds
+    if starts > 1:
+        qmc = load_extra(PURPOSE, 'scipy.stats').qmc
+        shares = qmc.LatinHypercube(d=len(free), seed=seed).random(starts - 1)
+        places += list(qmc.scale(shares, *problem.bounds))
     searches = run_batch(
         partial(_search_or_nothing, problem), places, workers=workers, progress=progress
     )
@@ -314,19 +321,6 @@ def _search_or_nothing(problem: Problem, start: Array) -> Minimum:
 
 def _best(searches: Sequence[Minimum]) -> Minimum:
     return min(searches, key=lambda found: found.chi_square)
-
-
-def _starting_points(problem: Problem, starts: int, seed: int) -> list[Array]:
-    """Return the present values, and a Latin hypercube in the bounds."""
-    if not 1 <= starts <= STARTS_MAX:
-        limit = f'not from 1 to {STARTS_MAX}'
-        raise OutOfRange('number of starts', starts, '', limit, 'change --starts')
-    first = problem.start
-    if starts == 1:
-        return [first]
-    qmc = load_extra(PURPOSE, 'scipy.stats').qmc
-    shares = qmc.LatinHypercube(d=len(first), seed=seed).random(starts - 1)
-    return [first, *qmc.scale(shares, *problem.bounds)]
 
 
 def _refine(problem: Problem, best: Minimum) -> tuple[Problem, list[Minimum], bool]:

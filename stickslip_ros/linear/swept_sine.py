@@ -112,7 +112,15 @@ def measure_response(
     sliding_m = SLIDING_SHARE * min(contact.max_displacement_m for contact in contacts)
     force_n = sum(float(contact.tangential_force(sliding_m)) for contact in contacts)
     stuck_n = sliding_m * sum(contact.stick_stiffness_n_per_m for contact in contacts)
-    amplitudes = _amplitudes(parameters, linear, frequencies, sliding_m)
+    matrix, amplifier = linear.matrix(frequencies), parameters.amplifier
+    sliding_m_per_v, sliding_m_per_n = np.abs(matrix[:, 0] - matrix[:, 1]).T
+    largest_v = VOLTAGE_SHARE * (amplifier.voltage_max - amplifier.voltage_min)
+    for side in (-1.0, 1.0):
+        check_request(Request('voltage', (linear.at_voltage_v + side * largest_v,)), parameters)
+    amplitudes = (
+        sliding_m / np.maximum(sliding_m_per_v, sliding_m / largest_v),
+        sliding_m / sliding_m_per_n,
+    )
     cases = [
         (name, float(hertz), float(amplitude))
         for name, column in zip(INPUTS, amplitudes, strict=True)
@@ -124,21 +132,6 @@ def measure_response(
     voltage, load = np.array(found).reshape(2, -1)
     return MeasuredResponse(
         frequencies, Response(voltage, load), linear, *amplitudes, 1.0 - force_n / stuck_n
-    )
-
-
-def _amplitudes(
-    parameters: Parameters, linear: LinearDrive, frequencies: Array, sliding_m: float
-) -> tuple[Array, Array]:
-    """Return the amplitudes of voltage, V, and load, N, that slide so far."""
-    matrix = linear.matrix(frequencies)
-    sliding_m_per_v, sliding_m_per_n = np.abs(matrix[:, 0] - matrix[:, 1]).T
-    amplifier = parameters.amplifier
-    largest_v = VOLTAGE_SHARE * (amplifier.voltage_max - amplifier.voltage_min)
-    for side in (-1.0, 1.0):
-        check_request(Request('voltage', (linear.at_voltage_v + side * largest_v,)), parameters)
-    return sliding_m / np.maximum(sliding_m_per_v, sliding_m / largest_v), (
-        sliding_m / sliding_m_per_n
     )
 
 

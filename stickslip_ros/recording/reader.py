@@ -124,8 +124,13 @@ class Recording:
     def time_origin_ns(self) -> int:
         """Time origin of the run; 0 where neither metadata nor a recorded ``~/info`` tell it."""
         said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN)
-        if said is None:
-            return self._published_origin_ns()
+        if said is None:  # somebody else may have recorded the first ~/info
+            texts = [name for name, kind in self.types.items() if kind == STRING]
+            infos = [name for name in texts if name.endswith(INFO_ENDING)]
+            for kind, _, message in self._stored(infos, log_time_order=True) if infos else ():
+                with suppress(ValueError, TypeError, KeyError, RecordingError):
+                    return int(json.loads(str(unpack(kind, message.data)))[TIME_ORIGIN])
+            return 0
         try:
             return int(said)
         except ValueError:
@@ -209,18 +214,6 @@ class Recording:
         for type_name, topic, message in self._stored(topics, log_time_order=True):
             time_ns = message.log_time - self.time_origin_ns
             yield topic, time_ns, unpack(type_name, message.data)
-
-    def _published_origin_ns(self) -> int:
-        """Return what the first ``~/info`` says that somebody else has recorded."""
-        names = [
-            name
-            for name, kind in self.types.items()
-            if kind == STRING and name.endswith(INFO_ENDING)
-        ]
-        for type_name, _, message in self._stored(names, log_time_order=True) if names else ():
-            with suppress(ValueError, TypeError, KeyError, RecordingError):
-                return int(json.loads(str(unpack(type_name, message.data)))[TIME_ORIGIN])
-        return 0
 
     def _stored(
         self, topics: list[str] | None, *, log_time_order: bool

@@ -185,7 +185,15 @@ def _draw(
         _draw_series(axes, name, series[name], zero_s)
         label = f'{RUN_QUANTITIES[name]} ({display_unit(series[name].unit)[1]})'
         axes.set_ylabel(fill(label, LABEL_CHARACTERS))
-        _mark(axes, plot, enlarged, zero_s)
+        for group in _in_a_row(plot):  # where a command took effect
+            axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
+        for shaded in plot.status:
+            if shaded.bit == LOADED:
+                ends_s = shaded.start_s - zero_s, shaded.end_s - zero_s
+                axes.axvspan(*ends_s, color=ORANGE, alpha=0.2)
+        if enlarged is not None:
+            ends_s = enlarged.start_s - zero_s, enlarged.end_s - zero_s
+            axes.axvspan(*ends_s, color='0.85', zorder=0)
     labels = _draw_lanes(panels[-1], plot, lanes, zero_s) if lanes else []
     for axes in panels[:-1]:
         axes.sharex(panels[-1])
@@ -340,14 +348,3 @@ def _write_labels(axes: Axes, labels: Sequence[tuple[int, float, float, str]]) -
                 free_px[lane] = max(last_px, box.x1)
                 break
             label.remove()
-
-
-def _mark(axes: Axes, plot: RunPlot, enlarged: TimeWindow | None, zero_s: float) -> None:
-    """Draw a dotted line where a command took effect, and shade load and enlarged stretch."""
-    for group in _in_a_row(plot):
-        axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
-    for span in plot.status:
-        if span.bit == LOADED:
-            axes.axvspan(span.start_s - zero_s, span.end_s - zero_s, color=ORANGE, alpha=0.2)
-    if enlarged is not None:
-        axes.axvspan(enlarged.start_s - zero_s, enlarged.end_s - zero_s, color='0.85', zorder=0)

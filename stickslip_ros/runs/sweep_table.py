@@ -81,8 +81,19 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
         rows, first = list(csv.DictReader(lines[len(comments) :])), len(comments) + 2
     if not rows:
         raise RecordingError(path, 'has no rows', AGAIN)
-    numbered = enumerate(rows, first)
-    return [_checked(row, f'{path}: line {number}') for number, row in numbered], described
+    checked = []
+    for number, row in enumerate(rows, first):
+        where = f'{path}: line {number}'
+        missing = sorted(name for name in (*NUMBERS, 'steady') if row.get(name) in (None, ''))
+        if missing:
+            raise RecordingError(where, f'column {missing[0]} has no value', AGAIN)
+        if None in row:
+            raise RecordingError(where, 'has more values than columns', 'take them away')
+        place = f'{where}, column'
+        checked.append(
+            {name: _value(name, each, f'{place} {name}:') for name, each in row.items()}
+        )
+    return checked, described
 
 
 def _is_comment(line: str) -> bool:
@@ -105,17 +116,8 @@ def _described(metadata: Mapping[str, str]) -> dict[str, Scalar] | None:
     return {'stickslip_ros': metadata[VERSION], **json.loads(metadata[PARAMETERS])}
 
 
-def _checked(row: Mapping[str, Any], where: str) -> Row:
-    """Return a row with its values as what they are, or refuse it."""
-    missing = sorted(name for name in (*NUMBERS, 'steady') if row.get(name) in (None, ''))
-    if missing:
-        raise RecordingError(where, f'column {missing[0]} has no value', AGAIN)
-    if None in row:
-        raise RecordingError(where, 'has more values than columns', 'take them away')
-    return {name: _value(name, value, f'{where}, column {name}:') for name, value in row.items()}
-
-
 def _value(name: str, value: Any, where: str) -> Scalar:
+    """Return a value as what it is, or refuse it."""
     if name in NUMBERS:
         return NUMBERS[name].check(where, value)
     if name == 'steady':
