@@ -13,12 +13,7 @@ from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TIME_O
 from stickslip_ros.recording.series import Series
 from stickslip_ros.runs.recorded_run import recorded_series
 from stickslip_ros.tables.columns import sigma_name
-from stickslip_ros.tables.experiment import (
-    MEASURED,
-    OVER_TIME,
-    TIME_COLUMNS,
-    Experiment,
-)
+from stickslip_ros.tables.experiment import MEASURED, OVER_TIME, TIME_COLUMNS, Experiment
 
 RECORDING = 'recording'
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}

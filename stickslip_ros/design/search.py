@@ -213,11 +213,7 @@ def optimise(
 
 
 def evaluations(
-    search: WaveSearch,
-    space: Space,
-    seed: int,
-    executor: Executor,
-    journal: Journal | None = None,
+    search: WaveSearch, space: Space, seed: int, executor: Executor, journal: Journal | None = None
 ) -> Iterator[tuple[Array, float]]:
     """Try the start, then generation by generation, from anew where CMA-ES has converged."""
     cma = load_extra('the search for a wave', 'cma')

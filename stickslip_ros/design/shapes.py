@@ -105,9 +105,7 @@ def _trapezoid(_: int, rise: float, fall: float, hold: float) -> Array:
 
 SHAPES: Mapping[str, Shape] = {
     'sawtooth': Shape(
-        _sawtooth,
-        {'fall': Trait(0.0, 0.5, 0.0)},
-        'D. W. Pohl, Rev. Sci. Instrum. 58, 54 (1987)',
+        _sawtooth, {'fall': Trait(0.0, 0.5, 0.0)}, 'D. W. Pohl, Rev. Sci. Instrum. 58, 54 (1987)'
     ),
     'cycloid': Shape(_cycloid, {}, 'Ch. Renner et al., Rev. Sci. Instrum. 61, 965 (1990)'),
     'parabola': Shape(

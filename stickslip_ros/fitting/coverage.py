@@ -17,13 +17,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.extras import load_extra
 from stickslip_ros.fitting.fit import Fit, search
-from stickslip_ros.fitting.statistics import (
-    LEVEL,
-    PURPOSE,
-    Estimate,
-    estimates_of,
-    uncertainty,
-)
+from stickslip_ros.fitting.statistics import LEVEL, PURPOSE, Estimate, estimates_of, uncertainty
 from stickslip_ros.runs.batch import Progress, run_batch
 
 SETS_MIN, SETS_MAX = 2, 100_000

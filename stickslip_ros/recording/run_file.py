@@ -97,10 +97,7 @@ def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
 
 
 def open_recorder(
-    path: Path,
-    parameters: Parameters,
-    channels: Mapping[str, Channel],
-    time_origin_ns: int = 0,
+    path: Path, parameters: Parameters, channels: Mapping[str, Channel], time_origin_ns: int = 0
 ) -> Recorder:
     """Start the recording of a run, with its parameters, under the keys of its channels."""
     heading = 'Parameters of the recorded run; SI units.'

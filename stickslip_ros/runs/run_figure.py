@@ -50,12 +50,7 @@ from stickslip_ros.runs.recorded_run import (
 )
 from stickslip_ros.units import NM, display_unit
 
-COLOURS = {
-    'position_m': GREEN,
-    'force_n': VERMILION,
-    'voltage_v': BLUE,
-    'foot_m': PURPLE,
-}
+COLOURS = {'position_m': GREEN, 'force_n': VERMILION, 'voltage_v': BLUE, 'foot_m': PURPLE}
 WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
 LABEL_CHARACTERS = 17  # in a line of an axis label
 GAP_PX = 3.0  # between a label and what is beside it

@@ -162,12 +162,7 @@ def _plain(name: str) -> str:
     return ' '.join(re.split(r'[\s_-]+', name.strip().lower()))
 
 
-def _check_units(
-    found: Found,
-    layout: TextForm,
-    specs: Mapping[str, Spec],
-    where: str,
-) -> None:
+def _check_units(found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str) -> None:
     """Refuse columns whose unit is not said or measures another thing; all of them at once."""
     unsaid, options, units = [], [], []
     for name, [(at, unit)] in found.items():

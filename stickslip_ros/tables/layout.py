@@ -30,11 +30,7 @@ NUMBER = {
 MISSING = {'', '-', 'nan', 'inf', '-inf'}
 """Cells that may stand where numbers stand, and elsewhere."""
 COMMENT = re.compile(r'\s*[#%]+\s*')
-BOMS = {
-    codecs.BOM_UTF8: 'utf-8-sig',
-    codecs.BOM_UTF16_LE: 'utf-16',
-    codecs.BOM_UTF16_BE: 'utf-16',
-}
+BOMS = {codecs.BOM_UTF8: 'utf-8-sig', codecs.BOM_UTF16_LE: 'utf-16', codecs.BOM_UTF16_BE: 'utf-16'}
 WINDOWS = 'cp1252'
 TEXT_HINT = 'save it as text: CSV in UTF-8, one row for each point or sample'
 RECORD_LENGTH = 'record length'

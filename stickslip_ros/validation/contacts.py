@@ -10,12 +10,7 @@ from scipy.optimize import bisect
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.mdr import (
-    Presliding,
-    effective_elasticity,
-    normal_force,
-    presliding,
-)
+from stickslip_ros.contact.mdr import Presliding, effective_elasticity, normal_force, presliding
 from stickslip_ros.contact.memory import fresh_memory, lost_energy, move, stored_energy
 from stickslip_ros.contact.profile import Array, PowerProfile, Profile, smooth_profile
 from stickslip_ros.contact.record import Record

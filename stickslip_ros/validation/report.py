@@ -10,13 +10,7 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.runs.plotting import (
-    BLUE,
-    VERMILION,
-    label_axes,
-    new_figure,
-    save_figure,
-)
+from stickslip_ros.runs.plotting import BLUE, VERMILION, label_axes, new_figure, save_figure
 from stickslip_ros.validation.self_test import CheckedAnswer, failed
 
 MARKDOWN, CSV, PNG = 'validation.md', 'validation.csv', 'validation.png'

@@ -36,8 +36,7 @@ def answer(row: Reference) -> float:
 
 
 def validate(
-    rows: Iterable[Reference] | None = None,
-    progress: Callable[[int, int], None] = lambda *_: None,
+    rows: Iterable[Reference] | None = None, progress: Callable[[int, int], None] = lambda *_: None
 ) -> dict[str, list[CheckedAnswer]]:
     """Compare with references, all if None; return outcomes by family, report those done."""
     compared = [row for row in read_references() if row.is_compared] if rows is None else rows
