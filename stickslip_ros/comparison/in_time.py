@@ -141,11 +141,19 @@ def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
     finest_s = min(float(np.median(np.diff(np.unique(each.time_s)))) for each in series)
     longest_s = max(float(each.time_s[-1] - each.time_s[0]) for each in series)
     step_s = max(finest_s, longest_s / SAMPLES_MAX)
-    (start_a_s, a), (start_b_s, b) = (_resampled(run, step_s) for run in runs)
+    starts_s, values = list[float](), list[Array]()
+    for run in runs:  # on even times, shape (quantities, n)
+        start_s = max(float(each.time_s[0]) for each in run)
+        end_s = min(float(each.time_s[-1]) for each in run)
+        count = int(np.floor((end_s - start_s) / step_s + 0.5)) + 1 if end_s >= start_s else 1
+        times_s = start_s + step_s * np.arange(count)
+        starts_s.append(start_s)
+        values.append(np.array([np.interp(times_s, each.time_s, each.value) for each in run]))
+    a, b = values
     scores = _scores(a, b)
     lags = np.arange(1 - b.shape[1], a.shape[1])
     tied = np.flatnonzero(scores >= np.max(scores) - TIED)
-    offset_s = start_a_s - start_b_s
+    offset_s = starts_s[0] - starts_s[1]
     best = int(tied[np.argmin(np.abs(offset_s + step_s * lags[tied]))])
     vertex = 0.0
     if 0 < best < len(scores) - 1:
@@ -154,15 +162,6 @@ def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
         vertex = 0.0 if bend >= 0.0 else float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5))
     shift_s = offset_s + step_s * (float(lags[best]) + vertex)
     return Alignment(shift_s, 'estimated', float(scores[best]), step_s)
-
-
-def _resampled(run: list[Series], step_s: float) -> tuple[float, Array]:
-    """Return a start, s, and what is there on even times from it on, shape (quantities, n)."""
-    start_s = max(float(each.time_s[0]) for each in run)
-    end_s = min(float(each.time_s[-1]) for each in run)
-    count = int(np.floor((end_s - start_s) / step_s + 0.5)) + 1 if end_s >= start_s else 1
-    times_s = start_s + step_s * np.arange(count)
-    return start_s, np.array([np.interp(times_s, each.time_s, each.value) for each in run])
 
 
 def _scores(a: Array, b: Array) -> Array:

@@ -36,24 +36,28 @@ class Objective:
     penalty: Callable[[Cycles], float] = lambda _: 1.0  # above 1 where a constraint is missed
 
 
-def _unreliable(cycles: Cycles) -> float:
+def unreliable(cycles: Cycles) -> float:
+    """Return the penalty of a step that a load changes by more than half."""
     step_m, *pushed_m = (cycle.step_m for cycle in cycles)
     change = max(abs(pushed - step_m) for pushed in pushed_m) / step_m
     return max(1.0, (change / RELIABLE_CHANGE) ** 2)
 
 
-def _flatness(cycles: Cycles) -> float:
+def flatness(cycles: Cycles) -> float:
+    """Return the largest less the smallest speed, per mean speed; nan of a wave that stops."""
     speeds = [cycle.speed_m_per_s for cycle in cycles]
     advances = min(cycle.step_m for cycle in cycles) > STEP_MIN_M
     return (max(speeds) - min(speeds)) / mean(speeds) if advances else math.nan
 
 
-def _loads_up_to(load_n: float, limit_n: float) -> tuple[float, ...]:
+def loads_up_to(load_n: float, limit_n: float) -> tuple[float, ...]:
+    """Return the loads, N, of a speed over load."""
     largest_n = load_n or LOAD_SHARE * limit_n
     return tuple(largest_n * number / LOAD_STEPS for number in range(LOAD_STEPS + 1))
 
 
-def _pushes(load_n: float, limit_n: float) -> tuple[float, ...]:
+def pushes(load_n: float, limit_n: float) -> tuple[float, ...]:
+    """Return no load, and pushes in both directions, N."""
     push_n = load_n or PUSH_SHARE * limit_n
     return 0.0, push_n, -push_n
 
@@ -78,8 +82,8 @@ OBJECTIVES: Mapping[str, Objective] = {
         unit='m',
         formula='x(t + T) - x(t), of which a load of either sign changes no more than half',
         value=lambda cycles: cycles[0].step_m,
-        loads=_pushes,
-        penalty=_unreliable,
+        loads=pushes,
+        penalty=unreliable,
     ),
     'vibration': Objective(
         unit='m/s',
@@ -96,8 +100,8 @@ OBJECTIVES: Mapping[str, Objective] = {
     'flatness': Objective(
         unit='',
         formula='(largest - smallest speed) / mean speed, over four loads from 0 on',
-        value=_flatness,
-        loads=_loads_up_to,
+        value=flatness,
+        loads=loads_up_to,
     ),
 }
 """Objectives by name."""

@@ -15,7 +15,7 @@ from stickslip_ros.paper.curves import (
     stand_at,
     zero_by_steps_m,
 )
-from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed, surface
+from stickslip_ros.paper.figure import PaperFigure, Table, assumed, surface
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.plotting import curve_style, draw_legend, label_axes
@@ -117,16 +117,6 @@ def _rounded_row(stand: Parameters, bandwidth_hz: float, amplitude_m: float) -> 
     }
 
 
-def _rounded_cases(parameters: Parameters, points: int) -> list[Case]:
-    amplitudes_m = np.linspace(0.0, AMPLITUDE_MAX_M, points + 1)[1:].tolist()
-    stands = [
-        (rounded_stand(parameters, preload_n, bandwidth_hz), bandwidth_hz)
-        for preload_n in PRELOADS_N
-        for bandwidth_hz in BANDWIDTHS_HZ
-    ]
-    return [partial(_rounded_row, *stand, a) for stand in stands for a in amplitudes_m]
-
-
 def _draw_rounded(table: Table, figure: Figure) -> None:
     panels = figure.subplots(2, len(PRELOADS_N), sharex=True)
     for (force, lost), preload_n in zip(panels.T, PRELOADS_N, strict=True):
@@ -167,7 +157,13 @@ ROUNDED = PaperFigure(
     'rounded',
     'Rounded saw-tooth',
     32,
-    _rounded_cases,
+    lambda parameters, points: [
+        partial(_rounded_row, stand, bandwidth_hz, amplitude_m)
+        for preload_n in PRELOADS_N
+        for bandwidth_hz in BANDWIDTHS_HZ
+        for stand in [rounded_stand(parameters, preload_n, bandwidth_hz)]
+        for amplitude_m in np.linspace(0.0, AMPLITUDE_MAX_M, points + 1)[1:].tolist()
+    ],
     _draw_rounded,
     _rounded_caption,
     (12.0, 7.8),

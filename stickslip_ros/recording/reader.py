@@ -1,10 +1,12 @@
 """Opens a recording and gives what is in it: messages, descriptions, quantities over time."""
 
+import hashlib
 import json
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 from pathlib import Path
 from typing import Final
 
@@ -30,7 +32,7 @@ from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
 from stickslip_ros.recording.series import Series, split_columns
 from stickslip_ros.recording.storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
-from stickslip_ros.units import NS_PER_S
+from stickslip_ros.units import NANO, NS_PER_S
 
 INFO_ENDING: Final = '/info'
 _SEQUENCE_NUMBERS: Final = 1 << 32
@@ -254,3 +256,44 @@ def _missing_part(path: Path) -> RecordingError:
     return RecordingError(
         path, 'this part of the run is missing', 'put it back, or open parts one by one'
     )
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first message in which two recordings differ."""
+
+    message: int  # its place in the file, from 0
+    topic: str  # in the first recording; in the second where the first has ended
+    time_s: float  # its simulated time
+    what: str  # missing, data, time, sequence or topic
+
+
+def compare_data(first: Recording, second: Recording) -> Difference | None:
+    """Return the first difference of the messages of two recordings; None if there is none."""
+    for place, (ours, theirs) in enumerate(zip_longest(first.records(), second.records())):
+        topic, message = ours or theirs
+        what = 'missing'
+        if ours and theirs:
+            differs = {
+                'topic': topic != theirs[0],
+                'data': message.data != theirs[1].data,
+                'sequence': message.sequence != theirs[1].sequence,
+                'time': (message.log_time, message.publish_time)
+                != (theirs[1].log_time, theirs[1].publish_time),
+            }
+            what = next((name for name, applies in differs.items() if applies), '')
+        if what:
+            source = first if ours else second
+            time_s = (message.log_time - source.time_origin_ns) * NANO
+            return Difference(place, topic, time_s, what)
+    return None
+
+
+def data_digest(recording: Recording) -> str:
+    """Return the SHA-256 of all messages of a recording, in the order of the file."""
+    digest = hashlib.sha256()
+    for topic, each in recording.records():
+        times_ns = each.log_time, each.publish_time
+        digest.update(repr((topic, *times_ns, each.sequence, len(each.data))).encode())
+        digest.update(each.data)
+    return digest.hexdigest()

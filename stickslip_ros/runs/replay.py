@@ -18,8 +18,7 @@ from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import heed_stop
-from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
-from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.reader import Difference, Recording, compare_data, data_digest
 from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES

@@ -131,14 +131,21 @@ def zero_amplitude(
         amplitudes_m: Array = np.linspace(
             0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
         )
-        slope, zero_m, rms_m = _line(amplitudes_m, step_lengths_m(amplitudes_m))
+        steps_m = step_lengths_m(amplitudes_m)
+    centre_m, mean_m = amplitudes_m.mean(), steps_m.mean()
+    offsets_m = amplitudes_m - centre_m
+    slope = float(np.sum(offsets_m * steps_m) / np.sum(offsets_m**2))
+    if not slope > 0.0:
+        hint = 'look at step lengths with: stickslip sweep --no-load-cell'
+        raise OutOfRange('slope of step length', slope, '', 'not above 0', hint)
+    missed_m = steps_m - mean_m - slope * offsets_m
     method = (
         f"Edeler's extrapolation: straight line through the step lengths of a free runner at "
         f'{FIT_POINTS} amplitudes, {amplitudes_m[0]:.4g} to {full_m:.4g} m, the upper half of '
         f'those that step; direct: smallest amplitude with a net step above {STEP_MIN_M:g} m'
     )
     return ZeroAmplitude(
-        zero_amplitude_m=zero_m,
+        zero_amplitude_m=float(centre_m - mean_m / slope),
         slope=slope,
         method=method,
         zero_amplitude_direct_m=direct_m,
@@ -149,7 +156,7 @@ def zero_amplitude(
         frequency_hz=frequency_hz,
         fit_from_m=float(amplitudes_m[0]),
         fit_to_m=full_m,
-        fit_rms_m=rms_m,
+        fit_rms_m=float(np.sqrt(np.mean(missed_m**2))),
         fit_points=FIT_POINTS,
         steps=steps,
         step_min_m=STEP_MIN_M,
@@ -200,15 +207,3 @@ def _first_step_m(step_lengths_m: Callable[[Array], Array], full_m: float) -> fl
         else:
             below_m = middle_m
     return float(above_m)
-
-
-def _line(amplitudes_m: Array, steps_m: Array) -> tuple[float, float, float]:
-    """Return slope, zero and rms error of a straight line, by least squares."""
-    centre_m, mean_m = amplitudes_m.mean(), steps_m.mean()
-    offsets_m = amplitudes_m - centre_m
-    slope = np.sum(offsets_m * steps_m) / np.sum(offsets_m**2)
-    if not slope > 0.0:
-        hint = 'look at step lengths with: stickslip sweep --no-load-cell'
-        raise OutOfRange('slope of step length', float(slope), '', 'not above 0', hint)
-    missed_m = steps_m - mean_m - slope * offsets_m
-    return float(slope), float(centre_m - mean_m / slope), float(np.sqrt(np.mean(missed_m**2)))

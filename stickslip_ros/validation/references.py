@@ -11,6 +11,7 @@ printed figures; ``make foreign`` writes foreign.csv, from programs that others 
 import csv
 import math
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -57,8 +58,12 @@ def read_references(paths: Iterable[Path] = TABLES) -> tuple[Reference, ...]:
 
 def arguments_of(case: str) -> dict[str, float | str]:
     """Return the arguments that a case names: numbers where they are some, else words."""
-    pairs = (part.split('=') for part in case.split(', ') if part)
-    return {name: _number_or_word(value) for name, value in pairs}
+    arguments: dict[str, float | str] = {}
+    for name, value in (part.split('=') for part in case.split(', ') if part):
+        arguments[name] = value
+        with suppress(ValueError):
+            arguments[name] = float(value)
+    return arguments
 
 
 def case_of(arguments: Mapping[str, Any]) -> str:
@@ -67,10 +72,3 @@ def case_of(arguments: Mapping[str, Any]) -> str:
         f'{name}={value if isinstance(value, str) else format(value, ".10g")}'
         for name, value in arguments.items()
     )
-
-
-def _number_or_word(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
