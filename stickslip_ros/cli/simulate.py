@@ -8,7 +8,7 @@ from rich.table import Table
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
-from stickslip_ros.files import make_room
+from stickslip_ros.files import check_writable
 from stickslip_ros.runs.replay import read_drive_input
 from stickslip_ros.runs.sawtooth_run import SawtoothRun, simulate
 from stickslip_ros.units import NM
@@ -21,7 +21,7 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         given = read_drive_input(waveform, parameters)
         waveform = np.column_stack((given.time_s, given.voltage_v))
     if arguments.output:
-        make_room(arguments.output, is_new=True)
+        check_writable(arguments.output, is_new=True)
     run = simulate(
         parameters,
         amplitude_m=arguments.amplitude,

@@ -106,10 +106,10 @@ def _compare(a: TimeRun, b: TimeRun, name: str) -> Compared:
     spans_s = [(float(each.time_s[0]), float(each.time_s[-1])) for each in (series_a, series_b)]
     start_s, end_s = max(span[0] for span in spans_s), min(span[1] for span in spans_s)
     if start_s > end_s:
-        told = [f'{first_s:.6g} s to {last_s:.6g} s' for first_s, last_s in spans_s]
+        ranges = [f'{first_s:.6g} s to {last_s:.6g} s' for first_s, last_s in spans_s]
         raise Incomparable(
             f'{name} of {b.side.origin}',
-            f'is there from {told[1]}, that of {a.side.origin} from {told[0]}',
+            f'is there from {ranges[1]}, that of {a.side.origin} from {ranges[0]}',
             'move B with --shift or --align',
         )
     inside = series_a.window(start_s, end_s)

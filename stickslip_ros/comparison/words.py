@@ -133,12 +133,12 @@ def _saturations(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
     header = ('preload', 'A', 'at stroke (nm)', 'B', 'at stroke (nm)', 'B − A')
     rows = []
     for name, a, b in pairs:
-        told = [
+        cells = [
             cell
             for each in (a, b)
             for cell in (f'{MN * each.saturation:.3f}', f'{NM * each.saturation_at_m:.5g}')
         ]
-        rows.append((name, *told, f'{MN * (b.saturation - a.saturation):.3f}'))
+        rows.append((name, *cells, f'{MN * (b.saturation - a.saturation):.3f}'))
     return 'largest force (mN)', header, rows
 
 

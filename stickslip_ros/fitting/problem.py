@@ -220,8 +220,8 @@ def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Prob
         end_n = parameters.stand.preload_end
         hint = 'set stand.preload_end=0: each point has one preload'
         raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
-    told = points.steps
-    cycles = (STEPS_MIN,) * len(points) if told is None else tuple(told.tolist())
+    counts = points.steps
+    cycles = (STEPS_MIN,) * len(points) if counts is None else tuple(counts.tolist())
     problem = Problem(parameters, free, points, cycles)
     return problem.steady_at(problem.start)[0]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import stickslip_ros
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import check_writable
 from stickslip_ros.fitting.coverage import Coverage
 from stickslip_ros.fitting.fit import Fit
 from stickslip_ros.fitting.statistics import Estimate
@@ -69,7 +69,7 @@ def check_output(path: Path) -> None:
     """Refuse a file that is neither JSON nor YAML, or cannot be written, before the work."""
     if path.suffix.lower() not in {*JSON, *YAML}:
         raise WrongKind('output', str(path), 'a .json or .yaml file', 'end its name so')
-    make_room(path)
+    check_writable(path)
 
 
 def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str) -> None:
@@ -95,8 +95,8 @@ def _search_warnings(fit: Fit) -> Iterator[str]:
     if not fit.found.converged:
         yield 'the search did not converge: raise --starts, or narrow --bounds'
     if not fit.steady:
-        told = fit.problem.points.steps is not None
-        depends = ': their forces hold for so many steps from rest only' if told else ''
+        is_counted = fit.problem.points.steps is not None
+        depends = ': their forces hold for so many steps from rest only' if is_counted else ''
         yield f'some runs are not steady after {max(fit.problem.cycles)} steps{depends}'
     if fit.rivals:
         yield (

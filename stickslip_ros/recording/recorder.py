@@ -178,7 +178,7 @@ class Recorder:
         """
         Write what is queued, finish the file and end the thread; the second time, nothing.
 
-        A disk that fails does not raise here: `error` tells.
+        A disk that fails does not raise here: `error` says what it was.
 
         """
         with self._lock:

@@ -229,8 +229,8 @@ def _read(
 
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude, by its columns."""
-    for kind, tells in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
-        specs = {name: COLUMNS[kind][name] for name in tells}
+    for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
+        specs = {name: COLUMNS[kind][name] for name in needed}
         if find_columns(layout, specs, reading.headers, where)[0]:
             return kind
     problem = f'columns {listed(filter(None, layout.names))} tell neither a time nor an amplitude'
