@@ -95,7 +95,8 @@ def compare(
         table = _points(first, is_moved)
         with progress_of(progress, 'runs') as show:
             model = by_amplitude.of_model(table, b, frequency_hz, steps, workers, show)
-        return _by_amplitude(table, model)
+        found = by_amplitude.compare(table, model)
+        return ComparisonReport(table.side, model.side, AMPLITUDE, found)
     second = _attached(paths[0], reading) if b is None else _load(_path(b), reading, len(paths))
     if isinstance(first, TimeRun) and isinstance(second, TimeRun):
         alignment = None if shift_s is None else Alignment(shift_s, 'given')
@@ -105,7 +106,8 @@ def compare(
         found = in_time.compare(first, moved)
         return ComparisonReport(first.side, second.side, TIME, found, alignment)
     if isinstance(first, PointTable) and isinstance(second, PointTable):
-        return _by_amplitude(_points(first, is_moved), second)
+        found = by_amplitude.compare(_points(first, is_moved), second)
+        return ComparisonReport(first.side, second.side, AMPLITUDE, found)
     raise Incomparable(
         second.side.origin,
         f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',
@@ -115,10 +117,6 @@ def compare(
 
 def _path(file: str | Path | Run) -> Path:
     return file.path if isinstance(file, Run) else Path(file)
-
-
-def _by_amplitude(a: PointTable, b: PointTable) -> ComparisonReport:
-    return ComparisonReport(a.side, b.side, AMPLITUDE, by_amplitude.compare(a, b))
 
 
 def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:

@@ -89,7 +89,33 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
 
 def compare(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
     """Compare every quantity that both runs have, at A's times within both."""
-    return tuple(_compare(a, b, name) for name in _shared(a, b))
+    found = []
+    for name in _shared(a, b):
+        series_a, series_b = a.series[name], b.series[name]
+        spans_s = [
+            (float(each.time_s[0]), float(each.time_s[-1])) for each in (series_a, series_b)
+        ]
+        start_s, end_s = max(span[0] for span in spans_s), min(span[1] for span in spans_s)
+        if start_s > end_s:
+            ranges = [f'{first_s:.6g} s to {last_s:.6g} s' for first_s, last_s in spans_s]
+            raise Incomparable(
+                f'{name} of {b.side.origin}',
+                f'is there from {ranges[1]}, that of {a.side.origin} from {ranges[0]}',
+                'move B with --shift or --align',
+            )
+        inside = series_a.window(start_s, end_s)
+        values_b = np.interp(inside.time_s, series_b.time_s, series_b.value)
+        usable = np.isfinite(inside.value) & np.isfinite(values_b)
+        if not usable.any():
+            problem = f'is a number at no time in both {a.side.origin} and {b.side.origin}'
+            raise Incomparable(name, problem, 'compare another run')
+        time_s = inside.time_s[usable]
+        known = [run.series[each] for run in (a, b) if (each := sigma_name(name)) in run.series]
+        terms = [np.interp(time_s, each.time_s, each.value) for each in known]
+        sigma = np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None
+        part = Part({}, TIME, time_s, inside.value[usable], values_b[usable], sigma)
+        found.append(Compared(name, (part,), len(inside) - len(time_s)))
+    return tuple(found)
 
 
 def _shared(a: TimeRun, b: TimeRun) -> list[str]:
@@ -99,31 +125,6 @@ def _shared(a: TimeRun, b: TimeRun) -> list[str]:
         problem = f'has {has[1]}, {a.side.origin} has {has[0]}'
         raise Incomparable(b.side.origin, problem, 'compare runs that share a quantity')
     return names
-
-
-def _compare(a: TimeRun, b: TimeRun, name: str) -> Compared:
-    series_a, series_b = a.series[name], b.series[name]
-    spans_s = [(float(each.time_s[0]), float(each.time_s[-1])) for each in (series_a, series_b)]
-    start_s, end_s = max(span[0] for span in spans_s), min(span[1] for span in spans_s)
-    if start_s > end_s:
-        ranges = [f'{first_s:.6g} s to {last_s:.6g} s' for first_s, last_s in spans_s]
-        raise Incomparable(
-            f'{name} of {b.side.origin}',
-            f'is there from {ranges[1]}, that of {a.side.origin} from {ranges[0]}',
-            'move B with --shift or --align',
-        )
-    inside = series_a.window(start_s, end_s)
-    values_b = np.interp(inside.time_s, series_b.time_s, series_b.value)
-    usable = np.isfinite(inside.value) & np.isfinite(values_b)
-    if not usable.any():
-        problem = f'is a number at no time in both {a.side.origin} and {b.side.origin}'
-        raise Incomparable(name, problem, 'compare another run')
-    time_s = inside.time_s[usable]
-    known = [run.series[each] for run in (a, b) if (each := sigma_name(name)) in run.series]
-    terms = [np.interp(time_s, each.time_s, each.value) for each in known]
-    sigma = np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None
-    part = Part({}, TIME, time_s, inside.value[usable], values_b[usable], sigma)
-    return Compared(name, (part,), len(inside) - len(time_s))
 
 
 def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:

@@ -17,7 +17,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.extras import load_extra
 from stickslip_ros.fitting.fit import Fit, search
-from stickslip_ros.fitting.statistics import LEVEL, PURPOSE, Estimate, estimates_of, uncertainty
+from stickslip_ros.fitting.statistics import LEVEL, PURPOSE, estimates_of, uncertainty
 from stickslip_ros.runs.batch import Progress, run_batch
 
 SETS_MIN, SETS_MAX = 2, 100_000
@@ -49,7 +49,27 @@ def coverage_of(
     truth = np.array([one.to_coordinate(one.value) for one in fit.estimates])
     task = partial(_refit, fit, truth, seed)
     rows = np.array(run_batch(task, range(sets), workers=workers, progress=progress))
-    return tuple(_count(one, *rows[:, :, i].T) for i, one in enumerate(fit.estimates))
+    coverages = []
+    for index, one in enumerate(fit.estimates):
+        inside, missed, errors = rows[:, :, index].T
+        errors = errors[np.isfinite(errors)]
+        rms_error = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
+        deviation = float(np.std(missed, ddof=1))
+        hits = int(np.sum(inside))
+        low, high = binomial_interval(hits, sets)
+        coverages.append(
+            Coverage(
+                name=one.name,
+                truth=one.value,
+                inside=hits,
+                sets=sets,
+                share_low=low,
+                share_high=high,
+                bias=float(np.mean(missed)) / deviation if deviation else 0.0,
+                spread_ratio=deviation / rms_error if rms_error else float('nan'),
+            )
+        )
+    return tuple(coverages)
 
 
 def binomial_interval(hits: int, trials: int) -> tuple[float, float]:
@@ -81,21 +101,3 @@ def _refit(fit: Fit, truth: Array, seed: int, number: int) -> Array:
         for one, z in zip(estimates, truth.tolist(), strict=True)
     ]
     return np.array([inside, found.place - truth, doubt.errors_z])
-
-
-def _count(one: Estimate, inside: Array, missed: Array, errors: Array) -> Coverage:
-    errors = errors[np.isfinite(errors)]
-    rms_error = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
-    deviation = float(np.std(missed, ddof=1))
-    hits, sets = int(np.sum(inside)), len(inside)
-    low, high = binomial_interval(hits, sets)
-    return Coverage(
-        name=one.name,
-        truth=one.value,
-        inside=hits,
-        sets=sets,
-        share_low=low,
-        share_high=high,
-        bias=float(np.mean(missed)) / deviation if deviation else 0.0,
-        spread_ratio=deviation / rms_error if rms_error else float('nan'),
-    )

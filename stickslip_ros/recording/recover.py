@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, Final, NamedTuple
+from typing import Any, BinaryIO, Final, NamedTuple
 
 from mcap import records as r
 from mcap.data_stream import RecordBuilder
@@ -253,24 +253,19 @@ class Content:
         written = runs[0].get(TIME_ORIGIN, '') if runs else ''
         origin_ns = int(written) if written.isdecimal() else 0
 
-        def simulated_ns(time_ns: int | None) -> int | None:
-            return None if time_ns is None else time_ns - origin_ns
-
-        topics = [
-            replace(
-                count,
-                topic=channel.topic,
-                type_name=getattr(self.schemas.get(channel.schema_id), 'name', ''),
-                first_ns=simulated_ns(count.first_ns),
-                last_ns=simulated_ns(count.last_ns),
+        def at_simulated_times(each: Any) -> Any:
+            times_ns = {'first_ns': each.first_ns, 'last_ns': each.last_ns}
+            return replace(
+                each, **{k: None if at is None else at - origin_ns for k, at in times_ns.items()}
             )
-            for key, channel in sorted(self.channels.items())
-            for count in [self._counts.get(key, ChannelSummary())]
-        ]
-        losses = [
-            replace(each, first_ns=simulated_ns(each.first_ns), last_ns=simulated_ns(each.last_ns))
-            for each in (self._losses if output else ())
-        ]
+
+        topics = []
+        for key, channel in sorted(self.channels.items()):
+            schema = self.schemas.get(channel.schema_id)
+            count = at_simulated_times(self._counts.get(key, ChannelSummary()))
+            type_name = schema.name if schema else ''
+            topics.append(replace(count, topic=channel.topic, type_name=type_name))
+        losses = [at_simulated_times(each) for each in self._losses] if output else []
         messages = sum(each.messages for each in topics)
         undescribed = sum(each.messages for each in self._counts.values()) - messages
         notes = {

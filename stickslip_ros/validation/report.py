@@ -4,6 +4,7 @@ import csv
 import io
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -66,22 +67,21 @@ def as_objects(outcomes: Answers) -> list[dict[str, Any]]:
             key: None if isinstance(value, float) and not math.isfinite(value) else value
             for key, value in row.items()
         }
-        for found in outcomes.values()
-        for row in map(_object, found)
+        for row in _rows(outcomes)
     ]
 
 
-def _object(each: CheckedAnswer) -> dict[str, Any]:
-    ours = {'ours': each.ours, 'unit': each.reference.unit, 'error': each.error}
-    return {**each.reference._asdict(), **ours, 'passed': each.passed}
+def _rows(outcomes: Answers) -> Iterator[dict[str, Any]]:
+    for each in chain.from_iterable(outcomes.values()):
+        ours = {'ours': each.ours, 'unit': each.reference.unit, 'error': each.error}
+        yield {**each.reference._asdict(), **ours, 'passed': each.passed}
 
 
 def csv_text(outcomes: Answers) -> str:
     """Return the same as CSV, with all digits."""
-    rows: Iterator[dict[str, Any]] = (_object(e) for found in outcomes.values() for e in found)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
-    for number, row in enumerate(rows):
+    for number, row in enumerate(_rows(outcomes)):
         if not number:
             writer.writerow(row)
         writer.writerow(row.values())
