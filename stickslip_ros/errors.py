@@ -54,7 +54,7 @@ class UnknownName(StickSlipError, KeyError):
 
 
 class WrongKind(StickSlipError, TypeError):
-    """A value is not of the kind that its name asks for: ``a finite number``, ``true or false``."""
+    """A value is not of the kind that its name asks for, such as ``a finite number``."""
 
     def __init__(self, name: str, value: object, expected: str, hint: str) -> None:
         super().__init__(f'{name} {quoted(value)} is not {expected}; {hint}')

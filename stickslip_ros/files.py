@@ -16,7 +16,7 @@ def readable(path: Path) -> Path:
 
 
 def read_bytes(path: Path, hint: str, length: int = -1) -> bytes:
-    """Return what a file holds, or its first ``length`` bytes; refuse with the hint if it cannot."""
+    """Return what a file holds, or its first ``length`` bytes; refuse with the hint if not."""
     try:
         with readable(path).open('rb') as file:
             return file.read(length)
@@ -25,7 +25,7 @@ def read_bytes(path: Path, hint: str, length: int = -1) -> bytes:
 
 
 def read_text(path: Path, hint: str, form: str) -> str:
-    """Return the text of a file as ``read_bytes`` does; what is not UTF-8 is refused with the form."""
+    """Return the text of a file as ``read_bytes`` does; refuse what is not UTF-8 with the form."""
     try:
         return read_bytes(path, hint).decode()
     except UnicodeDecodeError:
