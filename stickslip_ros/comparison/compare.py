@@ -82,7 +82,8 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
-    paths = [_path(each) for each in ([a] if isinstance(a, str | Path | Run) else a)]
+    given = [a] if isinstance(a, str | Path | Run) else a
+    paths = [each.path if isinstance(each, Run) else Path(each) for each in given]
     reading = Reading(headers or {}, preloads_n, report)
     reading.check_count(len(paths) + isinstance(b, str | Path | Run))
     first = (
@@ -97,7 +98,10 @@ def compare(
             model = by_amplitude.of_model(table, b, frequency_hz, steps, workers, show)
         found = by_amplitude.compare(table, model)
         return ComparisonReport(table.side, model.side, AMPLITUDE, found)
-    second = _attached(paths[0], reading) if b is None else _load(_path(b), reading, len(paths))
+    if b is None:
+        second = _attached(paths[0], reading)
+    else:
+        second = _load(b.path if isinstance(b, Run) else Path(b), reading, len(paths))
     if isinstance(first, TimeRun) and isinstance(second, TimeRun):
         alignment = None if shift_s is None else Alignment(shift_s, 'given')
         if align:
@@ -113,10 +117,6 @@ def compare(
         f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',
         'compare two over time, or two by amplitude and preload',
     )
-
-
-def _path(file: str | Path | Run) -> Path:
-    return file.path if isinstance(file, Run) else Path(file)
 
 
 def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -248,22 +249,17 @@ def _draw_steps(axes: Axes, series: Mapping[str, Series], falls_s: Sequence[floa
     )
     if step_nm > SLIP_SHARE * stroke_nm:
         fall_s, at_nm = falls_s[1] - zero_s, float(before_nm[1])
-        _point_at(axes, 'stick', fall_s - 0.5 * period_s, at_nm - 0.5 * stroke_nm)
-        _point_at(axes, 'slip', fall_s, at_nm)
+        arrow: dict[str, Any] = {
+            'arrowprops': {'arrowstyle': '->', 'color': BLACK},
+            'ha': 'center',
+        }
+        for word, place in (
+            ('stick', (fall_s - 0.5 * period_s, at_nm - 0.5 * stroke_nm)),
+            ('slip', (fall_s, at_nm)),
+        ):
+            axes.annotate(word, place, xytext=(-40, 32), textcoords='offset points', **arrow)
     _set_time_axis(axes, span)
     return span
-
-
-def _point_at(axes: Axes, word: str, x: float, y: float) -> None:
-    """Write a word above and left of a place, with an arrow to it."""
-    axes.annotate(
-        word,
-        (x, y),
-        xytext=(-40, 32),
-        textcoords='offset points',
-        ha='center',
-        arrowprops={'arrowstyle': '->', 'color': BLACK},
-    )
 
 
 def _lanes(plot: RunPlot) -> tuple[list[str], list[str]]:

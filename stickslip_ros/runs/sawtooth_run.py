@@ -229,9 +229,15 @@ def simulate(
         frequency_hz = SAWTOOTH_HZ if frequency_hz is None else frequency_hz
         request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
     else:
-        cycle = np.asarray(waveform, dtype=np.float64)
-        request, frequency_hz = _stretched(parameters, cycle, frequency_hz, steps)
-        voltage_v = float(np.ptp(request.values[1::2]))
+        cycle = tuple(np.ravel(np.asarray(waveform, dtype=np.float64)))
+        wave = check_request(Request('waveform', cycle), parameters)
+        if frequency_hz is None:
+            frequency_hz = 1.0 / wave.period_s
+        elif not 0.0 < frequency_hz < np.inf:
+            raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
+        stretched = wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0))
+        request = Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps)
+        voltage_v = float(np.ptp(stretched[:, 1]))
     wave = check_request(request, parameters)
     stand = start_on_wave(parameters, wave)
     grid_ns, folder, file = stand.trace_period_ns, None, Path(path) if path else None
@@ -270,19 +276,6 @@ def simulate(
         **_read_off(bench.plant, ramps, bench.ledger, wave),
     )
     return Run(file, result, folder)
-
-
-def _stretched(
-    parameters: Parameters, rows: Array, frequency_hz: float | None, steps: int
-) -> tuple[Request, float]:
-    """Return what asks for so many cycles of a wave at a frequency, and that frequency."""
-    wave = check_request(Request('waveform', tuple(np.ravel(rows))), parameters)
-    if frequency_hz is None:
-        frequency_hz = 1.0 / wave.period_s
-    elif not 0.0 < frequency_hz < np.inf:
-        raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
-    stretched = wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0))
-    return Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps), frequency_hz
 
 
 def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:

@@ -58,7 +58,7 @@ def is_sweep(path: Path) -> bool:
     """Tell by its header whether a CSV file is the table of a sweep."""
     try:
         with path.open(newline='', encoding='utf-8') as file:
-            below = itertools.dropwhile(_is_comment, file)
+            below = (line for line in file if not line.startswith(COMMENT))
             return STOP_RULE in next(csv.reader(below), [])
     except (UnicodeDecodeError, csv.Error):
         return False
@@ -75,7 +75,7 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
     else:
         with path.open(newline='', encoding='utf-8') as file:
             lines = list(file)
-        comments = list(itertools.takewhile(_is_comment, lines))
+        comments = list(itertools.takewhile(lambda line: line.startswith(COMMENT), lines))
         pairs = (line.removeprefix(COMMENT).partition(': ') for line in comments)
         described = _described({name: text.strip() for name, _, text in pairs})
         rows, first = list(csv.DictReader(lines[len(comments) :])), len(comments) + 2
@@ -94,10 +94,6 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
             {name: _value(name, each, f'{place} {name}:') for name, each in row.items()}
         )
     return checked, described
-
-
-def _is_comment(line: str) -> bool:
-    return line.startswith(COMMENT)
 
 
 def read_parquet(path: Path, hint: str) -> Any:
