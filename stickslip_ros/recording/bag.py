@@ -125,7 +125,7 @@ def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
 
 
 def bag_parts(path: Path) -> list[Path]:
-    """Return the files that the description of a bag lists; they stand beside it, always."""
+    """Return the files that the description of a bag lists; they always stand beside it."""
     if not (path / METADATA_FILE).is_file():
         refuse_sqlite(path)
         problem, hint = 'it is a directory without a recording', 'name a file or a bag directory'

@@ -129,7 +129,7 @@ class Recorder:
         return len(self._queue)
 
     def put(self, name: str, time_ns: int, data: bytes, *, wait: bool = False) -> bool:
-        """Hand over a message, or wait for room; return whether it was taken, else it is lost."""
+        """Hand over a message, or wait for room; return whether it was taken; else it counts."""
         channel_id = self._ids.get(name)
         if channel_id is None:
             raise UnknownName('recorded topic', name, f'known are {", ".join(self._ids)}')

@@ -298,7 +298,7 @@ class Content:
 
 
 def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
-    """Make a recording readable beside the original; return what became of its files, and it."""
+    """Make a recording readable beside the original; return what became of its files and where."""
     is_bag = path.is_dir()
     if is_bag:
         refuse_sqlite(path)
