@@ -1,5 +1,6 @@
 """``stickslip export``: tables that pandas reads without us."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from stickslip_ros.cli.main import main
 from stickslip_ros.runs.sawtooth_run import SawtoothRun
 
 Run = tuple[SawtoothRun, Path]
-READERS = {
+READERS: dict[str, Callable[..., pd.DataFrame]] = {
     '.csv': partial(pd.read_csv, float_precision='round_trip'),
     '.parquet': pd.read_parquet,
     '.xlsx': pd.read_excel,

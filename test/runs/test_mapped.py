@@ -42,7 +42,7 @@ def rig(recorded_run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
             name: writer.add_connection(name, kind, typestore=STORE)
             for name, kind in kinds.items()
         }
-        for time_s, row in trace.iloc[1::2].iterrows():
+        for time_s, row in zip(trace.index[1::2], trace.iloc[1::2].itertuples(), strict=True):
             at_ns = START_NS + round(1e9 * (time_s + LATE_S))
             point = types['geometry_msgs/msg/Vector3'](x=row.position_m + ZERO_M, y=0.0, z=0.0)
             messages = {
