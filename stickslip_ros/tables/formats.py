@@ -8,6 +8,7 @@ import numpy as np
 
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.extras import load_extra
+from stickslip_ros.files import readable
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -32,7 +33,7 @@ def as_text(path: Path) -> bytes | None:
     if read is None:
         return None
     try:
-        frame = read(path)
+        frame = read(readable(path))
     except StickSlipError:
         raise
     except Exception as error:  # noqa: BLE001 - nobody lists what six libraries raise of bad bytes

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ from stickslip_ros.cli.main import main
 from stickslip_ros.runs.sawtooth_run import SawtoothRun
 
 Run = tuple[SawtoothRun, Path]
-READERS: dict[str, Callable[..., pd.DataFrame]] = {
+READERS: dict[str, Callable[..., Any]] = {
     '.csv': partial(pd.read_csv, float_precision='round_trip'),
     '.parquet': pd.read_parquet,
     '.xlsx': pd.read_excel,

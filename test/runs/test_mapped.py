@@ -1,6 +1,7 @@
 """Recordings of a real rig: any message, the rig's own topics, clock and zero."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +28,7 @@ TOPICS = {
 @pytest.fixture(scope='module')
 def rig(recorded_run: Run, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Write what a rig would have recorded of a run: with a library and types of others."""
-    trace = open_run(recorded_run[1]).frame
+    trace: Any = open_run(recorded_run[1]).frame
     folder = tmp_path_factory.mktemp('rig') / 'bag'
     types = STORE.types
     header, stamp = types['std_msgs/msg/Header'], types['builtin_interfaces/msg/Time']
