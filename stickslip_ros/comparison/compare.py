@@ -21,6 +21,7 @@ from stickslip_ros.recording.integrity import MAGIC
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 from stickslip_ros.runs.batch import Progress
+from stickslip_ros.runs.mapped import is_topic
 from stickslip_ros.runs.recorded_run import Run
 from stickslip_ros.runs.sweep_table import PARQUET, is_sweep
 from stickslip_ros.tables.experiment import (
@@ -43,6 +44,8 @@ def compare(
     steps: int = 0,
     shift_s: float | None = None,
     align: bool = False,
+    offset: bool = False,
+    window_s: tuple[float, float] | None = None,
     workers: int = 0,
     report: Callable[[Experiment], None] | None = None,
     progress: bool | Progress = False,
@@ -58,7 +61,8 @@ def compare(
         Another one; parameters run the model at the points of A; without it a recording is
         compared with the experiment that it carries.
     headers : mapping of str to str, optional
-        Headers of columns in experiment files that do not tell, ``{'force_n': 'CH2 (mN)'}``.
+        Headers of columns in experiment files that do not tell, ``{'force_n': 'CH2 (mN)'}``; and
+        topics of recordings of other programs, ``{'force_n': '/rig/cell.wrench.force.x'}``.
     preloads_n : sequence of float
         Preloads of experiment files without such a column, N: one of all, or one of each.
     frequency_hz : float
@@ -69,6 +73,10 @@ def compare(
         What is added to the times of B, s.
     align : bool
         Estimate that shift by cross-correlation.
+    offset : bool
+        Lay the position of B onto that of A: find the difference of their zeros and add it.
+    window_s : tuple of float, optional
+        Start and end of the stretch of A that counts, s.
     workers : int
         Runs of the model at once; 0 is one per core.
     report : callable, optional
@@ -84,14 +92,16 @@ def compare(
     """
     given = [a] if isinstance(a, str | Path | Run) else a
     paths = [each.path if isinstance(each, Run) else Path(each) for each in given]
-    reading = Reading(headers or {}, preloads_n, report)
+    topics = {name: text for name, text in (headers or {}).items() if is_topic(text)}
+    columns = {name: text for name, text in (headers or {}).items() if name not in topics}
+    reading = Reading(columns, preloads_n, report)
     reading.check_count(len(paths) + isinstance(b, str | Path | Run))
     first = (
-        _load(paths[0], reading)
+        _load(paths[0], reading, topics)
         if len(paths) == 1
         else by_amplitude.of_experiment(read_joined(paths, reading))
     )
-    is_moved = align or shift_s is not None
+    is_moved = align or shift_s is not None or offset or window_s is not None
     if isinstance(b, Parameters):
         table = _points(first, is_moved)
         with progress_of(progress, 'runs') as show:
@@ -101,13 +111,15 @@ def compare(
     if b is None:
         second = _attached(paths[0], reading)
     else:
-        second = _load(b.path if isinstance(b, Run) else Path(b), reading, len(paths))
+        second = _load(b.path if isinstance(b, Run) else Path(b), reading, topics, len(paths))
     if isinstance(first, TimeRun) and isinstance(second, TimeRun):
         alignment = None if shift_s is None else Alignment(shift_s, 'given')
+        if window_s is not None:
+            first = first.within(*window_s)
         if align:
             alignment = in_time.align(first, second)
         moved = second if alignment is None else second.moved(alignment.shift_s)
-        found = in_time.compare(first, moved)
+        found = in_time.compare(first, moved, offset=offset)
         return ComparisonReport(first.side, second.side, TIME, found, alignment)
     if isinstance(first, PointTable) and isinstance(second, PointTable):
         found = by_amplitude.compare(_points(first, is_moved), second)
@@ -128,18 +140,20 @@ def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
             'record the model with stickslip simulate -o FILE and compare with that',
         )
     if is_moved:
-        hint = 'leave --shift and --align away'
+        hint = 'leave --shift, --align, --offset and --window away'
         raise Incomparable(a.side.origin, 'is by amplitude and knows no time', hint)
     return a
 
 
-def _load(path: Path, reading: Reading, number: int = 0) -> PointTable | TimeRun:
+def _load(
+    path: Path, reading: Reading, topics: Mapping[str, str], number: int = 0
+) -> PointTable | TimeRun:
     """Read a file by what is in it, not by its name."""
     if path.suffix == PARQUET and path.is_file():
         return by_amplitude.of_sweep(path)
-    start = read_bytes(path, 'check the path', len(MAGIC))
-    if start == MAGIC or path.suffix == '.mcap':
-        return in_time.of_recording(Recording(path))
+    is_recording = path.suffix == '.mcap' or path.is_dir()
+    if is_recording or read_bytes(path, 'check the path', len(MAGIC)) == MAGIC:
+        return in_time.of_recording(Recording(path), topics)
     if is_sweep(path):
         return by_amplitude.of_sweep(path)
     return _of_experiment(read_experiment(path, reading, number=number))

@@ -1,6 +1,6 @@
 """Runs against each other: quantity by quantity in the time that both cover."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,11 +11,13 @@ from stickslip_ros.parameters import Scalar, parse_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TIME_ORIGIN
 from stickslip_ros.recording.series import Series
+from stickslip_ros.runs.mapped import mapped_series
 from stickslip_ros.runs.recorded_run import recorded_series
 from stickslip_ros.tables.columns import sigma_name
 from stickslip_ros.tables.experiment import MEASURED, OVER_TIME, TIME_COLUMNS, Experiment
 
 RECORDING = 'recording'
+POSITION = 'position_m'
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
 """Metadata that differ by chance, or that the parameters repeat."""
 SAMPLES_MAX = 1 << 20
@@ -37,6 +39,13 @@ class TimeRun:
         """What was measured."""
         return [name for name in MEASURED[OVER_TIME] if name in self.series]
 
+    def within(self, start_s: float, end_s: float) -> 'TimeRun':
+        """Return a stretch of the run."""
+        series = {name: each.window(start_s, end_s) for name, each in self.series.items()}
+        series = {name: each for name, each in series.items() if len(each)}
+        rows = max(map(len, series.values()), default=0)
+        return replace(self, series=series, side=replace(self.side, rows=rows))
+
     def moved(self, shift_s: float) -> 'TimeRun':
         """Return the run with other times."""
         series = {
@@ -45,9 +54,15 @@ class TimeRun:
         return replace(self, series=series)
 
 
-def of_recording(recording: Recording) -> TimeRun:
-    """Return what a recording holds over time, and what it says of itself."""
-    series = recorded_series(recording)
+def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
+    """
+    Return what a recording holds over time, and what it says of itself.
+
+    One of another program holds what ``topics`` say, if they say anything.
+
+    """
+    is_mapped = topics and RUN_RECORD not in recording.metadata
+    series = mapped_series(recording, topics) if is_mapped else recorded_series(recording)
     run = recording.metadata.get(RUN_RECORD, {})
     described: dict[str, Scalar] = {key: run[key] for key in run if key not in NOT_COMPARED}
     changed = None
@@ -87,8 +102,13 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     return estimate_alignment(pairs)
 
 
-def compare(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
-    """Compare every quantity that both runs have, at A's times within both."""
+def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, ...]:
+    """
+    Compare every quantity that both runs have, at A's times within both.
+
+    The zero of a position is arbitrary: with ``offset`` that of B is moved onto A's.
+
+    """
     found = []
     for name in _shared(a, b):
         series_a, series_b = a.series[name], b.series[name]
@@ -113,8 +133,10 @@ def compare(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
         known = [run.series[each] for run in (a, b) if (each := sigma_name(name)) in run.series]
         terms = [np.interp(time_s, each.time_s, each.value) for each in known]
         sigma = np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None
-        part = Part({}, TIME, time_s, inside.value[usable], values_b[usable], sigma)
-        found.append(Compared(name, (part,), len(inside) - len(time_s)))
+        of_a, of_b = inside.value[usable], values_b[usable]
+        moved = float(np.median(of_a - of_b)) if offset and name == POSITION else 0.0
+        part = Part({}, TIME, time_s, of_a, of_b + moved, sigma)
+        found.append(Compared(name, (part,), len(inside) - len(time_s), moved))
     return tuple(found)
 
 

@@ -26,6 +26,7 @@ from stickslip_ros.tables.columns import (
     suggestion,
     understood,
 )
+from stickslip_ros.tables.formats import as_text
 from stickslip_ros.tables.layout import HEAD_BYTES, TextForm, layout_of, to_number
 
 Lines = NDArray[np.intp]  # lines of a file, from 1, in which the rows stand
@@ -137,8 +138,11 @@ def read_experiment(
     measured: Sequence[str] = (),
 ) -> Experiment:
     """Read a measured table, its header first; refusals name file, line, and what to do."""
-    head = read_bytes(path, 'check the path', HEAD_BYTES + 1)
-    return _read(path, layout_of(head, str(path)), str(path), reading, number, kind, measured)
+    origin, content = str(path), as_text(path)
+    source = path if content is None else io.BytesIO(content)
+    head = read_bytes(path, 'check the path', HEAD_BYTES + 1) if content is None else content
+    layout = layout_of(head[: HEAD_BYTES + 1], origin)
+    return _read(source, layout, origin, reading, number, kind, measured)
 
 
 def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -> Experiment:
