@@ -43,7 +43,7 @@ def make_folder(folder: Path) -> None:
         raise RecordingError(folder, 'cannot be written', 'choose another folder')
 
 
-def check_writable(path: Path, *, is_new: bool = False) -> None:
+def prepare_output(path: Path, *, is_new: bool = False) -> None:
     """Make sure that a file, if it ``is_new`` no older one, can be written; its folder is made."""
     if path.is_dir():
         raise RecordingError(path, 'is a folder', 'choose another name')

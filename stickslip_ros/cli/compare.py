@@ -15,7 +15,7 @@ from stickslip_ros.comparison.compare import compare
 from stickslip_ros.comparison.result import ComparisonReport
 from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.files import check_writable
+from stickslip_ros.files import prepare_output
 from stickslip_ros.runs.recorded_run import parse_window
 
 SUFFIXES = ('.html', '.htm')
@@ -65,7 +65,7 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
             hint = f'write the word {MODEL} for B, or leave it away'
             raise OutOfRange(name, str(value), '', 'without effect on files', hint)
     if report is not None:
-        check_writable(report)
+        prepare_output(report)
 
 
 def _parts(comparison: ComparisonReport, report: Path | None) -> Iterator[str | Table]:

@@ -9,7 +9,7 @@ from typing import Any
 from rich.table import Table
 
 from stickslip_ros.cli.printing import Answer, table
-from stickslip_ros.files import check_writable, make_folder
+from stickslip_ros.files import make_folder, prepare_output
 from stickslip_ros.parameters import parse_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import Recovery, recover
@@ -73,7 +73,7 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     window = None if arguments.window is None else recorded_run.parse_window(arguments.window)
     picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
     if arguments.output:
-        check_writable(picture)
+        prepare_output(picture)
     plot = run_figure.plot_run(arguments.file, picture, window)
     told = dataclasses.asdict(plot)
     told['commands'] = [command._asdict() for command in plot.commands]

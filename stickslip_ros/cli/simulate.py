@@ -9,7 +9,7 @@ from rich.table import Table
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.files import check_writable
+from stickslip_ros.files import prepare_output
 from stickslip_ros.runs.replay import read_drive_input
 from stickslip_ros.runs.sawtooth_run import SawtoothRun, simulate
 from stickslip_ros.units import NM
@@ -25,7 +25,7 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         if arguments.output.suffix.lower() not in {'', '.mcap'}:
             hint = 'write .mcap, then make a table of it with stickslip export'
             raise WrongKind('--output', str(arguments.output), 'an .mcap file', hint)
-        check_writable(arguments.output, is_new=True)
+        prepare_output(arguments.output, is_new=True)
     run = simulate(
         parameters,
         amplitude_m=arguments.amplitude,

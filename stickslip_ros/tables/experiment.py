@@ -15,7 +15,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_bytes, replacing
 from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, Spec, spec_of
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.tables.columns import (
     LIKELY,
     SIGMA,
@@ -273,7 +273,7 @@ def _numbers(
     parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
     lines, named = [], 1 + max(at for at, name in enumerate(layout.names) if name)
     for first, chunk in _chunks(source, layout, origin):
-        heed_stop()
+        stop_if_asked()
         beyond = np.flatnonzero(chunk.iloc[:, named:].notna().any(axis=1).to_numpy())
         if len(beyond):
             problem = f'has more values than the {named} columns with names'

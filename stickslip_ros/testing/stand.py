@@ -8,7 +8,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 
 from stickslip_ros.parameters import Scalar
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import open_context
 from stickslip_ros.ros.ending import end_node
 from stickslip_ros.testing.operator import Operator
@@ -102,7 +102,7 @@ class Stand:
             self._crash = error
 
     def _check(self) -> None:
-        heed_stop()
+        stop_if_asked()
         crash, self._crash = self._crash, None
         if crash is not None:
             raise crash
