@@ -34,7 +34,7 @@ from stickslip_ros.study.sawtooth_run import run_drive
 
 PUBLIC = vars(stickslip_ros)['PUBLIC']
 ROOT = Path(stickslip_ros.__file__).parent
-PAGE = ROOT.parent / 'docs' / 'python.md'
+PAGE = ROOT.parent / 'docs' / 'reference' / 'python.md'
 REFERENCE = PAGE.with_name('api.md')
 AMPLITUDE_M, FREQUENCY_HZ, STEPS = 113.76725643485543e-9, 1153.3955451232346, 8
 HEAVY = ('numpy', 'numba', 'matplotlib', 'pandas', 'rclpy')

@@ -23,19 +23,15 @@ as ROS 2 parameters. SI units. In brackets: place in that paper, or "assumed".
 Written by: stickslip parameters > config/test_stand.yaml
 """
 TITLE = """\
-# Interface
+# Topics, services, parameters
 
-Written by `stickslip interface > docs/interface.md`; a test keeps it in step with the code.
+Written by `stickslip interface > docs/reference/interface.md`; a test compares.
 
-Node `stickslip_drive`, executable `drive` of the package `stickslip_ros`, a lifecycle node that
-starts itself unless `autostart` is false. Names are relative, so a namespace moves them. All
+Node `stickslip_drive`, executable `drive`. Names are relative, so a namespace moves them. All
 numbers are SI. +x is the direction in which a slow ramp of positive frequency pulls the runner.
-Stamps, `/clock` and the times of recordings are the time origin plus simulated time
-(`sim.time_origin`, [node.md](node.md#time)); all other times are simulated time, from 0 at the
-configuration.
-
-Depths of streams are those under the default parameters: the messages of one simulated second, at
-least 100 ([node.md](node.md#quality-of-service)).
+[The node](node.md) explains [time and stamps](node.md#time), and
+[depths](node.md#quality-of-service), which are given here for the default parameters; every topic
+is reliable. Defaults with a source in brackets are those of the paper, the others are assumed.
 """
 
 
@@ -46,7 +42,7 @@ def parameters_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def interface_verb(_: argparse.Namespace) -> Answer:
-    """Return the page docs/interface.md; as JSON the types of the topics."""
+    """Return the page docs/reference/interface.md; as JSON the types of the topics."""
     return Answer({topic.name: topic.type_name for topic in (*COMMAND_TOPICS, *READINGS)}, _page())
 
 
@@ -67,13 +63,13 @@ def _page() -> Iterator[str]:
 
 def _topic_table(title: str, topics: tuple[Topic, ...]) -> Iterator[str]:
     rows = [(f'`{t.name}`', t.type_name, _qos_words(t), t.text) for t in topics]
-    yield from _markdown(title, ('name', 'type', 'QoS', 'meaning'), rows)
+    yield from _markdown(title, ('name', 'type', 'depth', 'meaning'), rows)
 
 
 def _qos_words(topic: Topic) -> str:
     qos = topic.offered_qos(Parameters())
     latched = ', latched' if qos.latched else ''
-    return f'{"reliable" if qos.reliable else "best effort"}, {qos.depth}{latched}'
+    return f'{"" if qos.reliable else "best effort, "}{qos.depth}{latched}'
 
 
 def _parameter_table(title: str, declared: Mapping[str, Spec]) -> Iterator[str]:
@@ -82,9 +78,10 @@ def _parameter_table(title: str, declared: Mapping[str, Spec]) -> Iterator[str]:
         bounds = ' \\| '.join(spec.choices)
         if spec.minimum is not None and spec.maximum is not None:
             bounds = f'{spec.minimum:g} to {spec.maximum:g}'
-        default = f'`{format_value(spec.default)}`'
-        rows.append((f'`{name}`', default, spec.unit, bounds, spec.source, spec.text))
-    header = ('name', 'default', 'unit', 'bounds or choices', 'source', 'meaning')
+        default = f'`{format_value(spec.default)}` {spec.unit}'.rstrip()
+        source = '' if spec.source == 'assumed' else f' ({spec.source})'
+        rows.append((f'`{name}`', default, bounds, f'{spec.text}{source}'))
+    header = ('name', 'default', 'bounds or choices', 'meaning')
     yield from _markdown(title, header, rows)
 
 

@@ -185,7 +185,7 @@ def read_experiment(
     Parameters
     ----------
     path : Path
-        Text in columns, as docs/compare.md says.
+        Text in columns, as docs/howto/compare.md says.
     reading : Reading
         What the table does not say itself.
     number : int

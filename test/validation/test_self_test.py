@@ -22,7 +22,7 @@ move_springs = entry_point(move_springs)
 deflect = entry_point(deflect)
 
 ROOT = Path(__file__).parents[2]
-DOCUMENT = ROOT / 'docs' / 'validation.md'
+DOCUMENT = ROOT / 'docs' / 'evidence' / 'validation.md'
 PACKAGE = 'stickslip_ros.validation'
 LOOSEST = 0.05
 """The loosest tolerance, but for an assumption, is that of counting 45 elements."""
