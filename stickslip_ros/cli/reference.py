@@ -1,7 +1,7 @@
 """``stickslip parameters`` and ``interface``: what files and pages are written from the code."""
 
 import argparse
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer
@@ -10,11 +10,9 @@ from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, SERVICES, T
 from stickslip_ros.parameters import (
     ControllerParameters,
     Parameters,
-    Spec,
     declared_by,
     dump_yaml,
     format_value,
-    specs,
 )
 
 HEADING = """\
@@ -23,15 +21,15 @@ as ROS 2 parameters. SI units. In brackets: place in that paper, or "assumed".
 Written by: stickslip parameters > config/test_stand.yaml
 """
 TITLE = """\
-# Topics, services, parameters
+# Topics and services
 
 Written by `stickslip interface > docs/reference/interface.md`; a test compares.
 
 Node `stickslip_drive`, executable `drive`. Names are relative, so a namespace moves them. All
 numbers are SI. +x is the direction in which a slow ramp of positive frequency pulls the runner.
 [The node](node.md) explains [time and stamps](node.md#time), and
-[depths](node.md#quality-of-service), which are given here for the default parameters; every topic
-is reliable. Defaults with a source in brackets are those of the paper, the others are assumed.
+[depths](node.md#quality-of-service), which are given here for the default
+[parameters](parameters.md); every topic is reliable.
 """
 
 
@@ -56,9 +54,7 @@ def _page() -> Iterator[str]:
     yield from _markdown('Status bits', ('bit', 'name', 'meaning'), bits)
     results = [(f'`{result.name}`', result.value) for result in Result]
     yield from _markdown('Results of a command', ('result', 'meaning'), results)
-    yield from _parameter_table('Parameters', specs())
-    title = 'Parameters of `position_controller`, read at its start'
-    yield from _parameter_table(title, declared_by(ControllerParameters))
+    yield from _controller_table()
 
 
 def _topic_table(title: str, topics: tuple[Topic, ...]) -> Iterator[str]:
@@ -72,16 +68,15 @@ def _qos_words(topic: Topic) -> str:
     return f'{"" if qos.reliable else "best effort, "}{qos.depth}{latched}'
 
 
-def _parameter_table(title: str, declared: Mapping[str, Spec]) -> Iterator[str]:
+def _controller_table() -> Iterator[str]:
     rows = []
-    for name, spec in declared.items():
-        bounds = ' \\| '.join(spec.choices)
-        if spec.minimum is not None and spec.maximum is not None:
-            bounds = f'{spec.minimum:g} to {spec.maximum:g}'
+    for name, spec in declared_by(ControllerParameters).items():
+        bounds = '' if spec.minimum is None else f'{spec.minimum:g} to {spec.maximum:g}'
         default = f'`{format_value(spec.default)}` {spec.unit}'.rstrip()
         source = '' if spec.source == 'assumed' else f' ({spec.source})'
         rows.append((f'`{name}`', default, bounds, f'{spec.text}{source}'))
-    header = ('name', 'default', 'bounds or choices', 'meaning')
+    title = 'Parameters of `position_controller`, read at its start'
+    header = ('name', 'default', 'bounds', 'meaning')
     yield from _markdown(title, header, rows)
 
 
