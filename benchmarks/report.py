@@ -6,6 +6,7 @@ import math
 import os
 import platform
 import subprocess
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -154,19 +155,14 @@ def markdown_of(results: Mapping[str, Any]) -> str:
     """Return a table of what users want, and the targets that are missed, as Markdown."""
     entries = (results['benchmarks'] | results['long']).items()
     targets = [(name, verdict) for name, entry in entries for verdict in entry['verdicts']]
-    missed = [
-        f'- {name}: {_verdict_text(v).removeprefix("MISSED: ")}'
-        for name, v in targets
-        if not v['met']
-    ]
+    missed = Counter(name for name, verdict in targets if not verdict['met'])
     return '\n'.join(
         [
             *_markdown_table(list(wishes_of(results))),
             _heading(results),
             '',
-            f'Missed are {len(missed)} of {len(targets)} targets that the project sets itself:',
-            '',
-            *missed,
+            f'Missed are {missed.total()} of {len(targets)} targets that the project sets itself: '
+            + ', '.join(f'{name} {number}' for name, number in missed.items()),
             '',
         ]
     )
