@@ -83,6 +83,6 @@ def _controller_table() -> Iterator[str]:
 def _markdown(title: str, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
     yield f'## {title}\n'
     yield f'| {" | ".join(header)} |'
-    yield '|' + ' --- |' * len(header)
+    yield '|' + '---|' * len(header)
     yield from (f'| {" | ".join(row)} |' for row in rows)
     yield ''
