@@ -1,5 +1,6 @@
 """From many samples to the few points of a picture: kept, thinned, triggered."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -28,20 +29,10 @@ TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
 
 
 class SampleRing:
-    """
-    The last rows of a table that grows, always as one array.
-
-    Parameters
-    ----------
-    columns : int
-        Width of the table.
-    capacity : int
-        Rows that are kept at least, and seen at most.
-
-    """
+    """The last rows of a table that grows, always as one array."""
 
     def __init__(self, columns: int, capacity: int) -> None:
-        self._capacity = capacity
+        self._capacity = capacity  # rows that are kept at least, and seen at most
         self._table = np.empty((2 * capacity, columns))
         self._end = 0
 
@@ -66,22 +57,17 @@ class SampleRing:
 
 
 class BinHistory:
-    """
-    Lowest and highest position and force of every hundredth of a second.
-
-    Attributes
-    ----------
-    bins : SampleRing
-        Rows of start (s), lowest and highest position (m), lowest and highest force (N).
-
-    """
+    """Lowest and highest position and force of every hundredth of a second."""
 
     def __init__(self, kept: int = HISTORY_KEPT) -> None:
+        # Rows of start (s), lowest and highest position (m), lowest and highest force (N).
         self.bins = SampleRing(5, kept)
 
     def add(self, samples: Array) -> None:
         """Take samples, at most one bin's."""
-        row = np.array([[samples[0, TIME], *_range(samples, POSITION), *_range(samples, FORCE)]])
+        seen = samples[:, (POSITION, FORCE)]
+        ends = np.column_stack((np.fmin.reduce(seen), np.fmax.reduce(seen)))
+        row = np.append(samples[0, TIME], ends)[None]
         bins = self.bins.rows
         # Three quarters: starts of bins are no exact multiples.
         if len(bins) and row[0, 0] - bins[-1, 0] < 0.75 * HISTORY_BIN_S:
@@ -111,27 +97,12 @@ class BinHistory:
         }
 
 
-def _range(samples: Array, column: int) -> tuple[float, float]:
-    values = samples[:, column]
-    return float(np.fmin.reduce(values)), float(np.fmax.reduce(values))
-
-
 class PanelCurve(NamedTuple):
-    """
-    Points of a picture.
+    """Points of a picture."""
 
-    Attributes
-    ----------
-    x, y : array of float32, shape (n,)
-        Both relative: to a time that the picture has, and to ``base``.
-    base : float
-        What is to be added to y; in double precision, unlike these.
-
-    """
-
-    x: NDArray[np.float32]
-    y: NDArray[np.float32]
-    base: float
+    x: NDArray[np.float32]  # shape (n,), relative to a time that the picture has
+    y: NDArray[np.float32]  # shape (n,), relative to the base
+    base: float  # what is to be added to y; in double precision
 
 
 def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
@@ -154,26 +125,13 @@ def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
 
 
 class Picture(NamedTuple):
-    """
-    What the scope shows.
+    """What the scope shows."""
 
-    Attributes
-    ----------
-    start_s, end_s : float
-        Relative to the first fall, or to the newest sample without one, s.
-    at_s : float
-        That fall or sample, s.
-    period_s : float
-        Of the saw-tooth; 0 where the scope runs freely.
-    curves : dict of str to PanelCurve
-        ``voltage``, ``foot`` and ``runner``; the last two from their places before the fall on.
-
-    """
-
-    start_s: float
+    start_s: float  # relative to the first fall, or to the newest sample without one
     end_s: float
-    at_s: float
-    period_s: float
+    at_s: float  # that fall or sample
+    period_s: float  # of the saw-tooth; 0 where the scope runs freely
+    # ``voltage``, ``foot`` and ``runner``; the last two from their places before the fall on.
     curves: dict[str, PanelCurve]
 
 
@@ -191,17 +149,8 @@ class Scope:
         """
         Return the picture of the last cycles.
 
-        Where the voltage rests, the last one that had falls is held. Where there was none, or
-        without trigger, the newest samples are shown.
-
-        Parameters
-        ----------
-        samples : array, shape (n, 5)
-            Rows as in a trace.
-        cycles : int
-            Cycles to show.
-        triggers : bool
-            Whether the scope waits for falls.
+        Samples are rows as in a trace. Where the voltage rests, the last picture that had falls is
+        held. Where there was none, or without trigger, the newest samples are shown.
 
         """
         if not len(samples):
@@ -265,13 +214,8 @@ def _free(samples: Array, length_s: float) -> Picture:
 def _shown(samples: Array, shown: slice, trigger: int) -> Picture:
     part, at_s = samples[shown], float(samples[trigger, TIME])
     x = part[:, TIME] - at_s
-    curves = {
-        name: curve_of(x, part[:, column], _finite(samples[trigger, column]))
-        for name, column in (('foot', FOOT), ('runner', POSITION))
-    }
-    curves['voltage'] = curve_of(x, part[:, VOLTAGE], 0.0)
+    curves = {'voltage': curve_of(x, part[:, VOLTAGE], 0.0)}
+    for name, column in (('foot', FOOT), ('runner', POSITION)):
+        place = float(samples[trigger, column])
+        curves[name] = curve_of(x, part[:, column], place if math.isfinite(place) else 0.0)
     return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves)
-
-
-def _finite(value: float) -> float:
-    return float(value) if np.isfinite(value) else 0.0
