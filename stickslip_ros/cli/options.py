@@ -26,28 +26,15 @@ Option = Callable[[Any], object]
 
 
 class Verb(NamedTuple):
-    """
-    A verb of ``stickslip``.
-
-    Attributes
-    ----------
-    module : str
-        Where in this package the function ``<name>_verb`` is, which makes the answer to a command
-        line.
-    reports_compilation : bool
-        Whether it reports itself that kernels are compiled.
-    takes_ros_arguments : bool
-        Whether ``--ros-args`` and what follows are for it.
-
-    """
+    """A verb of ``stickslip``."""
 
     name: str
     summary: str
     description: str
     options: tuple[Option, ...]
-    module: str
-    reports_compilation: bool = False
-    takes_ros_arguments: bool = False
+    module: str  # of this package, with the function ``<name>_verb``, which makes the answer
+    reports_compilation: bool = False  # itself
+    takes_ros_arguments: bool = False  # ``--ros-args`` and what follows
 
     def fill(self, parser: argparse.ArgumentParser) -> None:
         """Add description and options to its parser."""
@@ -207,15 +194,7 @@ def titled(title: str, *options: Option) -> Option:
 
 
 def to_path(text: str) -> 'Path':
-    """
-    Return a path as it is typed; of ``.`` and ``..``, which have no name, the whole one.
-
-    Raises
-    ------
-    RecordingError
-        If it is empty.
-
-    """
+    """Return a path as it is typed; of ``.`` and ``..``, which have no name, the whole one."""
     from pathlib import Path
 
     from stickslip_ros.errors import RecordingError
