@@ -69,12 +69,7 @@ def sheet() -> dict[str, Any]:
     return {
         'kind': 'drive',
         **lamps(),
-        # Somebody at a page has no use for lockstep and joints.
-        'commands': [
-            _command(each)
-            for each in COMMAND_TOPICS
-            if not each.switch and each.type_name != JOINT_STATE
-        ],
+        'commands': [_command(each) for each in COMMAND_TOPICS if _is_for_people(each)],
         'services': {
             each.name.removeprefix('~/'): {
                 'text': each.text,
@@ -84,6 +79,11 @@ def sheet() -> dict[str, Any]:
         },
         'faults': [_fault(name) for name in specs() if is_fault(name)],
     }
+
+
+def _is_for_people(topic: Topic) -> bool:
+    """Return whether somebody gives a command, who has no use for lockstep and joints."""
+    return not topic.switch and topic.type_name != JOINT_STATE
 
 
 def lamps() -> dict[str, Any]:

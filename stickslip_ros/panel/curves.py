@@ -57,17 +57,22 @@ class SampleRing:
 
 
 class BinHistory:
-    """Lowest and highest position and force of every hundredth of a second."""
+    """
+    Lowest and highest position and force of every hundredth of a second.
+
+    Attributes
+    ----------
+    bins : SampleRing
+        Rows of start (s), lowest and highest position (m), lowest and highest force (N).
+
+    """
 
     def __init__(self, kept: int = HISTORY_KEPT) -> None:
-        # Rows of start (s), lowest and highest position (m), lowest and highest force (N).
         self.bins = SampleRing(5, kept)
 
     def add(self, samples: Array) -> None:
         """Take samples, at most one bin's."""
-        seen = samples[:, (POSITION, FORCE)]
-        ends = np.column_stack((np.fmin.reduce(seen), np.fmax.reduce(seen)))
-        row = np.append(samples[0, TIME], ends)[None]
+        row = np.array([[samples[0, TIME], *_range(samples, POSITION), *_range(samples, FORCE)]])
         bins = self.bins.rows
         # Three quarters: starts of bins are no exact multiples.
         if len(bins) and row[0, 0] - bins[-1, 0] < 0.75 * HISTORY_BIN_S:
@@ -95,6 +100,11 @@ class BinHistory:
             'position': curve_of(x, bins[:, 1:3].ravel()),
             'force': curve_of(x, bins[:, 3:5].ravel()),
         }
+
+
+def _range(samples: Array, column: int) -> tuple[float, float]:
+    values = samples[:, column]
+    return float(np.fmin.reduce(values)), float(np.fmax.reduce(values))
 
 
 class PanelCurve(NamedTuple):

@@ -24,7 +24,6 @@ from stickslip_ros.panel.curves import (
 )
 
 EVENTS_SHOWN = 60
-FIGURES = {'position': POSITION, 'force': FORCE, 'voltage': VOLTAGE}
 FIGURE_S = 0.04
 """Time over which the large figures are means, s."""
 SILENT_S = 1.5
@@ -79,17 +78,11 @@ def packed_frame(
     Return the picture at a time, as the page reads it.
 
     In front are the length of the header, a word, and the header, JSON; behind it, as float32, x
-    and y of the curves in its order. Samples are the last rows of a trace before the time. The
-    large figures are means of the newest samples, of those that are numbers.
+    and y of the curves in its order. Samples are the last rows of a trace before the time.
 
     """
     header: dict[str, Any] = {'time_s': time_s, 'span_s': view.span_s, 'scope': None}
-    header['figures'] = dict.fromkeys(FIGURES)
-    if len(samples):
-        newest = samples[np.searchsorted(samples[:, TIME], samples[-1, TIME] - FIGURE_S) :]
-        for name, column in FIGURES.items():
-            if np.isfinite(newest[-1, column]):
-                header['figures'][name] = float(np.mean(newest[:, column]))
+    header['figures'] = _figures(samples)
     curves = history.curves(time_s, view.span_s)
     picture = scope.picture(samples, view.cycles, triggers=view.triggers)
     if picture is not None:
@@ -107,6 +100,18 @@ def packed_frame(
     return b''.join((struct.pack('<I', len(text)), text, *points))
 
 
+def _figures(samples: Array) -> dict[str, float | None]:
+    """Return the means of the newest samples; of those that are numbers."""
+    if not len(samples):
+        return dict.fromkeys(('position', 'force', 'voltage'))
+    begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - FIGURE_S))
+    newest = samples[begin:]
+    return {
+        name: float(np.mean(newest[:, column])) if np.isfinite(newest[-1, column]) else None
+        for name, column in (('position', POSITION), ('force', FORCE), ('voltage', VOLTAGE))
+    }
+
+
 class Model:
     """A drive as the panel hears it; one thread tells it, another asks."""
 
@@ -117,9 +122,11 @@ class Model:
         self.lifecycle = ''  # of the node as it last answered; empty as long as it does not
         self.is_there = False  # in the graph
         self.view = View()
-        self._ring = SampleRing(len(TRACE_COLUMNS), KEPT)
-        self._history = BinHistory()
-        self._scope = Scope()
+        self._ring, self._history, self._scope = (
+            SampleRing(len(TRACE_COLUMNS), KEPT),
+            BinHistory(),
+            Scope(),
+        )
         self.forget()
 
     def forget(self, drive: str = '') -> None:
