@@ -20,12 +20,7 @@ from rclpy.signals import SignalHandlerOptions
 import stickslip_ros
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.process.signals import CUT, ENDED, RECOVER, REFUSED, begin, leave
-from stickslip_ros.process.stopping import (
-    StillBusy,
-    heed_stop,
-    is_stop_requested,
-    woken_by_stop,
-)
+from stickslip_ros.process.stopping import StillBusy, heed_stop, is_stop_requested, woken_by_stop
 from stickslip_ros.runtime.pacing import wake_in_time
 
 DISCOVERY_VARIABLE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'

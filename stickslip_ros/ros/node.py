@@ -8,7 +8,6 @@ from functools import wraps
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
@@ -22,7 +21,6 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.compilation import progress_reporter
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
-from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.requests import receive_request
 from stickslip_ros.interface.topics import NODE_NAME, Topic
 from stickslip_ros.parameters import Parameters, format_value
@@ -80,12 +78,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
     With the parameter ``autostart`` (the default) it configures and activates itself; where that
     is refused, it says why and stays as it is, for a lifecycle manager to try again.
     Keyword arguments are those of ``rclpy.node.Node``: ``namespace``, ``context``,
-    ``parameter_overrides`` and so on.
-
-    Raises
-    ------
-    StickSlipError
-        If a parameter given at the start is not known or not allowed.
+    ``parameter_overrides`` and so on; a parameter that is not known or not allowed is refused.
 
     """
 
@@ -109,7 +102,9 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self._timer: Any = None
         self._failed = self.create_guard_condition(self._leave_active)
         self._logged_block_ns = -1
-        self.add_on_set_parameters_callback(self._on_parameters)
+        self.add_on_set_parameters_callback(
+            lambda changes: judge_changes(self, changes, runs=self._active is not None)
+        )
         self.add_post_set_parameters_callback(self._after_parameters)
         if parameters.autostart and self.trigger_configure() == SUCCESS:
             self.trigger_activate()
@@ -150,8 +145,8 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         result = super().on_activate(state)
         session.fix_time_origin(follows_clock=bool(self.get_parameter(SIM_TIME).value))
         info = info_json(session.parameters, session.worker.time_origin_ns)
-        self._topics.publish(Packed('info', 0, pack_string(info)))
-        self._topics.publish(Packed('status', 0, pack_uint32(int(session.worker.status))))
+        self._topics.send('info', pack_string(info))
+        self._topics.send('status', pack_uint32(int(session.worker.status)))
         try:
             if session.parameters.record.on_start:
                 session.exchange_recording(session.open_recording(self._topics.channels()))
@@ -164,7 +159,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self.get_logger().info(_describe_run(self, session.parameters, session.bench))
         return result
 
-    def _build(self, parameters: Any) -> Session:
+    def _build(self, parameters: Parameters) -> Session:
         report = progress_reporter(self.get_logger().warning, kernels_for(parameters))
         with compilation_reported(report):
             callbacks = Callbacks(
@@ -212,10 +207,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         """
         Finish the recording before the node goes, whatever state it is in.
 
-        Raises
-        ------
-        StillBusy
-            If a block of the drive has never ended; the node is gone all the same.
+        If a block of the drive has never ended, StillBusy is raised when the node is gone.
 
         """
         self._halt()
@@ -288,9 +280,6 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         lines = self._refusals.lines
         while lines:
             self.get_logger().warning(lines.popleft())
-
-    def _on_parameters(self, changes: list[Parameter]) -> SetParametersResult:
-        return judge_changes(self, changes, runs=self._active is not None)
 
     def _after_parameters(self, changes: list[Parameter]) -> None:
         """Hand changed faults to the drive; those put back by ~/clear_faults are known to it."""
