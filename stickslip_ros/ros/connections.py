@@ -91,20 +91,16 @@ class Connections:
 
     def publish(self, packed: Packed) -> None:
         """Publish a packed message, if its topic is offered and the node active."""
-        self.send(packed.key, packed.data)
-
-    def send(self, key: str, message: Any) -> None:
-        """Publish a message, or its bytes."""
-        publisher = self._offered.get(key)
+        publisher = self._offered.get(packed.key)
         if publisher is None:
             return
         for _ in range(ATTEMPTS):
             try:
-                publisher.publish(message)
+                publisher.publish(packed.data)
             except RuntimeError:  # the base of RCLError
                 continue
             return
-        self.unsent[key] += 1
+        self.unsent[packed.key] += 1
 
     def check_graph(self) -> None:
         """Ask the graph for who else has a name of this node, and warn of conflicts."""

@@ -13,6 +13,7 @@ from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
 from rclpy.service import Service
 
 from stickslip_ros.contact.kernel import compilation_reported
@@ -21,6 +22,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.compilation import progress_reporter
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
+from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.requests import receive_request
 from stickslip_ros.interface.topics import NODE_NAME, Topic
 from stickslip_ros.parameters import Parameters, format_value
@@ -145,8 +147,8 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         result = super().on_activate(state)
         session.fix_time_origin(follows_clock=bool(self.get_parameter(SIM_TIME).value))
         info = info_json(session.parameters, session.worker.time_origin_ns)
-        self._topics.send('info', pack_string(info))
-        self._topics.send('status', pack_uint32(int(session.worker.status)))
+        self._topics.publish(Packed('info', 0, pack_string(info)))
+        self._topics.publish(Packed('status', 0, pack_uint32(int(session.worker.status))))
         try:
             if session.parameters.record.on_start:
                 session.exchange_recording(session.open_recording(self._topics.channels()))
@@ -338,7 +340,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
     def _send_diagnostics(self, status: list[DiagnosticStatus]) -> None:
         array = DiagnosticArray(status=status)
         array.header.stamp = self.get_clock().now().to_msg()
-        self._topics.send('diagnostics', array)
+        self._topics.publish(Packed('diagnostics', 0, serialize_message(array)))
 
 
 def _describe_run(node: Node, parameters: Parameters, bench: Bench) -> str:

@@ -261,45 +261,47 @@ class Session:
 
     def _run(self) -> None:
         try:
-            while (turn := self._await_turn()) is not Turn.END:
+            while True:
+                with self._changed:
+                    while (turn := self._next_turn()) is None:
+                        self.pacer.hold()
+                        self._changed.wait()
+                    if turn is Turn.END:
+                        break
+                    self._busy_since_s = time.monotonic()
                 if turn is Turn.SERVE:
                     self.worker.serve(self._due)
-                else:
-                    if turn is Turn.ADVANCE:
-                        self.pacer.resume()
+                elif turn is Turn.STEP:
                     self.worker.advance(self._due)
-                    if turn is Turn.STEP:
-                        self._steps.popleft().set_result(None)
+                    self._steps.popleft().set_result(None)
+                else:
+                    self.pacer.resume()
+                    self.worker.advance(self._due)
                 self._due = []
                 self._busy_since_s = None
                 self._notify()
                 if turn is Turn.ADVANCE:
                     self.pacer.wait(self._sleep)
         except BaseException as error:
-            self.failure = error
-            why = StickSlipError(f'the drive has stopped: {error}')
-            with self._changed:
-                replies = [order.reply for order in (*self._due, *self._orders)]
-                for reply in (*replies, *self._steps):
-                    if not reply.done():
-                        reply.set_exception(why)
-                self._steps.clear()
-            self._on_failure()
-            self.worker.report_failure(error)
+            self._fail(error)
             if not isinstance(error, StickSlipError):
                 raise
         finally:
             self._busy_since_s = None
             self._notify()
 
-    def _await_turn(self) -> Turn:
-        """Wait until there is something to do; say what."""
+    def _fail(self, error: BaseException) -> None:
+        """Answer every order that will never be carried out, and report the failure."""
+        self.failure = error
+        why = StickSlipError(f'the drive has stopped: {error}')
         with self._changed:
-            while (turn := self._next_turn()) is None:
-                self.pacer.hold()
-                self._changed.wait()
-            self._busy_since_s = None if turn is Turn.END else time.monotonic()
-            return turn
+            replies = [order.reply for order in (*self._due, *self._orders)]
+            for reply in (*replies, *self._steps):
+                if not reply.done():
+                    reply.set_exception(why)
+            self._steps.clear()
+        self._on_failure()
+        self.worker.report_failure(error)
 
     def _next_turn(self) -> Turn | None:
         """Say what is to be done now, and take the orders for it."""
