@@ -19,7 +19,7 @@ SECONDS_MAX = 1e12
 
 
 def compare_verb(arguments: argparse.Namespace) -> Answer:
-    """Compare, write the report."""
+    """Compare A with B, and write the report if asked."""
     files, b = arguments.files[:1], None
     if len(arguments.files) > 1:
         *files, b = arguments.files

@@ -13,7 +13,7 @@ from stickslip_ros.errors import OutOfRange
 
 
 def contact_verb(arguments: argparse.Namespace) -> Answer:
-    """Solve."""
+    """Solve the contact of one hemisphere, and its tangential force if a curve is asked for."""
     parameters, normal_force_n = chosen_parameters(arguments), arguments.normal_force
     contact, material = presliding(parameters, normal_force_n=normal_force_n), parameters.contact
     radius_m = contact.indentation.radius_m

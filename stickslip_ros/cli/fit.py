@@ -21,7 +21,7 @@ from stickslip_ros.runs.plotting import check_picture
 
 
 def fit_verb(arguments: argparse.Namespace) -> Answer:
-    """Fit, write the files."""
+    """Fit the parameters, write the files and draw the figure."""
     for path in arguments.output:
         check_output(path)
     if arguments.figure:

@@ -1,4 +1,4 @@
-"""The parser of ``stickslip``, and what becomes of a command line."""
+"""The parser of ``stickslip``: it reads a command line, and completes one that is typed."""
 
 import argparse
 import difflib
@@ -21,7 +21,7 @@ from stickslip_ros.process.stopping import Stopped
 NEGATIVE = re.compile(r'-(\.?\d|inf|nan).*', re.IGNORECASE)
 ROS_ARGS = '--ros-args'
 OF_PARAMETERS = ('GROUP.NAME=', 'NAME=VALUE', 'NAME=LOW', 'NAMES')
-"""How values are shown that begin with names of parameters."""
+"""Help shows a value so where it begins with the name of a parameter."""
 USAGE = 'stickslip [-h] [--version] VERB ...'
 DESCRIPTION = """\
 A virtual stick-slip microdrive: rough-contact mechanics, drive, sensors, ROS.

@@ -30,7 +30,7 @@ from stickslip_ros.units import display_unit, with_unit
 
 
 def optimise_verb(arguments: argparse.Namespace) -> Answer:
-    """Search, write the wave, draw."""
+    """Search the best wave, write it, and draw it if asked."""
     search, path = chosen_search(arguments), arguments.output
     if path.suffix != '.csv':
         raise RecordingError(path, 'is no table of a wave', 'let its name end in .csv')

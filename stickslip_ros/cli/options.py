@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 UNITS = {'m': 'm', 'n': 'N', 'v': 'V', 's': 's', 'hz': 'Hz'}
 """Units by the endings of names."""
 Option = Callable[[Any], object]
-"""Adds itself to a parser of argparse, or to a group of one."""
+"""An option adds itself to a parser of argparse, or to a group of one."""
 
 
 class Verb(NamedTuple):
@@ -32,9 +32,9 @@ class Verb(NamedTuple):
     summary: str
     description: str
     options: tuple[Option, ...]
-    module: str  # of this package, with the function ``<name>_verb``, which makes the answer
-    reports_compilation: bool = False  # itself
-    takes_ros_arguments: bool = False  # ``--ros-args`` and what follows
+    module: str  # module of this package whose ``<name>_verb`` makes the answer
+    reports_compilation: bool = False  # the verb says itself that it compiles
+    takes_ros_arguments: bool = False  # ``--ros-args`` and what follows are for it
 
     def fill(self, parser: argparse.ArgumentParser) -> None:
         """Add description and options to its parser."""

@@ -31,11 +31,11 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
     if file is None:
         from stickslip_ros.panel.link import Link
 
-        source, told = Link(arguments.namespace), sheet()
+        source, first = Link(arguments.namespace), sheet()
     else:
         from stickslip_ros.panel.player import Player
 
         source = Player(file)
-        told = {'kind': 'recording', **lamps(), 'run': source.overview()}
-    serve(source, told, arguments.port, say)
+        first = {'kind': 'recording', **lamps(), 'run': source.overview()}
+    serve(source, first, arguments.port, say)
     return Answer(None)

@@ -23,9 +23,9 @@ WIDTH = 80
 class Answer:
     """What a verb has to say."""
 
-    content: Any  # for ``--json``, in SI units: a dataclass or what JSON knows; None is nothing
+    content: Any  # what ``--json`` prints, SI units: a dataclass or JSON; None: nothing
     parts: Iterable[str | Table] = ()  # what people read instead, one after the other
-    status: int = 0  # of the process
+    status: int = 0  # exit status of the process
 
     def show(self, *, as_json: bool) -> None:
         """Print it in one of the two ways."""

@@ -69,10 +69,10 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     if arguments.output:
         make_room(picture)
     plot = run_figure.plot_run(arguments.file, picture, window)
-    told = dataclasses.asdict(plot)
-    told['commands'] = [command._asdict() for command in plot.commands]
-    told['events'] = [event._asdict() for event in plot.events]
-    told['status'] = [span._asdict() for span in plot.status]
+    content = {'picture': str(picture), **dataclasses.asdict(plot)}
+    content['commands'] = [command._asdict() for command in plot.commands]
+    content['events'] = [event._asdict() for event in plot.events]
+    content['status'] = [span._asdict() for span in plot.status]
     rows = [
         (
             recorded_run.RUN_QUANTITIES[each.name],
@@ -87,11 +87,11 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     if plot.events:
         events = [(f'{each.time_s:.6f} s', each.command, each.result) for each in plot.events]
         parts.append(table('events', events, ('time', 'command', 'result')))
-    return Answer({'picture': str(picture), **told}, [*parts, f'picture {picture}'])
+    return Answer(content, [*parts, f'picture {picture}'])
 
 
 def recover_verb(arguments: argparse.Namespace) -> Answer:
-    """Copy what can be read."""
+    """Copy what can be read of a recording into a finished one."""
     if arguments.output:
         make_folder(arguments.output.parent)
     recoveries, written = recover(arguments.file, arguments.output)

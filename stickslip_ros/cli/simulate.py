@@ -74,7 +74,7 @@ def _rows(result: SawtoothRun) -> Iterator[tuple[object, ...]]:
 
 
 def sweep_verb(arguments: argparse.Namespace) -> Answer:
-    """Sweep and write the table."""
+    """Run the drive at every combination of values, and write the table."""
     path = arguments.output
     check_table_path(path)
     parameters = chosen_parameters(arguments)
@@ -117,7 +117,7 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def zero_amplitude_verb(arguments: argparse.Namespace) -> Answer:
-    """Find the 0-amplitude."""
+    """Find the amplitude below which a free runner makes no steps."""
     result = zero_amplitude(
         chosen_parameters(arguments),
         arguments.frequency,

@@ -14,7 +14,7 @@ from stickslip_ros.parameters import specs
 from stickslip_ros.units import display_unit
 
 WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
-"""How a command is given that has not a field for each of its numbers and a button to send."""
+"""Commands that are not given by a field for each number and a button to send them."""
 SIGNED = {'sawtooth': 'frequency', 'steps': 'steps', 'jog': 'frequency'}
 """The number whose sign is the direction: the command has a button for each."""
 LIMITS = {

@@ -1,4 +1,4 @@
-"""From many samples to the few points of a picture: kept, thinned, triggered."""
+"""Many samples become the few points of a picture: they are kept, thinned and triggered."""
 
 import math
 from typing import NamedTuple
@@ -11,10 +11,10 @@ from stickslip_ros.contact.profile import Array
 BINS = 600
 """Pairs of lowest and highest sample of which a curve consists at most."""
 RECENT = (1 << 13, 1 << 15, 1 << 18)
-"""Samples in which falls are looked for: in more, where there are too few in less."""
+"""Falls are looked for in the last so many samples; where there are too few, in more."""
 KEPT = RECENT[-1]
 HIGH, LOW = 0.75, 0.25
-"""Shares of the voltage's range between which an edge leads."""
+"""An edge leads from below the one share of the range of the voltage to above the other."""
 STEEP = 0.25
 """Largest share of a period that the edge takes on which the scope triggers."""
 MARGIN = 0.15

@@ -1,4 +1,4 @@
-"""Between a drive and the page: a client with a thread of its own, and what the page wishes."""
+"""The link between a drive and the page: a client of the drive with a thread of its own."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress

@@ -130,7 +130,7 @@ class Model:
         self.forget()
 
     def forget(self, drive: str = '') -> None:
-        """Know nothing any more, of the same drive or of another."""
+        """Forget what was heard; the model is now one of the same drive, or of another."""
         with self._lock:
             self.drive = drive or self.drive
             self.lifecycle, self.is_there = '', False

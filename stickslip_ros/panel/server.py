@@ -118,7 +118,7 @@ class _Socket(WebSocketHandler):
             asyncio.ensure_future(sent).add_done_callback(self._go_on)
 
     def _go_on(self, sent: Any) -> None:
-        sent.exception()  # of a page that has gone; on_close comes too
+        sent.exception()  # raised by a page that has gone; on_close comes too
         self._busy -= 1
         if self._next and not self._busy:
             picture, self._next = self._next, b''

@@ -1,4 +1,4 @@
-"""One client of a drive, for panel, tests and controllers; a handshake; lockstep from without."""
+"""The client of a drive that panel, tests and controllers share, its handshake, lockstep."""
 
 import json
 from collections.abc import Callable, Iterable, Sequence

@@ -1,4 +1,4 @@
-"""What a node offers: topics as declared, unless their quality is overridden, and services."""
+"""The topics and services that a node offers; what is declared of a topic may be overridden."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping

@@ -1,4 +1,4 @@
-"""What a drive was told and has not done yet: orders, grants of simulated time, a pause."""
+"""Orders that a drive has not carried out yet, grants of simulated time, and its pause."""
 
 import math
 from collections import deque
@@ -49,12 +49,12 @@ class Order:
 
     @property
     def numbers(self) -> int:
-        """Its share of what may wait."""
+        """How much of what may wait the order takes."""
         return LEAST_NUMBERS + (0 if self.request is None else self.request.size)
 
     @property
     def rank(self) -> int:
-        """Place of its topic among the command topics; what has none comes first."""
+        """The place of its topic among the command topics; an order without topic comes first."""
         return -1 if self.request is None else _RANKS.get(self.request.name, -1)
 
 
@@ -69,7 +69,7 @@ class Orders:
 
     def __init__(self, *, by_topic: bool, must_wait: MustWait = lambda *_: False) -> None:
         self._waiting: deque[Order] = deque()
-        self.numbers = 0  # that the waiting orders hold, each order at least LEAST_NUMBERS
+        self.numbers = 0  # how many the waiting orders hold, each order at least LEAST_NUMBERS
         self._by_topic = by_topic
         self._must_wait = must_wait
 

@@ -1,4 +1,4 @@
-"""Absolute deadlines, and what lets the threads of a process wake up in time to meet them."""
+"""A loop keeps absolute deadlines, and its threads wake up in time to meet them."""
 
 import ctypes
 import math

@@ -186,7 +186,7 @@ class Session:
                 raise StickSlipError(f'the present block has not ended in {HOLD_TIMEOUT_S:g} s')
 
     def step(self) -> 'Future[None]':
-        """Advance by one block; refuse it if time is not held, or the block was not granted."""
+        """Advance by one block; this is refused if time is not held, or the block not granted."""
         with self._changed:
             if not self._time_control.is_paused:
                 raise StickSlipError('simulated time runs; call ~/set_paused with true first')

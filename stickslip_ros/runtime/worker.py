@@ -48,7 +48,7 @@ class Worker(ReportingBench):
         super().__init__(parameters, publish, bench=bench)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
-        self.preload_ramped = False  # in any block; whoever reads it sets it back
+        self.preload_ramped = False  # whether a preload was on its way; its reader sets it back
         self.failed_writer: RunWriter | None = None  # ended by the disk, until another begins
         self._callbacks = callbacks
         self._seen_faults: FaultParameters | None = None
