@@ -24,7 +24,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.panel.model import Source
 from stickslip_ros.process.stopping import heed_stop
 
-ADDRESS, PORT = '127.0.0.1', 8040
+ADDRESS = '127.0.0.1'
 HOSTS = ('127.0.0.1', 'localhost')
 PERIOD_S = 0.04
 """Time between two pictures, s."""

@@ -48,7 +48,7 @@ from stickslip_ros.ros.parameter_bridge import (
 from stickslip_ros.runtime.kernels import kernels_for
 from stickslip_ros.runtime.orders import AT_ONCE, read_grant
 from stickslip_ros.runtime.session import Session, await_reply, require
-from stickslip_ros.runtime.worker import Callbacks, Faults
+from stickslip_ros.runtime.worker import Callbacks
 from stickslip_ros.units import KILO
 
 DIAGNOSTICS_PERIOD_S = 1.0
@@ -163,10 +163,15 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
 
     def _build(self, parameters: Parameters) -> Session:
         report = progress_reporter(self.get_logger().warning, kernels_for(parameters))
+        callbacks = Callbacks(
+            on_faults=lambda faults: self._send_diagnostics(
+                [diagnostics.fault_status(self._full_name, faults)]
+            ),
+            on_lost_recording=self._on_lost_recording,
+            on_refusal=self._refusals.note,
+            on_failure=self._on_failure,
+        )
         with compilation_reported(report):
-            callbacks = Callbacks(
-                self._on_faults, self._on_lost_recording, self._refusals.note, self._on_failure
-            )
             return Session(parameters, self._topics.publish, callbacks)
 
     def _up_to_date(self) -> Session:
@@ -302,9 +307,6 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         if request.data:
             return session.start_recording(self._topics.channels())
         return session.end_recording(self.get_logger())
-
-    def _on_faults(self, faults: Faults) -> None:
-        self._send_diagnostics([diagnostics.fault_status(self._full_name, faults)])
 
     def _on_lost_recording(self, writer: RunWriter) -> None:
         why = f'{writer.recorder.path} has stopped: {writer.recorder.error}'
