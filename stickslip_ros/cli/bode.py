@@ -7,7 +7,7 @@ import numpy as np
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.linear.bode import bode_rows, draw_bode
 from stickslip_ros.linear.linearise import linearise
 from stickslip_ros.linear.swept_sine import MeasuredResponse, measure_response
@@ -30,7 +30,7 @@ def bode_verb(arguments: argparse.Namespace) -> Answer:
         check_table_path(arguments.output)
     if arguments.figure:
         check_picture(arguments.figure)
-        make_room(arguments.figure)
+        prepare_output(arguments.figure)
     if arguments.frequency is None:
         resonance_hz = linearise(parameters, arguments.at_voltage).resonance_hz
         frequencies = np.geomspace(FROM * resonance_hz, TO * resonance_hz, POINTS)

@@ -12,7 +12,7 @@ from stickslip_ros.comparison.by_amplitude import MODEL
 from stickslip_ros.comparison.compare import compare
 from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 
 SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
@@ -71,4 +71,4 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
             hint = f'write the word {MODEL} for B, or leave it away'
             raise OutOfRange(name, str(value), '', 'without effect on files', hint)
     if report is not None:
-        make_room(report)
+        prepare_output(report)

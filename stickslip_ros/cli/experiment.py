@@ -9,7 +9,7 @@ from typing import Any
 from stickslip_ros.cli.chosen import to_numbers
 from stickslip_ros.cli.printing import Answer
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import parse_assignments
 from stickslip_ros.tables.experiment import (
     COLUMNS,
@@ -29,7 +29,7 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
     if output is not None:
         if output.suffix.lower() != CSV:
             raise WrongKind('output', str(output), 'a .csv file', 'end its name so')
-        make_room(output)
+        prepare_output(output)
     read: list[Experiment] = []
     reading = Reading(**{**said_of_tables(arguments), 'report': read.append})
     reading.check_count(len(arguments.files))

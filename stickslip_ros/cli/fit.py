@@ -10,7 +10,7 @@ from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.fitting.coverage import Coverage, coverage_of
 from stickslip_ros.fitting.figure import draw_fit
 from stickslip_ros.fitting.fit import Fit, fit
@@ -26,7 +26,7 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         check_output(path)
     if arguments.figure:
         check_picture(arguments.figure)
-        make_room(arguments.figure)
+        prepare_output(arguments.figure)
     if arguments.seed < 0:
         raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
     names = [name.strip() for name in arguments.free.split(',') if name.strip()]

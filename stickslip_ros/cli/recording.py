@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from stickslip_ros.cli.printing import Answer, table
-from stickslip_ros.files import make_folder, make_room
+from stickslip_ros.files import make_folder, prepare_output
 from stickslip_ros.parameters import parse_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import Recovery, recover
@@ -67,7 +67,7 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     window = None if arguments.window is None else recorded_run.parse_window(arguments.window)
     picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
     if arguments.output:
-        make_room(picture)
+        prepare_output(picture)
     plot = run_figure.plot_run(arguments.file, picture, window)
     content = {'picture': str(picture), **dataclasses.asdict(plot)}
     content['commands'] = [command._asdict() for command in plot.commands]

@@ -13,7 +13,7 @@ import numpy as np
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, spec_of
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.runs.journal import Journal
@@ -39,7 +39,7 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         given = read_drive_input(waveform, parameters)
         waveform = np.column_stack((given.time_s, given.voltage_v))
     if arguments.output:
-        make_room(arguments.output, is_new=True)
+        prepare_output(arguments.output, is_new=True)
     run = simulate(
         parameters,
         amplitude_m=arguments.amplitude,

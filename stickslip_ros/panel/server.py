@@ -22,7 +22,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.panel.model import Source
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 
 ADDRESS = '127.0.0.1'
 HOSTS = ('127.0.0.1', 'localhost')
@@ -195,7 +195,7 @@ async def _serve(hub: Hub, port: int, on_start: Callable[[str], None]) -> None:
     due_s = loop.time()
     try:
         while True:
-            heed_stop()
+            stop_if_asked()
             hub.tick()
             due_s = max(due_s + PERIOD_S, loop.time())
             await asyncio.sleep(due_s - loop.time())

@@ -20,7 +20,12 @@ from rclpy.signals import SignalHandlerOptions
 import stickslip_ros
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.process.signals import CUT, ENDED, RECOVER, REFUSED, begin, leave
-from stickslip_ros.process.stopping import StillBusy, heed_stop, is_stop_requested, woken_by_stop
+from stickslip_ros.process.stopping import (
+    StillBusy,
+    is_stop_requested,
+    stop_if_asked,
+    woken_by_stop,
+)
 from stickslip_ros.runtime.pacing import wake_in_time
 
 DISCOVERY_VARIABLE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
@@ -85,7 +90,7 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
     wake_in_time()
     stay_on_this_host()
     try:
-        heed_stop()
+        stop_if_asked()
         try:
             rclpy.init(
                 args=None if arguments is None else list(arguments),

@@ -14,7 +14,7 @@ from rclpy.parameter import Parameter
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Scalar
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import open_context
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, end_node
 from stickslip_ros.testing.operator import Operator
@@ -139,7 +139,7 @@ class Stand:
             self._crash = error
 
     def _check(self) -> None:
-        heed_stop()
+        stop_if_asked()
         crash, self._crash = self._crash, None
         if crash is not None:
             raise crash

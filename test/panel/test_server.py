@@ -62,7 +62,7 @@ def port(source: Told, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
         addresses.append(address)
         started.set()
 
-    monkeypatch.setattr(server, 'heed_stop', heed)
+    monkeypatch.setattr(server, 'stop_if_asked', heed)
 
     def run() -> None:
         with suppress(KeyboardInterrupt):
