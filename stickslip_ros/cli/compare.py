@@ -13,6 +13,7 @@ from stickslip_ros.comparison.compare import compare
 from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import prepare_output
+from stickslip_ros.runs.recorded_run import parse_window
 
 SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
@@ -32,6 +33,8 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
         **{name: value for name, value in model.items() if value is not None},
         shift_s=arguments.shift,
         align=arguments.align,
+        offset=arguments.offset,
+        window_s=parse_window(arguments.window) if arguments.window else None,
         workers=arguments.workers,
         progress=not arguments.json,
     )

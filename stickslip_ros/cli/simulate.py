@@ -13,6 +13,7 @@ import numpy as np
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
+from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, spec_of
 from stickslip_ros.progress import shown_progress
@@ -39,6 +40,9 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         given = read_drive_input(waveform, parameters)
         waveform = np.column_stack((given.time_s, given.voltage_v))
     if arguments.output:
+        if arguments.output.suffix.lower() not in {'', '.mcap'}:
+            hint = 'write .mcap, then make a table of it with stickslip export'
+            raise WrongKind('--output', str(arguments.output), 'an .mcap file', hint)
         prepare_output(arguments.output, is_new=True)
     run = simulate(
         parameters,
