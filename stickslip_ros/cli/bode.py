@@ -18,13 +18,13 @@ from stickslip_ros.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.units import NM
 
 POINTS, FROM, TO = 25, 0.02, 3.0
-"""Frequencies, and between which multiples of the resonance they lie, unless others are given."""
+"""How many frequencies are measured by default, from and to which multiple of the resonance."""
 BELOW = 0.9
-"""Share of the resonance below which both are compared: there a motion is small enough."""
+"""Measurement and closed form are compared below this share of the resonance."""
 
 
 def bode_verb(arguments: argparse.Namespace) -> Answer:
-    """Measure, write and draw."""
+    """Measure the frequency response, write its table and draw it if asked."""
     parameters = chosen_parameters(arguments)
     if arguments.output:
         check_table_path(arguments.output)

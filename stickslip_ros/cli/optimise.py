@@ -30,7 +30,7 @@ from stickslip_ros.units import display_unit, with_unit
 
 
 def optimise_verb(arguments: argparse.Namespace) -> Answer:
-    """Search, write the wave, draw."""
+    """Search the best wave, write it, and draw it if asked."""
     search, path = chosen_search(arguments), arguments.output
     if path.suffix != '.csv':
         raise RecordingError(path, 'is no table of a wave', 'let its name end in .csv')
@@ -160,7 +160,7 @@ def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
     wave = result.shapes[best].wave
     yield f'wave    {path}'
     yield f'play    {play_command(search.goal, search.stand, wave, path)}'
-    yield f'        {wave.frequency_hz:g} Hz; in the node: command/waveform, docs/design.md'
+    yield f'        {wave.frequency_hz:g} Hz; in the node: command/waveform'
 
 
 def play_command(goal: WaveGoal, stand: Parameters, wave: PeriodicWave, path: Path) -> str:

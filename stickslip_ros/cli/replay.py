@@ -47,8 +47,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
             )
         if arguments.output is None:
-            hint = 'give the recording to write with -o'
-            raise WrongKind('--output', 'nothing', 'a file', hint)
+            raise WrongKind('--output', 'nothing', 'a file', 'give the recording to write with -o')
         stand = Parameters().updated(changes)
         given = read_drive_input(
             arguments.file,

@@ -1,4 +1,4 @@
-"""What a comparison comes to: a tree of numbers, all of B minus A in SI units; docs/compare.md."""
+"""What a comparison comes to: numbers, all of B minus A in SI units, as docs/howto/compare.md."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -58,14 +58,6 @@ def request_stop() -> None:
 
 
 def stop_if_asked() -> None:
-    """
-    End the work here if somebody asked for it.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If so.
-
-    """
+    """Raise KeyboardInterrupt here, between two steps, if somebody asked the work to end."""
     if _asked.is_set():
         raise KeyboardInterrupt

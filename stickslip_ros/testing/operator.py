@@ -22,7 +22,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.topics import NODE_NAME, PREFIX, READINGS
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import DriveClient, Handshake
-from stickslip_ros.ros.ending import end_node
+from stickslip_ros.ros.executable import end_node
 from stickslip_ros.units import NS_PER_S
 
 TIMEOUT_S = 30.0

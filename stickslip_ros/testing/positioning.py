@@ -13,8 +13,7 @@ from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import Commands, open_context
-from stickslip_ros.ros.ending import end_node
-from stickslip_ros.ros.executable import stay_on_this_host
+from stickslip_ros.ros.executable import end_node, stay_on_this_host
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.ros.position_controller import PositionController
 
