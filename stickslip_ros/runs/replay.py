@@ -80,7 +80,7 @@ def replay(
         start = Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes or {})
     elif not from_rest and first_ns > parameters.block_ns:
         problem = f'begins {first_ns * NANO:g} s into the run, in a state that nobody recorded'
-        hint = 'replay all of it, or start from rest instead (--from-rest), which is not the same'
+        hint = 'replay the whole run, or start from rest (--from-rest), which is not the same'
         raise RecordingError(recording.path, problem, hint)
     begin_ns = 0 if start else first_ns - parameters.block_ns
     lasts_ns = last_ns - first_ns + parameters.block_ns
