@@ -95,6 +95,21 @@ MUTATIONS = (
         'if after_n > 1e9:',
     ),
     Mutation(
+        'slip does not renew an aged contact', 'contact/ageing.py',
+        'renewed = -math.expm1(-share)',
+        'renewed = 0.0 * share',
+    ),
+    Mutation(
+        'friction falls with velocity: a sign', 'contact/ageing.py',
+        'ratio = 1.0 + ageing.rate_share',
+        'ratio = 1.0 - ageing.rate_share',
+    ),
+    Mutation(
+        'a limit that falls is booked as if it had been low before', 'contact/springs.py',
+        'old_limit_n = before * (',
+        'old_limit_n = after * (',
+    ),
+    Mutation(
         'damping ignored', 'drive/build.py',
         'damping_n_s_per_m=parameters.runner.damping,',
         'damping_n_s_per_m=0.0,',
