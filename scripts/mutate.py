@@ -105,11 +105,6 @@ MUTATIONS = (
         'ratio = 1.0 - ageing.rate_share',
     ),
     Mutation(
-        'a limit that falls is booked as if it had been low before', 'contact/springs.py',
-        'old_limit_n = before * (',
-        'old_limit_n = after * (',
-    ),
-    Mutation(
         'damping ignored', 'drive/build.py',
         'damping_n_s_per_m=parameters.runner.damping,',
         'damping_n_s_per_m=0.0,',
