@@ -13,16 +13,15 @@ from stickslip_ros.comparison.agreement import (
 )
 from stickslip_ros.comparison.by_amplitude import FREQUENCY, PRELOAD
 from stickslip_ros.comparison.result import UNITS, Alignment, Compared, ComparisonReport
-from stickslip_ros.parameters import Scalar
+from stickslip_ros.parameters import SENSORS, Scalar
 from stickslip_ros.units import MN, NM, display_unit, with_unit
 
 Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 """Title, header, rows."""
 NAMES: Mapping[str, str] = {
-    'force_n': 'force',
     'step_length_m': 'step length',
     'energy_loss_per_step_j': 'friction loss per step',
-    'position_m': 'position',
+    **{each.quantity: each.words for each in SENSORS},
     'voltage_v': 'voltage',
     'foot_m': 'foot displacement',
 }

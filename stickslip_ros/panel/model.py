@@ -11,18 +11,16 @@ from typing import Any, Protocol
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.panel.curves import (
-    FORCE,
+    COLUMNS,
     KEPT,
-    POSITION,
     TIME,
-    VOLTAGE,
     BinHistory,
     PanelCurve,
     SampleRing,
     Scope,
 )
+from stickslip_ros.parameters import SENSORS, TRUTH
 
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04
@@ -95,7 +93,7 @@ def packed_frame(
     ----------
     time_s : float
         Simulated time.
-    samples : array, shape (n, 5)
+    samples : array, shape (n, len(COLUMNS))
         The last samples before it.
     history, scope, view
         What shows them, and how.
@@ -121,13 +119,16 @@ def _points(curves: Mapping[str, PanelCurve]) -> list[bytes]:
 
 def _figures(samples: Array) -> dict[str, float | None]:
     """Return the means of the newest samples; of those that are numbers."""
+    always = [*(each.reading for each in SENSORS if not each.switch), 'voltage']
     if not len(samples):
-        return dict.fromkeys(('position', 'force', 'voltage'))
+        return dict.fromkeys(always)
     begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - FIGURE_S))
-    newest = samples[begin:]
+    newest = dict(zip(COLUMNS, samples[begin:].T, strict=True))
+    shown = [*always, *(each.reading for each in SENSORS if each.switch)]
     return {
-        name: float(np.mean(newest[:, column])) if np.isfinite(newest[-1, column]) else None
-        for name, column in (('position', POSITION), ('force', FORCE), ('voltage', VOLTAGE))
+        name: float(np.mean(newest[name])) if np.isfinite(newest[name][-1]) else None
+        for name in shown
+        if name in always or not np.isnan(newest[name]).all()
     }
 
 
@@ -155,7 +156,7 @@ class Model:
         self.drive, self.drives = drive, list[str]()
         self.view = View()
         self._ring, self._history, self._scope = (
-            SampleRing(len(TRACE_COLUMNS), KEPT),
+            SampleRing(len(COLUMNS), KEPT),
             BinHistory(),
             Scope(),
         )
@@ -180,8 +181,12 @@ class Model:
         self._scope.clear()
         self._heard_s, self._has_news = monotonic(), True
 
-    def take_trace(self, samples: Array) -> None:
-        """Take samples; where time starts anew, what was before is forgotten."""
+    def take_trace(self, block: Array, names: Sequence[str] = TRUTH) -> None:
+        """Take a block of a trace; where time starts anew, what was before is forgotten."""
+        samples = np.full((len(block), len(COLUMNS)), np.nan)
+        for name, column in zip(names, block.T, strict=False):
+            if name in COLUMNS:
+                samples[:, COLUMNS.index(name)] = column
         with self._lock:
             rows = self._ring.rows
             if len(rows) and samples[0, TIME] <= rows[-1, TIME]:

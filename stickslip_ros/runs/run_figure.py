@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import cycle, groupby
 from pathlib import Path
 from textwrap import fill
 
@@ -15,6 +15,7 @@ from matplotlib.ticker import EngFormatter
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.parameters import SENSORS
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.runs.plotting import (
@@ -25,6 +26,7 @@ from stickslip_ros.runs.plotting import (
     GREY,
     ORANGE,
     PURPLE,
+    SKY_BLUE,
     VERMILION,
     as_it_is,
     check_picture,
@@ -51,8 +53,7 @@ from stickslip_ros.runs.recorded_run import (
 from stickslip_ros.units import NM, display_unit
 
 COLOURS = {
-    'position_m': GREEN,
-    'force_n': VERMILION,
+    **dict(zip((each.quantity for each in SENSORS), cycle((GREEN, VERMILION, SKY_BLUE)))),
     'voltage_v': BLUE,
     'foot_m': PURPLE,
 }

@@ -5,11 +5,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from stickslip_ros.errors import QUOTED, RecordingError, quoted
-from stickslip_ros.parameters import Spec
+from stickslip_ros.parameters import SENSORS, Spec
 from stickslip_ros.tables.layout import TextForm
 from stickslip_ros.tables.units import factor_of, split_unit
 
 USUAL: Mapping[str, tuple[str, ...]] = {
+    **{each.quantity: (each.words,) for each in SENSORS},
     'time_s': ('time', 't', 'x axis', 'x value', 'zeit'),
     'position_m': ('position', 'pos', 'x', 'displacement', 'weg', 'auslenkung'),
     'voltage_v': ('voltage', 'u', 'v', 'piezo voltage', 'spannung', 'piezospannung'),

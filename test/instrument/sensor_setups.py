@@ -6,7 +6,7 @@ import numpy as np
 from bench_runs import PERFECT
 
 from stickslip_ros.drive.advance import FORCE, POSITION
-from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
+from stickslip_ros.instrument.reports import Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.parameters import FaultParameters, Parameters
 
@@ -43,7 +43,7 @@ class Sensor(Sensing):
 
     def readings(self, truth: np.ndarray, faults: FaultParameters) -> np.ndarray:
         """Return the readings of consecutive true values."""
-        trace = np.zeros((len(truth), len(TRACE_COLUMNS)))
+        trace = np.zeros((len(truth), FORCE + 1))
         trace[:, self._column] = truth
         if len(truth):
             self.read(trace, 0, 0.0, faults)

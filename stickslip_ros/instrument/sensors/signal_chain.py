@@ -12,12 +12,12 @@ import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import COUNT, FLOAT, Record, kind, record
+from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind, record
 from stickslip_ros.drive.piezo import move_plays
 
 WORKS, FROZEN, DROPPED_OUT = range(3)
 CONDITIONS = {'none': WORKS, 'freeze': FROZEN, 'dropout': DROPPED_OUT}
-"""Conditions of a sensor, after the words of ``fault.interferometer`` and ``fault.load_cell``."""
+"""Conditions of a sensor, after the words of ``fault.<sensor>``."""
 
 FINEST = 2.0**52
 """From this number of quantisation steps on, the reading itself has no finer digits."""
@@ -53,18 +53,22 @@ spacing : float
 
 """
 
-FAULT = kind(condition=COUNT, offset=FLOAT)
-"""
-What is broken about a sensor.
+FAULT = kind(
+    condition=COUNT,  # WORKS, FROZEN or DROPPED_OUT
+    offset=FLOAT,  # Jump of the reading, in its unit
+)
+"""What is broken about a sensor."""
 
-Fields
-------
-condition : int
-    WORKS, FROZEN or DROPPED_OUT.
-offset : float
-    Jump of the reading, in its unit.
 
-"""
+def sensor_kind(constants: Kind, own: Kind) -> Kind:
+    """Return the type of the records of a kind of sensor."""
+    memory = kind(
+        samples=COUNT,  # Samples of the trace that it has read
+        standing=FLOAT,  # Value behind the display, before the zero is subtracted
+        zero=FLOAT,  # Value that is shown as 0
+        own=own,
+    )
+    return kind(constants=constants, fault=FAULT, memory=memory)
 
 
 def low_pass_gain(bandwidth_hz: float, sample_rate_hz: float) -> float:
@@ -172,17 +176,18 @@ def follow(loop: Record, plays: Array, value: float) -> float:
 
 
 @kernel
-def standing(fault: Record, before: float, value: float) -> float:
-    """Return the value that stands behind the display: a frozen sensor keeps the one before."""
-    return before if fault.condition == FROZEN else value
+def displayed(fault: Record, memory: Record, value: float, resolution: float) -> float:
+    """
+    Return the reading: the value above the zero in whole steps, or not a number.
 
+    A frozen sensor keeps the value that stands behind the display.
 
-@kernel
-def displayed(fault: Record, value: float, zero: float, resolution: float) -> float:
-    """Return the reading: ``value`` above ``zero`` in whole steps, or not a number."""
+    """
+    if fault.condition != FROZEN:
+        memory.standing = value
     if fault.condition == DROPPED_OUT:
         return np.nan
-    above = value - zero
+    above = memory.standing - memory.zero
     if abs(above) < FINEST * resolution:
         return float(np.rint(above / resolution) * resolution)
-    return above
+    return float(above)
