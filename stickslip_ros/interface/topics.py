@@ -126,6 +126,7 @@ READING_TYPES = {'m': (m.POINT_STAMPED, 'point.x'), 'N': (m.WRENCH_STAMPED, 'wre
 
 def _reading_topic(row: Sensor, name: str, text: str, *switches: str) -> Topic:
     type_name, field = READING_TYPES[row.unit]
+    text += f'; needs {row.switch}' if row.switch else ''
     return Topic(
         name,
         type_name,
