@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.parameters.declaration import Checked, choice, quantity
+from stickslip_ros.parameters.declaration import Checked, choice, quantity, switch
 
 TRUTH = ('t', 'voltage', 'foot', 'position', 'force')
 """What the drive tells at each sample, in the order of its columns; a trace begins like it."""
@@ -140,12 +140,30 @@ class InterferometerParameters(Checked):
     )
 
 
+@dataclass(frozen=True)
+class CapacitiveProbeParameters(Checked):
+    """The capacitive probe that looks at the feet."""
+
+    enabled: bool = switch(
+        False, 'whether it is there, with foot_position and its column in the trace'
+    )
+    noise_density: float = quantity(
+        5e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)
+    )
+    resolution: float = quantity(1e-10, 'm', 'quantisation; 0 is none', bounds=(0.0, 1e-3))
+    bandwidth: float = quantity(
+        1e4, 'Hz', 'first-order low-pass of the reading; 0 is none', bounds=(0.0, 1e7)
+    )
+
+
 # fmt: off
 SENSORS: tuple[Sensor, ...] = (
     Sensor(InterferometerParameters, 'position', 'position', 'm', 'stage',
            'interferometer', 'position of the runner', 1.0),
     Sensor(LoadCellParameters, 'force', 'force', 'N', 'load_cell',
            'load cell, positive when the runner presses', 'force on the load cell', 1e3),
+    Sensor(CapacitiveProbeParameters, 'foot', 'foot_position', 'm', 'stage',
+           'capacitive probe', 'position of the feet', 1.0),
 )
 # fmt: on
 """Every sensor, in the order of the columns of a trace; its place numbers its random stream."""
