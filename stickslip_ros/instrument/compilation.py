@@ -8,9 +8,9 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS, IDEAL_KERNELS = 122 + 2 * len(SENSORS), 57 + 2 * len(SENSORS)
+KERNELS, IDEAL_KERNELS = 122 + 3 * len(SENSORS), 57 + 3 * len(SENSORS)
 """What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet;
-of a sensor at least its loop, and the display for its memory."""
+of a sensor its loop, low-pass and display, at least."""
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
 

@@ -59,14 +59,6 @@ class Sensing:
         for name, memory in values.items():
             getattr(self, name).recall(memory)
 
-    def zero_position(self) -> None:
-        """Make the present position reading 0; a lost beam is found, the count starts anew."""
-        self.interferometer.zero()
-
-    def tare_force(self) -> None:
-        """Make the present force reading 0."""
-        self.load_cell.zero()
-
     def read(
         self, trace: Array, time_ns: int, voltage_v: float, faults: FaultParameters
     ) -> Readings:

@@ -98,6 +98,7 @@ def lamps() -> dict[str, Any]:
                 'name': each.reading,
                 'words': each.words.capitalize(),
                 'text': f'{each.text}, mean of 40 ms',
+                'is_optional': bool(each.switch),
                 'unit': display_unit(each.unit)[1],
                 'factor': display_unit(each.unit)[0],
             }

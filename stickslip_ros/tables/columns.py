@@ -10,7 +10,6 @@ from stickslip_ros.tables.layout import TextForm
 from stickslip_ros.tables.units import factor_of, split_unit
 
 USUAL: Mapping[str, tuple[str, ...]] = {
-    **{each.quantity: (each.words,) for each in SENSORS},
     'time_s': ('time', 't', 'x axis', 'x value', 'zeit'),
     'position_m': ('position', 'pos', 'x', 'displacement', 'weg', 'auslenkung'),
     'voltage_v': ('voltage', 'u', 'v', 'piezo voltage', 'spannung', 'piezospannung'),
@@ -29,6 +28,7 @@ USUAL: Mapping[str, tuple[str, ...]] = {
         'kraft',
     ),
     'step_length_m': ('step length', 'step size', 'step', 'schrittlänge', 'schrittweite'),
+    **{each.quantity: (each.words,) for each in SENSORS if each.switch},
 }
 """Names of quantities in lower case, words separated by one blank."""
 SIGMA = '_sigma_'

@@ -223,7 +223,7 @@ def test_a_cut_checkpoint_is_refused(size: int):
             2**63 - 1,
             'samples 9223372036854775807 is not from 0 to',
         ),
-        ('sensing.interferometer.memory.own.lost', 255, 'lost 255 is not 0 or 1'),
+        ('sensing.interferometer.memory.lost', 255, 'lost 255 is not 0 or 1'),
         ('sensing.interferometer.noise.place', -1, 'place -1 is not from 0 to'),
         ('motion.wave.cycles', 2**63 - 1, 'cycles 9223372036854775807 is not from'),
         ('motion.is_new', 1, 'is_new 1 is not a bool'),

@@ -177,7 +177,7 @@ def test_without_a_range_it_never_saturates():
 def test_the_tare_takes_from_one_side_of_the_range_and_adds_to_the_other():
     sensor = load_cell_with(range=RANGE)
     sensor.readings(np.full(5, 0.25 * RANGE), HEALTHY)
-    sensor.tare_force()
+    sensor.load_cell.zero()
     readings = sensor.readings(RANGE * np.array([0.25, 2.0, -2.0]), HEALTHY)
     _assert_equal(readings, RANGE * np.array([0.0, 0.75, -1.25]))
 

@@ -23,7 +23,6 @@ from stickslip_ros.parameters import FaultParameters, Parameters, Spec, specs
 
 UNLIKELY = 1e-6
 """Probability below which an agreement is none; the seed is fixed."""
-ZEROING = {'interferometer': 'zero_position', 'load_cell': 'tare_force'}
 BLOCK = 50
 
 
@@ -33,7 +32,7 @@ def name(request):
 
 
 def _zero(name, sensor):
-    getattr(sensor, ZEROING[name])()
+    getattr(sensor, name).zero()
 
 
 def _fault(name, word='none', offset=0.0):

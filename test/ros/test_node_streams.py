@@ -163,7 +163,9 @@ def test_every_published_topic_is_heard(start_drive: Callable):
 def test_a_sensor_that_is_enabled_has_a_topic_and_a_column_of_the_trace(start_drive: Callable):
     stand = start_drive({**QUEUES, 'capacitive_probe.enabled': True})
     foot, trace = stand.operator.listen('foot_position'), stand.operator.listen('trace')
-    stand.operator.spin_until(lambda: len(foot) >= 100 and len(trace) >= 10, 'readings of the feet')
+    stand.operator.spin_until(
+        lambda: len(foot) >= 100 and len(trace) >= 10, 'readings of the feet'
+    )
     assert trace[-1].layout.dim[1].label == f'{COLUMNS},foot_position[m]'
     assert {each.header.frame_id for each in foot} == {'stage_base'}
     rows = {round(row[0] * 1e9): row[-1] for each in trace for row in table(each)}

@@ -1,14 +1,14 @@
 """What all sensors have in common: noise of their own, a fault, a zero, a memory."""
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+import math
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Kind, Record, records
-from stickslip_ros.instrument.sensors.signal_chain import CONDITIONS
+from stickslip_ros.instrument.sensors.signal_chain import CONDITIONS, low_pass_gain
 from stickslip_ros.parameters import SENSORS, TRUTH, FaultParameters, Parameters, Sensor
 
 NUMBERS_AT_ONCE = 4096
@@ -51,23 +51,16 @@ class Noise:
         return self._drawn[self._taken - count : self._taken]
 
 
-class Reader(ABC):
-    """
-    A sensor at work; each kind of sensor has a class of its own, with KIND, its `sensor_kind`.
+class Reader:
+    """A sensor at work; each has a class of its own."""
 
-    Attributes
-    ----------
-    record : array of one record of KIND
-        Constants, fault, memory.
-    sees, column : int
-        Columns of a trace: what it looks at, and what receives its readings.
-
-    """
-
-    KIND: ClassVar[Kind]
-    ALARMS: ClassVar[Mapping[str, int]] = {}
-    """Status bits that flags of its memory set."""
+    KIND: ClassVar[Kind]  # Its `sensor_kind`
+    KERNEL: ClassVar[Callable[..., None]]  # What `read` calls, with unit noise
+    ALARMS: ClassVar[Mapping[str, int]] = {}  # Status bits that flags of its memory set
     REMEMBERED: ClassVar[Mapping[str, Any]]
+    record: Record  # An array of one record of KIND
+    sees: int  # Column of a trace that it looks at
+    column: int  # Column that receives its readings
 
     def __init_subclass__(cls, **more: Any) -> None:
         """Note what a sensor remembers."""
@@ -78,17 +71,24 @@ class Reader(ABC):
         self.seed = parameters.sim.seed, SENSORS.index(row) + 1  # sensors never share noise
         self.sees, self.column = TRUTH.index(row.sees), column
         setting, rate_hz = getattr(parameters, row.name), parameters.trace.sample_rate
-        self._first = records(self.KIND, constants=self.constants_of(setting, rate_hz))
+        self._first = records(
+            self.KIND,
+            noise=setting.noise_density * math.sqrt(rate_hz / 2.0),
+            gain=low_pass_gain(setting.bandwidth, rate_hz),
+            resolution=setting.resolution,
+            **self.constants_of(setting, rate_hz),
+        )
         self.reset()
 
     @staticmethod
-    @abstractmethod
-    def constants_of(setting: Any, rate_hz: float) -> Record:
-        """Return what it is by its parameters, in samples of the trace."""
+    def constants_of(_setting: Any, _rate_hz: float) -> Mapping[str, Any]:
+        """Return what only this kind of sensor is by its parameters, at a rate of the trace."""
+        return {}
 
-    @abstractmethod
     def read(self, trace: Array) -> None:
         """Write its readings into its column of a trace."""
+        noise = self.noise.take(len(trace))
+        self.KERNEL(self.record, trace, self.sees, self.column, noise)
 
     def reset(self) -> None:
         """Go back to the start: at rest at zero, the same noise again."""
@@ -119,5 +119,4 @@ class Reader(ABC):
     @property
     def status_bits(self) -> int:
         """Bits of Status that it sets."""
-        own = self.memory['own']
-        return sum(bit for name, bit in self.ALARMS.items() if own[name].item())
+        return sum(bit for name, bit in self.ALARMS.items() if self.memory[name].item())

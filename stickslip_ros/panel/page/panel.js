@@ -64,6 +64,7 @@ function build(told) {
 function figure(sensor) {
   const shown = make("dl", "", sensor.text), value = make("b", "–"), behind = make("dd");
   value.id = sensor.name;
+  shown.hidden = sensor.is_optional;
   behind.append(value, ` ${sensor.unit}`);
   shown.append(make("dt", sensor.words), behind);
   return shown;
