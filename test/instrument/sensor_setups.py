@@ -34,6 +34,11 @@ EVERYTHING = {
 """Each error large enough to be seen in a few hundred samples."""
 
 
+def broken(**faults: object) -> FaultParameters:
+    """Return faults by their names."""
+    return Parameters().updated({f'fault.{name}': value for name, value in faults.items()}).fault
+
+
 class Sensor(Sensing):
     """One of both sensors; the other one reads zeros."""
 
@@ -48,6 +53,14 @@ class Sensor(Sensing):
         if len(truth):
             self.read(trace, 0, 0.0, faults)
         return trace[:, self._column]
+
+    @property
+    def beam_lost(self) -> bool:
+        return bool(self.status_bits & Status.BEAM_LOST)
+
+    @property
+    def overrange(self) -> bool:
+        return bool(self.status_bits & Status.FORCE_OVERRANGE)
 
     @property
     def is_referenced(self) -> bool:

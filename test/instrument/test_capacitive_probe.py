@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from bench_runs import MS, drive_bench, sawtooth
-from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, SIGMAS
+from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, SIGMAS, broken
 
 from stickslip_ros.drive.advance import FOOT, FORCE, POSITION
 from stickslip_ros.instrument.bench import Bench
@@ -80,11 +80,11 @@ def test_a_reading_is_the_multiple_of_the_resolution_next_to_the_truth():
 
 def test_it_jumps_freezes_drops_out_and_comes_back():
     sensing, feet_m = probe(), np.linspace(1e-9, 5e-8, 50)
-    jumped_m = readings(sensing, feet_m, FaultParameters(capacitive_probe_offset=1e-6))
+    jumped_m = readings(sensing, feet_m, broken(capacitive_probe_offset=1e-6))
     np.testing.assert_allclose(jumped_m, feet_m + 1e-6, rtol=ROUNDING)
-    frozen_m = readings(sensing, feet_m, FaultParameters(capacitive_probe='freeze'))
+    frozen_m = readings(sensing, feet_m, broken(capacitive_probe='freeze'))
     np.testing.assert_array_equal(frozen_m, jumped_m[-1])
-    dropped = readings(sensing, feet_m, FaultParameters(capacitive_probe='dropout'))
+    dropped = readings(sensing, feet_m, broken(capacitive_probe='dropout'))
     assert np.isnan(dropped).all()
     np.testing.assert_allclose(readings(sensing, feet_m), feet_m, rtol=ROUNDING)
 
@@ -100,7 +100,7 @@ def test_it_goes_on_from_a_checkpoint_to_the_bit():
 def test_a_sensor_behind_another_one_sees_the_truth_and_not_its_reading():
     settings = {**ENABLED, **EXACT, 'interferometer.resolution': 1e-6}
     sensing = Sensing(Parameters().updated(settings))
-    sensing.capacitive_probe.sees = POSITION
+    vars(sensing)['capacitive_probe'].sees = POSITION
     trace = np.zeros((50, PROBE + 1))
     trace[:, POSITION] = truth_m = np.linspace(1e-9, 5e-8, 50)
     sensing.read(trace, 0, 0.0, HEALTHY)

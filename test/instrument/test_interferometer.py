@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, interferometer_with, times
-
-from stickslip_ros.parameters import FaultParameters
+from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, broken, interferometer_with, times
 
 WAVELENGTH = 6.328e-7
 VELOCITY = 1e-3
@@ -212,7 +210,7 @@ def test_between_own_samples_zeroing_finds_the_beam_too():
 
 
 def test_zeroing_finds_the_beam_under_a_jump_of_the_reading():
-    sensor, jump = _limited(), FaultParameters(interferometer_offset=1e-6)
+    sensor, jump = _limited(), broken(interferometer_offset=1e-6)
     sensor.readings(np.repeat([0.0, 1e-3], 10), jump)
     sensor.interferometer.zero()
     np.testing.assert_array_equal(sensor.readings(np.full(5, 1e-3), jump), np.zeros(5))
@@ -229,7 +227,7 @@ def test_a_reset_empties_the_way_of_late_counts():
 
 
 def test_a_frozen_reading_is_zero_after_zeroing_even_if_the_beam_was_lost():
-    sensor, frozen = _limited(), FaultParameters(interferometer='freeze')
+    sensor, frozen = _limited(), broken(interferometer='freeze')
     sensor.readings(np.full(5, 1e-7), HEALTHY)
     sensor.readings(np.full(5, 1e-3), frozen)
     assert sensor.beam_lost

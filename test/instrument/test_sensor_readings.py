@@ -13,13 +13,14 @@ from sensor_setups import (
     SENSORS,
     SIGMAS,
     Sensor,
+    broken,
     sensor_with,
     sensor_with_everything,
     shaken,
     times,
 )
 
-from stickslip_ros.parameters import FaultParameters, Parameters, Spec, specs
+from stickslip_ros.parameters import Parameters, Spec, specs
 
 UNLIKELY = 1e-6
 """Probability below which an agreement is none; the seed is fixed."""
@@ -36,7 +37,7 @@ def _zero(name, sensor):
 
 
 def _fault(name, word='none', offset=0.0):
-    return FaultParameters(**{name: word, f'{name}_offset': offset})
+    return broken(**{name: word, f'{name}_offset': offset})
 
 
 def _noisy(name, **settings):
