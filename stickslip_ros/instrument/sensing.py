@@ -4,8 +4,7 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, ClassVar
 
-import numpy as np
-
+from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.instrument import sensors
 from stickslip_ros.instrument.reports import FIRST_READING, Readings
@@ -23,6 +22,13 @@ def _class_of(row: Sensor) -> type[Reader]:
 
 
 CLASSES = {row.name: _class_of(row) for row in SENSORS}
+
+
+@entry_point
+def fill_times(trace: Array, start_ns: int, sample_ns: int) -> None:
+    """Write the times of the samples after a start into the first column of a trace, s."""
+    for i in range(len(trace)):
+        trace[i, 0] = (start_ns + (i + 1) * sample_ns) * NANO
 
 
 class Sensing:
@@ -66,8 +72,7 @@ class Sensing:
         if faults is not self._faults:
             self._break_down(faults)
         truth = trace[-1].copy()
-        first_ns = time_ns - (len(trace) - 1) * self._sample_ns
-        trace[:, 0] = np.arange(first_ns, time_ns + 1, self._sample_ns) * NANO
+        fill_times(trace, time_ns - len(trace) * self._sample_ns, self._sample_ns)
         for reader in self._readers:
             reader.read(trace)
         return Readings(time_ns, voltage_v, trace, truth)
@@ -80,4 +85,7 @@ class Sensing:
     @property
     def status_bits(self) -> int:
         """Bits of Status that sensors set."""
-        return sum(reader.status_bits for reader in self._readers)
+        bits = 0
+        for reader in self._readers:
+            bits |= reader.status_bits
+        return bits

@@ -21,7 +21,7 @@ TRUTH = ('t', 'voltage', 'foot', 'position', 'force')
 class Sensor:
     """A row of the table of sensors."""
 
-    group: type[Checked]  # Its parameters; the name of the group is that of the sensor
+    group: type[Checked]  # Its parameters, noise_density, resolution and bandwidth at least
     sees: str  # What it looks at: one of TRUTH
     reading: str  # Name of its topic, and of its column in a trace
     unit: str  # SI unit of the reading: m is a point, N is a wrench
@@ -32,7 +32,7 @@ class Sensor:
 
     @property
     def name(self) -> str:
-        """Name of its parameters, of its faults, and of its module."""
+        """Name of its parameters, its faults, and its module: ``load_cell``."""
         return self.group.group()
 
     @property

@@ -71,6 +71,7 @@ class Interferometer(
         """Go back to the start: at rest at zero, the beam found, the same noise again."""
         super().reset()
         self.memory['truth_m'] = math.nan
+        self._is_lost = self.memory['lost']
         self.past_m = np.zeros(math.ceil(self.record[0].lag) + 3)
         self.walk = Noise((*self.seed, DRIFT_STREAM))
         self._wanders = bool(self.record[0].walk_m > 0.0)
@@ -105,7 +106,7 @@ class Interferometer(
         walk = self.walk.take(len(trace)) if self._wanders else noise
         read_positions(self.record, self.past_m, trace, self.sees, self.column, noise, walk)
         mean_m = float(np.add.reduce(trace[:, self.column])) / len(trace)
-        self.position_m = math.nan if self.memory['lost'].item() else mean_m
+        self.position_m = math.nan if self._is_lost.item() else mean_m
 
     @property
     def status_bits(self) -> int:

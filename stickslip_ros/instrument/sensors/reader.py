@@ -59,6 +59,7 @@ class Reader:
     ALARMS: ClassVar[Mapping[str, int]] = {}  # Status bits that flags of its memory set
     REMEMBERED: ClassVar[Mapping[str, Any]]
     record: Record  # An array of one record of KIND
+    memory: Record  # What changes of it, an array of one record
     sees: int  # Column of a trace that it looks at
     column: int  # Column that receives its readings
 
@@ -93,16 +94,13 @@ class Reader:
     def reset(self) -> None:
         """Go back to the start: at rest at zero, the same noise again."""
         self.record = self._first.copy()
+        self.memory = self.record['memory']
+        self._alarms = [(bit, self.memory[name]) for name, bit in self.ALARMS.items()]
         self.noise = Noise(self.seed)
-
-    @property
-    def memory(self) -> Record:
-        """What changes of it, an array of one record."""
-        return self.record['memory']
 
     def recall(self, values: dict[str, Any]) -> None:
         """Remember what was read from a file."""
-        self.record['memory'] = values['memory']
+        self.memory[:] = values['memory']
         self.noise.recall(values['noise'])
 
     def break_down(self, faults: FaultParameters) -> None:
@@ -119,4 +117,7 @@ class Reader:
     @property
     def status_bits(self) -> int:
         """Bits of Status that it sets."""
-        return sum(bit for name, bit in self.ALARMS.items() if self.memory[name].item())
+        bits = 0
+        for bit, flag in self._alarms:
+            bits |= bit * flag.item()
+        return bits
