@@ -80,7 +80,7 @@ def test_the_picture_lies_beside_the_recording_unless_told(
     assert main(['plot', str(recording)]) == 0
     assert recording.with_suffix('.png').stat().st_size > 10_000
     out = capsys.readouterr().out
-    assert 'runner position' in out
+    assert 'position of the runner' in out
     assert 'sawtooth' in out
     assert f'picture {recording.with_suffix(".png")}' in out
     assert main(['plot', str(recording), '-o', str(tmp_path / 'a/run.pdf')]) == 0

@@ -10,7 +10,7 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
 from stickslip_ros.instrument.reports import Status
-from stickslip_ros.parameters import specs
+from stickslip_ros.parameters import SENSORS, Sensor, specs
 from stickslip_ros.recording.reader import Recording
 
 TITLE = 'stickslip_drive: faults'
@@ -192,7 +192,11 @@ def test_a_schedule_that_is_not_there_leaves_the_node_unconfigured(
 
 
 BURST = (300.0, 1000.0, 10.0)
-FREE = {'load_cell.contact': 'absent', 'runner.damping': 80.0}
+FREE = {
+    'load_cell.contact': 'absent',
+    'runner.damping': 80.0,
+    **{row.switch: True for row in SENSORS if row.switch},
+}
 STOOD_M = 30e-9
 """More than the sensor's noise and what loosened contacts give way, less than one step."""
 STANDING_BLOCKS = 20
@@ -211,24 +215,14 @@ def way_of_steps(stand: Any) -> float:
     return float(operator.positions[operator.time_ns])
 
 
-def reads_no_position(stand: Any) -> None:
-    stand.operator.spin_until(
-        lambda: math.isnan(stand.operator.positions[stand.operator.time_ns]), 'the dropout'
-    )
+def reading_of(message: Any) -> float:
+    return message.point.x if hasattr(message, 'point') else message.wrench.force.x
 
 
-def reads_a_jump(stand: Any) -> None:
-    stand.operator.spin_until(
-        lambda: stand.operator.positions[stand.operator.time_ns] > 0.9e-6, 'the jump'
-    )
-
-
-def force_when(condition: Callable[[float], bool]) -> Callable[[Any], None]:
+def reads(row: Sensor, condition: Callable[[float], bool]) -> Callable[[Any], None]:
     def see(stand: Any) -> None:
-        heard = stand.operator.listen('force')
-        stand.operator.spin_until(
-            lambda: bool(heard) and condition(heard[-1].wrench.force.x), 'the force'
-        )
+        heard = stand.operator.listen(row.reading)
+        stand.operator.spin_until(lambda: bool(heard) and condition(reading_of(heard[-1])), 'it')
 
     return see
 
@@ -258,10 +252,15 @@ def is_slow_to_obey(stand: Any) -> None:
 
 #: A value of each fault, one that is refused, and what shows that the fault is there.
 CASES: Mapping[str, tuple[Any, Any, Callable[[Any], None]]] = {
-    'fault.interferometer': ('dropout', 'broken', reads_no_position),
-    'fault.interferometer_offset': (1e-6, 1.1, reads_a_jump),
-    'fault.load_cell': ('dropout', '', force_when(math.isnan)),
-    'fault.load_cell_offset': (0.5, -1001.0, force_when(lambda force_n: force_n > 0.4)),
+    **{f'fault.{row.name}': ('dropout', 'broken', reads(row, math.isnan)) for row in SENSORS},
+    **{
+        f'fault.{row.name}_offset': (
+            0.5,
+            -1.1 * row.largest,
+            reads(row, lambda value: value > 0.4),
+        )
+        for row in SENSORS
+    },
     'fault.amplifier_off': (True, 1, has_no_power),
     'fault.dead_foot': (1, 7, goes_another_way),
     'fault.runner_stuck': (True, 'yes', stands_still),
@@ -330,22 +329,20 @@ def test_every_fault_comes_and_goes_by_schedule(start_drive: Callable, tmp_path:
     )
 
 
-@pytest.mark.parametrize('sensor', [name for name in FAULTS if 'freeze' in specs()[name].choices])
-def test_a_frozen_reading_stands_still_until_it_is_cleared(stand: Any, sensor: str):
-    key = {'fault.interferometer': 'position', 'fault.load_cell': 'force'}[sensor]
-    heard = stand.operator.listen(key)
+@pytest.mark.parametrize('row', SENSORS, ids=lambda row: row.name)
+def test_a_frozen_reading_stands_still_until_it_is_cleared(start_drive: Callable, row: Sensor):
+    stand = start_drive(FREE)
+    heard = stand.operator.listen(row.reading)
 
     def last() -> set[float]:
-        return {
-            m.point.x if key == 'position' else m.wrench.force.x for m in heard[-STANDING_BLOCKS:]
-        }
+        return set(map(reading_of, heard[-STANDING_BLOCKS:]))
 
     def stands() -> bool:
         return len(heard) >= STANDING_BLOCKS and len(last()) == 1
 
     stand.operator.spin_until(lambda: len(heard) >= STANDING_BLOCKS, 'readings')
     assert not stands()
-    assert stand.operator.set_parameter(sensor, 'freeze').successful
+    assert stand.operator.set_parameter(f'fault.{row.name}', 'freeze').successful
     stand.operator.spin_until(stands, 'the freeze')
     clear(stand)
     stand.operator.spin_until(lambda: not stands(), 'the noise')

@@ -25,7 +25,9 @@ pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 
 IDLE = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
 #: Parameters under which every topic exists.
-ALL_TOPICS = {'sim.publish_truth': True, 'sim.publish_clock': True, 'sim.lockstep': True}
+ALL_TOPICS = {
+    name: True for topic in TOPICS for name in topic.switches if specs()[name].kind is bool
+}
 
 
 def topic_of(key: str) -> Topic:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.interface.topics import READINGS
+from stickslip_ros.parameters import specs
 from stickslip_ros.testing import deep_queues
 
 QUEUES = deep_queues('position', 'force', 'trace')
@@ -150,9 +151,25 @@ def test_the_foot_follows_the_voltage_with_the_gain_of_the_piezo(stand: Any):
 
 
 def test_every_published_topic_is_heard(start_drive: Callable):
-    stand = start_drive({'sim.publish_truth': True, 'sim.publish_clock': True})
+    switches = [name for topic in READINGS for name in topic.switches]
+    stand = start_drive({name: True for name in switches if specs()[name].kind is bool})
     operator = stand.operator
     assert operator.trigger('stop').success
     operator.spin_until(
         lambda: all(operator.received[topic.key] for topic in READINGS), 'every topic'
     )
+
+
+def test_a_sensor_that_is_enabled_has_a_topic_and_a_column_of_the_trace(start_drive: Callable):
+    stand = start_drive({**QUEUES, 'capacitive_probe.enabled': True})
+    foot, trace = stand.operator.listen('foot_position'), stand.operator.listen('trace')
+    stand.operator.spin_until(
+        lambda: len(foot) >= 100 and len(trace) >= 10, 'readings of the feet'
+    )
+    assert trace[-1].layout.dim[1].label == f'{COLUMNS},foot_position[m]'
+    assert {each.header.frame_id for each in foot} == {'stage_base'}
+    rows = {round(row[0] * 1e9): row[-1] for each in trace for row in table(each)}
+    told = {stand.operator.simulated_ns(each): each.point.x for each in foot}
+    both = rows.keys() & told.keys()
+    assert len(both) >= 10
+    assert [rows[each] for each in both] == [told[each] for each in both]

@@ -119,7 +119,7 @@ def test_the_trace_is_drawn_where_it_is_recorded(recorded_run, tmp_path):
     assert plot.status[0].end_s == plot.events[0].time_s
     picture = matplotlib.image.imread(tmp_path / 'folder/run.png')
     assert picture.shape[1] == round(WIDTH_INCHES * DOTS_PER_INCH)
-    assert all(shows(picture, colour) for colour in COLOURS.values())
+    assert all(shows(picture, COLOURS[each.name]) for each in plot.quantities)
 
 
 def test_a_window_shows_its_samples_only(recorded_run, tmp_path):

@@ -59,7 +59,7 @@ def test_every_uncertainty_belongs_to_a_column():
         ('time_s,force_n,a,b\n,,1,2\n', 'line 1: has no values below its header; give at least'),
         ('preload_n,force_n\n1,2\n', 'line 1: there is no amplitude_m; add it, in m'),
         ('preload_n,amplitude_m\n1,2\n', 'there is no force_n or step_length_m; add it, in N'),
-        ('time_s,temp\n1,2\n', 'no position_m or force_n or voltage_v or foot_m; not under'),
+        ('time_s,temp\n1,2\n', 'or voltage_v or foot_m; not under'),
         (
             'Stroke (nm),F (mN)\n60,2\n',
             'there is no preload_n; add it, in N, or give the preload of the file in N, as --prel',
