@@ -106,7 +106,6 @@ MOMENTS: list[tuple[list[str], Reached]] = [
     (['fit', 'points.csv', '--free', 'contact.friction', '--starts', '1000'], has_looked(50)),
     (['drive'], knows_signals),
     (['demo', '--output', '.'], has_written('demo.mcap')),
-    (['positioning', '--output', '.', '--target', '1.0'], has_written('positioning.mcap')),
     (['panel', '--port', '0'], has_looked(5)),
     (['info', 'none.mcap'], in_imports),
     (['plot', 'none.mcap'], in_imports),

@@ -17,8 +17,6 @@ import yaml
 
 import stickslip_ros
 from stickslip_ros.cli.bode import POINTS
-from stickslip_ros.cli.chosen import to_numbers
-from stickslip_ros.cli.demo import TOLERANCE_M
 from stickslip_ros.cli.drive import ros_arguments
 from stickslip_ros.cli.main import build_parser, main
 from stickslip_ros.cli.verbs import VERBS
@@ -30,8 +28,6 @@ from stickslip_ros.parameters import ControllerParameters, Parameters, load_yaml
 from stickslip_ros.runs.sawtooth_run import STEADY_STEPS_MAX
 from stickslip_ros.runs.sweep import STEADY_RULE
 from stickslip_ros.runs.zero_amplitude import FIT_POINTS, STEP_MIN_M
-from stickslip_ros.testing.positioning import LOAD_N, TARGETS_M
-from stickslip_ros.units import NM
 
 NEEDED = {'contact': ('--normal-force', '0.1'), 'simulate': ('--voltage', '100')}
 SLOW = ('numba', 'scipy', 'matplotlib', 'rich', 'numpy', 'yaml', 'rclpy')
@@ -182,11 +178,6 @@ def test_help_tells_the_numbers_of_the_package(capsys: Any):
     assert f'The word {MODEL} for B' in told['compare']
     assert f'Quantities of {", ".join(FITTED_GROUPS)} may be freed' in told['fit']
     assert f'Names: {", ".join(FIGURES)}.' in told['figures']
-    assert f'within {TOLERANCE_M * NM:g} nm' in told['positioning']
-    parse = build_parser().parse_args
-    targets = parse(['positioning']).target
-    assert to_numbers('--target', targets, 'm') == list(TARGETS_M)
-    assert parse(['positioning']).load == LOAD_N
 
 
 @pytest.mark.parametrize(
