@@ -32,7 +32,6 @@ LONGEST = (
     'test_cli_ending.py',
     'test_fit.py',
     'test_cli_compile.py',
-    'test_node_kill.py',
 )
 WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
 

@@ -113,4 +113,4 @@ def test_layouts_and_page_template_are_installed(monkeypatch):
     config = dict(handed['data_files'])['share/stickslip_ros/config']
     assert {FOXGLOVE, PLOTJUGGLER, 'config/test_stand.yaml'} <= set(config)
     [pattern] = handed['package_data']['stickslip_ros.comparison']
-    assert list((ROOT / 'stickslip_ros.comparison').glob(pattern))
+    assert list((ROOT / 'stickslip_ros' / 'comparison').glob(pattern))

@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from stickslip_ros.cli.main import main
-from stickslip_ros.runs.sweep import STEADY_RULE
 
 PROGRAM = """\
 import signal, sys
@@ -87,15 +86,6 @@ def test_a_stopped_sweep_goes_on_and_ends_with_the_table_of_an_unbroken_one(
     assert not journal.exists()
 
 
-def test_one_and_two_workers_write_the_same_bytes(tmp_path):
-    tables = []
-    for workers in ('1', '2'):
-        path = tmp_path / f'{workers}.csv'
-        assert sweep(*SHORT, '--workers', workers, '-o', str(path)) == 0
-        tables.append(path.read_bytes())
-    assert tables[0] == tables[1]
-
-
 def test_the_json_has_the_rows_of_the_file_and_the_stop_rule(capsys, tmp_path):
     path = tmp_path / 'table.csv'
     words = ['--vary', 'load_cell.stiffness=1e4,1e5', '--frequency=-500,500', '-o', str(path)]
@@ -111,15 +101,6 @@ def test_the_json_has_the_rows_of_the_file_and_the_stop_rule(capsys, tmp_path):
         assert {name: str(value) for name, value in row.items()} == texts
 
 
-def test_a_free_runner_steps_and_the_table_says_it_is_free(capsys, tmp_path):
-    path = tmp_path / 'table.csv'
-    assert sweep(*SHORT, '--no-load-cell', '--frequency', '200', '-o', str(path), '--json') == 0
-    rows = json.loads(capsys.readouterr().out)['rows']
-    assert '"load_cell.contact": "absent"' in path.read_text()
-    assert all(row['force_mean_n'] == 0.0 for row in rows)
-    assert rows[-1]['step_length_m'] > 80e-9
-
-
 def test_the_journal_of_another_sweep_is_refused_unless_fresh(capsys, tmp_path, unbroken):
     path = tmp_path / 'table.csv'
     stopped_half_way(path, signal.SIGKILL)
@@ -133,24 +114,6 @@ def test_the_journal_of_another_sweep_is_refused_unless_fresh(capsys, tmp_path, 
     assert lines(path) == 7
 
 
-@pytest.mark.parametrize(
-    ('words', 'message'),
-    [
-        (['--amplitude', '0:160e-9'], "amplitude '0:160e-9' is not start:stop:count; write"),
-        (['--amplitude', '161e-9'], 'amplitude 1.61e-07 m is above the 1.6e-07 m that'),
-        (['--frequency', '30e3'], "frequency 30000 Hz is above the amplifier's 20000 Hz; lower"),
-        (['--preload', '0:1:5'], 'stand.preload 0 N is below the minimum 0.001 N; raise it'),
-        (['--vary', 'stand.preload=1'], "'stand.preload' is varied twice; put all its values"),
-        (['--workers', '-1'], 'number of workers -1 is not from 0 to 1024; 0 takes one per core'),
-    ],
-)
-def test_what_does_not_fit_is_refused_with_status_2(capsys, tmp_path, words, message):
-    path = tmp_path / 'table.csv'
-    assert sweep(*SHORT, *words, '-o', str(path)) == 2
-    assert message in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_missing_package_is_told_before_the_work_begins(capsys, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, 'pyarrow', None)
     monkeypatch.setitem(sys.modules, 'distributed', None)
@@ -159,14 +122,6 @@ def test_a_missing_package_is_told_before_the_work_begins(capsys, monkeypatch, t
     words = ['--scheduler', 'tcp://127.0.0.1:1', '-o', str(tmp_path / 'table.csv')]
     assert sweep(*SHORT, *words) == 2
     assert 'install it with: pip install distributed' in capsys.readouterr().err
-
-
-def test_the_help_states_the_stop_rule(capsys):
-    with pytest.raises(SystemExit) as left:
-        sweep('--help')
-    assert left.value.code == 0
-    text = ' '.join(capsys.readouterr().out.split())
-    assert STEADY_RULE in text
 
 
 def test_zero_amplitude_prints_its_keys(capsys):

@@ -1,4 +1,4 @@
-"""Every bit of ~/status is set and cleared, and every result of ~/event told, by a real node."""
+"""Every bit of ~/status is set and cleared by a real node."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.instrument.reports import Status
 
 IDLE = Status.SENSOR_PRESENT | Status.AMPLIFIER_ENABLED
 FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
@@ -110,96 +110,3 @@ def test_a_bit_is_set_and_cleared_on_the_topic(start_drive: Callable, bit: Statu
 
 def test_every_bit_has_its_way():
     assert BITS.keys() == set(Status)
-
-
-def abort(operator: Any) -> None:
-    operator.command('sawtooth', ENDLESS)
-    operator.spin_until(lambda: bool(operator.status & Status.MOVING), 'the move')
-    stop(operator)
-
-
-RESULTS: dict[Result, tuple[str, Callable, dict[str, object]]] = {
-    Result.DONE: ('voltage', ask('voltage', 100.0), {}),
-    Result.ABORTED: ('sawtooth', abort, {}),
-    Result.INVALID_PARAMETER: ('voltage', ask('voltage', 1e6), {}),
-    Result.RANGE_LIMIT_REACHED: ('sawtooth', ask('sawtooth', ENDLESS), CONFINED),
-    Result.END_STOP_REACHED: ('position', ask('position', FAR_M), BLOCKED),
-    Result.FOLLOWING_LIMIT_REACHED: ('position', ask('position', FAR_M), HURRIED),
-    Result.TIMEOUT: ('position', ask('position', FAR_M), IMPATIENT),
-    Result.NO_SENSOR: (
-        'position',
-        ask('position', 1e-6),
-        FREE | {'fault.interferometer': 'dropout'},
-    ),
-    Result.AMPLIFIER_DISABLED: ('voltage', ask('voltage', 1.0), {'fault.amplifier_off': True}),
-}
-REFUSALS = {Result.INVALID_PARAMETER, Result.AMPLIFIER_DISABLED}
-"""Results, as reached here, of commands that were not begun."""
-ELSEWHERE = {Result.RECORDING_FAILED, Result.DRIVE_FAILED}
-"""The one needs a full disk: test_node_disk_full.py; the other a defect: test_node_failure.py."""
-
-
-@pytest.mark.parametrize('result', list(RESULTS), ids=lambda result: result.name)
-def test_a_result_is_told_with_its_reason_and_status(start_drive: Callable, result: Result):
-    command, act, given = RESULTS[result]
-    stand = start_drive(dict(given))
-    operator = stand.operator
-    act(operator)
-    event = operator.wait_for_event(command, 0)
-    assert (event['number'], event['result']) == (1, result.name)
-    assert bool(event['message']) == (result is not Result.DONE)
-    failed = result not in {Result.DONE, Result.ABORTED} | REFUSALS
-    told = {Status.MOVEMENT_FAILED: failed, Status.REFUSED: result in REFUSALS}
-    operator.spin_until(
-        lambda: all(bool(operator.status & bit) == wanted for bit, wanted in told.items()),
-        'the bits of the result',
-    )
-
-
-def test_every_result_has_its_way():
-    assert RESULTS.keys() | ELSEWHERE == set(Result)
-
-
-def test_a_target_beyond_a_soft_limit_is_refused_with_the_result_of_the_limit(
-    start_drive: Callable,
-):
-    stand = start_drive(CONFINED)
-    stand.operator.command('position', 2e-6)
-    event = stand.operator.wait_for_event('position', 0)
-    assert event['result'] == Result.RANGE_LIMIT_REACHED.name
-    stand.operator.spin_until(lambda: stand.operator.status == IDLE | Status.REFUSED, 'the bit')
-
-
-def test_a_command_that_a_reset_overtakes_is_told_as_aborted(start_drive: Callable):
-    stand = start_drive({'fault.command_delay': 10.0})
-    operator = stand.operator
-    for name in ('voltage', 'load'):
-        operator.command(name, 0.1)
-        operator.spin_until(lambda: bool(operator.status & Status.MOVE_DELAYED), 'the command')
-    operator.spin_until(lambda: stand.drive.session.bench._requests == 2, 'both commands')
-    reset(operator)
-    operator.wait_for_event('reset', 0)
-    told = [(each['command'], each['number'], each['result']) for each in operator.events]
-    assert told == [('voltage', 1, 'ABORTED'), ('load', 2, 'ABORTED'), ('reset', 3, 'DONE')]
-    assert {each['message'] for each in operator.events[:2]} == {'reset by command 3'}
-
-
-def test_a_jog_has_one_event_however_often_it_is_renewed(stand: Any):
-    operator = stand.operator
-    for frequency_hz in (500.0, 500.0, 0.0):
-        operator.command('jog', frequency_hz)
-    operator.wait_for_event('jog', 0)
-    stop(operator)
-    operator.wait_for_event('stop', 0)
-    told = [(each['command'], each['number']) for each in operator.events]
-    assert told == [('jog', 1), ('stop', 4)]
-
-
-def test_a_reset_leaves_an_amplifier_off_and_a_fault_on(stand: Any):
-    operator = stand.operator
-    switch_amplifier(wanted=False)(operator)
-    break_down('dead_foot', 1)(operator)
-    reset(operator)
-    operator.wait_for_event('reset', 0)
-    wanted = Status.SENSOR_PRESENT | Status.FAULT
-    operator.spin_until(lambda: operator.status == wanted, 'the state of before')

@@ -74,29 +74,12 @@ def test_stamps_begin_with_the_activation_and_never_lie_in_the_future(start_driv
         assert {b - a for a, b in itertools.pairwise(stamps)} == {BLOCK_NS}
 
 
-def test_times_that_are_no_stamps_stay_simulated_time(start_drive: Callable):
-    stand = start_drive()
-    operator = stand.operator
-    trace = operator.listen('trace')
-    operator.command('voltage', 100.0)
-    event = operator.wait_for_event('voltage', 0)
-    operator.spin_until(lambda: bool(trace), 'a trace')
-    end_ns = stand.drive.session.bench.time_ns
-    assert 0 < event['time_ns'] <= end_ns
-    assert 0.0 < trace[0].data[0] <= end_ns * 1e-9
-    assert all(0 < each <= stand.drive.session.bench.time_ns for each in operator.positions)
-
-
 def test_without_a_pace_stamps_begin_at_0(start_drive: Callable):
     stand = start_drive({'sim.real_time_factor': 0.0})
     assert told_origin_ns(stand) == 0
     heard = stand.operator.listen('position')
     stand.operator.spin_until(lambda: bool(heard), 'a position')
     assert stamp_ns(heard[0]) < HOUR_NS
-
-
-def test_a_node_that_follows_a_clock_stamps_from_0(start_drive: Callable):
-    assert told_origin_ns(start_drive({'use_sim_time': True})) == 0
 
 
 def test_the_clock_carries_the_origin_too(start_drive: Callable):
@@ -153,31 +136,6 @@ def test_a_recording_keeps_the_origin_and_is_replayed_with_it(
     for number, path in enumerate(paths):
         result = replay(path, tmp_path / f'again{number}.mcap')
         assert result.identical, result.difference
-
-
-@pytest.mark.usefixtures('frequent_diagnostics')
-def test_diagnostics_tell_by_how_much_stamps_lag_after_a_pause(start_drive: Callable):
-    stand = start_drive()
-    operator = stand.operator
-    title = 'stickslip_drive: time'
-
-    def next_lag_s() -> float:
-        seen = len(operator.diagnostics)
-        operator.spin_until(
-            lambda: any(title in each for each in operator.diagnostics[seen:]), 'diagnostics'
-        )
-        return float(operator.diagnostics[-1][title]['stamps_behind_s'])
-
-    running_s = next_lag_s()
-    operator.switch('set_paused', wanted=True)
-    first_ns = time.time_ns()
-    lags_s = [next_lag_s() for _ in range(3)]
-    last_ns = time.time_ns()
-    operator.switch('set_paused', wanted=False)
-    assert running_s > 0.0
-    assert running_s < lags_s[0] < lags_s[1] < lags_s[2]
-    assert lags_s[2] - lags_s[0] <= (last_ns - first_ns) * 1e-9
-    assert next_lag_s() >= lags_s[2] - lags_s[0]
 
 
 @pytest.mark.usefixtures('frequent_diagnostics')
