@@ -81,14 +81,17 @@ def record_node(folder: Path) -> None:
         return [('voltage', min(max(150.0 + error_v, 0.0), 300.0))] if time_s > STEPS_S else []
 
     os.chdir(folder)  # what the node says of itself names its folder, from the present one on
-    switches = {'sim.lockstep': True, 'sim.publish_truth': True, 'record.on_start': True}
-    files = {'record.directory': 'node', 'record.name': 'node.mcap', 'sim.block': BLOCK_S}
-    stand = Stand(
-        int(os.environ['ROS_DOMAIN_ID']), {**load_yaml(REALISTIC).changed(), **switches, **files}
-    )
+    values: dict[str, Any] = {
+        **load_yaml(REALISTIC).changed(),
+        **dict.fromkeys(('sim.lockstep', 'sim.publish_truth', 'record.on_start'), True),
+        'record.directory': 'node',
+        'record.name': 'node.mcap',
+        'sim.block': BLOCK_S,
+    }
+    stand = Stand(int(os.environ['ROS_DOMAIN_ID']), values)
     operator = stand.operator
     client = LockstepClient(operator.node, BLOCK_S, answer, first=[('steps', 30)])
-    operator.spin_until(lambda: operator.time_ns >= END_S * 1e9, 'the end of the run')
+    operator.spin_until(lambda: operator.time_ns >= END_S * 1e9, 'the end of the run', 120.0)
     client.close()
     operator.spin_until(lambda: operator.time_ns >= client.granted_ns, 'what is granted')
     stand.close()

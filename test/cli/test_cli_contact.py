@@ -28,7 +28,8 @@ def contact(capsys: Any, *words: str) -> dict[str, Any]:
 
 
 def test_figures_and_curve_are_those_of_the_specification(capsys: Any):
-    case, depth, radius, presliding, stiffness, ratios = CONTACTS[0]
+    figures: Any = CONTACTS[0]
+    case, depth, radius, presliding, stiffness, ratios = figures
     force_n = case['force_n']
     profile = ('--set', f'contact.profile={case["profile"]}')
     words = ('--normal-force', str(force_n), *profile, '--curve', FRACTIONS)
