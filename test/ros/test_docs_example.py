@@ -80,9 +80,7 @@ def test_the_example_of_the_page_passes(project: Path):
     assert run_pytest(project).startswith('2 passed')
 
 
-def test_the_example_of_the_page_fails_where_its_controller_cannot_reach_the_target(
-    project: Path,
-):
+def test_the_example_of_the_page_fails_where_its_controller_cannot_reach_the_target(project: Path):
     tests = project / 'test_controller.py'
     below_0_v = tests.read_text().replace('TARGET_M = 40e-9', 'TARGET_M = -40e-9')
     tests.write_text(below_0_v)

@@ -17,10 +17,7 @@ from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import RunWriter
-from stickslip_ros.ros.diagnostics import (
-    pace_status,
-    recorder_status,
-)
+from stickslip_ros.ros.diagnostics import pace_status, recorder_status
 from stickslip_ros.runtime.orders import NEXT_BLOCK, Order
 from stickslip_ros.runtime.pacing import PaceReport
 from stickslip_ros.runtime.session import Session

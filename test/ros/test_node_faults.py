@@ -80,9 +80,7 @@ def test_a_fault_given_at_the_start_is_there_from_the_start(start_drive: Callabl
     assert stand.operator.requests == []
 
 
-def test_clearing_ends_every_fault_and_the_parameters_tell_the_truth(
-    start_drive: Callable,
-):
+def test_clearing_ends_every_fault_and_the_parameters_tell_the_truth(start_drive: Callable):
     stand = start_drive({'fault.runner_stuck': True})
     operator = stand.operator
     assert operator.set_parameter('fault.command_delay', 0.01).successful

@@ -172,9 +172,7 @@ def recorded_topics(stand: Any) -> set[str]:
     return set(Recording(Path(path)).types)
 
 
-def test_a_remapped_topic_is_published_and_recorded_under_its_new_name(
-    start_drive: Callable,
-):
+def test_a_remapped_topic_is_published_and_recorded_under_its_new_name(start_drive: Callable):
     stand = start_drive(remaps=('position:=measured', 'command/voltage:=/lab/volts'), wait=False)
     node = stand.operator.node
     stand.operator.spin_until(lambda: node.count_publishers('/measured') == 1, 'the topic')

@@ -114,11 +114,7 @@ class Controller:
         self._blocks = blocks
         self.stamps_ns: list[int] = []
         self.client = LockstepClient(
-            self.node,
-            BLOCK_S,
-            self._answer,
-            first=[('voltage', 150.0)],
-            namespace=namespace,
+            self.node, BLOCK_S, self._answer, first=[('voltage', 150.0)], namespace=namespace
         )
 
     def _answer(self, stamp_s: float, position_m: float) -> Iterable[tuple[str, float]]:

@@ -208,9 +208,7 @@ def test_a_value_out_of_its_bounds_is_refused_at_the_start_and_by_the_parameter_
     assert not manual.operator.set_parameter(name, value).successful
 
 
-def test_a_node_that_gets_the_file_of_realistic_hardware_has_its_values_and_runs(
-    ros_domain: int,
-):
+def test_a_node_that_gets_the_file_of_realistic_hardware_has_its_values_and_runs(ros_domain: int):
     context = open_context(ros_domain)
     drive = StickSlipDrive(context=context, cli_args=['--ros-args', '--params-file', REALISTIC])
     wanted, session = load_yaml(Path(REALISTIC)), drive.session

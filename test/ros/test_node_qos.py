@@ -74,9 +74,7 @@ def test_an_override_in_a_namespace_names_the_resolved_topic(start_drive: Callab
     assert stand.drive._topics._offered['position'].qos_profile.depth == 3
 
 
-def test_overrides_hold_after_a_new_configuration_and_cannot_change(
-    start_drive: Callable,
-):
+def test_overrides_hold_after_a_new_configuration_and_cannot_change(start_drive: Callable):
     stand = start_drive({**BEST_EFFORT, 'autostart': False}, wait=False)
     for transition in ('configure', 'cleanup', 'configure', 'activate'):
         assert stand.operator.change_state(transition)

@@ -101,8 +101,7 @@ def test_everything_asked_of_a_node_in_real_time_is_replayed(
 def test_a_controller_over_topics_in_lockstep_is_replayed(start_drive: Callable, tmp_path: Path):
     stand = start_drive({**RECORDED, 'sim.lockstep': True}, wait=False)
     controller = PositionController(
-        context=stand.context,
-        parameter_overrides=[Parameter('lockstep', value=True)],
+        context=stand.context, parameter_overrides=[Parameter('lockstep', value=True)]
     )
     stand.operator.add_node(controller)
     controller.loop.aim(1e-6)

@@ -171,10 +171,7 @@ def test_what_an_inactive_drive_refuses_is_counted_and_told_once_as_news(manual:
         return len(reports) >= 2
 
     operator.spin_until(look, 'two reports')
-    assert [part.message for part in reports[:2]] == [
-        '2 refused since the last report',
-        'running',
-    ]
+    assert [part.message for part in reports[:2]] == ['2 refused since the last report', 'running']
     assert {pair.key: pair.value for pair in reports[1].values}['messages_refused'] == '2'
 
 

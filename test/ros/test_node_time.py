@@ -35,9 +35,7 @@ def next_time_part(stand: Any, heard: list[Any]) -> Any:
     return parts[-1]
 
 
-def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(
-    start_drive: Callable,
-):
+def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(start_drive: Callable):
     stand = start_drive(deep_queues('position'))
     operator = stand.operator
     held_ns = pause(stand)

@@ -3,15 +3,12 @@
 import itertools
 import time
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from stickslip_ros.parameters import Parameters, Scalar
-from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TIME_ORIGIN
-from stickslip_ros.runs.replay import replay
 from stickslip_ros.runtime.time_control import has_system_time
 from stickslip_ros.testing import LockstepClient, deep_queues, stamp_ns
 
@@ -113,29 +110,6 @@ def test_a_drive_that_waits_to_be_activated_does_not_fall_behind(manual: Any):
     assert manual.operator.change_state('configure')
     waited_ns = time.time_ns()
     assert restarted(manual, 'activate') + BLOCK_NS >= waited_ns
-
-
-def test_a_recording_keeps_the_origin_and_is_replayed_with_it(
-    start_drive: Callable, tmp_path: Path
-):
-    stand = start_drive()
-    operator = stand.operator
-    paths = []
-    for _ in range(2):
-        paths.append(Path(operator.set_recording(wanted=True).message))
-        operator.command('load', 0.05)
-        operator.wait_for_event('load', len(paths) - 1)
-        operator.set_recording(wanted=False)
-    recordings = [Recording(path) for path in paths]
-    assert {each.time_origin_ns for each in recordings} == {told_origin_ns(stand)}
-    for topic, stored in recordings[0].records():
-        assert stored.log_time == stored.publish_time > HOUR_NS, topic
-    assert (
-        0.0 < recordings[0].series('position').time_s[0] < recordings[1].series('force').time_s[0]
-    )
-    for number, path in enumerate(paths):
-        result = replay(path, tmp_path / f'again{number}.mcap')
-        assert result.identical, result.difference
 
 
 @pytest.mark.usefixtures('frequent_diagnostics')

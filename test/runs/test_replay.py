@@ -21,13 +21,7 @@ from stickslip_ros.recording.fingerprint import compare_data
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import ReportingBench, RunWriter
-from stickslip_ros.runs.replay import (
-    DriveInput,
-    is_run,
-    read_drive_input,
-    replay,
-    replay_input,
-)
+from stickslip_ros.runs.replay import DriveInput, is_run, read_drive_input, replay, replay_input
 
 STAND = Parameters()
 TIME_S = np.array([2.0, 2.01, 2.03])
