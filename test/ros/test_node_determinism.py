@@ -1,18 +1,16 @@
-"""The same parameters, seed and commands give the same messages, with ROS and without."""
+"""The same parameters, seed and commands give the same messages; test_node_replay.py: without ROS too."""
 
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import pytest
 from mcap.records import Metadata
 from mcap.stream_reader import StreamReader
 from mcap_records import rows_of
 
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.run import ReportingBench, RunWriter
+from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.runtime.session import Session
 
 MS_NS = 1_000_000
@@ -56,19 +54,6 @@ def run_on_the_node(start_drive: Callable, path: Path, values: dict[str, Any]) -
     stand.close()
 
 
-def run_on_the_bench(path: Path, values: dict[str, Any]) -> None:
-    """Record the plan without ROS and without threads of the node."""
-    parameters = Parameters().updated({**FAST, **values})
-    run = ReportingBench(parameters)
-    start_ns, end_ns = RECORDING_NS
-    with RunWriter(path, parameters, wait=True) as writer:
-        while (now_ns := run.bench.time_ns) < end_ns:
-            if now_ns == start_ns:
-                run.record(writer)
-            requests = [request for due_ns, request in PLAN if due_ns == now_ns]
-            run.update(now_ns + parameters.block_ns, requests)
-
-
 def metadata_of(path: Path) -> list[Metadata]:
     with path.open('rb') as stream:
         return [each for each in StreamReader(stream).records if isinstance(each, Metadata)]
@@ -89,19 +74,6 @@ def test_two_runs_of_the_node_give_the_same_bytes_but_for_the_wall_clock(
     ]
     assert different == [{'wall_start'}]
     assert Recording(first).attachments == Recording(second).attachments
-
-
-@pytest.mark.parametrize('block_s', [1e-3, 5e-3])
-def test_the_node_and_the_bench_alone_record_the_same_messages(
-    start_drive: Callable, tmp_path: Path, block_s: float
-):
-    values = {'sim.block': block_s, 'trace.period': 0.02, 'record.directory': str(tmp_path)}
-    node, bench = tmp_path / 'node.mcap', tmp_path / 'bench.mcap'
-    run_on_the_node(start_drive, node, values)
-    run_on_the_bench(bench, {**values, 'autostart': False})
-    seen = rows_of(node)
-    assert len(seen) > 2 * 125e-3 / block_s
-    assert seen == rows_of(bench)
 
 
 def test_the_pace_does_not_change_what_happens(start_drive: Callable, tmp_path: Path):
