@@ -35,9 +35,8 @@ def visit(operator, targets_m):
     target = node.create_publisher(PointStamped, 'position_controller/target', 10)
     name = 'position_controller/in_position'
     node.create_subscription(Bool, name, lambda message: arrivals.append(message.data), 10)
-    operator.spin_until(
-        lambda: target.get_subscription_count() and node.count_publishers(name), 'the controller'
-    )
+    both_ends = (target.get_subscription_count, lambda: node.count_publishers(name))
+    operator.spin_until(lambda: all(end() for end in both_ends), 'the controller', 120.0)
     for target_m in targets_m:
         start_s = operator.time_ns / 1e9
         arrivals.clear()

@@ -164,6 +164,7 @@ def test_the_example_of_positioning_holds_what_the_controller_promises(
     monkeypatch.setenv('PATH', f'{BIN}:{os.environ["PATH"]}')
     monkeypatch.setenv('MPLBACKEND', 'agg')
     example = runpy.run_path(str(DOCS / 'examples' / 'positioning.py'))
+    example['main'].__globals__['HOLD_S'] = 0.1
     errors_m = example['main']((100e-9,), tmp_path)
     plt.close('all')
     assert len(errors_m) == 2  # at the target, and there under a load

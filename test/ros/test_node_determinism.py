@@ -1,4 +1,4 @@
-"""The same parameters, seed and commands give the same messages; test_node_replay.py: without ROS too."""
+"""The same parameters, seed and commands give the same messages at any pace."""
 
 from collections.abc import Callable
 from pathlib import Path
