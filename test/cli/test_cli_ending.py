@@ -89,7 +89,17 @@ MOMENTS: list[tuple[list[str], Reached]] = [
 ]
 
 
-QUICK = {'contact', 'import', 'info', 'plot', 'recover', 'parameters', 'interface', 'compile'}
+QUICK = {
+    'contact',
+    'import',
+    'export',
+    'info',
+    'plot',
+    'recover',
+    'parameters',
+    'interface',
+    'compile',
+}
 """Verbs that are over before a signal comes; of imports see test_executable.py."""
 
 
