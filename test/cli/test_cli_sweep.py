@@ -31,7 +31,7 @@ def lines(path: Path) -> int:
 
 def kill_half_way(output: Path) -> None:
     """Start the long sweep, and kill it after some runs."""
-    words = [STICKSLIP, 'sweep', *LONG, '--workers', '1', '-o', output]
+    words = [str(STICKSLIP), 'sweep', *LONG, '--workers', '1', '-o', str(output)]
     journal = output.with_name(f'{output.name}.journal')
     give_up = time.monotonic() + PATIENCE_S
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:

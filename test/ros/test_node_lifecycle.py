@@ -47,10 +47,6 @@ def last_ns(stand: Any) -> int:
     return stand.operator.time_ns
 
 
-def test_autostart_reaches_active(stand: Any):
-    assert stand.operator.state() == 'active'
-
-
 def test_without_autostart_the_drive_stays_unconfigured_and_offers_nothing(manual: Any):
     assert manual.operator.state() == 'unconfigured'
     assert topics_of(manual) == set()
