@@ -160,7 +160,7 @@ def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
     wave = result.shapes[best].wave
     yield f'wave    {path}'
     yield f'play    {play_command(search.goal, search.stand, wave, path)}'
-    yield f'        {wave.frequency_hz:g} Hz; in the node: command/waveform, docs/design.md'
+    yield f'        {wave.frequency_hz:g} Hz; in the node: command/waveform'
 
 
 def play_command(goal: WaveGoal, stand: Parameters, wave: PeriodicWave, path: Path) -> str:

@@ -170,8 +170,8 @@ class DriveClient:
         name : str
             What follows ``command/`` in the name of its topic.
         value : float, int or sequence of float
-            Its number or numbers in SI units, in the order of docs/interface.md: ``('voltage',
-            150.0)``, ``('sawtooth', (300.0, 500.0, 10.0))``, ``('waveform', rows)``.
+            Its number or numbers in SI units, in the order of docs/reference/interface.md:
+            ``('voltage', 150.0)``, ``('sawtooth', (300.0, 500.0, 10.0))``, ``('waveform', rows)``.
         cycles : int
             How often a waveform is played; 0 repeats until replaced.
 

@@ -84,7 +84,7 @@ class Connections:
                 self._offered[topic.key] = self._open(topic, parameters)
         for name in self._overrides:  # of the names that were given at the start
             if not self._node.has_parameter(name):
-                hint = 'look at the topics and policies in docs/node.md'
+                hint = 'look at the topics and policies in docs/reference/node.md'
                 raise UnknownName('override', name, hint)
 
     def release(self) -> None:

@@ -311,7 +311,7 @@ def read_drive_input(
     Parameters
     ----------
     path : Path
-        Table as docs/compare.md says, Parquet with our columns, or an MCAP file.
+        Table as docs/howto/compare.md says, Parquet with our columns, or an MCAP file.
     stand : Parameters
         Gives the gain that turns strokes into voltages.
     topic, field : str

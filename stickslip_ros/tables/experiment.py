@@ -185,7 +185,7 @@ def read_experiment(
     Parameters
     ----------
     path : Path
-        Text in columns, as docs/compare.md says; or a file of ``formats.READERS``.
+        Text in columns, as docs/howto/compare.md says; or a file of ``formats.READERS``.
     reading : Reading
         What the table does not say itself.
     number : int

@@ -208,7 +208,7 @@ def test_the_parameters_are_those_of_the_file_in_config(capsys: Any):
 
 def test_the_interface_is_the_page_in_docs(capsys: Any):
     assert main(['interface']) == 0
-    expected = (ROOT / 'docs/interface.md').read_text(encoding='utf-8')
+    expected = (ROOT / 'docs/reference/interface.md').read_text(encoding='utf-8')
     assert capsys.readouterr().out == expected
 
 
@@ -217,7 +217,7 @@ def test_the_interface_as_json_names_every_topic(capsys: Any):
     told = json.loads(capsys.readouterr().out)
     assert told['position'] == 'geometry_msgs/msg/PointStamped'
     assert told['command/sawtooth'] == 'std_msgs/msg/Float64MultiArray'
-    page = (ROOT / 'docs/interface.md').read_text(encoding='utf-8')
+    page = (ROOT / 'docs/reference/interface.md').read_text(encoding='utf-8')
     assert all(f'| `{name}` | {kind} |' in page for name, kind in told.items())
 
 
