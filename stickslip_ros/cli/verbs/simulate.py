@@ -85,6 +85,7 @@ SIMULATE = (
         RUNNERS,
         FRESH,
         *PARAMETERS,
+        module='simulate',
     ),
     verb(
         'zero-amplitude',
@@ -97,7 +98,7 @@ SIMULATE = (
         SLEW,
         *of_function('runs.zero_amplitude.zero_amplitude', 'frequency_hz', 'steps'),
         *PARAMETERS,
-        module='sweep',
+        module='simulate',
     ),
     verb(
         'optimise',
