@@ -113,39 +113,3 @@ def test_two_runs_say_what_differs(capsys: Any, example: Path):
     assert told['axis'] == 'time_s'
     assert all(each['agreement']['rms'] == 0.0 for each in told['quantities'])
     assert all(part['curve'] is None for each in told['quantities'] for part in each['parts'])
-
-
-@pytest.mark.parametrize(
-    ('words', 'message'),
-    [
-        (
-            ('experiment.csv', 'experiment.csv', '--set', 'contact.friction=0.2'),
-            "--set 'contact.friction=0.2' is without effect on files; write the word model for B",
-        ),
-        (
-            ('experiment.csv', 'experiment.csv', '--frequency', '100'),
-            "--frequency '100.0' is without effect on files",
-        ),
-        (('experiment.csv', 'model', '--shift', 'nan'), "--shift 'nan' is not a finite number"),
-        (('experiment.csv', 'model', '--steps', '-1'), 'steps -1 is below 0'),
-        (
-            ('experiment.csv', 'model', '--output', 'page.txt'),
-            "--output 'page.txt' is not an .html file; end its name so",
-        ),
-        (
-            ('experiment.csv', 'model', '--set', 'amplifier.voltage_max=100'),
-            'm is above the 5.33333e-08 m that the amplifier reaches',
-        ),
-    ],
-)
-def test_a_bad_wish_is_refused(capsys: Any, example: Path, words: tuple[str, ...], message: str):
-    assert main(['compare', *words]) == 2
-    out, err = capsys.readouterr()
-    assert out == ''
-    assert message in err
-
-
-def test_a_folder_is_no_report(capsys: Any, example: Path):
-    (example / 'folder.html').mkdir()
-    assert main(['compare', 'experiment.csv', 'model', '--output', 'folder.html']) == 2
-    assert 'folder.html: is a folder; choose another name' in capsys.readouterr().err
