@@ -50,6 +50,7 @@ CONTACT_STATE = kind(
     memory=MEMORY,  # Displacement, force, friction loss, and the turning points
     on_springs=FLAG,  # Whether the springs, not the turning points, hold the history
     preload_n=FLOAT,  # Present preload
+    window_m=FLOAT,  # Displacement at which roughness that travels came to rest
     bristle_m=FLOAT,  # Deflection of the bristles of a rival law
     # Stiffness with which springs or bristles answered last, N/m
     answered_n_per_m=FLOAT,

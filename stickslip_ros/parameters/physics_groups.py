@@ -80,6 +80,12 @@ class ContactParameters(Checked):
     line_seed: int = count(
         1, 'rough line: seed of the first of the six; the next add 1', bounds=(0, 2**31 - 1)
     )
+    travel: float = quantity(
+        0.0,
+        '',
+        'rough line: share of the mean square roughness that is on the runner and travels with it',
+        bounds=(0.0, 1.0),
+    )
     friction: float = quantity(
         0.3, '', 'friction coefficient mu', bounds=(1e-3, 10.0), source=TABLE_1
     )
@@ -106,6 +112,10 @@ class ContactParameters(Checked):
 
     def check_together(self) -> None:
         """Refuse a roughness that would have no effect."""
+        if self.travel and (self.profile, self.law) != ('rough_line', 'mdr'):
+            limit = f'without effect on {self.profile} under the law {self.law}'
+            hint = "set contact.profile to 'rough_line' and contact.law to 'mdr'"
+            raise OutOfRange('contact.travel', self.travel, '', limit, hint)
         if self.profile == 'rough_line':
             if self.prefactor not in {0.0, PAPER_PREFACTOR}:
                 limit = 'without effect on a rough line, which is made from contact.rms_height'

@@ -79,6 +79,11 @@ class RunResult(Shown):
         The runner has hardly moved by then: it is near the largest of the cycle.
     step_length_m : float
         Net motion per cycle, mean of the last 10 cycles.
+    step_scatter_m : float
+        Standard deviation of single steps in the second half of the run. Roughness that travels
+        makes neighbouring steps differ.
+    step_correlation_m : float
+        Way over which the correlation of steps falls to 1/e; 0 of steps that are all equal.
     steady : bool
         Whether at least 200 cycles were made, and force (of a free runner: step length) is within
         0.02 % of its limit, extrapolated from the last 40.
@@ -96,6 +101,8 @@ class RunResult(Shown):
     force_net_n: float = 0.0
     force_ramp_start_n: float = 0.0
     step_length_m: float = 0.0
+    step_scatter_m: float = 0.0
+    step_correlation_m: float = 0.0
     steady: bool = True
     steps: int = 0
     energy_residual: float = 0.0
@@ -380,11 +387,14 @@ def _drive(
 def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
     """Return what a result says of the log of its ramps, and its energy balance."""
     mean_n = mean_force_n(plant, ramps)
+    scatter_m, correlation_m = step_scatter_m(ramps)
     return {
         'force_mean_n': mean_n,
         'force_net_n': net_force_n(plant, mean_n, wave),
         'force_ramp_start_n': force_at_n(plant, ramps[-1, RAMP_START]),
         'step_length_m': step_length_m(ramps),
+        'step_scatter_m': scatter_m,
+        'step_correlation_m': correlation_m,
         'steady': is_steady(plant, ramps),
         'steps': len(ramps),
         'energy_residual': relative_residual(ledger),
@@ -448,6 +458,21 @@ def step_length_m(ramps: Array) -> float:
     cycles = min(STEP_LENGTH_CYCLES, len(ramps))
     start_m = float(ramps[-1 - cycles, RAMP_END]) if cycles < len(ramps) else 0.0
     return (float(ramps[-1, RAMP_END]) - start_m) / cycles
+
+
+def step_scatter_m(ramps: Array) -> tuple[float, float]:
+    """Return standard deviation and correlation length of the steps of a run's second half, m."""
+    steps_m = np.diff(ramps[len(ramps) // 2 :, RAMP_END])
+    if len(steps_m) < 2:
+        return 0.0, 0.0
+    mean_m, scatter_m = float(np.mean(steps_m)), float(np.std(steps_m))
+    if scatter_m <= STEADY_ROUNDING * abs(mean_m):
+        return scatter_m, 0.0
+    products = np.correlate(steps_m - mean_m, steps_m - mean_m, 'full')[len(steps_m) - 1 :]
+    correlation = products / products[0]
+    lag = int(np.argmax(correlation < 1.0 / np.e))  # the sum of all is 0: some are below
+    lag -= (1.0 / np.e - correlation[lag]) / (correlation[lag - 1] - correlation[lag])
+    return scatter_m, abs(mean_m) * float(lag)
 
 
 def relative_residual(ledger: EnergyLedger) -> float:
