@@ -61,7 +61,7 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed', '*.pyi'],
-        f'{NAME}.study': ['templates/*.html'],
+        f'{NAME}.comparison': ['templates/*.html'],
         f'{NAME}.panel': ['page/*'],
         f'{NAME}.validation': ['*.csv'],
     },

@@ -29,7 +29,7 @@ BENCH = """
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.sawtooth_run import voltage_for
+from stickslip_ros.runs.sawtooth_run import voltage_for
 WORK = 200
 parameters = Parameters().updated({'stand.preload': 0.7})
 bench = Bench(parameters)

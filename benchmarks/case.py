@@ -11,7 +11,7 @@ from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.sawtooth_run import relative_residual, voltage_for
+from stickslip_ros.runs.sawtooth_run import relative_residual, voltage_for
 
 PRELOAD_N = 0.7
 AMPLITUDE_M = 130e-9

@@ -9,11 +9,11 @@ import numpy as np
 from benchmarks.clock import Program, in_turn
 from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
+from stickslip_ros.design.objectives import WaveGoal
+from stickslip_ros.design.search import WaveSearch, evaluations
+from stickslip_ros.design.waves import SPLINE
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.batch import executor_of
-from stickslip_ros.study.design.objectives import WaveGoal
-from stickslip_ros.study.design.search import WaveSearch, evaluations
-from stickslip_ros.study.design.waves import SPLINE
+from stickslip_ros.runs.batch import executor_of
 
 RINGS: Mapping[str, object] = {'actuator.resonance': 150e3, 'actuator.damping_ratio': 0.1}
 CASES: tuple[tuple[str, Mapping[str, object]], ...] = (

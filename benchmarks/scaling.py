@@ -21,8 +21,8 @@ from stickslip_ros.contact.springs import move_springs, spring_bank, springs_kin
 from stickslip_ros.drive.build import groups_of, plant_of
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.sawtooth_run import run_drive
-from stickslip_ros.study.sweep import Axis, Sweep, run_sweep
+from stickslip_ros.runs.sawtooth_run import run_drive
+from stickslip_ros.runs.sweep import Axis, Sweep, run_sweep
 
 LARGEST, SMALLEST, PROBE = 0.9, 0.1, 0.05
 """Amplitudes of past reversals and of the probing motion, relative to full slip."""

@@ -15,7 +15,7 @@ from benchmarks.case import (
 from benchmarks.clock import Array, Program, in_turn
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
-from stickslip_ros.study.sawtooth_run import run_drive, simulate
+from stickslip_ros.runs.sawtooth_run import run_drive, simulate
 
 FASTER_THAN_REAL_TIME = 100.0
 AIM = 200.0

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 DIST = ROOT / 'dist'
 SHIPPED = (
     'stickslip_ros/py.typed',
-    'stickslip_ros/study/templates/comparison.html',
+    'stickslip_ros/comparison/templates/comparison.html',
     'stickslip_ros/panel/page/panel.js',
     'stickslip_ros/validation/foreign.csv',
     'stickslip_ros/validation/references.csv',

@@ -5,7 +5,7 @@ import sys
 from importlib import import_module
 from itertools import takewhile
 
-from stickslip_ros.process import run
+from stickslip_ros.process.signals import run
 
 # ruff: noqa: PLC0415 - that is what this module is for
 

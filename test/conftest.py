@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, settings
 
 from stickslip_ros.instrument.compilation import compile_kernels
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.sawtooth_run import SawtoothRun, simulate
 
 # The same examples in every run and on every machine, however slow it is: a failure found once
 # is found again, and a first call that compiles a kernel fails no deadline.
@@ -99,3 +100,10 @@ def keywords(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.chdir(Path(__file__).parents[1])
     runpy.run_path('setup.py')
     return handed
+
+
+@pytest.fixture(scope='session')
+def recorded_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[SawtoothRun, Path]:
+    """Give result and recording of twenty full steps at 1 kHz, with the default stand."""
+    path = tmp_path_factory.mktemp('run') / 'run.mcap'
+    return simulate(Parameters(), voltage_v=300.0, steps=20, path=path).result, path

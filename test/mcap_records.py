@@ -9,8 +9,8 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import IndexType, Writer
 
-from stickslip_ros.recording.cdr import pack_float64
-from stickslip_ros.recording.messages import FLOAT64
+from stickslip_ros.interface.cdr import pack_float64
+from stickslip_ros.interface.messages import FLOAT64
 
 MAGIC_BYTES = 8
 WITHOUT_INDEX: dict[str, Any] = {

@@ -14,9 +14,9 @@ from benchmarks.node.process import cpu_clock_of
 from benchmarks.node.soak import excess_of, growth_of
 from benchmarks.node.traffic import BLOCK_NS, TRACE_BLOCKS, TYPES, Fresh, Objects
 from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.interface.feed import Feed
+from stickslip_ros.interface.topics import READINGS
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.feed import Feed
-from stickslip_ros.recording.topics import READINGS
 
 RATE_HZ = 50e3
 ROUNDING = 1e-9

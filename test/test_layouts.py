@@ -8,8 +8,8 @@ from xml.etree import ElementTree as ET
 import pytest
 import setuptools
 
-from stickslip_ros.recording.schemas import SCHEMAS
-from stickslip_ros.recording.topics import TOPICS
+from stickslip_ros.interface.schemas import SCHEMAS
+from stickslip_ros.interface.topics import TOPICS
 
 ROOT = Path(__file__).resolve().parents[1]
 FOXGLOVE, PLOTJUGGLER = 'config/foxglove_layout.json', 'config/plotjuggler_layout.xml'
@@ -112,5 +112,5 @@ def test_layouts_and_page_template_are_installed(monkeypatch):
     runpy.run_path('setup.py')
     config = dict(handed['data_files'])['share/stickslip_ros/config']
     assert {FOXGLOVE, PLOTJUGGLER, 'config/test_stand.yaml'} <= set(config)
-    [pattern] = handed['package_data']['stickslip_ros.study']
-    assert list((ROOT / 'stickslip_ros/study').glob(pattern))
+    [pattern] = handed['package_data']['stickslip_ros.comparison']
+    assert list((ROOT / 'stickslip_ros.comparison').glob(pattern))

@@ -26,11 +26,11 @@ from stickslip_ros import (
     sweep,
 )
 from stickslip_ros.cli.main import main
-from stickslip_ros.recording.cdr import pack_float64, pack_stamped
-from stickslip_ros.recording.channels import Channel, Qos
-from stickslip_ros.recording.messages import FLOAT64, WRENCH_STAMPED
+from stickslip_ros.interface.cdr import pack_float64, pack_stamped
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.interface.messages import FLOAT64, WRENCH_STAMPED
 from stickslip_ros.recording.recorder import Recorder
-from stickslip_ros.study.sawtooth_run import run_drive
+from stickslip_ros.runs.sawtooth_run import run_drive
 
 PUBLIC = vars(stickslip_ros)['PUBLIC']
 ROOT = Path(stickslip_ros.__file__).parent

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from stickslip_ros.cli.main import build_parser, main
-from stickslip_ros.recording.topics import TOPICS
+from stickslip_ros.interface.topics import TOPICS
 
 ROOT = Path(__file__).resolve().parents[1]
 START = ROOT / 'docs' / 'start.md'

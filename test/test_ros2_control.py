@@ -9,8 +9,8 @@ import yaml
 
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.joints import Joints
+from stickslip_ros.interface.topics import TOPICS
 from stickslip_ros.parameters import load_yaml
-from stickslip_ros.recording.topics import TOPICS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = (ROOT / 'docs' / 'ros2_control.md').read_text(encoding='utf-8')

@@ -34,7 +34,7 @@ from benchmarks.node.traffic import (
     RecordedInline,
     Traffic,
 )
-from stickslip_ros.ros.pacing import wake_in_time
+from stickslip_ros.runtime.pacing import wake_in_time
 from stickslip_ros.units import NS_PER_S
 
 PERIOD_S = BLOCK_NS / NS_PER_S

@@ -21,7 +21,7 @@ from benchmarks.node.bare_loop import Loop
 from benchmarks.node.process import serve
 from benchmarks.node.spinning import own_words, ros, spinning, wait_for
 from benchmarks.node.traffic import BLOCK_NS, DEPTH, TYPES, Objects
-from stickslip_ros.ros.pacing import wake_in_time
+from stickslip_ros.runtime.pacing import wake_in_time
 from stickslip_ros.units import NS_PER_S
 
 BLOCK_S = BLOCK_NS / NS_PER_S

@@ -18,7 +18,7 @@ UNTUNED = """
 import sys
 from unittest.mock import patch
 from rclpy.lifecycle import ManagedEntity
-from stickslip_ros.process import run
+from stickslip_ros.process.signals import run
 from stickslip_ros.ros import executable, node
 with (
     patch.object(executable, 'wake_in_time'),

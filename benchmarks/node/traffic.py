@@ -184,7 +184,7 @@ class RecordedInline(Recorded):
     def _open(self, path: Path, end: ExitStack) -> None:
         from mcap_ros2.writer import Writer  # noqa: PLC0415 - only this rival needs them
 
-        from stickslip_ros.recording.schemas import SCHEMAS  # noqa: PLC0415
+        from stickslip_ros.interface.schemas import SCHEMAS  # noqa: PLC0415
 
         self._writer = Writer(end.enter_context(path.open('wb')))
         end.callback(self._writer.finish)
@@ -201,9 +201,9 @@ class RecordedApart(Recorded):
     """Recorded by the recorder of the node, in a thread of its own; it takes packed messages."""
 
     def _open(self, path: Path, end: ExitStack) -> None:
+        from stickslip_ros.interface.topics import recorded_channels  # noqa: PLC0415
         from stickslip_ros.parameters import Parameters  # noqa: PLC0415 - only this rival does
         from stickslip_ros.recording.recorder import Recorder  # noqa: PLC0415
-        from stickslip_ros.recording.topics import recorded_channels  # noqa: PLC0415
 
         channels = recorded_channels(Parameters())
         self._recorder = Recorder(path, {name: channels[name] for name in TYPES})

@@ -8,12 +8,13 @@ import numpy as np
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.files import make_room
-from stickslip_ros.study.bode import bode_rows, draw_bode
-from stickslip_ros.study.linear import linearise
-from stickslip_ros.study.plotting import check_picture, save_figure
-from stickslip_ros.study.sweep import FREQUENCY, parse_floats
-from stickslip_ros.study.sweep_table import check_table_path, write_table
-from stickslip_ros.study.swept_sine import MeasuredResponse, measure_response
+from stickslip_ros.linear.bode import bode_rows, draw_bode
+from stickslip_ros.linear.linearise import linearise
+from stickslip_ros.linear.swept_sine import MeasuredResponse, measure_response
+from stickslip_ros.parameters import FREQUENCY
+from stickslip_ros.runs.plotting import check_picture, save_figure
+from stickslip_ros.runs.sweep import parse_floats
+from stickslip_ros.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.units import NM
 
 POINTS, FROM, TO = 25, 0.02, 3.0

@@ -10,12 +10,12 @@ from rich.table import Table
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
+from stickslip_ros.comparison.by_amplitude import MODEL
+from stickslip_ros.comparison.compare import compare
+from stickslip_ros.comparison.result import ComparisonReport
+from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import make_room
-from stickslip_ros.study.comparison.by_amplitude import MODEL
-from stickslip_ros.study.comparison.compare import compare
-from stickslip_ros.study.comparison.result import ComparisonReport
-from stickslip_ros.study.comparison.words import sections, sentences
 
 SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12

@@ -13,8 +13,8 @@ from stickslip_ros.cli.chosen import chosen_parameters, to_numbers
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, number, table
 from stickslip_ros.files import make_folder
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.study.positioning_figure import draw_positioning, largest_errors_m
-from stickslip_ros.study.run_figure import plot_run
+from stickslip_ros.runs.positioning_figure import draw_positioning, largest_errors_m
+from stickslip_ros.runs.run_figure import plot_run
 from stickslip_ros.units import MILLI, NM
 
 PARTS = 3

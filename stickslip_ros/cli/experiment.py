@@ -11,7 +11,7 @@ from stickslip_ros.cli.printing import Answer
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import parse_assignments
-from stickslip_ros.study.experiment import (
+from stickslip_ros.tables.experiment import (
     COLUMNS,
     Experiment,
     Reading,

@@ -11,14 +11,14 @@ from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import make_room
+from stickslip_ros.fitting.coverage import Coverage, coverage_of
+from stickslip_ros.fitting.figure import draw_fit
+from stickslip_ros.fitting.fit import Fit, fit
+from stickslip_ros.fitting.report import as_object, check_output, warnings_of, write_fit
+from stickslip_ros.fitting.statistics import Estimate
 from stickslip_ros.parameters import parse_assignments
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.study.fitting.coverage import Coverage, coverage_of
-from stickslip_ros.study.fitting.figure import draw_fit
-from stickslip_ros.study.fitting.fit import Fit, fit
-from stickslip_ros.study.fitting.report import as_object, check_output, warnings_of, write_fit
-from stickslip_ros.study.fitting.statistics import Estimate
-from stickslip_ros.study.plotting import check_picture
+from stickslip_ros.runs.plotting import check_picture
 
 
 def fit_verb(arguments: argparse.Namespace) -> Answer:

@@ -13,8 +13,8 @@ from typing import Any
 import stickslip_ros
 from stickslip_ros.cli.verbs import GROUPS, VERBS
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.process import REFUSED, STOPPED, begin
-from stickslip_ros.stopping import Stopped
+from stickslip_ros.process.signals import REFUSED, STOPPED, begin
+from stickslip_ros.process.stopping import Stopped
 
 NEGATIVE = re.compile(r'-(\.?\d|inf|nan).*', re.IGNORECASE)
 ROS_ARGS = '--ros-args'

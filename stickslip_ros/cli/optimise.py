@@ -8,24 +8,24 @@ from typing import Any
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, table
-from stickslip_ros.errors import RecordingError, WrongKind
-from stickslip_ros.files import make_room
-from stickslip_ros.parameters import Parameters
-from stickslip_ros.parameters.typed import to_si_list
-from stickslip_ros.progress import shown_progress
-from stickslip_ros.stopping import Stopped
-from stickslip_ros.study.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, cell_of
-from stickslip_ros.study.design.picture import draw_search
-from stickslip_ros.study.design.search import (
+from stickslip_ros.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, cell_of
+from stickslip_ros.design.picture import draw_search
+from stickslip_ros.design.search import (
     JOURNAL,
     SearchResult,
     SearchStopped,
     WaveSearch,
     optimise,
 )
-from stickslip_ros.study.design.waves import PeriodicWave, write_wave
-from stickslip_ros.study.journal import Journal
-from stickslip_ros.study.plotting import check_picture, save_figure
+from stickslip_ros.design.waves import PeriodicWave, write_wave
+from stickslip_ros.errors import RecordingError, WrongKind
+from stickslip_ros.files import make_room
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters.typed import to_si_list
+from stickslip_ros.process.stopping import Stopped
+from stickslip_ros.progress import shown_progress
+from stickslip_ros.runs.journal import Journal
+from stickslip_ros.runs.plotting import check_picture, save_figure
 from stickslip_ros.units import display_unit, with_unit
 
 

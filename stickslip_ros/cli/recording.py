@@ -68,7 +68,7 @@ def _info_parts(file: Path, result: dict[str, Any]) -> Iterator[str | Table]:
 def plot_verb(arguments: argparse.Namespace) -> Answer:
     """Draw a recording."""
     # Matplotlib and numba, which the other verbs of this module do without.
-    from stickslip_ros.study import recorded_run, run_figure  # noqa: PLC0415
+    from stickslip_ros.runs import recorded_run, run_figure  # noqa: PLC0415
 
     window = None if arguments.window is None else recorded_run.parse_window(arguments.window)
     picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'

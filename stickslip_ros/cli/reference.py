@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer
 from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, SERVICES, Topic
 from stickslip_ros.parameters import (
     ControllerParameters,
     Parameters,
@@ -15,7 +16,6 @@ from stickslip_ros.parameters import (
     format_value,
     specs,
 )
-from stickslip_ros.recording.topics import COMMAND_TOPICS, READINGS, SERVICES, Topic
 
 HEADING = """\
 The test stand of Nguyen, Teidelt, Popov, Fatikow, Physical Mesomechanics (2014),

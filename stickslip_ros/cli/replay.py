@@ -15,8 +15,8 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.study.experiment import Reading
-from stickslip_ros.study.replay import Replay, is_run, read_drive_input, replay, replay_input
+from stickslip_ros.runs.replay import Replay, is_run, read_drive_input, replay, replay_input
+from stickslip_ros.tables.experiment import Reading
 from stickslip_ros.units import MN, NM
 
 

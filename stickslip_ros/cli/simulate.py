@@ -9,8 +9,8 @@ from rich.table import Table
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.files import make_room
-from stickslip_ros.study.replay import read_drive_input
-from stickslip_ros.study.sawtooth_run import SawtoothRun, simulate
+from stickslip_ros.runs.replay import read_drive_input
+from stickslip_ros.runs.sawtooth_run import SawtoothRun, simulate
 from stickslip_ros.units import NM
 
 

@@ -10,12 +10,10 @@ from collections.abc import Iterator
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
-from stickslip_ros.parameters import spec_of
+from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, spec_of
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.study.journal import Journal
-from stickslip_ros.study.sweep import (
-    AMPLITUDE,
-    FREQUENCY,
+from stickslip_ros.runs.journal import Journal
+from stickslip_ros.runs.sweep import (
     Sweep,
     parse_axis,
     parse_floats,
@@ -23,8 +21,8 @@ from stickslip_ros.study.sweep import (
     run_sweep,
     stop_rule,
 )
-from stickslip_ros.study.sweep_table import check_table_path, write_table
-from stickslip_ros.study.zero_amplitude import (
+from stickslip_ros.runs.sweep_table import check_table_path, write_table
+from stickslip_ros.runs.zero_amplitude import (
     ZeroAmplitude,
     zero_amplitude,
 )

@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from typing import Any
 
+from stickslip_ros.design.shapes import SHAPES
 from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import SET_BOOL
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.interface.messages import INT32, JOINT_STATE, STAMPED_FIELDS
+from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.panel.model import CYCLES, SPANS_S
 from stickslip_ros.parameters import specs
-from stickslip_ros.recording.messages import INT32, JOINT_STATE, STAMPED_FIELDS
-from stickslip_ros.recording.topics import COMMAND_TOPICS, SERVICES, Topic
-from stickslip_ros.study.design.shapes import SHAPES
 from stickslip_ros.units import display_unit
 
 WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}

@@ -17,11 +17,11 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.task import Future
 
 from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.interface.cdr import unpack
+from stickslip_ros.interface.messages import FLOAT64_ARRAY, ArrayMessage
+from stickslip_ros.interface.topics import NODE_NAME, SERVICES
 from stickslip_ros.panel.controls import read_cycles, read_fault, read_numbers, shown_parameters
 from stickslip_ros.panel.model import ACTIVE, Model, parsed_event
-from stickslip_ros.recording.cdr import unpack
-from stickslip_ros.recording.messages import FLOAT64_ARRAY, ArrayMessage
-from stickslip_ros.recording.topics import NODE_NAME, SERVICES
 from stickslip_ros.ros.client import DriveClient, command_topic, open_context
 from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.executable import stay_on_this_host

@@ -26,7 +26,7 @@ from stickslip_ros.panel.curves import (
 )
 from stickslip_ros.panel.model import EVENTS_SHOWN, View, packed_frame, parsed_event
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.study.recorded_run import recorded_series, timed_messages
+from stickslip_ros.runs.recorded_run import recorded_series, timed_messages
 from stickslip_ros.units import NANO
 
 SPEEDS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)

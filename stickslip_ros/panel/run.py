@@ -4,8 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from stickslip_ros.extras import load_extra
 from stickslip_ros.panel.controls import lamps, sheet
-from stickslip_ros.study.extras import load_extra
 
 
 def run_panel(

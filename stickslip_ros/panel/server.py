@@ -22,7 +22,7 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.panel.model import Source
-from stickslip_ros.stopping import heed_stop
+from stickslip_ros.process.stopping import heed_stop
 
 ADDRESS, PORT = '127.0.0.1', 8040
 HOSTS = ('127.0.0.1', 'localhost')

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import CurveStyle, curve_style, new_figure, save_figure
+from stickslip_ros.runs.journal import Row
+from stickslip_ros.runs.plotting import CurveStyle, curve_style, new_figure, save_figure
 from stickslip_ros.units import MICRO
 
 KINDS = ('.csv', '.md', '.png', '.svg')

@@ -14,13 +14,13 @@ from stickslip_ros.paper.readings import (
     stand_at,
 )
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import (
+from stickslip_ros.runs.journal import Row
+from stickslip_ros.runs.plotting import (
     draw_legend,
     label_axes,
     label_end,
 )
-from stickslip_ros.study.sawtooth_run import run_drive
+from stickslip_ros.runs.sawtooth_run import run_drive
 from stickslip_ros.units import MN, NM
 
 

@@ -9,8 +9,8 @@ from stickslip_ros.paper.presliding_curves import FIG7
 from stickslip_ros.paper.rounded import ROUNDED
 from stickslip_ros.paper.slew import SLEW
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.batch import Progress, run_batch
-from stickslip_ros.study.journal import Row
+from stickslip_ros.runs.batch import Progress, run_batch
+from stickslip_ros.runs.journal import Row
 
 FIGURES = {figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7, SLEW, ROUNDED)}
 POINTS_MIN = 2

@@ -16,8 +16,8 @@ from stickslip_ros.paper.readings import (
     zero_by_steps_m,
 )
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import (
+from stickslip_ros.runs.journal import Row
+from stickslip_ros.runs.plotting import (
     BLACK,
     BLUE,
     GREY,
@@ -26,7 +26,7 @@ from stickslip_ros.study.plotting import (
     draw_legend,
     label_axes,
 )
-from stickslip_ros.study.zero_amplitude import ONSET_SHARE, force_onset_m
+from stickslip_ros.runs.zero_amplitude import ONSET_SHARE, force_onset_m
 from stickslip_ros.units import NM
 
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0

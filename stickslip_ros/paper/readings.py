@@ -8,7 +8,7 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.sawtooth_run import run_drive
+from stickslip_ros.runs.sawtooth_run import run_drive
 
 PRELOADS_N = (0.1, 0.5, 1.0)
 AMPLITUDE_MAX_M = 160e-9

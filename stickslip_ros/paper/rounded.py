@@ -13,14 +13,14 @@ from stickslip_ros.paper.readings import (
     stand_at,
 )
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import (
+from stickslip_ros.runs.journal import Row
+from stickslip_ros.runs.plotting import (
     curve_style,
     draw_legend,
     label_axes,
 )
-from stickslip_ros.study.sawtooth_run import run_drive
-from stickslip_ros.study.zero_amplitude import force_onset_m
+from stickslip_ros.runs.sawtooth_run import run_drive
+from stickslip_ros.runs.zero_amplitude import force_onset_m
 from stickslip_ros.units import MICRO, MN, NM
 
 BANDWIDTHS_HZ = (math.inf, 1e6, 300e3, 100e3, 30e3, 10e3)

@@ -16,12 +16,12 @@ from stickslip_ros.paper.readings import (
     zero_by_steps_m,
 )
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.journal import Row
-from stickslip_ros.study.plotting import (
+from stickslip_ros.runs.journal import Row
+from stickslip_ros.runs.plotting import (
     draw_legend,
     label_axes,
 )
-from stickslip_ros.study.sawtooth_run import run_drive
+from stickslip_ros.runs.sawtooth_run import run_drive
 from stickslip_ros.units import MICRO, NM
 
 SLEW_MIN_V_PER_S, SLEW_MAX_V_PER_S = 5e6, 300e6

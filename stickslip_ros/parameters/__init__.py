@@ -1,7 +1,15 @@
 """Every number that can be set: declared once, with unit, bounds and source."""
 
 from stickslip_ros.parameters.controller import ControllerParameters, controller_parameters
-from stickslip_ros.parameters.declaration import Scalar, Spec, Unchosen, declared_by
+from stickslip_ros.parameters.declaration import (
+    AMPLITUDE,
+    FREQUENCY,
+    STROKE,
+    Scalar,
+    Spec,
+    Unchosen,
+    declared_by,
+)
 from stickslip_ros.parameters.instrument_groups import (
     FaultParameters,
     InterferometerParameters,
@@ -31,6 +39,9 @@ from stickslip_ros.parameters.yaml_form import (
 )
 
 __all__ = [
+    'AMPLITUDE',
+    'FREQUENCY',
+    'STROKE',
     'AmplifierParameters',
     'ContactParameters',
     'ControllerParameters',

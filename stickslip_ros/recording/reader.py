@@ -12,11 +12,8 @@ import numpy as np
 from mcap.records import Message as Stored
 
 from stickslip_ros.errors import RecordingError, UnknownName
-from stickslip_ros.recording.bag import bag_parts
-from stickslip_ros.recording.cdr import unpack
-from stickslip_ros.recording.integrity import PROFILE, open_whole
-from stickslip_ros.recording.layout import Layout
-from stickslip_ros.recording.messages import (
+from stickslip_ros.interface.cdr import unpack
+from stickslip_ros.interface.messages import (
     FLOAT64_ARRAY,
     STRING,
     ArrayMessage,
@@ -25,11 +22,14 @@ from stickslip_ros.recording.messages import (
     StampedMessage,
     find_quantity,
 )
+from stickslip_ros.interface.schemas import SCHEMAS
+from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.recording.bag import bag_parts
+from stickslip_ros.recording.integrity import PROFILE, open_whole
+from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
-from stickslip_ros.recording.schemas import SCHEMAS
 from stickslip_ros.recording.series import Series, split_columns
 from stickslip_ros.recording.storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
-from stickslip_ros.stopping import heed_stop
 from stickslip_ros.units import NS_PER_S
 
 INFO_ENDING: Final = '/info'

@@ -9,9 +9,9 @@ from threading import Condition, Lock, Thread
 from typing import Final
 
 from stickslip_ros.errors import RecordingError, UnknownName
-from stickslip_ros.recording.channels import Channel
+from stickslip_ros.interface.channels import Channel
+from stickslip_ros.interface.schemas import SCHEMAS
 from stickslip_ros.recording.layout import FileForm, Layout
-from stickslip_ros.recording.schemas import SCHEMAS
 from stickslip_ros.recording.storage import Attachments, Metadata, PartMark, RunFiles, Stored
 
 #: Messages that wake the writer: more wake it less often, but it then holds the GIL longer.

@@ -20,6 +20,7 @@ from mcap.writer import Writer
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.files import readable
+from stickslip_ros.process.stopping import heed_stop
 from stickslip_ros.recording.bag import bag_parts, refuse_sqlite, write_metadata
 from stickslip_ros.recording.integrity import (
     CRC_BYTES,
@@ -33,7 +34,6 @@ from stickslip_ros.recording.integrity import (
 from stickslip_ros.recording.layout import SUFFIX, Layout
 from stickslip_ros.recording.reader import ChannelSummary
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
-from stickslip_ros.stopping import heed_stop
 
 RECOVERY_RECORD: Final = 'stickslip_recovery'
 """Metadata record in which a recovered file says what it was made of and what is lost."""

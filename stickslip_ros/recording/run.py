@@ -11,13 +11,13 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import TRACE_COLUMNS, Output, Status
 from stickslip_ros.instrument.state_tree import ANY_FLOAT, read
+from stickslip_ros.interface.cdr import pack_string, pack_uint32
+from stickslip_ros.interface.channels import Channel
+from stickslip_ros.interface.feed import Feed, Packed
+from stickslip_ros.interface.requests import BY_TOPIC, pack_request
+from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.parameters import Parameters, to_nanoseconds
-from stickslip_ros.recording.cdr import pack_string, pack_uint32
-from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.feed import Feed, Packed
-from stickslip_ros.recording.requests import BY_TOPIC, pack_request
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, info_json, open_recorder
-from stickslip_ros.recording.topics import recorded_channels
 
 PENDING, STATUS, JOINT = 'pending', 'status', 'joint'
 """Names of what a checkpoint holds beside the bench."""

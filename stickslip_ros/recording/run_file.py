@@ -12,8 +12,8 @@ import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import read_bytes
 from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
+from stickslip_ros.interface.channels import Channel, name_in_file
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
-from stickslip_ros.recording.channels import Channel, name_in_file
 from stickslip_ros.recording.layout import SUFFIX, FileForm
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.sources import sources_digest

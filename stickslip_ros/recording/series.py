@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.recording.messages import ArrayMessage
+from stickslip_ros.interface.messages import ArrayMessage
 
 TIME: Final = 't'
 """Column of a trace that holds the time, in s."""

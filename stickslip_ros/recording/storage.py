@@ -11,11 +11,11 @@ from mcap.exceptions import McapError
 from mcap.writer import CompressionType, Writer
 
 from stickslip_ros.errors import RecordingError, UnknownName
+from stickslip_ros.interface.channels import Channel
+from stickslip_ros.interface.schemas import SCHEMAS, TYPE_HASHES
 from stickslip_ros.recording.bag import file_metadata, write_metadata
-from stickslip_ros.recording.channels import Channel
 from stickslip_ros.recording.integrity import PROFILE
 from stickslip_ros.recording.layout import FileForm, Layout
-from stickslip_ros.recording.schemas import SCHEMAS, TYPE_HASHES
 
 CLOSING_RECORD: Final = 'stickslip_recorder'
 """Metadata record with which a finished file says what it holds and what was lost."""

@@ -15,10 +15,10 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from stickslip_ros.errors import UnknownName
+from stickslip_ros.interface.requests import pack_command
+from stickslip_ros.interface.topics import COMMAND_TOPICS, NODE_NAME, TOPICS, Topic
 from stickslip_ros.parameters import to_nanoseconds
-from stickslip_ros.recording.requests import pack_command
 from stickslip_ros.recording.run_file import TIME_ORIGIN
-from stickslip_ros.recording.topics import COMMAND_TOPICS, NODE_NAME, TOPICS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.units import NANO, NS_PER_S
 

@@ -18,10 +18,10 @@ from rclpy.qos import (
 from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
 
 from stickslip_ros.errors import StickSlipError, UnknownName
+from stickslip_ros.interface.channels import Channel
+from stickslip_ros.interface.feed import Packed
+from stickslip_ros.interface.topics import READINGS, TOPICS, Topic
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.channels import Channel
-from stickslip_ros.recording.feed import Packed
-from stickslip_ros.recording.topics import READINGS, TOPICS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile, to_qos
 
 POLICIES = {'depth': QoSPolicyKind.DEPTH, 'reliability': QoSPolicyKind.RELIABILITY}

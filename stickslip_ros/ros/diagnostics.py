@@ -8,9 +8,9 @@ from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
 from stickslip_ros.instrument.reports import Event
 from stickslip_ros.ros.connections import Connections
-from stickslip_ros.ros.pacing import PaceReport
-from stickslip_ros.ros.session import Session
-from stickslip_ros.ros.worker import Faults
+from stickslip_ros.runtime.pacing import PaceReport
+from stickslip_ros.runtime.session import Session
+from stickslip_ros.runtime.worker import Faults
 from stickslip_ros.units import MICRO, NANO
 
 FACTOR_SHARE = 0.9

@@ -3,7 +3,7 @@
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from stickslip_ros.stopping import is_stop_requested, woken_by_stop
+from stickslip_ros.process.stopping import is_stop_requested, woken_by_stop
 
 
 def end_node(executor: Executor, *nodes: Node) -> None:

@@ -12,16 +12,17 @@ import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleState, ManagedEntity, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.service import Service
 from rclpy.signals import SignalHandlerOptions
 
 import stickslip_ros
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.process import CUT, ENDED, RECOVER, REFUSED, begin, leave
+from stickslip_ros.process.signals import CUT, ENDED, RECOVER, REFUSED, begin, leave
+from stickslip_ros.process.stopping import StillBusy, heed_stop
 from stickslip_ros.ros.ending import spin_until_stopped
-from stickslip_ros.ros.pacing import wake_in_time
-from stickslip_ros.stopping import StillBusy, heed_stop
+from stickslip_ros.runtime.pacing import wake_in_time
 
 DISCOVERY_VARIABLE = 'ROS_AUTOMATIC_DISCOVERY_RANGE'
 
@@ -112,3 +113,20 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
     finally:
         rclpy.try_shutdown()
     return ENDED
+
+
+class GarbageFreezer(ManagedEntity):  # type: ignore[misc]
+    """
+    Exempts from garbage collection what a lifecycle node consists of once it is configured.
+
+    A full collection looks at every object, of which the compiled kernels have more than 100 000:
+    without this the drive stands still for 40 to 90 ms, some ten seconds after its start.
+
+    """
+
+    def on_configure(self, _: LifecycleState) -> TransitionCallbackReturn:
+        """Collect what the last configuration has left behind, and exempt the rest."""
+        gc.unfreeze()
+        gc.collect()
+        gc.freeze()
+        return TransitionCallbackReturn.SUCCESS

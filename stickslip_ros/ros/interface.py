@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, Int32, String, UInt32
 from std_srvs.srv import SetBool, Trigger
 
-from stickslip_ros.recording.channels import Qos
+from stickslip_ros.interface.channels import Qos
 
 MESSAGE_TYPES: dict[str, Any] = {
     'std_msgs/msg/Float64': Float64,

@@ -20,20 +20,18 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.compilation import progress_reporter
+from stickslip_ros.interface.cdr import pack_string, pack_uint32
+from stickslip_ros.interface.feed import Packed
+from stickslip_ros.interface.requests import receive_request
+from stickslip_ros.interface.topics import NODE_NAME, Topic
 from stickslip_ros.parameters import Parameters, format_value
-from stickslip_ros.process import run
-from stickslip_ros.recording.cdr import pack_string, pack_uint32
-from stickslip_ros.recording.feed import Packed
-from stickslip_ros.recording.requests import receive_request
+from stickslip_ros.process.signals import run
+from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.recording.run_file import info_json
-from stickslip_ros.recording.topics import NODE_NAME, Topic
 from stickslip_ros.ros import diagnostics
 from stickslip_ros.ros.connections import Connections
-from stickslip_ros.ros.executable import describe_node, guard_services, run_node
-from stickslip_ros.ros.kernels import kernels_for
-from stickslip_ros.ros.orders import AT_ONCE
-from stickslip_ros.ros.pacing import GarbageFreezer
+from stickslip_ros.ros.executable import GarbageFreezer, describe_node, guard_services, run_node
 from stickslip_ros.ros.parameter_bridge import (
     SIM_TIME,
     ReloadableNode,
@@ -46,18 +44,19 @@ from stickslip_ros.ros.parameter_bridge import (
     live_settings,
     read_parameters,
 )
-from stickslip_ros.ros.recordings import (
+from stickslip_ros.ros.services import Services
+from stickslip_ros.runtime.kernels import kernels_for
+from stickslip_ros.runtime.orders import AT_ONCE
+from stickslip_ros.runtime.recordings import (
     await_reply,
     close_recording,
     end_recording,
     open_recording,
     start_recording,
 )
-from stickslip_ros.ros.services import Services
-from stickslip_ros.ros.session import Session, require
-from stickslip_ros.ros.time_control import read_grant
-from stickslip_ros.ros.worker import Callbacks, Faults
-from stickslip_ros.stopping import StillBusy
+from stickslip_ros.runtime.session import Session, require
+from stickslip_ros.runtime.time_control import read_grant
+from stickslip_ros.runtime.worker import Callbacks, Faults
 from stickslip_ros.units import KILO
 
 DIAGNOSTICS_PERIOD_S = 1.0

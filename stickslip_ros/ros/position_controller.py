@@ -16,9 +16,9 @@ from std_msgs.msg import Bool, Float64
 
 from stickslip_ros.errors import quoted
 from stickslip_ros.instrument.position_loop import LoopSettings, RemoteLoop, Steps
+from stickslip_ros.interface.topics import COMMAND, LATCHED
 from stickslip_ros.parameters import to_nanoseconds
-from stickslip_ros.process import run
-from stickslip_ros.recording.topics import COMMAND, LATCHED
+from stickslip_ros.process.signals import run
 from stickslip_ros.ros.client import Commands, DriveClient, LockstepClient, stamp_ns
 from stickslip_ros.ros.executable import describe_node, guard_services, run_node
 from stickslip_ros.ros.interface import to_profile

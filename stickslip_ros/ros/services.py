@@ -8,12 +8,12 @@ from rclpy.node import Node
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import COMMANDS, SET_BOOL, Command, Request
+from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.recording.run_file import save_checkpoint
-from stickslip_ros.recording.topics import SERVICES
 from stickslip_ros.ros.interface import SERVICE_TYPES
-from stickslip_ros.ros.orders import AT_ONCE
-from stickslip_ros.ros.recordings import await_reply
-from stickslip_ros.ros.session import Session
+from stickslip_ros.runtime.orders import AT_ONCE
+from stickslip_ros.runtime.recordings import await_reply
+from stickslip_ros.runtime.session import Session
 from stickslip_ros.units import NANO
 
 Act = Callable[[Session, Any], str]

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.interface.channels import Channel, name_in_file
+from stickslip_ros.interface.topics import NODE_NAME, PREFIX, recorded_channels
 from stickslip_ros.parameters import Parameters, dump_yaml
-from stickslip_ros.recording.channels import Channel, name_in_file
+from stickslip_ros.process.stopping import heed_stop
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
-from stickslip_ros.recording.topics import NODE_NAME, PREFIX, recorded_channels
 from stickslip_ros.ros.client import open_context
 from stickslip_ros.ros.executable import stay_on_this_host
-from stickslip_ros.stopping import heed_stop
 from stickslip_ros.testing.operator import Operator, deep_queues
 from stickslip_ros.units import NANO
 

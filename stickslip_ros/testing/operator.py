@@ -19,10 +19,10 @@ from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.recording.topics import NODE_NAME, PREFIX, READINGS
+from stickslip_ros.interface.topics import NODE_NAME, PREFIX, READINGS
+from stickslip_ros.process.stopping import heed_stop
 from stickslip_ros.ros.client import DriveClient, Handshake
 from stickslip_ros.ros.ending import end_node
-from stickslip_ros.stopping import heed_stop
 from stickslip_ros.units import NS_PER_S
 
 TIMEOUT_S = 30.0

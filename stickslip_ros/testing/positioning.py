@@ -11,12 +11,12 @@ from rclpy.parameter import Parameter
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.process.stopping import heed_stop
 from stickslip_ros.ros.client import Commands, open_context
 from stickslip_ros.ros.ending import end_node
 from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.ros.position_controller import PositionController
-from stickslip_ros.stopping import heed_stop
 
 TARGETS_M = (100e-9, 1e-6, 10e-6, 100e-6)
 LOAD_N = 0.05

@@ -8,9 +8,9 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 
 from stickslip_ros.parameters import Scalar
+from stickslip_ros.process.stopping import heed_stop
 from stickslip_ros.ros.client import open_context
 from stickslip_ros.ros.ending import end_node
-from stickslip_ros.stopping import heed_stop
 from stickslip_ros.testing.operator import Operator
 
 SPIN_S = 0.02

@@ -11,7 +11,7 @@ from stickslip_ros.drive.build import change_preload, plant_of, start_clock, sta
 from stickslip_ros.drive.ledger import energies_of_contacts
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.sawtooth_run import advance_cycles
+from stickslip_ros.runs.sawtooth_run import advance_cycles
 
 CYCLES = 8
 FREQUENCY_HZ = 1e3

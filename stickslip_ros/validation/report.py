@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.study.plotting import (
+from stickslip_ros.runs.plotting import (
     BLUE,
     VERMILION,
     label_axes,

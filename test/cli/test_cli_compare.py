@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from stickslip_ros.cli.main import build_parser, main
-from stickslip_ros.study.experiment import POINT_COLUMNS, TIME_COLUMNS
+from stickslip_ros.tables.experiment import POINT_COLUMNS, TIME_COLUMNS
 
 PAGE = (Path(__file__).resolve().parents[2] / 'docs/compare.md').read_text(encoding='utf-8')
 DIGITS = 0.05

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.study.replay import replay
+from stickslip_ros.runs.replay import replay
 from stickslip_ros.testing.demo import DemoSummary
 
 TIMEOUT_S = 180.0

@@ -57,7 +57,7 @@ def has_looked(times: int) -> Reached:
 
 WATCHED = """
 import sys
-from stickslip_ros import stopping
+from stickslip_ros.process import stopping
 
 def noted(heed_stop=stopping.heed_stop, file=open('looks', 'ab', buffering=0)):
     heed_stop()

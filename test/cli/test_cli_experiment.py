@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from stickslip_ros.cli.main import main
-from stickslip_ros.study.experiment import read_experiment
+from stickslip_ros.tables.experiment import read_experiment
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import pytest
 
 from stickslip_ros.cli.main import main
 from stickslip_ros.parameters import Parameters, load_yaml
-from stickslip_ros.study.sawtooth_run import run_drive
+from stickslip_ros.runs.sawtooth_run import run_drive
 
 TRUTH = {'contact.friction': 0.25, 'runner.damping': 80.0}
 FREQUENCY_HZ = 2000.0
@@ -128,6 +128,6 @@ def test_ctrl_c_says_how_far_the_fit_came_and_ends_with_130(experiment, capsys, 
     def pressed(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr('stickslip_ros.study.fitting.fit.search', pressed)
+    monkeypatch.setattr('stickslip_ros.fitting.fit.search', pressed)
     assert fit(experiment, *FREE, '--starts', '1') == 130
     assert 'stopped after 0 of 1 cases' in capsys.readouterr().err

@@ -8,11 +8,11 @@ import pytest
 
 from stickslip_ros.cli.main import build_parser, main
 from stickslip_ros.cli.optimise import chosen_search, play_command
+from stickslip_ros.design.objectives import WaveGoal
+from stickslip_ros.design.search import WaveSearch
+from stickslip_ros.design.waves import PeriodicWave
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study import batch
-from stickslip_ros.study.design.objectives import WaveGoal
-from stickslip_ros.study.design.search import WaveSearch
-from stickslip_ros.study.design.waves import PeriodicWave
+from stickslip_ros.runs import batch
 
 pytestmark = pytest.mark.usefixtures('compiled_kernels')
 

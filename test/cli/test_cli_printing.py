@@ -12,7 +12,7 @@ import pytest
 from stickslip_ros.cli.main import main
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.cli.verbs import VERBS
-from stickslip_ros.process import REFUSED
+from stickslip_ros.process.signals import REFUSED
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.validation.references import read_references
 
@@ -77,7 +77,7 @@ def test_long_work_shows_how_far_it_is(words, bars, monkeypatch, tmp_path, ros_d
         with shown_progress(what, quiet=quiet, resumes=resumes) as show:
             yield show
 
-    modules = [f'cli.{VERBS[words[0]].module}', 'study.swept_sine', 'progress']
+    modules = [f'cli.{VERBS[words[0]].module}', 'linear.swept_sine', 'progress']
     for module in modules:
         monkeypatch.setattr(f'stickslip_ros.{module}.shown_progress', noted, raising=False)
     assert main(words) != REFUSED

@@ -8,8 +8,11 @@ import pytest
 from mcap_records import foreign_numbers
 
 from stickslip_ros.cli.main import main
-from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, cdr
-from stickslip_ros.recording import messages as m
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.recorder import Recorder
 
 MS_NS = 1_000_000
 CHANNEL = Channel('/voltage', m.FLOAT64, Qos(10))

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from stickslip_ros.cli.main import main
-from stickslip_ros.study.sweep import STEADY_RULE
+from stickslip_ros.runs.sweep import STEADY_RULE
 
 PROGRAM = """\
 import signal, sys

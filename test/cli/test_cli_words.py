@@ -22,14 +22,14 @@ from stickslip_ros.cli.demo import TOLERANCE_M
 from stickslip_ros.cli.drive import ros_arguments
 from stickslip_ros.cli.main import build_parser, main
 from stickslip_ros.cli.verbs import VERBS
+from stickslip_ros.comparison.by_amplitude import MODEL
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.fitting.free import FITTED_GROUPS
 from stickslip_ros.paper.make import FIGURES
 from stickslip_ros.parameters import ControllerParameters, Parameters, load_yaml, specs
-from stickslip_ros.study.comparison.by_amplitude import MODEL
-from stickslip_ros.study.fitting.free import FITTED_GROUPS
-from stickslip_ros.study.sawtooth_run import STEADY_STEPS_MAX
-from stickslip_ros.study.sweep import STEADY_RULE
-from stickslip_ros.study.zero_amplitude import FIT_POINTS, STEP_MIN_M
+from stickslip_ros.runs.sawtooth_run import STEADY_STEPS_MAX
+from stickslip_ros.runs.sweep import STEADY_RULE
+from stickslip_ros.runs.zero_amplitude import FIT_POINTS, STEP_MIN_M
 from stickslip_ros.testing.positioning import LOAD_N, TARGETS_M
 from stickslip_ros.units import NM
 

@@ -22,7 +22,7 @@ from stickslip_ros.contact.virgin import CELLS, tabulate, virgin_force
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import ContactParameters, Parameters
-from stickslip_ros.study.sawtooth_run import simulate
+from stickslip_ros.runs.sawtooth_run import simulate
 
 virgin_force = entry_point(virgin_force)
 

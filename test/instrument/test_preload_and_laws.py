@@ -14,7 +14,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import Parameters, specs
-from stickslip_ros.study.sawtooth_run import SawtoothRun, simulate, voltage_for
+from stickslip_ros.runs.sawtooth_run import SawtoothRun, simulate, voltage_for
 
 friction_limit = entry_point(friction_limit)
 

@@ -20,7 +20,7 @@ from playwright.sync_api import Page, ViewportSize, expect
 from std_msgs.msg import String
 
 from stickslip_ros.cli.panel import NICENESS
-from stickslip_ros.process import STOPPED
+from stickslip_ros.process.signals import STOPPED
 from stickslip_ros.testing import Operator, open_context
 
 pytestmark = pytest.mark.skipif(

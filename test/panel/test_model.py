@@ -10,11 +10,11 @@ import pytest
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import COMMANDS as COMMAND_ROWS
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES
 from stickslip_ros.panel import model as panel_model
 from stickslip_ros.panel.controls import read_fault, read_numbers, sheet, shown_parameters
 from stickslip_ros.panel.model import Model, parsed_event
 from stickslip_ros.parameters import spec_of, specs
-from stickslip_ros.recording.topics import COMMAND_TOPICS, SERVICES
 
 DRIVE = '/stickslip_drive'
 

@@ -18,9 +18,9 @@ from stickslip_ros.paper.readings import (
 )
 from stickslip_ros.paper.rounded import BANDWIDTHS_HZ, rounded_stand
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.plotting import new_figure
-from stickslip_ros.study.sawtooth_run import run_drive
-from stickslip_ros.study.zero_amplitude import force_onset_m
+from stickslip_ros.runs.plotting import new_figure
+from stickslip_ros.runs.sawtooth_run import run_drive
+from stickslip_ros.runs.zero_amplitude import force_onset_m
 from stickslip_ros.units import MN, NM
 
 FORCE_ERROR = 0.01

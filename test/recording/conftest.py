@@ -8,8 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, cdr
-from stickslip_ros.recording import messages as m
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.recorder import Recorder
 
 COLUMNS = ('sample', 't[s],voltage[V],foot[m],position[m],force[N]')
 MS_NS = 1_000_000

@@ -15,8 +15,8 @@ import time
 from pathlib import Path
 
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.units import NS_PER_S
 

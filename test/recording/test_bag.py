@@ -22,9 +22,14 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StorageP
 from rosbags.typesys import Stores, get_typestore
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.recording import TYPE_HASHES, Channel, FileForm, Qos, Recorder, Recording, cdr
-from stickslip_ros.recording import messages as m
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.interface.schemas import TYPE_HASHES
 from stickslip_ros.recording.bag import METADATA_FILE
+from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
 
 Run = list[tuple[str, int, bytes]]
 BAG = FileForm(bag=True, flush_period_s=0.005)

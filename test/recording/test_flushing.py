@@ -12,8 +12,12 @@ from mcap.reader import make_reader
 from mcap_records import rows_of
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
-from stickslip_ros.recording import messages as m
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.recover import recover_file
 
 MS_NS = 1_000_000

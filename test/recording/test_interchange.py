@@ -16,7 +16,9 @@ from rosbags.interfaces import (
     QosReliability,
 )
 
-from stickslip_ros.recording import SCHEMAS, TYPE_HASHES, Channel, Qos, cdr
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.interface.schemas import SCHEMAS, TYPE_HASHES
 
 Run = list[tuple[str, int, bytes]]
 

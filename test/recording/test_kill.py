@@ -9,7 +9,7 @@ import killed_runs
 import pytest
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.recording import Recording
+from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import recover
 from stickslip_ros.units import NS_PER_S
 

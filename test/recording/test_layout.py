@@ -7,10 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
-from stickslip_ros.recording import messages as m
-from stickslip_ros.recording.layout import Layout
+from stickslip_ros.recording.layout import FileForm, Layout
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run_file import NAME_MAX_BYTES, open_recorder, run_path
 
 VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))

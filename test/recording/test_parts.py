@@ -9,9 +9,13 @@ import yaml
 from mcap_records import rows_of
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
-from stickslip_ros.recording import messages as m
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.recording.bag import METADATA_FILE, ROOT
+from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
 
 MS_NS = 1_000_000
 STATUS = Channel('/status', m.UINT32, Qos(1, latched=True))

@@ -8,9 +8,10 @@ from random import Random
 import pytest
 from mcap_records import Row, rows_of
 
-from stickslip_ros.recording import Channel, FileForm, Qos, cdr
-from stickslip_ros.recording import messages as m
-from stickslip_ros.recording.layout import Layout
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.recording.layout import FileForm, Layout
 from stickslip_ros.recording.recover import recover_file
 from stickslip_ros.recording.storage import RunFiles, Stored
 

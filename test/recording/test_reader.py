@@ -13,16 +13,12 @@ from mcap.writer import CompressionType
 from mcap_records import WITHOUT_INDEX, foreign, foreign_numbers
 
 from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind
-from stickslip_ros.recording import (
-    Channel,
-    ChannelSummary,
-    FileForm,
-    Qos,
-    Recorder,
-    Recording,
-    cdr,
-)
-from stickslip_ros.recording import messages as m
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.reader import ChannelSummary, Recording
+from stickslip_ros.recording.recorder import Recorder
 
 Run = list[tuple[str, int, bytes]]
 MS_NS = 1_000_000

@@ -13,8 +13,12 @@ from mcap.reader import make_reader
 from mcap_records import rows_of
 
 from stickslip_ros.errors import RecordingError, UnknownName
-from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
-from stickslip_ros.recording import messages as m
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
 
 Run = list[tuple[str, int, bytes]]
 VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
@@ -241,7 +245,10 @@ def test_what_comes_after_the_end_is_dropped_and_counted(path: Path):
 
 def test_a_recorder_that_nobody_closed_is_finished_when_python_ends(path: Path):
     program = f"""
-from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, cdr
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.interface import cdr
 recorder = Recorder({str(path)!r}, [Channel('/voltage', 'std_msgs/msg/Float64', Qos(1))])
 recorder.put('/voltage', 3, cdr.pack_float64(1.5))
 raise SystemExit(7)

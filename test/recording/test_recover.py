@@ -28,10 +28,14 @@ from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag2 import Reader
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.recording import Channel, FileForm, Qos, Recorder, Recording, cdr
-from stickslip_ros.recording import messages as m
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.recording.bag import METADATA_FILE
 from stickslip_ros.recording.integrity import MAGIC
+from stickslip_ros.recording.layout import FileForm
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.recover import RECOVERY_RECORD, Recovery, recover, recover_file
 
 MS_NS = 1_000_000

@@ -19,19 +19,18 @@ from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS, WAVEFORM_ROWS_MAX, Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.interface.feed import Packed
+from stickslip_ros.interface.requests import pack_command, pack_request, receive_request
+from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording import Channel, Qos, Recorder, Recording, cdr
-from stickslip_ros.recording import messages as m
-from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.fingerprint import compare_data, data_digest
-from stickslip_ros.recording.requests import (
-    pack_command,
-    pack_request,
-    receive_request,
-    recorded_requests,
-)
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run import RunWriter
-from stickslip_ros.recording.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.ros.interface import MESSAGE_TYPES
 from stickslip_ros.units import NS_PER_S
 

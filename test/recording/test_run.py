@@ -8,8 +8,8 @@ import pytest
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import ReportingBench, RunWriter

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.recording import ArrayMessage, Series
-from stickslip_ros.recording.series import split_columns
+from stickslip_ros.interface.messages import ArrayMessage
+from stickslip_ros.recording.series import Series, split_columns
 
 
 def ramp(*times_s: float) -> Series:

@@ -16,7 +16,7 @@ from executables import BIN, end
 
 from stickslip_ros import compare, open_run
 from stickslip_ros.cli.main import main
-from stickslip_ros.process import STOPPED
+from stickslip_ros.process.signals import STOPPED
 
 DOCS = Path(__file__).parents[2] / 'docs'
 TIMEOUT_S = 120.0

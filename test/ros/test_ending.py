@@ -7,7 +7,7 @@ import pytest
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
-from stickslip_ros import stopping
+from stickslip_ros.process import stopping
 from stickslip_ros.ros.ending import spin_until_stopped
 from stickslip_ros.testing import open_context
 

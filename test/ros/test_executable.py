@@ -17,10 +17,10 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.interface.topics import NODE_NAME
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.topics import NODE_NAME
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, stay_on_this_host
-from stickslip_ros.ros.pacing import KNOWS_SLICES, SLICE_S, slice_s
+from stickslip_ros.runtime.pacing import KNOWS_SLICES, SLICE_S, slice_s
 from stickslip_ros.units import NANO
 
 

@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from stickslip_ros.instrument.reports import Status
-from stickslip_ros.recording.topics import COMMAND_TOPICS
+from stickslip_ros.interface.topics import COMMAND_TOPICS
 from stickslip_ros.ros.client import LockstepClient
 
 LOCKSTEP = {'sim.lockstep': True}

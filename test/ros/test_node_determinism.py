@@ -12,13 +12,13 @@ from mcap_records import rows_of
 
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.interface.messages import ArrayMessage, StampedMessage
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.messages import ArrayMessage, StampedMessage
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import RUN_RECORD
-from stickslip_ros.ros.orders import Order, Orders
-from stickslip_ros.ros.session import Session
+from stickslip_ros.runtime.orders import Order, Orders
+from stickslip_ros.runtime.session import Session
 
 MS_NS = 1_000_000
 #: What is asked for, and the time at which it takes effect, ns: ticks of 1 ms and of 5 ms.

@@ -12,9 +12,9 @@ from diagnostic_msgs.msg import DiagnosticStatus
 
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.interface.cdr import pack_float64
+from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.cdr import pack_float64
-from stickslip_ros.recording.feed import Packed
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.ros.diagnostics import (
@@ -23,9 +23,9 @@ from stickslip_ros.ros.diagnostics import (
     pace_status,
     recorder_status,
 )
-from stickslip_ros.ros.orders import NEXT_BLOCK, Order
-from stickslip_ros.ros.pacing import PaceReport
-from stickslip_ros.ros.session import Session
+from stickslip_ros.runtime.orders import NEXT_BLOCK, Order
+from stickslip_ros.runtime.pacing import PaceReport
+from stickslip_ros.runtime.session import Session
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 

@@ -13,7 +13,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from executables import end
 
 from stickslip_ros.errors import RecordingError, StickSlipError
-from stickslip_ros.process import CUT, LAST_S
+from stickslip_ros.process.signals import CUT, LAST_S
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import recover
 
@@ -26,8 +26,8 @@ HANGS = """
 import sys
 import numba, numpy
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros import process
-from stickslip_ros.ros import session
+from stickslip_ros.process import signals
+from stickslip_ros.runtime import session
 from stickslip_ros.ros.node import StickSlipDrive, main
 
 @numba.njit(nogil=True)
@@ -52,10 +52,10 @@ def watch(self, watch=StickSlipDrive._publish_diagnostics):
 if {where!r} == 'drive':
     Bench.update, session.STOP_TIMEOUT_S = update, 1.0
 else:
-    StickSlipDrive._publish_diagnostics, process.GRACE_S = watch, 2.0
+    StickSlipDrive._publish_diagnostics, signals.GRACE_S = watch, 2.0
 values = 'record.on_start:=true', 'record.flush_period:=0.1', 'record.directory:={folder}'
 words = ['drive', '--ros-args', *(word for value in values for word in ('-p', value))]
-sys.exit(process.run('drive', lambda: main(words), is_node=True))
+sys.exit(signals.run('drive', lambda: main(words), is_node=True))
 """
 """The executable, less patient, with a compiled kernel that never ends in one of its threads."""
 

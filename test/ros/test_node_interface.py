@@ -10,9 +10,7 @@ from rclpy.duration import Infinite
 from rclpy.qos import DurabilityPolicy, LivelinessPolicy, ReliabilityPolicy
 
 from stickslip_ros.instrument.reports import Status
-from stickslip_ros.parameters import Parameters, specs
-from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.topics import (
+from stickslip_ros.interface.topics import (
     COMMAND_TOPICS,
     READINGS,
     SERVICES,
@@ -20,6 +18,8 @@ from stickslip_ros.recording.topics import (
     Topic,
     recorded_channels,
 )
+from stickslip_ros.parameters import Parameters, specs
+from stickslip_ros.recording.reader import Recording
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 

@@ -10,9 +10,9 @@ from std_srvs.srv import Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.reports import Status
+from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, SERVICES, TOPICS
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.topics import COMMAND_TOPICS, READINGS, SERVICES, TOPICS
 
 OFFERED = {topic.key for topic in TOPICS if topic.exists(Parameters())}
 TRIGGERS = [

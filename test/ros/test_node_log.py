@@ -11,7 +11,7 @@ from rclpy.lifecycle import LifecyclePublisher
 from std_msgs.msg import Float64
 
 import stickslip_ros
-from stickslip_ros.recording.topics import COMMAND
+from stickslip_ros.interface.topics import COMMAND
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
 

@@ -15,10 +15,10 @@ from mcap_ros2.decoder import DecoderFactory
 from rclpy.serialization import deserialize_message
 from rosbags.highlevel import AnyReader
 
+from stickslip_ros.interface.messages import ArrayMessage, StampedMessage
+from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, recorded_channels
 from stickslip_ros.parameters import Parameters, parse_yaml
-from stickslip_ros.recording.messages import ArrayMessage, StampedMessage
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.topics import COMMAND_TOPICS, READINGS, recorded_channels
 from stickslip_ros.ros.interface import MESSAGE_TYPES
 
 RECORDED = {key: channel.topic for key, channel in recorded_channels(Parameters()).items()}

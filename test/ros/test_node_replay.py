@@ -12,15 +12,15 @@ from sensor_msgs.msg import JointState
 
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
+from stickslip_ros.interface.topics import COMMAND_TOPICS
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.fingerprint import compare_data
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import run_path
-from stickslip_ros.recording.topics import COMMAND_TOPICS
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
 from stickslip_ros.ros.position_controller import PositionController
-from stickslip_ros.study.replay import replay
+from stickslip_ros.runs.replay import replay
 
 NAME = 'live.mcap'
 RECORDED = {'record.on_start': True, 'record.name': NAME}

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip_ros.recording.topics import READINGS
+from stickslip_ros.interface.topics import READINGS
 from stickslip_ros.testing import deep_queues
 
 QUEUES = deep_queues('position', 'force', 'trace')

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from stickslip_ros.recording.messages import StampedMessage
+from stickslip_ros.interface.messages import StampedMessage
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.testing import deep_queues
 

@@ -4,10 +4,10 @@ from collections.abc import Callable
 
 import pytest
 
+from stickslip_ros.design.objectives import WaveGoal, assess
+from stickslip_ros.design.shapes import SHAPES
+from stickslip_ros.design.waves import playable
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.study.design.objectives import WaveGoal, assess
-from stickslip_ros.study.design.shapes import SHAPES
-from stickslip_ros.study.design.waves import playable
 
 SAME = 0.01
 """Share by which a step over topics may differ from that of the search."""

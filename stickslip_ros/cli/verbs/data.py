@@ -18,7 +18,7 @@ from stickslip_ros.cli.options import (
     verb,
 )
 
-COMPARE_IN_PYTHON = 'study.comparison.compare.compare'
+COMPARE_IN_PYTHON = 'comparison.compare.compare'
 RECORDING = 'an MCAP file, a bag directory, or a run in parts'
 
 DATA = (
@@ -86,7 +86,7 @@ DATA = (
             'bounds of a free parameter (default: a decade below and above its start)',
             'NAME=LOW:HIGH',
         ),
-        *of_function('study.fitting.fit.fit', 'frequency_hz', 'steps', 'starts', 'seed'),
+        *of_function('fitting.fit.fit', 'frequency_hz', 'steps', 'starts', 'seed'),
         option(
             '--coverage',
             'fit N synthetic data sets too, and count the intervals that contain the truth',

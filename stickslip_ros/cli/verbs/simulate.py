@@ -31,7 +31,7 @@ RUNNERS = either(
 )
 FRESH = switch('--fresh', 'forget what FILE.journal holds')
 
-SIMULATE_IN_PYTHON = 'study.sawtooth_run.simulate'
+SIMULATE_IN_PYTHON = 'runs.sawtooth_run.simulate'
 
 SIMULATE = (
     verb(
@@ -79,7 +79,7 @@ SIMULATE = (
             'vary any parameter; the first one is the slowest',
             f'GROUP.NAME={VALUES}',
         ),
-        *of_function('study.sweep.sweep', 'steps'),
+        *of_function('runs.sweep.sweep', 'steps'),
         NO_LOAD_CELL,
         output('.csv or .parquet', required=True),
         RUNNERS,
@@ -95,7 +95,7 @@ SIMULATE = (
         'a net step above 1e-10 m. The load cell is taken away, whatever load_cell.contact says.',
         PRELOAD,
         SLEW,
-        *of_function('study.zero_amplitude.zero_amplitude', 'frequency_hz', 'steps'),
+        *of_function('runs.zero_amplitude.zero_amplitude', 'frequency_hz', 'steps'),
         *PARAMETERS,
         module='sweep',
     ),

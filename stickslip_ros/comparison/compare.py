@@ -1,0 +1,162 @@
+"""Compares two files, or a file and the model: recognises them and chooses the way."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+from stickslip_ros.comparison import by_amplitude, in_time
+from stickslip_ros.comparison.agreement import AMPLITUDE, TIME
+from stickslip_ros.comparison.by_amplitude import PointTable
+from stickslip_ros.comparison.in_time import TimeRun
+from stickslip_ros.comparison.result import Alignment, ComparisonReport, Incomparable
+from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.files import read_bytes
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.progress import progress_of
+from stickslip_ros.recording.integrity import MAGIC
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import EXPERIMENT_FILE
+from stickslip_ros.runs.batch import Progress
+from stickslip_ros.runs.recorded_run import Run
+from stickslip_ros.runs.sweep_table import PARQUET, is_sweep
+from stickslip_ros.tables.experiment import (
+    OVER_TIME,
+    Experiment,
+    Reading,
+    parse_experiment,
+    read_experiment,
+    read_joined,
+)
+
+
+def compare(
+    a: str | Path | Run | Sequence[str | Path],
+    b: str | Path | Run | Parameters | None = None,
+    *,
+    headers: Mapping[str, str] | None = None,
+    preloads_n: Sequence[float] = (),
+    frequency_hz: float = 1000.0,
+    steps: int = 0,
+    shift_s: float | None = None,
+    align: bool = False,
+    workers: int = 0,
+    report: Callable[[Experiment], None] | None = None,
+    progress: bool | Progress = False,
+) -> ComparisonReport:
+    """
+    Compare two runs over time, or two tables by amplitude and preload.
+
+    Parameters
+    ----------
+    a : path-like, Run or sequence of path-like
+        A recording, the table of a sweep, an experiment file, or several of these by amplitude.
+    b : path-like, Run or Parameters, optional
+        Another one; parameters run the model at the points of A; without it a recording is
+        compared with the experiment that it carries.
+    headers : mapping of str to str, optional
+        Headers of columns in experiment files that do not tell, ``{'force_n': 'CH2 (mN)'}``.
+    preloads_n : sequence of float
+        Preloads of experiment files without such a column, N: one of all, or one of each.
+    frequency_hz : float
+        Steps per second of the model, where A has none.
+    steps : int
+        Steps of each of its runs; 0 goes on until the steady state.
+    shift_s : float, optional
+        What is added to the times of B, s.
+    align : bool
+        Estimate that shift by cross-correlation.
+    workers : int
+        Runs of the model at once; 0 is one per core.
+    report : callable, optional
+        Called with each ``Experiment`` when it has been read, before anything is computed.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with runs done and in all.
+
+    Raises
+    ------
+    StickSlipError
+        If one cannot be read, or the two cannot be compared.
+
+    """
+    paths = [_path(each) for each in ([a] if isinstance(a, str | Path | Run) else a)]
+    reading = Reading(headers or {}, preloads_n, report)
+    reading.check_count(len(paths) + isinstance(b, str | Path | Run))
+    first = _load(paths[0], reading) if len(paths) == 1 else _joined(paths, reading)
+    is_moved = align or shift_s is not None
+    if isinstance(b, Parameters):
+        table = _points(first, is_moved)
+        with progress_of(progress, 'runs') as show:
+            model = by_amplitude.of_model(table, b, frequency_hz, steps, workers, show)
+        return _by_amplitude(table, model)
+    second = _attached(paths[0], reading) if b is None else _load(_path(b), reading, len(paths))
+    if isinstance(first, TimeRun) and isinstance(second, TimeRun):
+        given = None if shift_s is None else Alignment(shift_s, 'given')
+        return _in_time(first, second, in_time.align(first, second) if align else given)
+    if isinstance(first, PointTable) and isinstance(second, PointTable):
+        return _by_amplitude(_points(first, is_moved), second)
+    raise Incomparable(
+        second.side.origin,
+        f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',
+        'compare two over time, or two by amplitude and preload',
+    )
+
+
+def _path(file: str | Path | Run) -> Path:
+    return file.path if isinstance(file, Run) else Path(file)
+
+
+def _by_amplitude(a: PointTable, b: PointTable) -> ComparisonReport:
+    return ComparisonReport(a.side, b.side, AMPLITUDE, by_amplitude.compare(a, b))
+
+
+def _in_time(a: TimeRun, b: TimeRun, alignment: Alignment | None) -> ComparisonReport:
+    moved = b if alignment is None else b.moved(alignment.shift_s)
+    return ComparisonReport(a.side, b.side, TIME, in_time.compare(a, moved), alignment)
+
+
+def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
+    """Return A if it is a table that is not to be moved in time, before any work is done."""
+    if isinstance(a, TimeRun):
+        raise Incomparable(
+            a.side.origin,
+            f'is a {a.side.kind}, and the model is run at amplitudes and preloads',
+            'record the model with stickslip simulate -o FILE and compare with that',
+        )
+    if is_moved:
+        hint = 'leave --shift and --align away'
+        raise Incomparable(a.side.origin, 'is by amplitude and knows no time', hint)
+    return a
+
+
+def _load(path: Path, reading: Reading, number: int = 0) -> PointTable | TimeRun:
+    """Read a file by what is in it, not by its name."""
+    if path.suffix == PARQUET and path.is_file():
+        return by_amplitude.of_sweep(path)
+    start = read_bytes(path, 'check the path', len(MAGIC))
+    if start == MAGIC or path.suffix == '.mcap':
+        return in_time.of_recording(Recording(path))
+    if is_sweep(path):
+        return by_amplitude.of_sweep(path)
+    return _of_experiment(read_experiment(path, reading, number=number))
+
+
+def _joined(paths: Sequence[Path], reading: Reading) -> PointTable:
+    return by_amplitude.of_experiment(read_joined(paths, reading))
+
+
+def _attached(path: Path, reading: Reading) -> PointTable | TimeRun:
+    """Return the experiment that a recording carries."""
+    try:
+        recording = Recording(path)
+    except StickSlipError as error:
+        hint = 'name B, or the word model'
+        raise RecordingError(path, f'stands alone and is no recording ({error})', hint) from None
+    if EXPERIMENT_FILE not in recording.attachments:
+        hint = 'name what to compare it with as B'
+        raise RecordingError(path, f'carries no {EXPERIMENT_FILE}', hint)
+    content = recording.attachments[EXPERIMENT_FILE][1]
+    return _of_experiment(parse_experiment(content, f'{path} {EXPERIMENT_FILE}', reading))
+
+
+def _of_experiment(experiment: Experiment) -> PointTable | TimeRun:
+    is_run = experiment.kind == OVER_TIME
+    return in_time.of_experiment(experiment) if is_run else by_amplitude.of_experiment(experiment)

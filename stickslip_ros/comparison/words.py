@@ -1,0 +1,197 @@
+"""A comparison as sentences and table rows, the same on a screen and in the report."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from stickslip_ros.comparison.agreement import (
+    AMPLITUDE,
+    ROUNDING,
+    TIME,
+    Agreement,
+    Threshold,
+)
+from stickslip_ros.comparison.by_amplitude import FREQUENCY, PRELOAD
+from stickslip_ros.comparison.result import UNITS, Alignment, Compared, ComparisonReport
+from stickslip_ros.parameters import Scalar
+from stickslip_ros.units import MN, NM, display_unit, with_unit
+
+Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+"""Title, header, rows."""
+NAMES: Mapping[str, str] = {
+    'force_n': 'force',
+    'step_length_m': 'step length',
+    'energy_loss_per_step_j': 'friction loss per step',
+    'position_m': 'position',
+    'voltage_v': 'voltage',
+    'foot_m': 'foot displacement',
+}
+NONE = '–'
+OWN = 'own'
+"""Stands for the unit of the quantity."""
+NUMBERS = (
+    ('points', 'points', 'd', ''),
+    ('bias (mean)', 'bias', '.5g', OWN),
+    ('RMS', 'rms', '.5g', OWN),
+    ('RMS / range of A', 'relative_rms', '.3g', '%'),
+    ('largest', 'largest', '.5g', OWN),
+    ('largest at', 'largest_at', '', ''),
+    ('correlation', 'correlation', '.6f', ''),
+    ('chi-square', 'chi_square', '.4g', ''),
+    ('degrees of freedom', 'degrees_of_freedom', 'd', ''),
+    ('p-value', 'p_value', '.3g', ''),
+    ('largest normalised residual', 'largest_residual', '.3g', 'sigma'),
+    ('within 1 sigma', 'within_one_sigma', '.3g', '%'),
+    ('within 2 sigma', 'within_two_sigma', '.3g', '%'),
+)
+"""Rows of a table: what docs/compare.md calls it, its field, its form, its unit."""
+
+
+def sections(comparison: ComparisonReport) -> Iterator[Section]:
+    """Yield the tables of a comparison: one per quantity, then what is read off the forces."""
+    for quantity in comparison.quantities:
+        yield _numbers(quantity)
+        pairs = [
+            (place(part.at), part.threshold_a, part.threshold_b)
+            for part in quantity.parts
+            if part.threshold_a and part.threshold_b
+        ]
+        if pairs:
+            yield _zeros(pairs)
+            yield _saturations(pairs)
+
+
+def title(quantity: Compared) -> str:
+    """Return the heading of a quantity."""
+    return NAMES.get(quantity.name, quantity.name)
+
+
+def place(at: Mapping[str, Scalar]) -> str:
+    """Return where a part is, ``0.5 N`` or ``0.5 N, contact.friction 0.3``."""
+    parts = [f'{at[PRELOAD]:g} N'] if PRELOAD in at else []
+    for name, value in at.items():
+        if name in {PRELOAD, AMPLITUDE, TIME}:
+            continue
+        shown = f'{value:g}' if isinstance(value, float) else str(value)
+        parts.append(f'{shown} Hz' if name == FREQUENCY else f'{name} {shown}')
+    if AMPLITUDE in at:
+        parts.append(f'stroke {with_unit(float(at[AMPLITUDE]), "m")}')
+    if TIME in at:
+        parts.append(f'{at[TIME]:.9g} s')
+    return ', '.join(parts)
+
+
+def axis_label(comparison: ComparisonReport) -> str:
+    """Return the label of the axis along which things are compared."""
+    if comparison.axis == TIME:
+        return 'time (s)'
+    return f'stroke of the feet ({display_unit(UNITS["m"])[1]})'
+
+
+def sentences(comparison: ComparisonReport) -> list[str]:
+    """Return what was found, in sentences that state numbers and nothing else."""
+    moved = [] if comparison.alignment is None else [_moved(comparison.alignment)]
+    return moved + [told for quantity in comparison.quantities for told in _found(quantity)]
+
+
+def _numbers(quantity: Compared) -> Section:
+    """Return the numbers of a quantity, a column for each part and one for all of them."""
+    columns = [(place(part.at) or 'whole run', part.agreement, part.at) for part in quantity.parts]
+    if len(columns) > 1:
+        columns.append(('all', quantity.agreement, {}))
+    factors = {OWN: display_unit(quantity.unit)[0], '%': 100.0}
+    rows = []
+    for label, field, form, unit in NUMBERS:
+        shown = display_unit(quantity.unit)[1] if unit == OWN else unit
+        cells = [_cell(told, at, field, form, factors.get(unit, 1)) for _, told, at in columns]
+        if set(cells) != {NONE}:
+            rows.append((label, *cells, shown))
+    return title(quantity), ('B − A', *(name for name, _, _ in columns), 'unit'), rows
+
+
+def _cell(
+    agreement: Agreement, known: Mapping[str, Scalar], field: str, form: str, factor: float
+) -> str:
+    """Return one number; of a place, what is not known already."""
+    if field == 'largest_at':
+        worst = agreement.largest_at
+        return place({name: value for name, value in worst.items() if name not in known})
+    chi = agreement.chi_square
+    told = {**vars(agreement), **(vars(chi) if chi else {})}
+    return _number(told.get(field), form, factor)
+
+
+def _zeros(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
+    rows = []
+    for name, a, b in pairs:
+        a_m, b_m = a.zero_amplitude_m, b.zero_amplitude_m
+        both_m = None if a_m is None or b_m is None else b_m - a_m
+        rows.append((name, *(_number(each, '.3f', NM) for each in (a_m, b_m, both_m))))
+    return '0-amplitude (nm)', ('preload', 'A', 'B', 'B − A'), rows
+
+
+def _saturations(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
+    header = ('preload', 'A', 'at stroke (nm)', 'B', 'at stroke (nm)', 'B − A')
+    rows = []
+    for name, a, b in pairs:
+        told = [
+            cell
+            for each in (a, b)
+            for cell in (f'{MN * each.saturation:.3f}', f'{NM * each.saturation_at_m:.5g}')
+        ]
+        rows.append((name, *told, f'{MN * (b.saturation - a.saturation):.3f}'))
+    return 'largest force (mN)', header, rows
+
+
+def _number(value: float | None, form: str, factor: float) -> str:
+    return NONE if value is None else f'{factor * value:{form}}'
+
+
+def _moved(alignment: Alignment) -> str:
+    told = f'The times of B were shifted by {alignment.shift_s:.9g} s, as {alignment.method}'
+    if alignment.correlation is not None:
+        told += (
+            f' by cross-correlation at a spacing of {alignment.sample_s:.4g} s; the mean '
+            f'coefficient at the best whole sample is {alignment.correlation:.6f}'
+        )
+    return f'{told}.'
+
+
+def _found(quantity: Compared) -> Iterator[str]:
+    name, unit, agreement = title(quantity), quantity.unit, quantity.agreement
+    count = f'{agreement.points} points' if agreement.points > 1 else '1 point'
+    if agreement.largest == 0.0:
+        yield f'The {name} of B equals that of A at all {count}.'
+    elif _is_rounding(quantity):
+        yield f'The {name} of B equals that of A at all {count}, but for rounding.'
+    else:
+        side = 'above' if agreement.bias > 0.0 else 'below'
+        share = agreement.relative_rms
+        of_range = '' if share is None else f', {100.0 * share:.3g} % of the range of A'
+        yield (
+            f'Over {count} the {name} of B is on average '
+            f'{with_unit(abs(agreement.bias), unit)} {side} that of A; the RMS of the '
+            f'difference is {with_unit(agreement.rms, unit)}{of_range}.'
+        )
+        yield (
+            f'The difference is largest at {place(agreement.largest_at)}: B − A is '
+            f'{with_unit(agreement.largest, unit)}.'
+        )
+    if quantity.left_out:
+        yield (
+            f'{quantity.left_out} points of the {name} of A have no counterpart in B, or are '
+            'no numbers, and are left out.'
+        )
+    chi = agreement.chi_square
+    if chi is not None:
+        yield (
+            f'Chi-square of the {name} is {chi.chi_square:.4g} for {chi.degrees_of_freedom} '
+            'degrees of freedom. If the stated uncertainties were independent and normal and '
+            'nothing else differed, a value at least so large would come up with probability '
+            f'{chi.p_value:.3g}.'
+        )
+
+
+def _is_rounding(quantity: Compared) -> bool:
+    largest = max(float(np.max(np.abs(part.a))) for part in quantity.parts)
+    return abs(quantity.agreement.largest) <= ROUNDING * largest

@@ -1,0 +1,366 @@
+"""
+The periodic wave that does best: CMA-ES on the spline and on every named shape, equally long.
+
+What a wave costs is remembered in a journal by what was asked, so a search that was interrupted
+goes on as if it had not been. Whether a gain counts is decided against the error of the
+integration, and the best wave is tried on stands that no search has seen.
+
+"""
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from hashlib import sha256
+from itertools import product
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+
+import stickslip_ros
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, Worth, assess
+from stickslip_ros.design.shapes import CURVE_ROWS, SHAPES
+from stickslip_ros.design.steady_cycle import CHANGE
+from stickslip_ros.design.waves import SPLINE, PeriodicWave, Space
+from stickslip_ros.errors import OutOfRange, UnknownName
+from stickslip_ros.extras import load_extra
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.process.stopping import Stopped
+from stickslip_ros.runs.batch import Interrupted, executor_of, run_batch
+from stickslip_ros.runs.journal import Journal, JournalIdentity
+
+RIVAL = 'sawtooth'
+"""The shape against which a gain is counted."""
+PLAIN = 'sawtooth, plain'
+"""The saw-tooth at full voltage and the highest frequency and preload."""
+SPREAD = 0.3
+"""Standard deviation of the first generation, in the unit cube."""
+MARGIN = 0.02
+"""Distance of the first place from the walls of the cube."""
+EVALUATIONS_MAX = 1_000_000
+NUMBERS = 2**64
+"""Numbers of a journal: that of a wave is a hash of what was asked about it."""
+JOURNAL = JournalIdentity('optimise', stickslip_ros.__version__, NUMBERS, '')
+"""What a journal of waves says of itself."""
+RULES: Mapping[str, Callable[[Sequence[float]], float]] = {'mean': fmean, 'worst': max}
+"""What several stands have to say about a wave."""
+FINER, STEADIER = 4, 10.0
+"""Factors of steps and rows, and of the steady state, in a check."""
+ERRORS, GAIN = 5.0, 0.02
+"""A gain counts above so many errors, and above this share."""
+UNSEEN, UNSEEN_SEED, UNSEEN_SPREAD = 4, 1000, 0.15
+"""Stands that no search has seen and that differ by chance; added to their seed; their spread."""
+UNSEEN_CHANGES: Mapping[str, Mapping[str, object]] = {
+    'damping 20 N s/m': {'runner.damping': 20.0},
+    'damping 80 N s/m': {'runner.damping': 80.0},
+    'amplifier of 200 kHz': {'amplifier.bandwidth': 200e3},
+    'amplifier of 50 kHz': {'amplifier.bandwidth': 50e3},
+    'piezo rings at 150 kHz': {'actuator.resonance': 150e3, 'actuator.damping_ratio': 0.1},
+    'rough lines': {'contact.profile': 'rough_line', 'contact.line_seed': 101},
+}
+"""What is different on others, by name."""
+
+
+@dataclass(frozen=True)
+class WaveSearch:
+    """What is to be found, and how long to look."""
+
+    goal: WaveGoal
+    stand: Parameters  # its amplifier limits the waves
+    frequencies_hz: tuple[float, float]  # lowest and highest
+    preloads_n: tuple[float, float]  # lowest and highest
+    knots: int = 8  # of the spline
+    evaluations: int = 1000  # of each search
+    seed: int = 0  # the first one
+    seeds: int = 1  # with how many of them each shape is searched
+    stands: int = 1  # that judge a wave
+    spread: float = 0.15  # share by which they differ
+    rule: str = 'mean'  # how their costs become one
+
+    def __post_init__(self) -> None:
+        """Refuse numbers of nothing."""
+        for name, value, least, most, hint in (
+            ('number of evaluations', self.evaluations, 1, EVALUATIONS_MAX, 'a spline wants 300'),
+            ('number of seeds', self.seeds, 1, 100, 'change it'),
+            ('number of stands', self.stands, 1, 1000, 'change it'),
+            ('seed', self.seed, 0, 2**32, 'take a natural number'),
+            ('spread', self.spread, 0.0, 0.5, 'it is a share'),
+        ):
+            if not least <= value <= most:
+                raise OutOfRange(name, value, '', f'not from {least} to {most}', hint)
+        if self.rule not in RULES:
+            raise UnknownName('rule', self.rule, f'known are {", ".join(RULES)}')
+
+    @property
+    def spaces(self) -> dict[str, Space]:
+        """The waves that are tried, by shape."""
+        limits = self.stand, self.frequencies_hz, self.preloads_n, self.knots
+        return {shape: Space(shape, *limits) for shape in (*SHAPES, SPLINE)}
+
+    @cached_property
+    def judges(self) -> list[Parameters]:
+        """The stands that judge a wave."""
+        return spread_stands(self.stand, self.stands, self.spread, self.seed)
+
+    @property
+    def total(self) -> int:
+        """Evaluations in all."""
+        return (len(SHAPES) + 1) * self.seeds * self.evaluations
+
+    def worths(
+        self,
+        wave: PeriodicWave,
+        stands: Sequence[Parameters],
+        *,
+        curve_rows: int = CURVE_ROWS,
+        **how: Any,
+    ) -> list[Worth]:
+        """Return what a wave is worth on stands; ``how`` as ``assess`` takes it."""
+        rows = wave.rows(self.stand, backwards=self.goal.backwards, curve_rows=curve_rows)
+        preload = {'stand.preload': wave.preload_n}
+        return [assess(self.goal, stand.updated(preload), rows, **how) for stand in stands]
+
+    def cost(self, space: Space, place: Array) -> float:
+        """Return what a search makes small."""
+        worths = self.worths(space.wave(place), self.judges)
+        return RULES[self.rule]([worth.cost for worth in worths])
+
+    def gain(self, value: float, rival: float) -> float:
+        """Return the share by which a value is better than another; nan without one."""
+        sign = 1.0 if OBJECTIVES[self.goal.objective].is_largest else -1.0
+        return sign * (value - rival) / abs(rival) if rival else math.nan
+
+
+@dataclass
+class ShapeResult:
+    """What the searches of a shape have found so far."""
+
+    wave: PeriodicWave  # the best one
+    cost: float = COST_MAX  # its cost
+    costs: list[float] = field(default_factory=list)  # least cost of each seed
+    history: list[float] = field(default_factory=list)  # after each evaluation, of the best seed
+    value: float = math.nan  # of the objective, if it moves the runner forwards
+    error: float = math.nan  # by how much a finer integration changes it
+    meets: bool = False  # whether it meets the constraints of the goal
+
+
+class SearchStopped(Stopped):
+    """Ctrl-C ended the search; ``wave`` is the best one so far."""
+
+    def __init__(self, wave: PeriodicWave, evaluations: int) -> None:
+        super().__init__(f'stopped after {evaluations} evaluations')
+        self.wave = wave
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """The best wave of every shape, by name, and what the best of all does elsewhere."""
+
+    search: WaveSearch
+    shapes: Mapping[str, ShapeResult]
+    unseen: Mapping[str, float]  # gain on each stand that no search has seen
+
+    @property
+    def best(self) -> str:
+        """Name of the shape of least cost."""
+        return min(self.shapes, key=lambda name: self.shapes[name].cost)
+
+    def gain_of(self, name: str) -> float:
+        """Return the share by which a shape is better than the saw-tooth at its best."""
+        return self.search.gain(self.shapes[name].value, self.shapes[RIVAL].value)
+
+    @property
+    def errors(self) -> float:
+        """The gain as a multiple of the error of the integration, of both waves together."""
+        best, rival = self.shapes[self.best], self.shapes[RIVAL]
+        difference, error = abs(best.value - rival.value), best.error + rival.error
+        return difference and (difference / error if error else math.inf)
+
+    @property
+    def counts(self) -> bool:
+        """Whether the gain is real: above five errors and 2 %, of a wave that meets the goal."""
+        is_met = self.shapes[self.best].meets
+        return is_met and self.errors > ERRORS and self.gain_of(self.best) > GAIN
+
+
+def optimise(
+    search: WaveSearch,
+    *,
+    journal: Journal | None = None,
+    workers: int = 0,
+    scheduler: str = '',
+    progress: Callable[[int, float], None] | None = None,
+) -> SearchResult:
+    """
+    Search every shape and the spline, check what was found, and try the best elsewhere.
+
+    Parameters
+    ----------
+    search : WaveSearch
+        What is to be found.
+    journal : Journal, optional
+        Of JOURNAL; remembers the cost of every wave.
+    workers, scheduler
+        Those of ``run_batch``.
+    progress : callable, optional
+        Called with the number of evaluations and the least cost so far.
+
+    Raises
+    ------
+    StickSlipError
+        If a stand is refused, or a package is missing.
+    SearchStopped
+        If Ctrl-C was pressed.
+
+    """
+    spaces, done = search.spaces, 0
+    shapes = {name: ShapeResult(space.wave(space.start)) for name, space in spaces.items()}
+    try:
+        with executor_of(workers, scheduler) as executor:
+            for (name, space), seed in product(spaces.items(), range(search.seeds)):
+                history, found = list[float](), shapes[name]
+                for place, cost in evaluations(
+                    search, space, search.seed + seed, executor, journal
+                ):
+                    if cost < found.cost:
+                        found.wave, found.cost = space.wave(place), cost
+                    history.append(min([cost, *history[-1:]]))
+                    done += 1
+                    if progress is not None:
+                        progress(done, min(one.cost for one in shapes.values()))
+                if not found.history or history[-1] < found.history[-1]:
+                    found.history = history
+                found.costs.append(history[-1])
+            return _checked(search, shapes, executor)
+    except Interrupted:
+        best = min(shapes.values(), key=lambda one: one.cost)
+        raise SearchStopped(best.wave, done) from None
+
+
+def evaluations(
+    search: WaveSearch,
+    space: Space,
+    seed: int,
+    executor: Executor,
+    journal: Journal | None = None,
+) -> Iterator[tuple[Array, float]]:
+    """Try the start, then generation by generation, from anew where CMA-ES has converged."""
+    cma = load_extra('the search for a wave', 'cma')
+    rng, start, left = np.random.default_rng(seed), space.start, search.evaluations - 1
+    costs_of = partial(_costs, search, space, executor, journal)
+    yield start, costs_of([start])[0]
+    if len(start) == 1:  # CMA-ES wants two dimensions: a space ignores the second one
+        start = np.append(start, 0.5)
+    population = 4 + int(3.0 * np.log(len(start)))
+    options = {
+        'bounds': [0.0, 1.0],
+        'randn': lambda *shape: rng.standard_normal(shape),
+        'seed': np.nan,
+        'verbose': -9,
+    }
+    while True:
+        begin = np.clip(start, MARGIN, 1.0 - MARGIN)
+        options['popsize'] = population
+        strategy = cma.CMAEvolutionStrategy(begin, SPREAD, options)
+        while not strategy.stop():
+            if not left:
+                return
+            asked = strategy.ask()
+            costs = costs_of(asked[:left])
+            yield from zip(asked, costs, strict=False)
+            left -= len(costs)
+            if len(costs) == population:
+                strategy.tell(asked, costs)
+        start, population = rng.random(len(start)), 2 * population
+
+
+def _costs(
+    search: WaveSearch,
+    space: Space,
+    executor: Executor,
+    journal: Journal | None,
+    places: Sequence[Array],
+) -> list[float]:
+    """Return the costs of places; what the journal remembers is not computed again."""
+    asked = f'{stickslip_ros.__version__} {search.goal} {search.rule} {search.judges} {space}'
+    texts = (f'{asked} {place.tolist()}' for place in places)
+    numbers = [int(sha256(text.encode()).hexdigest(), 16) % NUMBERS for text in texts]
+    rows = journal.rows if journal else {}
+    known: dict[int, Any] = {n: rows[n].get('cost') for n in numbers if n in rows}
+    todo = {
+        number: place
+        for number, place in zip(numbers, places, strict=True)
+        if not isinstance(cost := known.get(number), float) or not math.isfinite(cost)
+    }
+    costs = run_batch(partial(search.cost, space), list(todo.values()), executor=executor)
+    for number, cost in zip(todo, costs, strict=True):
+        known[number] = cost
+        if journal:
+            journal.append(number, {'cost': cost})
+    return [known[number] for number in numbers]
+
+
+def _checked(
+    search: WaveSearch, searched: Mapping[str, ShapeResult], executor: Executor
+) -> SearchResult:
+    """Check every shape and the plain saw-tooth; play the best and its rival elsewhere."""
+    space = search.spaces[RIVAL]
+    shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
+    checks = run_batch(partial(check, search), list(shapes.values()), executor=executor)
+    shapes = dict(zip(shapes, checks, strict=True))
+    result = SearchResult(search, shapes, {})
+    stands = unseen_stands(search)
+    waves = shapes[result.best].wave, shapes[RIVAL].wave
+
+    def gain_on(stand: Parameters) -> float:
+        value, rival = (search.worths(wave, [stand])[0].value for wave in waves)
+        return search.gain(value, rival)
+
+    gains = run_batch(gain_on, list(stands.values()), executor=executor)
+    return replace(result, unseen=dict(zip(stands, gains, strict=True)))
+
+
+def check(search: WaveSearch, found: ShapeResult) -> ShapeResult:
+    """
+    Return what was found with the value of its wave, and the error of that.
+
+    The error is the change by steps and rows four times as fine, in a state ten times as steady.
+
+    """
+    stand, wave = search.stand, found.wave
+    finer = stand.updated({'sim.dt': stand.sim.dt / FINER})
+    [worth] = search.worths(wave, [stand])
+    [fine] = search.worths(wave, [finer], curve_rows=FINER * CURVE_ROWS, change=CHANGE / STEADIER)
+    error = abs(fine.value - worth.value)
+    return replace(found, value=worth.value, error=error, meets=worth.meets)
+
+
+def unseen_stands(search: WaveSearch) -> dict[str, Parameters]:
+    """Return stands that differ from those of the search, by what is different."""
+    spread = max(search.spread, UNSEEN_SPREAD)
+    others = spread_stands(search.stand, UNSEEN + 1, spread, search.seed + UNSEEN_SEED)[1:]
+    stands = {f'spread {number}': other for number, other in enumerate(others, start=1)}
+    for name, changes in UNSEEN_CHANGES.items():
+        if 'contact.profile' not in changes or search.stand.contact.profile == 'rough':
+            stands[name] = search.stand.updated(changes)
+    return stands
+
+
+def spread_stands(stand: Parameters, count: int, spread: float, seed: int) -> list[Parameters]:
+    """Return a stand, and others whose friction, mass, roughness and feet differ by chance."""
+    rng = np.random.default_rng(seed)
+    names = ['contact.friction', 'runner.mass']
+    if stand.contact.profile == 'rough' and stand.contact.prefactor:
+        names.append('contact.prefactor')
+    values, stands = stand.flat(), [stand]
+    for number in range(1, count):
+        factors = rng.uniform(1.0 - spread, 1.0 + spread, len(names))
+        changes: dict[str, object] = {
+            name: float(values[name]) * float(factor)
+            for name, factor in zip(names, factors, strict=True)
+        }
+        stands.append(stand.updated({**changes, 'sim.seed': stand.sim.seed + seed + number}))
+    return stands

@@ -1,0 +1,269 @@
+"""Measured forces, and the drive as a function of its free parameters that is fitted to them."""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.fitting.free import Free
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.sawtooth_run import run_drive
+from stickslip_ros.tables.experiment import AS_IT_IS, Reading, read_joined
+
+FORCE, FREQUENCY, SIGMA = 'force_n', 'frequency_hz', 'force_sigma_n'
+STEP = 3e-4
+"""Step of differences in a coordinate: 0.03 % of a value, or of a range. The forces of a fixed
+number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
+noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
+one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
+BOUND_SHARE = 1e-3
+"""Share of the range, in coordinates, within which a parameter sits on its bound."""
+STEPS_MIN, STEPS_MAX = 100, 6400
+"""Cycles of a run; doubled from the one up to the other, until the force is steady."""
+STEADY_SHARE = 0.01
+"""Share of a standard error by which twice as many cycles may change a force."""
+STEADY_FORCE = 1e-5
+"""The same as a share of the largest force, where standard errors are not known."""
+SMALLEST_SHARE = 1e-7
+"""Share of the largest force below which no change of a force counts."""
+RUNS_KEPT = 4096
+"""Runs kept: differences to one side need the forces that the search has just asked for, and all
+synthetic data sets start at the same place."""
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """
+    Mean forces on the load cell that were read where preload, stroke and frequency were set.
+
+    All are arrays of shape (points,); sigma_n are the standard errors of the forces, None if they
+    are not known; steps are the cycles that the drive had made from rest, the force being the mean
+    over the last of them, None if it was steady.
+
+    """
+
+    preload_n: Array
+    amplitude_m: Array
+    frequency_hz: Array
+    force_n: Array
+    sigma_n: Array | None = None
+    steps: NDArray[np.int_] | None = None
+
+    def __len__(self) -> int:
+        """Return the number of points."""
+        return len(self.force_n)
+
+    @property
+    def largest_n(self) -> float:
+        """Largest measured force, N."""
+        return float(np.max(np.abs(self.force_n)))
+
+    @property
+    def scale_n(self) -> Array:
+        """What residuals are divided by, N: the standard errors, or one force for all points."""
+        if self.sigma_n is not None:
+            return self.sigma_n
+        return np.full(len(self), self.largest_n)
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """
+    A fit to be made: which parameters of a stand are free, and the points.
+
+    The cycles of each point's run are fixed, so that the force is a smooth function.
+
+    """
+
+    parameters: Parameters
+    free: tuple[Free, ...]
+    points: Points
+    cycles: tuple[int, ...]
+
+    @property
+    def start(self) -> Array:
+        """Coordinates of the starting values."""
+        return self.coordinates([one.start for one in self.free])
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the coordinates."""
+        lower, upper = zip(*(one.coordinates for one in self.free), strict=True)
+        return np.array(lower), np.array(upper)
+
+    def at_bound(self, coordinates: Array) -> NDArray[np.bool_]:
+        """Return which parameters sit on one of their bounds, shape (free,)."""
+        lower, upper = self.bounds
+        near = BOUND_SHARE * (upper - lower)
+        return np.asarray((coordinates - lower <= near) | (upper - coordinates <= near))
+
+    def widened(self, values: Sequence[float]) -> 'Problem':
+        """Return the problem with those bounds moved on which parameters sit, if they may be."""
+        pairs = zip(self.free, values, strict=True)
+        free = tuple(one.widened(value, BOUND_SHARE) for one, value in pairs)
+        return dataclasses.replace(self, free=free)
+
+    def coordinates(self, values: Sequence[float]) -> Array:
+        """Return the coordinates of some values of the free parameters."""
+        pairs = zip(self.free, values, strict=True)
+        return np.array([one.to_coordinate(value) for one, value in pairs])
+
+    def values(self, coordinates: Array) -> list[float]:
+        """Return the values of the free parameters at some coordinates."""
+        pairs = zip(self.free, coordinates.tolist(), strict=True)
+        return [one.to_value(z) for one, z in pairs]
+
+    def stand(self, coordinates: Array) -> Parameters:
+        """Return the stand with the values of some coordinates."""
+        names = (one.name for one in self.free)
+        return self.parameters.updated(dict(zip(names, self.values(coordinates), strict=True)))
+
+    def forces_n(self, coordinates: Array, cycles: Sequence[int] | None = None) -> Array:
+        """Return the forces of the model at the measured points, N."""
+        there, points = self.stand(coordinates), self.points
+        rows = zip(
+            points.preload_n,
+            points.amplitude_m,
+            points.frequency_hz,
+            cycles or self.cycles,
+            strict=True,
+        )
+        return np.array([model_force_n(there, *map(float, row[:3]), row[3]) for row in rows])
+
+    def residuals(self, coordinates: Array) -> Array:
+        """Return model less measurement, per standard error."""
+        points = self.points
+        return (self.forces_n(coordinates) - points.force_n) / points.scale_n
+
+    def slopes(self, coordinates: Array, *, central: bool = False) -> Array:
+        """
+        Return the slopes of the residuals, shape (points, free), by differences.
+
+        A search does with steps to one side; central ones are for the errors of a fit.
+
+        """
+        columns = []
+        for index, (lower, upper) in enumerate(zip(*self.bounds, strict=True)):
+            below, above = coordinates.copy(), coordinates.copy()
+            above[index] = min(coordinates[index] + STEP, upper)
+            if central or above[index] < coordinates[index] + STEP:
+                below[index] = max(coordinates[index] - STEP, lower)
+            change_n = self.forces_n(above) - self.forces_n(below)
+            columns.append(change_n / (above[index] - below[index]) / self.points.scale_n)
+        return np.column_stack(columns)
+
+    def tolerance_n(self) -> Array:
+        """Return by how much twice as many cycles may change the forces, N."""
+        points = self.points
+        least_n = SMALLEST_SHARE * points.largest_n
+        if points.sigma_n is None:
+            return np.full(len(points), STEADY_FORCE * points.largest_n)
+        return np.maximum(STEADY_SHARE * points.sigma_n, least_n)
+
+    def steady_at(self, coordinates: Array) -> tuple['Problem', bool]:
+        """Return the problem with as many cycles as a stand needs, and whether they suffice."""
+        most = STEPS_MAX if self.points.steps is None else 0
+        cycles = np.array(self.cycles)
+        forces_n = self.forces_n(coordinates, tuple(cycles.tolist()))
+        while True:
+            longer_n = self.forces_n(coordinates, tuple((2 * cycles).tolist()))
+            short = np.abs(longer_n - forces_n) > self.tolerance_n()
+            more = short & (cycles < most)
+            if not more.any():
+                found = dataclasses.replace(self, cycles=tuple(cycles.tolist()))
+                return found, not short.any()
+            cycles[more] *= 2
+            forces_n = np.where(more, longer_n, forces_n)
+
+
+def read_points(
+    path: str | Path | Sequence[str | Path],
+    frequency_hz: float = 1000.0,
+    reading: Reading = AS_IT_IS,
+    steps: int = 0,
+) -> Points:
+    """
+    Read an experiment by amplitude, from one file or several.
+
+    Parameters
+    ----------
+    path : path-like or sequence of path-like
+        Tables as docs/compare.md says.
+    frequency_hz : float
+        For files without such a column.
+    reading : Reading
+        What the tables do not say themselves.
+    steps : int
+        Cycles that the drive had made from rest when a force was read; 0: until it was steady.
+
+    Raises
+    ------
+    StickSlipError
+        If a file cannot be read, has no forces, or all forces are 0; or steps are below 0.
+
+    """
+    if steps < 0:
+        raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for steady forces')
+    paths = [Path(each) for each in ([path] if isinstance(path, str | Path) else path)]
+    reading.check_count(len(paths))
+    experiment = read_joined(paths, reading, (FORCE,))
+    columns = experiment.columns
+    points = Points(
+        preload_n=columns['preload_n'],
+        amplitude_m=columns['amplitude_m'],
+        frequency_hz=columns.get(FREQUENCY, np.full(len(columns['force_n']), frequency_hz)),
+        force_n=columns['force_n'],
+        sigma_n=columns.get(SIGMA),
+        steps=np.full(len(columns['force_n']), steps) if steps else None,
+    )
+    if points.largest_n == 0.0:
+        raise RecordingError(
+            experiment.origin, 'has no force other than 0', 'check the column force_n'
+        )
+    return points
+
+
+def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Problem:
+    """
+    Return the problem of a fit, with cycles enough for its starting values.
+
+    Raises
+    ------
+    OutOfRange
+        If there are too few points, or the stand has no force to fit.
+    StickSlipError
+        If the stand cannot make one of the points.
+
+    """
+    least, what = len(free), 'one for each free parameter'
+    if points.sigma_n is None:
+        least, what = least + 1, f'{what} and one for the standard error of the points'
+    if len(points) < least:
+        limit = f'below {least}, {what}'
+        raise OutOfRange('number of points', len(points), '', limit, 'measure more, or free less')
+    if parameters.load_cell.contact == 'absent':
+        hint = 'set load_cell.contact=attached'
+        raise OutOfRange('load_cell.contact', 'absent', '', 'without a force to fit', hint)
+    if parameters.stand.preload_end:
+        end_n = parameters.stand.preload_end
+        hint = 'set stand.preload_end=0: each point has one preload'
+        raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
+    told = points.steps
+    cycles = (STEPS_MIN,) * len(points) if told is None else tuple(told.tolist())
+    problem = Problem(parameters, free, points, cycles)
+    return problem.steady_at(problem.start)[0]
+
+
+@lru_cache(maxsize=RUNS_KEPT)
+def model_force_n(
+    parameters: Parameters, preload_n: float, amplitude_m: float, frequency_hz: float, cycles: int
+) -> float:
+    """Return the mean force of the last cycle of a run, N."""
+    there = parameters.updated({'stand.preload': preload_n})
+    return run_drive(there, amplitude_m, frequency_hz, cycles).force_mean_n

@@ -1,0 +1,297 @@
+"""
+Messages to bytes and back, as ROS 2 carries and records them.
+
+The layout is that of the OMG's DDS-XTypes 1.3, Section 7.4.1 (plain CDR, version 1), little
+endian: a header of four bytes, then each number aligned to its own size, counted from behind the
+header. Padding is zero, so equal messages are equal bytes. Numbers that a field cannot hold are
+refused by `struct.error`, as `struct` does.
+
+"""
+
+import struct
+from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
+from math import prod
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
+from stickslip_ros.interface import messages as m
+from stickslip_ros.units import NS_PER_S
+
+HEADER: Final = b'\x00\x01\x00\x00'
+LONGEST_TAIL_BYTES: Final = 3
+"""Some serialisers fill the last word, so a message may be this much longer than its fields."""
+JOINT_TAIL_BYTES: Final = 12
+"""Fast CDR sets more aside than joints with an empty array take: so much at most is left over."""
+CACHED_HEADS: Final = 64
+"""Distinct frames and array layouts that are kept packed."""
+
+_pack_float64: Final = struct.Struct('<4sd').pack
+_pack_int32: Final = struct.Struct('<4si').pack
+_pack_uint32: Final = struct.Struct('<4sI').pack
+_pack_words: Final = struct.Struct('<II').pack
+
+
+def pack_float64(value: float) -> bytes:
+    """Pack a ``std_msgs/msg/Float64``."""
+    return _pack_float64(HEADER, value)
+
+
+def pack_int32(value: int) -> bytes:
+    """Pack a ``std_msgs/msg/Int32``."""
+    return _pack_int32(HEADER, value)
+
+
+def pack_uint32(value: int) -> bytes:
+    """Pack a ``std_msgs/msg/UInt32``."""
+    return _pack_uint32(HEADER, value)
+
+
+def pack_string(text: str) -> bytes:
+    """Pack a ``std_msgs/msg/String``."""
+    return HEADER + _text_field(text)
+
+
+def pack_float64_array(
+    values: NDArray[np.float64], labels: Sequence[str], front: tuple[tuple[str, int], ...] = ()
+) -> bytes:
+    """
+    Pack a ``std_msgs/msg/Float64MultiArray`` in row-major order.
+
+    Parameters
+    ----------
+    values : ndarray of float
+        Any number of axes.
+    labels : sequence of str
+        One label per axis of `values`; the stride of an axis is the product of its size and all
+        later sizes.
+    front : tuple of (str, int)
+        Labels and sizes of further axes in front, along which nothing changes: of stride 0.
+
+    Raises
+    ------
+    WrongKind
+        If there are not as many labels as axes.
+
+    """
+    head = _array_head(np.shape(values), tuple(labels), front)
+    return head + np.asarray(values, dtype='<f8').tobytes()
+
+
+def pack_stamped(stamp_ns: int, frame_id: str, values: Sequence[float]) -> bytes:
+    """
+    Pack a ``geometry_msgs/msg/PointStamped`` or ``WrenchStamped``.
+
+    Parameters
+    ----------
+    stamp_ns : int
+        Time, ns.
+    frame_id : str
+        Frame.
+    values : sequence of float
+        Three coordinates, m; or three forces, N, and three torques, N m.
+
+    """
+    pack, size, text = _stamped(frame_id, len(values))
+    return pack(HEADER, *divmod(stamp_ns, NS_PER_S), size, text, *values)
+
+
+def pack_joints(message: m.JointMessage) -> bytes:
+    """Pack a ``sensor_msgs/msg/JointState``."""
+    stamp_s, rest_ns = divmod(message.stamp_ns, NS_PER_S)
+    body = struct.pack('<iI', stamp_s, rest_ns) + _text_field(message.frame_id)
+    body += _padding(len(body), 4) + struct.pack('<I', len(message.names))
+    for name in message.names:
+        body += _padding(len(body), 4) + _text_field(name)
+    for numbers in message.arrays:
+        body += _padding(len(body), 4) + struct.pack('<I', len(numbers))
+        if numbers:
+            body += _padding(len(body), 8) + struct.pack(f'<{len(numbers)}d', *numbers)
+    return HEADER + body
+
+
+def unpack(type_name: str, data: bytes) -> m.Message:
+    """
+    Read the bytes of one message.
+
+    Parameters
+    ----------
+    type_name : str
+        One of the types that this package records, as ``std_msgs/msg/Float64``.
+    data : bytes
+        The message with its header.
+
+    Returns
+    -------
+    float, int, str, ArrayMessage, StampedMessage or JointMessage
+        What the message says.
+
+    Raises
+    ------
+    UnknownName
+        If the type is not one that this package records.
+    RecordingError
+        If the bytes are cut off, in another encoding, or of another type.
+
+    """
+    read = _READERS.get(type_name)
+    if read is None:
+        raise UnknownName('message type', type_name, f'the known ones are {", ".join(_READERS)}')
+    try:
+        cursor = _Cursor(data)
+        message = read(cursor)
+        cursor.check_end()
+    except ValueError as error:
+        raise RecordingError(
+            type_name,
+            f'{len(data)} bytes are not one little-endian CDR message of this type: {error}',
+            'check the type of the topic, and that the message was not cut off',
+        ) from error
+    return message
+
+
+def _text_field(text: str) -> bytes:
+    """
+    Give a string as CDR does: its length with the closing zero, the text, a zero.
+
+    One with a zero inside is refused: whoever reads it in C would see it cut off there.
+
+    """
+    encoded = text.encode()
+    if b'\0' in encoded:
+        raise WrongKind('text', text, 'free of zero characters', 'remove them')
+    return struct.pack('<I', len(encoded) + 1) + encoded + b'\0'
+
+
+def _padding(length_bytes: int, alignment_bytes: int) -> bytes:
+    """Give the zeros that fill a length up to a multiple of the alignment."""
+    return bytes(-length_bytes % alignment_bytes)
+
+
+@lru_cache(maxsize=CACHED_HEADS)
+def _array_head(
+    sizes: tuple[int, ...], labels: tuple[str, ...], front: tuple[tuple[str, int], ...]
+) -> bytes:
+    """
+    Give all of a Float64MultiArray that stands in front of its numbers.
+
+    Where there are none, nothing is padded for them: Fast CDR does so nevertheless, other readers
+    take it for bytes that are left over, and all agree on a message without.
+
+    """
+    if len(sizes) != len(labels):
+        raise WrongKind('labels', labels, f'{len(sizes)} in number', 'give one label per axis')
+    axes = [(*axis, 0) for axis in front]
+    axes += [(label, sizes[axis], prod(sizes[axis:])) for axis, label in enumerate(labels)]
+    body = struct.pack('<I', len(axes))
+    for label, size, stride in axes:
+        body += _text_field(label)
+        body += _padding(len(body), 4) + _pack_words(size, stride)
+    body += _padding(len(body), 4) + _pack_words(0, prod(sizes))
+    return HEADER + body + (_padding(len(body), 8) if prod(sizes) else b'')
+
+
+@lru_cache(maxsize=CACHED_HEADS)
+def _stamped(frame_id: str, count: int) -> tuple[Callable[..., bytes], int, bytes]:
+    """Give what packs a std_msgs/Header in `frame_id` and `count` numbers behind it."""
+    text = _text_field(frame_id)[4:]
+    fill = len(_padding(12 + len(text), 8))
+    return struct.Struct(f'<4siII{len(text)}s{fill}x{count}d').pack, len(text), text
+
+
+class _Cursor:
+    """Takes the fields off a message one after the other; ValueError where they are not there."""
+
+    def __init__(self, data: bytes) -> None:
+        if data[:2] != HEADER[:2] or len(data) < len(HEADER):
+            raise ValueError(f'they begin with "{data[:4].hex(" ")}", not "{HEADER.hex(" ")}"')
+        self._body = memoryview(data)[len(HEADER) :]
+        self._at = 0
+
+    def int32(self) -> int:
+        """Take a signed word."""
+        return int.from_bytes(self._claim(4, 4), 'little', signed=True)
+
+    def uint32(self) -> int:
+        """Take an unsigned word."""
+        return int.from_bytes(self._claim(4, 4), 'little')
+
+    def text(self) -> str:
+        """Take a string; some writers leave out the closing zero of an empty one."""
+        encoded = bytes(self._claim(self.uint32(), 1))
+        if encoded[-1:] not in (b'', b'\0'):
+            raise ValueError('a text in them has no closing zero')
+        if b'\0' in encoded[:-1]:
+            raise ValueError('a text in them has a zero inside')
+        return encoded[:-1].decode()
+
+    def float64(self) -> float:
+        """Take a number."""
+        return self.float64s(1)[0]
+
+    def float64s(self, count: int) -> tuple[float, ...]:
+        """Take `count` numbers; nothing is aligned for none."""
+        if not count:
+            return ()
+        return struct.unpack(f'<{count}d', self._claim(8 * count, 8))
+
+    def stamped(self, count: int) -> m.StampedMessage:
+        """Take a ``std_msgs/msg/Header`` and `count` numbers."""
+        stamp_ns = self.int32() * NS_PER_S + self.uint32()
+        return m.StampedMessage(stamp_ns, self.text(), self.float64s(count))
+
+    def array(self) -> m.ArrayMessage:
+        """Take a ``std_msgs/msg/Float64MultiArray``; its numbers are a copy, aligned, writable."""
+        axes = [(self.text(), self.uint32(), self.uint32()) for _ in range(self.uint32())]
+        labels, sizes, strides = zip(*axes, strict=True) if axes else ((), (), ())
+        offset, count = self.uint32(), self.uint32()
+        if count:
+            data = np.frombuffer(self._claim(8 * count, 8), '<f8').astype(np.float64)
+        else:
+            self._at = min(self._at + -self._at % 8, len(self._body))
+            data = np.empty(0)
+        if sizes and offset == 0 and prod(sizes) == count:
+            data = data.reshape(sizes)
+        return m.ArrayMessage(labels, sizes, data, strides, offset)
+
+    def joints(self) -> m.JointMessage:
+        """Take a ``sensor_msgs/msg/JointState``."""
+        stamp_ns = self.int32() * NS_PER_S + self.uint32()
+        frame_id, names = self.text(), tuple(self.text() for _ in range(self.uint32()))
+        arrays = [self.float64s(self.uint32()) for _ in m.JOINT_UNITS]
+        message = m.JointMessage(stamp_ns, frame_id, names, *arrays)
+        if () in message.arrays:
+            self._at = min(self._at + JOINT_TAIL_BYTES, len(self._body))
+        return message
+
+    def check_end(self) -> None:
+        """Refuse bytes behind the last field."""
+        left_bytes = len(self._body) - self._at
+        if left_bytes > LONGEST_TAIL_BYTES:
+            raise ValueError(f'{left_bytes} of them are left over')
+
+    def _claim(self, size_bytes: int, alignment_bytes: int) -> memoryview:
+        """Give the bytes of a field and step behind it."""
+        start = self._at + -self._at % alignment_bytes
+        missing_bytes = start + size_bytes - len(self._body)
+        if missing_bytes > 0:
+            raise ValueError(f'at least {missing_bytes} are missing')
+        self._at = start + size_bytes
+        return self._body[start : self._at]
+
+
+_READERS: Final[dict[str, Callable[[_Cursor], m.Message]]] = {
+    m.FLOAT64: _Cursor.float64,
+    m.INT32: _Cursor.int32,
+    m.UINT32: _Cursor.uint32,
+    m.STRING: _Cursor.text,
+    m.FLOAT64_ARRAY: _Cursor.array,
+    m.JOINT_STATE: _Cursor.joints,
+    **{
+        type_name: partial(_Cursor.stamped, count=len(fields))
+        for type_name, fields in m.STAMPED_FIELDS.items()
+    },
+}

@@ -1,0 +1,99 @@
+"""From the bench's output to packed messages: the same bytes go to a topic and to a file."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.instrument.reports import TRACE_COLUMNS, Output, Readings, Status
+from stickslip_ros.interface.cdr import (
+    pack_float64,
+    pack_float64_array,
+    pack_joints,
+    pack_stamped,
+    pack_string,
+    pack_uint32,
+)
+from stickslip_ros.interface.messages import JointMessage
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.units import NANO, NS_PER_S
+
+
+class Packed(NamedTuple):
+    """A packed message: key of its topic, simulated time in ns, bytes."""
+
+    key: str
+    time_ns: int
+    data: bytes
+
+
+class Feed:
+    """What a bench reports, packed in the order of time."""
+
+    def __init__(self, parameters: Parameters) -> None:
+        self._period_ns = parameters.trace_period_ns
+        self._tells_truth = parameters.sim.publish_truth
+        self._frames = parameters.frame_id
+        self._joint_name = parameters.sim.joint_name
+        rate_hz = parameters.sim.joint_states_rate
+        self._joint_period_ns = round(NS_PER_S / rate_hz) if rate_hz else 0
+        self._block_ns = parameters.block_ns
+        self.pending: list[Array] = []  # blocks of the trace that no message has held yet
+        self.status: Status | None = None  # the last that a message has held
+        self.joint = (0, 0.0)  # ns and m of the last message of the joint, or of the start
+
+    def resume(
+        self, pending: list[Array], status: Status | None, joint: tuple[int, float]
+    ) -> None:
+        """Go on with samples that no message has held yet; status and joint are of the last."""
+        self.pending, self.status, self.joint = list(pending), status, joint
+
+    def pack(self, output: Output, time_origin_ns: int = 0) -> Iterator[Packed]:
+        """Yield the messages of one update; stamps begin with the time origin."""
+        readings = output.readings
+        for event in output.events:
+            yield Packed('event', event.time_ns, pack_string(event.to_json()))
+        times_ns = readings.time_ns, time_origin_ns + readings.time_ns
+        yield from self._pack_pair('', *times_ns, readings.position_m, readings.force_n)
+        if self._tells_truth:
+            truth = (readings.truth_position_m, readings.truth_force_n)
+            yield from self._pack_pair('truth/', *times_ns, *truth)
+        period_ns, before_ns = self._joint_period_ns, readings.time_ns - self._block_ns
+        if period_ns and readings.time_ns // period_ns > before_ns // period_ns:
+            yield Packed('joint_states', readings.time_ns, self._pack_joint(readings, times_ns[1]))
+        self.pending.append(readings.trace)
+        if readings.time_ns % self._period_ns == 0:
+            yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
+            block = np.concatenate(self.pending)
+            self.pending.clear()
+            table = pack_float64_array(block, ('sample', ','.join(TRACE_COLUMNS)))
+            yield Packed('trace', readings.time_ns, table)
+        if output.status != self.status:
+            self.status = output.status
+            yield Packed('status', readings.time_ns, pack_uint32(int(output.status)))
+
+    def _pack_joint(self, readings: Readings, stamp_ns: int) -> bytes:
+        before_ns, before_m = self.joint
+        self.joint = readings.time_ns, readings.position_m
+        period_s = (readings.time_ns - before_ns) * NANO
+        return pack_joints(
+            JointMessage(
+                stamp_ns,
+                self._frames.stage,
+                (self._joint_name,),
+                (readings.position_m,),
+                ((readings.position_m - before_m) / period_s,),
+                (readings.force_n,),
+            )
+        )
+
+    def _pack_pair(
+        self, prefix: str, time_ns: int, stamp_ns: int, position_m: float, force_n: float
+    ) -> Iterator[Packed]:
+        """Yield position and force, as read or as they are."""
+        point = pack_stamped(stamp_ns, self._frames.stage, (position_m, 0.0, 0.0))
+        yield Packed(f'{prefix}position', time_ns, point)
+        numbers = (force_n, 0.0, 0.0, 0.0, 0.0, 0.0)
+        wrench = pack_stamped(stamp_ns, self._frames.load_cell, numbers)
+        yield Packed(f'{prefix}force', time_ns, wrench)

@@ -1,0 +1,189 @@
+"""Requests as messages: to bytes and back."""
+
+import json
+from array import array
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.instrument.commands import WAVEFORM_ROWS_MAX, Request
+from stickslip_ros.instrument.joints import Joints
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.cdr import (
+    pack_float64,
+    pack_float64_array,
+    pack_int32,
+    pack_joints,
+    pack_stamped,
+    pack_string,
+    unpack,
+)
+from stickslip_ros.interface.feed import Packed
+from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
+from stickslip_ros.units import NS_PER_S
+
+NAME_MAX = 1000
+"""Characters of the name of a frame, or of a joint, in a message."""
+JOINTS_MAX = 1000
+"""Joints of a message."""
+BY_TOPIC = {topic.request: topic for topic in COMMAND_TOPICS if topic.recorded}
+"""Topic of each request that comes over one."""
+CYCLE = 'cycle'
+"""Label of a first axis of a table, whose size is how often it is played."""
+NOTES = 'request'
+"""Key of the topic that reports every other request."""
+INT32_MAX = 2**31 - 1
+
+
+def pack_request(request: Request, time_ns: int) -> Packed:
+    """Return a request as the message of its topic, at the time at which it takes effect."""
+    topic = BY_TOPIC.get(request.name)
+    if topic is not None:
+        if topic.type_name == m.JOINT_STATE:
+            joints = m.JointMessage(request.stamp_ns, request.frame_id, *request.joints)
+            return Packed(topic.key, time_ns, pack_joints(joints))
+        data = pack_command(
+            topic, request.values, request.stamp_ns, request.frame_id, request.cycles
+        )
+        return Packed(topic.key, time_ns, data)
+    content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
+    return Packed(NOTES, time_ns, pack_string(json.dumps(content)))
+
+
+def pack_command(
+    topic: Topic, values: Any, stamp_ns: int = 0, frame_id: str = '', cycles: int = 1
+) -> bytes:
+    """
+    Return the message of a command topic.
+
+    Parameters
+    ----------
+    topic : Topic
+        A command topic.
+    values : float, int or sequence of float
+        The number, or the numbers in their order; rows for a waveform; of a load or a position
+        its x alone will do, of a joint its position; not a number is not commanded.
+    stamp_ns : int
+        Stamp, where the message has one; 0 is none.
+    frame_id : str
+        Frame, where the message has one; empty is none.
+    cycles : int
+        Of a table: how often it is played; 0 repeats until replaced.
+
+    """
+    numbers = np.ravel(values)
+    if topic.type_name == m.FLOAT64:
+        return pack_float64(*numbers)
+    if topic.type_name == m.INT32:
+        return pack_int32(int(*numbers))
+    if topic.type_name in m.STAMPED_FIELDS:
+        rest = (0.0,) * (len(topic.numbers) - len(numbers))
+        return pack_stamped(stamp_ns, frame_id, (*numbers, *rest))
+    if topic.type_name == m.JOINT_STATE:
+        arrays = ((float(number),) for number in numbers)
+        return pack_joints(m.JointMessage(stamp_ns, frame_id, (), *arrays))
+    columns = ','.join(map(_column, topic.numbers))
+    front = () if cycles == 1 else ((CYCLE, cycles),)
+    if topic.is_table and len(numbers) % len(topic.numbers) == 0:
+        rows = numbers.reshape(-1, len(topic.numbers))
+        return pack_float64_array(rows, ('row', columns), front)
+    return pack_float64_array(numbers, (columns,), front)
+
+
+def _column(label: str) -> str:
+    """Return the label of a number as a layout has it: ``voltage V`` as ``voltage[V]``."""
+    name, _, unit = label.partition(' ')
+    return f'{name}[{unit}]' if unit else name
+
+
+def read_request(topic: Topic, data: bytes) -> Request:
+    """
+    Return what a message on a command topic asks for.
+
+    Raises
+    ------
+    RecordingError
+        If the bytes are not such a message.
+    WrongKind
+        If the layout of a table says anything but its rows.
+    OutOfRange
+        If the stamp lies beyond the times that a header can hold.
+
+    """
+    message = unpack(topic.type_name, data)
+    values: Sequence[float]
+    cycles = 1
+    if isinstance(message, m.StampedMessage):
+        stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
+        return Request(topic.request, message.values, stamp_ns=stamp_ns, frame_id=message.frame_id)
+    if isinstance(message, m.JointMessage):
+        stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
+        joints = Joints(*message[2:])
+        return Request(topic.request, stamp_ns=stamp_ns, frame_id=message.frame_id, joints=joints)
+    if isinstance(message, m.ArrayMessage):
+        if topic.is_table:
+            if message.labels[:1] == (CYCLE,):
+                cycles = message.sizes[0]
+            _check_layout(topic, message)
+        values = array('d', message.data.tobytes())
+    else:
+        assert isinstance(message, int | float)
+        values = (float(message),)
+    return Request(topic.request, values, cycles=cycles)
+
+
+def receive_request(topic: Topic, data: bytes) -> Request:
+    """
+    Return what a message asks for that came over the network, where waveforms have an end.
+
+    Raises
+    ------
+    StickSlipError
+        As `read_request`, and if a waveform has too many rows for a message, if there are too
+        many joints, or a name is too long.
+
+    """
+    request = read_request(topic, data)
+    for name in (request.frame_id, *request.joints.names):
+        if len(name) > NAME_MAX:
+            limit = f'longer than {NAME_MAX} characters'
+            hint = 'give the name that the drive has, or none'
+            raise OutOfRange(f'name in {topic.request}', name, '', limit, hint)
+    joints = max(map(len, request.joints))
+    if joints > JOINTS_MAX:
+        limit = f'above the {JOINTS_MAX} of a message'
+        raise OutOfRange('joints', joints, '', limit, 'send those of the drive')
+    rows = len(request.values) // len(topic.numbers)
+    if topic.is_table and rows > WAVEFORM_ROWS_MAX:
+        limit = f'above the {WAVEFORM_ROWS_MAX} of a message'
+        hint = 'send fewer, or play the whole from a file with `stickslip replay`'
+        raise OutOfRange(f'{topic.request} rows', rows, '', limit, hint)
+    return request
+
+
+def _checked_stamp_ns(topic: Topic, stamp_ns: int) -> int:
+    """Return a stamp; a second of more than 1e9 ns may have made one that no header holds."""
+    if stamp_ns // NS_PER_S > INT32_MAX:
+        limit = f'above the {INT32_MAX} s of a header'
+        hint = 'send a stamp of this time, with nanoseconds below 1e9, or none'
+        raise OutOfRange(f'stamp of {topic.request}', stamp_ns, 'ns', limit, hint)
+    return stamp_ns
+
+
+def _check_layout(topic: Topic, message: m.ArrayMessage) -> None:
+    """Refuse a table whose layout is given and is not that of rows in order."""
+    count, width = message.data.size, len(topic.numbers)
+    first = int(message.labels[:1] == (CYCLE,))
+    sizes, strides = list(message.sizes[first:]), list(message.strides[first:])
+    # What is not made of rows may say so: whoever counts the numbers refuses it.
+    fits = sizes == [count // width, width] if count % width == 0 else sizes == [count]
+    in_order = all(
+        given in (0, meant) for given, meant in zip(strides, (count, width), strict=False)
+    )
+    if (sizes and not (fits and in_order)) or message.offset:
+        shown = f'sizes {sizes[:4]}, strides {strides[:4]}, offset {message.offset}'
+        hint = f'say [n, 2] with strides [2 n, 2], or nothing; behind {CYCLE!r}, if it repeats'
+        name = f'layout of a {topic.request} of {count} numbers'
+        raise WrongKind(name, shown, 'rows of two', hint)

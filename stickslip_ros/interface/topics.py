@@ -1,0 +1,208 @@
+"""Every topic and service of the instrument: name, type, quality of service, meaning."""
+
+import math
+from dataclasses import dataclass, replace
+
+from stickslip_ros.instrument.commands import COMMANDS, SET_BOOL, TRIGGER, Command
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.parameters import Parameters, spec_of
+
+NODE_NAME = 'stickslip_drive'
+PREFIX = 'command/'
+
+COMMAND = Qos(depth=100)
+STREAM = Qos(depth=100)
+"""What a subscriber of ours asks for, and the least that is kept for one that is held up."""
+KEPT_S = 1.0
+"""Simulated time of a stream that is kept for it, if that is more."""
+LONG_COMMAND = Qos(depth=2)
+"""Of messages of megabytes: what waits in a queue of the network is memory of the node."""
+LATCHED = Qos(depth=1, latched=True)
+EVENTS = Qos(depth=100)
+SELDOM = Qos(depth=10)
+
+STREAMED = ('depth', 'reliability')
+"""Policies that may be overridden where the next message makes up for a lost one."""
+QUEUED = ('depth',)
+"""Those where none may be lost."""
+SET_POINTS = (m.FLOAT64, m.POINT_STAMPED, m.WRENCH_STAMPED, m.JOINT_STATE)
+"""Types of the commands that may be streamed."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """
+    A topic of the node.
+
+    Attributes
+    ----------
+    name : str
+        Relative name, so that a namespace moves it; ``~/`` stands for the node.
+    type_name : str
+        Message type.
+    qos : Qos
+        Quality of service that the node offers or asks for; of a stream, the least that it offers.
+    text : str
+        Meaning, unit and rate.
+    recorded : bool
+        Whether recordings hold it.
+    pace : str
+        Of a stream: parameter that is its period, s, or its rate, Hz.
+    switch : str
+        Parameter that is neither false nor 0 where the topic exists; empty for one that always
+        does.
+    numbers : tuple of str
+        Of a command: its numbers and their units; of a table, those of a row.
+    is_table : bool
+        Of a command: whether it has any count of rows.
+    overridable : tuple of str
+        Policies of its quality of service that may be overridden at the start.
+
+    """
+
+    name: str
+    type_name: str
+    qos: Qos
+    text: str
+    recorded: bool = True
+    pace: str = ''
+    switch: str = ''
+    numbers: tuple[str, ...] = ()
+    is_table: bool = False
+    overridable: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """Short name inside the program: ``command/voltage``, ``voltage``, ``status``."""
+        return self.name.lstrip('~/')
+
+    @property
+    def is_command(self) -> bool:
+        """Whether the node subscribes to it; it publishes on the others."""
+        return self.name.startswith(PREFIX)
+
+    @property
+    def request(self) -> str:
+        """Name of the request that a command topic carries."""
+        return self.name.removeprefix(PREFIX)
+
+    def exists(self, parameters: Parameters) -> bool:
+        """Return whether the topic is offered under these parameters."""
+        return not self.switch or bool(parameters.flat()[self.switch])
+
+    def offered_qos(self, parameters: Parameters) -> Qos:
+        """Return the quality of service under these parameters: a stream keeps `KEPT_S`."""
+        if not self.pace:
+            return self.qos
+        pace = float(parameters.flat()[self.pace])
+        rate_hz = pace if spec_of(self.pace).unit == 'Hz' else 1.0 / pace
+        return replace(self.qos, depth=max(self.qos.depth, math.ceil(KEPT_S * rate_hz)))
+
+    def full_name(self, namespace: str = '/', node_name: str = NODE_NAME) -> str:
+        """Return the absolute name in a namespace."""
+        relative = self.name.replace('~', node_name)
+        if relative.startswith('/'):
+            return relative
+        return f'{namespace.rstrip("/")}/{relative}'
+
+
+def _topic_of(command: Command) -> Topic:
+    return Topic(
+        PREFIX + command.name,
+        command.interface,
+        LONG_COMMAND if command.is_table else COMMAND,
+        command.text,
+        numbers=command.numbers,
+        is_table=command.is_table,
+        overridable=STREAMED if command.interface in SET_POINTS else (),
+    )
+
+
+# fmt: off
+TOPICS = (
+    *(_topic_of(command) for command in COMMANDS.values() if command.has_topic),
+    Topic('command/grant', m.FLOAT64_ARRAY, COMMAND,
+          '[until s, commands]: lockstep; run to this simulated time once so many commands came',
+          recorded=False, switch='sim.lockstep', numbers=('until s', 'commands')),
+    Topic('position', m.POINT_STAMPED, STREAM,
+          'interferometer: point.x, m; once per sim.block; stamp is the sample time',
+          pace='sim.block', overridable=STREAMED),
+    Topic('force', m.WRENCH_STAMPED, STREAM,
+          'load cell: wrench.force.x, N, positive when the runner presses; once per sim.block',
+          pace='sim.block', overridable=STREAMED),
+    Topic('voltage', m.FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period',
+          pace='trace.period', overridable=STREAMED),
+    Topic('trace', m.FLOAT64_ARRAY, STREAM,
+          'oscilloscope: rows of t[s], voltage[V], foot[m], position[m], force[N] at '
+          'trace.sample_rate; one block per trace.period',
+          pace='trace.period', overridable=STREAMED),
+    Topic('truth/position', m.POINT_STAMPED, STREAM,
+          'true position of the runner: point.x, m; with position, of the same stamp',
+          pace='sim.block', switch='sim.publish_truth', overridable=STREAMED),
+    Topic('truth/force', m.WRENCH_STAMPED, STREAM,
+          'true force on the load cell: wrench.force.x, N; with force, of the same stamp',
+          pace='sim.block', switch='sim.publish_truth', overridable=STREAMED),
+    Topic('joint_states', m.JOINT_STATE, STREAM,
+          'sim.joint_name: position, m (interferometer), velocity, m/s (change of that position '
+          'since the message before), effort, N (load cell); sim.joint_states_rate',
+          pace='sim.joint_states_rate', switch='sim.joint_states_rate', overridable=STREAMED),
+    Topic('~/status', m.UINT32, LATCHED, 'status bits, when they change'),
+    Topic('~/event', m.STRING, EVENTS,
+          "JSON: a command's end and its result; stamp_ns if its sender gave a stamp",
+          overridable=QUEUED),
+    Topic('~/request', m.STRING, EVENTS,
+          'JSON: what came by service, parameter or schedule, when it took effect',
+          overridable=QUEUED),
+    Topic('~/info', m.STRING, LATCHED, 'JSON: parameters, units, versions, time origin'),
+    Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', SELDOM,
+          'real-time factor, lateness, overruns, refusals, recorder, faults; 1 Hz of wall-clock '
+          'time, and at once when a fault comes or goes', recorded=False),
+    Topic('/clock', 'rosgraph_msgs/msg/Clock', SELDOM,
+          'simulated time, once per sim.block', recorded=False, switch='sim.publish_clock',
+          overridable=STREAMED),
+)
+# fmt: on
+COMMAND_TOPICS = tuple(topic for topic in TOPICS if topic.is_command)
+READINGS = tuple(topic for topic in TOPICS if not topic.is_command)
+
+
+@dataclass(frozen=True)
+class Service:
+    """A service of the node beside those of its lifecycle."""
+
+    name: str
+    type_name: str
+    text: str
+
+
+*_OF_DRIVE, _OF_FAULTS = (
+    Service(f'~/{command.name}', command.interface, command.text)
+    for command in COMMANDS.values()
+    if command.has_service
+)
+SERVICES = (
+    *_OF_DRIVE,
+    Service('~/set_paused', SET_BOOL, 'hold simulated time, or let it run on'),
+    Service('~/step_simulation', TRIGGER, 'while paused: advance by one sim.block'),
+    _OF_FAULTS,
+    Service(
+        '~/save_checkpoint',
+        TRIGGER,
+        'write the present state to a file, for sim.checkpoint; the answer names it',
+    ),
+    Service('~/set_recording', SET_BOOL, 'start or end a recording; the answer names the file'),
+)
+
+
+def recorded_channels(
+    parameters: Parameters, namespace: str = '/', node_name: str = NODE_NAME
+) -> dict[str, Channel]:
+    """Return the channel of each topic that is recorded under these parameters, by its key."""
+    return {
+        topic.key: Channel(
+            topic.full_name(namespace, node_name), topic.type_name, topic.offered_qos(parameters)
+        )
+        for topic in TOPICS
+        if topic.recorded and topic.exists(parameters)
+    }

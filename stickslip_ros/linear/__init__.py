@@ -1,0 +1,1 @@
+"""The linear drive: state space, Bode, swept sine."""

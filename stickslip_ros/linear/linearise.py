@@ -1,0 +1,261 @@
+"""
+The stuck drive as a linear system: small motions about a place at which the runner sticks.
+
+After a reversal a contact is as stiff as in full stick, whatever it went through before (Masing),
+and a small oscillation does nothing but reverse. So the tangent stiffness of the contacts, and
+with it the frequency response, depends on the preload but not on the history.
+
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.advance import advance
+from stickslip_ros.drive.build import contacts_of, plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.piezo import CREEP_FASTEST_S
+from stickslip_ros.drive.records import DECADES
+from stickslip_ros.drive.waveform import table
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.extras import load_extra
+from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.parameters import Parameters
+
+INPUTS = ('voltage_v', 'load_n')
+OUTPUTS = ('position_m', 'foot_m')
+SETTLING_S = 0.02
+"""Time in which a drive comes to a place without ringing, and rests there."""
+SETTLING_ROWS = 1000
+
+Complex = NDArray[np.complex128]
+
+
+class Response(NamedTuple):
+    """
+    Complex frequency responses, each of shape (n,).
+
+    Attributes
+    ----------
+    position_m_per_v, position_m_per_n : array
+        From the commanded voltage and from the load to the runner.
+
+    """
+
+    position_m_per_v: Complex
+    position_m_per_n: Complex
+
+
+@dataclass(frozen=True, eq=False)
+class LinearDrive:
+    """
+    State space of the stuck drive: x' = A x + B u, y = C x + D u, all in SI units.
+
+    Attributes
+    ----------
+    A, B, C, D : array, shape (n, n), (n, 2), (2, n), (2, 2)
+        Inputs are voltage (V) and load (N), outputs the positions of the runner and of the mean
+        foot (m), all as differences from their rest.
+    states : tuple of str
+        What the n states are, units included.
+    at_voltage_v, at_position_m : float
+        Where the drive rests.
+    contact_n_per_m, cell_n_per_m : float
+        Stiffness of the six contacts together, and of the load cell and end stops that the
+        runner touches.
+    resonance_hz : float
+        Natural frequency of the runner between them.
+
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[str, ...]
+    at_voltage_v: float
+    at_position_m: float
+    contact_n_per_m: float
+    cell_n_per_m: float
+    resonance_hz: float
+
+    def response(self, frequency_hz: ArrayLike) -> Response:
+        """Return the response of the runner at frequencies, Hz."""
+        matrix = self.matrix(frequency_hz)
+        return Response(matrix[:, 0, 0], matrix[:, 0, 1])
+
+    def matrix(self, frequency_hz: ArrayLike) -> Complex:
+        """Return C (s - A)^-1 B + D at n frequencies, Hz; shape (n, outputs, inputs)."""
+        hertz = np.atleast_1d(np.asarray(frequency_hz, float))
+        s = 2j * np.pi * hertz[:, None, None]
+        moved: Any = np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B[None])
+        matrix: Complex = self.C @ moved + self.D
+        return matrix
+
+    def to_control(self) -> Any:
+        """
+        Return the same as a StateSpace of python-control, with named inputs, outputs and states.
+
+        Raises
+        ------
+        MissingExtra
+            If python-control is not installed.
+
+        """
+        control = load_extra('a system of python-control', 'control')
+        names = {'inputs': INPUTS, 'outputs': OUTPUTS, 'states': self.states}
+        return control.ss(
+            self.A, self.B, self.C, self.D, **{key: list(name) for key, name in names.items()}
+        )
+
+
+def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> LinearDrive:
+    """
+    Return the drive for motions so small that no contact slips.
+
+    Low-pass, creep, resonance, gains of the feet, damping and the springs that the runner touches
+    are linear and kept, as is the linear part of the hysteresis. Slew rate, converter and what
+    else of the hysteresis are not linear: they are left out. Roughness that travels is where it
+    starts.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand, at ``stand.preload``.
+    at_voltage_v : float, optional
+        Voltage, V, to which the drive has come from rest; by default half-way between the limits
+        of the amplifier.
+
+    Raises
+    ------
+    StickSlipError
+        If the amplifier cannot give the voltage, or the contacts obey another friction law.
+
+    """
+    return linear_drive(parameters, *drive_at(parameters, at_voltage_v))
+
+
+def linear_drive(
+    parameters: Parameters, at_v: float, plants: Record, states: Record
+) -> LinearDrive:
+    """Return the drive linearised where `drive_at` has brought it."""
+    plant, at_m = plants[0], float(states['position_m'].item())
+    contacts_n_per_m = np.array(
+        [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
+    )
+    stiffness, cell = float(contacts_n_per_m.sum()), _touched_n_per_m(plant, at_m)
+    rates, foot_m = _rates(plant, stiffness + cell, float(contacts_n_per_m @ plant.ratios[1:]))
+    names, matrix = tuple(rates), np.array(list(rates.values()))
+    seen = np.array([_unit(names, 'position_m'), foot_m])
+    n = len(names)
+    return LinearDrive(
+        A=matrix[:, :n],
+        B=matrix[:, n:],
+        C=seen[:, :n],
+        D=seen[:, n:],
+        states=names,
+        at_voltage_v=at_v,
+        at_position_m=at_m,
+        contact_n_per_m=stiffness,
+        cell_n_per_m=cell,
+        resonance_hz=float(np.sqrt((stiffness + cell) / plant.mass_kg) / (2.0 * np.pi)),
+    )
+
+
+def drive_at(
+    parameters: Parameters, at_voltage_v: float | None = None
+) -> tuple[float, Record, Record]:
+    """
+    Return a voltage, and plant and state of a drive that has come to it from rest.
+
+    Raises
+    ------
+    StickSlipError
+        As ``linearise`` says.
+
+    """
+    if parameters.contact.law != 'mdr':
+        limit = 'a law without a stiffness that holds for every small motion'
+        raise OutOfRange('contact.law', parameters.contact.law, '', limit, "set it to 'mdr'")
+    amplifier = parameters.amplifier
+    at_v = 0.5 * (amplifier.voltage_min + amplifier.voltage_max)
+    if at_voltage_v is not None:
+        at_v = at_voltage_v
+    check_request(Request('voltage', (at_v,)), parameters)
+    plants = plant_of(parameters)
+    states = state_at_rest(plants, parameters.stand.preload)
+    share: Array = np.linspace(0.0, 1.0, SETTLING_ROWS, dtype=np.float64)
+    way_v = amplifier.voltage_initial + (at_v - amplifier.voltage_initial) * smooth(share)
+    start_clock(states)
+    wave = table(np.column_stack((SETTLING_S * share, way_v)))
+    advance(plants, states, wave, 0.0, 2.0 * SETTLING_S, np.empty((1, 3)))
+    return at_v, plants, states
+
+
+def smooth(share: Array) -> Array:
+    """Return a rise from 0 at shares up to 0 to 1 at shares from 1 on, without a corner."""
+    return 0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0))
+
+
+def _touched_n_per_m(plant: Record, position_m: float) -> float:
+    """Return the stiffness of load cell and end stops at a position, N/m."""
+    walls = plant.walls
+    stiffness = plant.cell_n_per_m
+    if position_m > walls.gap_m:
+        stiffness += walls.cell_n_per_m
+    if not walls.low_m < position_m < walls.high_m:
+        stiffness += walls.stop_n_per_m
+    return float(stiffness)
+
+
+def _rates(
+    plant: Record, spring_n_per_m: float, drag_n_per_m: float
+) -> tuple[dict[str, Array], Array]:
+    """
+    Return the rate of each state, and the displacement of the mean foot.
+
+    Each is a row over states and inputs. The contacts pull with the drag stiffness times the
+    displacement of the mean foot, and all springs hold the runner.
+
+    """
+    amplifier, piezo = plant.amplifier, plant.piezo
+    creep = [f'creep_{k}_m' for k in range(DECADES)] if piezo.creep > 0.0 else []
+    names = [
+        *(['amplifier_v'] if amplifier.tau_s > 0.0 else []),
+        *creep,
+        *(['foot_m', 'foot_m_per_s'] if piezo.omega_per_s > 0.0 else []),
+        'position_m',
+        'velocity_m_per_s',
+    ]
+    of = {name: _unit(names, name) for name in (*names, *INPUTS)}
+    rates: dict[str, Array] = {}
+    voltage_v = of['voltage_v']
+    if amplifier.tau_s > 0.0:
+        rates['amplifier_v'] = (voltage_v - of['amplifier_v']) / amplifier.tau_s
+        voltage_v = of['amplifier_v']
+    static_m = foot_m = plant.gain_m_per_v * piezo.linear * voltage_v
+    for k, name in enumerate(creep):
+        rates[name] = (static_m - of[name]) / (CREEP_FASTEST_S * 10.0**k)
+        foot_m = foot_m + piezo.creep * of[name]
+    if piezo.omega_per_s > 0.0:
+        omega, speed = piezo.omega_per_s, of['foot_m_per_s']
+        rates['foot_m'] = speed
+        rates['foot_m_per_s'] = omega * (
+            omega * (foot_m - of['foot_m']) - 2.0 * piezo.damping_ratio * speed
+        )
+        foot_m = of['foot_m']
+    rates['position_m'] = of['velocity_m_per_s']
+    force_n = of['load_n'] + drag_n_per_m * foot_m - spring_n_per_m * of['position_m']
+    force_n = force_n - plant.damping_n_s_per_m * of['velocity_m_per_s']
+    rates['velocity_m_per_s'] = force_n / plant.mass_kg
+    return rates, foot_m
+
+
+def _unit(states: Any, name: str) -> Array:
+    columns = (*states, *INPUTS)
+    row: Array = np.zeros(len(columns))
+    row[columns.index(name)] = 1.0
+    return row

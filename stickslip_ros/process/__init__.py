@@ -1,0 +1,1 @@
+"""How a process starts, is asked to stop, and ends with which status."""

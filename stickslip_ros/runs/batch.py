@@ -1,0 +1,231 @@
+"""
+Many independent runs at once: in threads, as the kernels release the GIL, or on a Dask cluster.
+
+The results come in the order of the cases and do not depend on who computed them.
+
+"""
+
+import asyncio
+import importlib
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from itertools import islice
+from queue import Empty, SimpleQueue
+from typing import Any, TypeVar
+
+import stickslip_ros
+from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.extras import load_extra
+from stickslip_ros.process.stopping import Stopped, heed_stop
+from stickslip_ros.runs.journal import Journal
+
+Case = TypeVar('Case')
+Result = TypeVar('Result')
+Progress = Callable[[int, int], None]
+Keep = Callable[[int, Any], None]
+
+WORKERS_MAX = 1024
+SUBMITTED_MAX = 4 * WORKERS_MAX
+"""Cases that wait or run at a time: enough for every worker, however many cases there are."""
+LOOK_S = 0.1
+"""Time after which a batch looks whether somebody wants it to end."""
+CONNECT_S = 10.0
+"""Time that a scheduler has to answer, s."""
+WORKERS_S = 10.0
+"""Time that it has to get its first worker, s."""
+
+
+class Interrupted(Stopped):
+    """Somebody stopped a batch with Ctrl-C; ``rows`` has the finished cases by their number."""
+
+    def __init__(self, rows: dict[int, Any], total: int, journal: Journal | None) -> None:
+        kept = f'; they are in {journal.path}, the same command goes on' if journal else ''
+        super().__init__(f'stopped after {len(rows)} of {total} cases{kept}')
+        self.rows = rows
+
+
+def run_batch(
+    task: Callable[[Case], Result],
+    cases: Sequence[Case],
+    *,
+    journal: Journal | None = None,
+    workers: int = 0,
+    scheduler: str = '',
+    executor: Executor | None = None,
+    progress: Progress | None = None,
+) -> list[Result]:
+    """
+    Run a task for every case and return the rows in the order of the cases.
+
+    Parameters
+    ----------
+    task : callable
+        Makes the row of a case: what JSON knows, if there is a journal; a function of a module, if
+        it shall run on a cluster.
+    cases : sequence
+        What the task is called with.
+    journal : Journal, optional
+        Cases that it holds are not run again; new ones are appended as they come.
+    workers : int
+        Number of threads; 0 is one per core.
+    scheduler : str
+        Address of a Dask scheduler, ``tcp://192.0.2.1:8786``, whose workers then run the cases.
+    executor : Executor, optional
+        What ``executor_of`` gave: one for many batches, instead of workers or scheduler.
+    progress : callable, optional
+        Called with cases done and cases in all, first with those of the journal.
+
+    Raises
+    ------
+    Interrupted
+        If Ctrl-C was pressed: begun cases, in threads, end as soon as they heed it or are done,
+        and what is done is kept.
+    StickSlipError
+        If a case is refused, the journal cannot be written or the cluster fails; what was
+        finished before is kept.
+    MissingExtra, ClusterError
+        If Dask is not installed; if the scheduler does not answer or goes away, has no workers,
+        or its workers another version of the package.
+
+    """
+    rows: dict[int, Any] = dict(journal.rows) if journal else {}
+
+    def tell() -> None:
+        if progress is not None:
+            progress(len(rows), len(cases))
+
+    def keep(index: int, row: Any) -> None:
+        if index in rows:
+            return
+        if journal is not None:
+            journal.append(index, row)
+        rows[index] = row
+        tell()
+
+    todo = [index for index in range(len(cases)) if index not in rows]
+    try:
+        tell()
+        if todo:
+            chosen = nullcontext(executor) if executor else executor_of(workers, scheduler)
+            with chosen as to_use:
+                _run(to_use, task, ((index, cases[index]) for index in todo), keep)
+    except KeyboardInterrupt:
+        raise Interrupted(rows, len(cases), journal) from None
+    return [rows[index] for index in range(len(cases))]
+
+
+def executor_of(workers: int, scheduler: str = '') -> AbstractContextManager[Executor]:
+    """Return threads or a Dask cluster, as ``run_batch`` takes them; a context ends them."""
+    if not 0 <= workers <= WORKERS_MAX:
+        limit = f'not from 0 to {WORKERS_MAX}'
+        raise OutOfRange('number of workers', workers, '', limit, '0 takes one per core')
+    if scheduler:
+        return _cluster(scheduler)
+    return ThreadPoolExecutor(workers or len(os.sched_getaffinity(0)))
+
+
+def _run(
+    executor: Executor, task: Callable[[Case], Any], todo: Iterator[tuple[int, Case]], keep: Keep
+) -> None:
+    """Run all cases, another one for each that has ended; keep what has been finished."""
+    futures: dict[Future[Any], int] = {}
+    ended: SimpleQueue[Future[Any]] = SimpleQueue()
+
+    def submit(most: int) -> None:
+        for index, case in islice(todo, most):
+            future = executor.submit(task, case)
+            futures[future] = index
+            future.add_done_callback(ended.put)
+
+    try:
+        submit(SUBMITTED_MAX)
+        while futures:
+            future = _next(ended)
+            keep(futures[future], future.result())
+            del futures[future]
+            submit(1)
+    except BaseException:
+        begun = [future for future in futures if not future.cancel()]
+        wait(begun)
+        for future in begun:
+            if not future.cancelled() and future.exception() is None:
+                keep(futures[future], future.result())
+        raise
+
+
+def _next(ended: 'SimpleQueue[Future[Any]]') -> 'Future[Any]':
+    """Wait for a case to end, as long as nobody asks the batch to end."""
+    while True:
+        heed_stop()
+        with suppress(Empty):
+            return ended.get(timeout=LOOK_S)
+
+
+class ClusterError(StickSlipError):
+    """A Dask cluster cannot be used."""
+
+    def __init__(self, address: str, problem: str, hint: str) -> None:
+        super().__init__(f'scheduler {address}: {problem}; {hint}')
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Executor]:
+    distributed = load_extra('a Dask scheduler', 'distributed')
+    client = _connect(distributed, address)
+    again = 'start it again, then the same command: what is done is kept'
+    try:
+        _check_workers(client, address)
+        yield client.get_executor(pure=False)
+    except CancelledError:
+        raise ClusterError(address, 'went away', again) from None
+    except distributed.KilledWorker:
+        raise ClusterError(address, 'its workers died', again) from None
+    finally:
+        client.close()
+
+
+def _connect(distributed: Any, address: str) -> Any:
+    async def knock() -> None:
+        comm = await distributed.comm.connect(address, timeout=CONNECT_S)
+        await comm.close()
+
+    try:
+        # A client that fails leaves half of itself behind, so the first word is without one.
+        asyncio.run(knock())
+        for _ in range(round(CONNECT_S / LOOK_S)):
+            heed_stop()
+            with suppress(AssertionError):
+                return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+            # It heard of another batch, which has just ended, before its own first word.
+            time.sleep(LOOK_S)
+        raise ClusterError(address, 'clears up another batch', 'try again in a while')
+    except (OSError, ValueError, asyncio.TimeoutError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        hint = 'check the address, or start one with: dask scheduler'
+        raise ClusterError(address, f'does not answer ({reason})', hint) from None
+
+
+def _check_workers(client: Any, address: str) -> None:
+    """Refuse a cluster without workers, or with another version of the package."""
+    try:
+        client.wait_for_workers(1, timeout=WORKERS_S)
+    except (TimeoutError, asyncio.TimeoutError):
+        hint = f'start some with: dask worker {address}'
+        raise ClusterError(address, f'has no worker after {WORKERS_S:g} s', hint) from None
+    name, ours = stickslip_ros.__name__, stickslip_ros.__version__
+
+    def version() -> str:
+        # A nested function is sent as a whole, so it arrives where the package is missing too.
+        try:
+            return str(importlib.import_module(name).__version__)
+        except ImportError:
+            return 'none'
+
+    versions = {client.run_on_scheduler(version), *client.run(version).values()}
+    if versions != {ours}:
+        others = ', '.join(sorted(versions - {ours}))
+        problem = f'scheduler and workers need {name} {ours}, some have {others}'
+        raise ClusterError(address, problem, 'install it on all of them')

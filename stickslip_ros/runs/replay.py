@@ -1,0 +1,361 @@
+"""Runs a recording again, or a measured voltage: on the stand of the recording or another."""
+
+import math
+from array import array
+from collections import deque
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.files import readable
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.interface.topics import recorded_channels
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
+from stickslip_ros.recording.run import ReportingBench, RunWriter
+from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES
+from stickslip_ros.recording.storage import CLOSING_RECORD
+from stickslip_ros.runs.batch import Progress
+from stickslip_ros.runs.recorded_run import recorded_stand
+from stickslip_ros.runs.sweep_table import PARQUET, read_parquet
+from stickslip_ros.sources import sources_digest
+from stickslip_ros.tables.experiment import AS_IT_IS, OVER_TIME, Reading, read_experiment
+from stickslip_ros.units import NANO, NS_PER_S
+
+MCAP = '.mcap'
+TIME, VOLTAGE, FOOT = 'time_s', 'voltage_v', 'foot_m'
+HINT = f'give {TIME} and {VOLTAGE}, or {TIME} and {FOOT}'
+
+
+@dataclass(frozen=True, eq=False)
+class DriveInput:
+    """
+    Voltages over time, as the waveform that the drive shall follow.
+
+    Attributes
+    ----------
+    origin : str
+        File that they came from.
+    time_s : array, shape (rows,)
+        Rising, from 0.
+    voltage_v : array, shape (rows,)
+        Voltage at these times; straight lines in between.
+
+    """
+
+    origin: str
+    time_s: Array
+    voltage_v: Array
+
+
+@dataclass(frozen=True)
+class Replay:
+    """
+    What came of running a recording again.
+
+    Attributes
+    ----------
+    source : str
+        The recording, or the file of a measured voltage.
+    requests : int
+        Requests that were carried out again.
+    simulated_s : float
+        Length of the run.
+    changed : dict
+        Parameters that were set differently.
+    identical : bool or None
+        Whether all messages are the same, byte for byte; None of a measured voltage.
+    difference : Difference or None
+        The first place where they are not.
+    digest : str
+        SHA-256 of the messages of the replay.
+    position_m, force_n : float
+        Readings at the end of the replay.
+    other_sources : bool
+        Whether other sources than these have computed the recording: they may round differently.
+    output : str
+        The recording of the replay.
+
+    """
+
+    source: str
+    requests: int
+    simulated_s: float
+    changed: dict[str, object]
+    identical: bool | None
+    difference: Difference | None
+    digest: str
+    position_m: float
+    force_n: float
+    other_sources: bool
+    output: str
+
+
+def replay(
+    source: Path,
+    output: Path,
+    changes: Mapping[str, object] | None = None,
+    *,
+    from_rest: bool = False,
+    progress: Progress | None = None,
+) -> Replay:
+    """
+    Carry out the requests of a recording once more and record what happens.
+
+    Parameters
+    ----------
+    source, output : Path
+        A recording of this package, and the one to write; it must not exist.
+    changes : mapping of str to object, optional
+        Parameters to set differently, ``{'stand.preload': 0.25}``.
+    from_rest : bool
+        Start from rest also where the recording began in the middle of a run.
+    progress : callable, optional
+        Called with the simulated time so far and the end, ns.
+
+    Raises
+    ------
+    RecordingError
+        If the recording has no parameters, lacks messages, or began in a state that it lacks.
+    StickSlipError
+        If a parameter is refused.
+
+    """
+    recording = Recording(source)
+    parameters = recorded_stand(recording)
+    first_ns, last_ns = _span(recording)
+    is_middle = first_ns > parameters.block_ns
+    start = (
+        None if from_rest else _restored(recording, changes or {}, first_ns if is_middle else 0)
+    )
+    begin_ns = 0 if start else first_ns - parameters.block_ns
+    lasts_ns = last_ns - first_ns + parameters.block_ns
+    due = [TimedRequest(at_ns - begin_ns, each) for at_ns, each in recorded_requests(recording)]
+    stand = parameters.updated(changes or {})
+    changed = _changed(parameters, stand, changes or {})
+    channels = channels_of(recording)  # as they were recorded, and those of the new stand only
+    for key, channel in recorded_channels(stand).items():
+        channels.setdefault(key, channel)
+    first_numbers = {each.topic: each.first_sequence for each in recording.channels}
+    origin_ns = recording.time_origin_ns
+    run = ReportingBench(stand, bench=start, time_origin_ns=origin_ns)
+    with RunWriter(
+        output, run.bench.parameters, wait=True, channels=channels, time_origin_ns=origin_ns
+    ) as writer:
+        writer.recorder.continue_numbers(
+            {key: first_numbers.get(each.topic, 0) for key, each in channels.items()}
+        )
+        _play(run, writer, due, last_ns - begin_ns, progress)
+    again = Recording(writer.recorder.path)
+    difference = compare_data(recording, again)
+    return Replay(
+        source=str(source),
+        requests=len(due),
+        changed=changed,
+        identical=difference is None,
+        difference=difference,
+        other_sources=recording.metadata[RUN_RECORD].get(SOURCES) != sources_digest(),
+        **_end_of(again, lasts_ns),
+    )
+
+
+def _restored(
+    recording: Recording, changes: Mapping[str, object], missing_ns: int
+) -> Bench | None:
+    """Return the bench as the recording begins; none at rest, where nothing is missing."""
+    if CHECKPOINT_FILE in recording.attachments:
+        return Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes)
+    if not missing_ns:
+        return None
+    problem = f'begins {missing_ns * NANO:g} s into the run, in a state that nobody recorded'
+    hint = 'replay the whole run, or start from rest instead (--from-rest), which is not the same'
+    raise RecordingError(recording.path, problem, hint)
+
+
+def _changed(
+    recorded: Parameters, stand: Parameters, changes: Mapping[str, object]
+) -> dict[str, object]:
+    """Return what differs on a stand; of faults the recording itself tells."""
+    before, after = recorded.flat(), stand.flat()
+    changed: dict[str, object] = {
+        name: after[name] for name in changes if after[name] != before[name]
+    }
+    if 'fault.schedule' in changed:
+        limit = 'without effect: a replay takes its faults from the recording'
+        hint = 'leave it away, or record a new run with it'
+        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, hint)
+    return changed
+
+
+def replay_input(
+    given: DriveInput, output: Path, stand: Parameters, *, progress: Progress | None = None
+) -> Replay:
+    """
+    Let a stand follow a measured voltage, from rest at its first value, and record the run.
+
+    Raises
+    ------
+    StickSlipError
+        If the amplifier cannot give the voltage, or the recording exists.
+
+    """
+    rows = np.column_stack((given.time_s, given.voltage_v))
+    request = Request('waveform', array('d', rows.tobytes()))
+    check_request(request, stand)
+    stand = stand.updated({'amplifier.voltage_initial': float(given.voltage_v[0])})
+    blocks = math.ceil(float(given.time_s[-1]) * NS_PER_S / stand.trace_period_ns)
+    end_ns = (blocks + 1) * stand.trace_period_ns
+    due = [TimedRequest(0, request)]
+    run = ReportingBench(stand)
+    with RunWriter(output, stand, wait=True) as writer:
+        _play(run, writer, due, end_ns, progress)
+    again = Recording(writer.recorder.path)
+    return Replay(
+        source=given.origin,
+        requests=1,
+        changed=dict(stand.changed()),
+        identical=None,
+        difference=None,
+        other_sources=False,
+        **_end_of(again, end_ns),
+    )
+
+
+def _play(
+    run: ReportingBench,
+    writer: RunWriter,
+    due: Iterable[TimedRequest],
+    end_ns: int,
+    progress: Progress | None,
+) -> None:
+    """Record a run with requests at their times."""
+    waiting = deque(sorted(due, key=lambda each: each.time_ns))
+    block_ns = run.bench.parameters.block_ns
+    run.record(writer)
+    while run.bench.time_ns < end_ns:
+        heed_stop()
+        while waiting and waiting[0].time_ns <= run.bench.time_ns:
+            run.accept(waiting.popleft().request)
+        run.update(run.bench.time_ns + block_ns)
+        if progress is not None:
+            progress(run.bench.time_ns, end_ns)
+    for _, request in waiting:  # asked after the last block: of a held drive, for example
+        run.accept(request)
+
+
+def _end_of(again: Recording, lasts_ns: int) -> dict[str, Any]:
+    """Return what a result says of the recording of a replay."""
+    channels = channels_of(again)
+    return {
+        'output': str(again.path),
+        'simulated_s': lasts_ns * NANO,
+        'digest': data_digest(again),
+        'position_m': float(again.series(channels['position'].topic).value[-1]),
+        'force_n': float(again.series(channels['force'].topic).value[-1]),
+    }
+
+
+def _span(recording: Recording) -> tuple[int, int]:
+    """Return the times of the first and the last block of a recording that lacks nothing, ns."""
+    name = channels_of(recording)['position'].topic
+    [channel] = [each for each in recording.channels if each.topic == name]
+    if channel.first_ns is None or channel.last_ns is None:
+        raise RecordingError(recording.path, 'holds no position', 'record a longer run')
+    closing = recording.metadata.get(CLOSING_RECORD, {})
+    for each in recording.channels:
+        # Lost between others, or at the end.
+        lost = max(each.gaps, int(closing.get(f'dropped {each.topic}', '0')))
+        if lost:
+            problem = f'lacks {lost} messages of {each.topic}'
+            hint = 'record with a longer record.queue_length'
+            raise RecordingError(recording.path, problem, hint)
+    return channel.first_ns, channel.last_ns
+
+
+def is_run(path: Path) -> bool:
+    """
+    Return whether a file is the recording of a run of this package.
+
+    Raises
+    ------
+    RecordingError
+        If it is a recording that cannot be read.
+
+    """
+    if path.suffix.lower() != MCAP and not path.is_dir():
+        return False
+    return RUN_RECORD in Recording(path).metadata
+
+
+def read_drive_input(
+    path: Path,
+    stand: Parameters,
+    topic: str = '',
+    field: str = '',
+    *,
+    is_foot: bool = False,
+    reading: Reading = AS_IT_IS,
+) -> DriveInput:
+    """
+    Read a voltage, or a stroke, over time.
+
+    Parameters
+    ----------
+    path : Path
+        Table as docs/compare.md says, Parquet with our columns, or an MCAP file.
+    stand : Parameters
+        Gives the gain that turns strokes into voltages.
+    topic, field : str
+        Of an MCAP file: where the numbers are.
+    is_foot : bool
+        Whether that topic gives a stroke in m, from the lowest voltage on.
+    reading : Reading
+        What a table does not say itself.
+
+    Raises
+    ------
+    StickSlipError
+        If the file cannot be read, or has no such columns or topic.
+
+    """
+    if readable(path).suffix.lower() == MCAP or path.is_dir():
+        if not topic:
+            hint = 'name the topic of the voltage with --topic'
+            raise RecordingError(path, 'is no run of this package', hint)
+        series = Recording(path).series(topic, field)
+        columns = {TIME: series.time_s, FOOT if is_foot else VOLTAGE: series.value}
+    elif path.suffix.lower() == PARQUET:
+        table = read_parquet(path, 'check the file')
+        names = [name for name in (TIME, VOLTAGE, FOOT) if name in table.column_names]
+        columns = {name: np.asarray(table[name].to_numpy(), dtype=float) for name in names}
+    else:
+        needed = (VOLTAGE, FOOT)
+        columns = read_experiment(path, reading, kind=OVER_TIME, measured=needed).columns
+    return _as_input(path, columns, stand)
+
+
+def _as_input(path: Path, columns: dict[str, Array], stand: Parameters) -> DriveInput:
+    if TIME not in columns or (VOLTAGE not in columns and FOOT not in columns):
+        raise RecordingError(path, f'has no {VOLTAGE} and no {FOOT} over {TIME}', HINT)
+    time_s = columns[TIME] - columns[TIME][:1]
+    if len(time_s) < 2:
+        raise RecordingError(path, f'has {len(time_s)} rows', 'give at least two')
+    if VOLTAGE in columns:
+        voltage_v = columns[VOLTAGE]
+    else:
+        voltage_v = stand.amplifier.voltage_min + columns[FOOT] / stand.actuator.gain
+    for name, values in ((TIME, time_s), (VOLTAGE, voltage_v)):
+        bad = np.flatnonzero(~np.isfinite(values))
+        if len(bad):
+            where = f'{path} row {bad[0] + 1}: {name}'
+            raise OutOfRange(where, float(values[bad[0]]), '', 'no number', HINT)
+    return DriveInput(str(path), time_s, voltage_v)

@@ -1,0 +1,507 @@
+"""A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
+
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip_ros.contact.kernel import in_python
+from stickslip_ros.contact.laws import COULOMB, MDR
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START, advance
+from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.ledger import EnergyLedger, energies_of_contacts, take_ledger
+from stickslip_ros.drive.records import ALL, Wave
+from stickslip_ros.drive.runner import cell_force
+from stickslip_ros.drive.waveform import mean_rise_v
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.instrument.reports import Output, Status
+from stickslip_ros.notebook import Shown
+from stickslip_ros.parameters import STROKE, Parameters, Unchosen, spec_of
+from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.progress import progress_of
+from stickslip_ros.recording.run import ReportingBench, RunWriter
+from stickslip_ros.runs.batch import Progress
+from stickslip_ros.runs.recorded_run import Run
+from stickslip_ros.units import NANO
+
+SAWTOOTH_HZ = 1000.0
+"""Steps per second, where nobody says how many."""
+SMALLEST_MEANT_M = 1e-12
+"""Smallest stroke of which somebody may have left out that it is in nanometres."""
+STEADY_STEPS_MIN = 200
+"""Steps before a run may be called steady."""
+STEADY_WINDOW = 20
+"""Steps of a stretch. The changes over the last two, continued as a geometric series, say how far
+the value still is from its limit."""
+STEADY_ERROR = 2e-4
+"""The same as a share of a value that is steady. Against 4000 cycles (cells of 30 to 300 kN/m, 0.1
+to 1 N, 61 to 160 nm, 200 Hz to 1 kHz, dampings of 0 to 80 N s/m: 240 runs) none missed by more."""
+STEADY_ROUNDING = 1e-6
+"""Change over a stretch, as a share of the value, that is no sign of a way that is left."""
+STEADY_STEPS_MAX = 5000
+"""Steps after which a run that looks for the steady state gives up."""
+STEP_LENGTH_CYCLES = 10
+"""Last cycles over which the step length is averaged."""
+ROUNDING_S = 1e-12
+"""Time by which many periods may miss the last corner through rounding."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunResult(Shown):
+    """
+    What a saw-tooth run comes to.
+
+    Attributes
+    ----------
+    preload_n, amplitude_m, frequency_hz : float
+        What was asked for; of a drive alone, the preload at the end of its ramp.
+    force_mean_n : float
+        Generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at
+        the mean position.
+    force_net_n : float
+        The same without elastic following: ``force_mean_n`` less the mean force of a runner that
+        sticks to ideal feet, from where the wave begins: K A/2 of a saw-tooth, backwards -K A/2,
+        with 1/K = 1/k + 1/(stiffness of the sticking contacts). Near 0 below the 0-amplitude;
+        0 of a load cell that nothing presses.
+    force_ramp_start_n : float
+        Generated force at the start of the last cycle's ramp, when the fall before it is over.
+        The runner has hardly moved by then: it is near the largest of the cycle.
+    step_length_m : float
+        Net motion per cycle, mean of the last 10 cycles.
+    step_scatter_m : float
+        Standard deviation of single steps in the second half of the run. Roughness that travels
+        makes neighbouring steps differ.
+    step_correlation_m : float
+        Way over which the correlation of steps falls to 1/e; 0 of steps that are all equal.
+    steady : bool
+        Whether at least 200 cycles were made, and force (of a free runner: step length) is within
+        0.02 % of its limit, extrapolated from the last 40.
+    steps : int
+        Cycles made.
+    energy_residual : float
+        What the energy balance misses, relative to the work of the feet.
+
+    """
+
+    preload_n: float
+    amplitude_m: float
+    frequency_hz: float
+    force_mean_n: float = 0.0
+    force_net_n: float = 0.0
+    force_ramp_start_n: float = 0.0
+    step_length_m: float = 0.0
+    step_scatter_m: float = 0.0
+    step_correlation_m: float = 0.0
+    steady: bool = True
+    steps: int = 0
+    energy_residual: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveRun(RunResult):
+    """The same of the drive alone; its friction loss per cycle is a mean of the last 20."""
+
+    energy_loss_per_step_j: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class SawtoothRun(RunResult):
+    """The same of the whole stand; ``recording`` is its file, empty if none was asked for."""
+
+    voltage_v: float
+    simulated_s: float
+    wall_s: float
+    real_time_factor: float
+    recording: str = ''
+
+
+def run_drive(
+    parameters: Parameters,
+    amplitude_m: float,
+    frequency_hz: float,
+    steps: int = 0,
+    *,
+    load_n: float = 0.0,
+) -> DriveRun:
+    """
+    Drive the runner with a saw-tooth, from rest, without sensors: as fast as the kernels go.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    amplitude_m : float
+        Stroke of the feet, m; 0 is a drive at rest.
+    frequency_hz : float
+        Steps per second; negative ones go backwards.
+    steps : int
+        Number of steps; 0 goes on until the steady state, at most 5000.
+    load_n : float
+        Constant external force on the runner along +x, N.
+
+    Raises
+    ------
+    StickSlipError
+        If amplitude, frequency or steps are refused, or the integration has failed.
+
+    """
+    if amplitude_m == 0.0:
+        preload_n = parameters.stand.preload
+        return DriveRun(preload_n=preload_n, amplitude_m=0.0, frequency_hz=frequency_hz)
+    request = Request('sawtooth', (voltage_for(parameters, amplitude_m), frequency_hz, 0.0))
+    wave = check_request(request, parameters)
+    parameters = start_on_wave(parameters, wave)
+    if steps < 0:
+        raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for the steady state')
+    plants = plant_of(parameters)
+    states = state_at_rest(plants, parameters.stand.preload)
+    if parameters.stand.preload_end:
+        change_preload(plants, states, parameters, parameters.stand.preload_end)
+    start_clock(states)
+    most, loss_j = steps or STEADY_STEPS_MAX, 0.0
+    ramps: Array = np.empty((0, 3))
+    while len(ramps) < most and (steps or not is_steady(plants[0], ramps)):
+        heed_stop()
+        cycles = min(STEADY_WINDOW, most - len(ramps))
+        _, before_j = energies_of_contacts(plants, states)
+        ramps = np.concatenate((ramps, advance_cycles(plants, states, wave, cycles, load_n)))
+        _, after_j = energies_of_contacts(plants, states)
+        loss_j = float(after_j - before_j) / cycles
+    return DriveRun(
+        preload_n=float(states['preload_n'].item()),
+        amplitude_m=amplitude_m,
+        frequency_hz=frequency_hz,
+        energy_loss_per_step_j=loss_j,
+        **_read_off(plants[0], ramps, take_ledger(plants, states), wave),
+    )
+
+
+def advance_cycles(
+    plants: Record, states: Record, wave: Wave, cycles: int, load_n: float = 0.0
+) -> Array:
+    """
+    Advance a drive to the end of so many cycles of its wave; return their log.
+
+    Its columns are position after the fall, mean and final position, m, one row for a cycle.
+
+    """
+    log = np.empty((cycles, 3))
+    first = int(states['clock']['cycle'].item())
+    time_s = cycles * wave.period_s - float(states['clock']['ramp_s'].item())
+    while int(states['clock']['cycle'].item()) < first + cycles:
+        advance(plants, states, wave, load_n, time_s, log)
+        time_s = ROUNDING_S
+    return np.roll(log, -(first % cycles), axis=0)
+
+
+def simulate(
+    parameters: Parameters,
+    *,
+    amplitude_m: float | None = None,
+    voltage_v: float | None = None,
+    waveform: ArrayLike | None = None,
+    frequency_hz: float | None = None,
+    steps: int = 0,
+    path: str | Path | None = None,
+    is_recorded: bool = True,
+    progress: bool | Progress = False,
+) -> Run:
+    """
+    Drive the whole stand with a saw-tooth or another wave, from rest, and record it.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    amplitude_m : float, optional
+        Stroke of the feet along a saw-tooth, peak to peak, m.
+    voltage_v : float, optional
+        In place of the stroke: the voltage, peak to peak, V.
+    waveform : array-like, shape (n, 2), optional
+        In place of a saw-tooth: one cycle of times, s, and voltages, V, that ends as it begins.
+    frequency_hz : float, optional
+        Steps per second; negative ones go backwards. By default 1000, or as the waveform says.
+    steps : int
+        Number of steps; 0 goes on until the force is steady, at most 5000.
+    path : path-like, optional
+        The file to record; by default one that lives as long as what is returned.
+    is_recorded : bool
+        Whether there is a file at all; without one a run takes less time.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with steps done and wanted, 0 if
+        that is not known.
+
+    Raises
+    ------
+    StickSlipError
+        If wave, frequency or steps are refused, or the recording cannot be written.
+
+    """
+    given = (amplitude_m, voltage_v, waveform)
+    if sum(each is not None for each in given) != 1:
+        names = 'amplitude_m, voltage_v, waveform'
+        raise WrongKind(names, given, 'one of them', 'leave out the others')
+    if amplitude_m is not None:
+        voltage_v = voltage_for(parameters, amplitude_m)
+    if voltage_v is not None:
+        frequency_hz = SAWTOOTH_HZ if frequency_hz is None else frequency_hz
+        request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
+    else:
+        rows = np.asarray(waveform, dtype=np.float64)
+        request, voltage_v, frequency_hz = _stretched(parameters, rows, frequency_hz, steps)
+    folder = Path(tempfile.mkdtemp(prefix='stickslip-')) if is_recorded and not path else None
+    file = folder / 'run.mcap' if folder else Path(path) if path else None
+    try:
+        with progress_of(progress, 'steps') as show:
+            ran = _run(parameters, request, voltage_v, frequency_hz, steps, file, show)
+    except BaseException:
+        if folder:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+    return Run(file, ran, folder)
+
+
+def _stretched(
+    parameters: Parameters, rows: Array, frequency_hz: float | None, steps: int
+) -> tuple[Request, float, float]:
+    """Return what asks for a wave at a frequency, its voltage peak to peak, its frequency."""
+    wave = check_request(Request('waveform', tuple(np.ravel(rows))), parameters)
+    if frequency_hz is None:
+        frequency_hz = 1.0 / wave.period_s
+    elif not 0.0 < frequency_hz < np.inf:
+        raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
+    stretched = wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0))
+    request = Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps)
+    return request, float(np.ptp(stretched[:, 1])), frequency_hz
+
+
+def _run(
+    parameters: Parameters,
+    request: Request,
+    voltage_v: float,
+    frequency_hz: float,
+    steps: int,
+    path: Path | None,
+    progress: Progress,
+) -> SawtoothRun:
+    """Carry out a request that has so many steps, from rest; 0 goes on until the steady state."""
+    wave = check_request(request, parameters)
+    parameters = start_on_wave(parameters, wave)
+    Bench(parameters).update(parameters.block_ns)  # compiles, so that wall_s does not: 2 ms
+    if path is None:
+        bench = Bench(_in_long_blocks(parameters))
+        start_s = time.perf_counter()
+        ramps = _drive(
+            bench, bench.update, request, steps, frequency_hz, parameters.block_ns, progress
+        )
+    else:
+        start_s = time.perf_counter()
+        with RunWriter(path, parameters, wait=True) as writer:
+            run = ReportingBench(parameters, writer=writer)
+            bench = run.bench
+            grid_ns = parameters.trace_period_ns
+            ramps = _drive(bench, run.update, request, steps, frequency_hz, grid_ns, progress)
+    wall_s, simulated_s = time.perf_counter() - start_s, bench.time_ns * NANO
+    return SawtoothRun(
+        preload_n=parameters.stand.preload,
+        voltage_v=voltage_v,
+        amplitude_m=voltage_v * parameters.actuator.gain,
+        frequency_hz=frequency_hz,
+        simulated_s=simulated_s,
+        wall_s=wall_s,
+        real_time_factor=simulated_s / wall_s,
+        recording=str(path) if path else '',
+        **_read_off(bench.plant, ramps, bench.ledger, wave),
+    )
+
+
+def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
+    """
+    Return parameters whose drive rests at the first voltage of a wave, unless one was chosen.
+
+    Whoever gives ``amplifier.voltage_initial`` has chosen it, also at the default. A saw-tooth
+    backwards starts at its upper end; resting there, a run backwards is the mirror
+    image of the run forwards.
+
+    """
+    if not isinstance(parameters.amplifier.voltage_initial, Unchosen):
+        return parameters
+    return parameters.updated({'amplifier.voltage_initial': wave.start_v})
+
+
+def _in_long_blocks(parameters: Parameters) -> Parameters:
+    """Return parameters with the longest blocks: what nobody records is looked at seldom."""
+    longest_s = parameters.trace.period
+    if longest_s > (spec_of('sim.block').maximum or 0.0):
+        return parameters
+    return parameters.updated({'sim.block': longest_s})
+
+
+def _drive(
+    bench: Bench,
+    update: Callable[[int, list[Request]], Output],
+    request: Request,
+    wanted: int,
+    frequency_hz: float,
+    grid_ns: int,
+    progress: Progress,
+) -> Array:
+    """
+    Update block by block until the wave has ended; return the log of its ramps.
+
+    It ends at a multiple of ``grid_ns``. The blocks of the bench may be longer: it takes them
+    while the end is far.
+
+    """
+    short_ns = min(bench.parameters.block_ns, grid_ns)
+    requests, logs, done = [request], list[Array](), 0
+    while True:
+        heed_stop()
+        sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz)
+        is_far = sure_s > 2.0 * bench.parameters.sim.block
+        step_ns = bench.parameters.block_ns if is_far else short_ns
+        output = update(bench.time_ns + step_ns, requests)
+        requests = []
+        if len(output.ramps):
+            logs.append(output.ramps)
+            done += len(output.ramps)
+            progress(done, wanted)
+        if not output.status & Status.MOVING and bench.time_ns % grid_ns == 0:
+            return np.concatenate(logs)
+        may_end = not wanted and done >= STEADY_STEPS_MIN and len(output.ramps)
+        if may_end and (done >= STEADY_STEPS_MAX or is_steady(bench.plant, np.concatenate(logs))):
+            requests = [Request('stop')]
+
+
+def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
+    """Return what a result says of the log of its ramps, and its energy balance."""
+    mean_n = mean_force_n(plant, ramps)
+    scatter_m, correlation_m = step_scatter_m(ramps)
+    return {
+        'force_mean_n': mean_n,
+        'force_net_n': net_force_n(plant, mean_n, wave),
+        'force_ramp_start_n': force_at_n(plant, ramps[-1, RAMP_START]),
+        'step_length_m': step_length_m(ramps),
+        'step_scatter_m': scatter_m,
+        'step_correlation_m': correlation_m,
+        'steady': is_steady(plant, ramps),
+        'steps': len(ramps),
+        'energy_residual': relative_residual(ledger),
+    }
+
+
+def is_steady(plant: Record, ramps: Array) -> bool:
+    """
+    Return whether a run has become steady.
+
+    Parameters
+    ----------
+    plant : record of PLANT
+        The drive. With a load cell the mean force counts, which a one-sided one must show;
+        without, the steps of the runner.
+    ramps : array, shape (steps, 3)
+        Log of the ramps: position after the fall, mean and final position, m.
+
+    """
+    if len(ramps) < STEADY_STEPS_MIN:
+        return False
+    is_free = not (plant.cell_n_per_m > 0.0 or plant.walls.cell_n_per_m > 0.0)
+    earlier, before, now = (
+        step_length_m(part) if is_free else mean_force_n(plant, part)
+        for part in (ramps[: -2 * STEADY_WINDOW], ramps[:-STEADY_WINDOW], ramps)
+    )
+    if plant.walls.cell_n_per_m > 0.0 and now <= 0.0:
+        return False
+    change, change_before = abs(now - before), abs(before - earlier)
+    is_near = change**2 <= STEADY_ERROR * abs(now) * (change_before - change)
+    return bool(is_near or change <= STEADY_ROUNDING * abs(now))
+
+
+def mean_force_n(plant: Record, ramps: Array) -> float:
+    """Return the force in the load cell at the mean position of the last cycle, N."""
+    return force_at_n(plant, ramps[-1, RAMP_MEAN])
+
+
+def net_force_n(plant: Record, mean_n: float, wave: Wave) -> float:
+    """Return a mean force without elastic following along the mean way of the feet, N."""
+    following_m = float(plant.gain_m_per_v) * mean_rise_v(wave)
+    return mean_n - following_n_per_m(plant) * following_m if mean_n else 0.0
+
+
+def following_n_per_m(plant: Record) -> float:
+    """Return the stiffness of a load cell in series with the sticking contacts, N/m."""
+    contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
+    stick_n_per_m = {MDR: contact.curve.cells[0, 1], COULOMB: np.inf}.get(
+        int(contact.law.number), contact.law.bristle_n_per_m
+    )
+    return float(1.0 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m))
+
+
+def force_at_n(plant: Record, position_m: float) -> float:
+    """Return the force in the load cell at a position of the runner, N."""
+    return float(in_python(cell_force)(plant, float(position_m)))
+
+
+def step_length_m(ramps: Array) -> float:
+    """Return the net motion per cycle over the last cycles, m; a first cycle starts at 0."""
+    cycles = min(STEP_LENGTH_CYCLES, len(ramps))
+    start_m = float(ramps[-1 - cycles, RAMP_END]) if cycles < len(ramps) else 0.0
+    return (float(ramps[-1, RAMP_END]) - start_m) / cycles
+
+
+def step_scatter_m(ramps: Array) -> tuple[float, float]:
+    """Return standard deviation and correlation length of the steps of a run's second half, m."""
+    steps_m = np.diff(ramps[len(ramps) // 2 :, RAMP_END])
+    if len(steps_m) < 2:
+        return 0.0, 0.0
+    mean_m, scatter_m = float(np.mean(steps_m)), float(np.std(steps_m))
+    if scatter_m <= STEADY_ROUNDING * abs(mean_m):
+        return scatter_m, 0.0
+    products = np.correlate(steps_m - mean_m, steps_m - mean_m, 'full')[len(steps_m) - 1 :]
+    correlation = products / products[0]
+    lag = int(np.argmax(correlation < 1.0 / np.e))  # the sum of all is 0: some are below
+    lag -= (1.0 / np.e - correlation[lag]) / (correlation[lag - 1] - correlation[lag])
+    return scatter_m, abs(mean_m) * float(lag)
+
+
+def relative_residual(ledger: EnergyLedger) -> float:
+    """Return what the energy balance misses, relative to the work of the feet."""
+    return ledger.residual_j / ledger.feet_work_j if ledger.feet_work_j else 0.0
+
+
+def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
+    """
+    Return the saw-tooth voltage for a stroke of the feet, V.
+
+    Raises
+    ------
+    OutOfRange, WrongKind
+        If it is negative or not finite, or the amplifier cannot reach it.
+
+    """
+    STROKE.check('amplitude', amplitude_m)
+    largest_m = full_stroke_m(parameters)
+    # A stroke typed in nanometres may exceed the largest by rounding only.
+    if amplitude_m > largest_m * (1.0 + 1e-9):
+        limit = f'above the {largest_m:.6g} m that the amplifier reaches'
+        hint = 'lower it'
+        if SMALLEST_MEANT_M <= amplitude_m * NANO <= largest_m:
+            hint += f'; {amplitude_m:g} nm is {amplitude_m * NANO:g} m'
+        raise OutOfRange('amplitude', amplitude_m, 'm', limit, hint)
+    return min(amplitude_m, largest_m) / parameters.actuator.gain
+
+
+def full_stroke_m(parameters: Parameters) -> float:
+    """Return the largest stroke of the feet, m: over the whole range of the amplifier."""
+    amplifier = parameters.amplifier
+    return (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain

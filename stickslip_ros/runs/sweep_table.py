@@ -1,0 +1,177 @@
+"""The table of a sweep in a file: CSV, or Parquet if its package is there."""
+
+import csv
+import itertools
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import stickslip_ros
+from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
+from stickslip_ros.extras import load_extra
+from stickslip_ros.files import make_room, replacing
+from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
+from stickslip_ros.runs.journal import Row
+from stickslip_ros.runs.sweep import ASKED, COLUMNS, STOP_RULE, bare_name
+from stickslip_ros.tables.experiment import POINT_COLUMNS
+
+CSV, PARQUET = '.csv', '.parquet'
+VERSION, PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
+"""Metadata of a Parquet file, and comment lines above the header of CSV."""
+COMMENT = '# '
+MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
+OF_A_RUN = {*COLUMNS, STOP_RULE} - {*ASKED, *MEASURED}
+"""Columns that say how a run went; all that are none of these are varied parameters."""
+NUMBERS = {name: POINT_COLUMNS[name] for name in ASKED}
+NUMBERS |= dict.fromkeys(MEASURED, Spec(float, 0.0, '', '', ''))
+AGAIN = 'write the table again with: stickslip sweep'
+
+
+def check_table_path(path: Path) -> None:
+    """
+    Refuse a file that could not be written, before the work is done.
+
+    Raises
+    ------
+    WrongKind
+        If it is neither CSV nor Parquet.
+    MissingExtra
+        If Parquet is asked for and its package is not installed.
+    RecordingError
+        If it cannot be written.
+
+    """
+    if path.suffix not in {CSV, PARQUET}:
+        raise WrongKind('output', str(path), 'a .csv or .parquet file', 'end its name so')
+    if path.suffix == PARQUET:
+        load_extra('a Parquet file', 'pyarrow')
+    make_room(path)
+
+
+def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None:
+    """
+    Write rows with their names as header; the file appears when it is complete.
+
+    Parameters
+    ----------
+    rows : sequence of dict
+        At least one; all have the same names.
+    path : Path
+        The file, ``.csv`` or ``.parquet``; floats are written to the bit.
+    parameters : Parameters
+        The stand, for the comment lines above, or the metadata of a Parquet file.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be written.
+
+    """
+    described = {VERSION: stickslip_ros.__version__, PARAMETERS: json.dumps(parameters.flat())}
+    with replacing(path) as part:
+        if path.suffix == PARQUET:
+            _write_parquet(rows, part, described)
+            return
+        with part.open('w', newline='', encoding='utf-8') as file:
+            file.writelines(f'{COMMENT}{name}: {text}\n' for name, text in described.items())
+            writer = csv.DictWriter(file, list(rows[0]))
+            writer.writeheader()
+            writer.writerows(rows)
+
+
+def is_sweep(path: Path) -> bool:
+    """Tell by its header whether a CSV file is the table of a sweep."""
+    try:
+        with path.open(newline='', encoding='utf-8') as file:
+            below = itertools.dropwhile(_is_comment, file)
+            return STOP_RULE in next(csv.reader(below), [])
+    except (UnicodeDecodeError, csv.Error):
+        return False
+
+
+def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
+    """
+    Read the table that ``stickslip sweep`` wrote.
+
+    Returns
+    -------
+    rows : list of dict
+        At least one; values are as they were written.
+    described : dict of str to scalar or None
+        All parameters and the version; None of a table of an older version.
+
+    Raises
+    ------
+    StickSlipError
+        If it is damaged.
+
+    """
+    if path.suffix == PARQUET:
+        table = read_parquet(path, AGAIN)
+        metadata = table.schema.metadata or {}
+        described = _described({name.decode(): text.decode() for name, text in metadata.items()})
+        rows = table.to_pylist()
+        first = 1
+    else:
+        with path.open(newline='', encoding='utf-8') as file:
+            lines = list(file)
+        comments = list(itertools.takewhile(_is_comment, lines))
+        pairs = (line.removeprefix(COMMENT).partition(': ') for line in comments)
+        described = _described({name: text.strip() for name, _, text in pairs})
+        rows, first = list(csv.DictReader(lines[len(comments) :])), len(comments) + 2
+    if not rows:
+        raise RecordingError(path, 'has no rows', AGAIN)
+    numbered = enumerate(rows, first)
+    return [_checked(row, f'{path}: line {number}') for number, row in numbered], described
+
+
+def _is_comment(line: str) -> bool:
+    return line.startswith(COMMENT)
+
+
+def _write_parquet(rows: Sequence[Row], path: Path, metadata: Mapping[str, str]) -> None:
+    pyarrow = load_extra('a Parquet file', 'pyarrow')
+    parquet = load_extra('a Parquet file', 'pyarrow.parquet')
+    table = pyarrow.table({name: [row[name] for row in rows] for name in rows[0]})
+    parquet.write_table(table.replace_schema_metadata(metadata), path)
+
+
+def read_parquet(path: Path, hint: str) -> Any:
+    """Return the pyarrow table of a Parquet file; RecordingError with this hint if it is none."""
+    parquet = load_extra('a Parquet file', 'pyarrow.parquet')
+    try:
+        return parquet.read_table(path)
+    except (OSError, ValueError) as error:  # pyarrow's errors are both
+        problem = f'cannot be read as a Parquet file ({str(error).splitlines()[0]})'
+        raise RecordingError(path, problem, hint) from None
+
+
+def _described(metadata: Mapping[str, str]) -> dict[str, Scalar] | None:
+    if PARAMETERS not in metadata:
+        return None
+    return {'stickslip_ros': metadata[VERSION], **json.loads(metadata[PARAMETERS])}
+
+
+def _checked(row: Mapping[str, Any], where: str) -> Row:
+    """Return a row with its values as what they are, or refuse it."""
+    missing = sorted(name for name in (*NUMBERS, 'steady') if row.get(name) in (None, ''))
+    if missing:
+        raise RecordingError(where, f'column {missing[0]} has no value', AGAIN)
+    if None in row:
+        raise RecordingError(where, 'has more values than columns', 'take them away')
+    return {name: _value(name, value, f'{where}, column {name}:') for name, value in row.items()}
+
+
+def _value(name: str, value: Any, where: str) -> Scalar:
+    if name in NUMBERS:
+        return NUMBERS[name].check(where, value)
+    if name == 'steady':
+        return str(value).lower() == 'true'
+    if name in OF_A_RUN:
+        return str(value)
+    try:
+        spec = spec_of(bare_name(name))
+    except UnknownName as error:
+        raise RecordingError(where, str(error), 'take the column away') from None
+    return spec.check(where, value)

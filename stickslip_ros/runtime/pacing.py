@@ -1,0 +1,222 @@
+"""Absolute deadlines, and what lets the threads of a process wake up in time to meet them."""
+
+import ctypes
+import math
+import os
+import platform
+import re
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from stickslip_ros.units import NS_PER_S
+
+TICKS_KEPT = 100_000
+"""Ticks that a report looks back on, at most."""
+LAG_MAX_S = 0.1
+"""Lag that is caught up; beyond it the deadlines are moved and simulated time stays behind."""
+
+SWITCH_S: Final = 5e-5
+"""Longest time that a callback may hold the interpreter while the drive's tick is due."""
+SLICE_S: Final = 3e-4
+"""Slice that is asked of Linux: longer than a tick computes, shorter than what others have."""
+SLACK_S: Final = 1e-9
+"""By how much Linux may let a sleep last longer."""
+
+THIS_THREAD: Final = 0
+_SET_ATTRIBUTES, _GET_ATTRIBUTES = 314, 315
+"""sched_setattr and sched_getattr on x86-64: C libraries have no name for them before 2025."""
+KNOWS_SLICES: Final = platform.machine() == 'x86_64' and (
+    tuple(map(int, re.findall(r'\d+', platform.release())[:2])) >= (6, 12)
+)
+"""Whether a thread may ask for slices of its own; older kernels take no notice."""
+_SET_TIMER_SLACK: Final = 29
+_GET_TIMER_SLACK: Final = 30
+
+
+@dataclass(frozen=True)
+class PaceReport:
+    """
+    How well the deadlines were met since the last report.
+
+    Attributes
+    ----------
+    real_time_factor : float
+        Simulated time per wall-clock time; time in which the loop was held does not count.
+    lateness_mean_s, lateness_p99_s, lateness_max_s : float
+        How long after its deadline a tick began.
+    overruns : int
+        Ticks that began more than a period late.
+    ticks : int
+        Ticks in the report.
+    overruns_total : int
+        Overruns since the start.
+    behind_s : float
+        Wall-clock time by which deadlines were moved since the start, because the lag was too
+        large to catch up.
+    missing_s : float
+        Simulated time that there would be more, had the wanted pace been kept; never below 0.
+
+    """
+
+    real_time_factor: float
+    lateness_mean_s: float
+    lateness_p99_s: float
+    lateness_max_s: float
+    overruns: int
+    ticks: int
+    overruns_total: int
+    behind_s: float
+    missing_s: float
+
+
+class Pacer:
+    """Holds a loop to absolute deadlines; the real-time factor 0 is as fast as possible."""
+
+    def __init__(self, block_s: float, real_time_factor: float) -> None:
+        self.real_time_factor = real_time_factor
+        self._block_s = block_s
+        self._period_s = block_s / real_time_factor if real_time_factor > 0.0 else 0.0
+        self._overruns_total = 0
+        self._behind_s = 0.0
+        self._lock = threading.Lock()
+        self.start()
+
+    def start(self) -> None:
+        """Begin to count deadlines now."""
+        with self._lock:
+            self._held_since_s: float | None = None
+            self._deadline_s = self._report_s = time.monotonic()
+            self._lateness_s: deque[float] = deque(maxlen=TICKS_KEPT)
+
+    def hold(self) -> None:
+        """Note that the loop stands still on purpose from now on; the second time, nothing."""
+        with self._lock:
+            if self._held_since_s is None:
+                self._held_since_s = time.monotonic()
+
+    def resume(self) -> None:
+        """Begin deadlines anew after a hold, which is no lateness; without one, nothing."""
+        with self._lock:
+            if self._held_since_s is not None:
+                self._deadline_s = time.monotonic()
+                self._report_s += self._deadline_s - self._held_since_s
+                self._held_since_s = None
+
+    def wait(self, sleep: Callable[[float], None] = time.sleep) -> None:
+        """Sleep until the next deadline, unless ``sleep`` ends early; note how late it is then."""
+        if self._period_s == 0.0:
+            self._lateness_s.append(0.0)
+            return
+        self._deadline_s += self._period_s
+        pause_s = self._deadline_s - time.monotonic()
+        if pause_s > 0.0:
+            sleep(pause_s)
+        late_s = max(0.0, time.monotonic() - self._deadline_s)
+        self._overruns_total += late_s > self._period_s  # first: a report reads it last
+        self._lateness_s.append(late_s)
+        if late_s > max(LAG_MAX_S, 2.0 * self._period_s):
+            self._deadline_s += late_s
+            self._behind_s += late_s
+
+    def report(self) -> PaceReport:
+        """Summarise the ticks since the last report, and begin a new one."""
+        elapsed_s, ticks = self._turn_over()
+        lateness = np.array(ticks)
+        simulated_s = len(lateness) * self._block_s
+        late = lateness if len(lateness) else np.array([math.nan])
+        return PaceReport(
+            real_time_factor=simulated_s / elapsed_s if elapsed_s else 0.0,
+            lateness_mean_s=float(late.mean()),
+            lateness_p99_s=float(np.quantile(late, 0.99)),
+            lateness_max_s=float(late.max()),
+            overruns=int(np.count_nonzero(lateness > self._period_s)) if self._period_s else 0,
+            ticks=len(lateness),
+            overruns_total=self._overruns_total,
+            behind_s=self._behind_s,
+            missing_s=max(0.0, elapsed_s * self.real_time_factor - simulated_s),
+        )
+
+    def _turn_over(self) -> tuple[float, deque[float]]:
+        """Return the time in which the loop ran and its ticks; begin a new report."""
+        with self._lock:
+            now_s = time.monotonic()
+            elapsed_s = now_s - self._report_s
+            if self._held_since_s is not None:
+                elapsed_s -= now_s - self._held_since_s
+                self._held_since_s = now_s
+            self._report_s = now_s
+            ticks, self._lateness_s = self._lateness_s, deque(maxlen=TICKS_KEPT)
+        return elapsed_s, ticks
+
+
+class _Attributes(ctypes.Structure):
+    """``struct sched_attr`` of Linux."""
+
+    _fields_ = (
+        ('size', ctypes.c_uint32),
+        ('policy', ctypes.c_uint32),
+        ('flags', ctypes.c_uint64),
+        ('nice', ctypes.c_int32),
+        ('priority', ctypes.c_uint32),
+        ('runtime_ns', ctypes.c_uint64),
+        ('deadline_ns', ctypes.c_uint64),
+        ('period_ns', ctypes.c_uint64),
+    )
+
+
+def wake_in_time() -> None:
+    """
+    Have the threads of this process, and of those that it starts, wake up when they are due.
+
+    To be called before threads start: they inherit it. Where Linux knows only a part of it, the
+    rest is done.
+
+    - The interpreter changes threads after `SWITCH_S`.
+    - Linux lets a sleep last 50 us longer than asked for, to wake up seldom; now it does not.
+    - From Linux 6.12 on, a thread with a short slice that wakes up takes the processor from one
+      with a long slice, instead of waiting for the end of that (2.8 ms on two cores). Its share of
+      the processor stays the same.
+
+    """
+    sys.setswitchinterval(SWITCH_S)
+    ctypes.CDLL(None).prctl(_SET_TIMER_SLACK, ctypes.c_ulong(round(SLACK_S * NS_PER_S)))
+    if KNOWS_SLICES:
+        _ask_for_slices()
+
+
+def slice_s(thread: int = THIS_THREAD) -> float | None:
+    """Return the slice of a thread, given its number, s; None where Linux does not tell."""
+    attributes = _attributes(thread) if KNOWS_SLICES else None
+    return attributes.runtime_ns / NS_PER_S if attributes and attributes.runtime_ns else None
+
+
+def slack_s() -> float:
+    """Return how much longer a sleep of the calling thread may last, s."""
+    return int(ctypes.CDLL(None).prctl(_GET_TIMER_SLACK)) / NS_PER_S
+
+
+def _ask_for_slices() -> None:
+    """Ask for short slices; a thread whose policy was chosen by ``chrt`` is left alone."""
+    attributes = _attributes(THIS_THREAD)
+    if attributes is not None and attributes.policy == os.SCHED_OTHER:
+        attributes.runtime_ns = round(SLICE_S * NS_PER_S)
+        _call(_SET_ATTRIBUTES, THIS_THREAD, ctypes.byref(attributes), 0)
+
+
+def _attributes(thread: int) -> _Attributes | None:
+    attributes = _Attributes()
+    size = ctypes.sizeof(attributes)
+    failed = _call(_GET_ATTRIBUTES, thread, ctypes.byref(attributes), size, 0)
+    return None if failed else attributes
+
+
+def _call(number: int, *arguments: object) -> int:
+    """Make a call of Linux; anything but 0 is a failure."""
+    return int(ctypes.CDLL(None).syscall(number, *arguments))

@@ -1,0 +1,334 @@
+"""A running drive: its own thread does the work; other threads only queue orders."""
+
+import threading
+import time
+from collections import deque
+from concurrent.futures import Future
+from enum import Enum, auto
+from typing import Any
+
+from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.process.stopping import StillBusy
+from stickslip_ros.recording.run import Publish, RunWriter
+from stickslip_ros.runtime.kernels import Kernels
+from stickslip_ros.runtime.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
+from stickslip_ros.runtime.pacing import Pacer
+from stickslip_ros.runtime.time_control import Grant, TimeControl, has_system_time
+from stickslip_ros.runtime.worker import NOBODY, Callbacks, Worker
+from stickslip_ros.units import NANO
+
+LONG_PAUSE_S = 0.2
+"""A longer pause ends at once when the drive is stopped or held; sleeping is more exact."""
+HOLD_TIMEOUT_S = 10.0
+WAITING_MAX = 2_000_000
+"""Numbers that commands may hold while they wait: those of ten of the longest waveforms."""
+STOP_TIMEOUT_S = 5.0
+
+
+class Turn(Enum):
+    """What the thread of a session does next."""
+
+    ADVANCE = auto()
+    STEP = auto()
+    SERVE = auto()
+    END = auto()
+
+
+class Session:
+    """
+    The drive as a thread that ticks once per block.
+
+    Attributes
+    ----------
+    worker : Worker
+        What the thread does; of its state others may read, but change nothing.
+    bench : Bench
+        The drive itself.
+    failure : BaseException or None
+        Why there will be no further tick.
+    kernels : Kernels
+        The kernels that it has, and those that are being compiled.
+
+    Raises
+    ------
+    StickSlipError
+        If the schedule of faults cannot be read or is not allowed.
+
+    """
+
+    def __init__(
+        self, parameters: Parameters, publish: Publish, callbacks: Callbacks = NOBODY
+    ) -> None:
+        self.parameters = parameters
+        lockstep = parameters.sim.lockstep
+        self.pacer = Pacer(
+            parameters.sim.block, 0.0 if lockstep else parameters.sim.real_time_factor
+        )
+        self.failure: BaseException | None = None
+        self._on_failure = callbacks.on_failure
+        self._changed = threading.Condition()
+        self.kernels = Kernels(parameters, self._notify)
+        self.worker = Worker(parameters, publish, callbacks)
+        self.bench = self.worker.bench
+        self._time_control = TimeControl(parameters.block_ns, lockstep=lockstep)
+        self._orders = Orders(by_topic=lockstep, must_wait=self.kernels.must_wait)
+        self._steps: deque[Future[None]] = deque()
+        self._due: list[Order] = []
+        self._is_ending = self._has_started = False
+        self._busy_since_s: float | None = None
+        self._thread: threading.Thread | None = None
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether simulated time is held by ``~/set_paused``."""
+        return self._time_control.is_paused
+
+    @property
+    def busy_s(self) -> float:
+        """How long the present block lasts by now, s; 0 between two blocks."""
+        since_s = self._busy_since_s
+        return 0.0 if since_s is None else time.monotonic() - since_s
+
+    @property
+    def stamps_behind_s(self) -> float | None:
+        """By how much stamps lag the system's time, s; None where they do not follow it."""
+        origin_ns = self.worker.time_origin_ns
+        return (time.time_ns() - origin_ns - self.bench.time_ns) * NANO if origin_ns else None
+
+    def fix_time_origin(self, *, follows_clock: bool) -> None:
+        """
+        Let stamps begin now, as `has_system_time` says; once the drive has started, nothing.
+
+        A reading is published when its block begins: its stamp, the end of the block, shall not
+        lie in the future.
+
+        """
+        if self._has_started:
+            return
+        self.worker.time_origin_ns = 0
+        if has_system_time(self.parameters, follows_clock=follows_clock):
+            ahead_ns = self.bench.time_ns + self.parameters.block_ns
+            self.worker.time_origin_ns = time.time_ns() - ahead_ns
+
+    def start(self) -> None:
+        """Begin to tick, neither paused nor granted anything."""
+        self._is_ending, self._has_started = False, True
+        self._time_control.restart()
+        self.pacer.start()
+        self._thread = threading.Thread(target=self._run, name='stickslip drive', daemon=True)
+        self._thread.start()
+
+    def stop(self) -> RunWriter | None:
+        """
+        End the thread after its present tick; return the recording, still to be closed.
+
+        A tick that does not end is left alone: it hangs in a kernel, which nothing can interrupt.
+        `failure` says so then.
+
+        """
+        self._is_ending = True
+        self._notify()
+        if self._thread is not None:
+            self._thread.join(STOP_TIMEOUT_S)
+            if self._thread.is_alive():
+                self.failure = StillBusy(
+                    f'the present block has not ended in {STOP_TIMEOUT_S:g} s'
+                )
+            self._thread = None
+        self._orders.withdraw_all()
+        while self._steps:
+            self._steps.popleft().cancel()
+        writer, self.worker.writer = self.worker.writer, None
+        return writer
+
+    def submit(self, request: Request, due_ns: int = NEXT_BLOCK) -> 'Future[RunWriter | None]':
+        """Ask the bench for something, at the first tick from ``due_ns`` on."""
+        return self._put(Order(due_ns, request=request))
+
+    def exchange_recording(
+        self, writer: RunWriter | None, due_ns: int = AT_ONCE
+    ) -> 'Future[RunWriter | None]':
+        """Record into ``writer`` from a tick on; the reply is the recording so far."""
+        return self._put(Order(due_ns, writer=writer))
+
+    def save(self) -> 'Future[bytes]':
+        """Ask for a checkpoint of the drive at the next tick."""
+        return self._put(Order(AT_ONCE, saves=True))
+
+    def receive(self, request: Request | None) -> None:
+        """
+        Take what came on a command topic; None for a message that made no sense.
+
+        Raises
+        ------
+        OutOfRange
+            If too much waits already: time is held, or the drive cannot follow.
+
+        """
+        with self._changed:
+            self._time_control.count_command()
+            if request is not None:
+                _check_waiting(self._orders.numbers)
+                self._orders.put(Order(NEXT_BLOCK, request=request))
+            self._changed.notify_all()
+
+    def extend_grant(self, grant: Grant) -> None:
+        """Allow the drive to go on in lockstep."""
+        with self._changed:
+            self._time_control.extend(grant)
+            self._changed.notify_all()
+
+    def set_paused(self, wanted: bool) -> None:
+        """
+        Hold simulated time, from the end of the present tick on, or let it run on.
+
+        Raises
+        ------
+        StickSlipError
+            If the present tick does not end.
+
+        """
+        with self._changed:
+            self._time_control.is_paused = wanted
+            self._changed.notify_all()
+            if wanted and not self._changed.wait_for(
+                lambda: self._busy_since_s is None, HOLD_TIMEOUT_S
+            ):
+                raise StickSlipError(f'the present block has not ended in {HOLD_TIMEOUT_S:g} s')
+
+    def step(self) -> 'Future[None]':
+        """
+        Advance by one block while paused.
+
+        Raises
+        ------
+        StickSlipError
+            If the drive is not paused, or the block was not granted.
+
+        """
+        with self._changed:
+            if not self._time_control.is_paused:
+                raise StickSlipError('simulated time runs; call ~/set_paused with true first')
+            if not self._time_control.is_granted(self.bench.time_ns):
+                raise StickSlipError('the next block is not granted; send command/grant first')
+            reply: Future[None] = Future()
+            self._steps.append(reply)
+            self._changed.notify_all()
+            return reply
+
+    @property
+    def held(self) -> int:
+        """Number of commands that wait for kernels that are being compiled."""
+        with self._changed:
+            return self._orders.held(self.bench.time_ns)
+
+    def _waits_for_kernels(self, now_ns: int) -> bool:
+        """Return whether simulated time waits: what is not paced must not depend on compiling."""
+        is_paced = self.pacer.real_time_factor > 0.0
+        return not (is_paced or self.kernels.are_ready) and self._orders.held(now_ns) > 0
+
+    def _notify(self) -> None:
+        with self._changed:
+            self._changed.notify_all()
+
+    def _put(self, order: Order) -> 'Future[Any]':
+        with self._changed:
+            self._orders.put(order)
+            self._changed.notify_all()
+        return order.reply
+
+    def _run(self) -> None:
+        try:
+            while (turn := self._await_turn()) is not Turn.END:
+                self._take(turn)
+                self._note_idle()
+                if turn is Turn.ADVANCE:
+                    self.pacer.wait(self._sleep)
+        except BaseException as error:
+            self.failure = error
+            self._refuse_all(error)
+            self._on_failure()
+            self.worker.report_failure(error)
+            if not isinstance(error, StickSlipError):
+                raise
+        finally:
+            self._note_idle()
+
+    def _await_turn(self) -> Turn:
+        """Wait until there is something to do; say what."""
+        with self._changed:
+            while (turn := self._next_turn()) is None:
+                self.pacer.hold()
+                self._changed.wait()
+            self._busy_since_s = None if turn is Turn.END else time.monotonic()
+            return turn
+
+    def _next_turn(self) -> Turn | None:
+        """Say what is to be done now, and take the orders for it."""
+        now_ns = self.bench.time_ns
+        if self._is_ending:
+            return Turn.END
+        if self._waits_for_kernels(now_ns):
+            return None
+        if self._time_control.allows(now_ns):
+            self._due = self._orders.take(now_ns)
+            return Turn.ADVANCE
+        self._due = self._orders.take(AT_ONCE)
+        if self._due:
+            return Turn.SERVE
+        while self._steps and not self._steps[0].set_running_or_notify_cancel():
+            self._steps.popleft()
+        if not self._steps:
+            return None
+        self._due = self._orders.take(now_ns)
+        return Turn.STEP
+
+    def _take(self, turn: Turn) -> None:
+        """Do what is to be done."""
+        if turn is Turn.SERVE:
+            self.worker.serve(self._due)
+        elif turn is Turn.STEP:
+            self.worker.advance(self._due)
+            self._steps.popleft().set_result(None)
+        else:
+            self.pacer.resume()
+            self.worker.advance(self._due)
+        self._due = []
+
+    def _note_idle(self) -> None:
+        """Note that nothing is being done, for who waits for that."""
+        self._busy_since_s = None
+        self._notify()
+
+    def _sleep(self, pause_s: float) -> None:
+        if pause_s <= LONG_PAUSE_S:
+            time.sleep(pause_s)
+            return
+        with self._changed:
+            self._changed.wait_for(lambda: self._is_ending or self.is_paused, pause_s)
+
+    def _refuse_all(self, error: BaseException) -> None:
+        """Answer every order that will never be carried out."""
+        why = StickSlipError(f'the drive has stopped: {error}')
+        with self._changed:
+            for order in (*self._due, *self._orders):
+                order.refuse(why)
+            while self._steps:
+                self._steps.popleft().set_exception(why)
+
+
+def _check_waiting(numbers: int) -> None:
+    if numbers >= WAITING_MAX:
+        limit = f'not below the {WAITING_MAX} that may wait for the next block'
+        raise OutOfRange('numbers of commands', numbers, '', limit, 'let simulated time run first')
+
+
+def require(session: Session | None, state: str) -> Session:
+    """Return a session that runs; refuse none, with the node's state, and one that has failed."""
+    if session is None:
+        raise StickSlipError(f'the node is {state}, not active; activate it first')
+    if session.failure is not None:
+        raise StickSlipError(f'the drive has stopped: {session.failure}; configure the node anew')
+    return session

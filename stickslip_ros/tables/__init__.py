@@ -1,0 +1,1 @@
+"""Measured tables as laboratories have them: columns, layouts, units."""

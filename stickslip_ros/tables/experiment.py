@@ -1,0 +1,454 @@
+"""Experiments: measured tables as laboratories have them, read into the columns of one form."""
+
+import dataclasses
+import io
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind, quoted
+from stickslip_ros.files import read_bytes, replacing
+from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, Spec, spec_of
+from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.tables.columns import (
+    SIGMA,
+    Column,
+    find_columns,
+    listed,
+    map_hint,
+    suggestion,
+    understood,
+    unit_question,
+)
+from stickslip_ros.tables.layout import HEAD_BYTES, TextForm, layout_of, to_number
+
+Lines = NDArray[np.intp]
+"""Lines of a file, from 1, in which the rows stand."""
+BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
+CHUNK_ROWS = 100_000
+"""Rows that are read at once: what is kept aside needs memory for so many only."""
+ONE_EACH = 'give one value per column; with decimal commas separate columns by semicolons'
+LARGEST_AMPLITUDE_M = 1e-3
+"""Ten times what a piezo stack of ordinary length reaches: above, the unit was another one."""
+
+
+def _measured(unit: str, text: str, largest: float) -> Spec:
+    return Spec(float, 0.0, unit, 'measured', text, -largest, largest)
+
+
+def _sigma(unit: str, text: str) -> Spec:
+    return Spec(float, 0.0, unit, 'measured', f'standard deviation of {text}', 0.0)
+
+
+POINT_COLUMNS: Mapping[str, Spec] = {
+    'preload_n': spec_of('stand.preload'),
+    'amplitude_m': dataclasses.replace(AMPLITUDE, maximum=LARGEST_AMPLITUDE_M),
+    'frequency_hz': FREQUENCY,
+    'force_n': _measured('N', 'generated force, mean over a cycle', 1e3),
+    'step_length_m': _measured('m', 'net motion per cycle of a free runner', 1.0),
+    'amplitude_sigma_m': _sigma('m', 'the amplitude'),
+    'force_sigma_n': _sigma('N', 'the force'),
+    'step_length_sigma_m': _sigma('m', 'the step length'),
+}
+TIME_COLUMNS: Mapping[str, Spec] = {
+    'time_s': _measured('s', 'time of the sample; each after the one before', 1e12),
+    'position_m': _measured('m', 'position of the runner', 1.0),
+    'force_n': _measured('N', 'force on the load cell', 1e3),
+    'voltage_v': _measured('V', 'voltage at the piezo', 1e5),
+    'foot_m': _measured('m', 'displacement of the feet', 1.0),
+    'position_sigma_m': _sigma('m', 'the position'),
+    'force_sigma_n': _sigma('N', 'the force'),
+    'voltage_sigma_v': _sigma('V', 'the voltage'),
+    'foot_sigma_m': _sigma('m', 'the displacement'),
+}
+COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
+NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
+MEASURED = {
+    BY_AMPLITUDE: ('force_n', 'step_length_m'),
+    OVER_TIME: ('position_m', 'force_n', 'voltage_v', 'foot_m'),
+}
+"""Columns of which at least one must be there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """
+    A measured table.
+
+    Attributes
+    ----------
+    origin : str
+        File that it came from.
+    kind : str
+        BY_AMPLITUDE or OVER_TIME.
+    columns : dict of str to array, shape (rows,)
+        Finite numbers in SI units, by column.
+    notes : tuple of str
+        Comment lines in front of the header.
+    understood : tuple of Column
+        Which column of the file is which, in which unit.
+    aside : tuple of str
+        Headers of the columns that were not read.
+
+    """
+
+    origin: str
+    kind: str
+    columns: dict[str, Array]
+    notes: tuple[str, ...] = ()
+    understood: tuple[Column, ...] = ()
+    aside: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Reading:
+    """
+    What a user says of tables that do not say it themselves.
+
+    Attributes
+    ----------
+    headers : mapping of str to str
+        Header in the file of some columns, ``{'force_n': 'Force (mN)'}``; the unit in it counts
+        more than that of the file.
+    preloads_n : sequence of float
+        Preloads of tables without such a column: one of each table, or one of all.
+    report : callable, optional
+        Receives each experiment when it has been read, before anything is computed.
+
+    Raises
+    ------
+    UnknownName
+        If a column is none of an experiment.
+
+    """
+
+    headers: Mapping[str, str] = field(default_factory=dict)
+    preloads_n: Sequence[float] = ()
+    report: Callable[[Experiment], None] | None = None
+
+    def __post_init__(self) -> None:
+        """Check the names of columns and the preloads."""
+        for name in self.headers:
+            if name not in {**POINT_COLUMNS, **TIME_COLUMNS}:
+                known = (
+                    f'by amplitude {", ".join(POINT_COLUMNS)}; over time {", ".join(TIME_COLUMNS)}'
+                )
+                raise UnknownName('column of --map', name, f'known are, {known}')
+        for preload_n in self.preloads_n:
+            POINT_COLUMNS['preload_n'].check('--preload', preload_n)
+
+    def check_kind(self, kind: str, where: str) -> None:
+        """Refuse what a table of a kind does not have."""
+        useless = [f'--map {name}=' for name in self.headers if name not in COLUMNS[kind]]
+        if self.preloads_n and kind == OVER_TIME:
+            useless.append('--preload')
+        if useless:
+            problem = f'{useless[0]} is without effect on an {kind}'
+            raise RecordingError(where, problem, 'leave it away')
+
+    def check_count(self, tables: int) -> None:
+        """Refuse more preloads than there are tables."""
+        if len(self.preloads_n) > tables:
+            limit = f'above the number of tables, {tables}'
+            hint = 'give one of all, or one of each'
+            raise OutOfRange('number of preloads', len(self.preloads_n), '', limit, hint)
+
+    def preload_n(self, number: int) -> float | None:
+        """Return the preload of the table with a number, from 0."""
+        given = self.preloads_n
+        if len(given) == 1:
+            return given[0]
+        return given[number] if number < len(given) else None
+
+
+AS_IT_IS = Reading()
+
+
+def read_experiment(
+    path: Path,
+    reading: Reading = AS_IT_IS,
+    *,
+    number: int = 0,
+    kind: str | None = None,
+    measured: Sequence[str] = (),
+) -> Experiment:
+    """
+    Read a measured table, of which the header is judged first.
+
+    Parameters
+    ----------
+    path : Path
+        Text in columns, as docs/compare.md says.
+    reading : Reading
+        What the table does not say itself.
+    number : int
+        Which of several tables it is, from 0.
+    kind : str, optional
+        BY_AMPLITUDE or OVER_TIME, if only one will do.
+    measured : sequence of str
+        Columns of which at least one must be there; all that can be measured if none is named.
+
+    Raises
+    ------
+    StickSlipError
+        If it cannot be read or leaves something to guess; names file, line, and what to do.
+
+    """
+    head = read_bytes(path, 'check the path', HEAD_BYTES + 1)
+    return _read(path, layout_of(head, str(path)), str(path), reading, number, kind, measured)
+
+
+def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -> Experiment:
+    """Do what ``read_experiment`` does, with the content of a file."""
+    return _read(
+        io.BytesIO(content), layout_of(content[: HEAD_BYTES + 1], origin), origin, reading
+    )
+
+
+def read_joined(
+    paths: Sequence[Path], reading: Reading = AS_IT_IS, measured: Sequence[str] = ()
+) -> Experiment:
+    """
+    Read tables by amplitude, one below the other.
+
+    Raises
+    ------
+    StickSlipError
+        If one cannot be read, or they do not have the same columns.
+
+    """
+    parts = [
+        read_experiment(path, reading, number=at, kind=BY_AMPLITUDE, measured=measured)
+        for at, path in enumerate(paths)
+    ]
+    names = list(parts[0].columns)
+    for part in parts:
+        for name in dict.fromkeys([*names, *part.columns]):
+            if name not in part.columns or name not in names:
+                without = part if name in names else parts[0]
+                hint = 'give files with the same columns'
+                raise RecordingError(without.origin, f'has no {name}, as another file has', hint)
+    return Experiment(
+        origin=', '.join(part.origin for part in parts),
+        kind=BY_AMPLITUDE,
+        columns={name: np.concatenate([part.columns[name] for part in parts]) for name in names},
+        notes=tuple(note for part in parts for note in part.notes),
+    )
+
+
+def write_experiment(experiment: Experiment, path: Path) -> None:
+    """
+    Write an experiment as CSV with our columns in SI units; floats to the bit.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be written.
+
+    """
+    import pandas as pd  # noqa: PLC0415 - what reads no table does without
+
+    with replacing(path) as part, part.open('w', encoding='utf-8', newline='') as file:
+        file.writelines(f'# {note}\n' for note in experiment.notes)
+        pd.DataFrame(experiment.columns).to_csv(file, index=False, lineterminator='\n')
+
+
+def _read(
+    source: Path | io.BytesIO,
+    layout: TextForm,
+    origin: str,
+    reading: Reading,
+    number: int = 0,
+    kind: str | None = None,
+    measured: Sequence[str] = (),
+) -> Experiment:
+    where = f'{origin}: line {layout.header or layout.first}'
+    kind = kind or _kind(layout, reading, where)
+    reading.check_kind(kind, where)
+    names, aside = find_columns(layout, COLUMNS[kind], reading.headers, where)
+    preload_n = reading.preload_n(number)
+    if preload_n is not None and 'preload_n' in names:
+        hint = 'leave --preload away, or give as many as there are files'
+        raise RecordingError(where, f'names a preload, and --preload {preload_n:g} too', hint)
+    given = [*names] if preload_n is None else ['preload_n', *names]
+    _check_there(given, kind, measured or MEASURED[kind], aside, where)
+    chosen = understood(names, layout, COLUMNS[kind], where)
+    values, lines = _numbers(source, layout, chosen, origin)
+    if not len(lines):
+        raise RecordingError(where, 'has no values below its header', 'give at least one row')
+    for column in chosen:
+        _check_values(column, values[column.name], lines, COLUMNS[kind][column.name], origin)
+    if kind == OVER_TIME:
+        _check_rising(values['time_s'], lines, origin)
+    if preload_n is not None:
+        values = {'preload_n': np.full(len(lines), preload_n), **values}
+    firsts = [dataclasses.replace(each, first=float(values[each.name][0])) for each in chosen]
+    notes = (*layout.notes, *(f'column {quoted(each)} was kept aside' for each in aside))
+    experiment = Experiment(origin, kind, values, notes, tuple(firsts), tuple(aside))
+    if reading.report is not None:
+        reading.report(experiment)
+    return experiment
+
+
+def _kind(layout: TextForm, reading: Reading, where: str) -> str:
+    """Return whether a table is over time or by amplitude, by its columns."""
+    for kind, tells in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
+        specs = {name: COLUMNS[kind][name] for name in tells}
+        if find_columns(layout, specs, reading.headers, where)[0]:
+            return kind
+    problem = f'columns {listed(filter(None, layout.names))} tell neither a time nor an amplitude'
+    example = next(filter(None, layout.names))
+    hint = f'which one is it? {map_hint("time_s", example, "s")}, or --map amplitude_m=…'
+    raise RecordingError(where, problem, hint)
+
+
+def _check_there(
+    names: Sequence[str], kind: str, measured: Sequence[str], aside: Sequence[str], where: str
+) -> None:
+    """Refuse a header that lacks a column, and ask which one it may be."""
+    missing: list[tuple[str, ...]] = [(name,) for name in NEEDED[kind] if name not in names]
+    if not set(measured) & set(names):
+        missing.append(tuple(measured))
+    for each in missing[:1]:
+        problem = f'there is no {" or ".join(each)}'
+        name, hint = each[0], f'add it, in {COLUMNS[kind][each[0]].unit}'
+        if aside:
+            problem += f'; not understood: {listed(aside)}'
+            name, option = suggestion(each, aside, COLUMNS[kind])
+            hint = f'say which column it is, as {option}'
+        if name == 'preload_n':
+            hint += ', or give the preload of the file in N, as --preload 0.5'
+        raise RecordingError(where, problem, hint)
+    for name in names:
+        of_what = name.replace(SIGMA, '_')
+        if of_what not in names:
+            raise RecordingError(where, f'{name!r} is there without {of_what!r}', 'add that one')
+
+
+def _numbers(
+    source: Path | io.BytesIO, layout: TextForm, chosen: Sequence[Column], origin: str
+) -> tuple[dict[str, Array], Lines]:
+    """Return the columns in SI units, and the line of each row; blank lines are no rows."""
+    parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
+    lines = []
+    for first, chunk in _chunks(source, layout, origin):
+        heed_stop()
+        _check_unnamed(chunk, first, layout, origin)
+        kept = chunk.iloc[:, [column.index for column in chosen]].notna().any(axis=1).to_numpy()
+        lines.append(first + np.flatnonzero(kept))
+        for column in chosen:
+            cells = chunk[column.index][kept]
+            values = _to_floats(cells, lines[-1], layout.decimal, column, origin)
+            parts[column.name].append(_scaled(values, column.factor))
+    return {name: np.concatenate(each) for name, each in parts.items()}, np.concatenate(lines)
+
+
+def _check_unnamed(chunk: Any, first: int, layout: TextForm, origin: str) -> None:
+    """Refuse a row that goes on behind the last column with a name."""
+    named = max(at for at, name in enumerate(layout.names) if name)
+    beyond = np.flatnonzero(chunk.iloc[:, named + 1 :].notna().any(axis=1).to_numpy())
+    if len(beyond):
+        problem = f'has more values than the {named + 1} columns with names'
+        raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_EACH)
+
+
+def _chunks(source: Path | io.BytesIO, layout: TextForm, origin: str) -> Iterator[tuple[int, Any]]:
+    """Yield the line and the cells, as a frame of pandas, of some rows after the other."""
+    import pandas as pd  # noqa: PLC0415 - what reads no table does without
+
+    line = layout.first
+    try:
+        with pd.read_csv(
+            source,
+            sep=layout.delimiter,
+            decimal=layout.decimal,
+            encoding=layout.encoding,
+            skiprows=layout.first - 1,
+            header=None,
+            names=range(len(layout.names)),
+            skip_blank_lines=False,
+            skipinitialspace=True,
+            keep_default_na=False,
+            na_values=[''],
+            float_precision='round_trip',
+            chunksize=CHUNK_ROWS,
+        ) as chunks:
+            for chunk in chunks:
+                yield line, chunk
+                line += len(chunk)
+    except pd.errors.ParserError as error:
+        raise RecordingError(*_fault(str(error), layout, origin)) from None
+    except UnicodeDecodeError as error:
+        problem = f'is not {layout.encoding} throughout (byte {error.object[error.start]:#x})'
+        raise RecordingError(f'{origin}: after line {line}', problem, 'save it in UTF-8') from None
+
+
+def _fault(told: str, layout: TextForm, origin: str) -> tuple[str, str, str]:
+    """Return place, problem and hint of what pandas refuses to split into columns."""
+    if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', told):
+        problem = f'has {found[3]} values, the lines above {found[1]}'
+        return f'{origin}: line {found[2]}', problem, ONE_EACH
+    if found := re.search(r'EOF inside string starting at row (\d+)', told):
+        where = f'{origin}: line {layout.first + int(found[1])}'
+        return where, 'begins a quotation that does not end', 'take the quotation mark away'
+    return f'{origin}: below line {layout.first}', f'is no table ({told})', 'save it again as CSV'
+
+
+def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
+    """Return cells as numbers; refuse the first that is none."""
+    if cells.dtype.kind in 'iuf':
+        values = cells.to_numpy(dtype=np.float64)
+    else:
+        values = np.array([to_number(str(cell), decimal) for cell in cells])
+    wrong = np.flatnonzero(~np.isfinite(values))
+    if len(wrong):
+        [cell] = cells.iloc[wrong[:1]].fillna('')
+        where = _place(origin, lines[wrong[0]], column)
+        raise WrongKind(where, str(cell), 'a finite number', 'correct the row or take it away')
+    return np.asarray(values)
+
+
+def _place(origin: str, line: int, column: Column) -> str:
+    return f'{origin}: line {line}, column {column.header or column.name}:'
+
+
+def _scaled(values: Array, factor: float) -> Array:
+    """Return values in SI; 60 nm become the number that 60e-9 is, as a division rounds once."""
+    divisor = round(1.0 / factor)
+    return values / divisor if divisor and divisor * factor == 1.0 else values * factor
+
+
+def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origin: str) -> None:
+    """Refuse the first value outside of its limits; too large a one may have another unit."""
+    below = values < (-np.inf if spec.minimum is None else spec.minimum)
+    above = values > (np.inf if spec.maximum is None else spec.maximum)
+    is_sigma = SIGMA in column.name
+    wrong = np.flatnonzero(below | above | (is_sigma & (values == 0.0)))
+    if not len(wrong):
+        return
+    value = float(values[wrong[0]])
+    where = _place(origin, lines[wrong[0]], column)
+    if above[wrong[0]]:
+        limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
+        hint = unit_question(column.name, column.header, spec)
+    elif is_sigma:
+        limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
+    else:
+        limit, hint = f'below the minimum {spec.minimum:g} {spec.unit}', 'correct the row'
+    raise OutOfRange(where, value, spec.unit, limit, hint)
+
+
+def _check_rising(time_s: Array, lines: Lines, origin: str) -> None:
+    wrong = np.flatnonzero(np.diff(time_s) <= 0.0)
+    if len(wrong):
+        index = int(wrong[0]) + 1
+        where = f'{origin}: line {lines[index]}, column time_s:'
+        limit = f'not after the {time_s[index - 1]:.9g} s of the row before'
+        hint = 'sort the rows, and keep one per time'
+        raise OutOfRange(where, float(time_s[index]), 's', limit, hint)

@@ -1,0 +1,96 @@
+"""The joint of the runner: when its messages come, and what they say."""
+
+import math
+from collections.abc import Mapping
+
+import pytest
+
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.cdr import unpack
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.run import ReportingBench
+
+MS_NS = 1_000_000
+RAMP = Request('waveform', (0.0, 0.0, 0.1, 100.0))
+
+
+def joints_of(values: Mapping[str, object], duration_ns: int) -> list[m.JointMessage]:
+    """Return what a run says of its joint."""
+    parameters = Parameters().updated(values)
+    heard: list[m.JointMessage] = []
+
+    def take(packed):
+        if packed.key == 'joint_states':
+            message = unpack(m.JOINT_STATE, packed.data)
+            assert isinstance(message, m.JointMessage)
+            assert message.stamp_ns == packed.time_ns
+            heard.append(message)
+
+    run = ReportingBench(parameters, take)
+    run.accept(RAMP)
+    for end_ns in range(parameters.block_ns, duration_ns + 1, parameters.block_ns):
+        run.update(end_ns)
+    return heard
+
+
+@pytest.mark.parametrize(
+    ('rate_hz', 'block_s', 'stamps_ms'),
+    [
+        (100.0, 1e-3, [10, 20, 30, 40]),
+        (0.0, 1e-3, []),
+        (1e4, 0.01, [10, 20, 30, 40]),
+        (40.0, 0.02, [40]),
+        (75.0, 0.01, [20, 30, 40]),
+    ],
+    ids=['default', 'off', 'each block', 'rounded up', 'not a whole number of blocks'],
+)
+def test_a_message_comes_with_the_block_in_which_a_period_ends(rate_hz, block_s, stamps_ms):
+    values = {'sim.joint_states_rate': rate_hz, 'sim.block': block_s, 'trace.period': 0.04}
+    stamps = [each.stamp_ns for each in joints_of(values, 40 * MS_NS)]
+    assert stamps == [time_ms * MS_NS for time_ms in stamps_ms]
+
+
+def test_it_says_where_the_readings_are_how_fast_they_change_and_the_force():
+    values = {'sim.joint_name': 'stage_x', 'frame_id.stage': 'left/stage_base'}
+    joints = joints_of(values, 100 * MS_NS)
+    bench = Bench(Parameters().updated(values))
+    bench.accept(RAMP)
+    readings = {t: bench.update(t).readings for t in range(MS_NS, 100 * MS_NS + 1, MS_NS)}
+    before_m = 0.0
+    for each in joints:
+        reading = readings[each.stamp_ns]
+        assert (each.frame_id, each.names) == ('left/stage_base', ('stage_x',))
+        assert (each.positions, each.efforts) == ((reading.position_m,), (reading.force_n,))
+        [velocity_m_per_s] = each.velocities
+        assert velocity_m_per_s == pytest.approx(
+            (reading.position_m - before_m) / 10e-3, rel=1e-12
+        )
+        before_m = reading.position_m
+    assert before_m > 10e-9  # the ramp does move the runner
+
+
+def test_without_a_reading_neither_position_nor_velocity_is_a_number():
+    [joint] = joints_of({'fault.interferometer': 'dropout'}, 10 * MS_NS)
+    assert math.isnan(joint.positions[0])
+    assert math.isnan(joint.velocities[0])
+    assert not math.isnan(joint.efforts[0])
+
+
+def test_a_run_that_goes_on_from_a_state_knows_the_velocity_since_the_last_message():
+    parameters = Parameters()
+    whole, first = ReportingBench(parameters), ReportingBench(parameters)
+    later: dict[ReportingBench, list] = {}
+    for run in (whole, first):
+        run.accept(RAMP)
+        for time_ms in range(1, 15):
+            run.update(time_ms * MS_NS)
+    second = ReportingBench(parameters, bench=Bench.restore(first.save()))
+    for run in (whole, second):
+        heard = later[run] = []
+        run._publish = heard.append
+        for time_ms in range(15, 21):
+            run.update(time_ms * MS_NS)
+    assert later[whole] == later[second]
+    assert any(packed.key == 'joint_states' for packed in later[second])

@@ -1,0 +1,92 @@
+"""A process ends once and in order, whatever signals arrive and whatever its work does."""
+
+import subprocess
+import sys
+
+import pytest
+
+END_TIMEOUT_S = 60.0
+START = """
+import os, signal, sys, threading
+from stickslip_ros.process import signals, stopping
+
+def send(number):
+    os.kill(os.getpid(), number)
+
+def await_stop():
+    assert stopping._asked.wait({timeout})
+
+def work():
+    {work}
+
+sys.exit(signals.run('it', work, is_node={is_node}))
+"""
+
+
+def ended(
+    *work: str, is_node: bool = False, words: tuple[str, ...] = ()
+) -> subprocess.CompletedProcess[str]:
+    """Run a process that does these lines of work."""
+    lines = '\n    '.join(work)
+    program = START.format(work=lines, is_node=is_node, timeout=END_TIMEOUT_S)
+    return subprocess.run(
+        [*words, sys.executable, '-c', program],
+        capture_output=True,
+        text=True,
+        timeout=END_TIMEOUT_S,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(('is_node', 'status'), [(True, 0), (False, 130)])
+def test_a_signal_before_there_is_anything_to_close_ends_at_once(is_node: bool, status: int):
+    told = ended('send(signal.SIGHUP)', 'threading.Event().wait()', is_node=is_node)
+    assert told.returncode == status
+    assert told.stderr == 'it: ended by SIGHUP before it had started\n'
+
+
+def test_signals_that_come_together_ask_for_the_end_once():
+    burst = 'for _ in range(70_000): send(signal.SIGINT); send(signal.SIGTERM)'
+    told = ended('process.begin()', burst, 'await_stop()', 'return 7')
+    assert (told.returncode, told.stderr) == (7, '')
+
+
+def test_a_signal_that_the_system_gives_to_another_thread_is_heeded():
+    there = 'signal.pthread_kill(threading.get_ident(), signal.SIGINT)'
+    told = ended('process.begin()', there, 'await_stop()', 'return 7')
+    assert (told.returncode, told.stderr) == (7, '')
+
+
+def test_under_nohup_a_closed_terminal_ends_nothing():
+    lines = ('send(signal.SIGHUP)', 'send(signal.SIGTERM)', 'threading.Event().wait()')
+    told = ended(*lines, words=('nohup',))
+    assert told.stderr.splitlines()[-1] == 'it: ended by SIGTERM before it had started'
+
+
+@pytest.mark.parametrize(
+    ('is_node', 'limit', 'status', 'line'),
+    [
+        (True, 'GRACE_S', 3, 'not closed within 0.1 s; `stickslip recover` repairs a recording'),
+        (
+            False,
+            'LAST_S',
+            130,
+            'stopped in the midst of its work: what it was writing is not whole',
+        ),
+    ],
+)
+def test_work_that_heeds_nothing_is_cut_off(is_node: bool, limit: str, status: int, line: str):
+    lines = (f'process.{limit} = 0.1', 'process.begin()', 'send(signal.SIGINT)')
+    told = ended(*lines, 'while True: pass', is_node=is_node)
+    assert told.returncode == status
+    assert told.stderr.startswith(f'it: {line}')
+
+
+def test_work_that_was_done_gives_its_own_status():
+    assert ended('return 1').returncode == 1
+
+
+def test_what_work_raises_is_told_and_gives_status_1():
+    told = ended('raise ZeroDivisionError')
+    assert told.returncode == 1
+    assert told.stderr.splitlines()[-1] == 'ZeroDivisionError'
