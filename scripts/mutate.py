@@ -189,6 +189,16 @@ MUTATIONS = (
         'setting.current_max / parameters.actuator.capacitance',
         'setting.current_max / (6.0 * parameters.actuator.capacitance)',
     ),
+    Mutation(
+        'a window that moves loses what its springs had stored', 'drive/feet.py',
+        'memory.lost_j = energy_j - stored_energy(curve, memory) - lost',
+        'memory.lost_j = energy_j - lost',
+    ),
+    Mutation(
+        'the line of the runner moves half as far as the runner', 'contact/travel.py',
+        'round(window_m / track.spacing_m)',
+        'round(0.5 * window_m / track.spacing_m)',
+    ),
 )  # fmt: skip
 
 

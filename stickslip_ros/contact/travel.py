@@ -1,12 +1,11 @@
 """
 Roughness that travels: each foot has a window on a rough line that moves with the runner.
 
-A foot at x_s and a runner at x press the profile g(y) = y^2/R + h_foot(y) + h_runner(y - X) into the
-foundation, X the place of the window. While all springs slip, each is at its own limit mu f_z,
-wherever the window is: the force is mu F_n, springs that leave the contact fade to nothing, and
-springs that enter it begin with nothing. So X need not follow the slip: it is set to u = x - x_s when
-the slip comes to rest, and stays until the next full slip has ended. There the virgin curve is
-tabulated anew, as `virgin` does from sorted heights.
+A foot presses the profile g(y) = y^2/R + h_foot(y) + h_runner(y - X) into the foundation, X the
+place of its window. While all springs slip, each is at its own limit mu f_z, wherever the window
+is: the force is mu F_n, springs that leave the contact fade to nothing, and springs that enter it
+begin with nothing. So X need not follow the slip: it is set to u = x - x_s when a full slip comes
+to rest, where the virgin curve is tabulated anew, and stays until the next one does.
 
 The line of the runner is a sum of waves of incommensurate lengths, with the power of the periodic
 line of `roughness`: it never repeats, and is evaluated in tiles where a window needs it. What is
@@ -19,7 +18,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart
+from stickslip_ros.contact.kernel import kernel, kernel_apart
 from stickslip_ros.contact.profile import Array, LineProfile, line_profile
 from stickslip_ros.contact.record import COUNT, FLAG, FLOAT, Record, kind, record
 from stickslip_ros.contact.roughness import Spectrum, line_power, rough_line
@@ -160,16 +159,14 @@ def _structure(waves: Array, spacing_m: float, length_m: float) -> tuple[Array, 
 
 def window_profile(track: Record, foot: int, place: int = 0) -> LineProfile:
     """Return what a foot presses into the foundation where the runner has moved some springs."""
-    own = track.copy()
-    own.tiles[foot] = NOWHERE
-    _roll(own, foot, place)
-    springs = own.springs
-    runner_m = own.ring_m[foot, (np.arange(springs) - place) % RING]
-    return line_profile(own.fixed_m[foot, :springs] + runner_m, float(own.spacing_m))
+    waves, springs = track.waves[: track.waves_in_all], np.arange(track.springs) - place
+    phases = track.phases[foot, : len(waves)] + np.outer(springs, waves[:, ANGLE])
+    line_m = track.fixed_m[foot, : len(springs)] + np.cos(phases) @ waves[:, AMPLITUDE]
+    return line_profile(line_m, float(track.spacing_m))
 
 
 @kernel
-def roll(track: Record, foot: int, place: int) -> None:
+def _roll(track: Record, foot: int, place: int) -> None:
     """Evaluate what a window at a place needs of the runner's line, and is not known."""
     first, last = -place // TILE, (track.springs - 1 - place) // TILE
     known = track.tiles[foot]
@@ -179,9 +176,6 @@ def roll(track: Record, foot: int, place: int) -> None:
         if not known <= tile < known + TILES:
             _evaluate(track, foot, tile)
     track.tiles[foot] = first
-
-
-_roll = entry_point(roll)
 
 
 @kernel_apart
@@ -207,8 +201,8 @@ def _evaluate(track: Record, foot: int, tile: int) -> None:
 
 @kernel
 def _press(track: Record, foot: int, place: int, normal_n: float) -> float:
-    """Press a foot at a place with a force; return its depth, m, and note what springs it touches."""
-    roll(track, foot, place)
+    """Press a foot with a force; return its depth, m, and note the heights of what it touches."""
+    _roll(track, foot, place)
     blocks = track.springs // TILE
     line_m, touching_m = track.line_m, track.touching_m[foot]
     lowest_m = _heights(track, foot, place, blocks // 2)
@@ -237,9 +231,7 @@ def _press(track: Record, foot: int, place: int, normal_n: float) -> float:
 def _floor(track: Record, foot: int, place: int, block: int) -> float:
     """Return a height below which no spring of a block of a window is, m."""
     tile, lows_m = (block * TILE - place) // TILE, track.tile_lows_m[foot]
-    return track.block_lows_m[foot, block] + min(
-        lows_m[tile % TILES], lows_m[(tile + 1) % TILES]
-    )
+    return track.block_lows_m[foot, block] + min(lows_m[tile % TILES], lows_m[(tile + 1) % TILES])
 
 
 @kernel
