@@ -152,7 +152,7 @@ def _waves(spectrum: Spectrum, contact: ContactParameters) -> Array:
 
 def _structure(waves: Array, spacing_m: float, length_m: float) -> tuple[Array, Array]:
     """Return distances, m, and the mean square change of height over them, m^2, per travel."""
-    distances_m = np.geomspace(spacing_m, length_m, 200)
+    distances_m = np.geomspace(spacing_m, length_m, 200, dtype=np.float64)
     turns = np.outer(distances_m / spacing_m, waves[:, ANGLE])
     return distances_m, (1.0 - np.cos(turns)) @ waves[:, AMPLITUDE] ** 2
 

@@ -1,5 +1,6 @@
 """A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
 
+import math
 import shutil
 import tempfile
 import time
@@ -469,8 +470,8 @@ def step_scatter_m(ramps: Array) -> tuple[float, float]:
         return scatter_m, 0.0
     products = np.correlate(steps_m - mean_m, steps_m - mean_m, 'full')[len(steps_m) - 1 :]
     correlation = products / products[0]
-    lag = int(np.argmax(correlation < 1.0 / np.e))  # the sum of all is 0: some are below
-    lag -= (1.0 / np.e - correlation[lag]) / (correlation[lag - 1] - correlation[lag])
+    lag = int(np.argmax(correlation < 1.0 / math.e))  # the sum of all is 0: some are below
+    lag -= (1.0 / math.e - correlation[lag]) / (correlation[lag - 1] - correlation[lag])
     return scatter_m, abs(mean_m) * float(lag)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of, spectrum_of
 from stickslip_ros.contact.mdr import presliding
-from stickslip_ros.contact.profile import LineProfile
+from stickslip_ros.contact.profile import Array, LineProfile, line_profile
 from stickslip_ros.contact.roughness import line_power, rough_line
 from stickslip_ros.contact.travel import AMPLITUDE, ANGLE, RING, window_profile
 from stickslip_ros.contact.virgin import TABLE_ERROR, tabulate
@@ -57,7 +57,7 @@ def test_whoever_goes_away_and_back_finds_the_same_surface():
     contact = TRAVELS.updated({'contact.travel': 0.5}).contact
     plants = plant_of(TRAVELS.updated({'contact.travel': 0.5}))
     states = state_at_rest(plants, 0.5)
-    seen = {}
+    seen: dict[int, bytes] = {}
     for place in (*PLACES, *reversed(PLACES)):
         states['contacts']['window_m'][0, ALL] = place * lines_of(contact).spacing_m
         energies_of_contacts(plants, states)
@@ -165,3 +165,37 @@ def test_a_window_of_too_many_or_no_springs_is_refused(points):
     cut_off = {'contact.cutoff_upper': 2e4} if points == 16 else {}
     with pytest.raises(OutOfRange, match=r'contact\.line_points \d+ is unfit .* springs'):
         lines_of(TRAVELS.updated({'contact.line_points': points, **cut_off}).contact)
+
+
+def test_springs_that_slide_along_the_line_are_all_at_their_limit_and_forget_the_way():
+    """The rule of the windows against springs that are moved one by one, with a line between."""
+    stand = TRAVELS.updated({'contact.line_points': 4096, 'contact.cutoff_upper': 4e6})
+    contact, track, foot, normal_n = stand.contact, lines_of(stand.contact), 0, 0.35
+    elasticity, waves = elasticity_of(contact), track.waves[: track.waves_in_all]
+    springs, spacing_m = np.arange(track.springs), float(track.spacing_m)
+    shear_n_per_m = elasticity.shear_pa * spacing_m
+
+    def limits_n(way_m):
+        turns = np.outer(springs - way_m / spacing_m, waves[:, ANGLE])
+        line_m = np.cos(turns + track.phases[foot, : len(waves)]) @ waves[:, AMPLITUDE]
+        profile = line_profile(line_m + track.fixed_m[foot, : len(springs)], spacing_m)
+        depth_m = profile.depth_for(normal_n / (2.0 * elasticity.normal_pa))
+        pressed_n = elasticity.normal_pa * spacing_m * np.maximum(depth_m - profile.heights_m, 0.0)
+        return contact.friction * pressed_n
+
+    forces_n: Array = np.zeros(len(springs))
+    places, step_m, begun = 20, spacing_m / 10.0, 20
+    touched = np.zeros(len(springs), bool)
+    for step in range(1, 10 * places + 1):
+        own_n = limits_n(step * step_m)
+        touched |= own_n > 0.0
+        forces_n = np.clip(forces_n + shear_n_per_m * step_m, -own_n, own_n)
+        if step > begun:
+            np.testing.assert_allclose(forces_n, own_n, rtol=1e-12)
+    assert np.count_nonzero(touched) > np.count_nonzero(own_n) + 5
+    assert forces_n.sum() == pytest.approx(contact.friction * normal_n, rel=1e-9)
+    there = presliding(window_profile(track, foot, places), elasticity, contact.friction, normal_n)
+    for back_m in np.array([0.1, 0.5, 1.0, 1.7]) * there.max_displacement_m:
+        found_n = np.clip(forces_n - shear_n_per_m * back_m, -own_n, own_n).sum()
+        masing_n = there.max_force_n - 2.0 * float(there.tangential_force(0.5 * back_m))
+        assert found_n == pytest.approx(masing_n, abs=1e-9 * there.max_force_n)

@@ -28,6 +28,7 @@ PURE_NUMBERS = {
     'sim.real_time_factor',
     'contact.hurst',
     'contact.friction',
+    'contact.travel',
     'contact.poisson_runner',
     'contact.poisson_sphere',
     'friction_law.static_ratio',
