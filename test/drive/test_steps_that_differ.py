@@ -21,7 +21,7 @@ SMALL = sawtooth(0.0, 80.0, HERTZ, 0)
 TRAVELS = {'contact__profile': 'rough_line', 'contact__travel': 1.0}
 FREE = {'load_cell__contact': 'absent', 'runner__damping': 40.0}
 COARSE = {'contact__line_points': 1 << 15, 'contact__cutoff_upper': 2e7}
-"""A quarter of the springs: the same step within 0.4 %, in less time."""
+"""A quarter of the springs: 24 frozen lines have the same mean step to 0.1 %."""
 STEADY = 20
 """Steps until the first ones are forgotten."""
 RESIDUAL = 2e-5
