@@ -67,7 +67,7 @@ def make_folder(folder: Path) -> None:
         raise RecordingError(folder, 'cannot be written', 'choose another folder')
 
 
-def make_room(path: Path, *, is_new: bool = False) -> None:
+def prepare_output(path: Path, *, is_new: bool = False) -> None:
     """
     Make sure that a file can be written; its folder is made.
 

@@ -1,4 +1,4 @@
-"""Points of A and B, and how far they agree: each number by its definition in docs/compare.md."""
+"""Points of A and B, and how far they agree; docs/howto/compare.md defines each number."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass

@@ -44,7 +44,7 @@ NUMBERS = (
     ('within 1 sigma', 'within_one_sigma', '.3g', '%'),
     ('within 2 sigma', 'within_two_sigma', '.3g', '%'),
 )
-"""Rows of a table: what docs/compare.md calls it, its field, its form, its unit."""
+"""Rows of a table: what docs/howto/compare.md calls it, its field, its form, its unit."""
 
 
 def sections(comparison: ComparisonReport) -> Iterator[Section]:

@@ -227,14 +227,14 @@ def _press(track: Record, foot: int, place: int, normal_n: float) -> float:
     return depth_m
 
 
-@kernel
+@kernel_apart
 def _floor(track: Record, foot: int, place: int, block: int) -> float:
     """Return a height below which no spring of a block of a window is, m."""
     tile, lows_m = (block * TILE - place) // TILE, track.tile_lows_m[foot]
     return track.block_lows_m[foot, block] + min(lows_m[tile % TILES], lows_m[(tile + 1) % TILES])
 
 
-@kernel
+@kernel_apart
 def _heights(track: Record, foot: int, place: int, block: int) -> float:
     """Put the heights of a block of a window into ``line_m``; return the lowest."""
     start, lowest_m = (block * TILE - place) % RING, math.inf

@@ -18,7 +18,7 @@ from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.runs.sawtooth_run import advance_cycles, force_at_n
 
 WINDOW = 20
@@ -75,7 +75,7 @@ def measure(
     is_free = parameters.load_cell.contact == 'absent'
     mean_m, cycles, steady = 0.0, 0, False
     while not steady and cycles < CYCLES_MAX:
-        heed_stop()
+        stop_if_asked()
         before_m, before_j = mean_m, float(states['sums']['feet_work_j'].item())
         ramps = advance_cycles(plants, states, wave, WINDOW, load_n)
         step_m = float(ramps[-1, RAMP_END] - ramps[0, RAMP_END]) / (WINDOW - 1)

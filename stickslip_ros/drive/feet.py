@@ -7,7 +7,7 @@ To the rest of the drive they are one contact against the mean foot, with the su
 
 from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart
 from stickslip_ros.contact.laws import MDR
-from stickslip_ros.contact.memory import U, lost_energy, move, set_memory, stored_energy
+from stickslip_ros.contact.memory import U, move, set_memory
 from stickslip_ros.contact.reaction import (
     contact_lost,
     contact_stored,
@@ -75,13 +75,13 @@ def arrest(plant: Record, state: Record, k: int, direction: float) -> None:
     slips = memory.depth == 0 and slipped_m >= (1.0 - SLIPPING) * curve.limit_m
     if not slips or direction * memory.sense >= 0.0 or not remembers_turns(contact, own):
         return
-    energy_j = stored_energy(curve, memory) + lost_energy(curve, memory)
+    # Virgin loading to full slip, stored and lost together, is energy_max_j.
+    energy_j = memory.lost_j - memory.base_j + curve.energy_max_j
     own.window_m = memory.u_m
     lay_contact(plant, state, k)
     memory.turns[0, U] = memory.u_m - memory.sense * curve.limit_m
-    force_n = memory.sense * curve.force_max_n
-    set_memory(memory, memory.u_m, force_n, memory.sense, 0.0, 0.0)
-    memory.lost_j = energy_j - stored_energy(curve, memory) - lost_energy(curve, memory)
+    force_n, lost_j = memory.sense * curve.force_max_n, energy_j - curve.energy_max_j
+    set_memory(memory, memory.u_m, force_n, memory.sense, lost_j, 0.0)
 
 
 @kernel

@@ -200,7 +200,7 @@ def fit(
     Parameters
     ----------
     experiment : path-like or sequence of path-like
-        Tables of measured forces, as docs/fit.md says.
+        Tables of measured forces, as docs/howto/fit.md says.
     free : sequence of str
         Parameters to fit, ``['contact.friction']``.
     headers : mapping of str to str, optional

@@ -194,7 +194,7 @@ def read_points(
     Parameters
     ----------
     path : path-like or sequence of path-like
-        Tables as docs/compare.md says.
+        Tables as docs/howto/compare.md says.
     frequency_hz : float
         For files without such a column.
     reading : Reading

@@ -10,7 +10,7 @@ import numpy as np
 
 import stickslip_ros
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.fitting.coverage import Coverage
 from stickslip_ros.fitting.fit import Fit
 from stickslip_ros.fitting.statistics import Estimate
@@ -80,7 +80,7 @@ def check_output(path: Path) -> None:
     """
     if path.suffix.lower() not in {*JSON, *YAML}:
         raise WrongKind('output', str(path), 'a .json or .yaml file', 'end its name so')
-    make_room(path)
+    prepare_output(path)
 
 
 def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str) -> None:

@@ -2,7 +2,7 @@
 Kernel: the laser interferometer, from the true position of the runner to the reading.
 
 In this order: loss of the beam, cyclic error, drift of the zero, white noise, low-pass, samples of
-its own, latency, faults, zero, quantisation. docs/sensors.md has the formulas.
+its own, latency, faults, zero, quantisation. docs/explanation/sensors.md has the formulas.
 
 """
 

@@ -3,7 +3,7 @@ Kernel: the load cell, from the true force in its spring to the reading.
 
 In this order: hysteresis and own resonance of the mechanics, white noise of bridge and amplifier,
 low-pass of the electronics, drift of the zero, faults, saturation, tare, quantisation.
-docs/sensors.md has the formulas.
+docs/explanation/sensors.md has the formulas.
 
 """
 

@@ -22,7 +22,7 @@ from stickslip_ros.linear.linearise import (
     smooth,
 )
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.runs.batch import run_batch
 
@@ -173,7 +173,7 @@ def _measure(
     integral_m_s[0] = integrals.item()
     start_clock(moving)
     for i, load_n in enumerate(loads_n, start=1):
-        heed_stop()
+        stop_if_asked()
         advance(plants, moving, wave, float(load_n), dt_s, ramps)
         integral_m_s[i] = integrals.item()
     seen = rounded * np.sinc(1.0 / POINTS)

@@ -1,5 +1,6 @@
-"""From many samples to the few points of a picture: kept, thinned, triggered."""
+"""Many samples become the few points of a picture: they are kept, thinned and triggered."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,10 +11,10 @@ from stickslip_ros.contact.profile import Array
 BINS = 600
 """Pairs of lowest and highest sample of which a curve consists at most."""
 RECENT = (1 << 13, 1 << 15, 1 << 18)
-"""Samples in which falls are looked for: in more, where there are too few in less."""
+"""Falls are looked for in the last so many samples; where there are too few, in more."""
 KEPT = RECENT[-1]
 HIGH, LOW = 0.75, 0.25
-"""Shares of the voltage's range between which an edge leads."""
+"""An edge leads from below the one share of the range of the voltage to above the other."""
 STEEP = 0.25
 """Largest share of a period that the edge takes on which the scope triggers."""
 MARGIN = 0.15
@@ -28,20 +29,10 @@ TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
 
 
 class SampleRing:
-    """
-    The last rows of a table that grows, always as one array.
-
-    Parameters
-    ----------
-    columns : int
-        Width of the table.
-    capacity : int
-        Rows that are kept at least, and seen at most.
-
-    """
+    """The last rows of a table that grows, always as one array."""
 
     def __init__(self, columns: int, capacity: int) -> None:
-        self._capacity = capacity
+        self._capacity = capacity  # rows that are kept at least, and seen at most
         self._table = np.empty((2 * capacity, columns))
         self._end = 0
 
@@ -117,21 +108,11 @@ def _range(samples: Array, column: int) -> tuple[float, float]:
 
 
 class PanelCurve(NamedTuple):
-    """
-    Points of a picture.
+    """Points of a picture."""
 
-    Attributes
-    ----------
-    x, y : array of float32, shape (n,)
-        Both relative: to a time that the picture has, and to ``base``.
-    base : float
-        What is to be added to y; in double precision, unlike these.
-
-    """
-
-    x: NDArray[np.float32]
-    y: NDArray[np.float32]
-    base: float
+    x: NDArray[np.float32]  # shape (n,), relative to a time that the picture has
+    y: NDArray[np.float32]  # shape (n,), relative to the base
+    base: float  # what is to be added to y; in double precision
 
 
 def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
@@ -154,26 +135,13 @@ def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
 
 
 class Picture(NamedTuple):
-    """
-    What the scope shows.
+    """What the scope shows."""
 
-    Attributes
-    ----------
-    start_s, end_s : float
-        Relative to the first fall, or to the newest sample without one, s.
-    at_s : float
-        That fall or sample, s.
-    period_s : float
-        Of the saw-tooth; 0 where the scope runs freely.
-    curves : dict of str to PanelCurve
-        ``voltage``, ``foot`` and ``runner``; the last two from their places before the fall on.
-
-    """
-
-    start_s: float
+    start_s: float  # relative to the first fall, or to the newest sample without one
     end_s: float
-    at_s: float
-    period_s: float
+    at_s: float  # that fall or sample
+    period_s: float  # of the saw-tooth; 0 where the scope runs freely
+    # ``voltage``, ``foot`` and ``runner``; the last two from their places before the fall on.
     curves: dict[str, PanelCurve]
 
 
@@ -191,17 +159,8 @@ class Scope:
         """
         Return the picture of the last cycles.
 
-        Where the voltage rests, the last one that had falls is held. Where there was none, or
-        without trigger, the newest samples are shown.
-
-        Parameters
-        ----------
-        samples : array, shape (n, 5)
-            Rows as in a trace.
-        cycles : int
-            Cycles to show.
-        triggers : bool
-            Whether the scope waits for falls.
+        Samples are rows as in a trace. Where the voltage rests, the last picture that had falls is
+        held. Where there was none, or without trigger, the newest samples are shown.
 
         """
         if not len(samples):
@@ -265,13 +224,8 @@ def _free(samples: Array, length_s: float) -> Picture:
 def _shown(samples: Array, shown: slice, trigger: int) -> Picture:
     part, at_s = samples[shown], float(samples[trigger, TIME])
     x = part[:, TIME] - at_s
-    curves = {
-        name: curve_of(x, part[:, column], _finite(samples[trigger, column]))
-        for name, column in (('foot', FOOT), ('runner', POSITION))
-    }
-    curves['voltage'] = curve_of(x, part[:, VOLTAGE], 0.0)
+    curves = {'voltage': curve_of(x, part[:, VOLTAGE], 0.0)}
+    for name, column in (('foot', FOOT), ('runner', POSITION)):
+        place = float(samples[trigger, column])
+        curves[name] = curve_of(x, part[:, column], place if math.isfinite(place) else 0.0)
     return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves)
-
-
-def _finite(value: float) -> float:
-    return float(value) if np.isfinite(value) else 0.0

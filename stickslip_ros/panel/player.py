@@ -38,12 +38,8 @@ def samples_of(recording: Recording) -> Array:
     """
     Return a run as rows of a trace; what it does not hold is not a number.
 
-    Without a trace these are the topics, at the times of the positions.
-
-    Raises
-    ------
-    RecordingError
-        If the recording has no position.
+    Without a trace these are the topics, at the times of the positions. A recording without
+    positions is refused.
 
     """
     found = recorded_series(recording)
@@ -62,20 +58,7 @@ def samples_of(recording: Recording) -> Array:
 
 
 class Player:
-    """
-    A recording and the place in it; every page shows the same.
-
-    Parameters
-    ----------
-    path : Path
-        The recording.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be read, or has no position.
-
-    """
+    """A recording and the place in it; every page shows the same."""
 
     def __init__(self, path: Path) -> None:
         recording = Recording(path)
@@ -108,7 +91,8 @@ class Player:
         """Return what changes now and then, for the page."""
         with self._lock:
             time_ns = self._time_s / NANO
-            events = self._events[: bisect_right(self._events, time_ns, key=_time_of)]
+            past = bisect_right(self._events, time_ns, key=lambda event: float(event['time_ns']))
+            events = self._events[:past]
             place = bisect_right(self._bits, self._time_s, key=lambda pair: pair[0])
             return {
                 'condition': {'word': 'recording', 'text': self._name},
@@ -121,7 +105,12 @@ class Player:
     def frame(self) -> bytes | None:
         """Return the next picture for the page; None if it is the last one still."""
         with self._lock:
-            self._move_on()
+            if self._plays:  # the place goes on with the clock, to the end of the run at most
+                now_s = monotonic()
+                self._time_s += self._speed * (now_s - self._since_s)
+                self._since_s, self._is_shown = now_s, False
+                if self._time_s >= self._end_s:
+                    self._time_s, self._plays = self._end_s, False
             if self._is_shown:
                 return None
             self._is_shown = True
@@ -134,7 +123,9 @@ class Player:
         with self._lock:
             match wish.get('do'):
                 case 'play':
-                    self._play(wanted=bool(wish.get('wanted')))
+                    self._plays, self._since_s = bool(wish.get('wanted')), monotonic()
+                    if self._plays and self._time_s >= self._end_s:
+                        self._seek(self._start_s)
                 case 'seek':
                     self._seek(wish.get('time_s'))
                 case 'speed':
@@ -146,26 +137,7 @@ class Player:
     def close(self) -> None:
         """End; the recording is closed already."""
 
-    def _play(self, *, wanted: bool) -> None:
-        if wanted and self._time_s >= self._end_s:
-            self._seek(self._start_s)
-        self._plays, self._since_s = wanted, monotonic()
-
     def _seek(self, time_s: object) -> None:
         if isinstance(time_s, int | float) and math.isfinite(time_s):
             self._time_s = min(max(float(time_s), self._start_s), self._end_s)
             self._scope.clear()
-
-    def _move_on(self) -> None:
-        """Go on with the clock, to the end of the run at most."""
-        if not self._plays:
-            return
-        now_s = monotonic()
-        self._time_s += self._speed * (now_s - self._since_s)
-        self._since_s, self._is_shown = now_s, False
-        if self._time_s >= self._end_s:
-            self._time_s, self._plays = self._end_s, False
-
-
-def _time_of(event: Mapping[str, Any]) -> float:
-    return float(event['time_ns'])

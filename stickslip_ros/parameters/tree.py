@@ -146,7 +146,7 @@ def specs() -> dict[str, Spec]:
 
 def spec_of(name: str) -> Spec:
     """Return the declaration of one parameter; UnknownName names the nearest ones."""
-    return find(_SPECS, name, 'see docs/interface.md')
+    return find(_SPECS, name, 'see docs/reference/parameters.md')
 
 
 def parse_assignments(

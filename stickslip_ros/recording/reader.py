@@ -23,7 +23,7 @@ from stickslip_ros.interface.messages import (
     find_quantity,
 )
 from stickslip_ros.interface.schemas import SCHEMAS
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.bag import bag_parts
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
@@ -297,7 +297,7 @@ class Recording:
                 for schema, channel, message in reader.iter_messages(
                     topics, log_time_order=log_time_order
                 ):
-                    heed_stop()
+                    stop_if_asked()
                     if before.pop(channel.topic, None) == message.sequence:
                         continue
                     last[channel.topic] = message.sequence

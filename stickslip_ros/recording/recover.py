@@ -20,7 +20,7 @@ from mcap.writer import Writer
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.files import readable
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.bag import bag_parts, refuse_sqlite, write_metadata
 from stickslip_ros.recording.integrity import (
     CRC_BYTES,
@@ -85,7 +85,7 @@ class Scan:
     def __iter__(self) -> Iterator[Found | Loss]:
         start = len(MAGIC)
         while start < self.size_bytes:
-            heed_stop()
+            stop_if_asked()
             try:
                 found = self._read(start)
             except DAMAGE as error:
@@ -160,7 +160,7 @@ class Scan:
             return end
         start += 1
         while start < self.size_bytes:
-            heed_stop()
+            stop_if_asked()
             # One that begins at the end of a block is found as well: blocks overlap.
             block = self.bytes_at(start, BLOCK_BYTES + _CHUNK_HEAD_BYTES)
             for match in _CHUNK_START.finditer(block):

@@ -27,7 +27,7 @@ RUN_RECORD = 'stickslip_run'
 """Name of the metadata record of a run; it alone holds wall-clock time."""
 TOPICS_RECORD = 'stickslip_topics'
 """Name of the metadata record that says under which name and quality of service each topic of
-docs/interface.md was recorded, as JSON by its name in files."""
+docs/reference/interface.md was recorded, as JSON by its name in files."""
 PARAMETERS_FILE = 'parameters.yaml'
 """Name of the attachment with every parameter."""
 CHECKPOINT_FILE = 'checkpoint.bin'

@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.extras import load_extra
-from stickslip_ros.process.stopping import Stopped, heed_stop
+from stickslip_ros.process.stopping import Stopped, stop_if_asked
 from stickslip_ros.runs.journal import Journal
 
 Case = TypeVar('Case')
@@ -159,7 +159,7 @@ def _run(
 def _next(ended: 'SimpleQueue[Future[Any]]') -> 'Future[Any]':
     """Wait for a case to end, as long as nobody asks the batch to end."""
     while True:
-        heed_stop()
+        stop_if_asked()
         with suppress(Empty):
             return ended.get(timeout=LOOK_S)
 
@@ -196,7 +196,7 @@ def _connect(distributed: Any, address: str) -> Any:
         # A client that fails leaves half of itself behind, so the first word is without one.
         asyncio.run(knock())
         for _ in range(round(CONNECT_S / LOOK_S)):
-            heed_stop()
+            stop_if_asked()
             with suppress(AssertionError):
                 return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
             # It heard of another batch, which has just ended, before its own first word.

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
@@ -185,7 +185,7 @@ class Run:
         if self.recording.files != [self.path]:
             raise RecordingError(self.path, 'is in parts', 'copy its files')
         target = Path(path)
-        make_room(target, is_new=True)
+        prepare_output(target, is_new=True)
         shutil.copyfile(self.path, target)
         return target
 

@@ -17,7 +17,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
@@ -242,7 +242,7 @@ def _play(
     block_ns = run.bench.parameters.block_ns
     run.record(writer)
     while run.bench.time_ns < end_ns:
-        heed_stop()
+        stop_if_asked()
         while waiting and waiting[0].time_ns <= run.bench.time_ns:
             run.accept(waiting.popleft().request)
         run.update(run.bench.time_ns + block_ns)
@@ -311,7 +311,7 @@ def read_drive_input(
     Parameters
     ----------
     path : Path
-        Table as docs/compare.md says, Parquet with our columns, or an MCAP file.
+        Table as docs/howto/compare.md says, Parquet with our columns, or an MCAP file.
     stand : Parameters
         Gives the gain that turns strokes into voltages.
     topic, field : str

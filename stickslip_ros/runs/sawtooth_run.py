@@ -28,7 +28,7 @@ from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.notebook import Shown
 from stickslip_ros.parameters import STROKE, Parameters, Unchosen, spec_of
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.runs.batch import Progress
@@ -172,7 +172,7 @@ def run_drive(
     most, loss_j = steps or STEADY_STEPS_MAX, 0.0
     ramps: Array = np.empty((0, 3))
     while len(ramps) < most and (steps or not is_steady(plants[0], ramps)):
-        heed_stop()
+        stop_if_asked()
         cycles = min(STEADY_WINDOW, most - len(ramps))
         _, before_j = energies_of_contacts(plants, states)
         ramps = np.concatenate((ramps, advance_cycles(plants, states, wave, cycles, load_n)))
@@ -367,7 +367,7 @@ def _drive(
     short_ns = min(bench.parameters.block_ns, grid_ns)
     requests, logs, done = [request], list[Array](), 0
     while True:
-        heed_stop()
+        stop_if_asked()
         sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz)
         is_far = sure_s > 2.0 * bench.parameters.sim.block
         step_ns = bench.parameters.block_ns if is_far else short_ns

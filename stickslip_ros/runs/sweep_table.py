@@ -10,7 +10,7 @@ from typing import Any
 import stickslip_ros
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.extras import load_extra
-from stickslip_ros.files import make_room, replacing
+from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.sweep import ASKED, COLUMNS, STOP_RULE, bare_name
@@ -46,7 +46,7 @@ def check_table_path(path: Path) -> None:
         raise WrongKind('output', str(path), 'a .csv or .parquet file', 'end its name so')
     if path.suffix == PARQUET:
         load_extra('a Parquet file', 'pyarrow')
-    make_room(path)
+    prepare_output(path)
 
 
 def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None:

@@ -15,7 +15,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_bytes, replacing
 from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, Spec, spec_of
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.tables.columns import (
     SIGMA,
     Column,
@@ -185,7 +185,7 @@ def read_experiment(
     Parameters
     ----------
     path : Path
-        Text in columns, as docs/compare.md says; or a file of ``formats.READERS``.
+        Text in columns, as docs/howto/compare.md says; or a file of ``formats.READERS``.
     reading : Reading
         What the table does not say itself.
     number : int
@@ -342,7 +342,7 @@ def _numbers(
     parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
     lines = []
     for first, chunk in _chunks(source, layout, origin):
-        heed_stop()
+        stop_if_asked()
         _check_unnamed(chunk, first, layout, origin)
         kept = chunk.iloc[:, [column.index for column in chosen]].notna().any(axis=1).to_numpy()
         lines.append(first + np.flatnonzero(kept))

@@ -17,7 +17,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.channels import Channel, name_in_file
 from stickslip_ros.interface.topics import NODE_NAME, PREFIX, recorded_channels
 from stickslip_ros.parameters import Parameters, dump_yaml
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.ros.client import open_context
@@ -191,7 +191,7 @@ def await_start(stand: Operator, process: 'subprocess.Popen[bytes]') -> None:
     """Wait for a drive that starts, as long as its process lives: it may have to compile."""
 
     def check() -> None:
-        heed_stop()
+        stop_if_asked()
         if process.poll() is not None:
             status = process.returncode
             raise StickSlipError(f'the drive ended with status {status}; its log says why')

@@ -11,10 +11,9 @@ from rclpy.parameter import Parameter
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import Commands, open_context
-from stickslip_ros.ros.ending import end_node
-from stickslip_ros.ros.executable import stay_on_this_host
+from stickslip_ros.ros.executable import end_node, stay_on_this_host
 from stickslip_ros.ros.node import StickSlipDrive
 from stickslip_ros.ros.position_controller import PositionController
 
@@ -206,7 +205,7 @@ def _run(
     silent, readings = 0, 0
     try:
         while not controller.is_done:
-            heed_stop()
+            stop_if_asked()
             executor.spin_once(timeout_sec=SPIN_S)
             progress(len(controller.legs), controller.planned)
             silent = 0 if controller.readings > readings else silent + 1

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.validation import bank, contacts, drive, laws, roughness
 from stickslip_ros.validation.references import Reference, arguments_of, read_references
 
@@ -57,7 +57,7 @@ def validate(
         progress(len(outcomes), len(families))
         found = outcomes[family] = []
         for row in members:
-            heed_stop()
+            stop_if_asked()
             found.append(CheckedAnswer(row, answer(row)))
     return outcomes
 

@@ -1,4 +1,4 @@
-"""`stickslip compare` as it is typed, and as docs/compare.md shows it."""
+"""`stickslip compare` as it is typed, and as docs/howto/compare.md shows it."""
 
 import json
 import re
@@ -11,7 +11,7 @@ import pytest
 from stickslip_ros.cli.main import build_parser, main
 from stickslip_ros.tables.experiment import POINT_COLUMNS, TIME_COLUMNS
 
-PAGE = (Path(__file__).resolve().parents[2] / 'docs/compare.md').read_text(encoding='utf-8')
+PAGE = (Path(__file__).resolve().parents[2] / 'docs/howto/compare.md').read_text(encoding='utf-8')
 DIGITS = 0.05
 """Of a number that the page gives to three digits; the machine may round another way."""
 

@@ -59,11 +59,11 @@ WATCHED = """
 import sys
 from stickslip_ros.process import stopping
 
-def noted(heed_stop=stopping.heed_stop, file=open('looks', 'ab', buffering=0)):
-    heed_stop()
+def noted(stop_if_asked=stopping.stop_if_asked, file=open('looks', 'ab', buffering=0)):
+    stop_if_asked()
     file.write(b'.')
 
-stopping.heed_stop = noted
+stopping.stop_if_asked = noted
 from stickslip_ros.entry import stickslip
 sys.exit(stickslip())
 """

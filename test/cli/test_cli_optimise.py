@@ -58,7 +58,7 @@ def test_a_stopped_search_writes_its_best_wave_and_goes_on(
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(batch, 'heed_stop', stop_after_a_while)
+        patch.setattr(batch, 'stop_if_asked', stop_after_a_while)
         assert main(words) == 130
     assert 'best wave so far in' in capsys.readouterr().err
     assert wave.read_text().startswith('time_s,voltage_v\n0.0,0.0\n')

@@ -1,4 +1,4 @@
-"""``stickslip replay`` does what docs/replay.md says, with the commands that stand there."""
+"""``stickslip replay`` does what docs/howto/replay.md says, with the commands that stand there."""
 
 import json
 import shlex
@@ -9,7 +9,7 @@ import pytest
 from stickslip_ros.cli.main import main
 from stickslip_ros.recording.reader import Recording
 
-DOCS = Path(__file__).parents[2] / 'docs' / 'replay.md'
+DOCS = Path(__file__).parents[2] / 'docs' / 'howto' / 'replay.md'
 MEASURED = 'time_s,voltage_v\n0.0,10.0\n0.005,60.0\n0.010,20.0\n'
 
 

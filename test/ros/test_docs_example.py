@@ -56,7 +56,7 @@ def examples(page: str) -> list[str]:
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """Write the two Python blocks of the page about tests into the files that it names."""
-    conftest, tests = examples('testing.md')
+    conftest, tests = examples('howto/test_a_controller.md')
     (tmp_path / 'conftest.py').write_text(conftest)
     (tmp_path / 'test_controller.py').write_text(tests)
     return tmp_path
@@ -90,7 +90,7 @@ def test_five_lines_wait_for_the_end_of_ones_own_command(
     stand.operator.command('load', 0.01)
     stand.operator.wait_for_event('load', 0)
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
-    [example] = examples('control.md')
+    [example] = examples('reference/moves.md')
     program = MOVER.format(example=example, target_m=20e-9)
     done = subprocess.run(
         [sys.executable, '-c', program],
@@ -144,7 +144,7 @@ def test_the_walk_leads_from_a_drive_to_the_comparison_with_a_measurement(
 ):
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
     monkeypatch.chdir(tmp_path)
-    commands = typed('walkthrough.md', tmp_path)
+    commands = typed('start/walkthrough.md', tmp_path)
     walk(commands)
     assert ['stickslip', 'replay', 'runs/walk.mcap'] in commands  # ends with 0 if it is identical
     position_m = open_run('runs/walk.mcap').frame['position_m'].iloc[-1]

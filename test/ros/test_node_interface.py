@@ -1,4 +1,4 @@
-"""Topics and services are those of docs/interface.md, in any namespace and under other names."""
+"""Topics and services are those of interface.md, in any namespace and under other names."""
 
 import json
 from collections.abc import Callable

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import recover
-from stickslip_ros.ros.ending import end_node
+from stickslip_ros.ros.executable import end_node
 from stickslip_ros.testing import open_context, stamp_ns
 from stickslip_ros.units import NS_PER_S
 

@@ -16,7 +16,7 @@ from std_msgs.msg import Float64MultiArray
 from stickslip_ros.errors import UnknownName
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros.client import LockstepClient
-from stickslip_ros.ros.ending import end_node
+from stickslip_ros.ros.executable import end_node
 
 BLOCK_S = 1e-3
 BLOCK_NS = 1_000_000

@@ -12,7 +12,7 @@ from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TIME_ORIGIN
 from stickslip_ros.runs.replay import replay
-from stickslip_ros.runtime.time_control import has_system_time
+from stickslip_ros.runtime.session import has_system_time
 from stickslip_ros.testing import LockstepClient, deep_queues, stamp_ns
 
 BLOCK_NS = Parameters().block_ns

@@ -23,7 +23,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from type_description_interfaces.srv import GetTypeDescription
 
-from stickslip_ros.ros.ending import end_node
+from stickslip_ros.ros.executable import end_node
 from stickslip_ros.testing import open_context
 
 #: An answer to a client that DDS has not made known yet is lost.

@@ -183,7 +183,7 @@ def test_columns_that_are_missing_are_told_by_the_header_alone(tmp_path: Path):
 
 
 def test_the_page_names_every_word_and_quotes_what_is_asked(tmp_path: Path, monkeypatch):
-    page = (Path(__file__).parents[2] / 'docs' / 'data.md').read_text(encoding='utf-8')
+    page = (Path(__file__).parents[2] / 'docs/howto/bring_your_data.md').read_text('utf-8')
     plain = page.lower().replace('-', ' ').replace('_', ' ')
     for column, names in USUAL.items():
         assert f'`{column}`' in page
