@@ -95,6 +95,16 @@ MUTATIONS = (
         'if after_n > 1e9:',
     ),
     Mutation(
+        'slip does not renew an aged contact', 'contact/ageing.py',
+        'renewed = -math.expm1(-share)',
+        'renewed = 0.0 * share',
+    ),
+    Mutation(
+        'friction falls with velocity: a sign', 'contact/ageing.py',
+        'ratio = 1.0 + ageing.rate_share',
+        'ratio = 1.0 - ageing.rate_share',
+    ),
+    Mutation(
         'damping ignored', 'drive/build.py',
         'damping_n_s_per_m=parameters.runner.damping,',
         'damping_n_s_per_m=0.0,',

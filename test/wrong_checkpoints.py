@@ -48,6 +48,7 @@ DRIVES: Mapping[str, tuple[Mapping[str, Any] | None, tuple[Request, ...]]] = {
         {'contact.profile': 'rough_line', 'contact.travel': 1.0},
         (Request('sawtooth', (280.0, 1153.4, 0.0)),),
     ),
+    'ageing': ({'contact.friction_ageing': 0.01}, (Request('steps', (7.0,)),)),
     'table': ({'contact.law': 'lugre'}, (Request('waveform', WAVEFORM, cycles=0),)),
     'delayed': (
         {'interferometer.random_walk': 1e-9, 'interferometer.latency': 2.3e-3},

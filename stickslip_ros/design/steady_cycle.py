@@ -21,18 +21,12 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.runs.sawtooth_run import advance_cycles, force_at_n
 
-WINDOW = 20
-"""Cycles of a mean; two means one after the other tell whether a drive is steady."""
-CYCLES_MAX = 400
-"""Cycles after which a drive that is not steady is measured as it is."""
-CHANGE = 1e-3
-"""Share by which the mean of a window may change in a steady drive."""
-RESOLUTION_M = 1e-11
-"""Change of a mean position, m, or of a step that is none."""
-SAMPLES = 256
-"""Samples of the cycle that is looked at."""
-CONTACT = FORCE + 1
-"""Column of a trace: force of all contacts as a share of their friction limit."""
+WINDOW = 20  # cycles of a mean; two means one after the other tell whether a drive is steady
+CYCLES_MAX = 400  # cycles after which a drive that is not steady is measured as it is
+CHANGE = 1e-3  # share by which the mean of a window may change in a steady drive
+RESOLUTION_M = 1e-11  # change of a mean position, m, or of a step that is none
+SAMPLES = 256  # samples of the cycle that is looked at
+CONTACT = FORCE + 1  # column of a trace: force of all contacts as a share of their friction limit
 
 
 @dataclass(frozen=True)

@@ -25,23 +25,9 @@ def numbers_of(
     """
     Return the time, ns, and one number of each message of a topic, in the order of time.
 
-    The time is the stamp of the header where the message has one, else that of the file.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of any program.
-    topic : str
-        Full name of the topic.
-    field : str
-        Path of the field, as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``.
-
-    Raises
-    ------
-    RecordingError
-        If a message is damaged, or there is none.
-    UnknownName
-        If there is no such field, or it is no number.
+    The time is the stamp of the header where the message has one, else that of the file. A field
+    is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``. RecordingError:
+    a message is damaged, or there is none; UnknownName: no such field, or it is no number.
 
     """
     rows = list(_rows(recording, topic, field))

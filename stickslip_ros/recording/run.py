@@ -30,12 +30,8 @@ class RunWriter:
     The new file of a run; as a context it is finished at the end.
 
     It holds the parameters; log times are the time origin plus simulated time. Where its queue is
-    full, it waits for the disk, or drops and counts.
-
-    Raises
-    ------
-    RecordingError
-        If the file exists or cannot be written; at the end of a context, if it was not.
+    full, it waits for the disk, or drops and counts. Raises RecordingError if the file exists or
+    cannot be written; at the end of a context, if it was not.
 
     """
 
@@ -126,9 +122,9 @@ class ReportingBench:
         self.time_origin_ns = time_origin_ns
         self.writer: RunWriter | None = None
         self._feed = Feed(parameters)
+        self._publish = publish
         if not self.bench.is_at_start:
             self._resume()
-        self._publish = publish
         self.record(writer)
 
     def _resume(self) -> None:
@@ -173,15 +169,7 @@ class ReportingBench:
         )
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
-        """
-        Do what ``Bench.update`` does, publish and write it.
-
-        Raises
-        ------
-        StickSlipError
-            If the time is refused, the integration has failed, or the disk has ended the file.
-
-        """
+        """Do what ``Bench.update`` does, publish and write it; raise what has ended the file."""
         for request in requests:
             self.accept(request)
         output = self.advance_bench(until_ns)

@@ -9,8 +9,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from stickslip_ros.comparison.compare import compare
-from stickslip_ros.comparison.figure import draw_quantity
-from stickslip_ros.comparison.report import report_page
+from stickslip_ros.comparison.report import draw_quantity, report_page
 from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters

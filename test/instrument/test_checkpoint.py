@@ -56,6 +56,7 @@ STANDS: Mapping[str, Mapping[str, Scalar]] = {
     'one-sided': {'load_cell.contact': 'one_sided', 'load_cell.gap': 3e-9},
     'lugre': {'contact.law': 'lugre'},
     'travelling': {'contact.profile': 'rough_line', 'contact.travel': 0.7},
+    'ageing': {'contact.friction_rate': 0.01, 'contact.friction_ageing': 0.01},
     'drifting': {'interferometer.random_walk': 1e-9, 'interferometer.latency': 2.3e-3},
 }
 
@@ -215,6 +216,8 @@ def test_a_cut_checkpoint_is_refused(size: int):
     [
         ('stand.states.contacts[0].memory.depth', 1024, 'depth 1024 is not from 0 to 1023'),
         ('stand.states.contacts[6].memory.sense', 0.0, 'sense 0.0 is not 1 or -1'),
+        ('stand.states.contacts[0].age_s', 0.0, 'age_s 0.0 is not a finite number above 0'),
+        ('stand.states.contacts[6].slip_m_per_s', -1.0, 'slip_m_per_s -1.0 is not a finite'),
         ('stand.states.contacts[6].springs.last[5]', 128, 'last 128 is not from 0 to 127'),
         ('stand.states.contacts[0].on_springs', 2, 'on_springs 2 is not 0 or 1'),
         ('stand.states.clock.cycle', -1, 'cycle -1 is not from 0 to'),

@@ -21,6 +21,8 @@ COUPLED = {
     'load_cell.range',
     'amplifier.bandwidth',
     'actuator.resonance',
+    'contact.friction_rate',
+    'contact.friction_ageing',
 }
 NAMES = {'sim.joint_name', 'frame_id.stage', 'frame_id.runner', 'frame_id.load_cell'}
 """Texts that are neither empty nor begin with a slash."""
@@ -64,6 +66,7 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
         values['contact.rms_height'] = draw(st.floats(0.0, 1e-3))
     if draw(st.booleans()):
         values |= {'contact.profile': 'rough_line', 'contact.law': 'mdr', 'stand.preload_end': 0.0}
+        values |= {'contact.friction_rate': 0.0, 'contact.friction_ageing': 0.0}
         values['contact.travel'] = draw(st.floats(0.0, 1.0))
     if draw(st.booleans()):
         volts = sorted(draw(st.sets(st.floats(-999.0, 999.0), min_size=3, max_size=3)))
@@ -75,6 +78,16 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     if draw(st.booleans()):
         values['load_cell.hysteresis'] = draw(st.floats(0.0, 0.4))
         values['load_cell.range'] = draw(st.floats(1e-6, 1e6))
+    if draw(st.booleans()):
+        values |= {
+            'contact.travel': 0.0,
+            'contact.law': 'mdr',
+            'contact.friction': 0.2,
+            'contact.friction_velocity': 1e-3,
+        }
+        values |= {'contact.friction_cutoff': 1e-4, 'contact.friction_distance': 1e-6}
+        values['contact.friction_rate'] = draw(st.floats(0.0, 0.01))
+        values['contact.friction_ageing'] = draw(st.floats(0.0, 0.01))
     block_s, rate_hz, period_s = draw(st.sampled_from(PERIODS))
     return values | {
         'sim.block': block_s,

@@ -29,6 +29,8 @@ PURE_NUMBERS = {
     'contact.hurst',
     'contact.friction',
     'contact.travel',
+    'contact.friction_ageing',
+    'contact.friction_rate',
     'contact.poisson_runner',
     'contact.poisson_sphere',
     'friction_law.static_ratio',

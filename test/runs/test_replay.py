@@ -17,8 +17,7 @@ from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.fingerprint import compare_data
-from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.reader import Recording, compare_data
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.runs.replay import (

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from mcap_records import rows_of
 
+from stickslip_ros.drive.advance import RAMP_MEAN
 from stickslip_ros.drive.build import contacts_of, plant_of
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
@@ -27,7 +28,6 @@ from stickslip_ros.runs.sawtooth_run import (
     SawtoothRun,
     force_at_n,
     is_steady,
-    mean_force_n,
     relative_residual,
     run_drive,
     simulate,
@@ -364,9 +364,9 @@ def test_forces_are_those_of_the_load_cell_that_there_is():
         (FREE, 0.0, 0.0),
         (BEHIND_GAP, stiff * (3e-7 - GAP_M), stiff * (5e-7 - GAP_M)),
     ):
-        assert mean_force_n(plant, ramps) == pytest.approx(mean_n, rel=ROUNDING)
+        assert force_at_n(plant, ramps[-1, RAMP_MEAN]) == pytest.approx(mean_n, rel=ROUNDING)
         assert force_at_n(plant, ramps[-1, 0]) == pytest.approx(start_n, rel=ROUNDING)
-        assert mean_force_n(plant, ramps[:1]) == 0.0
+        assert force_at_n(plant, ramps[0, RAMP_MEAN]) == 0.0
 
 
 def test_a_run_that_has_not_come_to_the_load_cell_is_not_steady():

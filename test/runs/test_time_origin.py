@@ -16,8 +16,7 @@ from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.fingerprint import compare_data
-from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.reader import Recording, compare_data
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.recover import recover
 from stickslip_ros.recording.requests import recorded_requests
