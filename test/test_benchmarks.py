@@ -50,11 +50,7 @@ def apart(names, out, log):
     words = ['-u', '-X', 'faulthandler', '-m', 'benchmarks', '--tiny', '--out', str(out), *names]
     with log.open('wb') as said:
         process = subprocess.Popen(
-            [sys.executable, *words],
-            cwd=ROOT,
-            stdout=said,
-            stderr=said,
-            start_new_session=True,
+            [sys.executable, *words], cwd=ROOT, stdout=said, stderr=said, start_new_session=True
         )
     try:
         yield process

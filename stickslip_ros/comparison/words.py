@@ -13,15 +13,14 @@ from stickslip_ros.comparison.result import (
     ComparisonReport,
     Threshold,
 )
-from stickslip_ros.parameters import Scalar
+from stickslip_ros.parameters import SENSORS, Scalar
 from stickslip_ros.units import MN, NM, display_unit, with_unit
 
 Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, header, rows
 NAMES: Mapping[str, str] = {
-    'force_n': 'force',
     'step_length_m': 'step length',
     'energy_loss_per_step_j': 'friction loss per step',
-    'position_m': 'position',
+    **{each.quantity: each.words for each in SENSORS},
     'voltage_v': 'voltage',
     'foot_m': 'foot displacement',
 }

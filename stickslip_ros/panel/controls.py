@@ -10,7 +10,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.messages import INT32, JOINT_STATE, STAMPED_FIELDS
 from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.panel.model import CYCLES, SPANS_S
-from stickslip_ros.parameters import specs
+from stickslip_ros.parameters import SENSORS, specs
 from stickslip_ros.units import display_unit
 
 WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
@@ -83,7 +83,7 @@ def sheet() -> dict[str, Any]:
 
 def _is_for_people(topic: Topic) -> bool:
     """Return whether somebody gives a command, who has no use for lockstep and joints."""
-    return not topic.switch and topic.type_name != JOINT_STATE
+    return not topic.switches and topic.type_name != JOINT_STATE
 
 
 def lamps() -> dict[str, Any]:
@@ -92,6 +92,17 @@ def lamps() -> dict[str, Any]:
         'bits': [
             {'bit': int(bit), 'name': bit.name, 'text': bit.text, 'is_alarm': bool(bit & ALARMS)}
             for bit in Status
+        ],
+        'sensors': [
+            {
+                'name': each.reading,
+                'words': each.words.capitalize(),
+                'text': f'{each.text}, mean of 40 ms',
+                'is_optional': bool(each.switch),
+                'unit': display_unit(each.unit)[1],
+                'factor': display_unit(each.unit)[0],
+            }
+            for each in SENSORS
         ],
         'cycles': CYCLES,
         'spans_s': SPANS_S,

@@ -7,6 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.instrument.reports import FIRST_READING
+from stickslip_ros.parameters import SENSORS
 
 BINS = 600
 """Pairs of lowest and highest sample of which a curve consists at most."""
@@ -24,8 +26,10 @@ FREE_S = 0.02
 HISTORY_BIN_S = 0.01
 HISTORY_KEPT = 1 << 13
 
-TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
-"""Columns of samples: those of a trace."""
+COLUMNS = ('t', 'voltage', 'foot', *(each.reading for each in SENSORS))
+"""Columns of samples; those of a sensor that is not there are not numbers."""
+TIME, VOLTAGE, FOOT = range(FIRST_READING)
+POSITION = COLUMNS.index('position')
 
 
 class SampleRing:
@@ -58,21 +62,24 @@ class SampleRing:
 
 class BinHistory:
     """
-    Lowest and highest position and force of every hundredth of a second.
+    Lowest and highest readings of every hundredth of a second.
 
     Attributes
     ----------
     bins : SampleRing
-        Rows of start (s), lowest and highest position (m), lowest and highest force (N).
+        Rows of start (s), then lowest and highest reading of each sensor.
 
     """
 
     def __init__(self, kept: int = HISTORY_KEPT) -> None:
-        self.bins = SampleRing(5, kept)
+        self.bins = SampleRing(1 + 2 * len(SENSORS), kept)
 
     def add(self, samples: Array) -> None:
         """Take samples, at most one bin's."""
-        row = np.array([[samples[0, TIME], *_range(samples, POSITION), *_range(samples, FORCE)]])
+        readings = samples[:, FIRST_READING:]
+        row = np.empty((1, 1 + 2 * len(SENSORS)))
+        row[0, 0] = samples[0, TIME]
+        row[0, 1::2], row[0, 2::2] = np.fmin.reduce(readings), np.fmax.reduce(readings)
         bins = self.bins.rows
         # Three quarters: starts of bins are no exact multiples.
         if len(bins) and row[0, 0] - bins[-1, 0] < 0.75 * HISTORY_BIN_S:
@@ -89,22 +96,19 @@ class BinHistory:
                 self.add(part)
 
     def curves(self, end_s: float, span_s: float) -> dict[str, 'PanelCurve']:
-        """Return position and force of the time before ``end_s``."""
+        """Return the readings of the time before ``end_s``."""
         bins = self.bins.rows
         first, last = np.searchsorted(bins[:, 0], (end_s - span_s, end_s), 'right')
         bins = bins[max(0, first - 1) : last]
         if not len(bins):
             return {}
         x = np.repeat(bins[:, 0] - end_s, 2)
+        pairs = np.split(bins[:, 1:], len(SENSORS), axis=1)
         return {
-            'position': curve_of(x, bins[:, 1:3].ravel()),
-            'force': curve_of(x, bins[:, 3:5].ravel()),
+            row.reading: curve_of(x, pair.ravel())
+            for row, pair in zip(SENSORS, pairs, strict=True)
+            if not row.switch or not np.isnan(pair).all()
         }
-
-
-def _range(samples: Array, column: int) -> tuple[float, float]:
-    values = samples[:, column]
-    return float(np.fmin.reduce(values)), float(np.fmax.reduce(values))
 
 
 class PanelCurve(NamedTuple):
@@ -159,7 +163,7 @@ class Scope:
         """
         Return the picture of the last cycles.
 
-        Samples are rows as in a trace. Where the voltage rests, the last picture that had falls is
+        Samples are rows of COLUMNS. Where the voltage rests, the last picture that had falls is
         held. Where there was none, or without trigger, the newest samples are shown.
 
         """

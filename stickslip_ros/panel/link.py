@@ -178,7 +178,8 @@ class Link:
         with suppress(RecordingError):
             message = unpack(FLOAT64_ARRAY, data)
             if isinstance(message, ArrayMessage) and message.data.ndim == 2 and message.data.size:
-                self.model.take_trace(message.data)
+                labels = message.labels[-1].split(',')
+                self.model.take_trace(message.data, [each.partition('[')[0] for each in labels])
 
     def _take_event(self, message: Any) -> None:
         event = parsed_event(message.data)

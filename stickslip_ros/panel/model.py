@@ -3,7 +3,7 @@
 import json
 import struct
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from threading import RLock
 from time import monotonic
 from typing import Any, Protocol
@@ -11,17 +11,15 @@ from typing import Any, Protocol
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.panel.curves import (
-    FORCE,
+    COLUMNS,
     KEPT,
-    POSITION,
     TIME,
-    VOLTAGE,
     BinHistory,
     SampleRing,
     Scope,
 )
+from stickslip_ros.parameters import SENSORS, TRUTH
 
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04
@@ -78,7 +76,7 @@ def packed_frame(
     Return the picture at a time, as the page reads it.
 
     In front are the length of the header, a word, and the header, JSON; behind it, as float32, x
-    and y of the curves in its order. Samples are the last rows of a trace before the time.
+    and y of the curves in its order. Samples are the last before the time.
 
     """
     header: dict[str, Any] = {'time_s': time_s, 'span_s': view.span_s, 'scope': None}
@@ -102,13 +100,16 @@ def packed_frame(
 
 def _figures(samples: Array) -> dict[str, float | None]:
     """Return the means of the newest samples; of those that are numbers."""
+    always = [*(each.reading for each in SENSORS if not each.switch), 'voltage']
     if not len(samples):
-        return dict.fromkeys(('position', 'force', 'voltage'))
+        return dict.fromkeys(always)
     begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - FIGURE_S))
-    newest = samples[begin:]
+    newest = dict(zip(COLUMNS, samples[begin:].T, strict=True))
+    shown = [*always, *(each.reading for each in SENSORS if each.switch)]
     return {
-        name: float(np.mean(newest[:, column])) if np.isfinite(newest[-1, column]) else None
-        for name, column in (('position', POSITION), ('force', FORCE), ('voltage', VOLTAGE))
+        name: float(np.mean(newest[name])) if np.isfinite(newest[name][-1]) else None
+        for name in shown
+        if name in always or not np.isnan(newest[name]).all()
     }
 
 
@@ -123,7 +124,7 @@ class Model:
         self.is_there = False  # in the graph
         self.view = View()
         self._ring, self._history, self._scope = (
-            SampleRing(len(TRACE_COLUMNS), KEPT),
+            SampleRing(len(COLUMNS), KEPT),
             BinHistory(),
             Scope(),
         )
@@ -148,8 +149,12 @@ class Model:
         self._scope.clear()
         self._heard_s, self._has_news = monotonic(), True
 
-    def take_trace(self, samples: Array) -> None:
-        """Take samples; where time starts anew, what was before is forgotten."""
+    def take_trace(self, block: Array, names: Sequence[str] = TRUTH) -> None:
+        """Take a block of a trace; where time starts anew, what was before is forgotten."""
+        samples = np.full((len(block), len(COLUMNS)), np.nan)
+        for name, column in zip(names, block.T, strict=False):
+            if name in COLUMNS:
+                samples[:, COLUMNS.index(name)] = column
         with self._lock:
             rows = self._ring.rows
             if len(rows) and samples[0, TIME] <= rows[-1, TIME]:

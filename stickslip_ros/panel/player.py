@@ -12,14 +12,11 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.panel.curves import (
-    FOOT,
-    FORCE,
+    COLUMNS,
     KEPT,
     POSITION,
     TIME,
-    VOLTAGE,
     BinHistory,
     Scope,
     curve_of,
@@ -31,7 +28,6 @@ from stickslip_ros.units import NANO
 
 SPEEDS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
 """Simulated seconds per second that can be chosen."""
-COLUMNS = {'voltage_v': VOLTAGE, 'foot_m': FOOT, 'position_m': POSITION, 'force_n': FORCE}
 
 
 def samples_of(recording: Recording) -> Array:
@@ -47,11 +43,11 @@ def samples_of(recording: Recording) -> Array:
         problem = 'has neither a trace nor positions'
         raise RecordingError(recording.path, problem, 'choose the recording of a drive')
     time_s = found['position_m'].time_s
-    samples = np.full((len(time_s), len(TRACE_COLUMNS)), np.nan)
+    samples = np.full((len(time_s), len(COLUMNS)), np.nan)
     samples[:, TIME] = time_s
     for name, series in found.items():
         is_same = len(series) == len(time_s) and np.array_equal(series.time_s, time_s)
-        samples[:, COLUMNS[name]] = (
+        samples[:, COLUMNS.index(name.rpartition('_')[0])] = (
             series.value if is_same else np.interp(time_s, series.time_s, series.value)
         )
     return samples

@@ -11,7 +11,7 @@ from pathlib import Path
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import read_bytes
-from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
+from stickslip_ros.instrument.reports import Status, trace_columns
 from stickslip_ros.interface.channels import Channel, name_in_file
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.layout import SUFFIX, FileForm
@@ -45,7 +45,7 @@ def info_json(parameters: Parameters, time_origin_ns: int) -> str:
             TIME_ORIGIN: time_origin_ns,
             'parameters': parameters.flat(),
             'units': {name: spec.unit for name, spec in specs().items() if spec.unit},
-            'trace_columns': TRACE_COLUMNS,
+            'trace_columns': trace_columns(parameters),
             'status_bits': {f'0x{bit:08x}': bit.text for bit in Status},
         }
     )

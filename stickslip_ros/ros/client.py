@@ -205,8 +205,8 @@ class DriveClient:
 
     def is_connected(self) -> bool:
         """Return whether each topic that a drive has in any case has its other end."""
-        heard = (made for topic, made in self._subscriptions if not topic.switch)
-        obeyed = (made for name, made in self._publishers.items() if not _COMMANDS[name].switch)
+        heard = (made for topic, made in self._subscriptions if not topic.switches)
+        obeyed = (made for name, made in self._publishers.items() if not _COMMANDS[name].switches)
         return all(each.get_publisher_count() for each in heard) and all(
             each.get_subscription_count() for each in obeyed
         )

@@ -15,7 +15,7 @@ from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import READINGS
 from stickslip_ros.notebook import html_table
-from stickslip_ros.parameters import Parameters, parse_yaml
+from stickslip_ros.parameters import SENSORS, Parameters, parse_yaml
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
@@ -31,9 +31,8 @@ if TYPE_CHECKING:
     from stickslip_ros.runs.sawtooth_run import SawtoothRun
 
 RUN_QUANTITIES = {
-    'position_m': 'runner position',
-    'force_n': 'load-cell force',
-    'voltage_v': 'piezo voltage',
+    **{each.quantity: each.label for each in SENSORS},
+    'voltage_v': 'voltage at the piezo',
     'foot_m': 'displacement of the feet',
 }
 """Quantities of a run in words, by their columns in an experiment file: without the unit they are
@@ -146,7 +145,7 @@ class Run:
     @cached_property
     def frame(self) -> 'DataFrame':
         """
-        Table of the run: ``voltage_v``, ``foot_m``, ``position_m``, ``force_n`` over ``time_s``.
+        Table of the run: ``voltage_v``, ``foot_m`` and readings, ``position_m``, over ``time_s``.
 
         From the trace where the run has one, else from its topics, whose times differ: what is
         not known at a time is not a number. ``attrs`` hold the units and what was recorded.

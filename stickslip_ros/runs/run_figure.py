@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import cycle, groupby
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -16,6 +16,7 @@ from matplotlib.ticker import EngFormatter
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.parameters import SENSORS
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.runs.plotting import (
@@ -26,6 +27,7 @@ from stickslip_ros.runs.plotting import (
     GREY,
     ORANGE,
     PURPLE,
+    SKY_BLUE,
     VERMILION,
     as_it_is,
     check_picture,
@@ -51,7 +53,11 @@ from stickslip_ros.runs.recorded_run import (
 )
 from stickslip_ros.units import NM, display_unit
 
-COLOURS = {'position_m': GREEN, 'force_n': VERMILION, 'voltage_v': BLUE, 'foot_m': PURPLE}
+COLOURS = {
+    **dict(zip((each.quantity for each in SENSORS), cycle((GREEN, VERMILION, SKY_BLUE)))),
+    'voltage_v': BLUE,
+    'foot_m': PURPLE,
+}
 WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
 LABEL_CHARACTERS = 17  # in a line of an axis label
 GAP_PX = 3.0  # between a label and what is beside it

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from stickslip_ros.errors import QUOTED, RecordingError, quoted
-from stickslip_ros.parameters import Spec
+from stickslip_ros.parameters import SENSORS, Spec
 from stickslip_ros.tables.layout import TextForm
 from stickslip_ros.tables.units import factor_of, split_unit
 
@@ -28,6 +28,7 @@ USUAL: Mapping[str, tuple[str, ...]] = {
         'kraft',
     ),
     'step_length_m': ('step length', 'step size', 'step', 'schrittlänge', 'schrittweite'),
+    **{each.quantity: (each.words,) for each in SENSORS if each.switch},
 }
 """Names of quantities in lower case, words separated by one blank."""
 SIGMA = '_sigma_'

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_bytes, replacing
-from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, Spec, spec_of
+from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, SENSORS, Spec, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.tables.columns import (
     LIKELY,
@@ -23,6 +23,7 @@ from stickslip_ros.tables.columns import (
     find_columns,
     listed,
     map_hint,
+    sigma_name,
     suggestion,
     understood,
 )
@@ -58,12 +59,10 @@ POINT_COLUMNS: Mapping[str, Spec] = {
 }
 TIME_COLUMNS: Mapping[str, Spec] = {
     'time_s': _measured('s', 'time of the sample; each after the one before', 1e12),
-    'position_m': _measured('m', 'position of the runner', 1.0),
-    'force_n': _measured('N', 'force on the load cell', 1e3),
+    **{each.quantity: _measured(each.unit, each.label, each.largest) for each in SENSORS},
     'voltage_v': _measured('V', 'voltage at the piezo', 1e5),
     'foot_m': _measured('m', 'displacement of the feet', 1.0),
-    'position_sigma_m': _sigma('m', 'the position'),
-    'force_sigma_n': _sigma('N', 'the force'),
+    **{sigma_name(each.quantity): _sigma(each.unit, f'the {each.words}') for each in SENSORS},
     'voltage_sigma_v': _sigma('V', 'the voltage'),
     'foot_sigma_m': _sigma('m', 'the displacement'),
 }
@@ -71,7 +70,7 @@ COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
 NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
 MEASURED = {
     BY_AMPLITUDE: ('force_n', 'step_length_m'),
-    OVER_TIME: ('position_m', 'force_n', 'voltage_v', 'foot_m'),
+    OVER_TIME: (*(each.quantity for each in SENSORS), 'voltage_v', 'foot_m'),
 }
 """Columns of which at least one must be there."""
 

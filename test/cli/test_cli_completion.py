@@ -29,7 +29,7 @@ for line; do
 done
 """
 OFFERED = {
-    'stickslip pos': {'positioning'},
+    'stickslip zero': {'zero-amplitude'},
     'stickslip zero-amplitude --f': {'--frequency'},
     'stickslip info ': {'run.mcap', 'there/'},
     'stickslip fit a.csv -o ': {'run.mcap', 'there/'},

@@ -145,14 +145,6 @@ def test_the_page_says_what_was_compared(points, runs):
     assert any('times of B were shifted by 0.001 s, as given' in each for each in texts)
 
 
-def test_it_can_be_printed_on_a4(points):
-    text = report_page(points, COMMAND)
-    assert '@page { size: A4;' in text
-    assert '@media print' in text
-    assert 'break-inside: avoid' in text
-    assert 'prefers-color-scheme: dark' in text
-
-
 def test_the_same_comparison_gives_the_same_bytes(comparison, tmp_path):
     paths = [tmp_path / name / 'page.html' for name in ('one', 'two')]
     for path in paths:

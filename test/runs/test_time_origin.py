@@ -22,12 +22,7 @@ from stickslip_ros.recording.recover import recover
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import info_json
-from stickslip_ros.runs.recorded_run import (
-    TimeWindow,
-    bits_within,
-    events_within,
-    recorded_series,
-)
+from stickslip_ros.runs.recorded_run import TimeWindow, bits_within, events_within, recorded_series
 from stickslip_ros.runs.replay import replay
 from stickslip_ros.runs.run_figure import plot_run
 
@@ -41,11 +36,7 @@ PLAN = {
     30: Request('load', (0.05, 0.0, 0.0, 0.0, 0.0, 0.0), stamp_ns=7),
 }
 WHOLE = TimeWindow(0.0, 1.0)
-PARTS = {
-    'record__format': 'bag',
-    'record__flush_period': 0.01,
-    'record__split_duration': 0.02,
-}
+PARTS = {'record__format': 'bag', 'record__flush_period': 0.01, 'record__split_duration': 0.02}
 STAMPED = {*m.STAMPED_FIELDS, m.JOINT_STATE}
 Record = Callable[..., Path]
 
@@ -156,9 +147,7 @@ def test_a_picture_shows_simulated_time(runs: tuple[Path, Path], tmp_path: Path)
     assert repr(one) == repr(other)  # with values that are no numbers
 
 
-def test_runs_of_different_origins_are_compared_at_equal_simulated_times(
-    runs: tuple[Path, Path],
-):
+def test_runs_of_different_origins_are_compared_at_equal_simulated_times(runs: tuple[Path, Path]):
     names = map(str, runs)
     comparison = compare(*names)
     assert comparison.differences == ()

@@ -7,80 +7,72 @@ Low-pass filters are solved exactly from sample to sample. Hysteresis is made of
 """
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import COUNT, FLOAT, Record, kind, record
+from stickslip_ros.contact.record import COUNT, FLOAT, Field, Kind, Record, kind, record
 from stickslip_ros.drive.piezo import move_plays
 
 WORKS, FROZEN, DROPPED_OUT = range(3)
 CONDITIONS = {'none': WORKS, 'freeze': FROZEN, 'dropout': DROPPED_OUT}
-"""Conditions of a sensor, after the words of ``fault.interferometer`` and ``fault.load_cell``."""
+"""Conditions of a sensor, after the words of ``fault.<sensor>``."""
 
 FINEST = 2.0**52
 """From this number of quantisation steps on, the reading itself has no finer digits."""
 PLAYS = 16
 """Play operators of a loop; an even number, for which the weights below are exact."""
 
-SWING = kind(stay=FLOAT, gather=FLOAT, fall=FLOAT, keep=FLOAT)
+SWING = kind(
+    stay=FLOAT,  # Share of the distance that is left
+    gather=FLOAT,  # What a velocity adds to it
+    fall=FLOAT,  # Velocity that a distance gives
+    keep=FLOAT,  # Share of the velocity that is left
+)
 """
 What a second-order low-pass keeps of its distance from the input after one sample.
 
-Fields
-------
-stay, gather : float
-    Share of the distance that is left, and what a velocity adds to it.
-fall, keep : float
-    Velocity that a distance gives, and share of the velocity that is left. Velocities are divided
-    by the undamped angular frequency, so that they have the unit of the reading.
+Velocities are divided by the undamped angular frequency: they have the unit of the reading.
 
 """
+LOOP = kind(
+    direct=FLOAT,  # Share of the input that passes without a loop
+    weight=FLOAT,  # Share of the input that passes each play; 0 is no loop
+    spacing=FLOAT,  # Between the half-widths of neighbouring plays, in the unit of the input
+)
+FAULT = kind(
+    condition=COUNT,  # WORKS, FROZEN or DROPPED_OUT
+    offset=FLOAT,  # Jump of the reading, in its unit
+)
+"""What is broken about a sensor."""
 
-LOOP = kind(direct=FLOAT, weight=FLOAT, spacing=FLOAT)
-"""
-Constants of a loop.
 
-Fields
-------
-direct : float
-    Share of the input that passes without a loop.
-weight : float
-    Share of the input that passes each play; 0 is no loop.
-spacing : float
-    Distance between the half-widths of neighbouring plays, in the unit of the input.
-
-"""
-
-FAULT = kind(condition=COUNT, offset=FLOAT)
-"""
-What is broken about a sensor.
-
-Fields
-------
-condition : int
-    WORKS, FROZEN or DROPPED_OUT.
-offset : float
-    Jump of the reading, in its unit.
-
-"""
+def sensor_kind(memory: Mapping[str, Field], **constants: Field) -> Kind:
+    """Return the type of the records of a sensor: what all have, and what this one has besides."""
+    return kind(
+        noise=FLOAT,  # Standard deviation of the white noise of one sample
+        gain=FLOAT,  # Share of the way that the low-pass goes to its input in one sample
+        resolution=FLOAT,  # Quantisation step; 0 is none
+        fault=FAULT,
+        memory=kind(
+            samples=COUNT,  # Samples of the trace that it has read
+            level=FLOAT,  # Output of the low-pass
+            standing=FLOAT,  # Value behind the display, before the zero is subtracted
+            zero=FLOAT,  # Value that is shown as 0
+            **memory,
+        ),
+        **constants,
+    )
 
 
 def low_pass_gain(bandwidth_hz: float, sample_rate_hz: float) -> float:
     """
     Return the share of the way that a first-order low-pass goes to its input in one sample.
 
-    Parameters
-    ----------
-    bandwidth_hz : float
-        Corner frequency f_c, Hz; 0 is no low-pass, which goes all the way.
-    sample_rate_hz : float
-        Rate of the samples, Hz.
-
-    Notes
-    -----
-    y' = 2 pi f_c (x - y), exact for an input that is constant between two samples.
+    y' = 2 pi f_c (x - y), exact for an input that is constant between two samples; without a
+    bandwidth it goes all the way.
 
     """
     decay = math.exp(-2.0 * math.pi * bandwidth_hz / sample_rate_hz)
@@ -91,17 +83,6 @@ def swing_of(resonance_hz: float, damping_ratio: float, sample_rate_hz: float) -
     """
     Return one sample of a second-order low-pass.
 
-    Parameters
-    ----------
-    resonance_hz : float
-        Undamped frequency f_0, Hz; above 0.
-    damping_ratio : float
-        Damping ratio zeta; above 1 nothing swings.
-    sample_rate_hz : float
-        Rate of the samples, Hz.
-
-    Notes
-    -----
     y'' + 2 zeta w y' + w^2 (y - x) = 0 with w = 2 pi f_0, exact for an input that is constant
     between two samples.
 
@@ -172,17 +153,27 @@ def follow(loop: Record, plays: Array, value: float) -> float:
 
 
 @kernel
-def standing(fault: Record, before: float, value: float) -> float:
-    """Return the value that stands behind the display: a frozen sensor keeps the one before."""
-    return before if fault.condition == FROZEN else value
+def filtered(sensor: Record, value: float, noise: float) -> float:
+    """Return what the low-pass makes of a value and white noise, of which the unit is given."""
+    memory = sensor.memory
+    memory.level += sensor.gain * (value + sensor.noise * noise - memory.level)
+    return float(memory.level)
 
 
 @kernel
-def displayed(fault: Record, value: float, zero: float, resolution: float) -> float:
-    """Return the reading: ``value`` above ``zero`` in whole steps, or not a number."""
-    if fault.condition == DROPPED_OUT:
+def displayed(sensor: Record, value: float) -> float:
+    """
+    Return the reading: the value above the zero in whole steps, or not a number.
+
+    A frozen sensor keeps the value that stands behind the display.
+
+    """
+    memory = sensor.memory
+    if sensor.fault.condition != FROZEN:
+        memory.standing = value
+    if sensor.fault.condition == DROPPED_OUT:
         return np.nan
-    above = value - zero
-    if abs(above) < FINEST * resolution:
-        return float(np.rint(above / resolution) * resolution)
-    return above
+    above = memory.standing - memory.zero
+    if abs(above) < FINEST * sensor.resolution:
+        return float(np.rint(above / sensor.resolution) * sensor.resolution)
+    return float(above)
