@@ -199,6 +199,16 @@ MUTATIONS = (
         'setting.current_max / parameters.actuator.capacitance',
         'setting.current_max / (6.0 * parameters.actuator.capacitance)',
     ),
+    Mutation(
+        'a window that moves loses a tenth more than it should', 'drive/feet.py',
+        'memory.lost_j - memory.base_j + curve.energy_max_j',
+        'memory.lost_j - memory.base_j + 1.1 * curve.energy_max_j',
+    ),
+    Mutation(
+        'the line of the runner moves half as far as the runner', 'contact/travel.py',
+        'round(window_m / track.spacing_m)',
+        'round(0.5 * window_m / track.spacing_m)',
+    ),
 )  # fmt: skip
 
 

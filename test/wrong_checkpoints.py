@@ -44,6 +44,10 @@ DRIVES: Mapping[str, tuple[Mapping[str, Any] | None, tuple[Request, ...]]] = {
     'closed loop': (None, (Request('position', (9e-6, 0.0, 0.0)),)),
     'feet apart': (None, (DEAD_FOOT, Request('joint', joints=Joints((), (), (5e-5,))))),
     'springs': ({}, (Request('preload', (0.31415,)), Request('steps', (7.0,)))),
+    'travelling': (
+        {'contact.profile': 'rough_line', 'contact.travel': 1.0},
+        (Request('sawtooth', (280.0, 1153.4, 0.0)),),
+    ),
     'ageing': ({'contact.friction_ageing': 0.01}, (Request('steps', (7.0,)),)),
     'table': ({'contact.law': 'lugre'}, (Request('waveform', WAVEFORM, cycles=0),)),
     'delayed': (

@@ -68,6 +68,8 @@ def _rows(result: SawtoothRun) -> Iterator[tuple[object, ...]]:
     yield number('the same without elastic following', result.force_net_n, '.4f', 'mN')
     yield number('generated force, start of the ramp', result.force_ramp_start_n, '.4f', 'mN')
     yield number('step length, last 10 cycles', result.step_length_m, '.4f', 'nm')
+    yield number('standard deviation of a step', result.step_scatter_m, '.4f', 'nm')
+    yield number('correlation length of steps', result.step_correlation_m, '.4f', 'nm')
     yield 'steps', result.steps, 'steady' if result.steady else 'NOT steady'
     yield number('simulated time', result.simulated_s, '.4f', 's')
     yield number('wall time', result.wall_s, '.4f', 's')

@@ -14,7 +14,9 @@ from stickslip_ros.contact.profile import (
     rough_profile,
     smooth_profile,
 )
+from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.roughness import Spectrum, rough_line, rough_prefactor_1d
+from stickslip_ros.contact.travel import track_of, window_profile
 from stickslip_ros.parameters import ContactParameters, Parameters
 
 PROFILES_KEPT = 64
@@ -76,6 +78,8 @@ def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
     if contact.profile == 'smooth':
         return smooth_profile(contact.radius)
     if contact.profile == 'rough_line':
+        if contact.travel:
+            return window_profile(lines_of(contact), index)
         seed = contact.line_seed + index
         return rough_line_profile(
             spectrum_of(contact), contact.radius, contact.line_length, contact.line_points, seed
@@ -86,6 +90,11 @@ def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
 def spectrum_of(contact: ContactParameters) -> Spectrum:
     """Return the power spectrum of the roughness; OutOfRange if its numbers do not fit."""
     return Spectrum(contact.hurst, contact.rms_height, contact.cutoff_lower, contact.cutoff_upper)
+
+
+def lines_of(contact: ContactParameters) -> Record:
+    """Return the lines under the feet of a stand whose roughness travels; not to be written."""
+    return track_of(contact, spectrum_of(contact), elasticity_of(contact).normal_pa)
 
 
 def prefactor_of(contact: ContactParameters) -> float:

@@ -53,6 +53,7 @@ CONTACT_STATE = kind(
     memory=MEMORY,  # Displacement, force, friction loss, and the turning points
     on_springs=FLAG,  # Whether the springs, not the turning points, hold the history
     preload_n=FLOAT,  # Present preload
+    window_m=FLOAT,  # Displacement at which roughness that travels came to rest
     bristle_m=FLOAT,  # Deflection of the bristles of a rival law
     age_s=FLOAT,  # Age theta of a contact that ages
     slip_m_per_s=FLOAT,  # Speed with which its slipping springs slip, + v_c

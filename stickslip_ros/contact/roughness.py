@@ -165,12 +165,18 @@ def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> A
     at the limit of the grid, two points long, stays empty: its phase could not be free.
 
     """
+    power = line_power(spectrum, length_m, points)
+    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(power))
+    return np.fft.irfft(points * np.sqrt(power) * np.exp(1j * phases), points)
+
+
+def line_power(spectrum: Spectrum, length_m: float, points: int) -> Array:
+    """Return the squares of B_1D of `rough_line`, m^2; that refuses what this refuses."""
     spectrum.check_grid(length_m, points)
     power = spectrum.density_1d(_wave_numbers(length_m, points))
     power[(points + 1) // 2 :] = 0.0
     power *= spectrum.rms_height_m**2 / (2.0 * np.sum(power))
-    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(power))
-    return np.fft.irfft(points * np.sqrt(power) * np.exp(1j * phases), points)
+    return power
 
 
 def rough_surface(spectrum: Spectrum, length_m: float, points: int, seed: int) -> Array:

@@ -33,6 +33,7 @@ from stickslip_ros.drive.amplifier import (
     stretch_ahead,
     time_to_settle,
 )
+from stickslip_ros.drive.feet import lay_contacts
 from stickslip_ros.drive.long_step import long_step
 from stickslip_ros.drive.piezo import fastest_m_per_s
 from stickslip_ros.drive.plant import may_pass, pace_of, step
@@ -87,6 +88,7 @@ def observe_ideal(
 ) -> None:
     """Do what ``observe`` does, for a drive that ``takes_only_long_steps``."""
     plant, state = plants[0], states[0]
+    lay_contacts(plant, state)
     for i in range(len(truth)):
         remaining_s = sample_s
         allow_passes(plant, state, len(wave.rows), sample_s)
@@ -127,6 +129,7 @@ def observe(
 
     """
     plant, state = plants[0], states[0]
+    lay_contacts(plant, state)
     for i in range(len(truth)):
         remaining_s = sample_s
         allow_passes(plant, state, len(wave.rows), sample_s)

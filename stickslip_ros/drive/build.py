@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from stickslip_ros.contact.ageing import AGEING, friction_ratio
-from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
+from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
 from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.laws import LAW, LAW_NUMBERS, MDR
 from stickslip_ros.contact.mdr import Presliding, presliding
@@ -15,6 +15,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import CONTACT, fresh_contact
 from stickslip_ros.contact.record import Record, record, records
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
+from stickslip_ros.contact.travel import NOWHERE
 from stickslip_ros.contact.virgin import tabulate, tabulate_each
 from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
@@ -38,6 +39,8 @@ LOWER_SHARE = math.sqrt(2.0) / 4.0
 PHASE_MAX = 1.1
 """Longest step times the largest angular frequency, or rate of damping. The steps are series in
 both; up to here the energy balances to a few 1e-3."""
+TRAVEL_MARGIN = 0.7
+"""The longest step per that at the start of roughness that travels: twice the stiffness."""
 TREADS_PER_STEP = 8
 """Levels of the converter in the longest step from which on its staircase is a straight line."""
 STANDARD_GRAVITY_M_PER_S2 = 9.80665
@@ -76,6 +79,8 @@ def plant_of(parameters: Parameters) -> Record:
     )
     plant = plants[0]
     plant.contacts[ALL] = all_contacts(parameters)
+    if parameters.contact.travel:
+        plant.track = lines_of(parameters.contact)
     _set_longest_step(plant, parameters)
     if parameters.actuator.gain_tolerance:
         separate_feet(plants, parameters)
@@ -96,6 +101,8 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
     walls = plant['walls']
     cell_n_per_m = plant['cell_n_per_m'] + walls['cell_n_per_m'] + walls['stop_n_per_m']
     longest_s = longest_step_s(parameters, plant['contacts'][ALL], float(cell_n_per_m))
+    if parameters.contact.travel:  # which may be stiffer elsewhere
+        longest_s *= TRAVEL_MARGIN
     plant['dt_s'] = min(parameters.sim.dt, longest_s)
     plant['tread_s'] = plant['dt_s'] / TREADS_PER_STEP
 
@@ -325,6 +332,7 @@ def _set_curves(plant: Record, parameters: Parameters) -> None:
     preload_n = float(plant.contacts[ALL].preload_n)
     contacts = _contacts_at(parameters.contact, preload_n, weight_of(parameters))
     plant.contacts[ALL].curve = tabulate(contacts)
+    plant.track.laid = NOWHERE
     if plant.separate:
         for k, curve in enumerate(tabulate_each(contacts), start=1):
             plant.contacts[k].curve = curve

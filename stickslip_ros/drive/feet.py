@@ -5,7 +5,7 @@ To the rest of the drive they are one contact against the mean foot, with the su
 
 """
 
-from stickslip_ros.contact.kernel import entry_point, kernel
+from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import U, move, set_memory
 from stickslip_ros.contact.reaction import (
@@ -16,7 +16,11 @@ from stickslip_ros.contact.reaction import (
     switch_to_springs,
 )
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.records import ALL, CONTACTS
+from stickslip_ros.contact.travel import lay, place_of
+from stickslip_ros.drive.records import ALL, CONTACTS, FEET
+
+SLIPPING = 1e-9
+"""Share of the presliding by which a contact in full slip may miss it, for rounding."""
 
 
 @kernel
@@ -55,6 +59,49 @@ def move_contacts(
     state.contact_n = total_n
     state.preload_n = preload_n
     return drag_n
+
+
+@kernel_apart
+def arrest(plant: Record, state: Record, k: int, direction: float) -> None:
+    """
+    Move the window of a contact that ends its full slip to where it is now.
+
+    The force stays, mu F_n. What the springs store there more or less is a loss the less or more.
+
+    """
+    contact, own = plant.contacts[k], state.contacts[k]
+    curve, memory = contact.curve, own.memory
+    slipped_m = memory.sense * (memory.u_m - memory.turns[0, U])
+    slips = memory.depth == 0 and slipped_m >= (1.0 - SLIPPING) * curve.limit_m
+    if not slips or direction * memory.sense >= 0.0 or not remembers_turns(contact, own):
+        return
+    # Virgin loading to full slip, stored and lost together, is energy_max_j.
+    energy_j = memory.lost_j - memory.base_j + curve.energy_max_j
+    own.window_m = memory.u_m
+    lay_contact(plant, state, k)
+    memory.turns[0, U] = memory.u_m - memory.sense * curve.limit_m
+    force_n, lost_j = memory.sense * curve.force_max_n, energy_j - curve.energy_max_j
+    set_memory(memory, memory.u_m, force_n, memory.sense, lost_j, 0.0)
+
+
+@kernel
+def lay_contact(plant: Record, state: Record, k: int) -> None:
+    """Tabulate the virgin curve of a contact where its window is, unless that is done."""
+    track, contact = plant.track, plant.contacts[k]
+    place = place_of(track, state.contacts[k].window_m)
+    if track.laid[k] != place:
+        first, last = (0, FEET) if k == ALL else (k - 1, k)
+        bank, preload_n = plant.contacts[ALL].bank, contact.preload_n
+        lay(track, bank, contact.compliance, preload_n, contact.curve, first, last, place)
+        track.laid[k] = place
+
+
+@kernel
+def lay_contacts(plant: Record, state: Record) -> None:
+    """Do so for each contact that the drive moves, if roughness travels."""
+    if plant.track.on:
+        for k in moving(plant):
+            lay_contact(plant, state, k)
 
 
 @kernel
@@ -97,6 +144,9 @@ def divide_among_feet(plants: Record, states: Record) -> None:
     plant, state = plants[0], states[0]
     whole = state.contacts[ALL]
     total_n, lost_j = 0.0, 0.0
+    for k in range(1, CONTACTS):
+        state.contacts[k].window_m = whole.window_m
+    lay_contacts(plant, state)
     for k in range(1, CONTACTS):
         contact = state.contacts[k]
         contact.on_springs = whole.on_springs

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.feet import lost_by_feet, stored_by_feet
+from stickslip_ros.drive.feet import lay_contacts, lost_by_feet, stored_by_feet
 from stickslip_ros.drive.runner import cell_energy, stops_energy
 
 SIXTH = 1.0 / 6.0
@@ -68,6 +68,7 @@ def take_ledger(plants: Record, states: Record) -> EnergyLedger:
 @entry_point
 def energies_of_contacts(plants: Record, states: Record) -> tuple[float, float]:
     """Return the elastic energy in the contacts, and the friction loss in them so far, J."""
+    lay_contacts(plants[0], states[0])
     return stored_by_feet(plants[0], states[0]), lost_by_feet(plants[0], states[0])
 
 

@@ -18,6 +18,7 @@ from typing import NamedTuple
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.memory import Branch, branch_towards, force_ahead, move, stiffness_on
 from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.feet import arrest
 from stickslip_ros.drive.ledger import SIXTH, book
 from stickslip_ros.drive.piezo import foot_displacement
 from stickslip_ros.drive.records import ALL
@@ -103,7 +104,10 @@ def long_step(
     slide = _slide_now(plant, state, foot_m_per_s, load_n, longest_s)
 
     rests = abs(slide.speed) < RESTING * abs(slide.speeding) * longest_s
-    branch = branch_towards(curve, memory, slide.speeding if rests else slide.speed)
+    direction = slide.speeding if rests else slide.speed
+    if plant.track.on:
+        arrest(plant, state, ALL, direction)
+    branch = branch_towards(curve, memory, direction)
     tangent = stiffness_on(curve, branch, before_m)
     omega_squared = (slide.held_n_per_m + tangent) * plant.per_kg
     turns = not rests and slide.speed * slide.speeding < 0.0

@@ -20,7 +20,7 @@ from stickslip_ros.contact.reaction import answer_towards, remembers_turns
 from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.amplifier import low_pass
-from stickslip_ros.drive.feet import move_contacts, moving, ratio_of
+from stickslip_ros.drive.feet import arrest, move_contacts, moving, ratio_of
 from stickslip_ros.drive.ledger import SIXTH, book
 from stickslip_ros.drive.long_step import (
     RESTING,
@@ -159,6 +159,8 @@ def _look_ahead(
         turns_now = against * against < 2.0 * slack_m * abs(against_rate)
         may_turn |= abs(against) <= 2.0 * longest_s * abs(against_rate)
         direction = against_rate if turns_now else against
+        if plant.track.on:
+            arrest(plant, state, k, direction)
         if remembers_turns(contact, own):
             branch = branch_towards(contact.curve, own.memory, direction)
             stiffness = stiffness_on(contact.curve, branch, own.memory.u_m)

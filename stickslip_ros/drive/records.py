@@ -12,6 +12,7 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import CONTACT, CONTACT_STATE
 from stickslip_ros.contact.record import COUNT, FLAG, FLOAT, kind
+from stickslip_ros.contact.travel import TRACK
 
 ENDLESS = 1 << 62
 """Cycles of a wave that runs until it is replaced."""
@@ -89,6 +90,7 @@ PLANT = kind(
     groups=(COUNT, (CONTACTS,)),  # Group of equal contacts to which each belongs
     # All together, and each; the latter are valid where the feet are separate
     contacts=(CONTACT, (CONTACTS,)),
+    track=TRACK,  # Lines under the feet, if roughness travels
 )
 """Everything about the drive that does not change while it runs."""
 

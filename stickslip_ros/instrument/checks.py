@@ -146,6 +146,9 @@ def check_preload(parameters: Parameters, force_n: float) -> float:
     if force_n < lowest_n:
         limit = f'below the {lowest_n:g} N that hold the runner'
         raise OutOfRange('preload', force_n, 'N', limit, 'raise it')
+    if parameters.contact.travel:
+        limit = f'a change from {parameters.stand.preload:g} N, which contact.travel keeps'
+        raise OutOfRange('preload', force_n, 'N', limit, 'set contact.travel to 0')
     if force_n > limit_n:
         limit = f'above the {limit_n:g} N that the stand allows'
         raise OutOfRange('preload', force_n, 'N', limit, 'lower it or raise stand.preload_limit')

@@ -109,7 +109,8 @@ def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> Line
 
     Low-pass, creep, resonance, gains of the feet, damping and the springs that the runner touches
     are linear and kept, as is the linear part of the hysteresis. Slew rate, converter and what
-    else of the hysteresis are not linear: they are left out.
+    else of the hysteresis are not linear: they are left out. Roughness that travels is where it
+    starts.
 
     Parameters
     ----------

@@ -80,6 +80,12 @@ class ContactParameters(Checked):
     line_seed: int = count(
         1, 'rough line: seed of the first of the six; the next add 1', bounds=(0, 2**31 - 1)
     )
+    travel: float = quantity(
+        0.0,
+        '',
+        'rough line: share of the mean square roughness that is on the runner and travels with it',
+        bounds=(0.0, 1.0),
+    )
     friction: float = quantity(
         0.3, '', 'friction coefficient mu', bounds=(1e-3, 10.0), source=TABLE_1
     )
@@ -140,6 +146,11 @@ class ContactParameters(Checked):
         if static <= 0.0:
             limit = f'{static:g} after rest_time and no longer above 0 by rate and ageing'
             raise OutOfRange('contact.friction', self.friction, '', limit, 'lower either of them')
+        changes = self.friction_rate or self.friction_ageing
+        if self.travel and (changes or (self.profile, self.law) != ('rough_line', 'mdr')):
+            limit = 'without effect but on a rough line of constant friction under the law mdr'
+            hint = "set contact.profile to 'rough_line' and the others to their defaults"
+            raise OutOfRange('contact.travel', self.travel, '', limit, hint)
         if self.profile == 'rough_line':
             if self.prefactor not in {0.0, PAPER_PREFACTOR}:
                 limit = 'without effect on a rough line, which is made from contact.rms_height'

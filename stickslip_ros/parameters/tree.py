@@ -75,7 +75,15 @@ class Parameters(Checked):
         return ''
 
     def check_together(self) -> None:
-        """Refuse periods that do not fit into each other: samples into blocks into messages."""
+        """
+        Refuse a preload that changes under roughness that travels, and periods that do not fit.
+
+        Samples fit into blocks, and these into messages.
+
+        """
+        if self.contact.travel and self.stand.preload_end:
+            limit, hint = 'a ramp, while contact.travel keeps the preload', 'set one of them to 0'
+            raise OutOfRange('stand.preload_end', self.stand.preload_end, 'N', limit, hint)
         _check_multiple('sim.block', self.block_ns, 'sample of trace.sample_rate', self.sample_ns)
         _check_multiple('trace.period', self.trace_period_ns, 'sim.block', self.block_ns)
 

@@ -1,5 +1,6 @@
 """A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
 
+import math
 import shutil
 import tempfile
 import time
@@ -71,6 +72,10 @@ class RunResult(Shown):
     # runner has hardly moved by then: it is near the largest of the cycle
     force_ramp_start_n: float = 0.0
     step_length_m: float = 0.0  # net motion per cycle, mean of the last 10 cycles
+    # standard deviation of single steps in the second half of the run, and the way over which
+    # their correlation falls to 1/e; 0 of steps that are all equal
+    step_scatter_m: float = 0.0
+    step_correlation_m: float = 0.0
     # whether at least 200 cycles were made, and force (of a free runner: step length) is within
     # 0.02 % of its limit, extrapolated from the last 40
     steady: bool = True
@@ -330,6 +335,7 @@ def _drive(
 
 def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
     """Return what a result says of the log of its ramps, and its energy balance."""
+    scatter_m, correlation_m = step_scatter_m(ramps)
     mean_n = net_n = force_at_n(plant, ramps[-1, RAMP_MEAN])
     if mean_n:
         contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
@@ -344,6 +350,8 @@ def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> 
         'force_net_n': net_n,
         'force_ramp_start_n': force_at_n(plant, ramps[-1, RAMP_START]),
         'step_length_m': step_length_m(ramps),
+        'step_scatter_m': scatter_m,
+        'step_correlation_m': correlation_m,
         'steady': is_steady(plant, ramps),
         'steps': len(ramps),
         'energy_residual': relative_residual(ledger),
@@ -376,6 +384,21 @@ def step_length_m(ramps: Array) -> float:
     cycles = min(STEP_LENGTH_CYCLES, len(ramps))
     start_m = float(ramps[-1 - cycles, RAMP_END]) if cycles < len(ramps) else 0.0
     return (float(ramps[-1, RAMP_END]) - start_m) / cycles
+
+
+def step_scatter_m(ramps: Array) -> tuple[float, float]:
+    """Return standard deviation and correlation length of the steps of a run's second half, m."""
+    steps_m = np.diff(ramps[len(ramps) // 2 :, RAMP_END])
+    if len(steps_m) < 2:
+        return 0.0, 0.0
+    mean_m, scatter_m = float(np.mean(steps_m)), float(np.std(steps_m))
+    if scatter_m <= STEADY_ROUNDING * abs(mean_m):
+        return scatter_m, 0.0
+    products = np.correlate(steps_m - mean_m, steps_m - mean_m, 'full')[len(steps_m) - 1 :]
+    correlation = products / products[0]
+    lag = int(np.argmax(correlation < 1.0 / math.e))  # the sum of all is 0: some are below
+    lag -= (1.0 / math.e - correlation[lag]) / (correlation[lag - 1] - correlation[lag])
+    return scatter_m, abs(mean_m) * float(lag)
 
 
 def relative_residual(ledger: EnergyLedger) -> float:

@@ -17,6 +17,8 @@ KEYS = {
     'force_net_n',
     'force_ramp_start_n',
     'step_length_m',
+    'step_scatter_m',
+    'step_correlation_m',
     'steady',
     'steps',
     'simulated_s',

@@ -55,6 +55,7 @@ STANDS: Mapping[str, Mapping[str, Scalar]] = {
     'ideal': {},
     'one-sided': {'load_cell.contact': 'one_sided', 'load_cell.gap': 3e-9},
     'lugre': {'contact.law': 'lugre'},
+    'travelling': {'contact.profile': 'rough_line', 'contact.travel': 0.7},
     'ageing': {'contact.friction_rate': 0.01, 'contact.friction_ageing': 0.01},
     'drifting': {'interferometer.random_walk': 1e-9, 'interferometer.latency': 2.3e-3},
 }

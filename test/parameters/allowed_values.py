@@ -8,6 +8,7 @@ from stickslip_ros.parameters import Spec, specs
 COUPLED = {
     'contact.prefactor',
     'contact.rms_height',
+    'contact.travel',
     'amplifier.voltage_min',
     'amplifier.voltage_max',
     'amplifier.voltage_initial',
@@ -59,6 +60,10 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
         values['contact.prefactor'] = 0.0
         values['contact.rms_height'] = draw(st.floats(0.0, 1e-3))
     if draw(st.booleans()):
+        values |= {'contact.profile': 'rough_line', 'contact.law': 'mdr', 'stand.preload_end': 0.0}
+        values |= {'contact.friction_rate': 0.0, 'contact.friction_ageing': 0.0}
+        values['contact.travel'] = draw(st.floats(0.0, 1.0))
+    if draw(st.booleans()):
         volts = sorted(draw(st.sets(st.floats(-999.0, 999.0), min_size=3, max_size=3)))
         names = ('voltage_min', 'voltage_initial', 'voltage_max')
         values |= {f'amplifier.{name}': volt for name, volt in zip(names, volts, strict=True)}
@@ -70,6 +75,7 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
         values['load_cell.range'] = draw(st.floats(1e-6, 1e6))
     if draw(st.booleans()):
         values |= {
+            'contact.travel': 0.0,
             'contact.law': 'mdr',
             'contact.friction': 0.2,
             'contact.friction_velocity': 1e-3,

@@ -28,6 +28,7 @@ PURE_NUMBERS = {
     'sim.real_time_factor',
     'contact.hurst',
     'contact.friction',
+    'contact.travel',
     'contact.friction_ageing',
     'contact.friction_rate',
     'contact.poisson_runner',

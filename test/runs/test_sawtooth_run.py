@@ -33,6 +33,7 @@ from stickslip_ros.runs.sawtooth_run import (
     simulate,
     start_on_wave,
     step_length_m,
+    step_scatter_m,
     voltage_for,
 )
 
@@ -75,7 +76,8 @@ def test_a_run_reports_what_was_asked_for_and_what_came_of_it(recorded_run):
     result, path = recorded_run
     assert set(dataclasses.asdict(result)) == {
         'preload_n', 'voltage_v', 'amplitude_m', 'frequency_hz', 'force_mean_n',
-        'force_net_n', 'force_ramp_start_n', 'step_length_m', 'steady', 'steps', 'simulated_s',
+        'force_net_n', 'force_ramp_start_n', 'step_length_m', 'step_scatter_m',
+        'step_correlation_m', 'steady', 'steps', 'simulated_s',
         'wall_s', 'real_time_factor', 'energy_residual', 'recording',
     }  # fmt: skip
     assert (result.preload_n, result.voltage_v, result.frequency_hz) == (0.5, 300.0, 1000.0)
@@ -332,6 +334,19 @@ def test_the_step_length_is_the_mean_of_the_last_ten():
     ends = np.concatenate((np.zeros(50), np.arange(1.0, 11.0)))
     assert step_length_m(_ramps(ends, column=2)) == 1.0
     assert step_length_m(_ramps([3.0, 8.0], column=2)) == 4.0
+
+
+def test_scatter_and_correlation_are_those_of_known_steps():
+    way = np.arange(20_000)
+    wave = 1e-7 * (1.0 + 0.05 * np.sqrt(2.0) * np.sin(2.0 * np.pi * way / 1000.0))
+    scatter_m, correlation_m = step_scatter_m(_ramps(np.cumsum(wave), column=2))
+    assert scatter_m == pytest.approx(5e-9, rel=2e-3)
+    known_m = 1e-7 * 1000.0 / (2.0 * np.pi) * np.arccos(np.exp(-1.0))
+    assert correlation_m == pytest.approx(known_m, rel=0.03)
+    even_m = step_scatter_m(_ramps(1e-7 * way, column=2))
+    assert even_m[0] < 1e-15
+    assert even_m[1] == 0.0
+    assert step_scatter_m(_ramps([1e-7, 2e-7, 3e-7], column=2)) == (0.0, 0.0)
 
 
 def test_forces_are_those_of_the_load_cell_that_there_is():

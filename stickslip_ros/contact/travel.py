@@ -1,0 +1,332 @@
+"""
+Roughness that travels: each foot has a window on a rough line that moves with the runner.
+
+A foot presses the profile g(y) = y^2/R + h_foot(y) + h_runner(y - X) into the foundation, X the
+place of its window. While all springs slip, each is at its own limit mu f_z, wherever the window
+is: the force is mu F_n, springs that leave the contact fade to nothing, and springs that enter it
+begin with nothing. So X need not follow the slip: it is set to u = x - x_s when a full slip comes
+to rest, where the virgin curve is tabulated anew, and stays until the next one does.
+
+The line of the runner is a sum of waves of incommensurate lengths, with the power of the periodic
+line of `roughness`: it never repeats, and is evaluated in tiles where a window needs it. What is
+kept of it is as long as the windows, wherever they go, and depends on seed and place alone.
+
+"""
+
+import math
+from functools import lru_cache
+
+import numpy as np
+
+from stickslip_ros.contact.kernel import kernel, kernel_apart
+from stickslip_ros.contact.profile import Array, LineProfile, line_profile
+from stickslip_ros.contact.record import COUNT, FLAG, FLOAT, Record, kind, record
+from stickslip_ros.contact.roughness import Spectrum, line_power, rough_line
+from stickslip_ros.contact.springs import GROUPS_MAX
+from stickslip_ros.contact.virgin import CELLS
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import ContactParameters
+
+TILE = 64
+TILES = 193
+RING = TILES * TILE
+WINDOW_MAX = RING - TILE
+"""Springs of the widest window."""
+WAVES = 384
+"""Most waves of the line; the lowest ones, down to a wave for each of `rough_line`, are fewer."""
+STREAM = 41
+"""Number of the random stream of the waves, beside those of seeds alone."""
+WIDE = 6.0
+"""The parabola rises over half a window by so many standard deviations of the line along it."""
+WIDTH_MIN = 0.05
+"""Least half width of a window per radius; a smooth sphere that presses with 2 N has 0.03."""
+FARTHEST = 1 << 50
+"""Springs by which a window moves at most."""
+NOWHERE = -(1 << 62)
+REACH = 1.1
+"""Springs up to so many times the depth before are looked at first."""
+PASSES = 100
+"""Newton's steps to a depth end where the number of springs in contact stays: some five."""
+
+AMPLITUDE, ANGLE, COSINE, SINE = range(4)
+"""Columns of ``waves``: amplitude, m; phase from spring to spring, rad, its cosine and sine."""
+
+TRACK = kind(
+    on=FLAG,  # Whether windows move
+    springs=COUNT,  # Springs of a window
+    spacing_m=FLOAT,  # Distance of the springs
+    normal_n_per_m=FLOAT,  # Normal stiffness of one, E* dx
+    waves_in_all=COUNT,  # Rows of ``waves`` that are in use
+    waves=(FLOAT, (WAVES, 4)),  # The line of the runner
+    phases=(FLOAT, (GROUPS_MAX, WAVES)),  # Phase of each at spring 0: each foot has its own track
+    fixed_m=(FLOAT, (GROUPS_MAX, WINDOW_MAX)),  # Parabola and roughness that stay with each foot
+    # Heights of the runner's line that are known, by the number of the spring modulo RING; the
+    # first tile of them
+    ring_m=(FLOAT, (GROUPS_MAX, RING)),
+    tiles=(COUNT, (GROUPS_MAX,)),
+    # Least height in each block of what is fixed, and in each known tile of the runner's line
+    block_lows_m=(FLOAT, (GROUPS_MAX, WINDOW_MAX // TILE)),
+    tile_lows_m=(FLOAT, (GROUPS_MAX, TILES)),
+    # Place, in springs, for which the virgin curve of each contact was tabulated
+    laid=(COUNT, (1 + GROUPS_MAX,)),
+    depths_m=(FLOAT, (GROUPS_MAX,)),  # Depth of each foot then
+    # Room for what is computed on the way
+    line_m=(FLOAT, (TILE,)),
+    touching_m=(FLOAT, (GROUPS_MAX, WINDOW_MAX)),
+    touch=(COUNT, (GROUPS_MAX,)),
+    counts=(FLOAT, (CELLS + 1,)),
+    swings_m=(FLOAT, (2, WAVES)),
+)
+"""Lines under the feet, and where the windows on them are."""
+
+
+@lru_cache(maxsize=8)
+def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -> Record:
+    """
+    Return the lines under six feet, with windows at their start; not to be written.
+
+    Raises
+    ------
+    OutOfRange
+        If a window holds too many springs.
+
+    """
+    spacing_m = contact.line_length / contact.line_points
+    waves = _waves(spectrum, contact)
+    places_m = spacing_m * (np.arange(contact.line_points // 2) + 0.5)
+    rises_m = places_m**2 / contact.radius
+    variance_m2 = np.interp(places_m, *_structure(waves, spacing_m, contact.line_length))
+    is_wide = (rises_m > WIDE * np.sqrt(contact.travel * variance_m2)) & (
+        places_m >= WIDTH_MIN * contact.radius
+    )
+    half = int(np.argmax(is_wide)) + 1 if is_wide.any() else len(places_m)
+    half = TILE // 2 * min(math.ceil(2 * half / TILE), 2 * len(places_m) // TILE)
+    if not 0 < 2 * half <= WINDOW_MAX:
+        limit = f'unfit for roughness that travels: a window has {2 * half} springs'
+        hint = f'choose it such that it has {TILE} to {WINDOW_MAX}'
+        raise OutOfRange('contact.line_points', contact.line_points, '', limit, hint)
+    both_m = np.concatenate((-places_m[half - 1 :: -1], places_m[:half]))
+    rng = np.random.default_rng((contact.line_seed, STREAM, 1))
+    track = record(
+        TRACK,
+        on=True,
+        springs=2 * half,
+        spacing_m=spacing_m,
+        normal_n_per_m=normal_pa * spacing_m,
+        waves_in_all=len(waves),
+        tiles=NOWHERE,
+        laid=NOWHERE,
+        depths_m=spacing_m,
+    )
+    track.waves[: len(waves)] = waves
+    track.phases[:] = rng.uniform(0.0, 2.0 * np.pi, track.phases.shape)
+    track.fixed_m[:, : 2 * half] = both_m**2 / contact.radius
+    middle = slice(contact.line_points // 2 - half, contact.line_points // 2 + half)
+    for foot in range(GROUPS_MAX if contact.travel < 1.0 else 0):
+        seed = contact.line_seed + foot
+        line_m = rough_line(spectrum, contact.line_length, contact.line_points, seed)
+        track.fixed_m[foot, : 2 * half] += math.sqrt(1.0 - contact.travel) * line_m[middle]
+    track.block_lows_m[:] = track.fixed_m.reshape(GROUPS_MAX, -1, TILE).min(axis=2)
+    return track
+
+
+def _waves(spectrum: Spectrum, contact: ContactParameters) -> Array:
+    """
+    Return the waves of the runner's line, a row of ``waves`` for each.
+
+    Notes
+    -----
+    Those of `rough_line`, of which neighbours are joined, evenly over the octaves, where they are
+    many. One wave stands for all of a bin, with their power and a random length among theirs.
+
+    """
+    power = contact.travel * line_power(spectrum, contact.line_length, contact.line_points)
+    modes = np.flatnonzero(power)
+    edges = np.unique(np.rint(np.geomspace(modes[0], modes[-1] + 1, WAVES + 1)).astype(int))
+    amplitude_m = 2.0 * np.sqrt(np.add.reduceat(power, edges[:-1]))
+    bounds = np.clip(edges - 0.5, modes[0], modes[-1])
+    shares = np.random.default_rng((contact.line_seed, STREAM, 0)).uniform(size=len(amplitude_m))
+    angle = 2.0 * np.pi / contact.line_points * (bounds[:-1] + shares * np.diff(bounds))
+    return np.column_stack((amplitude_m, angle, np.cos(angle), np.sin(angle)))
+
+
+def _structure(waves: Array, spacing_m: float, length_m: float) -> tuple[Array, Array]:
+    """Return distances, m, and the mean square change of height over them, m^2, per travel."""
+    distances_m = np.geomspace(spacing_m, length_m, 200, dtype=np.float64)
+    turns = np.outer(distances_m / spacing_m, waves[:, ANGLE])
+    return distances_m, (1.0 - np.cos(turns)) @ waves[:, AMPLITUDE] ** 2
+
+
+def window_profile(track: Record, foot: int, place: int = 0) -> LineProfile:
+    """Return what a foot presses into the foundation where the runner has moved some springs."""
+    waves, springs = track.waves[: track.waves_in_all], np.arange(track.springs) - place
+    phases = track.phases[foot, : len(waves)] + np.outer(springs, waves[:, ANGLE])
+    line_m = track.fixed_m[foot, : len(springs)] + np.cos(phases) @ waves[:, AMPLITUDE]
+    return line_profile(line_m, float(track.spacing_m))
+
+
+@kernel
+def _roll(track: Record, foot: int, place: int) -> None:
+    """Evaluate what a window at a place needs of the runner's line, and is not known."""
+    first, last = -place // TILE, (track.springs - 1 - place) // TILE
+    known = track.tiles[foot]
+    if known <= first and last < known + TILES:
+        return
+    for tile in range(first, first + TILES):
+        if not known <= tile < known + TILES:
+            _evaluate(track, foot, tile)
+    track.tiles[foot] = first
+
+
+@kernel_apart
+def _evaluate(track: Record, foot: int, tile: int) -> None:
+    """Evaluate a tile of the runner's line: each wave turned on from spring to spring."""
+    waves, cosines_m, sines_m = track.waves, track.swings_m[0], track.swings_m[1]
+    start, lowest_m = (tile % TILES) * TILE, math.inf
+    for j in range(track.waves_in_all):
+        phase = track.phases[foot, j] + waves[j, ANGLE] * (tile * TILE)
+        cosines_m[j] = waves[j, AMPLITUDE] * math.cos(phase)
+        sines_m[j] = waves[j, AMPLITUDE] * math.sin(phase)
+    for i in range(start, start + TILE):
+        height_m = 0.0
+        for j in range(track.waves_in_all):
+            height_m += cosines_m[j]
+            turned_m = cosines_m[j] * waves[j, COSINE] - sines_m[j] * waves[j, SINE]
+            sines_m[j] = sines_m[j] * waves[j, COSINE] + cosines_m[j] * waves[j, SINE]
+            cosines_m[j] = turned_m
+        track.ring_m[foot, i] = height_m
+        lowest_m = min(lowest_m, height_m)
+    track.tile_lows_m[foot, tile % TILES] = lowest_m
+
+
+@kernel
+def _press(track: Record, foot: int, place: int, normal_n: float) -> float:
+    """Press a foot with a force; return its depth, m, and note the heights of what it touches."""
+    _roll(track, foot, place)
+    blocks = track.springs // TILE
+    line_m, touching_m = track.line_m, track.touching_m[foot]
+    lowest_m = _heights(track, foot, place, blocks // 2)
+    for block in range(blocks):
+        if _floor(track, foot, place, block) < lowest_m:
+            lowest_m = min(lowest_m, _heights(track, foot, place, block))
+    reach_m = REACH * track.depths_m[foot]
+    while True:
+        touch = 0
+        for block in range(blocks):
+            if _floor(track, foot, place, block) < lowest_m + reach_m:
+                _heights(track, foot, place, block)
+                for i in range(TILE):
+                    touching_m[touch] = line_m[i] - lowest_m
+                    touch += 1 if touching_m[touch] < reach_m else 0
+        total_m = normal_n / track.normal_n_per_m
+        depth_m = _depth(touching_m[:touch], total_m, track.depths_m[foot])
+        if depth_m < reach_m or touch == track.springs:
+            break
+        reach_m = REACH * depth_m  # which few springs make too large
+    track.touch[foot], track.depths_m[foot] = touch, depth_m
+    return depth_m
+
+
+@kernel_apart
+def _floor(track: Record, foot: int, place: int, block: int) -> float:
+    """Return a height below which no spring of a block of a window is, m."""
+    tile, lows_m = (block * TILE - place) // TILE, track.tile_lows_m[foot]
+    return track.block_lows_m[foot, block] + min(lows_m[tile % TILES], lows_m[(tile + 1) % TILES])
+
+
+@kernel_apart
+def _heights(track: Record, foot: int, place: int, block: int) -> float:
+    """Put the heights of a block of a window into ``line_m``; return the lowest."""
+    start, lowest_m = (block * TILE - place) % RING, math.inf
+    for i in range(TILE):
+        at = start + i if start + i < RING else start + i - RING
+        height_m = track.fixed_m[foot, block * TILE + i] + track.ring_m[foot, at]
+        track.line_m[i] = height_m
+        lowest_m = min(lowest_m, height_m)
+    return lowest_m
+
+
+@kernel
+def _depth(heights_m: Array, total_m: float, depth_m: float) -> float:
+    """Return the depth at which the compressions of springs have a sum, from a depth; Newton."""
+    before = -1
+    for _ in range(PASSES):
+        count, sum_m = 0, 0.0
+        for i in range(len(heights_m)):
+            is_pressed = heights_m[i] < depth_m
+            count += 1 if is_pressed else 0
+            sum_m += heights_m[i] if is_pressed else 0.0
+        if count == before:
+            break
+        before, depth_m = count, (total_m + sum_m) / count
+    return depth_m
+
+
+@kernel_apart
+def lay(
+    track: Record,
+    bank: Record,
+    compliance: float,
+    preload_n: float,
+    curve: Record,
+    first: int,
+    last: int,
+    place: int,
+) -> None:
+    """
+    Tabulate the virgin curve of some feet at a place of their windows.
+
+    Parameters
+    ----------
+    track : record of TRACK
+        Lines and windows.
+    bank : record of BANK
+        Of all feet, for the shares of the load and the friction.
+    compliance : float
+        mu C_M: presliding per depth.
+    preload_n : float
+        Preload, N.
+    curve : record of CURVE
+        Receives the curve.
+    first, last : int
+        Number of the first foot, from 0, and the number after the last.
+    place : int
+        Springs by which the runner has moved.
+
+    """
+    counts, cells = track.counts, curve.cells
+    force_max_n, limit_m = 0.0, 0.0
+    for foot in range(first, last):
+        normal_n = bank.shares[foot] * preload_n + bank.weights_n[foot]
+        limit_m = max(limit_m, compliance * _press(track, foot, place, normal_n))
+        force_max_n += bank.friction * normal_n
+    cells_per_m, width_m = CELLS / limit_m, limit_m / CELLS
+    for j in range(CELLS + 1):
+        counts[j] = 0.0
+    for foot in range(first, last):
+        depth_m = track.depths_m[foot]
+        for i in range(track.touch[foot]):
+            slips_at = compliance * (depth_m - track.touching_m[foot, i]) * cells_per_m
+            if slips_at > 0.0:
+                counts[min(math.ceil(slips_at), CELLS) - 1] += 1.0
+    sum_of_means = 0.0
+    for j in range(CELLS - 1, -1, -1):
+        counts[j] += counts[j + 1]
+        sum_of_means += 0.5 * (counts[j] + counts[j + 1])
+    scale, force_n, energy_j = force_max_n / (sum_of_means * width_m), 0.0, 0.0
+    for j in range(CELLS):
+        start, end = scale * counts[j], scale * counts[j + 1]
+        if j == 0:
+            start = end = 0.5 * (start + end)
+        half_slope = 0.5 * (end - start) * cells_per_m
+        cells[j, 0], cells[j, 1], cells[j, 2], cells[j, 3] = force_n, start, half_slope, energy_j
+        energy_j += width_m * (force_n + width_m * (start / 2.0 + width_m * half_slope / 3.0))
+        force_n += 0.5 * (start + end) * width_m
+    curve.cells_per_m, curve.core_m, curve.limit_m = cells_per_m, width_m, limit_m
+    curve.force_max_n, curve.energy_max_j = force_n, energy_j
+
+
+@kernel
+def place_of(track: Record, window_m: float) -> int:
+    """Return the place of a window, in springs."""
+    return int(min(max(round(window_m / track.spacing_m), -FARTHEST), FARTHEST))

@@ -1,0 +1,202 @@
+"""The line of the runner and the windows on it: waves added up one by one, and sorted heights."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of, spectrum_of
+from stickslip_ros.contact.mdr import presliding
+from stickslip_ros.contact.profile import Array, LineProfile, line_profile
+from stickslip_ros.contact.roughness import line_power, rough_line
+from stickslip_ros.contact.travel import AMPLITUDE, ANGLE, RING, window_profile
+from stickslip_ros.contact.virgin import TABLE_ERROR, tabulate
+from stickslip_ros.drive.build import groups_of, plant_of, state_at_rest
+from stickslip_ros.drive.ledger import energies_of_contacts
+from stickslip_ros.drive.records import ALL
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import Parameters
+
+TRAVELS = Parameters().updated({'contact.profile': 'rough_line', 'contact.travel': 1.0})
+PLACES = (0, 1, -1, 63, 64, 5_000, -131_072, 600_000)
+"""Springs; the last is 4.6 mm away, the travel of the stand is 5."""
+ROUNDING = 1e-12
+SAMPLING = 0.1
+"""Relative error of a mean over six lines of a millimetre."""
+
+
+def heights_m(track, foot, place):
+    profile = window_profile(track, foot, place)
+    return profile.heights_m - profile.heights_m[0]
+
+
+def laid(stand, place):
+    """Give a plant whose windows are at a place, in springs."""
+    plants = plant_of(stand)
+    states = state_at_rest(plants, stand.stand.preload)
+    states['contacts']['window_m'] = place * lines_of(stand.contact).spacing_m
+    energies_of_contacts(plants, states)
+    return plants[0]
+
+
+@pytest.mark.parametrize('place', PLACES)
+def test_a_window_is_what_stays_and_the_waves_one_by_one(place):
+    track, foot = laid(TRAVELS, place).track, 3
+    springs = int(track.springs)
+    line_m = track.ring_m[foot, (np.arange(springs) - place) % RING]
+    line_m = line_m + track.fixed_m[foot, :springs]
+    tolerance_m = 1e-7 * TRAVELS.contact.rms_height  # phases of 1e5 rad
+    expected_m = window_profile(track, foot, place).heights_m
+    np.testing.assert_allclose(line_m - line_m.min(), expected_m, rtol=0.0, atol=tolerance_m)
+    places_m = (np.arange(springs) - springs / 2 + 0.5) * track.spacing_m
+    parabola_m = places_m**2 / TRAVELS.contact.radius
+    np.testing.assert_allclose(track.fixed_m[foot, :springs], parabola_m, rtol=1e-9)
+
+
+def test_whoever_goes_away_and_back_finds_the_same_surface():
+    contact = TRAVELS.updated({'contact.travel': 0.5}).contact
+    plants = plant_of(TRAVELS.updated({'contact.travel': 0.5}))
+    states = state_at_rest(plants, 0.5)
+    seen: dict[int, bytes] = {}
+    for place in (*PLACES, *reversed(PLACES)):
+        states['contacts']['window_m'][0, ALL] = place * lines_of(contact).spacing_m
+        energies_of_contacts(plants, states)
+        curve = plants[0].contacts[ALL].curve.tobytes()
+        assert seen.setdefault(place, curve) == curve
+    assert len(set(seen.values())) == len(PLACES)
+
+
+@pytest.mark.parametrize('place', PLACES)
+@pytest.mark.parametrize('separate', [False, True])
+def test_the_curve_at_a_place_is_that_of_the_sorted_heights_there(place, separate):
+    stand = TRAVELS.updated({'actuator.gain_tolerance': 0.1 * separate, 'stand.weight': True})
+    plant, track = laid(stand, place), lines_of(stand.contact)
+    weight_n = stand.runner.mass * 9.80665
+    contacts = [
+        presliding(
+            window_profile(track, foot, place),
+            elasticity_of(stand.contact),
+            stand.contact.friction,
+            group.share * stand.stand.preload + group.weight_n,
+        )
+        for foot, group in enumerate(groups_of(stand.contact, weight_n))
+    ]
+    feet = [[contact] for contact in contacts] if separate else [contacts]
+    for k, own in enumerate(feet, start=1 if separate else ALL):
+        found, expected = plant.contacts[k].curve, tabulate(own)
+        assert found.limit_m == pytest.approx(expected.limit_m, rel=1e-8)
+        assert found.force_max_n == pytest.approx(expected.force_max_n, rel=ROUNDING)
+        assert found.energy_max_j == pytest.approx(expected.energy_max_j, rel=TABLE_ERROR)
+        missed = np.abs(found.cells - expected.cells) / np.abs(expected.cells).max(axis=0)
+        assert missed[:, [0, 3]].max() < TABLE_ERROR
+        assert missed[:, 1].max() < 2e-3  # of a spring that is counted in the next cell
+
+
+def test_the_waves_have_the_power_and_the_cut_offs_of_the_periodic_line():
+    contact, spectrum = TRAVELS.contact, spectrum_of(TRAVELS.contact)
+    track = lines_of(contact)
+    waves = track.waves[: track.waves_in_all]
+    power_m2 = 0.5 * waves[:, AMPLITUDE] ** 2
+    assert power_m2.sum() == pytest.approx(contact.rms_height**2, rel=ROUNDING)
+    wave_per_m = waves[:, ANGLE] / track.spacing_m
+    assert np.all(np.diff(wave_per_m) > 0.0)
+    assert spectrum.lower_cutoff_per_m <= wave_per_m[0] * (1.0 + ROUNDING)
+    assert wave_per_m[-1] <= spectrum.upper_cutoff_per_m
+    periodic_m2 = 2.0 * line_power(spectrum, contact.line_length, contact.line_points)
+    modes_per_m = 2.0 * np.pi / contact.line_length * np.arange(len(periodic_m2))
+    for low, high in pairwise(np.geomspace(modes_per_m[8], modes_per_m[8192], 6)):
+        found = power_m2[(low <= wave_per_m) & (wave_per_m < high)].sum()
+        expected = periodic_m2[(low <= modes_per_m) & (modes_per_m < high)].sum()
+        assert found == pytest.approx(expected, rel=SAMPLING)
+
+
+@pytest.mark.parametrize('distance', [16, 128, 1024])
+def test_heights_differ_over_a_distance_as_those_of_the_periodic_line(distance):
+    contact = TRAVELS.updated({'contact.travel': 1.0}).contact
+    track, spectrum = lines_of(contact), spectrum_of(contact)
+    fixed_m = track.fixed_m[0, : track.springs]
+    found, expected = [], []
+    for foot in range(6):
+        line_m = rough_line(spectrum, contact.line_length, contact.line_points, foot)
+        expected.append(np.mean((line_m[distance:] - line_m[:-distance]) ** 2))
+        for place in range(0, 110_000, 11_000):
+            line_m = heights_m(track, foot, place) - fixed_m
+            found.append(np.mean((line_m[distance:] - line_m[:-distance]) ** 2))
+    assert np.mean(found) == pytest.approx(np.mean(expected), rel=2.0 * SAMPLING)
+
+
+def test_the_foot_keeps_its_share_of_the_roughness():
+    still, half = (
+        profile_of(TRAVELS.updated({'contact.travel': share}).contact) for share in (0.0, 0.5)
+    )
+    assert isinstance(still, LineProfile)
+    assert isinstance(half, LineProfile)
+    track = lines_of(TRAVELS.updated({'contact.travel': 0.5}).contact)
+    springs = int(track.springs)
+    middle = slice((len(still.heights_m) - springs) // 2, (len(still.heights_m) + springs) // 2)
+    places_m = (np.arange(springs) - springs / 2 + 0.5) * track.spacing_m
+    parabola_m = places_m**2 / TRAVELS.contact.radius
+    frozen_m = track.fixed_m[0, :springs] - parabola_m
+    line_m = still.heights_m[middle] - parabola_m
+    np.testing.assert_allclose(np.diff(frozen_m), np.sqrt(0.5) * np.diff(line_m), atol=1e-18)
+
+
+def test_the_lines_take_as_much_memory_for_a_millimetre_as_at_rest():
+    track = lines_of(TRAVELS.contact)
+    assert track.nbytes < 2e6
+    assert track.ring_m.shape[1] * track.spacing_m < 0.1e-3
+
+
+@pytest.mark.parametrize(
+    ('changes', 'told'),
+    [
+        ({'contact.profile': 'rough'}, r'contact\.travel 1 is without effect but on a rough line'),
+        ({'contact.law': 'lugre'}, r'contact\.travel 1 is without effect .* under the law mdr'),
+        ({'contact.friction_ageing': 0.01}, r'contact\.travel 1 is without .* constant friction'),
+        ({'stand.preload_end': 0.6}, r'stand\.preload_end 0\.6 N is a ramp'),
+    ],
+)
+def test_what_windows_cannot_follow_is_refused(changes, told):
+    with pytest.raises(OutOfRange, match=told):
+        TRAVELS.updated(changes)
+
+
+@pytest.mark.parametrize('points', [1 << 21, 16])
+def test_a_window_of_too_many_or_no_springs_is_refused(points):
+    cut_off = {'contact.cutoff_upper': 2e4} if points == 16 else {}
+    with pytest.raises(OutOfRange, match=r'contact\.line_points \d+ is unfit .* springs'):
+        lines_of(TRAVELS.updated({'contact.line_points': points, **cut_off}).contact)
+
+
+def test_springs_that_slide_along_the_line_are_all_at_their_limit_and_forget_the_way():
+    """The rule of the windows against springs that are moved one by one, with a line between."""
+    stand = TRAVELS.updated({'contact.line_points': 4096, 'contact.cutoff_upper': 4e6})
+    contact, track, foot, normal_n = stand.contact, lines_of(stand.contact), 0, 0.35
+    elasticity, waves = elasticity_of(contact), track.waves[: track.waves_in_all]
+    springs, spacing_m = np.arange(track.springs), float(track.spacing_m)
+    shear_n_per_m = elasticity.shear_pa * spacing_m
+
+    def limits_n(way_m):
+        turns = np.outer(springs - way_m / spacing_m, waves[:, ANGLE])
+        line_m = np.cos(turns + track.phases[foot, : len(waves)]) @ waves[:, AMPLITUDE]
+        profile = line_profile(line_m + track.fixed_m[foot, : len(springs)], spacing_m)
+        depth_m = profile.depth_for(normal_n / (2.0 * elasticity.normal_pa))
+        pressed_n = elasticity.normal_pa * spacing_m * np.maximum(depth_m - profile.heights_m, 0.0)
+        return contact.friction * pressed_n
+
+    forces_n: Array = np.zeros(len(springs))
+    places, step_m, begun = 20, spacing_m / 10.0, 20
+    touched = np.zeros(len(springs), bool)
+    for step in range(1, 10 * places + 1):
+        own_n = limits_n(step * step_m)
+        touched |= own_n > 0.0
+        forces_n = np.clip(forces_n + shear_n_per_m * step_m, -own_n, own_n)
+        if step > begun:
+            np.testing.assert_allclose(forces_n, own_n, rtol=1e-12)
+    assert np.count_nonzero(touched) > np.count_nonzero(own_n) + 5
+    assert forces_n.sum() == pytest.approx(contact.friction * normal_n, rel=1e-9)
+    there = presliding(window_profile(track, foot, places), elasticity, contact.friction, normal_n)
+    for back_m in np.array([0.1, 0.5, 1.0, 1.7]) * there.max_displacement_m:
+        found_n = np.clip(forces_n - shear_n_per_m * back_m, -own_n, own_n).sum()
+        masing_n = there.max_force_n - 2.0 * float(there.tangential_force(0.5 * back_m))
+        assert found_n == pytest.approx(masing_n, abs=1e-9 * there.max_force_n)
