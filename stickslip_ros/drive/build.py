@@ -19,7 +19,17 @@ from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
 from stickslip_ros.drive.feet import divide_among_feet, switch_all_to_springs
 from stickslip_ros.drive.piezo import rest_piezo
-from stickslip_ros.drive.records import ALL, AMPLIFIER, CONTACTS, FEET, PIEZO, PLANT, STATE, WALLS
+from stickslip_ros.drive.records import (
+    ALL,
+    AMPLIFIER,
+    CONTACTS,
+    FEET,
+    FRAME,
+    PIEZO,
+    PLANT,
+    STATE,
+    WALLS,
+)
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import (
     ContactParameters,
@@ -71,6 +81,7 @@ def plant_of(parameters: Parameters) -> Record:
         amplifier=amplifier_of(parameters),
         piezo=piezo_of(parameters),
         walls=walls_of(parameters),
+        frame=frame_of(parameters),
         ratios=_ratios(parameters),
     )
     plant = plants[0]
@@ -86,6 +97,7 @@ def set_ideal(plant: Record) -> None:
     """Note in a plant whether it is ideal."""
     feet_are_one = is_linear(plant['piezo']) and not plant['separate']
     ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
+    ideal = ideal and not plant['frame']['exists']
     follows_model = plant['contacts'][ALL]['law']['number'] == MDR
     plant['ideal'] = ideal
     plant['only_long_steps'] = ideal and follows_model
@@ -112,7 +124,13 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
     omega_per_s = math.sqrt((cell_n_per_m + contact_n_per_m) / mass_kg)
     law_n_s_per_m = float(law['bristle_n_s_per_m'] + law['viscous_n_s_per_m'])
     gamma_per_s = (parameters.runner.damping + law_n_s_per_m) / mass_kg
-    return PHASE_MAX / max(omega_per_s, gamma_per_s)
+    fastest_per_s = max(omega_per_s, gamma_per_s)
+    if parameters.frame.mass:
+        frame_kg, frame_per_s = parameters.frame.mass, 2.0 * math.pi * parameters.frame.resonance
+        between_per_s = math.sqrt(omega_per_s**2 + contact_n_per_m / frame_kg)
+        loss_per_s = 2.0 * parameters.frame.damping_ratio * frame_per_s
+        fastest_per_s = max(fastest_per_s, between_per_s, frame_per_s, loss_per_s)
+    return PHASE_MAX / fastest_per_s
 
 
 def amplifier_of(parameters: Parameters) -> Record:
@@ -154,6 +172,39 @@ def piezo_of(parameters: Parameters) -> Record:
         creep=setting.creep,
         omega_per_s=2.0 * math.pi * setting.resonance,
         damping_ratio=setting.damping_ratio,
+    )
+
+
+def frame_of(parameters: Parameters) -> Record:
+    """
+    Return the frame.
+
+    Raises
+    ------
+    OutOfRange
+        If its feet are not lighter than it, or obey Coulomb's law.
+
+    """
+    setting, feet_kg = parameters.frame, FEET * parameters.actuator.mass
+    if not setting.mass:
+        return record(FRAME)
+    if feet_kg >= setting.mass:
+        limit = f'not above the mass of its six feet, {feet_kg:g} kg'
+        hint = 'raise it, or lower actuator.mass'
+        raise OutOfRange('frame.mass', setting.mass, 'kg', limit, hint)
+    if parameters.contact.law == 'coulomb':
+        limit = "not 0 under Coulomb's law, which gives a moving frame no force at rest"
+        raise OutOfRange('frame.mass', setting.mass, 'kg', limit, 'take another contact.law')
+    omega_per_s = 2.0 * math.pi * setting.resonance
+    return record(
+        FRAME,
+        exists=True,
+        mass_kg=setting.mass,
+        per_kg=1.0 / setting.mass,
+        held_n_per_m=setting.mass * omega_per_s**2,
+        damping_n_s_per_m=2.0 * setting.damping_ratio * omega_per_s * setting.mass,
+        feet_share=feet_kg / setting.mass,
+        is_reference=parameters.interferometer.reference == 'frame',
     )
 
 

@@ -5,6 +5,8 @@ To the rest of the drive they are one contact against the mean foot, with the su
 
 """
 
+from typing import NamedTuple
+
 from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import U, move, set_memory
@@ -17,6 +19,13 @@ from stickslip_ros.contact.reaction import (
 )
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.records import ALL, CONTACTS
+
+
+class Path(NamedTuple):
+    """How the mean foot goes on: velocity, m/s, and acceleration, m/s^2, which stays."""
+
+    speed: float
+    speeding: float
 
 
 @kernel
@@ -32,14 +41,39 @@ def ratio_of(plant: Record, k: int) -> float:
 
 
 @kernel
+def way_on(path: NamedTuple, time_s: float) -> float:
+    """Return the way on a parabola of time, m: anything with a speed and a speeding."""
+    return time_s * (path.speed + 0.5 * time_s * path.speeding)
+
+
+@kernel
+def mean_path(plant: Record, path: Path) -> Path:
+    """Return how all feet go on the average: dead ones stay."""
+    ratio = 0.0
+    for k in moving(plant):
+        ratio += ratio_of(plant, k) / len(moving(plant))
+    return Path(ratio * path.speed, ratio * path.speeding)
+
+
+@kernel
+def mean_place(plant: Record, state: Record) -> float:
+    """Return the displacement of all feet against the frame on the average, m."""
+    place_m = 0.0
+    for k in moving(plant):
+        place_m += (state.offsets_m[k] + ratio_of(plant, k) * state.foot_m) / len(moving(plant))
+    return place_m
+
+
+@kernel
 def move_contacts(
     plant: Record, state: Record, position_m: float, foot_m: float, dt_s: float, holding_n: float
 ) -> float:
     """
     Let all contacts answer; return the force with which they drag the mean foot back, N.
 
-    Runner and mean foot are where they are at the end of the time. The work of the feet is that
-    force times the way of the mean foot. The holding force would keep the contacts from sliding.
+    Runner and mean foot are where they are against the frame at the end of the time. The work of
+    the feet is that force times the way of the mean foot. The holding force would keep the
+    contacts from sliding.
 
     """
     drag_n, total_n, preload_n = 0.0, 0.0, 0.0

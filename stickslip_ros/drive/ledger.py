@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.feet import lost_by_feet, stored_by_feet
+from stickslip_ros.drive.frame import frame_energy
+from stickslip_ros.drive.oscillator import SIXTH
 from stickslip_ros.drive.runner import cell_energy, stops_energy
-
-SIXTH = 1.0 / 6.0
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,11 @@ class EnergyLedger:
         Energy in the springs of the end stops.
     stuck_lost_j : float
         Kinetic energy lost when the runner got stuck.
+    frame_j : float
+        Energy of the frame: that of the motion of its centre of mass, feet included, and of its
+        spring.
+    stand_lost_j : float
+        Energy lost in the damping of the frame.
 
     """
 
@@ -39,12 +44,16 @@ class EnergyLedger:
     damping_lost_j: float
     stops_j: float = 0.0
     stuck_lost_j: float = 0.0
+    frame_j: float = 0.0
+    stand_lost_j: float = 0.0
 
     @property
     def residual_j(self) -> float:
         """Energy put in minus energy found, J: the error of the integration."""
         found_j = self.kinetic_j + self.cell_j + self.contact_stored_j + self.stops_j
+        found_j += self.frame_j
         lost_j = self.contact_lost_j + self.damping_lost_j + self.stuck_lost_j
+        lost_j += self.stand_lost_j
         return self.feet_work_j + self.load_work_j - found_j - lost_j
 
 
@@ -62,6 +71,8 @@ def take_ledger(plants: Record, states: Record) -> EnergyLedger:
         damping_lost_j=float(state.sums.damping_lost_j),
         stops_j=stops_energy(plant, state.position_m),
         stuck_lost_j=float(state.sums.stuck_lost_j),
+        frame_j=frame_energy(plants, states),
+        stand_lost_j=float(state.sums.stand_lost_j),
     )
 
 

@@ -20,16 +20,30 @@ from stickslip_ros.contact.reaction import answer_towards, remembers_turns
 from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.amplifier import low_pass
-from stickslip_ros.drive.feet import move_contacts, moving, ratio_of
-from stickslip_ros.drive.ledger import SIXTH, book
+from stickslip_ros.drive.feet import Path, mean_path, move_contacts, moving, ratio_of, way_on
+from stickslip_ros.drive.frame import (
+    Sway,
+    centre_ahead,
+    frame_after,
+    holding_force,
+    move_frame,
+    sway_of,
+)
+from stickslip_ros.drive.ledger import book
 from stickslip_ros.drive.long_step import (
     RESTING,
     holding_stiffness,
     missed_by_walls,
-    propagator,
     time_to_close,
     time_to_turn,
     time_to_wall,
+)
+from stickslip_ros.drive.oscillator import (
+    SIXTH,
+    corrected,
+    end_speed,
+    propagator,
+    swing_twice,
 )
 from stickslip_ros.drive.piezo import Ring, displace, prepare_piezo
 from stickslip_ros.drive.records import ALL
@@ -62,13 +76,6 @@ class Pace(NamedTuple):
     slack_m: float
     settling: float
     ring: Ring
-
-
-class Path(NamedTuple):
-    """How the mean foot goes on: velocity, m/s, and acceleration, m/s^2, which stays."""
-
-    speed: float
-    speeding: float
 
 
 @kernel
@@ -145,6 +152,7 @@ def _look_ahead(
     plant: Record,
     state: Record,
     path: Path,
+    sway: Sway,
     speeding: float,
     per_kg: float,
     slack_m: float,
@@ -152,10 +160,11 @@ def _look_ahead(
 ) -> Ahead:
     """Return the stiffness that lies ahead of a runner with an acceleration, m/s^2."""
     speed, lasts_s, may_turn = state.velocity_m_per_s, longest_s, False
+    past, past_rate = speed - sway.speed, speeding - sway.speeding
     tangent, driven, drag_n = 0.0, 0.0, 0.0
     for k in moving(plant):
         contact, own, ratio = plant.contacts[k], state.contacts[k], ratio_of(plant, k)
-        against, against_rate = speed - ratio * path.speed, speeding - ratio * path.speeding
+        against, against_rate = past - ratio * path.speed, past_rate - ratio * path.speeding
         turns_now = against * against < 2.0 * slack_m * abs(against_rate)
         may_turn |= abs(against) <= 2.0 * longest_s * abs(against_rate)
         direction = against_rate if turns_now else against
@@ -170,16 +179,21 @@ def _look_ahead(
         drag_n += ratio * own.memory.force_n
     held_n_per_m = holding_stiffness(plant, state, speeding, longest_s)
     gamma, omega_squared = plant.damping_n_s_per_m * per_kg, (held_n_per_m + tangent) * per_kg
-    jerk = driven * path.speed * per_kg - omega_squared * speed - gamma * speeding
+    drive = driven * path.speed + tangent * sway.speed
+    jerk = drive * per_kg - omega_squared * speed - gamma * speeding
     if may_turn:
-        snap = driven * path.speeding * per_kg - omega_squared * speeding - gamma * jerk
+        drive_rate = driven * path.speeding + tangent * sway.speeding
+        snap = drive_rate * per_kg - omega_squared * speeding - gamma * jerk
         crackle = -omega_squared * jerk - gamma * snap
+        frame_n_per_s = tangent * speed - drive
+        frame_n_per_s -= holding_force(plant.frame, sway.speed, sway.speeding)
+        past_jerk = jerk - frame_n_per_s * plant.frame.per_kg
         for k in moving(plant):
             ratio = ratio_of(plant, k)
-            against, against_rate = speed - ratio * path.speed, speeding - ratio * path.speeding
+            against, against_rate = past - ratio * path.speed, past_rate - ratio * path.speeding
             turns_now = against * against < 2.0 * slack_m * abs(against_rate)
             if against * against_rate < 0.0 and not turns_now:
-                turn_s = time_to_turn(against, against_rate, jerk, snap, crackle, longest_s)
+                turn_s = time_to_turn(against, against_rate, past_jerk, snap, crackle, longest_s)
                 lasts_s = min(lasts_s, turn_s)
     if plant.walls.exist:
         lasts_s = time_to_wall(plant, state.position_m, speed, speeding, jerk, lasts_s)
@@ -191,62 +205,60 @@ def _go(
     plant: Record, state: Record, path: Path, load_n: float, longest_s: float, slack_m: float
 ) -> float:
     """Let the runner go until a stiffness jumps, at most for a given time; return the time, s."""
-    per_kg = 0.0 if plant.stuck else plant.per_kg
+    frame, per_kg = plant.frame, 0.0 if plant.stuck else plant.per_kg
     gamma = plant.damping_n_s_per_m * per_kg
     start_m, speed, before_n = state.position_m, state.velocity_m_per_s, state.contact_n
+    mean = mean_path(plant, path)
+    sway = sway_of(plant, state, mean)
     pull = force_on_runner(plant, start_m, before_n, load_n) * per_kg
-    ahead = _look_ahead(plant, state, path, pull - gamma * speed, per_kg, slack_m, longest_s)
+    ahead = _look_ahead(plant, state, path, sway, pull - gamma * speed, per_kg, slack_m, longest_s)
     tangent, driven, h_s = ahead.tangent, ahead.driven, ahead.lasts_s
-    omega_squared = (ahead.held_n_per_m + tangent) * per_kg
-    pull_rate, pull_jerk = driven * path.speed * per_kg, driven * path.speeding * per_kg
 
     # The exact motion on that stiffness, in two halves.
     half_s = 0.5 * h_s
-    half = propagator(omega_squared, gamma, half_s)
-    curved = _response_to_square(omega_squared, gamma, half_s)
-    y_1 = speed * half.impulse + pull * half.step + pull_rate * half.ramp + pull_jerk * curved
-    w_1 = speed * half.velocity + pull * half.impulse + pull_rate * half.step
-    w_1 += pull_jerk * half.ramp
-    pull_1 = pull + half_s * (pull_rate + 0.5 * half_s * pull_jerk) - omega_squared * y_1
-    rate_1 = pull_rate + half_s * pull_jerk
-    y_2 = y_1 + w_1 * half.impulse + pull_1 * half.step + rate_1 * half.ramp + pull_jerk * curved
-    w_2 = w_1 * half.velocity + pull_1 * half.impulse + rate_1 * half.step + pull_jerk * half.ramp
+    drive = driven * path.speed + tangent * sway.speed
+    drive_rate = driven * path.speeding + tangent * sway.speeding
+    omega_squared = (ahead.held_n_per_m + tangent) * per_kg
+    run = swing_twice(
+        omega_squared, gamma, half_s, speed, pull, drive * per_kg, drive_rate * per_kg
+    )
+    grows_n_per_s = tangent * speed - drive
+    centre = centre_ahead(plant, state, mean, sway, grows_n_per_s, half_s)
 
     # What it misses: the contacts tell, moved to the middle and to the end.
-    foot_1 = half_s * (path.speed + 0.5 * half_s * path.speeding)
-    foot_2 = h_s * (path.speed + half_s * path.speeding)
-    middle_m = start_m + y_1
-    middle_drag_n = move_contacts(plant, state, middle_m, state.foot_m + foot_1, half_s, 0.0)
-    missed_1 = (state.contact_n - before_n - tangent * y_1 + driven * foot_1) * per_kg
+    foot_1, foot_2 = way_on(path, half_s), way_on(path, h_s)
+    middle_m = start_m + run.middle_m
+    place_m = middle_m - frame_after(plant, sway, mean, centre.middle_m, half_s)
+    middle_drag_n = move_contacts(plant, state, place_m, state.foot_m + foot_1, half_s, 0.0)
+    middle_n = state.contact_n
+    missed_n = middle_n - before_n - tangent * run.middle_m + driven * foot_1
+    missed_1 = (missed_n + tangent * way_on(sway, half_s)) * per_kg
     if plant.walls.exist:
         missed_1 += missed_by_walls(plant, ahead.held_n_per_m, start_m, middle_m)
-    y_2 -= 4.0 * SIXTH * h_s * half.impulse * missed_1
-    w_1 -= SIXTH * h_s * missed_1
-    position_m = start_m + y_2
-    end_drag_n = move_contacts(plant, state, position_m, state.foot_m + foot_2, half_s, 0.0)
-    missed_2 = (state.contact_n - before_n - tangent * y_2 + driven * foot_2) * per_kg
+    run = corrected(run, -missed_1, h_s)
+    centre_1 = (middle_n - before_n - half_s * grows_n_per_s) * frame.per_kg
+    centre = corrected(centre, centre_1, h_s)
+
+    position_m = start_m + run.end_m
+    place_m = position_m - frame_after(plant, sway, mean, centre.end_m, h_s)
+    end_drag_n = move_contacts(plant, state, place_m, state.foot_m + foot_2, half_s, 0.0)
+    missed_n = state.contact_n - before_n - tangent * run.end_m + driven * foot_2
+    missed_2 = (missed_n + tangent * way_on(sway, h_s)) * per_kg
     if plant.walls.exist:
         missed_2 += missed_by_walls(plant, ahead.held_n_per_m, start_m, position_m)
-    w_2 -= SIXTH * h_s * (4.0 * half.velocity * missed_1 + missed_2)
+    velocity_m_per_s = end_speed(run, -missed_1, -missed_2, h_s)
 
-    end_speed = path.speed + h_s * path.speeding
-    work_w = ahead.drag_n * path.speed + 4.0 * middle_drag_n * 0.5 * (path.speed + end_speed)
-    state.sums.feet_work_j -= SIXTH * h_s * (work_w + end_drag_n * end_speed)
-    book(plant, state, h_s, load_n, position_m, w_2, middle_m, w_1)
+    last = path.speed + h_s * path.speeding
+    work_w = ahead.drag_n * path.speed + 4.0 * middle_drag_n * 0.5 * (path.speed + last)
+    state.sums.feet_work_j -= SIXTH * h_s * (work_w + end_drag_n * last)
+    if frame.exists:
+        centre_2 = (state.contact_n - before_n - h_s * grows_n_per_s) * frame.per_kg
+        centre_w = end_speed(centre, centre_1, centre_2, h_s)
+        move_frame(plant, state, mean, sway, centre, centre_w, h_s, before_n, middle_n)
+    book(plant, state, h_s, load_n, position_m, velocity_m_per_s, middle_m, run.middle_m_per_s)
     state.foot_m += foot_2
-    state.position_m, state.velocity_m_per_s = position_m, w_2
+    state.position_m, state.velocity_m_per_s = position_m, velocity_m_per_s
     return h_s
-
-
-@kernel
-def _response_to_square(omega_squared: float, gamma: float, h_s: float) -> float:
-    """Return what ``propagator`` would, under an acceleration of t^2/2: a series of h, s^4."""
-    z, y = omega_squared * h_s * h_s, gamma * h_s
-    c5 = -y / 5.0
-    c6 = -(5.0 * y * c5 + z) / 30.0
-    c7 = -(6.0 * y * c6 + z * c5) / 42.0
-    c8 = -(7.0 * y * c7 + z * c6) / 56.0
-    return (1.0 + c5 + c6 + c7 + c8) / 24.0 * (h_s * h_s) * (h_s * h_s)
 
 
 @kernel_apart

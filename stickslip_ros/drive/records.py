@@ -57,6 +57,18 @@ WALLS = kind(
 )
 """One-sided springs that the runner may run into."""
 
+FRAME = kind(
+    exists=FLAG,  # Whether it is not rigid
+    # Mass of the frame with its feet, and its inverse; 0 of a rigid one
+    mass_kg=FLOAT,
+    per_kg=FLOAT,
+    held_n_per_m=FLOAT,  # Stiffness with which the table holds it, and viscous damping
+    damping_n_s_per_m=FLOAT,
+    feet_share=FLOAT,  # Share of the feet in that mass
+    is_reference=FLAG,  # Whether the interferometer measures against it, not against the table
+)
+"""The frame that carries the feet."""
+
 PLANT = kind(
     # m of Eq. 20, and its inverse
     mass_kg=FLOAT,
@@ -84,6 +96,7 @@ PLANT = kind(
     amplifier=AMPLIFIER,
     piezo=PIEZO,
     walls=WALLS,
+    frame=FRAME,
     ratios=(FLOAT, (CONTACTS,)),  # Displacement of each foot per displacement of the mean foot
     parts=(FLOAT, (CONTACTS,)),  # Share of each contact in the friction limit of all
     groups=(COUNT, (CONTACTS,)),  # Group of equal contacts to which each belongs
@@ -149,6 +162,7 @@ SUMS = kind(
     damping_lost_j=FLOAT,  # Energy lost in the viscous damping
     position_m_s=FLOAT,  # Integral of the runner position over time
     stuck_lost_j=FLOAT,  # Kinetic energy that the runner had when it got stuck
+    stand_lost_j=FLOAT,  # Energy lost in the damping of the frame
 )
 """Integrals over the whole run."""
 
@@ -170,11 +184,15 @@ PIEZO_STATE = kind(
 STATE = kind(
     clock=CLOCK,  # Place in the wave
     voltage_v=FLOAT,  # Output of the amplifier
-    # Displacement of the contact points, x_s; where they differ, that of the mean foot
+    # Displacement of the contact points against the frame, x_s; where they differ, that of the
+    # mean foot
     foot_m=FLOAT,
     # The runner
     position_m=FLOAT,
     velocity_m_per_s=FLOAT,
+    # The centre of mass of frame and feet: displacement, velocity
+    centre_m=FLOAT,
+    centre_m_per_s=FLOAT,
     contact_n=FLOAT,  # Force of all contacts; the runner feels its opposite
     preload_n=FLOAT,  # Present preload
     sums=SUMS,  # Energy and position integrals

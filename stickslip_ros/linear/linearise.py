@@ -116,7 +116,7 @@ def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> Line
     """
     Return the drive for motions so small that no contact slips.
 
-    Low-pass, creep, resonance, gains of the feet, damping and the springs that the runner touches
+    Low-pass, creep, resonance, gains of the feet, frame, damping and the springs that the runner touches
     are linear and kept, as is the linear part of the hysteresis. Slew rate, converter and what
     else of the hysteresis are not linear: they are left out.
 
@@ -146,7 +146,7 @@ def linear_drive(
         [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
     )
     stiffness, cell = float(contacts_n_per_m.sum()), _touched_n_per_m(plant, at_m)
-    rates, foot_m = _rates(plant, stiffness + cell, float(contacts_n_per_m @ plant.ratios[1:]))
+    rates, foot_m = _rates(plant, stiffness, cell, float(contacts_n_per_m @ plant.ratios[1:]))
     names, matrix = tuple(rates), np.array(list(rates.values()))
     seen = np.array([_unit(names, 'position_m'), foot_m])
     n = len(names)
@@ -211,21 +211,22 @@ def _touched_n_per_m(plant: Record, position_m: float) -> float:
 
 
 def _rates(
-    plant: Record, spring_n_per_m: float, drag_n_per_m: float
+    plant: Record, contact_n_per_m: float, cell_n_per_m: float, drag_n_per_m: float
 ) -> tuple[dict[str, Array], Array]:
     """
     Return the rate of each state, and the displacement of the mean foot.
 
-    Each is a row over states and inputs. The contacts pull with the drag stiffness times the
-    displacement of the mean foot, and all springs hold the runner.
+    Each is a row over states and inputs. The mean foot drags the contacts with the drag stiffness
+    times its displacement against the frame.
 
     """
-    amplifier, piezo = plant.amplifier, plant.piezo
+    amplifier, piezo, frame = plant.amplifier, plant.piezo, plant.frame
     creep = [f'creep_{k}_m' for k in range(DECADES)] if piezo.creep > 0.0 else []
     names = [
         *(['amplifier_v'] if amplifier.tau_s > 0.0 else []),
         *creep,
         *(['foot_m', 'foot_m_per_s'] if piezo.omega_per_s > 0.0 else []),
+        *(['centre_m', 'centre_m_per_s'] if frame.exists else []),
         'position_m',
         'velocity_m_per_s',
     ]
@@ -246,8 +247,17 @@ def _rates(
             omega * (foot_m - of['foot_m']) - 2.0 * piezo.damping_ratio * speed
         )
         foot_m = of['foot_m']
+    contacts_n = contact_n_per_m * of['position_m'] - drag_n_per_m * foot_m
+    if frame.exists:
+        # The velocity of the centre of mass is that without what its damper gets from the feet.
+        gamma, feet_m = frame.damping_n_s_per_m / frame.mass_kg, frame.feet_share * foot_m
+        frame_m = of['centre_m'] - feet_m
+        contacts_n = contacts_n - contact_n_per_m * frame_m
+        rates['centre_m'] = of['centre_m_per_s'] + gamma * feet_m
+        centre_n = contacts_n - frame.held_n_per_m * frame_m
+        rates['centre_m_per_s'] = centre_n / frame.mass_kg - gamma * rates['centre_m']
     rates['position_m'] = of['velocity_m_per_s']
-    force_n = of['load_n'] + drag_n_per_m * foot_m - spring_n_per_m * of['position_m']
+    force_n = of['load_n'] - contacts_n - cell_n_per_m * of['position_m']
     force_n = force_n - plant.damping_n_s_per_m * of['velocity_m_per_s']
     rates['velocity_m_per_s'] = force_n / plant.mass_kg
     return rates, foot_m

@@ -206,6 +206,11 @@ class LoadCellParameters(Checked):
 class InterferometerParameters(Checked):
     """The laser interferometer that looks at the runner."""
 
+    reference: str = choice(
+        'table',
+        ('table', 'frame'),
+        'what stands still for it: the table, or the frame of frame.mass',
+    )
     noise_density: float = quantity(
         1e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)
     )

@@ -54,6 +54,7 @@ TAUS_S = tuple(10.0**k for k in range(-2, 4))
 Values: TypeAlias = Mapping[str, float | str]
 """Values of parameters by their full names, SI."""
 PAPER: dict[str, float | str] = {
+    'actuator.mass': 0.0,
     'actuator.creep': 0.0,
     'actuator.damping_ratio': 0.05,
     'actuator.gain': 160e-9 / 300.0,
@@ -64,6 +65,9 @@ PAPER: dict[str, float | str] = {
     'amplifier.resolution': 0.0,
     'amplifier.slew_rate': 150e6,
     'contact.profile': 'rough',
+    'frame.damping_ratio': 0.01,
+    'frame.mass': 0.0,
+    'frame.resonance': 0.0,
     'load_cell.contact': 'attached',
     'load_cell.gap': 0.0,
     'load_cell.stiffness': 1e5,
@@ -129,11 +133,24 @@ def run_springs(
         float(values['load_cell.gap']),
         load_n,
     )
+    frame_kg, frame_per_s = (
+        float(values['frame.mass']),
+        2.0 * math.pi * float(values['frame.resonance']),
+    )
+    frame = Frame(
+        1.0 / frame_kg if frame_kg else 0.0,
+        frame_per_s,
+        2.0 * float(values['frame.damping_ratio']) * frame_per_s,
+        6.0 * float(values['actuator.mass']) / frame_kg if frame_kg else 0.0,
+    )
     sums = np.zeros((cycles, 2))
+    feet_m = mean_foot(values, voltage_v, steps_s)
     lost_j = _step(
         runner,
+        frame,
+        feet_m,
         steps_s,
-        np.outer(mean_foot(values, voltage_v, steps_s), kinds[:, 1]),
+        np.outer(feet_m, kinds[:, 1]),
         np.array([row.heights_m for row in rows]),
         np.array([row.width_m for row in rows]) * counts,
         np.stack([row.depths_m for row in rows], axis=1),
@@ -284,9 +301,20 @@ class Runner(NamedTuple):
     load_n: float
 
 
+class Frame(NamedTuple):
+    """Inverse of its mass with the feet, angular frequency, damping, share of the feet."""
+
+    per_kg: float
+    omega_per_s: float
+    damping_per_s: float
+    feet_share: float
+
+
 @compiled
 def _step(
     runner: Runner,
+    frame: Frame,
+    mean_m: Array,
     steps_s: Array,
     feet_m: Array,
     heights_m: Array,
@@ -305,6 +333,7 @@ def _step(
     """
     m, c, h_sum, cycle = runner.mass_kg, runner.damping_n_s_per_m, 0.0, 0
     x = v = contact_n = lost_j = 0.0
+    centre_m = centre_w = frame_m = foot_w = 0.0
     others_n = runner.load_n
     for i in range(len(steps_s)):
         h = steps_s[i]
@@ -312,9 +341,16 @@ def _step(
         sums[cycle, 0] += 0.5 * h * x
         x += h * v
         sums[cycle, 0] += 0.5 * h * x
+        # Frame and feet: their centre of mass answers to the contacts and to the table.
+        pull = contact_n * frame.per_kg - frame.omega_per_s**2 * frame_m
+        swing = centre_w - frame.feet_share * foot_w
+        centre_w += 0.5 * h * (pull - frame.damping_per_s * swing)
+        centre_m += h * centre_w
+        frame_m = centre_m - frame.feet_share * mean_m[i]
+        foot_w = (mean_m[i] - (mean_m[i - 1] if i else 0.0)) / h
         contact_n = 0.0
         for foot in range(len(places_m)):
-            moved_m = x - feet_m[i, foot] - places_m[foot]
+            moved_m = x - frame_m - feet_m[i, foot] - places_m[foot]
             places_m[foot] += moved_m
             shear = G_STAR_PA * widths_m[foot]
             for j in range(heights_m.shape[1]):
@@ -327,6 +363,9 @@ def _step(
                 contact_n += force_n
         cell_m = x if runner.is_fixed else max(x - runner.gap_m, 0.0)
         others_n = runner.load_n - runner.cell_n_per_m * cell_m
+        pull = contact_n * frame.per_kg - frame.omega_per_s**2 * frame_m
+        pull += frame.damping_per_s * frame.feet_share * foot_w
+        centre_w = (centre_w + 0.5 * h * pull) / (1.0 + 0.5 * h * frame.damping_per_s)
         v = (v + 0.5 * h * (others_n - contact_n) / m) / (1.0 + 0.5 * h * c / m)
         h_sum += h
         if h_sum >= PERIOD_S - 0.5 * h:
@@ -345,6 +384,9 @@ FREE: Values = {'load_cell.contact': 'absent'}
 ONE_SIDED: Values = {'load_cell.contact': 'one_sided', 'load_cell.gap': 1e-7}
 RISES: Values = {'stand.preload': 0.3, 'stand.preload_end': 1.0, 'stand.preload_rate': 100.0}
 FALLS: Values = {'stand.preload': 1.0, 'stand.preload_end': 0.3, 'stand.preload_rate': 100.0}
+FRAME: Values = {
+    'frame.mass': 0.015, 'frame.resonance': 1e4, 'frame.damping_ratio': 0.05, 'actuator.mass': 2e-4
+}  # fmt: skip
 CASES: tuple[dict[str, float | str], ...] = (
     {'voltage_v': VOLTAGE_V},
     {'voltage_v': -VOLTAGE_V},
@@ -365,6 +407,9 @@ CASES: tuple[dict[str, float | str], ...] = (
     {'voltage_v': VOLTAGE_V, 'actuator.hysteresis': 0.15},
     {'voltage_v': VOLTAGE_V, 'actuator.creep': 0.05},
     {'voltage_v': VOLTAGE_V, 'actuator.resonance': 1.5e5, 'actuator.damping_ratio': 0.1},
+    {'voltage_v': VOLTAGE_V, **FRAME, 'frame.mass': 0.03, 'actuator.mass': 5e-4},
+    {'voltage_v': -VOLTAGE_V, **FRAME, **FREE},
+    {'voltage_v': VOLTAGE_V, **FRAME, **ONE_SIDED},
 )
 
 

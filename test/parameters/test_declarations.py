@@ -36,6 +36,7 @@ PURE_NUMBERS = {
     'actuator.creep',
     'actuator.damping_ratio',
     'actuator.gain_tolerance',
+    'frame.damping_ratio',
     'load_cell.damping_ratio',
     'load_cell.hysteresis',
     'fault.missed_steps',
