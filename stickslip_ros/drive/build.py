@@ -22,6 +22,7 @@ from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.records import (
     ALL,
     AMPLIFIER,
+    BUTTON,
     CONTACTS,
     FEET,
     FRAME,
@@ -66,12 +67,14 @@ def plant_of(parameters: Parameters) -> Record:
         If feet differ under Coulomb's law, which then does not say how they share the load.
 
     """
-    attached = parameters.load_cell.contact == 'attached'
+    attached, cell = parameters.load_cell.contact == 'attached', button_of(parameters)
+    mass_kg = parameters.runner.mass + (cell['mass_kg'] if attached else 0.0)
+    damping_n_s_per_m = parameters.runner.damping
     plants = records(
         PLANT,
-        mass_kg=parameters.runner.mass,
-        per_kg=1.0 / parameters.runner.mass,
-        damping_n_s_per_m=parameters.runner.damping,
+        mass_kg=mass_kg,
+        per_kg=1.0 / mass_kg,
+        damping_n_s_per_m=damping_n_s_per_m + (cell['damping_n_s_per_m'] if attached else 0.0),
         cell_n_per_m=parameters.load_cell.stiffness if attached else 0.0,
         gain_m_per_v=parameters.actuator.gain,
         rest_v=parameters.amplifier.voltage_initial,
@@ -81,6 +84,7 @@ def plant_of(parameters: Parameters) -> Record:
         amplifier=amplifier_of(parameters),
         piezo=piezo_of(parameters),
         walls=walls_of(parameters),
+        button=cell,
         frame=frame_of(parameters),
         ratios=_ratios(parameters),
     )
@@ -97,7 +101,7 @@ def set_ideal(plant: Record) -> None:
     """Note in a plant whether it is ideal."""
     feet_are_one = is_linear(plant['piezo']) and not plant['separate']
     ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
-    ideal = ideal and not plant['frame']['exists']
+    ideal = ideal and not (plant['frame']['exists'] or plant['button']['exists'])
     follows_model = plant['contacts'][ALL]['law']['number'] == MDR
     plant['ideal'] = ideal
     plant['only_long_steps'] = ideal and follows_model
@@ -130,6 +134,9 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
         between_per_s = math.sqrt(omega_per_s**2 + contact_n_per_m / frame_kg)
         loss_per_s = 2.0 * parameters.frame.damping_ratio * frame_per_s
         fastest_per_s = max(fastest_per_s, between_per_s, frame_per_s, loss_per_s)
+    cell, button_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
+    if cell.contact == 'one_sided':
+        fastest_per_s = max(fastest_per_s, button_per_s * max(1.0, 2.0 * cell.damping_ratio))
     return PHASE_MAX / fastest_per_s
 
 
@@ -175,6 +182,34 @@ def piezo_of(parameters: Parameters) -> Record:
     )
 
 
+def button_of(parameters: Parameters) -> Record:
+    """
+    Return the moving mass of the load cell, which exists on its own where it is one-sided.
+
+    Raises
+    ------
+    OutOfRange
+        If the runner meets it under Coulomb's law.
+
+    """
+    cell, omega_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
+    if not omega_per_s or cell.contact == 'absent':
+        return record(BUTTON)
+    presses = cell.contact == 'one_sided'
+    if presses and parameters.contact.law == 'coulomb':
+        limit = "not 0 at a one-sided load cell under Coulomb's law"
+        raise OutOfRange('load_cell.resonance', cell.resonance, 'Hz', limit, 'set it to 0')
+    return record(
+        BUTTON,
+        exists=presses,
+        mass_kg=cell.stiffness / omega_per_s**2,
+        n_per_m=cell.stiffness,
+        damping_n_s_per_m=2.0 * cell.damping_ratio * cell.stiffness / omega_per_s,
+        gap_m=cell.gap,
+        restitution=cell.restitution,
+    )
+
+
 def frame_of(parameters: Parameters) -> Record:
     """
     Return the frame.
@@ -216,7 +251,8 @@ def is_linear(piezo: Record) -> bool:
 def walls_of(parameters: Parameters) -> Record:
     """Return the one-sided springs that the runner may run into."""
     stand, cell = parameters.stand, parameters.load_cell
-    presses, stops = cell.contact == 'one_sided', stand.stop_stiffness > 0.0
+    presses = cell.contact == 'one_sided' and not cell.resonance
+    stops = stand.stop_stiffness > 0.0
     return record(
         WALLS,
         exist=presses or stops,

@@ -62,4 +62,4 @@ def _change_dead_foot(
 def _stop_runner(plant: Record, state: Record) -> None:
     kinetic_j = 0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s
     state.sums.stuck_lost_j += kinetic_j
-    state.velocity_m_per_s = 0.0
+    state.velocity_m_per_s, state.pressed = 0.0, False

@@ -20,7 +20,7 @@ class EnergyLedger:
     feet_work_j, load_work_j : float
         Work of the feet and of the external load: put in.
     kinetic_j, cell_j, contact_stored_j : float
-        Energy in the runner's motion, the load-cell spring, the springs of the contacts.
+        Energy in the runner's motion, the load cell, the springs of the contacts.
     contact_lost_j, damping_lost_j : float
         Energy lost by slip in the contacts and by viscous damping.
     stops_j : float
@@ -31,7 +31,7 @@ class EnergyLedger:
         Energy of the frame: that of the motion of its centre of mass, feet included, and of its
         spring.
     stand_lost_j : float
-        Energy lost in the damping of the frame.
+        Energy lost in the damping of frame and load button, and in impacts.
 
     """
 
@@ -61,11 +61,13 @@ def take_ledger(plants: Record, states: Record) -> EnergyLedger:
     """Compute every term of the balance, from arrays of one plant and one state."""
     plant, state = plants[0], states[0]
     stored_j, lost_j = energies_of_contacts(plants, states)
+    button_j = plant.button.mass_kg * state.button_m_per_s * state.button_m_per_s
+    button_j = 0.5 * float(button_j + plant.button.n_per_m * state.button_m * state.button_m)
     return EnergyLedger(
         feet_work_j=float(state.sums.feet_work_j),
         load_work_j=float(state.sums.load_work_j),
         kinetic_j=float(0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s),
-        cell_j=cell_energy(plant, state.position_m),
+        cell_j=cell_energy(plant, state.position_m) + button_j,
         contact_stored_j=stored_j,
         contact_lost_j=lost_j,
         damping_lost_j=float(state.sums.damping_lost_j),

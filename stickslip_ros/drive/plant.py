@@ -20,6 +20,7 @@ from stickslip_ros.contact.reaction import answer_towards, remembers_turns
 from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.amplifier import low_pass
+from stickslip_ros.drive.button import Body, body_of, meet_button, move_button, time_to_meet
 from stickslip_ros.drive.feet import Path, mean_path, move_contacts, moving, ratio_of, way_on
 from stickslip_ros.drive.frame import (
     Sway,
@@ -153,8 +154,8 @@ def _look_ahead(
     state: Record,
     path: Path,
     sway: Sway,
+    body: Body,
     speeding: float,
-    per_kg: float,
     slack_m: float,
     longest_s: float,
 ) -> Ahead:
@@ -178,7 +179,8 @@ def _look_ahead(
         driven += ratio * stiffness
         drag_n += ratio * own.memory.force_n
     held_n_per_m = holding_stiffness(plant, state, speeding, longest_s)
-    gamma, omega_squared = plant.damping_n_s_per_m * per_kg, (held_n_per_m + tangent) * per_kg
+    per_kg, gamma = body.per_kg, body.damping_n_s_per_m * body.per_kg
+    omega_squared = (held_n_per_m + body.button_n_per_m + tangent) * per_kg
     drive = driven * path.speed + tangent * sway.speed
     jerk = drive * per_kg - omega_squared * speed - gamma * speeding
     if may_turn:
@@ -197,6 +199,8 @@ def _look_ahead(
                 lasts_s = min(lasts_s, turn_s)
     if plant.walls.exist:
         lasts_s = time_to_wall(plant, state.position_m, speed, speeding, jerk, lasts_s)
+    if plant.button.exists:
+        lasts_s = time_to_meet(plant, state, speeding, jerk, lasts_s)
     return Ahead(tangent, driven, drag_n, held_n_per_m, lasts_s)
 
 
@@ -205,23 +209,23 @@ def _go(
     plant: Record, state: Record, path: Path, load_n: float, longest_s: float, slack_m: float
 ) -> float:
     """Let the runner go until a stiffness jumps, at most for a given time; return the time, s."""
-    frame, per_kg = plant.frame, 0.0 if plant.stuck else plant.per_kg
-    gamma = plant.damping_n_s_per_m * per_kg
-    start_m, speed, before_n = state.position_m, state.velocity_m_per_s, state.contact_n
+    frame, start_m, before_n = plant.frame, state.position_m, state.contact_n
+    force_n = force_on_runner(plant, start_m, before_n, load_n)
+    if plant.button.exists:
+        meet_button(plant, state, force_n, longest_s)
+    body, speed = body_of(plant, state), state.velocity_m_per_s
+    per_kg, gamma = body.per_kg, body.damping_n_s_per_m * body.per_kg
     mean = mean_path(plant, path)
     sway = sway_of(plant, state, mean)
-    pull = force_on_runner(plant, start_m, before_n, load_n) * per_kg
-    ahead = _look_ahead(plant, state, path, sway, pull - gamma * speed, per_kg, slack_m, longest_s)
-    tangent, driven, h_s = ahead.tangent, ahead.driven, ahead.lasts_s
+    pull = (force_n - body.button_n_per_m * state.button_m) * per_kg
+    ahead = _look_ahead(plant, state, path, sway, body, pull - gamma * speed, slack_m, longest_s)
+    tangent, driven, h_s, half_s = ahead.tangent, ahead.driven, ahead.lasts_s, 0.5 * ahead.lasts_s
 
     # The exact motion on that stiffness, in two halves.
-    half_s = 0.5 * h_s
     drive = driven * path.speed + tangent * sway.speed
-    drive_rate = driven * path.speeding + tangent * sway.speeding
-    omega_squared = (ahead.held_n_per_m + tangent) * per_kg
-    run = swing_twice(
-        omega_squared, gamma, half_s, speed, pull, drive * per_kg, drive_rate * per_kg
-    )
+    pull_jerk = (driven * path.speeding + tangent * sway.speeding) * per_kg
+    omega_squared = (ahead.held_n_per_m + body.button_n_per_m + tangent) * per_kg
+    run = swing_twice(omega_squared, gamma, half_s, speed, pull, drive * per_kg, pull_jerk)
     grows_n_per_s = tangent * speed - drive
     centre = centre_ahead(plant, state, mean, sway, grows_n_per_s, half_s)
 
@@ -255,6 +259,8 @@ def _go(
         centre_2 = (state.contact_n - before_n - h_s * grows_n_per_s) * frame.per_kg
         centre_w = end_speed(centre, centre_1, centre_2, h_s)
         move_frame(plant, state, mean, sway, centre, centre_w, h_s, before_n, middle_n)
+    if plant.button.exists:
+        move_button(plant, state, h_s, position_m, velocity_m_per_s, run.middle_m_per_s)
     book(plant, state, h_s, load_n, position_m, velocity_m_per_s, middle_m, run.middle_m_per_s)
     state.foot_m += foot_2
     state.position_m, state.velocity_m_per_s = position_m, velocity_m_per_s

@@ -57,6 +57,16 @@ WALLS = kind(
 )
 """One-sided springs that the runner may run into."""
 
+BUTTON = kind(
+    exists=FLAG,  # Whether the load cell has one: a moving mass, pressed from one side
+    mass_kg=FLOAT,
+    n_per_m=FLOAT,  # Stiffness of the load cell, and viscous damping
+    damping_n_s_per_m=FLOAT,
+    gap_m=FLOAT,  # Way of the runner until it touches the button at rest
+    restitution=FLOAT,  # Share of the velocity between both that an impact turns round
+)
+"""The load button of a one-sided load cell with a mass; without one it is a wall."""
+
 FRAME = kind(
     exists=FLAG,  # Whether it is not rigid
     # Mass of the frame with its feet, and its inverse; 0 of a rigid one
@@ -96,6 +106,7 @@ PLANT = kind(
     amplifier=AMPLIFIER,
     piezo=PIEZO,
     walls=WALLS,
+    button=BUTTON,
     frame=FRAME,
     ratios=(FLOAT, (CONTACTS,)),  # Displacement of each foot per displacement of the mean foot
     parts=(FLOAT, (CONTACTS,)),  # Share of each contact in the friction limit of all
@@ -162,7 +173,8 @@ SUMS = kind(
     damping_lost_j=FLOAT,  # Energy lost in the viscous damping
     position_m_s=FLOAT,  # Integral of the runner position over time
     stuck_lost_j=FLOAT,  # Kinetic energy that the runner had when it got stuck
-    stand_lost_j=FLOAT,  # Energy lost in the damping of the frame
+    # Energy lost in the damping of frame and load button, and in impacts
+    stand_lost_j=FLOAT,
 )
 """Integrals over the whole run."""
 
@@ -190,6 +202,10 @@ STATE = kind(
     # The runner
     position_m=FLOAT,
     velocity_m_per_s=FLOAT,
+    # The load button, and whether the runner presses on it
+    button_m=FLOAT,
+    button_m_per_s=FLOAT,
+    pressed=FLAG,
     # The centre of mass of frame and feet: displacement, velocity
     centre_m=FLOAT,
     centre_m_per_s=FLOAT,

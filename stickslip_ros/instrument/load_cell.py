@@ -1,8 +1,8 @@
 """
 Kernel: the load cell, from the true force in its spring to the reading.
 
-In this order: hysteresis and own resonance of the mechanics, white noise of bridge and amplifier,
-low-pass of the electronics, drift of the zero, faults, saturation, tare, quantisation.
+In this order: hysteresis of the mechanics, white noise of bridge and amplifier, low-pass of the
+electronics, drift of the zero, faults, saturation, tare, quantisation.
 docs/sensors.md has the formulas.
 
 """
@@ -14,14 +14,11 @@ from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind, record
 from stickslip_ros.instrument.signal_chain import (
     LOOP,
     PLAYS,
-    SWING,
     displayed,
     follow,
     loop_of,
     low_pass_gain,
     standing,
-    swing,
-    swing_of,
 )
 from stickslip_ros.parameters import LoadCellParameters
 
@@ -29,8 +26,6 @@ CELL = kind(
     loop=LOOP,
     noise_n=FLOAT,
     gain=FLOAT,
-    swing=SWING,
-    swings=FLAG,
     drift_n=FLOAT,
     limit_n=FLOAT,
     resolution_n=FLOAT,
@@ -46,10 +41,6 @@ noise_n : float
     Standard deviation of the white noise of one sample.
 gain : float
     Share of the way that the low-pass goes to its input in one sample.
-swing : record of SWING
-    Its own resonance.
-swings : bool
-    Whether it has a resonance of its own.
 drift_n : float
     Drift of the zero in one sample.
 limit_n : float
@@ -60,8 +51,6 @@ resolution_n : float
 """
 
 STRAIN = kind(
-    strain_n=FLOAT,
-    speed_n=FLOAT,
     level_n=FLOAT,
     standing_n=FLOAT,
     zero_n=FLOAT,
@@ -73,8 +62,6 @@ State of a load cell between two samples of the trace.
 
 Fields
 ------
-strain_n, speed_n : float
-    Output of the resonance, and how fast it changes, in the unit of SWING.
 level_n : float
     Output of the low-pass.
 standing_n : float
@@ -96,8 +83,6 @@ def cell_of(setting: LoadCellParameters, rate_hz: float) -> Record:
         loop=loop_of(setting.hysteresis, setting.range),
         noise_n=setting.noise_density * math.sqrt(rate_hz / 2.0),
         gain=low_pass_gain(setting.bandwidth, rate_hz),
-        swing=swing_of(setting.resonance, setting.damping_ratio, rate_hz),
-        swings=setting.resonance > 0.0,
         drift_n=setting.drift / rate_hz,
         limit_n=setting.range if setting.range > 0.0 else math.inf,
         resolution_n=setting.resolution,
@@ -126,9 +111,6 @@ def read_force(
     force_n = truth_n
     if cell.loop.weight > 0.0:
         force_n = follow(cell.loop, strain.plays_n, force_n)
-    if cell.swings:
-        force_n, strain.speed_n = swing(cell.swing, strain.strain_n, strain.speed_n, force_n)
-        strain.strain_n = force_n
     strain.level_n += cell.gain * (force_n + cell.noise_n * noise - strain.level_n)
     sensed_n = strain.level_n + cell.drift_n * number + fault.offset
     if abs(sensed_n) >= cell.limit_n:

@@ -116,9 +116,9 @@ def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> Line
     """
     Return the drive for motions so small that no contact slips.
 
-    Low-pass, creep, resonance, gains of the feet, frame, damping and the springs that the runner touches
-    are linear and kept, as is the linear part of the hysteresis. Slew rate, converter and what
-    else of the hysteresis are not linear: they are left out.
+    Low-pass, creep, resonance, gains of the feet, frame, damping and the springs that the runner
+    touches are linear and kept, as is the linear part of the hysteresis. Slew rate, converter and
+    what else of the hysteresis are not linear: they are left out.
 
     Parameters
     ----------
@@ -146,7 +146,12 @@ def linear_drive(
         [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
     )
     stiffness, cell = float(contacts_n_per_m.sum()), _touched_n_per_m(plant, at_m)
-    rates, foot_m = _rates(plant, stiffness, cell, float(contacts_n_per_m @ plant.ratios[1:]))
+    mass_kg, damping_n_s_per_m = float(plant.mass_kg), float(plant.damping_n_s_per_m)
+    if _is_pressed(plant, at_m):
+        mass_kg += float(plant.button.mass_kg)
+        damping_n_s_per_m += float(plant.button.damping_n_s_per_m)
+    drag_n_per_m = float(contacts_n_per_m @ plant.ratios[1:])
+    rates, foot_m = _rates(plant, mass_kg, damping_n_s_per_m, stiffness, cell, drag_n_per_m)
     names, matrix = tuple(rates), np.array(list(rates.values()))
     seen = np.array([_unit(names, 'position_m'), foot_m])
     n = len(names)
@@ -160,7 +165,7 @@ def linear_drive(
         at_position_m=at_m,
         contact_n_per_m=stiffness,
         cell_n_per_m=cell,
-        resonance_hz=float(np.sqrt((stiffness + cell) / plant.mass_kg) / (2.0 * np.pi)),
+        resonance_hz=float(np.sqrt((stiffness + cell) / mass_kg) / (2.0 * np.pi)),
     )
 
 
@@ -199,19 +204,30 @@ def smooth(share: Array) -> Array:
     return 0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0))
 
 
+def _is_pressed(plant: Record, position_m: float) -> bool:
+    return bool(plant.button.exists and position_m > plant.button.gap_m)
+
+
 def _touched_n_per_m(plant: Record, position_m: float) -> float:
     """Return the stiffness of load cell and end stops at a position, N/m."""
     walls = plant.walls
     stiffness = plant.cell_n_per_m
     if position_m > walls.gap_m:
         stiffness += walls.cell_n_per_m
+    if _is_pressed(plant, position_m):
+        stiffness += plant.button.n_per_m
     if not walls.low_m < position_m < walls.high_m:
         stiffness += walls.stop_n_per_m
     return float(stiffness)
 
 
 def _rates(
-    plant: Record, contact_n_per_m: float, cell_n_per_m: float, drag_n_per_m: float
+    plant: Record,
+    mass_kg: float,
+    damping_n_s_per_m: float,
+    contact_n_per_m: float,
+    cell_n_per_m: float,
+    drag_n_per_m: float,
 ) -> tuple[dict[str, Array], Array]:
     """
     Return the rate of each state, and the displacement of the mean foot.
@@ -258,8 +274,8 @@ def _rates(
         rates['centre_m_per_s'] = centre_n / frame.mass_kg - gamma * rates['centre_m']
     rates['position_m'] = of['velocity_m_per_s']
     force_n = of['load_n'] - contacts_n - cell_n_per_m * of['position_m']
-    force_n = force_n - plant.damping_n_s_per_m * of['velocity_m_per_s']
-    rates['velocity_m_per_s'] = force_n / plant.mass_kg
+    force_n = force_n - damping_n_s_per_m * of['velocity_m_per_s']
+    rates['velocity_m_per_s'] = force_n / mass_kg
     return rates, foot_m
 
 

@@ -3,8 +3,18 @@
 from dataclasses import dataclass
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.parameters.declaration import Checked, choice, count, quantity, switch, words
+from stickslip_ros.parameters.declaration import (
+    Checked,
+    choice,
+    count,
+    quantity,
+    refuse_below_unless_zero,
+    switch,
+    words,
+)
 
+SLOWEST_CELL_HZ = 1.0
+"""Lowest resonance of a load cell that has a mass."""
 SENSOR_FAULTS = ('none', 'freeze', 'dropout')
 
 
@@ -175,11 +185,17 @@ class LoadCellParameters(Checked):
     resonance: float = quantity(
         0.0,
         'Hz',
-        'own resonance of the mechanics, which the noise does not see; 0 is none',
-        bounds=(0.0, 1e6),
+        'resonance of its moving mass on its stiffness; 0 is a cell without mass',
+        bounds=(0.0, 1e5),
     )
     damping_ratio: float = quantity(
         0.1, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)
+    )
+    restitution: float = quantity(
+        0.0,
+        '',
+        'one_sided with a mass: share of the velocity that an impact turns round; 0: none',
+        bounds=(0.0, 1.0),
     )
     hysteresis: float = quantity(
         0.0,
@@ -196,7 +212,8 @@ class LoadCellParameters(Checked):
     )
 
     def check_together(self) -> None:
-        """Refuse a hysteresis without the range that it belongs to."""
+        """Refuse a hysteresis without its range, and a moving mass that no runner could move."""
+        refuse_below_unless_zero('load_cell.resonance', self.resonance, SLOWEST_CELL_HZ, 'Hz')
         if self.hysteresis and not self.range:
             hint = 'set load_cell.range: the loop is a share of it'
             raise OutOfRange('load_cell.hysteresis', self.hysteresis, '', 'without a range', hint)

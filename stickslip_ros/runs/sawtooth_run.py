@@ -405,12 +405,13 @@ def is_steady(plant: Record, ramps: Array) -> bool:
     """
     if len(ramps) < STEADY_STEPS_MIN:
         return False
-    is_free = not (plant.cell_n_per_m > 0.0 or plant.walls.cell_n_per_m > 0.0)
+    pressed_n_per_m = plant.walls.cell_n_per_m + plant.button.n_per_m * plant.button.exists
+    is_free = not (plant.cell_n_per_m > 0.0 or pressed_n_per_m > 0.0)
     earlier, before, now = (
         step_length_m(part) if is_free else mean_force_n(plant, part)
         for part in (ramps[: -2 * STEADY_WINDOW], ramps[:-STEADY_WINDOW], ramps)
     )
-    if plant.walls.cell_n_per_m > 0.0 and now <= 0.0:
+    if pressed_n_per_m > 0.0 and now <= 0.0:
         return False
     change, change_before = abs(now - before), abs(before - earlier)
     is_near = change**2 <= STEADY_ERROR * abs(now) * (change_before - change)
@@ -431,6 +432,7 @@ def net_force_n(plant: Record, mean_n: float, wave: Wave) -> float:
 def following_n_per_m(plant: Record) -> float:
     """Return the stiffness of a load cell in series with the sticking contacts, N/m."""
     contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
+    cell_n_per_m += plant.button.n_per_m * plant.button.exists
     stick_n_per_m = {MDR: contact.curve.cells[0, 1], COULOMB: np.inf}.get(
         int(contact.law.number), contact.law.bristle_n_per_m
     )

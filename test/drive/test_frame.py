@@ -93,7 +93,6 @@ def test_the_balance_closes_and_the_error_falls_with_the_fourth_power(damping, d
         assert abs(machine.residual) < RESIDUAL * (dt_s / 5e-6) ** 3 + ROUNDING
         ends_m.append(machine.ramps[:12, (RAMP_MEAN, RAMP_END)])
     errors = [np.sqrt(np.mean((each - ends_m[-1]) ** 2)) for each in ends_m[:-1]]
-    print('ERR', errors)
     assert errors[0] / errors[2] > 4.0**3
 
 

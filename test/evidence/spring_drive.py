@@ -69,7 +69,9 @@ PAPER: dict[str, float | str] = {
     'frame.mass': 0.0,
     'frame.resonance': 0.0,
     'load_cell.contact': 'attached',
+    'load_cell.damping_ratio': 0.1,
     'load_cell.gap': 0.0,
+    'load_cell.resonance': 0.0,
     'load_cell.stiffness': 1e5,
     'runner.damping': 0.0,
     'runner.mass': 3e-3,
@@ -125,9 +127,14 @@ def run_springs(
     kinds, counts = np.unique(np.column_stack((BELOW, ratios)), axis=0, return_counts=True)
     rows = [springs_under(values, np.cumsum(steps_s), bool(is_below)) for is_below, _ in kinds]
     joint = values['load_cell.contact']
+    cell_kg = cell_n_s_per_m = 0.0
+    if values['load_cell.resonance'] and joint == 'attached':
+        cell_per_s = 2.0 * math.pi * float(values['load_cell.resonance'])
+        cell_kg = float(values['load_cell.stiffness']) / cell_per_s**2
+        cell_n_s_per_m = 2.0 * float(values['load_cell.damping_ratio']) * cell_per_s * cell_kg
     runner = Runner(
-        float(values['runner.mass']),
-        float(values['runner.damping']),
+        float(values['runner.mass']) + cell_kg,
+        float(values['runner.damping']) + cell_n_s_per_m,
         0.0 if joint == 'absent' else float(values['load_cell.stiffness']),
         joint == 'attached',
         float(values['load_cell.gap']),
@@ -410,6 +417,7 @@ CASES: tuple[dict[str, float | str], ...] = (
     {'voltage_v': VOLTAGE_V, **FRAME, 'frame.mass': 0.03, 'actuator.mass': 5e-4},
     {'voltage_v': -VOLTAGE_V, **FRAME, **FREE},
     {'voltage_v': VOLTAGE_V, **FRAME, **ONE_SIDED},
+    {'voltage_v': VOLTAGE_V, 'load_cell.resonance': 1.5e3},
 )
 
 
