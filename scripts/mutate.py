@@ -189,6 +189,26 @@ MUTATIONS = (
         'setting.current_max / parameters.actuator.capacitance',
         'setting.current_max / (6.0 * parameters.actuator.capacitance)',
     ),
+    Mutation(
+        'the contacts do not push the frame', 'drive/frame.py',
+        'force_n = state.contact_n - holding',
+        'force_n = 0.0 * state.contact_n - holding',
+    ),
+    Mutation(
+        'feet push the frame forwards', 'drive/frame.py',
+        'return state.centre_m - plant.frame.feet_share',
+        'return state.centre_m + plant.frame.feet_share',
+    ),
+    Mutation(
+        'the mass of an attached load cell is left out', 'drive/build.py',
+        "(cell['mass_kg'] if attached else 0.0)",
+        '0.0',
+    ),
+    Mutation(
+        'an impact turns no velocity round', 'drive/button.py',
+        '(1.0 + button.restitution) * closing',
+        '1.0 * closing',
+    ),
 )  # fmt: skip
 
 

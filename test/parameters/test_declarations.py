@@ -39,6 +39,7 @@ PURE_NUMBERS = {
     'frame.damping_ratio',
     'load_cell.damping_ratio',
     'load_cell.hysteresis',
+    'load_cell.restitution',
     'fault.missed_steps',
 }
 """Quantities without a unit; counts and seeds have none either."""
