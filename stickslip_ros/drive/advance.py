@@ -33,6 +33,7 @@ from stickslip_ros.drive.amplifier import (
     stretch_ahead,
     time_to_settle,
 )
+from stickslip_ros.drive.feet import bends, mean_place
 from stickslip_ros.drive.frame import frame_place
 from stickslip_ros.drive.long_step import long_step
 from stickslip_ros.drive.piezo import fastest_m_per_s
@@ -329,7 +330,7 @@ def advance_clock(
 @kernel
 def _sample(plant: Record, state: Record, truth: Array, i: int) -> None:
     truth[i, VOLTAGE] = state.voltage_v
-    truth[i, FOOT] = state.foot_m
+    truth[i, FOOT] = mean_place(plant, state) if bends(plant) else state.foot_m
     seen_from_m = frame_place(plant, state) if plant.frame.is_reference else 0.0
     truth[i, POSITION] = state.position_m - seen_from_m
     truth[i, FORCE] = cell_force(plant, state.position_m)

@@ -91,7 +91,7 @@ def plant_of(parameters: Parameters) -> Record:
     plant = plants[0]
     plant.contacts[ALL] = all_contacts(parameters)
     _set_longest_step(plant, parameters)
-    if parameters.actuator.gain_tolerance:
+    if parameters.actuator.gain_tolerance or plant.piezo.stack_n_per_m:
         separate_feet(plants, parameters)
     set_ideal(plant)
     return plants
@@ -134,6 +134,10 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
         between_per_s = math.sqrt(omega_per_s**2 + contact_n_per_m / frame_kg)
         loss_per_s = 2.0 * parameters.frame.damping_ratio * frame_per_s
         fastest_per_s = max(fastest_per_s, between_per_s, frame_per_s, loss_per_s)
+    if parameters.actuator.mass and parameters.actuator.resonance:
+        # No foot has more than a quarter of the stiffness of all.
+        foot_per_s = math.sqrt(0.25 * contact_n_per_m / parameters.actuator.mass)
+        fastest_per_s = max(fastest_per_s, foot_per_s)
     cell, button_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
     if cell.contact == 'one_sided':
         fastest_per_s = max(fastest_per_s, button_per_s * max(1.0, 2.0 * cell.damping_ratio))
@@ -166,10 +170,19 @@ def piezo_of(parameters: Parameters) -> Record:
     R/2 - r_j) apart. That the opening is h R and the stroke R gives the weight
     w = h (n+1)/floor((n+1)^2/4) of each and the linear part 1 - w n/2.
 
+    Raises
+    ------
+    OutOfRange
+        If loads would bend the stacks under Coulomb's law.
+
     """
     setting, amplifier = parameters.actuator, parameters.amplifier
     plays = setting.plays if setting.hysteresis else 0
     weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
+    omega_per_s = 2.0 * math.pi * setting.resonance
+    if setting.mass and setting.resonance and parameters.contact.law == 'coulomb':
+        limit = "not 0 under Coulomb's law, which does not say how feet share a load"
+        raise OutOfRange('actuator.mass', setting.mass, 'kg', limit, 'take another contact.law')
     return record(
         PIEZO,
         linear=1.0 - 0.5 * weight * plays,
@@ -177,8 +190,10 @@ def piezo_of(parameters: Parameters) -> Record:
         plays=plays,
         play_v=0.5 * (amplifier.voltage_max - amplifier.voltage_min) / (plays + 1),
         creep=setting.creep,
-        omega_per_s=2.0 * math.pi * setting.resonance,
+        omega_per_s=omega_per_s,
         damping_ratio=setting.damping_ratio,
+        foot_kg=setting.mass,
+        stack_n_per_m=setting.mass * omega_per_s**2,
     )
 
 

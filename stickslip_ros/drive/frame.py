@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.feet import Path, mean_place, way_on
+from stickslip_ros.drive.feet import Path, bends, mean_place, way_on
 from stickslip_ros.drive.oscillator import SIXTH, Halves, swing_twice
 
 
@@ -92,7 +92,7 @@ def move_frame(
     Move the frame by a step, with the forces of the contacts before it and in its middle.
 
     Energy is booked by Simpson's rule: what its damping loses, and the work that the feet do as
-    the table holds back a part of what accelerates them.
+    the table holds back a part of what accelerates them; stacks that bend do theirs elsewhere.
 
     """
     frame, half_s = plant.frame, 0.5 * h_s
@@ -107,7 +107,8 @@ def move_frame(
         frame_m = frame_after(plant, sway, mean, centre_m, time_s)
         work_w += weight * foot_speed * (contact_n - holding_force(frame, frame_m, speed))
         square += weight * speed * speed
-    state.sums.feet_work_j += SIXTH * h_s * share * work_w
+    if not bends(plant):
+        state.sums.feet_work_j += SIXTH * h_s * share * work_w
     state.sums.stand_lost_j += SIXTH * h_s * frame.damping_n_s_per_m * square
     state.centre_m += centre.end_m
     state.centre_m_per_s = centre_m_per_s

@@ -8,6 +8,7 @@ from stickslip_ros.drive.feet import lost_by_feet, stored_by_feet
 from stickslip_ros.drive.frame import frame_energy
 from stickslip_ros.drive.oscillator import SIXTH
 from stickslip_ros.drive.runner import cell_energy, stops_energy
+from stickslip_ros.drive.stacks import stacks_energy
 
 
 @dataclass(frozen=True)
@@ -30,8 +31,10 @@ class EnergyLedger:
     frame_j : float
         Energy of the frame: that of the motion of its centre of mass, feet included, and of its
         spring.
+    stacks_j : float
+        Energy of bent stacks, and of the feet on them that move against their centre of mass.
     stand_lost_j : float
-        Energy lost in the damping of frame and load button, and in impacts.
+        Energy lost in the damping of frame, feet and load button, and in impacts.
 
     """
 
@@ -45,13 +48,14 @@ class EnergyLedger:
     stops_j: float = 0.0
     stuck_lost_j: float = 0.0
     frame_j: float = 0.0
+    stacks_j: float = 0.0
     stand_lost_j: float = 0.0
 
     @property
     def residual_j(self) -> float:
         """Energy put in minus energy found, J: the error of the integration."""
         found_j = self.kinetic_j + self.cell_j + self.contact_stored_j + self.stops_j
-        found_j += self.frame_j
+        found_j += self.frame_j + self.stacks_j
         lost_j = self.contact_lost_j + self.damping_lost_j + self.stuck_lost_j
         lost_j += self.stand_lost_j
         return self.feet_work_j + self.load_work_j - found_j - lost_j
@@ -74,6 +78,7 @@ def take_ledger(plants: Record, states: Record) -> EnergyLedger:
         stops_j=stops_energy(plant, state.position_m),
         stuck_lost_j=float(state.sums.stuck_lost_j),
         frame_j=frame_energy(plants, states),
+        stacks_j=stacks_energy(plants, states),
         stand_lost_j=float(state.sums.stand_lost_j),
     )
 

@@ -21,7 +21,16 @@ from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.amplifier import low_pass
 from stickslip_ros.drive.button import Body, body_of, meet_button, move_button, time_to_meet
-from stickslip_ros.drive.feet import Path, mean_path, move_contacts, moving, ratio_of, way_on
+from stickslip_ros.drive.feet import (
+    Path,
+    bends,
+    mean_path,
+    move_contacts,
+    moving,
+    ratio_of,
+    way_of,
+    way_on,
+)
 from stickslip_ros.drive.frame import (
     Sway,
     centre_ahead,
@@ -49,6 +58,14 @@ from stickslip_ros.drive.oscillator import (
 from stickslip_ros.drive.piezo import Ring, displace, prepare_piezo
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.runner import force_on_runner
+from stickslip_ros.drive.stacks import (
+    end_of_feet,
+    feet_ahead,
+    note_ringing,
+    place_at_end,
+    place_in_middle,
+    pulled_by_feet,
+)
 
 TURN_SLACK_S = 1.1e-4
 """A foot against which the runner goes on by (sim.dt/TURN_SLACK_S)^3 of the presliding range at
@@ -122,6 +139,8 @@ def step(
         left_s = left_s - done_s if done_s < left_s else 0.0
         speed += done_s * speeding
     state.voltage_v, state.foot_m = voltage_v, foot_m
+    if bends(plant):
+        note_ringing(plant, state)
 
 
 class Ahead(NamedTuple):
@@ -165,7 +184,8 @@ def _look_ahead(
     tangent, driven, drag_n = 0.0, 0.0, 0.0
     for k in moving(plant):
         contact, own, ratio = plant.contacts[k], state.contacts[k], ratio_of(plant, k)
-        against, against_rate = past - ratio * path.speed, past_rate - ratio * path.speeding
+        way = way_of(plant, state, path, k)
+        against, against_rate = past - way.speed, past_rate - way.speeding
         turns_now = against * against < 2.0 * slack_m * abs(against_rate)
         may_turn |= abs(against) <= 2.0 * longest_s * abs(against_rate)
         direction = against_rate if turns_now else against
@@ -177,22 +197,30 @@ def _look_ahead(
             stiffness = answer_towards(contact, own, direction)
         tangent += stiffness
         driven += ratio * stiffness
-        drag_n += ratio * own.memory.force_n
+        if bends(plant):
+            state.feet[k].stiffness = stiffness
+            bent_m = state.places_m[k] - state.offsets_m[k] - ratio * state.foot_m
+            drag_n += ratio * plant.piezo.stack_n_per_m * bent_m
+        else:
+            drag_n += ratio * own.memory.force_n
+    pulled = path
+    if bends(plant):
+        driven, pulled = 1.0, pulled_by_feet(plant, state)
     held_n_per_m = holding_stiffness(plant, state, speeding, longest_s)
     per_kg, gamma = body.per_kg, body.damping_n_s_per_m * body.per_kg
     omega_squared = (held_n_per_m + body.button_n_per_m + tangent) * per_kg
-    drive = driven * path.speed + tangent * sway.speed
+    drive = driven * pulled.speed + tangent * sway.speed
     jerk = drive * per_kg - omega_squared * speed - gamma * speeding
     if may_turn:
-        drive_rate = driven * path.speeding + tangent * sway.speeding
+        drive_rate = driven * pulled.speeding + tangent * sway.speeding
         snap = drive_rate * per_kg - omega_squared * speeding - gamma * jerk
         crackle = -omega_squared * jerk - gamma * snap
         frame_n_per_s = tangent * speed - drive
         frame_n_per_s -= holding_force(plant.frame, sway.speed, sway.speeding)
         past_jerk = jerk - frame_n_per_s * plant.frame.per_kg
         for k in moving(plant):
-            ratio = ratio_of(plant, k)
-            against, against_rate = past - ratio * path.speed, past_rate - ratio * path.speeding
+            way = way_of(plant, state, path, k)
+            against, against_rate = past - way.speed, past_rate - way.speeding
             turns_now = against * against < 2.0 * slack_m * abs(against_rate)
             if against * against_rate < 0.0 and not turns_now:
                 turn_s = time_to_turn(against, against_rate, past_jerk, snap, crackle, longest_s)
@@ -209,44 +237,86 @@ def _go(
     plant: Record, state: Record, path: Path, load_n: float, longest_s: float, slack_m: float
 ) -> float:
     """Let the runner go until a stiffness jumps, at most for a given time; return the time, s."""
-    frame, start_m, before_n = plant.frame, state.position_m, state.contact_n
-    force_n = force_on_runner(plant, start_m, before_n, load_n)
+    force_n = force_on_runner(plant, state.position_m, state.contact_n, load_n)
     if plant.button.exists:
         meet_button(plant, state, force_n, longest_s)
-    body, speed = body_of(plant, state), state.velocity_m_per_s
-    per_kg, gamma = body.per_kg, body.damping_n_s_per_m * body.per_kg
-    mean = mean_path(plant, path)
+    body, ring, pulled = body_of(plant, state), Ring(0.0, 0.0, 0.0, 0.0), path
+    if bends(plant):
+        for k in moving(plant):
+            state.feet[k].stiffness = 0.0
+        feet_ahead(plant, state, path, Sway(0.0, 0.0, 0.0), 0.0, longest_s)
+    mean = mean_path(plant, state, path)
     sway = sway_of(plant, state, mean)
-    pull = (force_n - body.button_n_per_m * state.button_m) * per_kg
-    ahead = _look_ahead(plant, state, path, sway, body, pull - gamma * speed, slack_m, longest_s)
+    pull = (force_n - body.button_n_per_m * state.button_m) * body.per_kg
+    gamma = body.damping_n_s_per_m * body.per_kg
+    speeding = pull - gamma * state.velocity_m_per_s
+    ahead = _look_ahead(plant, state, path, sway, body, speeding, slack_m, longest_s)
+    if bends(plant):
+        speed = state.velocity_m_per_s
+        ring = feet_ahead(plant, state, path, sway, speed, ahead.lasts_s)
+        mean, pulled = mean_path(plant, state, path), pulled_by_feet(plant, state)
+        place_in_middle(plant, state)
+    _swing(plant, state, path, pulled, mean, sway, body, ahead, ring, pull, load_n)
+    return ahead.lasts_s
+
+
+@kernel
+def _swing(
+    plant: Record,
+    state: Record,
+    path: Path,
+    pulled: Path,
+    mean: Path,
+    sway: Sway,
+    body: Body,
+    ahead: Ahead,
+    ring: Ring,
+    pull: float,
+    load_n: float,
+) -> None:
+    """
+    Move all for the time that lies ahead.
+
+    The runner goes on the tangent of its contacts, which drive it by what is ``driven`` along the
+    way ``pulled``.
+
+    """
+    frame, start_m, before_n = plant.frame, state.position_m, state.contact_n
     tangent, driven, h_s, half_s = ahead.tangent, ahead.driven, ahead.lasts_s, 0.5 * ahead.lasts_s
+    speed, per_kg, gamma = (
+        state.velocity_m_per_s,
+        body.per_kg,
+        body.damping_n_s_per_m * body.per_kg,
+    )
 
     # The exact motion on that stiffness, in two halves.
-    drive = driven * path.speed + tangent * sway.speed
-    pull_jerk = (driven * path.speeding + tangent * sway.speeding) * per_kg
+    drive = driven * pulled.speed + tangent * sway.speed
+    pull_jerk = (driven * pulled.speeding + tangent * sway.speeding) * per_kg
     omega_squared = (ahead.held_n_per_m + body.button_n_per_m + tangent) * per_kg
     run = swing_twice(omega_squared, gamma, half_s, speed, pull, drive * per_kg, pull_jerk)
     grows_n_per_s = tangent * speed - drive
     centre = centre_ahead(plant, state, mean, sway, grows_n_per_s, half_s)
 
     # What it misses: the contacts tell, moved to the middle and to the end.
-    foot_1, foot_2 = way_on(path, half_s), way_on(path, h_s)
+    foot_m = state.foot_m + way_on(path, half_s)
     middle_m = start_m + run.middle_m
     place_m = middle_m - frame_after(plant, sway, mean, centre.middle_m, half_s)
-    middle_drag_n = move_contacts(plant, state, place_m, state.foot_m + foot_1, half_s, 0.0)
+    middle_drag_n = move_contacts(plant, state, place_m, foot_m, half_s, 0.0)
     middle_n = state.contact_n
-    missed_n = middle_n - before_n - tangent * run.middle_m + driven * foot_1
+    missed_n = middle_n - before_n - tangent * run.middle_m + driven * way_on(pulled, half_s)
     missed_1 = (missed_n + tangent * way_on(sway, half_s)) * per_kg
     if plant.walls.exist:
         missed_1 += missed_by_walls(plant, ahead.held_n_per_m, start_m, middle_m)
     run = corrected(run, -missed_1, h_s)
     centre_1 = (middle_n - before_n - half_s * grows_n_per_s) * frame.per_kg
     centre = corrected(centre, centre_1, h_s)
+    if bends(plant):
+        place_at_end(plant, state, ring, h_s)
 
-    position_m = start_m + run.end_m
+    foot_m, position_m = state.foot_m + way_on(path, h_s), start_m + run.end_m
     place_m = position_m - frame_after(plant, sway, mean, centre.end_m, h_s)
-    end_drag_n = move_contacts(plant, state, place_m, state.foot_m + foot_2, half_s, 0.0)
-    missed_n = state.contact_n - before_n - tangent * run.end_m + driven * foot_2
+    end_drag_n = move_contacts(plant, state, place_m, foot_m, half_s, 0.0)
+    missed_n = state.contact_n - before_n - tangent * run.end_m + driven * way_on(pulled, h_s)
     missed_2 = (missed_n + tangent * way_on(sway, h_s)) * per_kg
     if plant.walls.exist:
         missed_2 += missed_by_walls(plant, ahead.held_n_per_m, start_m, position_m)
@@ -255,6 +325,8 @@ def _go(
     last = path.speed + h_s * path.speeding
     work_w = ahead.drag_n * path.speed + 4.0 * middle_drag_n * 0.5 * (path.speed + last)
     state.sums.feet_work_j -= SIXTH * h_s * (work_w + end_drag_n * last)
+    if bends(plant):
+        end_of_feet(plant, state, ring, h_s)
     if frame.exists:
         centre_2 = (state.contact_n - before_n - h_s * grows_n_per_s) * frame.per_kg
         centre_w = end_speed(centre, centre_1, centre_2, h_s)
@@ -262,9 +334,8 @@ def _go(
     if plant.button.exists:
         move_button(plant, state, h_s, position_m, velocity_m_per_s, run.middle_m_per_s)
     book(plant, state, h_s, load_n, position_m, velocity_m_per_s, middle_m, run.middle_m_per_s)
-    state.foot_m += foot_2
+    state.foot_m = foot_m
     state.position_m, state.velocity_m_per_s = position_m, velocity_m_per_s
-    return h_s
 
 
 @kernel_apart

@@ -42,6 +42,9 @@ PIEZO = kind(
     creep=FLOAT,  # Growth of a displacement per decade of time; 0 is none
     omega_per_s=FLOAT,  # Angular frequency of the resonance; 0 is a massless piezo
     damping_ratio=FLOAT,  # Damping ratio of the resonance
+    # Mass of a foot on its stack, and the stiffness of that; 0 is a stack that no load bends
+    foot_kg=FLOAT,
+    stack_n_per_m=FLOAT,
 )
 """What a piezo does besides being proportional to its voltage."""
 
@@ -193,11 +196,29 @@ PIEZO_STATE = kind(
 )
 """What amplifier and piezo remember."""
 
+FOOT = kind(
+    m_per_s=FLOAT,  # Its velocity against the frame
+    # The rest is of the present step: a parabola that is its way, the ends of its halves
+    speed=FLOAT,
+    speeding=FLOAT,
+    middle_m=FLOAT,
+    middle_m_per_s=FLOAT,
+    end_m=FLOAT,
+    end_m_per_s=FLOAT,
+    # Stiffness of its contact; its load before the step, how fast that grows; what this misses
+    # in the middle, per mass
+    stiffness=FLOAT,
+    before_n=FLOAT,
+    n_per_s=FLOAT,
+    missed=FLOAT,
+)
+"""A foot with a mass on a stack that its load bends."""
+
 STATE = kind(
     clock=CLOCK,  # Place in the wave
     voltage_v=FLOAT,  # Output of the amplifier
     # Displacement of the contact points against the frame, x_s; where they differ, that of the
-    # mean foot
+    # mean foot, and where stacks bend, what it would be without load
     foot_m=FLOAT,
     # The runner
     position_m=FLOAT,
@@ -213,7 +234,8 @@ STATE = kind(
     preload_n=FLOAT,  # Present preload
     sums=SUMS,  # Energy and position integrals
     piezo=PIEZO_STATE,  # What amplifier and piezo remember
-    # Displacement of each foot, and what of it does not follow the piezo
+    feet=(FOOT, (CONTACTS,)),  # Those that bend their stacks
+    # Displacement of each foot against the frame, and what of it does not follow the piezo
     places_m=(FLOAT, (CONTACTS,)),
     offsets_m=(FLOAT, (CONTACTS,)),
     # Passes that the loops over time may still make; below 0 the drive has given up
