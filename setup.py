@@ -78,6 +78,7 @@ setup(
         'pandas',
         'PyYAML',
         'mcap>=1.5',
+        'mcap-ros2-support',
         'rich',
     ],
     extras_require={
@@ -90,6 +91,7 @@ setup(
         'docs': ['SALib', 'furo', 'myst-nb', 'sphinx', 'sphinx-mathjax-offline'],
         # And slippy, which asks for numpy below 1.21: `make foreign` adds it to its last two.
         'evidence': ['ContactMechanics', 'SurfaceTopography', 'tamaas', 'pyfftw', 'tinydb'],
+        'formats': ['h5py', 'npTDMS', 'openpyxl'],
         'gym': ['gymnasium'],
         'panel': ['tornado>=6.2'],
         'parquet': ['pyarrow'],
@@ -104,9 +106,11 @@ setup(
             'control',
             'hypothesis',
             'rosbags',
-            'mcap-ros2-support',
             'distributed',
             'gymnasium',
+            'h5py',
+            'npTDMS',
+            'openpyxl',
             'playwright',
             'pyarrow',
             'pint',

@@ -121,6 +121,7 @@ def test_what_is_installed_is_declared_for_ros_too(keywords, manifest):
     brought_by = {
         'PyYAML': 'python3-yaml',
         'mcap': 'mcap-ros2-support',
+        'mcap-ros2-support': 'mcap-ros2-support',
         'zstandard': 'mcap-ros2-support',
     }
     for requirement in keywords['install_requires'] + keywords['extras_require']['panel']:

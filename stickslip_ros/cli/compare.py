@@ -16,6 +16,7 @@ from stickslip_ros.comparison.result import ComparisonReport
 from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import make_room
+from stickslip_ros.runs.recorded_run import parse_window
 
 SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
@@ -35,6 +36,8 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
         **{name: value for name, value in model.items() if value is not None},
         shift_s=arguments.shift,
         align=arguments.align,
+        offset=arguments.offset,
+        window_s=parse_window(arguments.window) if arguments.window else None,
         workers=arguments.workers,
         progress=not arguments.json,
     )

@@ -9,8 +9,8 @@ from typing import Any
 from stickslip_ros.cli.chosen import to_numbers
 from stickslip_ros.cli.printing import Answer
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.files import make_room
-from stickslip_ros.parameters import parse_assignments
+from stickslip_ros.files import make_room, read_bytes
+from stickslip_ros.parameters import parse_assignments, read_yaml
 from stickslip_ros.tables.experiment import (
     COLUMNS,
     Experiment,
@@ -47,8 +47,17 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
 def said_of_tables(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what a command line says of tables; what is understood is told before the work."""
     text = getattr(arguments, 'preload', None)
+    headers: Any = {}
+    if arguments.map_file is not None:
+        hint = 'write lines such as position_m: /rig/encoder.point.x'
+        content = read_bytes(arguments.map_file, 'check --map-file').decode('utf-8', 'replace')
+        headers = read_yaml(content, str(arguments.map_file), hint)
+        if not isinstance(headers, dict) or not all(
+            isinstance(each, str) for pair in headers.items() for each in pair
+        ):
+            raise WrongKind(str(arguments.map_file), content[:80], 'names with headers', hint)
     return {
-        'headers': parse_assignments(arguments.headers, '--map NAME=HEADER'),
+        'headers': headers | parse_assignments(arguments.headers, '--map NAME=HEADER'),
         'preloads_n': to_numbers('--preload', text, 'N') if text else (),
         'report': None if arguments.json else _tell,
     }

@@ -263,10 +263,12 @@ NO_LOAD_CELL = switch(
 )
 MAP = many(
     '--map',
-    'which column of the file, in which unit, is one of ours, as force_n="Force (mN)"',
+    'which column of a table, or topic and field of a recording, in which unit, is one of ours, '
+    'as force_n="Force (mN)" or position_m=/rig/encoder.point.x',
     'NAME=HEADER',
     dest='headers',
 )
+MAP_FILE = option('--map-file', 'YAML file of such names and headers; --map wins', to_path)
 OF_FILES = option(
     '--preload',
     'preload of tables without such a column: one of all, or with commas one of each',

@@ -8,6 +8,7 @@ from rich.table import Table
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
+from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import make_room
 from stickslip_ros.runs.replay import read_drive_input
 from stickslip_ros.runs.sawtooth_run import SawtoothRun, simulate
@@ -21,6 +22,9 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         given = read_drive_input(waveform, parameters)
         waveform = np.column_stack((given.time_s, given.voltage_v))
     if arguments.output:
+        if arguments.output.suffix.lower() not in {'', '.mcap'}:
+            hint = 'write .mcap, then make a table of it with stickslip export'
+            raise WrongKind('--output', str(arguments.output), 'an .mcap file', hint)
         make_room(arguments.output, is_new=True)
     run = simulate(
         parameters,

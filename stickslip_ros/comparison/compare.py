@@ -16,6 +16,7 @@ from stickslip_ros.recording.integrity import MAGIC
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 from stickslip_ros.runs.batch import Progress
+from stickslip_ros.runs.mapped import is_topic
 from stickslip_ros.runs.recorded_run import Run
 from stickslip_ros.runs.sweep_table import PARQUET, is_sweep
 from stickslip_ros.tables.experiment import (
@@ -38,6 +39,8 @@ def compare(
     steps: int = 0,
     shift_s: float | None = None,
     align: bool = False,
+    offset: bool = False,
+    window_s: tuple[float, float] | None = None,
     workers: int = 0,
     report: Callable[[Experiment], None] | None = None,
     progress: bool | Progress = False,
@@ -53,7 +56,8 @@ def compare(
         Another one; parameters run the model at the points of A; without it a recording is
         compared with the experiment that it carries.
     headers : mapping of str to str, optional
-        Headers of columns in experiment files that do not tell, ``{'force_n': 'CH2 (mN)'}``.
+        Headers of columns in experiment files that do not tell, ``{'force_n': 'CH2 (mN)'}``; and
+        topics of recordings of other programs, ``{'force_n': '/rig/cell.wrench.force.x'}``.
     preloads_n : sequence of float
         Preloads of experiment files without such a column, N: one of all, or one of each.
     frequency_hz : float
@@ -64,6 +68,10 @@ def compare(
         What is added to the times of B, s.
     align : bool
         Estimate that shift by cross-correlation.
+    offset : bool
+        Lay the position of B onto that of A: find the difference of their zeros and add it.
+    window_s : tuple of float, optional
+        Start and end of the stretch of A that counts, s.
     workers : int
         Runs of the model at once; 0 is one per core.
     report : callable, optional
@@ -78,19 +86,30 @@ def compare(
 
     """
     paths = [_path(each) for each in ([a] if isinstance(a, str | Path | Run) else a)]
-    reading = Reading(headers or {}, preloads_n, report)
+    topics = {name: text for name, text in (headers or {}).items() if is_topic(text)}
+    columns = {name: text for name, text in (headers or {}).items() if name not in topics}
+    reading = Reading(columns, preloads_n, report)
     reading.check_count(len(paths) + isinstance(b, str | Path | Run))
-    first = _load(paths[0], reading) if len(paths) == 1 else _joined(paths, reading)
-    is_moved = align or shift_s is not None
+    first = _load(paths[0], reading, topics) if len(paths) == 1 else _joined(paths, reading)
+    is_moved = align or shift_s is not None or offset or window_s is not None
     if isinstance(b, Parameters):
         table = _points(first, is_moved)
         with progress_of(progress, 'runs') as show:
             model = by_amplitude.of_model(table, b, frequency_hz, steps, workers, show)
         return _by_amplitude(table, model)
-    second = _attached(paths[0], reading) if b is None else _load(_path(b), reading, len(paths))
+    if b is None:
+        second = _attached(paths[0], reading)
+    else:
+        second = _load(_path(b), reading, topics, len(paths))
     if isinstance(first, TimeRun) and isinstance(second, TimeRun):
-        given = None if shift_s is None else Alignment(shift_s, 'given')
-        return _in_time(first, second, in_time.align(first, second) if align else given)
+        alignment = None if shift_s is None else Alignment(shift_s, 'given')
+        if window_s is not None:
+            first = first.within(*window_s)
+        if align:
+            alignment = in_time.align(first, second)
+        moved = second if alignment is None else second.moved(alignment.shift_s)
+        compared = in_time.compare(first, moved, offset=offset)
+        return ComparisonReport(first.side, second.side, TIME, compared, alignment)
     if isinstance(first, PointTable) and isinstance(second, PointTable):
         return _by_amplitude(_points(first, is_moved), second)
     raise Incomparable(
@@ -108,11 +127,6 @@ def _by_amplitude(a: PointTable, b: PointTable) -> ComparisonReport:
     return ComparisonReport(a.side, b.side, AMPLITUDE, by_amplitude.compare(a, b))
 
 
-def _in_time(a: TimeRun, b: TimeRun, alignment: Alignment | None) -> ComparisonReport:
-    moved = b if alignment is None else b.moved(alignment.shift_s)
-    return ComparisonReport(a.side, b.side, TIME, in_time.compare(a, moved), alignment)
-
-
 def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
     """Return A if it is a table that is not to be moved in time, before any work is done."""
     if isinstance(a, TimeRun):
@@ -122,18 +136,20 @@ def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
             'record the model with stickslip simulate -o FILE and compare with that',
         )
     if is_moved:
-        hint = 'leave --shift and --align away'
+        hint = 'leave --shift, --align, --offset and --window away'
         raise Incomparable(a.side.origin, 'is by amplitude and knows no time', hint)
     return a
 
 
-def _load(path: Path, reading: Reading, number: int = 0) -> PointTable | TimeRun:
+def _load(
+    path: Path, reading: Reading, topics: Mapping[str, str], number: int = 0
+) -> PointTable | TimeRun:
     """Read a file by what is in it, not by its name."""
     if path.suffix == PARQUET and path.is_file():
         return by_amplitude.of_sweep(path)
-    start = read_bytes(path, 'check the path', len(MAGIC))
-    if start == MAGIC or path.suffix == '.mcap':
-        return in_time.of_recording(Recording(path))
+    is_recording = path.suffix == '.mcap' or path.is_dir()
+    if is_recording or read_bytes(path, 'check the path', len(MAGIC)) == MAGIC:
+        return in_time.of_recording(Recording(path), topics)
     if is_sweep(path):
         return by_amplitude.of_sweep(path)
     return _of_experiment(read_experiment(path, reading, number=number))

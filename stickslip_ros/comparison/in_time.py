@@ -1,5 +1,6 @@
 """Runs against each other: quantity by quantity in the time that both cover."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from stickslip_ros.parameters import Scalar, parse_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TIME_ORIGIN
 from stickslip_ros.recording.series import Series
+from stickslip_ros.runs.mapped import mapped_series
 from stickslip_ros.runs.recorded_run import recorded_series
 from stickslip_ros.tables.columns import sigma_name
 from stickslip_ros.tables.experiment import (
@@ -22,6 +24,7 @@ from stickslip_ros.tables.experiment import (
 )
 
 RECORDING = 'recording'
+POSITION = 'position_m'
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
 """Of the metadata: chance, and what stands among the parameters too."""
 
@@ -38,6 +41,13 @@ class TimeRun:
         """What was measured."""
         return [name for name in MEASURED[OVER_TIME] if name in self.series]
 
+    def within(self, start_s: float, end_s: float) -> 'TimeRun':
+        """Return a stretch of the run."""
+        series = {name: each.window(start_s, end_s) for name, each in self.series.items()}
+        series = {name: each for name, each in series.items() if len(each)}
+        rows = max(map(len, series.values()), default=0)
+        return replace(self, series=series, side=replace(self.side, rows=rows))
+
     def moved(self, shift_s: float) -> 'TimeRun':
         """Return the run with other times."""
         series = {
@@ -46,9 +56,15 @@ class TimeRun:
         return replace(self, series=series)
 
 
-def of_recording(recording: Recording) -> TimeRun:
-    """Return what a recording holds over time, and what it says of itself."""
-    series = recorded_series(recording)
+def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
+    """
+    Return what a recording holds over time, and what it says of itself.
+
+    One of another program holds what ``topics`` say, if they say anything.
+
+    """
+    is_mapped = topics and RUN_RECORD not in recording.metadata
+    series = mapped_series(recording, topics) if is_mapped else recorded_series(recording)
     run = recording.metadata.get(RUN_RECORD, {})
     described: dict[str, Scalar] = {key: run[key] for key in run if key not in NOT_COMPARED}
     changed = None
@@ -83,9 +99,11 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     return estimate_alignment(pairs)
 
 
-def compare(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
+def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, ...]:
     """
     Compare every quantity that both runs have, at A's times within both.
+
+    The zero of a position is arbitrary: with ``offset`` that of B is moved onto A's.
 
     Raises
     ------
@@ -93,7 +111,9 @@ def compare(a: TimeRun, b: TimeRun) -> tuple[Compared, ...]:
         If they share no quantity or no time.
 
     """
-    return tuple(_compare(a, b, name) for name in _shared(a, b))
+    return tuple(
+        _compare(a, b, name, offset=offset and name == POSITION) for name in _shared(a, b)
+    )
 
 
 def _shared(a: TimeRun, b: TimeRun) -> list[str]:
@@ -105,7 +125,7 @@ def _shared(a: TimeRun, b: TimeRun) -> list[str]:
     return names
 
 
-def _compare(a: TimeRun, b: TimeRun, name: str) -> Compared:
+def _compare(a: TimeRun, b: TimeRun, name: str, *, offset: bool) -> Compared:
     series_a, series_b = a.series[name], b.series[name]
     spans_s = [(float(each.time_s[0]), float(each.time_s[-1])) for each in (series_a, series_b)]
     start_s, end_s = max(span[0] for span in spans_s), min(span[1] for span in spans_s)
@@ -124,8 +144,10 @@ def _compare(a: TimeRun, b: TimeRun, name: str) -> Compared:
         raise Incomparable(name, problem, 'compare another run')
     time_s = inside.time_s[usable]
     sigma = _sigma(a, b, name, time_s)
-    part = Part({}, TIME, time_s, inside.value[usable], values_b[usable], sigma)
-    return Compared(name, (part,), len(inside) - len(time_s))
+    of_a, of_b = inside.value[usable], values_b[usable]
+    moved = float(np.median(of_a - of_b)) if offset else 0.0
+    part = Part({}, TIME, time_s, of_a, of_b + moved, sigma)
+    return Compared(name, (part,), len(inside) - len(time_s), moved)
 
 
 def _sigma(a: TimeRun, b: TimeRun, name: str, time_s: Array) -> Array | None:

@@ -70,11 +70,12 @@ class Alignment:
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """A quantity: its name with its unit, its parts, and how many points of A have no part."""
+    """A quantity of A and B, point by point."""
 
-    name: str
+    name: str  # with its unit
     parts: tuple[Part, ...]
-    left_out: int
+    left_out: int  # points of A that have no part
+    offset: float = 0.0  # what was found and added to all values of B
 
     @cached_property
     def agreement(self) -> Agreement:
@@ -93,6 +94,7 @@ class Compared:
             'agreement': asdict(self.agreement),
             'parts': [part.to_json() for part in self.parts],
             'left_out': self.left_out,
+            'offset': self.offset,
             'unit': self.unit,
         }
 

@@ -159,6 +159,11 @@ def _moved(alignment: Alignment) -> str:
 
 def _found(quantity: Compared) -> Iterator[str]:
     name, unit, agreement = title(quantity), quantity.unit, quantity.agreement
+    if quantity.offset:
+        yield (
+            f'The {name} of B was moved by {with_unit(quantity.offset, unit)}, the median of '
+            'A − B, because its zero is arbitrary.'
+        )
     count = f'{agreement.points} points' if agreement.points > 1 else '1 point'
     if agreement.largest == 0.0:
         yield f'The {name} of B equals that of A at all {count}.'

@@ -4,7 +4,7 @@ import json
 import math
 import shutil
 import weakref
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -22,6 +22,7 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, TOPICS_RECORD
 from stickslip_ros.recording.series import Series
+from stickslip_ros.runs.mapped import mapped_series
 from stickslip_ros.units import NANO, with_unit
 
 if TYPE_CHECKING:
@@ -84,6 +85,8 @@ class Run:
         What the run came to, known of a run that was simulated here.
     folder : Path, optional
         A folder that is removed with this object.
+    topics : mapping of str to str, optional
+        Of a recording of another program: topic and field of its quantities.
 
     """
 
@@ -92,9 +95,11 @@ class Run:
         path: str | Path | None,
         result: 'SawtoothRun | None' = None,
         folder: Path | None = None,
+        topics: Mapping[str, str] | None = None,
     ) -> None:
         self._path = path
         self._result = result
+        self._topics = topics or {}
         if folder is not None:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
 
@@ -133,6 +138,13 @@ class Run:
         return self.result.step_length_m
 
     @cached_property
+    def series(self) -> dict[str, Series]:
+        """Quantities over time, by the names of the columns of ``frame``."""
+        if self._topics:
+            return mapped_series(self.recording, self._topics)
+        return recorded_series(self.recording)
+
+    @cached_property
     def frame(self) -> 'DataFrame':
         """
         Table of the run: ``voltage_v``, ``foot_m``, ``position_m``, ``force_n`` over ``time_s``.
@@ -141,19 +153,7 @@ class Run:
         not known at a time is not a number. ``attrs`` hold the units and what was recorded.
 
         """
-        import pandas as pd  # noqa: PLC0415 - what has no table does without
-
-        found = recorded_series(self.recording)
-        columns = {
-            name: pd.Series(each.value, pd.Index(each.time_s, name='time_s'))
-            for name, each in found.items()
-        }
-        if len({len(each) for each in columns.values()}) > 1:  # topics have one sample an instant
-            columns = {name: each.groupby(level=0).last() for name, each in columns.items()}
-        frame: DataFrame = pd.DataFrame(columns)
-        frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
-        frame.attrs['source'] = str(self.path)
-        return frame
+        return frame_of(self.series, str(self.path))
 
     def plot(self, start_s: float | None = None, end_s: float | None = None) -> 'Figure':
         """
@@ -197,19 +197,43 @@ class Run:
         return shown + html_table(str(self.path), rows, ('topic', 'type', 'messages'))
 
 
-def open_run(path: str | Path) -> Run:
+def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
     """
     Open a recording: an MCAP file, a bag directory, or the name that parts of a run share.
 
+    Parameters
+    ----------
+    path : path-like
+        The recording.
+    topics : mapping of str to str, optional
+        Of a recording of another program: topic, field and unit of its quantities, as
+        ``{'position_m': '/rig/encoder.point.x', 'force_n': '/rig/cell.data (mN)'}``.
+
     Raises
     ------
-    RecordingError
-        If it cannot be read.
+    StickSlipError
+        If it cannot be read, or has no such topics.
 
     """
-    run = Run(path)
-    _ = run.recording  # refuses now what cannot be read
+    run = Run(path, topics=topics)
+    _ = run.series if topics else run.recording  # refuses now what cannot be read
     return run
+
+
+def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
+    """Return quantities as one table over their times; what is not known then is no number."""
+    import pandas as pd  # noqa: PLC0415 - what has no table does without
+
+    columns = {
+        name: pd.Series(each.value, pd.Index(each.time_s, name='time_s'))
+        for name, each in found.items()
+    }
+    if len({len(each) for each in columns.values()}) > 1:  # topics have one sample an instant
+        columns = {name: each.groupby(level=0).last() for name, each in columns.items()}
+    frame: DataFrame = pd.DataFrame(columns)
+    frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
+    frame.attrs['source'] = source
+    return frame
 
 
 def recorded_stand(recording: Recording) -> Parameters:
@@ -221,15 +245,15 @@ def recorded_stand(recording: Recording) -> Parameters:
     return parse_yaml(recording.attachments[PARAMETERS_FILE][1].decode(), PARAMETERS_FILE)
 
 
-def recorded_series(recording: Recording) -> dict[str, Series]:
+def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, Series]:
     """
-    Return each quantity of a recording by its name: of the trace, else of its topic.
+    Return each quantity of a recording by its name: of the trace if wanted, else of its topic.
 
     A trace counts from two samples on. The topics have position and force at 1 kHz, the voltage
     once per ``trace.period``, and no displacement of the feet.
 
     """
-    trace = recording.trace() if topic_name(recording, 'trace') else {}
+    trace = recording.trace() if traced and topic_name(recording, 'trace') else {}
     found = {}
     for quantity in RUN_QUANTITIES:
         name = quantity.rpartition('_')[0]

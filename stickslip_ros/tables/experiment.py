@@ -26,6 +26,7 @@ from stickslip_ros.tables.columns import (
     understood,
     unit_question,
 )
+from stickslip_ros.tables.formats import as_text
 from stickslip_ros.tables.layout import HEAD_BYTES, TextForm, layout_of, to_number
 
 Lines = NDArray[np.intp]
@@ -184,7 +185,7 @@ def read_experiment(
     Parameters
     ----------
     path : Path
-        Text in columns, as docs/compare.md says.
+        Text in columns, as docs/compare.md says; or a file of ``formats.READERS``.
     reading : Reading
         What the table does not say itself.
     number : int
@@ -200,8 +201,11 @@ def read_experiment(
         If it cannot be read or leaves something to guess; names file, line, and what to do.
 
     """
-    head = read_bytes(path, 'check the path', HEAD_BYTES + 1)
-    return _read(path, layout_of(head, str(path)), str(path), reading, number, kind, measured)
+    origin, content = str(path), as_text(path)
+    source = path if content is None else io.BytesIO(content)
+    head = read_bytes(path, 'check the path', HEAD_BYTES + 1) if content is None else content
+    layout = layout_of(head[: HEAD_BYTES + 1], origin)
+    return _read(source, layout, origin, reading, number, kind, measured)
 
 
 def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -> Experiment:

@@ -3,6 +3,7 @@
 from stickslip_ros.cli.options import (
     FIGURE,
     MAP,
+    MAP_FILE,
     OF_FILES,
     PARAMETERS,
     WORKERS,
@@ -19,6 +20,11 @@ from stickslip_ros.cli.options import (
 )
 
 COMPARE_IN_PYTHON = 'comparison.compare.compare'
+WINDOW = option(
+    '--window',
+    'stretch that counts: 2ms@0.3s is 2 ms from 0.3 s on (default: the whole run)',
+    metavar='LENGTH@START',
+)
 RECORDING = 'an MCAP file, a bag directory, or a run in parts'
 
 DATA = (
@@ -30,6 +36,7 @@ DATA = (
         'amplitude become one.',
         file('tables', nargs='+'),
         MAP,
+        MAP_FILE,
         OF_FILES,
         output('.csv to write (default: only say what was understood)'),
         module='experiment',
@@ -37,8 +44,9 @@ DATA = (
     verb(
         'compare',
         'compare runs, sweeps, experiments and the model',
-        'Compare A with B, each a recording (MCAP), a table of a sweep (CSV, Parquet) or a table '
-        'of an experiment (see docs/compare.md). Tables are compared by amplitude and preload, '
+        'Compare A with B, each a recording (MCAP file or bag, of any program: --map says which '
+        'topic is what), a table of a sweep (CSV, Parquet) or a table of an experiment (see '
+        'docs/compare.md). Tables are compared by amplitude and preload, '
         'runs over time. The word model for B runs the drive at the points of A. Without B, a '
         'recording is compared with the experiment that it carries.',
         option(
@@ -49,11 +57,14 @@ DATA = (
             nargs='+',
         ),
         MAP,
+        MAP_FILE,
         OF_FILES,
         output('page to read or to print: .html'),
         either(
             *of_function(COMPARE_IN_PYTHON, 'shift_s', 'align'),
         ),
+        *of_function(COMPARE_IN_PYTHON, 'offset'),
+        WINDOW,
         titled(
             'for the model',
             *of_function(COMPARE_IN_PYTHON, 'frequency_hz', 'steps', default=None),
@@ -73,6 +84,7 @@ DATA = (
         'contact.prefactor to 0, which would hide it.',
         file('tables of measured forces', nargs='+'),
         MAP,
+        MAP_FILE,
         OF_FILES,
         option(
             '--free',
@@ -117,13 +129,21 @@ DATA = (
         'dotted, the commands and the status bits. However many samples there are, no peak is '
         'lost.',
         file('the recording'),
-        option(
-            '--window',
-            'stretch to draw: 2ms@0.3s is 2 ms from 0.3 s on (default: the whole run)',
-            metavar='LENGTH@START',
-        ),
+        WINDOW,
         output('.png, .svg or .pdf (default: beside the recording, as PNG)'),
         module='recording',
+    ),
+    verb(
+        'export',
+        'write the quantities of a recording as a table',
+        'Write what a recording holds over time as a table, a row for each time, with units in '
+        'the names of the columns: the trace where there is one, else the topics.',
+        file(RECORDING),
+        output('.csv, .parquet or .xlsx to write', required=True),
+        switch('--readings', 'position, force and voltage of the topics, not the trace'),
+        WINDOW,
+        MAP,
+        MAP_FILE,
     ),
     verb(
         'recover',
@@ -143,6 +163,7 @@ DATA = (
         'docs/compare.md; or Parquet, or a topic of an MCAP file) is played as a waveform.',
         file('recording, or table of voltages'),
         MAP,
+        MAP_FILE,
         output('recording to write'),
         option(
             '--topic', 'topic of an MCAP file that gives the voltage', metavar='NAME', default=''

@@ -1,0 +1,53 @@
+"""``stickslip export``: what a recording holds over time, as a table for other programs."""
+
+import argparse
+
+from stickslip_ros.cli.experiment import said_of_tables
+from stickslip_ros.cli.printing import Answer
+from stickslip_ros.errors import RecordingError, WrongKind
+from stickslip_ros.extras import load_extra
+from stickslip_ros.files import make_room, replacing
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.runs.mapped import mapped_series
+from stickslip_ros.runs.recorded_run import frame_of, parse_window, recorded_series
+
+NEEDS = {'.csv': '', '.parquet': 'pyarrow', '.xlsx': 'openpyxl'}
+"""Ends of the names of the files, and packages without which they cannot be written."""
+EXCEL_ROWS_MAX = 1_048_575
+
+
+def export_verb(arguments: argparse.Namespace) -> Answer:
+    """Read, write."""
+    output, suffix = arguments.output, arguments.output.suffix.lower()
+    if suffix not in NEEDS:
+        raise WrongKind('--output', str(output), f'one of {", ".join(NEEDS)}', 'end its name so')
+    if NEEDS[suffix]:
+        load_extra(f'a table {suffix}', NEEDS[suffix])
+    make_room(output)
+    recording = Recording(arguments.file)
+    topics = said_of_tables(arguments)['headers']
+    if topics:
+        found = mapped_series(recording, topics)
+    else:
+        found = recorded_series(recording, traced=not arguments.readings)
+    if arguments.window:
+        window = parse_window(arguments.window)
+        found = {name: each.window(*window) for name, each in found.items()}
+    frame = frame_of(found, str(recording.path))
+    if frame.empty:
+        problem = f'has nothing to write of {", ".join(recording.types) or "its topics"}'
+        hint = 'say which topic is what by --map, or move the window'
+        raise RecordingError(recording.path, problem, hint)
+    if suffix == '.xlsx' and len(frame) > EXCEL_ROWS_MAX:
+        problem = f'has {len(frame)} rows, above the {EXCEL_ROWS_MAX} of a sheet'
+        raise RecordingError(recording.path, problem, 'choose a --window, or write .parquet')
+    with replacing(output) as part, part.open('wb') as file:
+        if suffix == '.csv':
+            frame.to_csv(file, lineterminator='\n')
+        elif suffix == '.parquet':
+            frame.to_parquet(file)
+        else:
+            frame.to_excel(file, engine='openpyxl')
+    columns = [frame.index.name, *frame.columns]
+    told = f'wrote {output}: {len(frame)} rows of {", ".join(columns)}'
+    return Answer({'output': str(output), 'rows': len(frame), 'columns': columns}, [told])

@@ -1,0 +1,72 @@
+"""``stickslip export``: tables that pandas reads without us."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from stickslip_ros import open_run
+from stickslip_ros.cli.main import main
+from stickslip_ros.runs.sawtooth_run import SawtoothRun
+
+Run = tuple[SawtoothRun, Path]
+READERS: dict[str, Callable[..., Any]] = {
+    '.csv': partial(pd.read_csv, float_precision='round_trip'),
+    '.parquet': pd.read_parquet,
+    '.xlsx': pd.read_excel,
+}
+
+
+@pytest.mark.parametrize('suffix', READERS)
+def test_a_trace_becomes_a_table_with_units(recorded_run: Run, tmp_path: Path, suffix: str):
+    table = tmp_path / f'run{suffix}'
+    assert main(['export', str(recorded_run[1]), '-o', str(table), '--window', '2ms@1ms']) == 0
+    frame = READERS[suffix](table).reset_index()
+    expected = open_run(recorded_run[1]).frame.loc[0.001:0.003]
+    rtol = 1e-15 if suffix == '.xlsx' else 0.0  # openpyxl writes 16 digits
+    for name in ('voltage_v', 'foot_m', 'position_m', 'force_n'):
+        np.testing.assert_allclose(frame[name], expected[name], rtol=rtol)
+    np.testing.assert_allclose(frame.time_s, expected.index, rtol=rtol)
+
+
+def test_readings_are_those_of_the_topics(recorded_run: Run, tmp_path: Path):
+    table = tmp_path / 'run.csv'
+    assert main(['export', str(recorded_run[1]), '--readings', '-o', str(table)]) == 0
+    frame = READERS['.csv'](table)
+    position = open_run(recorded_run[1]).recording.series('position')
+    np.testing.assert_array_equal(frame.time_s, position.time_s)
+    np.testing.assert_array_equal(frame.position_m, position.value)
+
+
+def test_what_is_exported_is_read_again(recorded_run: Run, tmp_path: Path):
+    table = tmp_path / 'run.xlsx'
+    main(['export', str(recorded_run[1]), '-o', str(table)])
+    assert main(['compare', str(recorded_run[1]), str(table)]) == 0
+
+
+@pytest.mark.parametrize(
+    ('words', 'told'),
+    [
+        (('-o', 'run.txt'), 'one of .csv, .parquet, .xlsx'),
+        (('-o', 'run.csv', '--window', '1ms@9s'), 'has nothing to write'),
+        (('-o', 'run.csv', '--map', 'force_n=/x.data'), 'has no topic and field'),
+    ],
+)
+def test_what_cannot_be_written_is_refused(
+    recorded_run: Run, words: tuple[str, ...], told: str, capsys: pytest.CaptureFixture[str],
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+):  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    assert main(['export', str(recorded_run[1]), *words]) == 2
+    assert told in capsys.readouterr().err
+
+
+def test_a_simulation_is_not_recorded_under_the_name_of_a_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    assert main(['simulate', '--amplitude', '100nm', '-o', str(tmp_path / 'x.csv')]) == 2
+    assert 'stickslip export' in capsys.readouterr().err
