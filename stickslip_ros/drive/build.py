@@ -64,17 +64,16 @@ def plant_of(parameters: Parameters) -> Record:
     Raises
     ------
     OutOfRange
-        If feet differ under Coulomb's law, which then does not say how they share the load.
+        If something moves or differs under Coulomb's law, which then does not say how contacts
+        share the load; if the frame is not heavier than its feet.
 
     """
-    attached, cell = parameters.load_cell.contact == 'attached', button_of(parameters)
-    mass_kg = parameters.runner.mass + (cell['mass_kg'] if attached else 0.0)
-    damping_n_s_per_m = parameters.runner.damping
+    attached = parameters.load_cell.contact == 'attached'
     plants = records(
         PLANT,
-        mass_kg=mass_kg,
-        per_kg=1.0 / mass_kg,
-        damping_n_s_per_m=damping_n_s_per_m + (cell['damping_n_s_per_m'] if attached else 0.0),
+        mass_kg=parameters.runner.mass,
+        per_kg=1.0 / parameters.runner.mass,
+        damping_n_s_per_m=parameters.runner.damping,
         cell_n_per_m=parameters.load_cell.stiffness if attached else 0.0,
         gain_m_per_v=parameters.actuator.gain,
         rest_v=parameters.amplifier.voltage_initial,
@@ -84,11 +83,15 @@ def plant_of(parameters: Parameters) -> Record:
         amplifier=amplifier_of(parameters),
         piezo=piezo_of(parameters),
         walls=walls_of(parameters),
-        button=cell,
+        button=button_of(parameters),
         frame=frame_of(parameters),
         ratios=_ratios(parameters),
     )
     plant = plants[0]
+    if attached:
+        plant.mass_kg += plant.button.mass_kg
+        plant.per_kg = 1.0 / plant.mass_kg
+        plant.damping_n_s_per_m += plant.button.damping_n_s_per_m
     plant.contacts[ALL] = all_contacts(parameters)
     _set_longest_step(plant, parameters)
     if parameters.actuator.gain_tolerance or plant.piezo.stack_n_per_m:
@@ -170,11 +173,6 @@ def piezo_of(parameters: Parameters) -> Record:
     R/2 - r_j) apart. That the opening is h R and the stroke R gives the weight
     w = h (n+1)/floor((n+1)^2/4) of each and the linear part 1 - w n/2.
 
-    Raises
-    ------
-    OutOfRange
-        If loads would bend the stacks under Coulomb's law.
-
     """
     setting, amplifier = parameters.actuator, parameters.amplifier
     plays = setting.plays if setting.hysteresis else 0
@@ -198,15 +196,7 @@ def piezo_of(parameters: Parameters) -> Record:
 
 
 def button_of(parameters: Parameters) -> Record:
-    """
-    Return the moving mass of the load cell, which exists on its own where it is one-sided.
-
-    Raises
-    ------
-    OutOfRange
-        If the runner meets it under Coulomb's law.
-
-    """
+    """Return the moving mass of the load cell, which exists on its own where it is one-sided."""
     cell, omega_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
     if not omega_per_s or cell.contact == 'absent':
         return record(BUTTON)
@@ -226,15 +216,7 @@ def button_of(parameters: Parameters) -> Record:
 
 
 def frame_of(parameters: Parameters) -> Record:
-    """
-    Return the frame.
-
-    Raises
-    ------
-    OutOfRange
-        If its feet are not lighter than it, or obey Coulomb's law.
-
-    """
+    """Return the frame."""
     setting, feet_kg = parameters.frame, FEET * parameters.actuator.mass
     if not setting.mass:
         return record(FRAME)

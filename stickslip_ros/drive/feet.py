@@ -5,7 +5,7 @@ To the rest of the drive they are one contact against the mean foot, with the su
 
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.laws import MDR
@@ -56,7 +56,7 @@ def way_of(plant: Record, state: Record, path: Path, k: int) -> Path:
 
 
 @kernel
-def way_on(path: NamedTuple, time_s: float) -> float:
+def way_on(path: Any, time_s: float) -> float:
     """Return the way on a parabola of time, m: anything with a speed and a speeding."""
     return time_s * (path.speed + 0.5 * time_s * path.speeding)
 

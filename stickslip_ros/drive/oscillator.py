@@ -43,17 +43,7 @@ class Propagator(NamedTuple):
 
 
 class Halves(NamedTuple):
-    """
-    The way of an oscillator in a step.
-
-    Attributes
-    ----------
-    middle_m, middle_m_per_s, end_m, end_m_per_s : float
-        Displacement from its start, and velocity, after half the step and at its end.
-    velocity, impulse : float
-        As in Propagator, of half the step.
-
-    """
+    """Way of an oscillator from its start; the last two are as in Propagator, of a half step."""
 
     middle_m: float
     middle_m_per_s: float

@@ -35,6 +35,7 @@ from stickslip_ros.drive.frame import (
     Sway,
     centre_ahead,
     frame_after,
+    frame_place,
     holding_force,
     move_frame,
     sway_of,
@@ -63,8 +64,8 @@ from stickslip_ros.drive.stacks import (
     feet_ahead,
     note_ringing,
     place_at_end,
-    place_in_middle,
     pulled_by_feet,
+    recoil_of,
 )
 
 TURN_SLACK_S = 1.1e-4
@@ -240,11 +241,13 @@ def _go(
     force_n = force_on_runner(plant, state.position_m, state.contact_n, load_n)
     if plant.button.exists:
         meet_button(plant, state, force_n, longest_s)
-    body, ring, pulled = body_of(plant, state), Ring(0.0, 0.0, 0.0, 0.0), path
+    body, ring, pulled, recoil = body_of(plant, state), Ring(0.0, 0.0, 0.0, 0.0), path, 0.0
     if bends(plant):
         for k in moving(plant):
             state.feet[k].stiffness = 0.0
-        feet_ahead(plant, state, path, Sway(0.0, 0.0, 0.0), 0.0, longest_s)
+        place_m, centre_w = frame_place(plant, state), state.centre_m_per_s
+        recoil = recoil_of(plant, state, 0, state.foot_m, place_m, centre_w)
+        feet_ahead(plant, state, path, recoil, 0.0, longest_s)
     mean = mean_path(plant, state, path)
     sway = sway_of(plant, state, mean)
     pull = (force_n - body.button_n_per_m * state.button_m) * body.per_kg
@@ -252,11 +255,13 @@ def _go(
     speeding = pull - gamma * state.velocity_m_per_s
     ahead = _look_ahead(plant, state, path, sway, body, speeding, slack_m, longest_s)
     if bends(plant):
-        speed = state.velocity_m_per_s
-        ring = feet_ahead(plant, state, path, sway, speed, ahead.lasts_s)
+        past_speed = state.velocity_m_per_s - sway.speed
+        ring = feet_ahead(plant, state, path, recoil, past_speed, ahead.lasts_s)
         mean, pulled = mean_path(plant, state, path), pulled_by_feet(plant, state)
-        place_in_middle(plant, state)
-    _swing(plant, state, path, pulled, mean, sway, body, ahead, ring, pull, load_n)
+        sway = sway_of(plant, state, mean)
+        for k in moving(plant):
+            state.places_m[k] = state.feet[k].middle_m
+    _swing(plant, state, path, pulled, mean, sway, body, ahead, ring, recoil, pull, load_n)
     return ahead.lasts_s
 
 
@@ -271,6 +276,7 @@ def _swing(
     body: Body,
     ahead: Ahead,
     ring: Ring,
+    recoil: float,
     pull: float,
     load_n: float,
 ) -> None:
@@ -300,8 +306,8 @@ def _swing(
     # What it misses: the contacts tell, moved to the middle and to the end.
     foot_m = state.foot_m + way_on(path, half_s)
     middle_m = start_m + run.middle_m
-    place_m = middle_m - frame_after(plant, sway, mean, centre.middle_m, half_s)
-    middle_drag_n = move_contacts(plant, state, place_m, foot_m, half_s, 0.0)
+    frame_m = frame_after(plant, sway, mean, centre.middle_m, half_s)
+    middle_drag_n = move_contacts(plant, state, middle_m - frame_m, foot_m, half_s, 0.0)
     middle_n = state.contact_n
     missed_n = middle_n - before_n - tangent * run.middle_m + driven * way_on(pulled, half_s)
     missed_1 = (missed_n + tangent * way_on(sway, half_s)) * per_kg
@@ -311,11 +317,12 @@ def _swing(
     centre_1 = (middle_n - before_n - half_s * grows_n_per_s) * frame.per_kg
     centre = corrected(centre, centre_1, h_s)
     if bends(plant):
-        place_at_end(plant, state, ring, h_s)
+        now = recoil_of(plant, state, 1, foot_m, frame_m, centre.middle_m_per_s)
+        place_at_end(plant, state, ring, now - recoil, h_s)
 
     foot_m, position_m = state.foot_m + way_on(path, h_s), start_m + run.end_m
-    place_m = position_m - frame_after(plant, sway, mean, centre.end_m, h_s)
-    end_drag_n = move_contacts(plant, state, place_m, foot_m, half_s, 0.0)
+    frame_m = frame_after(plant, sway, mean, centre.end_m, h_s)
+    end_drag_n = move_contacts(plant, state, position_m - frame_m, foot_m, half_s, 0.0)
     missed_n = state.contact_n - before_n - tangent * run.end_m + driven * way_on(pulled, h_s)
     missed_2 = (missed_n + tangent * way_on(sway, h_s)) * per_kg
     if plant.walls.exist:
@@ -326,7 +333,8 @@ def _swing(
     work_w = ahead.drag_n * path.speed + 4.0 * middle_drag_n * 0.5 * (path.speed + last)
     state.sums.feet_work_j -= SIXTH * h_s * (work_w + end_drag_n * last)
     if bends(plant):
-        end_of_feet(plant, state, ring, h_s)
+        now = recoil_of(plant, state, 2, foot_m, frame_m, centre.end_m_per_s)
+        end_of_feet(plant, state, ring, now - recoil, h_s)
     if frame.exists:
         centre_2 = (state.contact_n - before_n - h_s * grows_n_per_s) * frame.per_kg
         centre_w = end_speed(centre, centre_1, centre_2, h_s)

@@ -11,28 +11,29 @@ oscillator does, along a straight line.
 from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.feet import Path, bends, moving, ratio_of, way_on
-from stickslip_ros.drive.frame import Sway
+from stickslip_ros.drive.frame import holding_force
 from stickslip_ros.drive.oscillator import SIXTH
 from stickslip_ros.drive.piezo import Ring, free_ring, swing_along
 
 
 @kernel
 def feet_ahead(
-    plant: Record, state: Record, path: Path, sway: Sway, runner_speed: float, h_s: float
+    plant: Record, state: Record, path: Path, recoil: float, past_speed: float, h_s: float
 ) -> Ring:
     """
     Let the feet go ahead in a step; return what half of it rings.
 
-    Loads grow as the stiffness of the contacts says with which the runner goes past the feet.
+    The frame has an acceleration, and loads grow as the stiffness of the contacts says with which
+    the runner goes past the frame at a speed.
 
     """
     piezo, half_s = plant.piezo, 0.5 * h_s
     ring = free_ring(piezo.omega_per_s, piezo.damping_ratio, half_s)
-    inert_m = sway.speeding / (piezo.omega_per_s * piezo.omega_per_s)
+    inert_m = recoil / (piezo.omega_per_s * piezo.omega_per_s)
     for k in moving(plant):
         foot, start_m, ratio = state.feet[k], state.places_m[k], ratio_of(plant, k)
         bent_m = state.contacts[k].memory.force_n / piezo.stack_n_per_m - inert_m
-        foot.n_per_s = foot.stiffness * (runner_speed - sway.speed - foot.speed)
+        foot.n_per_s = foot.stiffness * (past_speed - foot.speed)
         grows_m = foot.n_per_s / piezo.stack_n_per_m
         drive_0 = state.offsets_m[k] + ratio * state.foot_m + bent_m
         drive_1 = drive_0 + ratio * way_on(path, half_s) + grows_m * half_s
@@ -52,6 +53,32 @@ def feet_ahead(
 
 
 @kernel
+def recoil_of(
+    plant: Record, state: Record, part: int, foot_m: float, frame_m: float, centre_w: float
+) -> float:
+    """
+    Return the acceleration of the frame, m/s^2, at the start, middle or end of a step: 0, 1, 2.
+
+    What the frame gets from its feet it gives them back: both follow from one equation.
+
+    """
+    piezo, frame, pull, mean_speed = plant.piezo, plant.frame, 0.0, 0.0
+    for k in moving(plant):
+        foot = state.feet[k]
+        speed = foot.m_per_s
+        if part > 0:
+            speed = foot.middle_m_per_s if part == 1 else foot.end_m_per_s
+        bent_m = state.places_m[k] - state.offsets_m[k] - ratio_of(plant, k) * foot_m
+        force_n = state.contacts[k].memory.force_n - piezo.stack_n_per_m * bent_m
+        pull += force_n / piezo.foot_kg - 2.0 * piezo.damping_ratio * piezo.omega_per_s * speed
+        mean_speed += speed / len(moving(plant))
+    share = frame.feet_share
+    held_n = holding_force(frame, frame_m, centre_w - share * mean_speed)
+    own = (state.contact_n - held_n) * frame.per_kg
+    return (own - share * pull / len(moving(plant))) / (1.0 - share)
+
+
+@kernel
 def pulled_by_feet(plant: Record, state: Record) -> Path:
     """Return how all feet pull, N/s and N/s^2."""
     n_per_s, n_per_s2 = 0.0, 0.0
@@ -63,32 +90,25 @@ def pulled_by_feet(plant: Record, state: Record) -> Path:
 
 
 @kernel
-def place_in_middle(plant: Record, state: Record) -> None:
-    """Bring the feet to the middle of the step."""
-    for k in moving(plant):
-        state.places_m[k] = state.feet[k].middle_m
-
-
-@kernel
-def place_at_end(plant: Record, state: Record, ring: Ring, h_s: float) -> None:
-    """Bring the feet to the end of the step, with what their loads in its middle have added."""
+def place_at_end(plant: Record, state: Record, ring: Ring, recoil: float, h_s: float) -> None:
+    """Bring the feet to the end of the step, with what loads and recoil in its middle add."""
     for k in moving(plant):
         foot = state.feet[k]
         missed = state.contacts[k].memory.force_n - foot.before_n - 0.5 * h_s * foot.n_per_s
-        foot.missed = missed / plant.piezo.foot_kg
+        foot.missed = missed / plant.piezo.foot_kg - recoil
         foot.middle_m_per_s += SIXTH * h_s * foot.missed
         state.places_m[k] = foot.end_m + 4.0 * SIXTH * h_s * ring.m_per_m_per_s * foot.missed
 
 
 @kernel
-def end_of_feet(plant: Record, state: Record, ring: Ring, h_s: float) -> None:
-    """Add what their loads at the end have added to the velocities, and book their damping."""
+def end_of_feet(plant: Record, state: Record, ring: Ring, recoil: float, h_s: float) -> None:
+    """Add what loads and recoil at the end add to the velocities, and book their damping."""
     piezo = plant.piezo
     square = 0.0
     for k in moving(plant):
         foot = state.feet[k]
         missed = state.contacts[k].memory.force_n - foot.before_n - h_s * foot.n_per_s
-        kick = 4.0 * ring.m_per_s_per_m_per_s * foot.missed + missed / piezo.foot_kg
+        kick = 4.0 * ring.m_per_s_per_m_per_s * foot.missed + missed / piezo.foot_kg - recoil
         speed = foot.end_m_per_s + SIXTH * h_s * kick
         square += foot.m_per_s * foot.m_per_s + speed * speed
         square += 4.0 * foot.middle_m_per_s * foot.middle_m_per_s
