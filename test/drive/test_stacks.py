@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
-from stickslip_ros.drive.build import plant_of
+from stickslip_ros.drive.build import contacts_of, plant_of
 from stickslip_ros.drive.faults import apply_faults
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange
@@ -23,7 +23,8 @@ RESIDUAL = 1e-4
 def test_a_load_at_rest_bends_each_stack_by_force_per_stiffness(drive):
     machine = drive(**SOFT, runner__damping=50.0).start(level(0.0), [0.02], 0.02)
     forces_n = machine.contacts['memory']['force_n']
-    assert forces_n.sum() == pytest.approx(0.02, rel=0.01)
+    # The load cell carries the rest.
+    assert forces_n.sum() == pytest.approx(0.02, rel=0.02)
     np.testing.assert_allclose(
         machine.state.places_m[1:], forces_n / STACK_N_PER_M, rtol=1e-3, atol=1e-15
     )
@@ -33,14 +34,13 @@ def test_a_load_at_rest_bends_each_stack_by_force_per_stiffness(drive):
 
 def test_stiffer_stacks_come_ever_nearer_to_feet_that_no_load_bends(drive):
     rings = {name: each for name, each in SOFT.items() if name != 'actuator__mass'}
-    deaf = drive(**rings).start(WAVE, [5e-3]).ramps[4, RAMP_MEAN]
-    off = [
-        abs(drive(**SOFT | {'actuator__mass': kg}).start(WAVE, [5e-3]).ramps[4, RAMP_MEAN]
-            / deaf - 1.0)
-        for kg in (3.6e-5, 3.6e-3, 3.6e-1)
-    ]  # fmt: skip
+    deaf = drive(**rings, sim__dt=6e-7).start(WAVE, [3e-3]).ramps[2, RAMP_MEAN]
+    off = []
+    for kg in (3.6e-5, 3.6e-3, 3.6e-1):
+        machine = drive(**SOFT | {'actuator__mass': kg}, sim__dt=6e-7).start(WAVE, [3e-3])
+        off.append(abs(machine.ramps[2, RAMP_MEAN] / deaf - 1.0))
     assert off[1] < 0.05 * off[0]
-    assert off[2] < 1e-3 * off[0] + 1e-5
+    assert off[2] < 1e-3 * off[0] + 1e-6
 
 
 @pytest.mark.parametrize('frame', [{}, {'frame__mass': 0.02, 'frame__resonance': 1e4}])
@@ -60,10 +60,7 @@ def test_the_linear_drive_has_the_poles_of_the_bodies_on_their_springs(frame):
     values = {name.replace('__', '.'): each for name, each in SOFT.items()}
     parameters = Parameters().updated(values | frame)
     linear, kg = linearise(parameters, 0.0), frame.get('frame.mass', 0.0)
-    # Upper and lower feet have stiffnesses of their own: read from the matrix of the runner alone.
-    stiff = linear.A[linear.states.index('velocity_m_per_s')]
-    each = [3e-3 * stiff[linear.states.index(f'foot_{k}_m')] for k in range(1, 7)]
-    assert sum(each) == pytest.approx(linear.contact_n_per_m, rel=1e-9)
+    each = [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
     bodies = ['runner', *range(6), *(['frame'] if kg else [])]
     n, own = len(bodies), (2.0 * np.pi * 1e4) ** 2 * kg
     mass = np.diag([3e-3, *[3.6e-5] * 6, *([kg - 6 * 3.6e-5] if kg else [])])
