@@ -8,7 +8,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
 
-KERNELS, IDEAL_KERNELS = 127, 62
+KERNELS, IDEAL_KERNELS = 157, 62
 """What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet."""
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
