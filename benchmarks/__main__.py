@@ -74,7 +74,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument('--tiny', action='store_true', help='only see whether they run')
     parser.add_argument('--out', type=Path, help='write the results to this file instead')
     parser.add_argument('--against', metavar='COMMIT', help='compare this tree with a commit')
+    parser.add_argument('--kept', action='store_true', help='print the kept results')
     chosen = parser.parse_args(arguments)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=WIDTH)
+    if chosen.kept:
+        report.show_kept(console)
+        return
     for name in chosen.names:
         if name not in known:
             parser.error(f'no benchmark {name}; there are {", ".join(known)}')
@@ -87,7 +94,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         known = {**known, 'against': partial(against.run, commit)}
         names = [*names, 'against']
     sizes = TINY if chosen.tiny else FULL
-    results = run(names or list(BENCHMARKS), sizes, known)
+    results = run(names or list(BENCHMARKS), sizes, known, console)
     if chosen.out is not None:
         report.write_results(results, chosen.out)
     elif not chosen.tiny:
@@ -95,12 +102,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def run(
-    names: Sequence[str], sizes: Sizes, known: Mapping[str, Callable[[Sizes], Outcome]]
+    names: Sequence[str],
+    sizes: Sizes,
+    known: Mapping[str, Callable[[Sizes], Outcome]],
+    console: Console,
 ) -> dict[str, Any]:
     """Run some benchmarks, print their tables and return the results."""
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=WIDTH)
     results = report.no_results()
     for name in names:
         start_s = time.perf_counter()

@@ -6,7 +6,8 @@ import math
 import os
 import platform
 import subprocess
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,8 @@ from rich.console import Console
 from rich.table import Table
 
 import stickslip_ros
-from benchmarks.outcome import Outcome, Row
+from benchmarks.outcome import Outcome, Row, Verdict
+from benchmarks.wishes import wishes_of
 
 FOLDER = Path(__file__).resolve().parent
 RESULTS = FOLDER / 'results.json'
@@ -57,6 +59,21 @@ def show(outcome: Outcome, console: Console) -> None:
         console.print(f'  {note}', style='dim', highlight=False)
     for verdict in outcome.verdicts:
         console.print(f'  {_verdict_text(asdict(verdict) | {"met": verdict.met})}')
+
+
+def show_kept(console: Console, path: Path = RESULTS) -> None:
+    """Print the tables of the results file."""
+    kept = json.loads(path.read_text(encoding='utf-8'))
+    console.print(_heading(kept))
+    for name, entry in (kept['benchmarks'] | kept['long']).items():
+        if 'commit' in entry:
+            console.print('', _heading(entry), sep='\n')
+        rows = [{k: math.nan if v is None else v for k, v in row.items()} for row in entry['rows']]
+        verdicts = [
+            Verdict(*(each[key] for key in ('target', 'wanted', 'found', 'at_most')))
+            for each in entry['verdicts']
+        ]
+        show(Outcome(f'{name}: {entry["title"]}', rows, verdicts, entry['notes']), console)
 
 
 def circumstances() -> dict[str, Any]:
@@ -127,7 +144,7 @@ def write_results(results: Mapping[str, Any], path: Path) -> None:
 
 
 def write_readme(results: Mapping[str, Any], path: Path = README) -> None:
-    """Put the tables of a run into the README, between its two marks."""
+    """Put the table of a run into the README, between its two marks."""
     text = path.read_text(encoding='utf-8')
     before, rest = text.split(BEGIN)
     _, after = rest.split(END)
@@ -135,13 +152,20 @@ def write_readme(results: Mapping[str, Any], path: Path = README) -> None:
 
 
 def markdown_of(results: Mapping[str, Any]) -> str:
-    """Return the results as Markdown."""
-    lines = [_heading(results), '']
-    for name, benchmark in results['benchmarks'].items():
-        lines += _section(name, benchmark)
-    for name, benchmark in results['long'].items():
-        lines += _section(name, benchmark, _heading(benchmark))
-    return '\n'.join(lines)
+    """Return a table of what users want, and the targets that are missed, as Markdown."""
+    entries = (results['benchmarks'] | results['long']).items()
+    targets = [(name, verdict) for name, entry in entries for verdict in entry['verdicts']]
+    missed = Counter(name for name, verdict in targets if not verdict['met'])
+    return '\n'.join(
+        [
+            *_markdown_table(list(wishes_of(results))),
+            _heading(results),
+            '',
+            f'Missed are {missed.total()} of {len(targets)} targets that the project sets itself: '
+            + ', '.join(f'{name} {number}' for name, number in missed.items()),
+            '',
+        ]
+    )
 
 
 def _heading(results: Mapping[str, Any]) -> str:
@@ -152,24 +176,12 @@ def _heading(results: Mapping[str, Any]) -> str:
     ) + ', '.join(f'{name} {version}' for name, version in results['versions'].items())
 
 
-def _section(name: str, benchmark: Mapping[str, Any], heading: str = '') -> list[str]:
-    return [
-        f'### {name}: {benchmark["title"]}',
-        '',
-        *([heading, ''] if heading else []),
-        *_markdown_table(benchmark['rows']),
-        *(f'- {note}' for note in benchmark['notes']),
-        *(f'- {_verdict_text(verdict)}' for verdict in benchmark['verdicts']),
-        '',
-    ]
-
-
 def _without_nan(row: Row) -> dict[str, str | float | None]:
     known = {key: isinstance(value, str) or not math.isnan(value) for key, value in row.items()}
     return {key: value if known[key] else None for key, value in row.items()}
 
 
-def _markdown_table(rows: list[dict[str, Any]]) -> list[str]:
+def _markdown_table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     if not rows:
         return []
     cells = [['-' if v is None else text_of(v) for v in row.values()] for row in rows]

@@ -54,7 +54,7 @@ rosdoc2_settings = {
 
 def add_help_of_verbs(_app, page, source):
     """Append to the page of the verbs what each of them says of itself."""
-    if page != 'verbs':
+    if page != 'reference/verbs':
         return
     verbs = next(iter(build_parser()._subparsers._group_actions)).choices  # noqa: SLF001
     parts = [f'## {verb}\n\n```text\n{verbs[verb].format_help()}```\n' for verb in VERBS]
@@ -65,4 +65,4 @@ def setup(app):
     """Register what is built with the pages."""
     app.add_lexer('csv', TextLexer)
     app.connect('source-read', add_help_of_verbs)
-    app.connect('env-get-outdated', lambda *_: ['verbs'])  # its help is in the code
+    app.connect('env-get-outdated', lambda *_: ['reference/verbs'])  # its help is in the code

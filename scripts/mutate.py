@@ -4,7 +4,7 @@
 Each error is a change of one place in the sources. All of ``stickslip validate`` runs on the copy;
 where it passes, the tests of TESTS run until one fails. Nothing is chosen beforehand, and an error
 that nobody sees stays in the list. The copy compiles its own kernels, so this takes minutes for
-each. Prints the table of docs/validation.md.
+each. Prints the table of docs/evidence/validation.md.
 """
 
 import argparse
@@ -93,6 +93,16 @@ MUTATIONS = (
         'springs do not feel the preload change', 'contact/springs.py',
         'if after_n != before_n:',
         'if after_n > 1e9:',
+    ),
+    Mutation(
+        'slip does not renew an aged contact', 'contact/ageing.py',
+        'renewed = -math.expm1(-share)',
+        'renewed = 0.0 * share',
+    ),
+    Mutation(
+        'friction falls with velocity: a sign', 'contact/ageing.py',
+        'ratio = 1.0 + ageing.rate_share',
+        'ratio = 1.0 - ageing.rate_share',
     ),
     Mutation(
         'damping ignored', 'drive/build.py',

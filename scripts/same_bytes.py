@@ -2,7 +2,7 @@
 ``make same ARGS=COMMIT``: the same runs on a commit and on this tree, compared byte by byte.
 
 Random programs of real-valued commands on every stand of ``make fuzz``, saw-teeth from the command
-line, and drive and position_controller in lockstep over DDS. Both trees run on this machine, in
+line, and a node in lockstep with a controller over DDS. Both trees run on this machine, in
 the same environment: nothing is kept, since bytes may differ between machines.
 """
 
@@ -22,21 +22,19 @@ from mcap.reader import make_reader
 
 ROOT = Path(__file__).resolve().parent.parent
 SEEDS = range(1, 5)
-REALISTIC = shlex.quote(str(ROOT / 'config' / 'realistic.yaml'))
+REALISTIC = ROOT / 'config' / 'realistic.yaml'
 DOMAINS = range(41, 101)
 WALL_CLOCK = {'wall_start', 'stickslip_ros', 'sources'}
 """Fields of the metadata that may differ."""
 VERBS = {
     'default': 'simulate --preload 0.7 --amplitude 130e-9 --steps 60',
-    'realistic': f'simulate --params {REALISTIC} --voltage 113.76725643485543 '
+    'realistic': f'simulate --params {shlex.quote(str(REALISTIC))} --voltage 113.76725643485543 '
     '--frequency 1153.3955451232346 --steps 50',
     'backwards': 'simulate --voltage 87.3 --frequency -333.3 --steps 20 --set sim.block=5e-3',
 }
 """Saw-teeth from the command line."""
-POSITIONING = f'positioning --params {REALISTIC} --target 100e-9,1.23456e-6 --out node'
-"""The node over DDS; what it says of itself names its folder, from the present one on."""
-
-
+BLOCK_S, STEPS_S, END_S, TARGET_M, GAIN_V_PER_M = 0.01, 0.1, 1.0, 3e-6, 5e7
+"""Run of the node over DDS: a block of lockstep, time of the first steps, all; a control loop."""
 TREES = 'before', 'after'
 
 
@@ -46,10 +44,14 @@ def main() -> int:
     parser.add_argument('commit', nargs='?', default='HEAD', help='default: %(default)s')
     parser.add_argument('--record', type=Path, metavar='DIR', help='record these runs and end')
     parser.add_argument('--part', type=int, default=0, help='of --record: even or odd runs')
+    parser.add_argument('--record-node', type=Path, metavar='DIR', help='the node, and end')
     parser.add_argument('--no-node', action='store_true', help='leave the node away')
     chosen = parser.parse_args()
     if chosen.record is not None:
         record_stands(chosen.record, chosen.part)
+        return 0
+    if chosen.record_node is not None:
+        record_node(chosen.record_node)
         return 0
     with tempfile.TemporaryDirectory() as folder:
         return compare_with(chosen.commit, Path(folder), with_node=not chosen.no_node)
@@ -67,6 +69,32 @@ def record_stands(folder: Path, part: int) -> None:
         rng = np.random.default_rng([seed, *stand.encode()])
         parameters = stand_of(stand, rng)
         record(parameters, program_of(rng, parameters), folder / f'{stand} {seed}.mcap')
+
+
+def record_node(folder: Path) -> None:
+    """Record a node that a client controls in lockstep, over DDS; this one serves every tree."""
+    from stickslip_ros.parameters import load_yaml  # noqa: PLC0415 - of the tree that is asked
+    from stickslip_ros.testing import LockstepClient, Stand  # noqa: PLC0415
+
+    def answer(time_s: float, position_m: float) -> list[tuple[str, float]]:
+        error_v = GAIN_V_PER_M * (TARGET_M - position_m)
+        return [('voltage', min(max(150.0 + error_v, 0.0), 300.0))] if time_s > STEPS_S else []
+
+    os.chdir(folder)  # what the node says of itself names its folder, from the present one on
+    values: dict[str, Any] = {
+        **load_yaml(REALISTIC).changed(),
+        **dict.fromkeys(('sim.lockstep', 'sim.publish_truth', 'record.on_start'), True),
+        'record.directory': 'node',
+        'record.name': 'node.mcap',
+        'sim.block': BLOCK_S,
+    }
+    stand = Stand(int(os.environ['ROS_DOMAIN_ID']), values)
+    operator = stand.operator
+    client = LockstepClient(operator.node, BLOCK_S, answer, first=[('steps', 30)])
+    operator.spin_until(lambda: operator.time_ns >= END_S * 1e9, 'the end of the run', 120.0)
+    client.close()
+    operator.spin_until(lambda: operator.time_ns >= client.granted_ns, 'what is granted')
+    stand.close()
 
 
 def compare_with(commit: str, folder: Path, *, with_node: bool) -> int:
@@ -118,7 +146,7 @@ def record_all(tree: Path, folder: Path, *, with_node: bool) -> None:
     ]
     jobs = [[*script, '0'], [*script, '1'], *verbs]
     if with_node:
-        jobs.append([*stickslip, *shlex.split(POSITIONING)])
+        jobs.append([sys.executable, __file__, '--record-node', str(folder)])
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         list(pool.map(lambda job: run(*job), jobs))
 

@@ -1,8 +1,8 @@
 """
 A virtual stick-slip microdrive for ROS 2, computed from rough-contact mechanics.
 
-What is named here is the public interface for Python, docs/python.md; what else the package
-holds may change with any version. A name is imported when it is first used.
+What is named here is the public interface for Python, docs/reference/python.md; what else the
+package holds may change with any version. A name is imported when it is first used.
 
 """
 

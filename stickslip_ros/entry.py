@@ -33,7 +33,7 @@ def _run_node(name: str, module: str) -> int:
 def stickslip() -> int:
     """Run a verb, or complete what is typed of one; return its exit status."""
     if '_ARGCOMPLETE' in os.environ:
-        from stickslip_ros.cli.completion import complete
+        from stickslip_ros.cli.main import complete
 
         complete()
     return run('stickslip', _run_verb, is_node=sys.argv[1:2] == ['drive'])

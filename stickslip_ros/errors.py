@@ -28,18 +28,8 @@ class OutOfRange(StickSlipError, ValueError):
     """
     A value is outside the limit that it must keep.
 
-    Parameters
-    ----------
-    name : str
-        What the value is, as the user wrote it (``stand.preload``, ``amplitude``).
-    value : object
-        The refused value.
-    unit : str
-        SI unit, or an empty string for a pure number.
-    limit : str
-        The broken limit in words, with its own number and unit: ``above the maximum 1 N``.
-    hint : str
-        What the user can do about it.
+    The name is as the user wrote it (``stand.preload``), the unit SI or empty, the limit the
+    broken one in words with its number and unit (``above the maximum 1 N``), the hint what to do.
 
     """
 
@@ -52,19 +42,7 @@ class OutOfRange(StickSlipError, ValueError):
 
 
 class UnknownName(StickSlipError, KeyError):
-    """
-    A name is not one that the package knows.
-
-    Parameters
-    ----------
-    kind : str
-        What was looked up: ``parameter``, ``command``, ``topic``.
-    name : str
-        The name that was not found.
-    hint : str
-        The nearest known names, or where the names are listed.
-
-    """
+    """A name is not one of its kind (``parameter``, ``topic``); the hint lists or shows some."""
 
     def __init__(self, kind: str, name: str, hint: str) -> None:
         super().__init__(f'{kind} {quoted(name)} is not known; {hint}')
@@ -76,21 +54,7 @@ class UnknownName(StickSlipError, KeyError):
 
 
 class WrongKind(StickSlipError, TypeError):
-    """
-    A value is not of the kind that its name asks for.
-
-    Parameters
-    ----------
-    name : str
-        What the value is.
-    value : object
-        The refused value.
-    expected : str
-        The kind in words: ``a finite number``, ``true or false``.
-    hint : str
-        What the user can do about it.
-
-    """
+    """A value is not of the kind that its name asks for, such as ``a finite number``."""
 
     def __init__(self, name: str, value: object, expected: str, hint: str) -> None:
         super().__init__(f'{name} {quoted(value)} is not {expected}; {hint}')
@@ -99,19 +63,7 @@ class WrongKind(StickSlipError, TypeError):
 
 
 class RecordingError(StickSlipError):
-    """
-    A recording cannot be written or read.
-
-    Parameters
-    ----------
-    path : object
-        The file.
-    problem : str
-        What is wrong with it.
-    hint : str
-        What the user can do about it.
-
-    """
+    """A file cannot be written or read: what is wrong with it, and what the user can do."""
 
     def __init__(self, path: object, problem: str, hint: str) -> None:
         super().__init__(f'{path}: {_begin(problem, PROBLEM)}; {hint}')

@@ -9,30 +9,14 @@ from stickslip_ros.errors import RecordingError
 
 
 def readable(path: Path) -> Path:
-    """
-    Return a path if what is there has an end; what is missing is left to whoever opens it.
-
-    Raises
-    ------
-    RecordingError
-        If it is a device, a pipe or a socket, whose reading may never end.
-
-    """
+    """Return a path; refuse a device, a pipe or a socket, whose reading may never end."""
     if path.exists() and not path.is_file() and not path.is_dir():
         raise RecordingError(path, 'is a device or a pipe, not a file', 'copy it to a file first')
     return path
 
 
 def read_bytes(path: Path, hint: str, length: int = -1) -> bytes:
-    """
-    Return what a file holds, or the first ``length`` bytes of it.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be read, with the ``hint``, or has no end.
-
-    """
+    """Return what a file holds, or its first ``length`` bytes; refuse with the hint if not."""
     try:
         with readable(path).open('rb') as file:
             return file.read(length)
@@ -41,7 +25,7 @@ def read_bytes(path: Path, hint: str, length: int = -1) -> bytes:
 
 
 def read_text(path: Path, hint: str, form: str) -> str:
-    """Return the text of a file as ``read_bytes`` does; what is not UTF-8 is told the ``form``."""
+    """Return the text of a file as ``read_bytes`` does; refuse what is not UTF-8 with the form."""
     try:
         return read_bytes(path, hint).decode()
     except UnicodeDecodeError:
@@ -49,15 +33,7 @@ def read_text(path: Path, hint: str, form: str) -> str:
 
 
 def make_folder(folder: Path) -> None:
-    """
-    Make sure that files can be written to a folder, which is made if it is not there.
-
-    Raises
-    ------
-    RecordingError
-        If it is something else, or cannot be made or written.
-
-    """
+    """Make sure that files can be written to a folder, which is made if it is not there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -67,23 +43,8 @@ def make_folder(folder: Path) -> None:
         raise RecordingError(folder, 'cannot be written', 'choose another folder')
 
 
-def make_room(path: Path, *, is_new: bool = False) -> None:
-    """
-    Make sure that a file can be written; its folder is made.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    is_new : bool
-        Whether an older one would not be replaced.
-
-    Raises
-    ------
-    RecordingError
-        If a folder or a device is there, or an older file, or the folder cannot be written.
-
-    """
+def prepare_output(path: Path, *, is_new: bool = False) -> None:
+    """Make sure that a file, if it ``is_new`` no older one, can be written; its folder is made."""
     if path.is_dir():
         raise RecordingError(path, 'is a folder', 'choose another name')
     if is_new and path.exists():
@@ -95,15 +56,7 @@ def make_room(path: Path, *, is_new: bool = False) -> None:
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """
-    Give a file beside a path to write to, which takes its place when it is complete.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be written.
-
-    """
+    """Give a file beside a path to write to, which takes its place when it is complete."""
     part = path.with_name(f'{path.name}.part')
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,7 @@
 """
 The drive as a Gymnasium environment: a controller learns to move the runner to a target.
 
-``gymnasium.make('stickslip_ros.gym:StickSlip-v0')`` makes it; docs/gym.md describes it.
+``gymnasium.make('stickslip_ros.gym:StickSlip-v0')`` makes it; docs/howto/gym.md describes it.
 
 """
 

@@ -42,6 +42,18 @@ FACTORS: Final[Mapping[str, float]] = {
     'mJ/m': 1e3,
 }
 """Units in which people read, and how many of each make the SI unit of the quantity."""
+_UNITS: Final[Mapping[str, str]] = {
+    '_n_per_m': 'N/m',
+    '_pa': 'Pa',
+    '_m2': 'm^2',
+    '_hz': 'Hz',
+    '_m': 'm',
+    '_n': 'N',
+    '_j': 'J',
+    '_s': 's',
+    '_v': 'V',
+}
+"""SI units by the ends of the names of quantities."""
 DISPLAY: Final[Mapping[str, str]] = {
     'N': 'mN',
     'm': 'nm',
@@ -50,6 +62,11 @@ DISPLAY: Final[Mapping[str, str]] = {
     'J/m': 'mJ/m',
 }
 """The one of them that stands for an SI unit; topics and files are in SI."""
+
+
+def unit_of(name: str) -> str:
+    """Return the SI unit that the end of a name says, ``N`` of ``force_n``; empty if none."""
+    return next((unit for end, unit in _UNITS.items() if name.endswith(end)), '')
 
 
 def display_unit(unit: str) -> tuple[float, str]:

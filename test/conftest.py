@@ -27,13 +27,7 @@ settings.register_profile(
 settings.load_profile('deterministic')
 
 pytest_plugins = ['stickslip_ros.testing.pytest_plugin']
-LONGEST = (
-    'test_benchmarks.py',
-    'test_cli_ending.py',
-    'test_fit.py',
-    'test_cli_compile.py',
-    'test_node_kill.py',
-)
+LONGEST = ('test_benchmarks.py', 'test_cli_ending.py', 'test_fit.py', 'test_cli_compile.py')
 WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
 
 

@@ -21,6 +21,7 @@ from benchmarks.clock import Program, in_turn
 from benchmarks.lugre import LUGRE, scipy_runner
 from benchmarks.rival import GROUPS, HALVES, SIX, Grid, Rival
 from benchmarks.sizes import TINY, Sizes
+from benchmarks.wishes import WISHES, wishes_of
 from stickslip_ros.drive.build import contacts_of
 
 pytestmark = pytest.mark.timeout(900)  # a cold cache of kernels, then all that TIMEOUT_S allows
@@ -49,11 +50,7 @@ def apart(names, out, log):
     words = ['-u', '-X', 'faulthandler', '-m', 'benchmarks', '--tiny', '--out', str(out), *names]
     with log.open('wb') as said:
         process = subprocess.Popen(
-            [sys.executable, *words],
-            cwd=ROOT,
-            stdout=said,
-            stderr=said,
-            start_new_session=True,
+            [sys.executable, *words], cwd=ROOT, stdout=said, stderr=said, start_new_session=True
         )
     try:
         yield process
@@ -189,6 +186,18 @@ def test_the_kept_results_have_that_shape_and_name_every_benchmark():
 def test_the_readme_shows_the_kept_results():
     kept = json.loads(report.RESULTS.read_text(encoding='utf-8'))
     assert report.markdown_of(kept) in report.README.read_text(encoding='utf-8')
+
+
+def test_every_wish_of_a_user_finds_its_numbers_in_the_kept_results():
+    kept = json.loads(report.RESULTS.read_text(encoding='utf-8'))
+    assert [row['wish'] for row in wishes_of(kept)] == [wish.what for wish in WISHES]
+
+
+def test_the_kept_tables_can_be_printed(capsys):
+    main(['--kept'])
+    told = capsys.readouterr().out
+    kept = json.loads(report.RESULTS.read_text(encoding='utf-8'))
+    assert all(f'{name}: ' in told for name in kept['benchmarks'] | kept['long'])
 
 
 def test_writing_the_readme_twice_changes_nothing(results, tmp_path):

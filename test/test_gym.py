@@ -107,7 +107,7 @@ def test_episodes_are_cut_off_and_vector_environments_work():
 
 
 def test_the_example_of_the_documentation_reaches_its_target(capsys: pytest.CaptureFixture[str]):
-    page = Path(__file__).parent.parent / 'docs' / 'gym.md'
+    page = Path(__file__).parent.parent / 'docs' / 'howto' / 'gym.md'
     [example] = re.findall(r'```python\n(.*?)```', page.read_text(), re.DOTALL)
     exec(compile(example, str(page), 'exec'), {})
     assert abs(float(capsys.readouterr().out.split()[0])) < 100.0

@@ -17,7 +17,7 @@ from stickslip_ros.parameters import ControllerParameters, declared_by, specs
 ROOT = Path(__file__).resolve().parents[1]
 FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
 DRIVE = ROOT / 'launch' / 'drive.launch.py'
-PAGES = [ROOT / 'README.md', *(ROOT / 'docs').glob('*.md'), *FILES]
+PAGES = [ROOT / 'README.md', *(ROOT / 'docs').rglob('*.md'), *FILES]
 COMMAND = re.compile(r'ros2 launch stickslip_ros (\S+\.launch\.py)((?: \\?\s*[\w-]+(?::=\S+)?)*)')
 
 

@@ -1,12 +1,10 @@
 """The layouts for Foxglove and PlotJuggler name topics that exist, and fields that they have."""
 
 import json
-import runpy
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import pytest
-import setuptools
 
 from stickslip_ros.interface.schemas import SCHEMAS
 from stickslip_ros.interface.topics import TOPICS
@@ -104,13 +102,8 @@ def test_plotjuggler_finds_a_size_for_each_of_its_plots():
         assert len(list(tab.iter('Container'))) == int(tab.get('containers', '0'))
 
 
-def test_layouts_and_page_template_are_installed(monkeypatch):
-    handed = {}
-    monkeypatch.setattr(setuptools, 'setup', lambda **given: handed.update(given))
-    monkeypatch.setattr('sys.argv', ['setup.py', 'install'])
-    monkeypatch.chdir(ROOT)
-    runpy.run_path('setup.py')
-    config = dict(handed['data_files'])['share/stickslip_ros/config']
+def test_layouts_and_page_template_are_installed(keywords):
+    config = dict(keywords['data_files'])['share/stickslip_ros/config']
     assert {FOXGLOVE, PLOTJUGGLER, 'config/test_stand.yaml'} <= set(config)
-    [pattern] = handed['package_data']['stickslip_ros.comparison']
-    assert list((ROOT / 'stickslip_ros.comparison').glob(pattern))
+    [pattern] = keywords['package_data']['stickslip_ros.comparison']
+    assert list((ROOT / 'stickslip_ros' / 'comparison').glob(pattern))

@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
@@ -34,7 +33,7 @@ from stickslip_ros.runs.sawtooth_run import run_drive
 
 PUBLIC = vars(stickslip_ros)['PUBLIC']
 ROOT = Path(stickslip_ros.__file__).parent
-PAGE = ROOT.parent / 'docs' / 'python.md'
+PAGE = ROOT.parent / 'docs' / 'reference' / 'python.md'
 REFERENCE = PAGE.with_name('api.md')
 AMPLITUDE_M, FREQUENCY_HZ, STEPS = 113.76725643485543e-9, 1153.3955451232346, 8
 HEAVY = ('numpy', 'numba', 'matplotlib', 'pandas', 'rclpy')
@@ -259,18 +258,7 @@ def test_notebooks_show_tables_and_no_markup_of_names(run: Run):
     assert '&lt;b&gt;' in named._repr_html_()
 
 
-@pytest.mark.parametrize('number', range(2))
-def test_the_examples_of_the_documentation_run(
-    number: int,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-):
-    monkeypatch.chdir(tmp_path)
-    example = re.findall(r'```python\n(.*?)```', PAGE.read_text(), re.DOTALL)[number]
-    with mpl.rc_context({'backend': 'agg'}):
-        exec(compile(example, str(PAGE), 'exec'), {})
-    if number == 0:
-        assert (tmp_path / 'force.png').exists()
-    else:
-        assert abs(float(capsys.readouterr().out.split()[0]) - 20e-9) < 5e-9
+def test_the_loop_of_the_documentation_holds_its_target(capsys: pytest.CaptureFixture[str]):
+    [example] = re.findall(r'```python\n(.*?)```', PAGE.read_text(), re.DOTALL)
+    exec(compile(example, str(PAGE), 'exec'), {})
+    assert abs(float(capsys.readouterr().out.split()[0]) - 20e-9) < 5e-9

@@ -10,7 +10,7 @@ from stickslip_ros.cli.main import build_parser, main
 from stickslip_ros.interface.topics import TOPICS
 
 ROOT = Path(__file__).resolve().parents[1]
-START = ROOT / 'docs' / 'start.md'
+START = ROOT / 'docs' / 'start' / 'first_steps.md'
 HEADING = '## From a recording to a report'
 PAGES = [*ROOT.glob('*.md'), *(ROOT / 'docs').rglob('*.md'), ROOT / 'benchmarks' / 'README.md']
 MADE = {'build', 'dist', 'install', 'log', 'runs'}
@@ -104,7 +104,7 @@ def test_every_path_that_a_page_names_exists(page: Path):
 
 
 def test_every_topic_that_is_played_or_recorded_on_the_page_of_recordings_exists():
-    text = (ROOT / 'docs' / 'recordings.md').read_text(encoding='utf-8')
+    text = (ROOT / 'docs' / 'reference' / 'recordings.md').read_text(encoding='utf-8')
     commands = [shlex.split(line) for line in re.findall(r'ros2 bag (?:play|record) .*', text)]
     named = {word for words in commands for word in words if re.fullmatch(r'/[\w/]+', word)}
     assert len(named) >= 10

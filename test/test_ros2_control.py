@@ -13,7 +13,7 @@ from stickslip_ros.interface.topics import TOPICS
 from stickslip_ros.parameters import load_yaml
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGE = (ROOT / 'docs' / 'ros2_control.md').read_text(encoding='utf-8')
+PAGE = (ROOT / 'docs' / 'howto' / 'ros2_control.md').read_text(encoding='utf-8')
 STAND = load_yaml(ROOT / 'config' / 'realistic.yaml')
 
 

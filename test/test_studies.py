@@ -45,7 +45,7 @@ def study(name: str) -> dict[str, Any]:
 
 
 def recorded(name: str) -> pd.DataFrame:
-    return pd.read_csv(DOCS / 'measurements' / f'{name}.csv')
+    return pd.read_csv(DOCS / 'evidence' / 'predictions' / f'{name}.csv')
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -57,7 +57,7 @@ def test_a_study_runs_on_the_public_interface_alone(name):
 
 def test_the_impact_is_what_was_predicted_before_it_was_compared():
     impact = study('impact')
-    for angle_deg, *row in recorded('measured_impact')[::4].to_numpy().tolist():
+    for angle_deg, *row in recorded('impact')[::4].to_numpy().tolist():
         found = impact['rebound'](impact['sphere'], angle_deg)
         assert found == pytest.approx(row, rel=RECORD_ERROR, abs=0.02)
 
@@ -88,7 +88,7 @@ def test_the_impact_agrees_and_friction_fits_as_the_pages_say():
     assert table['RMS'].tolist() == pytest.approx([16.5, 1.41], abs=0.06)
     assert table['share of the range'].tolist() == [0.031, 0.015]
     assert (impact['found'].x[0], impact['error']) == pytest.approx((0.0933, 0.0010), abs=5e-5)
-    page = (DOCS / 'measurements.md').read_text('utf-8')
+    page = (DOCS / 'evidence' / 'published_experiments.md').read_text('utf-8')
     assert '3.1 % of the range' in page
     assert '1.5 % of the range' in page
 
@@ -113,7 +113,7 @@ def test_points_of_a_known_curve_tell_the_error_of_digitising(quantity, allowed)
 
 def test_the_forces_are_what_was_predicted_before_they_were_compared():
     key = ['preload_n', 'damping_n_s_per_m']
-    both = study('thesis_forces')['table'].merge(recorded('measured_force'), on=key)
+    both = study('thesis_forces')['table'].merge(recorded('force'), on=key)
     assert len(both) == 24
     now, then = (both[f'force_at_full_n_{side}'].tolist() for side in 'xy')
     assert now == pytest.approx(then, rel=UNSTEADY)

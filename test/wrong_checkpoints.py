@@ -27,7 +27,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
-from stickslip_ros.instrument.sensing import SENSED
+from stickslip_ros.instrument.sensing import CLASSES
 from stickslip_ros.instrument.state_tree import COUNTS, LARGEST, WHOLE, without_gaps
 from stickslip_ros.parameters import Parameters, load_yaml
 from stickslip_ros.recording.run import ReportingBench
@@ -44,6 +44,7 @@ DRIVES: Mapping[str, tuple[Mapping[str, Any] | None, tuple[Request, ...]]] = {
     'closed loop': (None, (Request('position', (9e-6, 0.0, 0.0)),)),
     'feet apart': (None, (DEAD_FOOT, Request('joint', joints=Joints((), (), (5e-5,))))),
     'springs': ({}, (Request('preload', (0.31415,)), Request('steps', (7.0,)))),
+    'ageing': ({'contact.friction_ageing': 0.01}, (Request('steps', (7.0,)),)),
     'table': ({'contact.law': 'lugre'}, (Request('waveform', WAVEFORM, cycles=0),)),
     'delayed': (
         {'interferometer.random_walk': 1e-9, 'interferometer.latency': 2.3e-3},
@@ -65,8 +66,12 @@ SINGLES: tuple[Any, ...] = (
     None, True, '', 'x', [], {}, [[]],
 )  # fmt: skip
 FLOATS = (0.0, -1.0, TINY, LARGEST, -LARGEST, 1e300, float('nan'), float('inf'))
-ARRAYS = {'states': STATE, 'memory': SENSED, '_past_m': FLOAT, 'rows': FLOAT, 'pending': FLOAT}
-"""Kinds of the arrays by their names."""
+ARRAYS = {
+    **dict.fromkeys(('past_m', 'rows', 'pending'), FLOAT),
+    'states': STATE,
+    **{f'{name}.memory': each.KIND['memory'] for name, each in CLASSES.items()},
+}
+"""Kinds of the arrays by the ends of their places."""
 
 Content = dict[str, Any]
 
@@ -109,16 +114,17 @@ def wrong_contents(content: Content) -> Iterator[tuple[str, Content]]:
 
 def with_value(data: bytes, place: str, value: Any) -> bytes:
     """Return a checkpoint with another value at a place: names, and the number of an element."""
-    names = place.split('.')
-    last = next((name for name in names if name in ARRAYS), names[-1])
+    end = next((end for end in ARRAYS if f'.{end}' in place), None)
+    before, _, field = place.partition(f'.{end}') if end else (place, '', '')
+    *names, last = (before + (f'.{end}' if end else '')).split('.')
     content = tree = content_of(data)
-    for name in names[: names.index(last)]:
+    for name in names:
         tree = tree[name]
-    if last in ARRAYS:
-        field = place.partition(last)[2]
-        for told, offset, form, _ in _fields('', without_gaps(np.dtype(ARRAYS[last])), 0):
-            if told == field:
-                value = _with_field(tree[last], offset, form, value)
+    for told, offset, form, _ in (
+        _fields('', without_gaps(np.dtype(ARRAYS[end])), 0) if end else ()
+    ):
+        if told == field:
+            value = _with_field(tree[last], offset, form, value)
     tree[last] = value
     return with_content(data, content)
 
@@ -130,19 +136,21 @@ def _with_field(text: str, offset: int, form: Any, value: Any) -> str:
     return base64.b64encode(changed).decode()
 
 
-def _changed(key: str, tree: Any) -> Iterator[tuple[str, Any]]:
-    if isinstance(tree, str) and key in ARRAYS:
-        yield from _changed_array(tree, without_gaps(np.dtype(ARRAYS[key])))
+def _changed(place: str, tree: Any) -> Iterator[tuple[str, Any]]:
+    for end, kind in ARRAYS.items():
+        if isinstance(tree, str) and f'.{place}'.endswith(f'.{end}'):
+            yield from _changed_array(tree, without_gaps(np.dtype(kind)))
     for value in SINGLES:
         yield f' = {value!r:.20}', value
     if isinstance(tree, dict):
         yield ' + one', {**tree, 'one': 0}
         for name, each in tree.items():
             yield f'.{name} left out', {k: v for k, v in tree.items() if k != name}
-            yield from ((f'.{name}{t}', {**tree, name: v}) for t, v in _changed(name, each))
+            changed = _changed(f'{place}.{name}', each)
+            yield from ((f'.{name}{told}', {**tree, name: value}) for told, value in changed)
     elif isinstance(tree, list):
         for i, each in enumerate(tree):
-            for told, value in _changed(key, each):
+            for told, value in _changed(place, each):
                 yield f'[{i}]{told}', [*tree[:i], value, *tree[i + 1 :]]
 
 

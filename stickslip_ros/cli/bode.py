@@ -7,7 +7,7 @@ import numpy as np
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.linear.bode import bode_rows, draw_bode
 from stickslip_ros.linear.linearise import linearise
 from stickslip_ros.linear.swept_sine import MeasuredResponse, measure_response
@@ -18,19 +18,19 @@ from stickslip_ros.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.units import NM
 
 POINTS, FROM, TO = 25, 0.02, 3.0
-"""Frequencies, and between which multiples of the resonance they lie, unless others are given."""
+"""How many frequencies are measured by default, from and to which multiple of the resonance."""
 BELOW = 0.9
-"""Share of the resonance below which both are compared: there a motion is small enough."""
+"""Measurement and closed form are compared below this share of the resonance."""
 
 
 def bode_verb(arguments: argparse.Namespace) -> Answer:
-    """Measure, write and draw."""
+    """Measure the frequency response, write its table and draw it if asked."""
     parameters = chosen_parameters(arguments)
     if arguments.output:
         check_table_path(arguments.output)
     if arguments.figure:
         check_picture(arguments.figure)
-        make_room(arguments.figure)
+        prepare_output(arguments.figure)
     if arguments.frequency is None:
         resonance_hz = linearise(parameters, arguments.at_voltage).resonance_hz
         frequencies = np.geomspace(FROM * resonance_hz, TO * resonance_hz, POINTS)

@@ -7,28 +7,12 @@ from stickslip_ros.parameters.typed import to_si_list
 
 
 def to_numbers(name: str, text: str, unit: str = '') -> list[float]:
-    """
-    Return the quantities of a list with commas, in an SI unit.
-
-    Raises
-    ------
-    WrongKind, OutOfRange
-        If a part is no quantity in that unit.
-
-    """
+    """Return the quantities of a list with commas, in an SI unit; refuse what is none."""
     return to_si_list(name, text.split(','), unit)
 
 
 def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
-    """
-    Return the parameters that a command line asks for.
-
-    Raises
-    ------
-    StickSlipError
-        If a name or a value is refused.
-
-    """
+    """Return the parameters that a command line asks for; refuse a name or a value."""
     return Parameters().updated(chosen_values(arguments))
 
 

@@ -2,8 +2,6 @@
 
 import argparse
 import shlex
-from collections.abc import Iterator
-from pathlib import Path
 
 from rich.table import Table
 
@@ -12,10 +10,9 @@ from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.comparison.by_amplitude import MODEL
 from stickslip_ros.comparison.compare import compare
-from stickslip_ros.comparison.result import ComparisonReport
 from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.runs.recorded_run import parse_window
 
 SUFFIXES = ('.html', '.htm')
@@ -23,7 +20,7 @@ SECONDS_MAX = 1e12
 
 
 def compare_verb(arguments: argparse.Namespace) -> Answer:
-    """Compare, write the report."""
+    """Compare A with B, and write the report if asked."""
     files, b = arguments.files[:1], None
     if len(arguments.files) > 1:
         *files, b = arguments.files
@@ -43,7 +40,19 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
     )
     if arguments.output is not None:
         comparison.save(arguments.output, shlex.join(['stickslip', *arguments.words]))
-    return Answer(comparison.to_json(), _parts(comparison, arguments.output))
+    parts: list[str | Table] = [
+        f'{letter}  {side.origin}: {side.kind}, {side.rows} rows'
+        for letter, side in (('A', comparison.a), ('B', comparison.b))
+    ]
+    if comparison.differences:
+        rows = [(each.name, each.a, each.b) for each in comparison.differences]
+        parts.append(table('what they say of themselves differently', rows, ('name', 'A', 'B')))
+    for title, header, rows_of in sections(comparison):
+        parts.append(table(title, rows_of, header))
+    parts += sentences(comparison)
+    if arguments.output is not None:
+        parts.append(f'report {arguments.output}')
+    return Answer(comparison.to_json(), parts)
 
 
 def _check(arguments: argparse.Namespace, b: str | None) -> None:
@@ -65,17 +74,4 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
             hint = f'write the word {MODEL} for B, or leave it away'
             raise OutOfRange(name, str(value), '', 'without effect on files', hint)
     if report is not None:
-        make_room(report)
-
-
-def _parts(comparison: ComparisonReport, report: Path | None) -> Iterator[str | Table]:
-    for letter, side in (('A', comparison.a), ('B', comparison.b)):
-        yield f'{letter}  {side.origin}: {side.kind}, {side.rows} rows'
-    if comparison.differences:
-        rows = [(each.name, each.a, each.b) for each in comparison.differences]
-        yield table('what they say of themselves differently', rows, ('name', 'A', 'B'))
-    for title, header, rows_of in sections(comparison):
-        yield table(title, rows_of, header)
-    yield from sentences(comparison)
-    if report is not None:
-        yield f'report {report}'
+        prepare_output(report)

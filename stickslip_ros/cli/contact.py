@@ -9,56 +9,34 @@ import numpy as np
 from stickslip_ros.cli.chosen import chosen_parameters, to_numbers
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.contact.hemisphere import presliding
-from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.errors import OutOfRange
 
 
 def contact_verb(arguments: argparse.Namespace) -> Answer:
-    """Solve."""
+    """Solve the contact of one hemisphere, and its tangential force if a curve is asked for."""
     parameters, normal_force_n = chosen_parameters(arguments), arguments.normal_force
     contact, material = presliding(parameters, normal_force_n=normal_force_n), parameters.contact
     radius_m = contact.indentation.radius_m
     if radius_m > material.radius:
         limit = f'beyond the radius of the sphere, {material.radius:g} m'
         raise OutOfRange('contact radius', radius_m, 'm', limit, 'lower --normal-force')
-    result = describe_contact(contact)
-    fractions = [] if arguments.curve is None else parse_fractions(arguments.curve)
-    if fractions:
-        displacements_m = np.array(fractions) * contact.max_displacement_m
-        result['tangential_force_n'] = contact.tangential_force(displacements_m).tolist()
-    title = f'{material.profile} hemisphere under {normal_force_n:g} N'
-    return Answer(result, [table(title, _rows(result, fractions))])
-
-
-def describe_contact(contact: Presliding) -> dict[str, Any]:
-    """Return the figures of a contact, with units in the names."""
-    return {
+    result: dict[str, Any] = {
         'indentation_m': contact.indentation.depth_m,
-        'contact_radius_m': contact.indentation.radius_m,
+        'contact_radius_m': radius_m,
         'max_presliding_m': contact.max_displacement_m,
         'stick_stiffness_n_per_m': contact.stick_stiffness_n_per_m,
         'effective_modulus_pa': contact.elasticity.normal_pa,
         'effective_shear_modulus_pa': contact.elasticity.shear_pa,
     }
-
-
-def parse_fractions(text: str) -> list[float]:
-    """
-    Return fractions from a text such as ``0.1,0.5``.
-
-    Raises
-    ------
-    WrongKind
-        If a part is not a number.
-    OutOfRange
-        If one is negative.
-
-    """
-    fractions = to_numbers('--curve', text)
-    if min(fractions) < 0.0:
-        hint = '1 is the displacement of full slip'
-        raise OutOfRange('--curve', min(fractions), '', 'below 0', hint)
-    return fractions
+    fractions = [] if arguments.curve is None else to_numbers('--curve', arguments.curve)
+    if fractions:
+        if min(fractions) < 0.0:
+            hint = '1 is the displacement of full slip'
+            raise OutOfRange('--curve', min(fractions), '', 'below 0', hint)
+        displacements_m = np.array(fractions) * contact.max_displacement_m
+        result['tangential_force_n'] = contact.tangential_force(displacements_m).tolist()
+    title = f'{material.profile} hemisphere under {normal_force_n:g} N'
+    return Answer(result, [table(title, _rows(result, fractions))])
 
 
 def _rows(result: dict[str, Any], fractions: list[float]) -> Iterator[tuple[str, str, str]]:

@@ -1,62 +1,129 @@
-"""``stickslip demo`` and ``stickslip positioning``: the instrument at work, over topics."""
+"""``stickslip demo``: a node in its own process, commanded from this one, recorded and drawn."""
 
 import argparse
+import math
+import os
+import signal
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from rich.table import Table
 
-from stickslip_ros.cli.chosen import chosen_parameters, to_numbers
+from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, number, table
+from stickslip_ros.errors import StickSlipError
 from stickslip_ros.files import make_folder
+from stickslip_ros.interface.channels import Channel, name_in_file
+from stickslip_ros.interface.topics import NODE_NAME, PREFIX, recorded_channels
+from stickslip_ros.parameters import Parameters, dump_yaml
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.runs.positioning_figure import draw_positioning, largest_errors_m
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.series import Series
+from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.runs.run_figure import plot_run
-from stickslip_ros.units import MILLI, NM
+from stickslip_ros.testing import Operator, deep_queues, open_context
+from stickslip_ros.units import NANO
 
 PARTS = 3
 """Things that the demo begins."""
-TOLERANCE_M = 5e-9
-"""Largest true distance from a target while it is held, for a pass."""
-SETTLE_S = 0.2
-"""Time after the load has come in which the controller may take it back."""
+FREE_HZ, FREE_STEPS = 100.0, 8
+"""Slow steps of a runner that touches nothing: its ringing dies out within each."""
+PUSH_HZ, PUSH_STEPS, LOADED_STEPS, LAST_STEPS = 500.0, 100, 75, 10
+"""Steps until the force against the load cell hardly rises; under a load, and after it; the last
+of them, over which the force is averaged."""
+STEPS = FREE_STEPS + PUSH_STEPS + 2 * LOADED_STEPS
+RAMP_SHARES = tuple(n / 20.0 for n in range(1, 21))
+"""Levels of the direct-voltage ramp, as shares of half the amplifier's range."""
+LEVEL_S = 0.004
+LOAD_SHARE = 0.2
+"""Load over preload: below the force that the drive generates, so that it holds."""
+PAUSE_S = 0.03
+END_TIMEOUT_S = 20.0
+DOMAINS = 100
+UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
+"""What rclpy warns of when an answer meets nobody; the operator then asks again."""
+
+
+@dataclass(frozen=True)
+class DemoSummary:
+    """What the demo saw."""
+
+    steps: int  # of all bursts, as the drive counted them
+    free_step_m: float  # motion of the free runner per step
+    force_n: float  # mean reading over the last steps against the load cell
+    loaded_force_n: float  # the same under a load that pulls back
+    real_time_factor: float  # mean over the run
+    lateness_mean_us: float  # worst second that the drive reported, as the next two
+    lateness_p99_us: float
+    lateness_max_us: float
+    overruns: int  # ticks that began more than a period late
+    behind_s: float  # fall of simulated time behind the clock: ticks too late to be made up
+    dropped: int  # messages that the recorder lost
+    unheard: int  # recorded readings that did not reach the operator
+    published: dict[str, int]  # messages by topic, in the recording
+    received: dict[str, int]  # the same at the operator (commands: sent), from a little earlier on
+    positions_equal: int  # the same on the topic and in the file, to the bit
+    positions_altered: int
+    positions_recorded: int
+    exit_status: int  # of the node after SIGINT
+    recording: str
+
+    @property
+    def passed(self) -> bool:
+        """
+        Whether steps were made, nothing was altered or dropped, and the node ended cleanly.
+
+        What an operator that is held up by other processes does not take in time is lost to it, as
+        the quality of service says, and no fault.
+
+        """
+        heard = self.positions_equal > 0 and self.positions_altered == 0
+        whole = self.steps == STEPS and self.dropped == 0 and heard
+        return whole and self.exit_status == 0
+
+    @property
+    def verdict(self) -> str:
+        """What the numbers mean, in a sentence."""
+        if not self.passed:
+            return 'NOT as it should be: look at steps, dropped, differing and status above'
+        pace = 'simulated time kept up with the clock'
+        if self.behind_s > 0.0:
+            fell = f'simulated time fell {self.behind_s:.2g} s behind the clock'
+            pace = f'this machine was too busy for real time: {fell}'
+        lost = f'{self.unheard} readings did not reach the operator, but are recorded'
+        return f'{pace}; {lost if self.unheard else "nothing was lost"}'
 
 
 def demo_verb(arguments: argparse.Namespace) -> Answer:
     """Run the demo, draw its picture."""
-    from stickslip_ros.testing.demo import run_demo  # noqa: PLC0415 - help does without ROS
-
     parameters = chosen_parameters(arguments)
     make_folder(arguments.output)
     picture = arguments.output / 'demo.png'
     title = 'Stick and slip of the free runner, then force against the load cell'
-    with _told(quiet=arguments.json) as say:
-        summary = run_demo(parameters, arguments.output, say)
-        say('drawing its recording')
-        plot_run(Path(summary.recording), picture, title=title, with_steps=True)
-    return Answer(summary, _demo_parts(summary, picture), 0 if summary.passed else CHECK_FAILED)
-
-
-@contextmanager
-def _told(*, quiet: bool) -> Iterator[Callable[[str], None]]:
-    """Give what says on standard error which part of the demo begins, and shows how many are."""
-    with shown_progress('parts', quiet=quiet) as progress:
+    with shown_progress('parts', quiet=arguments.json) as progress:
         begun = 0
 
         def say(line: str) -> None:
             nonlocal begun
             progress(begun, PARTS)
             begun += 1
-            if not quiet:
+            if not arguments.json:
                 print(line, file=sys.stderr, flush=True)
 
-        yield say
+        summary = _run_demo(parameters, arguments.output, say)
+        say('drawing its recording')
+        plot_run(Path(summary.recording), picture, title=title, with_steps=True)
+    return Answer(summary, _told(summary, picture), 0 if summary.passed else CHECK_FAILED)
 
 
-def _demo_parts(summary: Any, picture: Path) -> Iterator[str | Table]:
+def _told(summary: DemoSummary, picture: Path) -> Iterator[str | Table]:
     equal = f'{summary.positions_equal} of {summary.positions_recorded}'
     rows = [
         ('steps made', summary.steps),
@@ -83,55 +150,191 @@ def _demo_parts(summary: Any, picture: Path) -> Iterator[str | Table]:
     yield f'recording {summary.recording}\npicture   {picture}\n\n{summary.verdict}'
 
 
-def positioning_verb(arguments: argparse.Namespace) -> Answer:
-    """Run, judge, draw."""
-    from stickslip_ros.testing.positioning import (  # noqa: PLC0415 - help does without ROS
-        run_positioning,
-    )
+def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) -> DemoSummary:
+    """
+    Run the drive as a process of its own and command it over topics.
 
-    recording = arguments.output / 'positioning.mcap'
-    picture = recording.with_suffix('.png')
-    targets_m = to_numbers('--target', arguments.target, 'm')
-    parameters = chosen_parameters(arguments)
-    make_folder(arguments.output)
-    with shown_progress('targets', quiet=arguments.json) as progress:
-        legs = run_positioning(parameters, recording, targets_m, arguments.load, progress)
-    # A load pushes the runner away at first; from then on the target must be held again.
-    holds = [
-        (leg.start_s + SETTLE_S if leg.load_n else leg.arrival_s, leg.end_s, leg.target_m)
-        for leg in legs
-    ]
-    errors_m = largest_errors_m(recording, holds)
-    draw_positioning(
-        recording, [(leg.start_s, leg.end_s, leg.target_m) for leg in legs], TOLERANCE_M, picture
+    The runner walks freely, then against the load cell, which stands some steps before it: out of
+    reach of the free steps and of the ramp.
+
+    """
+    stay_on_this_host()
+    file, settings = folder / 'demo.mcap', folder / 'demo_parameters.yaml'
+    file.unlink(missing_ok=True)
+    range_v = parameters.amplifier.voltage_max - parameters.amplifier.voltage_min
+    parameters = parameters.updated(
+        {
+            'load_cell.contact': 'one_sided',
+            'load_cell.gap': (FREE_STEPS + 1) * parameters.actuator.gain * range_v,
+            'record.directory': str(file.parent),
+            'record.name': file.name,
+            'record.on_start': False,
+        }
     )
-    result = {
-        'legs': [
-            {
-                'target_m': leg.target_m,
-                'load_n': leg.load_n,
-                'way_s': leg.arrival_s - leg.start_s,
-                'largest_error_m': error_m,
-            }
-            for leg, error_m in zip(legs, errors_m, strict=True)
-        ],
-        'passed': all(error_m <= TOLERANCE_M for error_m in errors_m),
-        'recording': str(recording),
-        'picture': str(picture),
+    settings.write_text(dump_yaml(parameters, 'Parameters of the demo.'), encoding='utf-8')
+    domain = int(os.environ.get('ROS_DOMAIN_ID') or 1 + os.getpid() % DOMAINS)
+    say('starting the drive, a process of its own')
+    with _drive_process(settings, domain) as process, _operator(domain) as operator:
+        await_start(operator, process)
+        operator.wait_for_drive()
+        say('commanding it: free steps, a voltage ramp, steps against the load cell, a load')
+        operator.received.clear()
+        answer = operator.switch('set_recording', wanted=True)
+        if not answer.success:
+            raise StickSlipError(f'the drive does not record: {answer.message}')
+        bursts = _command(operator, parameters, range_v)
+        operator.switch('set_recording', wanted=False)
+        operator.switch('set_paused', wanted=True)  # nothing new comes while the rest is heard
+        reports = len(operator.diagnostics)
+        operator.spin_until(lambda: len(operator.diagnostics) > reports, 'diagnostics')
+        recording, channels = Recording(file), recorded_channels(parameters)
+        unheard = _hear_the_rest(operator, recording, channels)
+        process.send_signal(signal.SIGINT)
+        exit_status = process.wait(END_TIMEOUT_S)
+    topics = {key: channel.topic for key, channel in channels.items()}
+    return _summarise(operator, bursts, recording, topics, unheard, exit_status)
+
+
+def await_start(operator: Operator, process: 'subprocess.Popen[bytes]') -> None:
+    """Wait for a drive that starts, as long as its process lives: it may have to compile."""
+
+    def check() -> None:
+        stop_if_asked()
+        if process.poll() is not None:
+            status = process.returncode
+            raise StickSlipError(f'the drive ended with status {status}; its log says why')
+
+    operator.check = check
+    state = operator.shake_hands(math.inf)
+    if state != 'active':
+        raise StickSlipError(f'the drive is {state}, not active; its log says why')
+
+
+@contextmanager
+def _drive_process(settings: Path, domain: int) -> Iterator['subprocess.Popen[bytes]']:
+    """Run the node in a process of its own; it is ended with the context, and in its own way."""
+    command = [sys.executable, '-W', UNANSWERED, '-m', 'stickslip_ros.ros.node']
+    command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
+    for name, depth in deep_queues('position').items():  # an operator may be held up for long
+        command += ['-p', f'{name}:={depth}']
+    process = subprocess.Popen(command, env={**os.environ, 'ROS_DOMAIN_ID': str(domain)})
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(END_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+@contextmanager
+def _operator(domain: int) -> Iterator[Operator]:
+    context = open_context(domain)
+    operator = Operator(context)
+    try:
+        yield operator
+    finally:
+        operator.close()
+        context.try_shutdown()
+
+
+def _command(operator: Operator, parameters: Parameters, range_v: float) -> list[dict[str, Any]]:
+    """Step freely, follow a voltage, step against the load cell; return the events of steps."""
+
+    def order(name: str, *numbers: float) -> dict[str, Any]:
+        before = len(operator.events)
+        operator.command(name, numbers)
+        return dict(operator.wait_for_event(name, before))
+
+    def step(frequency_hz: float, count: int) -> dict[str, Any]:
+        burst = order('sawtooth', range_v, frequency_hz, count)
+        operator.spin_for(PAUSE_S)
+        return burst
+
+    operator.spin_for(PAUSE_S)
+    free = step(FREE_HZ, FREE_STEPS)
+    for share in RAMP_SHARES:
+        order('voltage', parameters.amplifier.voltage_min + 0.5 * share * range_v)
+        operator.spin_for(LEVEL_S)
+    push = step(PUSH_HZ, PUSH_STEPS)
+    order('load', -LOAD_SHARE * parameters.stand.preload)
+    loaded = step(PUSH_HZ, LOADED_STEPS)
+    order('load', 0.0)
+    again = step(PUSH_HZ, LOADED_STEPS)
+    operator.spin_for(PAUSE_S)
+    return [free, push, loaded, again]
+
+
+def _hear_the_rest(operator: Operator, recording: Recording, channels: dict[str, Channel]) -> int:
+    """Wait for recorded readings that are on their way; return how many have not come."""
+    positions = {round(time_s / NANO) for time_s in recording.series('position').time_s}
+    counts = {channel.topic: channel.messages for channel in recording.channels}
+    others = {
+        key: counts[channel.topic]
+        for key, channel in channels.items()
+        if not (key.startswith(PREFIX) or key == 'position' or channel.qos.latched)
     }
-    return Answer(result, _positioning_parts(result), 0 if result['passed'] else CHECK_FAILED)
+
+    def unheard() -> int:
+        short = sum(max(0, count - operator.received[key]) for key, count in others.items())
+        return len(positions - operator.positions.keys()) + short
+
+    with suppress(StickSlipError):
+        operator.spin_until(lambda: not unheard(), 'the rest', END_TIMEOUT_S)
+    return unheard()
 
 
-def _positioning_parts(result: dict[str, Any]) -> Iterator[str | Table]:
-    rows = [
-        (
-            f'{leg["target_m"] * NM:g} nm'
-            + (f' under {leg["load_n"]:g} N' if leg['load_n'] else ''),
-            '-' if leg['load_n'] else f'{leg["way_s"] / MILLI:.0f}',
-            f'{leg["largest_error_m"] * NM:.2f}',
-        )
-        for leg in result['legs']
-    ]
-    yield table('targets', rows, ('target', 'way (ms)', 'largest error in hold (nm)'))
-    yield f'{"held" if result["passed"] else "NOT held"} within {TOLERANCE_M * NM:g} nm'
-    yield f'recording {result["recording"]}\npicture {result["picture"]}'
+def _summarise(
+    operator: Operator,
+    bursts: list[dict[str, Any]],
+    recording: Recording,
+    topics: dict[str, str],
+    unheard: int,
+    exit_status: int,
+) -> DemoSummary:
+    position, force = recording.series('position'), recording.series('force')
+    summaries = {channel.topic: channel for channel in recording.channels}
+    published = {name_in_file(key): summaries[name].messages for key, name in topics.items()}
+    recorded = dict(
+        zip((round(t / NANO) for t in position.time_s), position.value.tolist(), strict=True)
+    )
+    both = operator.positions.keys() & recorded.keys()
+    title = f'{NODE_NAME}: time'
+    reports = [part[title] for part in operator.diagnostics if title in part]
+    times = [report for report in reports if int(report['ticks'])]
+    free, push, loaded, _ = bursts
+    # The middles of the second ramp and of the last one: the ringing is over, what is late is so
+    # in both.
+    middle_s, way_s = free['time_ns'] * NANO - 0.5 / FREE_HZ, (FREE_STEPS - 2) / FREE_HZ
+    before_m, after_m = np.interp(
+        (middle_s - way_s, middle_s), position.time_s, position.value
+    ).tolist()
+    return DemoSummary(
+        steps=sum(burst['steps'] for burst in bursts),
+        free_step_m=(after_m - before_m) / (FREE_STEPS - 2),
+        force_n=_last(force, push),
+        loaded_force_n=_last(force, loaded),
+        real_time_factor=sum(float(t['real_time_factor']) for t in times) / len(times),
+        lateness_mean_us=max(float(t['lateness_mean_us']) for t in times),
+        lateness_p99_us=max(float(t['lateness_p99_us']) for t in times),
+        lateness_max_us=max(float(t['lateness_max_us']) for t in times),
+        overruns=int(times[-1]['overruns_total']),
+        behind_s=float(times[-1]['behind_s']),
+        dropped=sum(channel.gaps for channel in recording.channels),
+        unheard=unheard,
+        published=published,
+        received={name_in_file(key): operator.received[key] for key in topics},
+        positions_equal=sum(operator.positions[t] == recorded[t] for t in both),
+        positions_altered=sum(operator.positions[t] != recorded[t] for t in both),
+        positions_recorded=len(recorded),
+        exit_status=exit_status,
+        recording=str(recording.path),
+    )
+
+
+def _last(force: Series, burst: dict[str, Any]) -> float:
+    """Return the mean force over the last steps of a burst, N."""
+    end_s = burst['time_ns'] * NANO
+    return float(force.window(end_s - LAST_STEPS / PUSH_HZ, end_s).value.mean())

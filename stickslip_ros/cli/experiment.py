@@ -9,7 +9,7 @@ from typing import Any
 from stickslip_ros.cli.chosen import to_numbers
 from stickslip_ros.cli.printing import Answer
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.files import make_room, read_bytes
+from stickslip_ros.files import prepare_output, read_bytes
 from stickslip_ros.parameters import parse_assignments, read_yaml
 from stickslip_ros.tables.experiment import (
     COLUMNS,
@@ -29,7 +29,7 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
     if output is not None:
         if output.suffix.lower() != CSV:
             raise WrongKind('output', str(output), 'a .csv file', 'end its name so')
-        make_room(output)
+        prepare_output(output)
     read: list[Experiment] = []
     reading = Reading(**{**said_of_tables(arguments), 'report': read.append})
     reading.check_count(len(arguments.files))
@@ -39,13 +39,27 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
         whole = read_joined(arguments.files, reading)
     if output is not None:
         write_experiment(whole, output)
-    content = {'files': [_as_object(each) for each in read], 'output': str(output or '')}
+    files = [
+        {
+            'file': each.origin,
+            'kind': each.kind,
+            'columns': [dataclasses.asdict(column) for column in each.understood],
+            'aside': each.aside,
+            'notes': each.notes,
+        }
+        for each in read
+    ]
     lines = [line for each in read for line in _lines(each)]
+    content = {'files': files, 'output': str(output or '')}
     return Answer(content, [*lines, f'table   {output}'] if output else lines)
 
 
 def said_of_tables(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return what a command line says of tables; what is understood is told before the work."""
+
+    def show(experiment: Experiment) -> None:
+        print(*_lines(experiment), sep='\n', file=sys.stderr)
+
     text = getattr(arguments, 'preload', None)
     headers: Any = {}
     if arguments.map_file is not None:
@@ -59,12 +73,8 @@ def said_of_tables(arguments: argparse.Namespace) -> dict[str, Any]:
     return {
         'headers': headers | parse_assignments(arguments.headers, '--map NAME=HEADER'),
         'preloads_n': to_numbers('--preload', text, 'N') if text else (),
-        'report': None if arguments.json else _tell,
+        'report': None if arguments.json else show,
     }
-
-
-def _tell(experiment: Experiment) -> None:
-    print(*_lines(experiment), sep='\n', file=sys.stderr)
 
 
 def _lines(experiment: Experiment) -> Iterator[str]:
@@ -76,13 +86,3 @@ def _lines(experiment: Experiment) -> Iterator[str]:
         unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
         yield f'        {each.name} is {each.header!r} {unit}'
     yield from (f'aside   {header!r}' for header in experiment.aside)
-
-
-def _as_object(experiment: Experiment) -> dict[str, object]:
-    return {
-        'file': experiment.origin,
-        'kind': experiment.kind,
-        'columns': [dataclasses.asdict(each) for each in experiment.understood],
-        'aside': experiment.aside,
-        'notes': experiment.notes,
-    }

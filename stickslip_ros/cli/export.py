@@ -6,7 +6,7 @@ from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer
 from stickslip_ros.errors import RecordingError, WrongKind
 from stickslip_ros.extras import load_extra
-from stickslip_ros.files import make_room, replacing
+from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.runs.mapped import mapped_series
 from stickslip_ros.runs.recorded_run import frame_of, parse_window, recorded_series
@@ -23,7 +23,7 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
         raise WrongKind('--output', str(output), f'one of {", ".join(NEEDS)}', 'end its name so')
     if NEEDS[suffix]:
         load_extra(f'a table {suffix}', NEEDS[suffix])
-    make_room(output)
+    prepare_output(output)
     recording = Recording(arguments.file)
     topics = said_of_tables(arguments)['headers']
     if topics:

@@ -10,24 +10,23 @@ from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.fitting.coverage import Coverage, coverage_of
 from stickslip_ros.fitting.figure import draw_fit
 from stickslip_ros.fitting.fit import Fit, fit
 from stickslip_ros.fitting.report import as_object, check_output, warnings_of, write_fit
-from stickslip_ros.fitting.statistics import Estimate
 from stickslip_ros.parameters import parse_assignments
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.runs.plotting import check_picture
 
 
 def fit_verb(arguments: argparse.Namespace) -> Answer:
-    """Fit, write the files."""
+    """Fit the parameters, write the files and draw the figure."""
     for path in arguments.output:
         check_output(path)
     if arguments.figure:
         check_picture(arguments.figure)
-        make_room(arguments.figure)
+        prepare_output(arguments.figure)
     if arguments.seed < 0:
         raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
     names = [name.strip() for name in arguments.free.split(',') if name.strip()]
@@ -65,24 +64,47 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def _parts(fit: Fit, coverage: Sequence[Coverage]) -> Iterator[str | Table]:
+    estimates = []
+    for one in fit.estimates:
+        doubt = ('-', '-', '-')
+        if np.isfinite(one.standard_error):
+            doubt = (f'{one.standard_error:.2g}', f'{one.low:.6g}', f'{one.high:.6g}')
+        estimates.append((one.name, f'{one.value:.6g}', *doubt, one.unit))
     bounds = ('std error', '95 % low', '95 % high')
-    yield table('fit', map(_estimate, fit.estimates), ('parameter', 'estimate', *bounds, 'unit'))
+    yield table('fit', estimates, ('parameter', 'estimate', *bounds, 'unit'))
     yield table('quality', _quality(fit))
-    yield f'errors  {_error_basis(fit)}'
+    if fit.noise_n is None:
+        yield (
+            'errors  from the standard errors of the points; intervals of the normal distribution'
+        )
+    else:
+        yield (
+            'errors  scaled by the residuals, as the points have no standard errors; intervals of '
+            f'the t distribution with {fit.uncertainty.dof} degrees of freedom; no test of the '
+            'model'
+        )
     if len(fit.estimates) > 1:
-        yield _correlation(fit)
+        names = [one.name for one in fit.estimates]
+        rows = [
+            (name, *('-' if np.isnan(value) else f'{value:+.3f}' for value in row))
+            for name, row in zip(names, fit.uncertainty.correlation, strict=True)
+        ]
+        yield table('correlation', rows, ('', *(name.partition('.')[2] for name in names)))
     if coverage:
+        counted = [
+            (
+                one.name,
+                f'{one.inside} of {one.sets}',
+                f'{one.share_low:.3f} to {one.share_high:.3f}',
+                f'{one.bias:+.3f}',
+                f'{one.spread_ratio:.3f}',
+            )
+            for one in coverage
+        ]
         header = ('parameter', 'inside', 'coverage', 'bias', 'spread')
-        yield table('synthetic data', map(_inside, coverage), header)
+        yield table('synthetic data', counted, header)
     yield from (f'note    {note}' for note in fit.notes)
     yield from (f'warning {warning}' for warning in warnings_of(fit))
-
-
-def _estimate(one: Estimate) -> tuple[str, ...]:
-    doubt = ('-', '-', '-')
-    if np.isfinite(one.standard_error):
-        doubt = (f'{one.standard_error:.2g}', f'{one.low:.6g}', f'{one.high:.6g}')
-    return (one.name, f'{one.value:.6g}', *doubt, one.unit)
 
 
 def _quality(fit: Fit) -> Iterator[tuple[str, object]]:
@@ -103,31 +125,3 @@ def _quality(fit: Fit) -> Iterator[tuple[str, object]]:
     steps = 'steps until steady' if fit.problem.points.steps is None else 'steps per run'
     yield steps, f'{min(fit.problem.cycles)} to {max(fit.problem.cycles)}'
     yield 'time', f'{fit.wall_s:.1f} s'
-
-
-def _error_basis(fit: Fit) -> str:
-    if fit.noise_n is None:
-        return 'from the standard errors of the points; intervals of the normal distribution'
-    return (
-        'scaled by the residuals, as the points have no standard errors; intervals of the t '
-        f'distribution with {fit.uncertainty.dof} degrees of freedom; no test of the model'
-    )
-
-
-def _correlation(fit: Fit) -> Table:
-    names = [one.name for one in fit.estimates]
-    rows = [
-        (name, *('-' if np.isnan(value) else f'{value:+.3f}' for value in row))
-        for name, row in zip(names, fit.uncertainty.correlation, strict=True)
-    ]
-    return table('correlation', rows, ('', *(name.partition('.')[2] for name in names)))
-
-
-def _inside(one: Coverage) -> tuple[str, ...]:
-    return (
-        one.name,
-        f'{one.inside} of {one.sets}',
-        f'{one.share_low:.3f} to {one.share_high:.3f}',
-        f'{one.bias:+.3f}',
-        f'{one.spread_ratio:.3f}',
-    )

@@ -1,11 +1,11 @@
-"""The parser of ``stickslip``, and what becomes of a command line."""
+"""The parser of ``stickslip``: it reads a command line, and completes one that is typed."""
 
 import argparse
 import difflib
 import os
 import re
 import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import takewhile
 from typing import Any
@@ -16,8 +16,12 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.process.signals import REFUSED, STOPPED, begin
 from stickslip_ros.process.stopping import Stopped
 
+# ruff: noqa: PLC0415 - most verbs do without what is imported below
+
 NEGATIVE = re.compile(r'-(\.?\d|inf|nan).*', re.IGNORECASE)
 ROS_ARGS = '--ros-args'
+OF_PARAMETERS = ('GROUP.NAME=', 'NAME=VALUE', 'NAME=LOW', 'NAMES')
+"""Help shows a value so where it begins with the name of a parameter."""
 USAGE = 'stickslip [-h] [--version] VERB ...'
 DESCRIPTION = """\
 A virtual stick-slip microdrive: rough-contact mechanics, drive, sensors, ROS.
@@ -62,10 +66,14 @@ def meant(word: str, known: Collection[str]) -> str:
 
 def build_parser(asked: Collection[str] = VERBS) -> argparse.ArgumentParser:
     """Return the parser, which knows all verbs by name and the options of those asked for."""
+    listed = '\n\n'.join(
+        f'{title}:\n' + '\n'.join(f'  {verb.name:<16}{verb.summary}' for verb in group)
+        for title, group in GROUPS.items()
+    )
     parser = argparse.ArgumentParser(
         prog='stickslip',
         usage=USAGE,
-        description=f'{DESCRIPTION}\n{_listed()}',
+        description=f'{DESCRIPTION}\n{listed}',
         epilog=EPILOGUE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -82,14 +90,6 @@ def build_parser(asked: Collection[str] = VERBS) -> argparse.ArgumentParser:
         if verb.name in asked:
             verb.fill(parser_of_verb)
     return parser
-
-
-def _listed() -> str:
-    """Return the verbs in groups."""
-    return '\n\n'.join(
-        f'{title}:\n' + '\n'.join(f'  {verb.name:<16}{verb.summary}' for verb in group)
-        for title, group in GROUPS.items()
-    )
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -144,7 +144,6 @@ def _compilation_reported(parsed: argparse.Namespace) -> Iterator[None]:
     if 'numba' not in sys.modules or parsed.verb.reports_compilation:
         yield
         return
-    # ruff: noqa: PLC0415 - most verbs do without
     from stickslip_ros.contact.kernel import compilation_reported
     from stickslip_ros.contact.kernel_cache import why_not_kept
 
@@ -167,3 +166,29 @@ def _join_negative_numbers(words: Sequence[str]) -> list[str]:
         else:
             joined.append(word)
     return joined
+
+
+def complete() -> None:
+    """Tell the shell, bash or zsh, what may come next, and end the process."""
+    from argcomplete import autocomplete
+
+    parser = build_parser(os.environ['COMP_LINE'].split()[1:2])
+    autocomplete(parser, always_complete_options='long', default_completer=values_of)  # type: ignore[arg-type]
+
+
+def values_of(*, prefix: str, action: argparse.Action, **_: object) -> Iterable[str]:
+    """Return what the value of an option may be: files, names of parameters, their choices."""
+    shown = str(action.metavar)
+    if shown in {'FILE', 'DIR'}:
+        from argcomplete.completers import FilesCompleter
+
+        return list(FilesCompleter()(prefix))
+    if not shown.startswith(OF_PARAMETERS):
+        return []
+    from stickslip_ros.parameters import specs
+
+    name, equals, _typed = prefix.partition('=')
+    if equals:
+        return [f'{name}={each}' for each in specs()[name].choices] if name in specs() else []
+    others, comma, _typed = prefix.rpartition(',')
+    return [f'{others}{comma}{name}{"=" * ("=" in shown)}' for name in specs()]

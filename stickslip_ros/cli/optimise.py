@@ -19,7 +19,7 @@ from stickslip_ros.design.search import (
 )
 from stickslip_ros.design.waves import PeriodicWave, write_wave
 from stickslip_ros.errors import RecordingError, WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.process.stopping import Stopped
@@ -30,14 +30,14 @@ from stickslip_ros.units import display_unit, with_unit
 
 
 def optimise_verb(arguments: argparse.Namespace) -> Answer:
-    """Search, write the wave, draw."""
+    """Search the best wave, write it, and draw it if asked."""
     search, path = chosen_search(arguments), arguments.output
     if path.suffix != '.csv':
         raise RecordingError(path, 'is no table of a wave', 'let its name end in .csv')
-    make_room(path)
+    prepare_output(path)
     if arguments.figure:
         check_picture(arguments.figure)
-        make_room(arguments.figure)
+        prepare_output(arguments.figure)
     objective = OBJECTIVES[search.goal.objective]
     sign = -1.0 if objective.is_largest else 1.0
 
@@ -160,7 +160,7 @@ def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
     wave = result.shapes[best].wave
     yield f'wave    {path}'
     yield f'play    {play_command(search.goal, search.stand, wave, path)}'
-    yield f'        {wave.frequency_hz:g} Hz; in the node: command/waveform, docs/design.md'
+    yield f'        {wave.frequency_hz:g} Hz; in the node: command/waveform'
 
 
 def play_command(goal: WaveGoal, stand: Parameters, wave: PeriodicWave, path: Path) -> str:

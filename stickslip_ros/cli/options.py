@@ -22,32 +22,19 @@ if TYPE_CHECKING:
 UNITS = {'m': 'm', 'n': 'N', 'v': 'V', 's': 's', 'hz': 'Hz'}
 """Units by the endings of names."""
 Option = Callable[[Any], object]
-"""Adds itself to a parser of argparse, or to a group of one."""
+"""An option adds itself to a parser of argparse, or to a group of one."""
 
 
 class Verb(NamedTuple):
-    """
-    A verb of ``stickslip``.
-
-    Attributes
-    ----------
-    module : str
-        Where in this package the function ``<name>_verb`` is, which makes the answer to a command
-        line.
-    reports_compilation : bool
-        Whether it reports itself that kernels are compiled.
-    takes_ros_arguments : bool
-        Whether ``--ros-args`` and what follows are for it.
-
-    """
+    """A verb of ``stickslip``."""
 
     name: str
     summary: str
     description: str
     options: tuple[Option, ...]
-    module: str
-    reports_compilation: bool = False
-    takes_ros_arguments: bool = False
+    module: str  # module of this package whose ``<name>_verb`` makes the answer
+    reports_compilation: bool = False  # the verb says itself that it compiles
+    takes_ros_arguments: bool = False  # ``--ros-args`` and what follows are for it
 
     def fill(self, parser: argparse.ArgumentParser) -> None:
         """Add description and options to its parser."""
@@ -207,15 +194,7 @@ def titled(title: str, *options: Option) -> Option:
 
 
 def to_path(text: str) -> 'Path':
-    """
-    Return a path as it is typed; of ``.`` and ``..``, which have no name, the whole one.
-
-    Raises
-    ------
-    RecordingError
-        If it is empty.
-
-    """
+    """Return a path as it is typed; of ``.`` and ``..``, which have no name, the whole one."""
     from pathlib import Path
 
     from stickslip_ros.errors import RecordingError

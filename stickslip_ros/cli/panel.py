@@ -4,16 +4,22 @@ import argparse
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 from stickslip_ros.cli.printing import Answer
+from stickslip_ros.extras import load_extra
 
 NICENESS = 10
 """The drive goes first where both want the same core: pictures can wait, its blocks cannot."""
 
+# ruff: noqa: PLC0415 - help needs no extra, a recording no ROS, a drive no reader
+
 
 def panel_verb(arguments: argparse.Namespace) -> Answer:
-    """Serve the panel."""
-    from stickslip_ros.panel.run import run_panel  # noqa: PLC0415 - help does without ROS
+    """Serve the panel of a recording or of a drive until the end is asked for."""
+    load_extra('the panel', 'tornado')
+    from stickslip_ros.panel.controls import lamps, sheet
+    from stickslip_ros.panel.server import serve
 
     def say(address: str) -> None:
         words = f'the panel is at {address}; Ctrl-C ends it'
@@ -21,5 +27,15 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
 
     os.nice(NICENESS)
     file: Path | None = arguments.file
-    run_panel(file, arguments.namespace, arguments.port, say)
+    source: Any
+    if file is None:
+        from stickslip_ros.panel.link import Link
+
+        source, first = Link(arguments.namespace), sheet()
+    else:
+        from stickslip_ros.panel.player import Player
+
+        source = Player(file)
+        first = {'kind': 'recording', **lamps(), 'run': source.overview()}
+    serve(source, first, arguments.port, say)
     return Answer(None)

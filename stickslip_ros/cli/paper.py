@@ -7,7 +7,7 @@ from typing import Any
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.files import make_folder
-from stickslip_ros.paper.figure import Table, write_figure
+from stickslip_ros.paper.figure import write_figure
 from stickslip_ros.paper.make import chosen_figures, make_tables
 from stickslip_ros.progress import shown_progress
 
@@ -31,18 +31,16 @@ def figures_verb(arguments: argparse.Namespace) -> Answer:
             progress(len(content), len(figures))
             runs = tables[figure.name]
             files = write_figure(figure, runs, parameters, arguments.output)
-            content[figure.name] = {'files': [str(path) for path in files], 'rows': _known(runs)}
+            known = [
+                {name: None if is_unknown(value) else value for name, value in row.items()}
+                for row in runs.rows
+            ]
+            content[figure.name] = {'files': [str(path) for path in files], 'rows': known}
     rows = [(figure.name, figure.title, len(tables[figure.name].rows)) for figure in figures]
     shown = table('figures', rows, ('name', 'shows', 'rows'))
     return Answer(content, [shown, f'folder {arguments.output}'])
 
 
-def _known(runs: Table) -> list[dict[str, Any]]:
-    """Return rows; JSON knows neither infinity nor what is not a number."""
-    return [
-        {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in row.items()
-        }
-        for row in runs.rows
-    ]
+def is_unknown(value: object) -> bool:
+    """Return whether a value is no number, or infinite: JSON knows neither."""
+    return isinstance(value, float) and not math.isfinite(value)

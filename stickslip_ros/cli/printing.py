@@ -21,23 +21,11 @@ WIDTH = 80
 
 @dataclasses.dataclass(frozen=True)
 class Answer:
-    """
-    What a verb has to say.
+    """What a verb has to say."""
 
-    Attributes
-    ----------
-    content : object
-        What ``--json`` prints, in SI units: a dataclass or what JSON knows; None is not printed.
-    parts : iterable of str or Table
-        What people read instead, one after the other.
-    status : int
-        Exit status.
-
-    """
-
-    content: Any
-    parts: Iterable[str | Table] = ()
-    status: int = 0
+    content: Any  # what ``--json`` prints, SI units: a dataclass or JSON; None: nothing
+    parts: Iterable[str | Table] = ()  # what people read instead, one after the other
+    status: int = 0  # exit status of the process
 
     def show(self, *, as_json: bool) -> None:
         """Print it in one of the two ways."""

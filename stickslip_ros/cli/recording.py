@@ -2,27 +2,44 @@
 
 import argparse
 import dataclasses
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
 
 from rich.table import Table
 
 from stickslip_ros.cli.printing import Answer, table
-from stickslip_ros.files import make_folder, make_room
+from stickslip_ros.files import make_folder, prepare_output
 from stickslip_ros.parameters import parse_yaml
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import Recovery, recover
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
 from stickslip_ros.units import NS_PER_S, with_unit
 
-DEFAULT_PARAMETERS = [('none', 'the stand of the paper')]
-
 
 def info_verb(arguments: argparse.Namespace) -> Answer:
     """Read a recording."""
     result = describe_recording(Recording(arguments.file))
-    return Answer(result, _info_parts(arguments.file, result))
+    topics = [
+        (
+            topic['topic'],
+            topic['type_name'].rpartition('/')[2],
+            topic['messages'],
+            f'{topic["rate_hz"]:.1f}' if topic['rate_hz'] else '-',
+            topic['gaps'],
+        )
+        for topic in result['topics']
+    ]
+    header = ('topic', 'type', 'messages', 'rate (Hz)', 'missing')
+    parts: list[str | Table] = [table(str(arguments.file), topics, header)]
+    if result['run']:
+        parts.append(table('run', result['run'].items()))
+    changed = result['changed_parameters']
+    if changed is None:
+        parts.append(f'parameters: not known, the file has no {PARAMETERS_FILE}')
+    else:
+        rows = changed.items() or [('none', 'the stand of the paper')]
+        parts.append(table('parameters that differ from the default', rows))
+    return Answer(result, parts)
 
 
 def describe_recording(recording: Recording) -> dict[str, Any]:
@@ -42,29 +59,6 @@ def describe_recording(recording: Recording) -> dict[str, Any]:
     }
 
 
-def _info_parts(file: Path, result: dict[str, Any]) -> Iterator[str | Table]:
-    rows = [
-        (
-            topic['topic'],
-            topic['type_name'].rpartition('/')[2],
-            topic['messages'],
-            f'{topic["rate_hz"]:.1f}' if topic['rate_hz'] else '-',
-            topic['gaps'],
-        )
-        for topic in result['topics']
-    ]
-    yield table(str(file), rows, ('topic', 'type', 'messages', 'rate (Hz)', 'missing'))
-    if result['run']:
-        yield table('run', result['run'].items())
-    changed = result['changed_parameters']
-    if changed is None:
-        yield f'parameters: not known, the file has no {PARAMETERS_FILE}'
-    else:
-        yield table(
-            'parameters that differ from the default', changed.items() or DEFAULT_PARAMETERS
-        )
-
-
 def plot_verb(arguments: argparse.Namespace) -> Answer:
     """Draw a recording."""
     # Matplotlib and numba, which the other verbs of this module do without.
@@ -73,20 +67,15 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     window = None if arguments.window is None else recorded_run.parse_window(arguments.window)
     picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
     if arguments.output:
-        make_room(picture)
+        prepare_output(picture)
     plot = run_figure.plot_run(arguments.file, picture, window)
-    told = dataclasses.asdict(plot)
-    told['commands'] = [command._asdict() for command in plot.commands]
-    told['events'] = [event._asdict() for event in plot.events]
-    told['status'] = [span._asdict() for span in plot.status]
-    parts = _plot_parts(plot, recorded_run.RUN_QUANTITIES, picture)
-    return Answer({'picture': str(picture), **told}, parts)
-
-
-def _plot_parts(plot: Any, words: Mapping[str, str], picture: Path) -> Iterator[str | Table]:
+    content = {'picture': str(picture), **dataclasses.asdict(plot)}
+    content['commands'] = [command._asdict() for command in plot.commands]
+    content['events'] = [event._asdict() for event in plot.events]
+    content['status'] = [span._asdict() for span in plot.status]
     rows = [
         (
-            words[each.name],
+            recorded_run.RUN_QUANTITIES[each.name],
             each.samples,
             '' if each.smallest is None else with_unit(each.smallest, each.unit),
             '' if each.largest is None else with_unit(each.largest, each.unit),
@@ -94,15 +83,15 @@ def _plot_parts(plot: Any, words: Mapping[str, str], picture: Path) -> Iterator[
         for each in plot.quantities
     ]
     title = f'{plot.start_s:.9g} s to {plot.end_s:.9g} s'
-    yield table(title, rows, ('quantity', 'samples', 'smallest', 'largest'))
+    parts = [table(title, rows, ('quantity', 'samples', 'smallest', 'largest'))]
     if plot.events:
         events = [(f'{each.time_s:.6f} s', each.command, each.result) for each in plot.events]
-        yield table('events', events, ('time', 'command', 'result'))
-    yield f'picture {picture}'
+        parts.append(table('events', events, ('time', 'command', 'result')))
+    return Answer(content, [*parts, f'picture {picture}'])
 
 
 def recover_verb(arguments: argparse.Namespace) -> Answer:
-    """Copy what can be read."""
+    """Copy what can be read of a recording into a finished one."""
     if arguments.output:
         make_folder(arguments.output.parent)
     recoveries, written = recover(arguments.file, arguments.output)

@@ -1,7 +1,7 @@
 """``stickslip parameters`` and ``interface``: what files and pages are written from the code."""
 
 import argparse
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from stickslip_ros.cli.chosen import chosen_parameters
 from stickslip_ros.cli.printing import Answer
@@ -10,11 +10,9 @@ from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, SERVICES, T
 from stickslip_ros.parameters import (
     ControllerParameters,
     Parameters,
-    Spec,
     declared_by,
     dump_yaml,
     format_value,
-    specs,
 )
 
 HEADING = """\
@@ -23,19 +21,15 @@ as ROS 2 parameters. SI units. In brackets: place in that paper, or "assumed".
 Written by: stickslip parameters > config/test_stand.yaml
 """
 TITLE = """\
-# Interface
+# Topics and services
 
-Written by `stickslip interface > docs/interface.md`; a test keeps it in step with the code.
+Written by `stickslip interface > docs/reference/interface.md`; a test compares.
 
-Node `stickslip_drive`, executable `drive` of the package `stickslip_ros`, a lifecycle node that
-starts itself unless `autostart` is false. Names are relative, so a namespace moves them. All
+Node `stickslip_drive`, executable `drive`. Names are relative, so a namespace moves them. All
 numbers are SI. +x is the direction in which a slow ramp of positive frequency pulls the runner.
-Stamps, `/clock` and the times of recordings are the time origin plus simulated time
-(`sim.time_origin`, [node.md](node.md#time)); all other times are simulated time, from 0 at the
-configuration.
-
-Depths of streams are those under the default parameters: the messages of one simulated second, at
-least 100 ([node.md](node.md#quality-of-service)).
+[The node](node.md) explains [time and stamps](node.md#time), and
+[depths](node.md#quality-of-service), which are given here for the default
+[parameters](parameters.md); every topic is reliable.
 """
 
 
@@ -46,7 +40,7 @@ def parameters_verb(arguments: argparse.Namespace) -> Answer:
 
 
 def interface_verb(_: argparse.Namespace) -> Answer:
-    """Return the page docs/interface.md; as JSON the types of the topics."""
+    """Return the page docs/reference/interface.md; as JSON the types of the topics."""
     return Answer({topic.name: topic.type_name for topic in (*COMMAND_TOPICS, *READINGS)}, _page())
 
 
@@ -60,37 +54,35 @@ def _page() -> Iterator[str]:
     yield from _markdown('Status bits', ('bit', 'name', 'meaning'), bits)
     results = [(f'`{result.name}`', result.value) for result in Result]
     yield from _markdown('Results of a command', ('result', 'meaning'), results)
-    yield from _parameter_table('Parameters', specs())
-    title = 'Parameters of `position_controller`, read at its start'
-    yield from _parameter_table(title, declared_by(ControllerParameters))
+    yield from _controller_table()
 
 
 def _topic_table(title: str, topics: tuple[Topic, ...]) -> Iterator[str]:
     rows = [(f'`{t.name}`', t.type_name, _qos_words(t), t.text) for t in topics]
-    yield from _markdown(title, ('name', 'type', 'QoS', 'meaning'), rows)
+    yield from _markdown(title, ('name', 'type', 'depth', 'meaning'), rows)
 
 
 def _qos_words(topic: Topic) -> str:
     qos = topic.offered_qos(Parameters())
     latched = ', latched' if qos.latched else ''
-    return f'{"reliable" if qos.reliable else "best effort"}, {qos.depth}{latched}'
+    return f'{"" if qos.reliable else "best effort, "}{qos.depth}{latched}'
 
 
-def _parameter_table(title: str, declared: Mapping[str, Spec]) -> Iterator[str]:
+def _controller_table() -> Iterator[str]:
     rows = []
-    for name, spec in declared.items():
-        bounds = ' \\| '.join(spec.choices)
-        if spec.minimum is not None and spec.maximum is not None:
-            bounds = f'{spec.minimum:g} to {spec.maximum:g}'
-        default = f'`{format_value(spec.default)}`'
-        rows.append((f'`{name}`', default, spec.unit, bounds, spec.source, spec.text))
-    header = ('name', 'default', 'unit', 'bounds or choices', 'source', 'meaning')
+    for name, spec in declared_by(ControllerParameters).items():
+        bounds = '' if spec.minimum is None else f'{spec.minimum:g} to {spec.maximum:g}'
+        default = f'`{format_value(spec.default)}` {spec.unit}'.rstrip()
+        source = '' if spec.source == 'assumed' else f' ({spec.source})'
+        rows.append((f'`{name}`', default, bounds, f'{spec.text}{source}'))
+    title = 'Parameters of `position_controller`, read at its start'
+    header = ('name', 'default', 'bounds', 'meaning')
     yield from _markdown(title, header, rows)
 
 
 def _markdown(title: str, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
     yield f'## {title}\n'
     yield f'| {" | ".join(header)} |'
-    yield '|' + ' --- |' * len(header)
+    yield '|' + '---|' * len(header)
     yield from (f'| {" | ".join(row)} |' for row in rows)
     yield ''

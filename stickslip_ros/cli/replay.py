@@ -12,7 +12,7 @@ from stickslip_ros.cli.chosen import chosen_values
 from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import CHECK_FAILED, Answer, table
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.runs.replay import Replay, is_run, read_drive_input, replay, replay_input
@@ -24,7 +24,7 @@ def replay_verb(arguments: argparse.Namespace) -> Answer:
     """Replay, into a file that is thrown away if none is given."""
     kept = arguments.output
     if kept:
-        make_room(kept, is_new=True)
+        prepare_output(kept, is_new=True)
         result = _replay(arguments, kept)
     else:
         with tempfile.TemporaryDirectory() as folder:
@@ -47,8 +47,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
             )
         if arguments.output is None:
-            hint = 'give the recording to write with -o'
-            raise WrongKind('--output', 'nothing', 'a file', hint)
+            raise WrongKind('--output', 'nothing', 'a file', 'give the recording to write with -o')
         stand = Parameters().updated(changes)
         given = read_drive_input(
             arguments.file,

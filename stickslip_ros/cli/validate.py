@@ -15,7 +15,7 @@ from stickslip_ros.validation.self_test import CheckedAnswer, failed, validate
 
 
 def validate_verb(arguments: argparse.Namespace) -> Answer:
-    """Compare and write."""
+    """Compare this installation with the references, and write the report."""
     make_folder(arguments.output)
     with shown_progress('families', quiet=arguments.json) as progress:
         outcomes = validate(progress=progress)

@@ -8,8 +8,14 @@ from pathlib import Path
 import numpy as np
 
 import stickslip_ros
-from stickslip_ros.comparison.agreement import AMPLITUDE, Part, threshold_of
-from stickslip_ros.comparison.result import Compared, Incomparable, Side
+from stickslip_ros.comparison.result import (
+    AMPLITUDE,
+    Compared,
+    Incomparable,
+    Part,
+    Side,
+    threshold_of,
+)
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.runs.batch import Progress, run_batch
@@ -25,10 +31,8 @@ MODEL, SWEEP = 'model', 'sweep'
 PRELOAD, FREQUENCY, FORCE = 'preload_n', 'frequency_hz', 'force_n'
 MEASURED = (FORCE, 'step_length_m', 'energy_loss_per_step_j')
 NO_SETTINGS = {each for name in (AMPLITUDE, *MEASURED) for each in (name, sigma_name(name))}
-RENAMED = {'force_mean_n': FORCE}
-"""Columns of a sweep that have another name in an experiment."""
-SAME = 1e-9
-"""Relative difference up to which two typed numbers are the same."""
+RENAMED = {'force_mean_n': FORCE}  # columns of a sweep that have another name in an experiment
+SAME = 1e-9  # relative difference up to which two typed numbers are the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,15 +86,7 @@ def of_experiment(experiment: Experiment) -> PointTable:
 
 
 def of_sweep(path: Path) -> PointTable:
-    """
-    Return the points of the table that ``stickslip sweep`` wrote.
-
-    Raises
-    ------
-    StickSlipError
-        If it is damaged.
-
-    """
+    """Return the points of the table that ``stickslip sweep`` wrote."""
     rows, described = read_table(path)
     return _of_rows(rows, str(path), SWEEP, described)
 
@@ -107,11 +103,8 @@ def of_model(
     Run the drive once at each different point of a table.
 
     The table sets the preload and what it has columns for; the frequency is for one without.
-
-    Raises
-    ------
-    StickSlipError
-        If the stand cannot make one of the points, or a parameter is both set and a column.
+    Raises StickSlipError if the stand cannot make one of the points, or a parameter is both set
+    and a column.
 
     """
     names = [name for name in table.settings if name not in {PRELOAD, FREQUENCY}]
@@ -135,22 +128,28 @@ def of_model(
 
 
 def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
-    """
-    Compare every quantity that both tables have: same preload, B interpolated onto A's strokes.
-
-    Raises
-    ------
-    Incomparable
-        If one varies what the other does not say, or no point of A lies within B.
-
-    """
+    """Compare what both tables have: same settings, B interpolated onto A's strokes."""
     names = [name for name in a.quantities if name in b.quantities]
     if not names:
         problem = f'has {", ".join(b.quantities)}, {a.side.origin} has {", ".join(a.quantities)}'
         hint = 'a held runner has a force, a free one (load_cell.contact=absent) steps'
         raise Incomparable(b.side.origin, problem, hint)
     shared = [at for at in a.groups([PRELOAD, *_varied(a, b)]) if b.rows_at(at)]
-    return tuple(_compare(a, b, shared, name) for name in names)
+    quantities = []
+    for name in names:
+        parts = tuple(part for at in shared if (part := _part(a, b, at, name)) is not None)
+        if not parts:
+            ranges = []
+            for table in (a, b):
+                strokes_nm = NM * table.values(AMPLITUDE, range(table.side.rows))
+                preloads_n = ', '.join(f'{n:g}' for n in dict.fromkeys(table.columns[PRELOAD]))
+                ranges.append(f'{preloads_n} N, {min(strokes_nm):.5g} to {max(strokes_nm):.5g} nm')
+            problem = f'({ranges[0]}) has no point within {b.side.origin} ({ranges[1]})'
+            hint = f'compute its points with: stickslip compare {a.side.origin} model'
+            raise Incomparable(a.side.origin, problem, hint)
+        left_out = a.side.rows - sum(len(part.x) for part in parts)
+        quantities.append(Compared(name, parts, left_out))
+    return tuple(quantities)
 
 
 def _of_rows(
@@ -216,13 +215,6 @@ def _varied(a: PointTable, b: PointTable) -> list[str]:
     return list(dict.fromkeys(varied))
 
 
-def _compare(a: PointTable, b: PointTable, shared: list[dict[str, Scalar]], name: str) -> Compared:
-    parts = tuple(part for at in shared if (part := _part(a, b, at, name)) is not None)
-    if not parts:
-        raise _nothing_shared(a, b)
-    return Compared(name, parts, a.side.rows - sum(len(part.x) for part in parts))
-
-
 def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Part | None:
     rows_a, rows_b = a.rows_at(at), b.rows_at(at)
     nodes_m, nodes = _averaged(b, name, rows_b)
@@ -252,32 +244,14 @@ def _sigma(
 ) -> Array | None:
     """Return the uncertainty of B - A; that of an amplitude counts by the slope of B."""
     x_m = a.values(AMPLITUDE, rows_a)
-    terms = []
-    for what, factor in ((name, 1.0), (AMPLITUDE, _slope(x_m, *_averaged(b, name, rows_b)))):
+    terms, (nodes_m, nodes) = [], _averaged(b, name, rows_b)
+    slope = np.full(len(x_m), np.nan)  # of B, unless it has one amplitude only
+    if len(nodes_m) > 1:
+        slope = np.interp(x_m, nodes_m, np.gradient(nodes, nodes_m))
+    for what, factor in ((name, 1.0), (AMPLITUDE, slope)):
         sigma = sigma_name(what)
         if sigma in a.columns:
             terms.append(factor * a.values(sigma, rows_a))
         if sigma in b.columns:
             terms.append(factor * np.interp(x_m, *_averaged(b, sigma, rows_b)))
     return np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None
-
-
-def _slope(x_m: Array, nodes_m: Array, nodes: Array) -> Array:
-    """Return the slope of B at A's amplitudes; not a number if B has one amplitude only."""
-    if len(nodes_m) < 2:
-        return np.full(len(x_m), np.nan)
-    slopes: Array = np.gradient(nodes, nodes_m)
-    return np.interp(x_m, nodes_m, slopes)
-
-
-def _nothing_shared(a: PointTable, b: PointTable) -> Incomparable:
-    told = []
-    for table in (a, b):
-        strokes_m = table.values(AMPLITUDE, range(table.side.rows))
-        preloads_n = ', '.join(f'{each:g}' for each in dict.fromkeys(table.columns[PRELOAD]))
-        told.append(f'{preloads_n} N, {NM * min(strokes_m):.5g} to {NM * max(strokes_m):.5g} nm')
-    return Incomparable(
-        a.side.origin,
-        f'({told[0]}) has no point within {b.side.origin} ({told[1]})',
-        f'compute its points with: stickslip compare {a.side.origin} model',
-    )

@@ -4,10 +4,15 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from stickslip_ros.comparison import by_amplitude, in_time
-from stickslip_ros.comparison.agreement import AMPLITUDE, TIME
 from stickslip_ros.comparison.by_amplitude import PointTable
 from stickslip_ros.comparison.in_time import TimeRun
-from stickslip_ros.comparison.result import Alignment, ComparisonReport, Incomparable
+from stickslip_ros.comparison.result import (
+    AMPLITUDE,
+    TIME,
+    Alignment,
+    ComparisonReport,
+    Incomparable,
+)
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes
 from stickslip_ros.parameters import Parameters
@@ -85,22 +90,28 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
-    paths = [_path(each) for each in ([a] if isinstance(a, str | Path | Run) else a)]
+    given = [a] if isinstance(a, str | Path | Run) else a
+    paths = [each.path if isinstance(each, Run) else Path(each) for each in given]
     topics = {name: text for name, text in (headers or {}).items() if is_topic(text)}
     columns = {name: text for name, text in (headers or {}).items() if name not in topics}
     reading = Reading(columns, preloads_n, report)
     reading.check_count(len(paths) + isinstance(b, str | Path | Run))
-    first = _load(paths[0], reading, topics) if len(paths) == 1 else _joined(paths, reading)
+    first = (
+        _load(paths[0], reading, topics)
+        if len(paths) == 1
+        else by_amplitude.of_experiment(read_joined(paths, reading))
+    )
     is_moved = align or shift_s is not None or offset or window_s is not None
     if isinstance(b, Parameters):
         table = _points(first, is_moved)
         with progress_of(progress, 'runs') as show:
             model = by_amplitude.of_model(table, b, frequency_hz, steps, workers, show)
-        return _by_amplitude(table, model)
+        found = by_amplitude.compare(table, model)
+        return ComparisonReport(table.side, model.side, AMPLITUDE, found)
     if b is None:
         second = _attached(paths[0], reading)
     else:
-        second = _load(_path(b), reading, topics, len(paths))
+        second = _load(b.path if isinstance(b, Run) else Path(b), reading, topics, len(paths))
     if isinstance(first, TimeRun) and isinstance(second, TimeRun):
         alignment = None if shift_s is None else Alignment(shift_s, 'given')
         if window_s is not None:
@@ -108,23 +119,16 @@ def compare(
         if align:
             alignment = in_time.align(first, second)
         moved = second if alignment is None else second.moved(alignment.shift_s)
-        compared = in_time.compare(first, moved, offset=offset)
-        return ComparisonReport(first.side, second.side, TIME, compared, alignment)
+        found = in_time.compare(first, moved, offset=offset)
+        return ComparisonReport(first.side, second.side, TIME, found, alignment)
     if isinstance(first, PointTable) and isinstance(second, PointTable):
-        return _by_amplitude(_points(first, is_moved), second)
+        found = by_amplitude.compare(_points(first, is_moved), second)
+        return ComparisonReport(first.side, second.side, AMPLITUDE, found)
     raise Incomparable(
         second.side.origin,
         f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',
         'compare two over time, or two by amplitude and preload',
     )
-
-
-def _path(file: str | Path | Run) -> Path:
-    return file.path if isinstance(file, Run) else Path(file)
-
-
-def _by_amplitude(a: PointTable, b: PointTable) -> ComparisonReport:
-    return ComparisonReport(a.side, b.side, AMPLITUDE, by_amplitude.compare(a, b))
 
 
 def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
@@ -153,10 +157,6 @@ def _load(
     if is_sweep(path):
         return by_amplitude.of_sweep(path)
     return _of_experiment(read_experiment(path, reading, number=number))
-
-
-def _joined(paths: Sequence[Path], reading: Reading) -> PointTable:
-    return by_amplitude.of_experiment(read_joined(paths, reading))
 
 
 def _attached(path: Path, reading: Reading) -> PointTable | TimeRun:

@@ -1,14 +1,29 @@
 """The report of a comparison: one page of HTML that needs nothing else, to read or to print."""
 
 import base64
+from collections.abc import Sequence
+from pathlib import PurePath
+from typing import Any
 
+import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from matplotlib.axes import Axes
 
 import stickslip_ros
-from stickslip_ros.comparison.agreement import AMPLITUDE
-from stickslip_ros.comparison.figure import draw_quantity
-from stickslip_ros.comparison.result import Compared, ComparisonReport
-from stickslip_ros.comparison.words import sections, sentences, title
+from stickslip_ros.comparison.result import TIME, Compared, ComparisonReport, Part
+from stickslip_ros.comparison.words import place, sections, sentences, title
+from stickslip_ros.runs.plotting import (
+    BLACK,
+    GREY,
+    CurveStyle,
+    as_it_is,
+    curve_style,
+    decimated,
+    label_axes,
+    new_figure,
+    svg_of,
+)
+from stickslip_ros.units import NM, display_unit
 
 PAGES = Environment(
     loader=PackageLoader('stickslip_ros.comparison'),
@@ -17,29 +32,89 @@ PAGES = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
+PIXELS = 800  # points per curve are no more than such a picture can show
+LEGEND_MAX = 10
+NAME_MAX = 40  # characters of a file name in a legend; of a longer one it shows the end
+BARS_MAX = 200  # error bars of more points hide the points
 
 
 def report_page(comparison: ComparisonReport, command: str) -> str:
     """Return the report as HTML: the same text for the same comparison and typed command."""
+    is_over_time = comparison.axis == TIME
+    axis = 'time' if is_over_time else 'stroke of the feet'
+    marks = 'solid A, dashed B' if is_over_time else 'points are A, lines B'
+    pictures = []
+    for quantity in comparison.quantities:
+        svg = base64.b64encode(draw_quantity(comparison, quantity).encode()).decode()
+        text = f'Above: {title(quantity)} against {axis}, {marks}. Below: B − A.'
+        url = f'data:image/svg+xml;base64,{svg}'
+        pictures.append({'title': title(quantity), 'text': text, 'url': url})
     return PAGES.get_template('comparison.html').render(
         comparison=comparison,
         sides=(('A', comparison.a), ('B', comparison.b)),
         sentences=sentences(comparison),
-        pictures=[_picture(comparison, quantity) for quantity in comparison.quantities],
+        pictures=pictures,
         sections=list(sections(comparison)),
         command=command,
         version=stickslip_ros.__version__,
     )
 
 
-def _picture(comparison: ComparisonReport, quantity: Compared) -> dict[str, str]:
-    """Return heading, what the figure shows in words, and the figure as a data URL."""
-    by_amplitude = comparison.axis == AMPLITUDE
-    axis = 'stroke of the feet' if by_amplitude else 'time'
-    marks = 'points are A, lines B' if by_amplitude else 'solid A, dashed B'
-    svg = draw_quantity(comparison, quantity).encode()
-    return {
-        'title': title(quantity),
-        'text': f'Above: {title(quantity)} against {axis}, {marks}. Below: B − A.',
-        'url': f'data:image/svg+xml;base64,{base64.b64encode(svg).decode()}',
-    }
+def draw_quantity(comparison: ComparisonReport, quantity: Compared) -> str:
+    """Return a quantity of a comparison as SVG text, the same bytes for the same numbers."""
+    figure = new_figure(8.0, 6.0)
+    overlay, residuals = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
+    factor, unit = display_unit(quantity.unit)
+    names = []
+    for side, each in zip('AB', (comparison.a, comparison.b), strict=True):
+        name = PurePath(each.origin).name
+        short = name if len(name) <= NAME_MAX else f'…{name[1 - NAME_MAX :]}'
+        names.append(f'{side}: {as_it_is(short)}')
+    for index, part in enumerate(quantity.parts):
+        if comparison.axis == TIME:
+            for axes, values, name, style in (
+                (overlay, part.a, names[0], {'linewidth': 1.8, **curve_style(0).line}),
+                (overlay, part.b, names[1], {'linewidth': 0.9, **curve_style(1).line}),
+                (residuals, part.difference, '', {'linewidth': 0.8, 'color': BLACK}),
+            ):
+                axes.plot(*decimated(part.x, factor * values, PIXELS), label=name, **style)
+            residuals.margins(x=0.0)
+        else:
+            labels = [f'{name}, {place(part.at)}' for name in names]
+            _draw_part(overlay, residuals, part, factor, curve_style(index), labels)
+    label_axes(overlay, '', f'{title(quantity)} ({unit})')
+    along = 'time (s)' if comparison.axis == TIME else 'stroke of the feet (nm)'
+    label_axes(residuals, along, f'B − A ({unit})')
+    residuals.axhline(0.0, color=GREY, linewidth=0.8)
+    if len(quantity.parts) <= LEGEND_MAX:
+        handles, labels = overlay.get_legend_handles_labels()
+        order = sorted(range(len(labels)), key=lambda index: labels[index][0])
+        figure.legend(
+            [handles[index] for index in order],
+            [labels[index] for index in order],
+            fontsize='small',
+            ncols=2,
+            loc='outside upper center',
+        )
+    return svg_of(figure)
+
+
+def _draw_part(
+    overlay: Axes,
+    residuals: Axes,
+    part: Part,
+    factor: float,
+    style: CurveStyle,
+    labels: Sequence[str],
+) -> None:
+    """Draw one preload: A as points, with error bars where known, B as a line."""
+    order = np.argsort(part.x, kind='stable')
+    x, a, b = (each[order] for each in (part.x, part.a, part.b))
+    x, a, b = NM * x, factor * a, factor * b
+    bars = None
+    if part.sigma is not None and len(x) <= BARS_MAX:
+        bars = factor * part.sigma[order]
+    bar: dict[str, Any] = {'yerr': bars, 'capsize': 2, 'elinewidth': 0.8}
+    overlay.errorbar(x, a, label=labels[0], **style.points, **bar)
+    overlay.plot(x, b, label=labels[1], linewidth=1.2, **style.line)
+    residuals.errorbar(x, b - a, linewidth=0.8, **style.line_and_points, **bar)

@@ -4,31 +4,28 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from stickslip_ros.comparison.agreement import (
+from stickslip_ros.comparison.by_amplitude import FREQUENCY, PRELOAD
+from stickslip_ros.comparison.result import (
     AMPLITUDE,
     ROUNDING,
     TIME,
-    Agreement,
+    Compared,
+    ComparisonReport,
     Threshold,
 )
-from stickslip_ros.comparison.by_amplitude import FREQUENCY, PRELOAD
-from stickslip_ros.comparison.result import UNITS, Alignment, Compared, ComparisonReport
-from stickslip_ros.parameters import Scalar
+from stickslip_ros.parameters import SENSORS, Scalar
 from stickslip_ros.units import MN, NM, display_unit, with_unit
 
-Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
-"""Title, header, rows."""
+Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, header, rows
 NAMES: Mapping[str, str] = {
-    'force_n': 'force',
     'step_length_m': 'step length',
     'energy_loss_per_step_j': 'friction loss per step',
-    'position_m': 'position',
+    **{each.quantity: each.words for each in SENSORS},
     'voltage_v': 'voltage',
     'foot_m': 'foot displacement',
 }
 NONE = '–'
-OWN = 'own'
-"""Stands for the unit of the quantity."""
+OWN = 'own'  # stands for the unit of the quantity
 NUMBERS = (
     ('points', 'points', 'd', ''),
     ('bias (mean)', 'bias', '.5g', OWN),
@@ -44,7 +41,7 @@ NUMBERS = (
     ('within 1 sigma', 'within_one_sigma', '.3g', '%'),
     ('within 2 sigma', 'within_two_sigma', '.3g', '%'),
 )
-"""Rows of a table: what docs/compare.md calls it, its field, its form, its unit."""
+"""Rows of a table: what docs/howto/compare.md calls it, its field, its form, its unit."""
 
 
 def sections(comparison: ComparisonReport) -> Iterator[Section]:
@@ -57,7 +54,20 @@ def sections(comparison: ComparisonReport) -> Iterator[Section]:
             if part.threshold_a and part.threshold_b
         ]
         if pairs:
-            yield _zeros(pairs)
+            zeros = [(name, a.zero_amplitude_m, b.zero_amplitude_m) for name, a, b in pairs]
+            yield (
+                '0-amplitude (nm)',
+                ('preload', 'A', 'B', 'B − A'),
+                [
+                    (
+                        name,
+                        _number(a_m, '.3f', NM),
+                        _number(b_m, '.3f', NM),
+                        _number(None if a_m is None or b_m is None else b_m - a_m, '.3f', NM),
+                    )
+                    for name, a_m, b_m in zeros
+                ],
+            )
             yield _saturations(pairs)
 
 
@@ -81,17 +91,18 @@ def place(at: Mapping[str, Scalar]) -> str:
     return ', '.join(parts)
 
 
-def axis_label(comparison: ComparisonReport) -> str:
-    """Return the label of the axis along which things are compared."""
-    if comparison.axis == TIME:
-        return 'time (s)'
-    return f'stroke of the feet ({display_unit(UNITS["m"])[1]})'
-
-
 def sentences(comparison: ComparisonReport) -> list[str]:
     """Return what was found, in sentences that state numbers and nothing else."""
-    moved = [] if comparison.alignment is None else [_moved(comparison.alignment)]
-    return moved + [told for quantity in comparison.quantities for told in _found(quantity)]
+    said, alignment = list[str](), comparison.alignment
+    if alignment is not None:
+        text = f'The times of B were shifted by {alignment.shift_s:.9g} s, as {alignment.method}'
+        if alignment.correlation is not None:
+            text += (
+                f' by cross-correlation at a spacing of {alignment.sample_s:.4g} s; the mean '
+                f'coefficient at the best whole sample is {alignment.correlation:.6f}'
+            )
+        said.append(f'{text}.')
+    return said + [each for quantity in comparison.quantities for each in _found(quantity)]
 
 
 def _numbers(quantity: Compared) -> Section:
@@ -103,58 +114,35 @@ def _numbers(quantity: Compared) -> Section:
     rows = []
     for label, field, form, unit in NUMBERS:
         shown = display_unit(quantity.unit)[1] if unit == OWN else unit
-        cells = [_cell(told, at, field, form, factors.get(unit, 1)) for _, told, at in columns]
+        cells = []
+        for _, agreement, known in columns:
+            chi, cell = agreement.chi_square, {**vars(agreement)}
+            if field == 'largest_at':  # of a place, what is not known already
+                worst = agreement.largest_at.items()
+                cells.append(place({name: each for name, each in worst if name not in known}))
+            else:
+                cell |= vars(chi) if chi else {}
+                cells.append(_number(cell.get(field), form, factors.get(unit, 1)))
         if set(cells) != {NONE}:
             rows.append((label, *cells, shown))
     return title(quantity), ('B − A', *(name for name, _, _ in columns), 'unit'), rows
-
-
-def _cell(
-    agreement: Agreement, known: Mapping[str, Scalar], field: str, form: str, factor: float
-) -> str:
-    """Return one number; of a place, what is not known already."""
-    if field == 'largest_at':
-        worst = agreement.largest_at
-        return place({name: value for name, value in worst.items() if name not in known})
-    chi = agreement.chi_square
-    told = {**vars(agreement), **(vars(chi) if chi else {})}
-    return _number(told.get(field), form, factor)
-
-
-def _zeros(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
-    rows = []
-    for name, a, b in pairs:
-        a_m, b_m = a.zero_amplitude_m, b.zero_amplitude_m
-        both_m = None if a_m is None or b_m is None else b_m - a_m
-        rows.append((name, *(_number(each, '.3f', NM) for each in (a_m, b_m, both_m))))
-    return '0-amplitude (nm)', ('preload', 'A', 'B', 'B − A'), rows
 
 
 def _saturations(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
     header = ('preload', 'A', 'at stroke (nm)', 'B', 'at stroke (nm)', 'B − A')
     rows = []
     for name, a, b in pairs:
-        told = [
+        cells = [
             cell
             for each in (a, b)
             for cell in (f'{MN * each.saturation:.3f}', f'{NM * each.saturation_at_m:.5g}')
         ]
-        rows.append((name, *told, f'{MN * (b.saturation - a.saturation):.3f}'))
+        rows.append((name, *cells, f'{MN * (b.saturation - a.saturation):.3f}'))
     return 'largest force (mN)', header, rows
 
 
 def _number(value: float | None, form: str, factor: float) -> str:
     return NONE if value is None else f'{factor * value:{form}}'
-
-
-def _moved(alignment: Alignment) -> str:
-    told = f'The times of B were shifted by {alignment.shift_s:.9g} s, as {alignment.method}'
-    if alignment.correlation is not None:
-        told += (
-            f' by cross-correlation at a spacing of {alignment.sample_s:.4g} s; the mean '
-            f'coefficient at the best whole sample is {alignment.correlation:.6f}'
-        )
-    return f'{told}.'
 
 
 def _found(quantity: Compared) -> Iterator[str]:
@@ -167,7 +155,9 @@ def _found(quantity: Compared) -> Iterator[str]:
     count = f'{agreement.points} points' if agreement.points > 1 else '1 point'
     if agreement.largest == 0.0:
         yield f'The {name} of B equals that of A at all {count}.'
-    elif _is_rounding(quantity):
+    elif abs(agreement.largest) <= ROUNDING * max(
+        float(np.max(np.abs(part.a))) for part in quantity.parts
+    ):
         yield f'The {name} of B equals that of A at all {count}, but for rounding.'
     else:
         side = 'above' if agreement.bias > 0.0 else 'below'
@@ -195,8 +185,3 @@ def _found(quantity: Compared) -> Iterator[str]:
             'nothing else differed, a value at least so large would come up with probability '
             f'{chi.p_value:.3g}.'
         )
-
-
-def _is_rounding(quantity: Compared) -> bool:
-    largest = max(float(np.max(np.abs(part.a))) for part in quantity.parts)
-    return abs(quantity.agreement.largest) <= ROUNDING * largest

@@ -5,10 +5,12 @@ A contact stands for all that share one displacement: the six of an ideal drive 
 of a single foot. With the contact model (MDR) there are two ways. At constant preload the memory
 of turning points is exact and fast. While the preload changes, and until a full slip has wiped out
 what happened meanwhile, a bank of springs is right; it takes over from the turning points with the
-same force, and full slip is the same state for both. The rival laws know only the friction limit.
+same force, and full slip is the same state for both. A contact that ages stays on its springs. The
+rival laws know only the friction limit.
 
 """
 
+from stickslip_ros.contact.ageing import AGEING, friction_ratio, older, slip_speed
 from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.laws import COULOMB, LAW, MDR, deflect
 from stickslip_ros.contact.memory import (
@@ -39,6 +41,7 @@ CONTACT = kind(
     curve=CURVE,  # Tangential behaviour at the preload ``preload_n``
     bank=BANK,  # Springs for any preload
     law=LAW,  # Which law holds, and the constants of the rival laws
+    ageing=AGEING,  # How the friction coefficient changes
     compliance=FLOAT,  # mu C_M: presliding per depth
     # Preload to go to, and how fast
     preload_n=FLOAT,
@@ -51,6 +54,9 @@ CONTACT_STATE = kind(
     on_springs=FLAG,  # Whether the springs, not the turning points, hold the history
     preload_n=FLOAT,  # Present preload
     bristle_m=FLOAT,  # Deflection of the bristles of a rival law
+    age_s=FLOAT,  # Age theta of a contact that ages
+    slip_m_per_s=FLOAT,  # Speed with which its slipping springs slip, + v_c
+    friction_ratio=FLOAT,  # Its present friction coefficient, per mu0
     # Stiffness with which springs or bristles answered last, N/m
     answered_n_per_m=FLOAT,
     springs=SPRINGS_STATE,  # Forces of the springs
@@ -60,7 +66,15 @@ CONTACT_STATE = kind(
 
 def fresh_contact(preload_n: float) -> Record:
     """Return what a contact without shear remembers, a record of CONTACT_STATE."""
-    return record(CONTACT_STATE, memory=fresh_memory(), preload_n=preload_n)
+    memory = fresh_memory()
+    return record(
+        CONTACT_STATE,
+        memory=memory,
+        preload_n=preload_n,
+        age_s=1.0,
+        slip_m_per_s=1.0,
+        friction_ratio=1.0,
+    )
 
 
 @kernel
@@ -96,7 +110,7 @@ def react(contact: Record, state: Record, u_m: float, dt_s: float, holding_n: fl
     if way_m != 0.0:
         state.memory.sense = 1.0 if way_m > 0.0 else -1.0
     if contact.law.number == MDR:
-        _react_by_springs(contact, state, u_m, preload_n)
+        _react_by_springs(contact, state, u_m, dt_s, preload_n)
     else:
         _react_by_law(contact, state, u_m, dt_s, holding_n, preload_n)
     state.preload_n = preload_n
@@ -137,14 +151,33 @@ def next_preload(contact: Record, preload_n: float, dt_s: float) -> float:
 
 
 @kernel
-def _react_by_springs(contact: Record, state: Record, u_m: float, preload_n: float) -> None:
+def _react_by_springs(
+    contact: Record, state: Record, u_m: float, dt_s: float, preload_n: float
+) -> None:
     """Move the springs; hand back to the turning points in the moment of full slip."""
-    curve, memory = contact.curve, state.memory
-    du_m = u_m - memory.u_m
-    force_n, lost_j = move_springs(contact.bank, state.springs, du_m, state.preload_n, preload_n)
+    curve, memory, ageing = contact.curve, state.memory, contact.ageing
+    du_m, before = u_m - memory.u_m, state.friction_ratio
+    if ageing.on and dt_s > 0.0:
+        lag_m = ageing.rate_share * friction_limit(contact.bank, preload_n)
+        lag_m /= stick_stiffness(contact, state)
+        if lag_m > 0.0:
+            state.slip_m_per_s = slip_speed(ageing, state.slip_m_per_s, du_m, lag_m, dt_s)
+        state.friction_ratio = friction_ratio(ageing, state.age_s, state.slip_m_per_s)
+    force_n, lost_j = move_springs(
+        contact.bank,
+        state.springs,
+        du_m,
+        state.preload_n,
+        preload_n,
+        before,
+        state.friction_ratio,
+    )
+    if ageing.on:
+        slip_m = du_m - (force_n - memory.force_n) / stick_stiffness(contact, state)
+        state.age_s = older(ageing, state.age_s, slip_m, dt_s)
     lost_j += memory.lost_j
     slips = abs(force_n) >= (1.0 - SLIP_SLACK) * friction_limit(contact.bank, preload_n)
-    state.on_springs = not slips or preload_n != contact.preload_n
+    state.on_springs = not slips or preload_n != contact.preload_n or ageing.on
     if state.on_springs:
         set_memory(memory, u_m, force_n, memory.sense, lost_j, 0.0)
         return

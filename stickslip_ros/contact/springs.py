@@ -238,10 +238,16 @@ def depth_at(bank: Record, group: int, preload_n: float) -> float:
 
 @kernel
 def move_springs(
-    bank: Record, springs: Record, du_m: float, before_n: float, after_n: float
+    bank: Record,
+    springs: Record,
+    du_m: float,
+    before_n: float,
+    after_n: float,
+    before: float = 1.0,
+    after: float = 1.0,
 ) -> tuple[float, float]:
     """
-    Move the runner against all springs, while the preload goes from one value to another.
+    Move the runner against all springs, while preload and friction go from one value to another.
 
     Parameters
     ----------
@@ -253,6 +259,8 @@ def move_springs(
         Change of the relative displacement, m.
     before_n, after_n : float
         Preload at the beginning and at the end, N.
+    before, after : float
+        Friction coefficient at the beginning and at the end, per mu.
 
     Returns
     -------
@@ -281,6 +289,8 @@ def move_springs(
             du_m,
             old_m,
             new_m,
+            before,
+            after,
         )
         force_n, loss_j = _sums(springs.forces_n[own], springs.losses_j[own])
         total_n += force_n
@@ -299,11 +309,13 @@ def _move_group(
     du_m: float,
     old_m: float,
     new_m: float,
+    before: float,
+    after: float,
 ) -> None:
     """Move against the springs of a group one by one, without a sum: so several go at a time."""
     for i in range(len(heights_m)):
-        limit_n = limit_n_per_m[i] * max(new_m - heights_m[i], 0.0)
-        old_limit_n = limit_n_per_m[i] * max(old_m - heights_m[i], 0.0)
+        limit_n = after * (limit_n_per_m[i] * max(new_m - heights_m[i], 0.0))
+        old_limit_n = before * (limit_n_per_m[i] * max(old_m - heights_m[i], 0.0))
         trial_n = forces_n[i] + shear_n_per_m[i] * du_m
         force_n = min(max(trial_n, -limit_n), limit_n)
         onset_n = min(max(trial_n, -old_limit_n), old_limit_n)
@@ -393,7 +405,7 @@ def load_springs(
             low_m = middle_m
         else:
             high_m = middle_m
-    move_springs(bank, springs, 0.5 * (low_m + high_m), preload_n, preload_n)
+    move_springs(bank, springs, 0.5 * (low_m + high_m), preload_n, preload_n, 1.0, 1.0)
 
 
 @kernel

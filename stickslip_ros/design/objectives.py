@@ -12,21 +12,15 @@ from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs.zero_amplitude import STEP_MIN_M
 
-COST_MAX = 1e9
-"""Cost of a wave that does not move the runner forwards."""
-RELIABLE_CHANGE = 0.5
-"""Share by which the load may change a reliable step."""
-MISSED_SPEED = 4
-"""Power with which a missed speed counts: more than a vibration gains by it."""
-PENALTY_MAX = 1.02
-"""Penalty up to which a constraint is met."""
+COST_MAX = 1e9  # cost of a wave that does not move the runner forwards
+RELIABLE_CHANGE = 0.5  # share by which the load may change a reliable step
+MISSED_SPEED = 4  # power with which a missed speed counts: more than a vibration gains by it
+PENALTY_MAX = 1.02  # penalty up to which a constraint is met
 LOAD_SHARE, PUSH_SHARE = 0.25, 0.02
 """Shares of the friction limit: the load of a speed over load, the pushes that a step stands."""
-LOAD_STEPS = 3
-"""Intervals between the loads at which a speed over load is looked at, from 0 on."""
+LOAD_STEPS = 3  # intervals between the loads at which a speed over load is looked at, from 0 on
 
-Cycles = Sequence[SteadyCycle]
-"""Steady cycles under the loads of an objective."""
+Cycles = Sequence[SteadyCycle]  # steady cycles under the loads of an objective
 
 
 @dataclass(frozen=True)
@@ -42,24 +36,28 @@ class Objective:
     penalty: Callable[[Cycles], float] = lambda _: 1.0  # above 1 where a constraint is missed
 
 
-def _unreliable(cycles: Cycles) -> float:
+def unreliable(cycles: Cycles) -> float:
+    """Return the penalty of a step that a load changes by more than half."""
     step_m, *pushed_m = (cycle.step_m for cycle in cycles)
     change = max(abs(pushed - step_m) for pushed in pushed_m) / step_m
     return max(1.0, (change / RELIABLE_CHANGE) ** 2)
 
 
-def _flatness(cycles: Cycles) -> float:
+def flatness(cycles: Cycles) -> float:
+    """Return the largest less the smallest speed, per mean speed; nan of a wave that stops."""
     speeds = [cycle.speed_m_per_s for cycle in cycles]
     advances = min(cycle.step_m for cycle in cycles) > STEP_MIN_M
     return (max(speeds) - min(speeds)) / mean(speeds) if advances else math.nan
 
 
-def _loads_up_to(load_n: float, limit_n: float) -> tuple[float, ...]:
+def loads_up_to(load_n: float, limit_n: float) -> tuple[float, ...]:
+    """Return the loads, N, of a speed over load."""
     largest_n = load_n or LOAD_SHARE * limit_n
     return tuple(largest_n * number / LOAD_STEPS for number in range(LOAD_STEPS + 1))
 
 
-def _pushes(load_n: float, limit_n: float) -> tuple[float, ...]:
+def pushes(load_n: float, limit_n: float) -> tuple[float, ...]:
+    """Return no load, and pushes in both directions, N."""
     push_n = load_n or PUSH_SHARE * limit_n
     return 0.0, push_n, -push_n
 
@@ -84,8 +82,8 @@ OBJECTIVES: Mapping[str, Objective] = {
         unit='m',
         formula='x(t + T) - x(t), of which a load of either sign changes no more than half',
         value=lambda cycles: cycles[0].step_m,
-        loads=_pushes,
-        penalty=_unreliable,
+        loads=pushes,
+        penalty=unreliable,
     ),
     'vibration': Objective(
         unit='m/s',
@@ -102,8 +100,8 @@ OBJECTIVES: Mapping[str, Objective] = {
     'flatness': Objective(
         unit='',
         formula='(largest - smallest speed) / mean speed, over four loads from 0 on',
-        value=_flatness,
-        loads=_loads_up_to,
+        value=flatness,
+        loads=loads_up_to,
     ),
 }
 """Objectives by name."""

@@ -32,25 +32,18 @@ from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.runs.batch import Interrupted, executor_of, run_batch
 from stickslip_ros.runs.journal import Journal, JournalIdentity
 
-RIVAL = 'sawtooth'
-"""The shape against which a gain is counted."""
-PLAIN = 'sawtooth, plain'
-"""The saw-tooth at full voltage and the highest frequency and preload."""
-SPREAD = 0.3
-"""Standard deviation of the first generation, in the unit cube."""
-MARGIN = 0.02
-"""Distance of the first place from the walls of the cube."""
+RIVAL = 'sawtooth'  # the shape against which a gain is counted
+PLAIN = 'sawtooth, plain'  # the saw-tooth at full voltage and the highest frequency and preload
+SPREAD = 0.3  # standard deviation of the first generation, in the unit cube
+MARGIN = 0.02  # distance of the first place from the walls of the cube
 EVALUATIONS_MAX = 1_000_000
-NUMBERS = 2**64
-"""Numbers of a journal: that of a wave is a hash of what was asked about it."""
+NUMBERS = 2**64  # numbers of a journal: that of a wave is a hash of what was asked about it
 JOURNAL = JournalIdentity('optimise', stickslip_ros.__version__, NUMBERS, '')
 """What a journal of waves says of itself."""
 RULES: Mapping[str, Callable[[Sequence[float]], float]] = {'mean': fmean, 'worst': max}
 """What several stands have to say about a wave."""
-FINER, STEADIER = 4, 10.0
-"""Factors of steps and rows, and of the steady state, in a check."""
-ERRORS, GAIN = 5.0, 0.02
-"""A gain counts above so many errors, and above this share."""
+FINER, STEADIER = 4, 10.0  # factors of steps and rows, and of the steady state, in a check
+ERRORS, GAIN = 5.0, 0.02  # a gain counts above so many errors, and above this share
 UNSEEN, UNSEEN_SEED, UNSEEN_SPREAD = 4, 1000, 0.15
 """Stands that no search has seen and that differ by chance; added to their seed; their spread."""
 UNSEEN_CHANGES: Mapping[str, Mapping[str, object]] = {
@@ -194,28 +187,7 @@ def optimise(
     scheduler: str = '',
     progress: Callable[[int, float], None] | None = None,
 ) -> SearchResult:
-    """
-    Search every shape and the spline, check what was found, and try the best elsewhere.
-
-    Parameters
-    ----------
-    search : WaveSearch
-        What is to be found.
-    journal : Journal, optional
-        Of JOURNAL; remembers the cost of every wave.
-    workers, scheduler
-        Those of ``run_batch``.
-    progress : callable, optional
-        Called with the number of evaluations and the least cost so far.
-
-    Raises
-    ------
-    StickSlipError
-        If a stand is refused, or a package is missing.
-    SearchStopped
-        If Ctrl-C was pressed.
-
-    """
+    """Search every shape and the spline, check what was found, and try the best elsewhere."""
     spaces, done = search.spaces, 0
     shapes = {name: ShapeResult(space.wave(space.start)) for name, space in spaces.items()}
     try:
@@ -241,11 +213,7 @@ def optimise(
 
 
 def evaluations(
-    search: WaveSearch,
-    space: Space,
-    seed: int,
-    executor: Executor,
-    journal: Journal | None = None,
+    search: WaveSearch, space: Space, seed: int, executor: Executor, journal: Journal | None = None
 ) -> Iterator[tuple[Array, float]]:
     """Try the start, then generation by generation, from anew where CMA-ES has converged."""
     cma = load_extra('the search for a wave', 'cma')

@@ -14,10 +14,8 @@ from scipy.interpolate import PchipInterpolator
 
 from stickslip_ros.contact.profile import Array
 
-CURVE_ROWS = 48
-"""Rows of each curved part; a converged answer does not depend on them."""
-TIME, HEIGHT = 0, 1
-"""Columns of the rows of a shape."""
+CURVE_ROWS = 48  # rows of each curved part; a converged answer does not depend on them
+TIME, HEIGHT = 0, 1  # columns of the rows of a shape
 
 
 class Trait(NamedTuple):
@@ -62,23 +60,19 @@ def spline(
     return np.vstack((np.column_stack((at, np.clip(height, 0.0, 1.0))), (1.0, 0.0)))
 
 
-def _corners(*corners: tuple[float, float]) -> Array:
-    return np.array(corners, dtype=np.float64)
-
-
-def _sawtooth(_: int, fall: float) -> Array:
+def sawtooth(_: int, fall: float) -> Array:
     """Rise evenly; fall evenly in a share of the cycle, 0 as a jump."""
-    return _corners((0.0, 0.0), (1.0 - fall, 1.0), (1.0, 0.0))
+    return np.array(((0.0, 0.0), (1.0 - fall, 1.0), (1.0, 0.0)))
 
 
-def _cycloid(rows: int) -> Array:
+def cycloid(rows: int) -> Array:
     """Trace t = 1/2 + (a - sin a)/2pi, y = (1 + cos a)/2: its cusp is on top."""
     angle: Array = np.linspace(-np.pi, np.pi, 2 * rows + 1, dtype=np.float64)
     time = 0.5 + (angle - np.sin(angle)) / (2.0 * np.pi)
     return np.column_stack((time, 0.5 * (1.0 + np.cos(angle))))
 
 
-def _parabola(rows: int, rise: float) -> Array:
+def parabola(rows: int, rise: float) -> Array:
     """Rise as y = (t/r)^2; fall as the mirror image of it in the rest of the cycle."""
     up: Array = np.linspace(0.0, 1.0, rows + 1, dtype=np.float64)
     rising = np.column_stack((rise * up, up**2))
@@ -86,47 +80,45 @@ def _parabola(rows: int, rise: float) -> Array:
     return np.vstack((rising, falling[-2::-1]))
 
 
-def _compensated(rows: int, sine: float) -> Array:
+def compensated(rows: int, sine: float) -> Array:
     """Rise as y = t - c sin(2 pi t)/(2 pi), at c = 1 from rest to rest; jump back."""
     time: Array = np.linspace(0.0, 1.0, 2 * rows + 1, dtype=np.float64)
     height = time - sine * np.sin(2.0 * np.pi * time) / (2.0 * np.pi)
     return np.vstack((np.column_stack((time, height)), (1.0, 0.0)))
 
 
-def _freeze_and_kick(_: int, rise: float, freeze: float) -> Array:
+def freeze_and_kick(_: int, rise: float, freeze: float) -> Array:
     """Rise evenly, hold, jump back, hold: the first hold is a share of what the rise leaves."""
     kick = rise + freeze * (1.0 - rise)
-    return _corners((0.0, 0.0), (rise, 1.0), (kick, 1.0), (kick, 0.0), (1.0, 0.0))
+    return np.array(((0.0, 0.0), (rise, 1.0), (kick, 1.0), (kick, 0.0), (1.0, 0.0)))
 
 
-def _trapezoid(_: int, rise: float, fall: float, hold: float) -> Array:
+def trapezoid(_: int, rise: float, fall: float, hold: float) -> Array:
     """Rise, hold, fall, hold: the first hold is a share of what rise and fall leave."""
     high = rise + hold * (1.0 - rise - fall)
-    return _corners((0.0, 0.0), (rise, 1.0), (high, 1.0), (high + fall, 0.0), (1.0, 0.0))
+    return np.array(((0.0, 0.0), (rise, 1.0), (high, 1.0), (high + fall, 0.0), (1.0, 0.0)))
 
 
 SHAPES: Mapping[str, Shape] = {
     'sawtooth': Shape(
-        _sawtooth,
-        {'fall': Trait(0.0, 0.5, 0.0)},
-        'D. W. Pohl, Rev. Sci. Instrum. 58, 54 (1987)',
+        sawtooth, {'fall': Trait(0.0, 0.5, 0.0)}, 'D. W. Pohl, Rev. Sci. Instrum. 58, 54 (1987)'
     ),
-    'cycloid': Shape(_cycloid, {}, 'Ch. Renner et al., Rev. Sci. Instrum. 61, 965 (1990)'),
+    'cycloid': Shape(cycloid, {}, 'Ch. Renner et al., Rev. Sci. Instrum. 61, 965 (1990)'),
     'parabola': Shape(
-        _parabola,
+        parabola,
         {'rise': Trait(0.5, 1.0, 1.0)},
         'K. Anantheshwara, M. S. Bobji, Sadhana 33, 221 (2008)',
     ),
     'sine-compensated': Shape(
-        _compensated, {'sine': Trait(-1.0, 1.0, 1.0)}, 'known to us by its name only'
+        compensated, {'sine': Trait(-1.0, 1.0, 1.0)}, 'known to us by its name only'
     ),
     'freeze-and-kick': Shape(
-        _freeze_and_kick,
+        freeze_and_kick,
         {'rise': Trait(0.05, 0.95, 0.5), 'freeze': Trait(0.0, 1.0, 0.5)},
         'Coatings 8(2), 62 (2018)',
     ),
     'trapezoid': Shape(
-        _trapezoid,
+        trapezoid,
         {
             'rise': Trait(0.05, 0.7, 0.6),
             'fall': Trait(0.0, 0.3, 0.0),

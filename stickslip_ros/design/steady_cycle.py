@@ -18,21 +18,15 @@ from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.runs.sawtooth_run import advance_cycles, force_at_n
 
-WINDOW = 20
-"""Cycles of a mean; two means one after the other tell whether a drive is steady."""
-CYCLES_MAX = 400
-"""Cycles after which a drive that is not steady is measured as it is."""
-CHANGE = 1e-3
-"""Share by which the mean of a window may change in a steady drive."""
-RESOLUTION_M = 1e-11
-"""Change of a mean position, m, or of a step that is none."""
-SAMPLES = 256
-"""Samples of the cycle that is looked at."""
-CONTACT = FORCE + 1
-"""Column of a trace: force of all contacts as a share of their friction limit."""
+WINDOW = 20  # cycles of a mean; two means one after the other tell whether a drive is steady
+CYCLES_MAX = 400  # cycles after which a drive that is not steady is measured as it is
+CHANGE = 1e-3  # share by which the mean of a window may change in a steady drive
+RESOLUTION_M = 1e-11  # change of a mean position, m, or of a step that is none
+SAMPLES = 256  # samples of the cycle that is looked at
+CONTACT = FORCE + 1  # column of a trace: force of all contacts as a share of their friction limit
 
 
 @dataclass(frozen=True)
@@ -75,7 +69,7 @@ def measure(
     is_free = parameters.load_cell.contact == 'absent'
     mean_m, cycles, steady = 0.0, 0, False
     while not steady and cycles < CYCLES_MAX:
-        heed_stop()
+        stop_if_asked()
         before_m, before_j = mean_m, float(states['sums']['feet_work_j'].item())
         ramps = advance_cycles(plants, states, wave, WINDOW, load_n)
         step_m = float(ramps[-1, RAMP_END] - ramps[0, RAMP_END]) / (WINDOW - 1)

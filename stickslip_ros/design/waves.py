@@ -20,14 +20,10 @@ from stickslip_ros.parameters import Parameters, spec_of
 SPLINE = 'spline'
 KNOTS_MIN, KNOTS_MAX = 6, 16
 """Knots of a spline in all; the first and the last, which is the first again, count once."""
-SHORTEST = 1e-3
-"""Time between two knots of a spline, relative to the longest one of it."""
-LOWEST = 1e-3
-"""Height between two knots, relative to the largest possible, before all are scaled."""
-SMALLEST = 0.02
-"""Smallest voltage of a wave, as a share of the largest."""
-SLEW_SHARE = 0.9
-"""Share of a cycle that rise and fall at the slew rate may take."""
+SHORTEST = 1e-3  # time between two knots of a spline, relative to the longest one of it
+LOWEST = 1e-3  # height between two knots, relative to the largest possible, before all are scaled
+SMALLEST = 0.02  # smallest voltage of a wave, as a share of the largest
+SLEW_SHARE = 0.9  # share of a cycle that rise and fall at the slew rate may take
 SLEW_SLACK = 1e-9
 """Share by which a wave stays below the slew rate, so that the amplifier never limits it."""
 

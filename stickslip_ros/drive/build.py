@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from stickslip_ros.contact.ageing import AGEING, friction_ratio
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.laws import LAW, LAW_NUMBERS, MDR
@@ -288,14 +289,29 @@ def _kept_contact(
             springs=SPRINGS_IN_ALL // len(groups),
         ),
         law=_law_of(LAW_NUMBERS[contact.law], law, contacts),
+        ageing=ageing_of(contact),
         compliance=contact.friction * elasticity.cattaneo_mindlin,
         preload_n=stand.preload,
         preload_n_per_s=stand.preload_rate,
     )
 
 
+def ageing_of(contact: ContactParameters) -> Record:
+    """Return how the friction coefficient changes with velocity and age."""
+    return record(
+        AGEING,
+        on=contact.friction_rate > 0.0 or contact.friction_ageing > 0.0,
+        rate_share=contact.friction_rate / contact.friction,
+        age_share=contact.friction_ageing / contact.friction,
+        distance_m=contact.friction_distance,
+        velocity_m_per_s=contact.friction_velocity,
+        cutoff_m_per_s=contact.friction_cutoff,
+        rest_s=contact.rest_time,
+    )
+
+
 def friction_limit_n(parameters: Parameters) -> float:
-    """Return mu times the sum of all normal forces, N: no generated force can exceed it."""
+    """Return mu0 times the sum of all normal forces, N: no force exceeds it but by ageing."""
     return float(all_contacts(parameters)['curve']['force_max_n'])
 
 
@@ -381,7 +397,7 @@ def _set_contact_of_foot(plant: Record, k: int, group: Group) -> None:
         weights_n=[group.weight_n],
         friction=bank.friction,
     )
-    own.law = whole.law
+    own.law, own.ageing = whole.law, whole.ageing
     for name in ('bristle_n_per_m', 'bristle_n_s_per_m', 'viscous_n_s_per_m'):
         own.law[name] *= part
     own.compliance = whole.compliance
@@ -445,6 +461,12 @@ def state_at_rest(plants: Record, preload_n: float) -> Record:
     """Return the drive at rest, with relaxed contacts: an array of one record of STATE."""
     states = _fresh_states(preload_n).copy()
     states['voltage_v'] = plants['rest_v']
+    ageing = plants[0].contacts[ALL].ageing
+    if ageing.on:
+        contacts, rest_s, slip_m_per_s = states[0].contacts, ageing.rest_s, ageing.cutoff_m_per_s
+        contacts['age_s'], contacts['slip_m_per_s'] = rest_s, slip_m_per_s
+        contacts['friction_ratio'] = in_python(friction_ratio)(ageing, rest_s, slip_m_per_s)
+        contacts['on_springs'] = True
     if plants['separate'].item():
         divide_among_feet(plants, states)
     rest_piezo(plants[0], states[0]['piezo'])

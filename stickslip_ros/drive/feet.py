@@ -159,6 +159,8 @@ def divide_among_feet(plants: Record, states: Record) -> None:
         contact.on_springs = whole.on_springs
         contact.preload_n = whole.preload_n
         contact.bristle_m = whole.bristle_m
+        contact.age_s, contact.slip_m_per_s = whole.age_s, whole.slip_m_per_s
+        contact.friction_ratio = whole.friction_ratio
         if remembers_turns(plant.contacts[ALL], whole):
             _repeat_turns(plant.contacts[k].curve, contact.memory, whole.memory)
             lost_j += contact_lost(plant.contacts[k], contact)

@@ -17,14 +17,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.extras import load_extra
 from stickslip_ros.fitting.fit import Fit, search
-from stickslip_ros.fitting.problem import Problem
-from stickslip_ros.fitting.statistics import (
-    LEVEL,
-    PURPOSE,
-    Estimate,
-    estimates_of,
-    uncertainty,
-)
+from stickslip_ros.fitting.statistics import LEVEL, PURPOSE, estimates_of, uncertainty
 from stickslip_ros.runs.batch import Progress, run_batch
 
 SETS_MIN, SETS_MAX = 2, 100_000
@@ -32,58 +25,51 @@ SETS_MIN, SETS_MAX = 2, 100_000
 
 @dataclass(frozen=True)
 class Coverage:
-    """
-    How often the interval of a parameter contained the truth.
+    """How often the interval of a parameter contained the truth."""
 
-    Attributes
-    ----------
-    name : str
-        The parameter.
-    truth : float
-        Its value in the synthetic data.
-    inside, sets : int
-        Intervals that held it, and synthetic data sets.
-    share_low, share_high : float
-        95 % interval of the coverage itself (Clopper and Pearson).
-    bias : float
-        Mean of the estimates less the truth, in coordinates, per their standard deviation.
-    spread_ratio : float
-        Standard deviation of the estimates per root mean square standard error, in coordinates.
-
-    """
-
-    name: str
-    truth: float
-    inside: int
+    name: str  # the parameter
+    truth: float  # its value in the synthetic data
+    inside: int  # intervals that held it, and synthetic data sets
     sets: int
-    share_low: float
+    share_low: float  # 95 % interval of the coverage itself (Clopper and Pearson)
     share_high: float
+    # mean of the estimates less the truth, in coordinates, per their standard deviation
     bias: float
+    # standard deviation of the estimates per root mean square standard error, in coordinates
     spread_ratio: float
 
 
 def coverage_of(
     fit: Fit, sets: int, *, seed: int = 1, workers: int = 0, progress: Progress | None = None
 ) -> tuple[Coverage, ...]:
-    """
-    Fit synthetic data sets and count the intervals that contain the truth, the fitted stand.
-
-    The noise of each data set is a stream of its own of the seed; workers and progress are those
-    of ``run_batch``.
-
-    Raises
-    ------
-    OutOfRange
-        If there are too few data sets, or too many.
-
-    """
+    """Fit synthetic data sets, each with its noise; count the intervals that contain the truth."""
     if not SETS_MIN <= sets <= SETS_MAX:
         limit = f'not from {SETS_MIN} to {SETS_MAX}'
         raise OutOfRange('number of synthetic data sets', sets, '', limit, 'change it')
     truth = np.array([one.to_coordinate(one.value) for one in fit.estimates])
     task = partial(_refit, fit, truth, seed)
     rows = np.array(run_batch(task, range(sets), workers=workers, progress=progress))
-    return tuple(_count(one, *rows[:, :, i].T) for i, one in enumerate(fit.estimates))
+    coverages = []
+    for index, one in enumerate(fit.estimates):
+        inside, missed, errors = rows[:, :, index].T
+        errors = errors[np.isfinite(errors)]
+        rms_error = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
+        deviation = float(np.std(missed, ddof=1))
+        hits = int(np.sum(inside))
+        low, high = binomial_interval(hits, sets)
+        coverages.append(
+            Coverage(
+                name=one.name,
+                truth=one.value,
+                inside=hits,
+                sets=sets,
+                share_low=low,
+                share_high=high,
+                bias=float(np.mean(missed)) / deviation if deviation else 0.0,
+                spread_ratio=deviation / rms_error if rms_error else float('nan'),
+            )
+        )
+    return tuple(coverages)
 
 
 def binomial_interval(hits: int, trials: int) -> tuple[float, float]:
@@ -95,18 +81,18 @@ def binomial_interval(hits: int, trials: int) -> tuple[float, float]:
     return low, high
 
 
-def _synthetic(fit: Fit, seed: int, number: int) -> Problem:
-    """Return the problem of a fit, but the measured forces are those of its model with noise."""
+def _refit(fit: Fit, truth: Array, seed: int, number: int) -> Array:
+    """
+    Fit the forces of the model with noise in place of the measured ones.
+
+    Return whether the truth is inside, by how much it is missed, and the error of that.
+
+    """
     points = fit.problem.points
     noise_n = np.sqrt(fit.uncertainty.variance_scale) * points.scale_n
     noise = np.random.default_rng([seed, number]).standard_normal(len(points))
     noisy = dataclasses.replace(points, force_n=fit.model_n + noise_n * noise)
-    return dataclasses.replace(fit.problem, points=noisy)
-
-
-def _refit(fit: Fit, truth: Array, seed: int, number: int) -> Array:
-    """Return whether the truth is inside, by how much it is missed, and the error of that."""
-    again = _synthetic(fit, seed, number)
+    again = dataclasses.replace(fit.problem, points=noisy)
     found = search(again, again.start)
     doubt = uncertainty(again, found.place, found.chi_square)
     estimates = estimates_of(again, found.place, doubt)
@@ -115,21 +101,3 @@ def _refit(fit: Fit, truth: Array, seed: int, number: int) -> Array:
         for one, z in zip(estimates, truth.tolist(), strict=True)
     ]
     return np.array([inside, found.place - truth, doubt.errors_z])
-
-
-def _count(one: Estimate, inside: Array, missed: Array, errors: Array) -> Coverage:
-    errors = errors[np.isfinite(errors)]
-    rms_error = float(np.sqrt(np.mean(errors**2))) if len(errors) else 0.0
-    deviation = float(np.std(missed, ddof=1))
-    hits, sets = int(np.sum(inside)), len(inside)
-    low, high = binomial_interval(hits, sets)
-    return Coverage(
-        name=one.name,
-        truth=one.value,
-        inside=hits,
-        sets=sets,
-        share_low=low,
-        share_high=high,
-        bias=float(np.mean(missed)) / deviation if deviation else 0.0,
-        spread_ratio=deviation / rms_error if rms_error else float('nan'),
-    )

@@ -28,21 +28,16 @@ from stickslip_ros.runs.batch import Progress, run_batch
 from stickslip_ros.tables.experiment import Experiment, Reading
 
 STARTS_MAX = 1000
-ROUNDS = 6
-"""Searches with ever more cycles, until they suffice at the minimum."""
-WIDENED_MAX = 4
-"""Times that a search goes on beyond bounds that nobody has given."""
+ROUNDS = 6  # searches with ever more cycles, until they suffice at the minimum
+WIDENED_MAX = 4  # times that a search goes on beyond bounds that nobody has given
 TOLERANCE = 1e-6
 """Relative change of sum of squares, or of coordinates, at which a search ends: a thousandth of
 a standard error."""
-EVALUATIONS_MAX = 60
-"""Steps of a search, from which it is said not to have converged."""
+EVALUATIONS_MAX = 60  # steps of a search, from which it is said not to have converged
 SAME_CHANGE = 0.01
 """Change of chi-square, per its scale, within which two searches found the same minimum."""
-SAME_SHARE = 1e-10
-"""The same as a share of the sum of squares of the data, for data without noise."""
-RIVAL = 3.84
-"""Chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %."""
+SAME_SHARE = 1e-10  # the same as a share of the sum of squares of the data, for data without noise
+RIVAL = 3.84  # chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %
 
 
 @dataclass(frozen=True)
@@ -200,7 +195,7 @@ def fit(
     Parameters
     ----------
     experiment : path-like or sequence of path-like
-        Tables of measured forces, as docs/fit.md says.
+        Tables of measured forces, as docs/howto/fit.md says.
     free : sequence of str
         Parameters to fit, ``['contact.friction']``.
     headers : mapping of str to str, optional
@@ -256,14 +251,25 @@ def fit_drive(
     """Do what ``fit`` does to points that were read, and to what ``choose_free`` returns."""
     started_s = time.perf_counter()
     problem = pose(parameters, free, points)
-    places = _starting_points(problem, starts, seed)
+    if not 1 <= starts <= STARTS_MAX:
+        limit = f'not from 1 to {STARTS_MAX}'
+        raise OutOfRange('number of starts', starts, '', limit, 'change --starts')
+    places = [problem.start]  # the present values, then a Latin hypercube in the bounds
+    if starts > 1:
+        qmc = load_extra(PURPOSE, 'scipy.stats').qmc
+        shares = qmc.LatinHypercube(d=len(free), seed=seed).random(starts - 1)
+        places += list(qmc.scale(shares, *problem.bounds))
     searches = run_batch(
         partial(_search_or_nothing, problem), places, workers=workers, progress=progress
     )
     problem, refined, steady = _refine(problem, _best(searches))
     found = refined[-1] if refined else _best(searches)
     for _ in range(WIDENED_MAX):
-        wider, beyond = _search_beyond(problem, found)
+        values = problem.values(found.place)
+        wider = problem.widened(values)
+        if wider.free == problem.free:
+            break
+        beyond = _search_or_nothing(wider, wider.coordinates(values))
         if not beyond.coordinates:
             break
         problem, more, steady = _refine(wider, beyond)
@@ -313,30 +319,8 @@ def _search_or_nothing(problem: Problem, start: Array) -> Minimum:
         return Minimum((), math.inf, converged=False, evaluations=0)
 
 
-def _search_beyond(problem: Problem, found: Minimum) -> tuple[Problem, Minimum]:
-    """Search on from a minimum on bounds that may move; find nothing if there are none."""
-    values = problem.values(found.place)
-    wider = problem.widened(values)
-    if wider.free == problem.free:
-        return problem, Minimum((), math.inf, converged=False, evaluations=0)
-    return wider, _search_or_nothing(wider, wider.coordinates(values))
-
-
 def _best(searches: Sequence[Minimum]) -> Minimum:
     return min(searches, key=lambda found: found.chi_square)
-
-
-def _starting_points(problem: Problem, starts: int, seed: int) -> list[Array]:
-    """Return the present values, and a Latin hypercube in the bounds."""
-    if not 1 <= starts <= STARTS_MAX:
-        limit = f'not from 1 to {STARTS_MAX}'
-        raise OutOfRange('number of starts', starts, '', limit, 'change --starts')
-    first = problem.start
-    if starts == 1:
-        return [first]
-    qmc = load_extra(PURPOSE, 'scipy.stats').qmc
-    shares = qmc.LatinHypercube(d=len(first), seed=seed).random(starts - 1)
-    return [first, *qmc.scale(shares, *problem.bounds)]
 
 
 def _refine(problem: Problem, best: Minimum) -> tuple[Problem, list[Minimum], bool]:

@@ -98,11 +98,7 @@ def choose_free(
 
     Starts and bounds are numbers or what was typed, bounds as ``low:high``. Without them a
     parameter starts from the stand's value, a decade below and above its start and its default.
-
-    Raises
-    ------
-    StickSlipError
-        If a parameter cannot be fitted, or a start or a bound does not fit.
+    Raises StickSlipError if a parameter cannot be fitted, or a start or a bound does not fit.
 
     """
     starts, bounds = starts or {}, bounds or {}
@@ -120,7 +116,13 @@ def _check_names(names: Sequence[str], others: Mapping[str, Mapping[str, Any]]) 
     if not names:
         raise WrongKind('--free', '', 'a list of parameters', 'name one, as contact.friction')
     for name in names:
-        _check_fitted(name)
+        if spec_of(name).kind is not float:
+            hint = 'set it with --set, and compare fits'
+            raise WrongKind('free parameter', name, 'a quantity (it is no float)', hint)
+        if name.partition('.')[0] not in FITTED_GROUPS:
+            limit = 'no property of the drive that a force tells of'
+            hint = f'free quantities of {", ".join(FITTED_GROUPS)}'
+            raise OutOfRange('free parameter', name, '', limit, hint)
         if list(names).count(name) > 1:
             raise OutOfRange('parameter', name, '', 'freed twice', 'name it once')
     for option, given in others.items():
@@ -129,17 +131,6 @@ def _check_names(names: Sequence[str], others: Mapping[str, Mapping[str, Any]]) 
             if name not in names:
                 hint = f'add it to --free, or set it with --set {name}=VALUE'
                 raise OutOfRange(f'parameter of {option}', name, '', 'not free', hint)
-
-
-def _check_fitted(name: str) -> None:
-    kind = spec_of(name).kind
-    if kind is not float:
-        hint = 'set it with --set, and compare fits'
-        raise WrongKind('free parameter', name, 'a quantity (it is no float)', hint)
-    if name.partition('.')[0] not in FITTED_GROUPS:
-        limit = 'no property of the drive that a force tells of'
-        hint = f'free quantities of {", ".join(FITTED_GROUPS)}'
-        raise OutOfRange('free parameter', name, '', limit, hint)
 
 
 def _let_roughness_act(

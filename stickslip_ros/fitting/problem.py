@@ -26,12 +26,10 @@ BOUND_SHARE = 1e-3
 """Share of the range, in coordinates, within which a parameter sits on its bound."""
 STEPS_MIN, STEPS_MAX = 100, 6400
 """Cycles of a run; doubled from the one up to the other, until the force is steady."""
-STEADY_SHARE = 0.01
-"""Share of a standard error by which twice as many cycles may change a force."""
+STEADY_SHARE = 0.01  # share of a standard error by which twice as many cycles may change a force
 STEADY_FORCE = 1e-5
 """The same as a share of the largest force, where standard errors are not known."""
-SMALLEST_SHARE = 1e-7
-"""Share of the largest force below which no change of a force counts."""
+SMALLEST_SHARE = 1e-7  # share of the largest force below which no change of a force counts
 RUNS_KEPT = 4096
 """Runs kept: differences to one side need the forces that the search has just asked for, and all
 synthetic data sets start at the same place."""
@@ -158,22 +156,19 @@ class Problem:
             columns.append(change_n / (above[index] - below[index]) / self.points.scale_n)
         return np.column_stack(columns)
 
-    def tolerance_n(self) -> Array:
-        """Return by how much twice as many cycles may change the forces, N."""
-        points = self.points
-        least_n = SMALLEST_SHARE * points.largest_n
-        if points.sigma_n is None:
-            return np.full(len(points), STEADY_FORCE * points.largest_n)
-        return np.maximum(STEADY_SHARE * points.sigma_n, least_n)
-
     def steady_at(self, coordinates: Array) -> tuple['Problem', bool]:
         """Return the problem with as many cycles as a stand needs, and whether they suffice."""
-        most = STEPS_MAX if self.points.steps is None else 0
+        points = self.points
+        most = STEPS_MAX if points.steps is None else 0
+        tolerance_n: Array = np.full(len(points), STEADY_FORCE * points.largest_n)
+        if points.sigma_n is not None:
+            least_n = SMALLEST_SHARE * points.largest_n
+            tolerance_n = np.maximum(STEADY_SHARE * points.sigma_n, least_n)
         cycles = np.array(self.cycles)
         forces_n = self.forces_n(coordinates, tuple(cycles.tolist()))
         while True:
             longer_n = self.forces_n(coordinates, tuple((2 * cycles).tolist()))
-            short = np.abs(longer_n - forces_n) > self.tolerance_n()
+            short = np.abs(longer_n - forces_n) > tolerance_n
             more = short & (cycles < most)
             if not more.any():
                 found = dataclasses.replace(self, cycles=tuple(cycles.tolist()))
@@ -188,26 +183,7 @@ def read_points(
     reading: Reading = AS_IT_IS,
     steps: int = 0,
 ) -> Points:
-    """
-    Read an experiment by amplitude, from one file or several.
-
-    Parameters
-    ----------
-    path : path-like or sequence of path-like
-        Tables as docs/compare.md says.
-    frequency_hz : float
-        For files without such a column.
-    reading : Reading
-        What the tables do not say themselves.
-    steps : int
-        Cycles that the drive had made from rest when a force was read; 0: until it was steady.
-
-    Raises
-    ------
-    StickSlipError
-        If a file cannot be read, has no forces, or all forces are 0; or steps are below 0.
-
-    """
+    """Read an experiment by amplitude; forces were read after so many ``steps``, 0: steady."""
     if steps < 0:
         raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for steady forces')
     paths = [Path(each) for each in ([path] if isinstance(path, str | Path) else path)]
@@ -230,17 +206,7 @@ def read_points(
 
 
 def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Problem:
-    """
-    Return the problem of a fit, with cycles enough for its starting values.
-
-    Raises
-    ------
-    OutOfRange
-        If there are too few points, or the stand has no force to fit.
-    StickSlipError
-        If the stand cannot make one of the points.
-
-    """
+    """Return the problem of a fit, with cycles enough for its starting values."""
     least, what = len(free), 'one for each free parameter'
     if points.sigma_n is None:
         least, what = least + 1, f'{what} and one for the standard error of the points'
@@ -254,8 +220,8 @@ def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Prob
         end_n = parameters.stand.preload_end
         hint = 'set stand.preload_end=0: each point has one preload'
         raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
-    told = points.steps
-    cycles = (STEPS_MIN,) * len(points) if told is None else tuple(told.tolist())
+    counts = points.steps
+    cycles = (STEPS_MIN,) * len(points) if counts is None else tuple(counts.tolist())
     problem = Problem(parameters, free, points, cycles)
     return problem.steady_at(problem.start)[0]
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import stickslip_ros
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.fitting.coverage import Coverage
 from stickslip_ros.fitting.fit import Fit
 from stickslip_ros.fitting.statistics import Estimate
@@ -21,8 +21,7 @@ CORRELATED = 0.95
 CONDITION_MAX = 30.0
 """Condition number from which parameters are collinear (Belsley, Kuh, Welsch 1980)."""
 P_VALUE_MIN = 0.01
-SHOWN = 0.1
-"""Part of a combination from which a parameter is named."""
+SHOWN = 0.1  # part of a combination from which a parameter is named
 
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:
@@ -67,20 +66,10 @@ def as_object(fit: Fit, coverage: Sequence[Coverage] = ()) -> dict[str, Any]:
 
 
 def check_output(path: Path) -> None:
-    """
-    Refuse a file that is neither JSON nor YAML, before the work is done.
-
-    Raises
-    ------
-    WrongKind
-        If its name has another ending.
-    RecordingError
-        If it cannot be written.
-
-    """
+    """Refuse a file that is neither JSON nor YAML, or cannot be written, before the work."""
     if path.suffix.lower() not in {*JSON, *YAML}:
         raise WrongKind('output', str(path), 'a .json or .yaml file', 'end its name so')
-    make_room(path)
+    prepare_output(path)
 
 
 def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str) -> None:
@@ -89,7 +78,16 @@ def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str) -> Non
     if path.suffix.lower() in JSON:
         text = json.dumps(content, indent=2) + '\n'
     else:
-        text = dump_yaml(fit.parameters, _heading(fit, content, origin))
+        lines = [f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.']
+        for one in fit.estimates:
+            value = f'{one.value:.6g} {one.unit}'.rstrip() + ', not determined'
+            if math.isfinite(one.standard_error):
+                value = f'{one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip()
+                value += f', 95 % interval {one.low:.6g} to {one.high:.6g}'
+            lines.append(f'{one.name}: {value}')
+        lines += [f'Note: {note}' for note in content['notes']]
+        lines += [f'Warning: {warning}' for warning in content['warnings']]
+        text = dump_yaml(fit.parameters, '\n'.join(lines))
     path.write_text(text, encoding='utf-8')
 
 
@@ -97,8 +95,8 @@ def _search_warnings(fit: Fit) -> Iterator[str]:
     if not fit.found.converged:
         yield 'the search did not converge: raise --starts, or narrow --bounds'
     if not fit.steady:
-        told = fit.problem.points.steps is not None
-        depends = ': their forces hold for so many steps from rest only' if told else ''
+        is_counted = fit.problem.points.steps is not None
+        depends = ': their forces hold for so many steps from rest only' if is_counted else ''
         yield f'some runs are not steady after {max(fit.problem.cycles)} steps{depends}'
     if fit.rivals:
         yield (
@@ -144,22 +142,6 @@ def _trade_warnings(fit: Fit) -> Iterator[str]:
             f'condition number {doubt.condition:.3g}, above {CONDITION_MAX:g}: the points hardly '
             f'determine the combination {" ".join(parts)} (effects scaled to equal size)'
         )
-
-
-def _heading(fit: Fit, content: dict[str, Any], origin: str) -> str:
-    lines = [f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.']
-    lines += [f'{one.name}: {_interval_text(one)}' for one in fit.estimates]
-    lines += [f'Note: {note}' for note in content['notes']]
-    lines += [f'Warning: {warning}' for warning in content['warnings']]
-    return '\n'.join(lines)
-
-
-def _interval_text(one: Estimate) -> str:
-    """Return an estimate with its interval in words."""
-    if not math.isfinite(one.standard_error):
-        return f'{one.value:.6g} {one.unit}'.rstrip() + ', not determined'
-    between = f'95 % interval {one.low:.6g} to {one.high:.6g}'
-    return f'{one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip() + f', {between}'
 
 
 def _points(fit: Fit) -> list[dict[str, float]]:

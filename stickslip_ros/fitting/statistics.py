@@ -12,18 +12,14 @@ from stickslip_ros.fitting.problem import Problem
 from stickslip_ros.parameters import spec_of
 
 Flags = NDArray[np.bool_]
-Places = NDArray[np.intp]
 
-PURPOSE = 'a fit'
-"""What needs SciPy, for the refusal where it is missing."""
-LEVEL = 0.95
-"""Confidence of the intervals."""
+PURPOSE = 'a fit'  # what needs SciPy, for the refusal where it is missing
+LEVEL = 0.95  # confidence of the intervals
 EFFECT = 1e-5
 """Share of the forces that one e-fold, or the whole range, must change: the noise of a slope."""
 RANK = 1e-5
 """Singular value, per largest, below which columns of unit length are dependent: the noise."""
-SHARE = 1e-3
-"""Part of an undetermined combination from which a parameter belongs to it."""
+SHARE = 1e-3  # part of an undetermined combination from which a parameter belongs to it
 
 
 @dataclass(frozen=True)
@@ -48,40 +44,24 @@ class Estimate(Free):
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """
-    How well a minimum determines its parameters.
+    """How well a minimum determines its parameters."""
 
-    Attributes
-    ----------
-    dof : int
-        Degrees of freedom: points less free parameters.
-    variance_scale : float
-        What the covariance was multiplied with: 1 where the standard errors of the points are
-        known, chi-square per degree of freedom where they are not.
-    quantile : float
-        Half width of the intervals in standard errors: of the normal distribution where the
-        standard errors of the points are known, of the t distribution where they are not.
-    covariance_z : array, shape (free, free)
-        Covariance of the coordinates; infinite variance where nothing is known.
-    at_bound, inert, undetermined : array of bool, shape (free,)
-        Which parameters sit on a bound, change no force, or belong to a combination that
-        changes none.
-    singular_values : tuple of float
-        Of the slopes of the residuals with columns of unit length, without the parameters on
-        a bound and those that change nothing.
-    weakest : tuple of float
-        The combination of coordinates that belongs to the smallest of them.
-
-    """
-
-    dof: int
+    dof: int  # degrees of freedom: points less free parameters
+    # what the covariance was multiplied with: 1 where the standard errors of the points are known,
+    # chi-square per degree of freedom where they are not
     variance_scale: float
+    # half width of the intervals in standard errors: of the normal distribution where the standard
+    # errors of the points are known, of the t distribution where they are not
     quantile: float
+    # covariance of the coordinates; infinite variance where nothing is known, shape (free, free)
     covariance_z: Array
-    at_bound: Flags
-    inert: Flags
-    undetermined: Flags
+    at_bound: Flags  # which parameters sit on a bound, shape (free,)
+    inert: Flags  # which change no force
+    undetermined: Flags  # which belong to a combination that changes none
+    # of the slopes of the residuals with columns of unit length, without the parameters on a bound
+    # and those that change nothing
     singular_values: tuple[float, ...]
+    # the combination of coordinates that belongs to the smallest of them
     weakest: tuple[float, ...]
 
     @property
@@ -108,29 +88,46 @@ class Uncertainty:
 def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Uncertainty:
     """Return what the slopes at the coordinates of a minimum say about its parameters."""
     jacobian = problem.slopes(coordinates, central=True)
-    known = problem.points.sigma_n is not None
-    dof = len(problem.points) - len(problem.free)
+    is_known = problem.points.sigma_n is not None
+    free = len(problem.free)
+    dof = len(problem.points) - free
     at_bound = problem.at_bound(coordinates)
     lengths = np.sqrt(np.sum(jacobian**2, axis=0))
     forces = problem.points.force_n / problem.points.scale_n
     inert = lengths <= EFFECT * np.sqrt(np.sum(forces**2))
     active = np.flatnonzero(~at_bound & ~inert)
-    values, directions = _decompose(jacobian[:, active] / lengths[active])
-    scale = 1.0 if known else chi_square / dof
+    values, directions = np.empty(0), np.empty((0, 0))
+    weakest = np.zeros(free)
+    if len(active):
+        unit = jacobian[:, active] / lengths[active]
+        _, values, directions = np.linalg.svd(unit, full_matrices=True)
+        values = np.concatenate((values, np.zeros(len(directions) - len(values))))
+        row = directions[-1]
+        weakest[active] = row * np.sign(row[np.argmax(np.abs(row))])
+    scale = 1.0 if is_known else chi_square / dof
     covariance_z, undetermined = _covariance(values, directions, lengths[active], scale)
-    if _is_held(problem, coordinates, at_bound):
+    if any(
+        sits and not one.is_limited(value)  # the model goes on beyond this bound
+        for one, value, sits in zip(
+            problem.free, problem.values(coordinates), at_bound, strict=True
+        )
+    ):
         covariance_z = np.full_like(covariance_z, np.nan)
         np.fill_diagonal(covariance_z, np.inf)
+    whole_z = np.full((free, free), np.nan)  # what is not active has no covariance
+    np.fill_diagonal(whole_z, np.inf)
+    whole_z[np.ix_(active, active)] = covariance_z
+    stats, upper = load_extra(PURPOSE, 'scipy.stats'), 0.5 * (1.0 + LEVEL)
     return Uncertainty(
         dof=dof,
         variance_scale=scale,
-        quantile=_quantile(known, dof),
-        covariance_z=_spread(covariance_z, active, len(lengths)),
+        quantile=float(stats.norm.ppf(upper) if is_known else stats.t.ppf(upper, dof)),
+        covariance_z=whole_z,
         at_bound=at_bound,
         inert=inert & ~at_bound,
-        undetermined=np.isin(range(len(lengths)), active[undetermined]),
+        undetermined=np.isin(range(free), active[undetermined]),
         singular_values=tuple(values.tolist()),
-        weakest=_weakest(directions, active, len(lengths)),
+        weakest=tuple(weakest.tolist()),
     )
 
 
@@ -139,8 +136,15 @@ def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tu
     estimates = []
     for index, free in enumerate(problem.free):
         z, error_z = float(coordinates[index]), float(doubt.errors_z[index])
-        value = free.to_value(z)
-        low, high = _interval(free, z, error_z, doubt.quantile)
+        value, spec = free.to_value(z), spec_of(free.name)
+        low = high = np.nan
+        if np.isfinite(error_z):
+            # The interval is even about the coordinate; what the parameter cannot be is cut off.
+            ends_z = z + doubt.quantile * error_z * np.array((-1.0, 1.0))
+            with np.errstate(over='ignore'):
+                ends = np.exp(ends_z) if free.is_log else free.unbounded_value(1.0) * ends_z
+            low = float(max(ends[0], -np.inf if spec.minimum is None else spec.minimum))
+            high = float(min(ends[1], np.inf if spec.maximum is None else spec.maximum))
         estimates.append(
             Estimate(
                 **vars(free),
@@ -156,40 +160,6 @@ def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tu
     return tuple(estimates)
 
 
-def _is_held(problem: Problem, coordinates: Array, at_bound: Flags) -> bool:
-    """Return whether a parameter sits on a bound that the model does not have."""
-    values = problem.values(coordinates)
-    return any(
-        sits and not one.is_limited(value)
-        for one, value, sits in zip(problem.free, values, at_bound, strict=True)
-    )
-
-
-def _interval(free: Free, z: float, error_z: float, quantile: float) -> tuple[float, float]:
-    """Return the interval even about a coordinate; what the parameter cannot be is cut off."""
-    if not np.isfinite(error_z):
-        return np.nan, np.nan
-    spec = spec_of(free.name)
-    low, high = (_value(free, z + sign * quantile * error_z) for sign in (-1.0, 1.0))
-    least = -np.inf if spec.minimum is None else spec.minimum
-    most = np.inf if spec.maximum is None else spec.maximum
-    return float(max(low, least)), float(min(high, most))
-
-
-def _value(free: Free, coordinate: float) -> float:
-    with np.errstate(over='ignore'):
-        return float(np.exp(coordinate)) if free.is_log else free.unbounded_value(coordinate)
-
-
-def _decompose(unit: Array) -> tuple[Array, Array]:
-    """Return singular values and, as rows, the combinations of columns that belong to them."""
-    if not unit.size:
-        return np.empty(0), np.empty((0, 0))
-    _, values, directions = np.linalg.svd(unit, full_matrices=True)
-    missing = len(directions) - len(values)
-    return np.concatenate((values, np.zeros(missing))), directions
-
-
 def _covariance(
     values: Array, directions: Array, lengths: Array, scale: float
 ) -> tuple[Array, Flags]:
@@ -203,25 +173,3 @@ def _covariance(
     covariance[undetermined, :] = covariance[:, undetermined] = np.nan
     covariance[undetermined, undetermined] = np.inf
     return covariance, np.asarray(undetermined)
-
-
-def _spread(covariance: Array, active: Places, free: int) -> Array:
-    """Return a covariance of all parameters: those that are not active have none."""
-    whole = np.full((free, free), np.nan)
-    np.fill_diagonal(whole, np.inf)
-    whole[np.ix_(active, active)] = covariance
-    return whole
-
-
-def _weakest(directions: Array, active: Places, free: int) -> tuple[float, ...]:
-    whole = np.zeros(free)
-    if len(directions):
-        row = directions[-1]
-        whole[active] = row * np.sign(row[np.argmax(np.abs(row))])
-    return tuple(whole.tolist())
-
-
-def _quantile(known: bool, dof: int) -> float:
-    stats = load_extra(PURPOSE, 'scipy.stats')
-    upper = 0.5 * (1.0 + LEVEL)
-    return float(stats.norm.ppf(upper) if known else stats.t.ppf(upper, dof))

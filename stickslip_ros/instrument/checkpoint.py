@@ -15,17 +15,18 @@ from typing import Any
 import stickslip_ros
 from stickslip_ros.drive.records import STATE
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.instrument.sensing import SENSED
+from stickslip_ros.instrument.sensing import CLASSES
 from stickslip_ros.instrument.state_tree import HINT, plain, read, without_gaps
 from stickslip_ros.parameters import Parameters, specs
 
-FORMAT = 4
+FORMAT = 5
 HEAD = ('format', 'version', 'kinds', 'sha256')
 CONTENT = ('parameters', 'state', 'beside')
 SIZE_MAX = 1 << 26
 """Bytes of the largest checkpoint, unpacked; a usual one has some hundred thousand."""
+KINDS = (STATE, *(each.KIND['memory'] for each in CLASSES.values()))
 KINDS_DIGEST = hashlib.sha256(
-    repr([without_gaps(kind).descr for kind in (STATE, SENSED)]).encode()
+    repr([without_gaps(kind).descr for kind in KINDS]).encode()
 ).hexdigest()
 """Of all fields of the records: another one means that a state has another form."""
 CHANGEABLE = ('closed_loop.', 'frame_id.', 'jog.', 'limits.', 'record.', 'step.')

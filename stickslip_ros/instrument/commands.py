@@ -296,12 +296,12 @@ def _reset(bench: Instrument, accepted: Accepted) -> Result:
 def _zero_position(bench: Instrument, accepted: Accepted) -> Result:
     if bench.motion.status & Status.CLOSED_LOOP:
         bench.end_move(f'position zeroed by command {accepted.command.number}')
-    bench.sensing.zero_position()
+    bench.sensing.interferometer.zero()
     return Result.DONE
 
 
 def _tare_force(bench: Instrument, _: Accepted) -> Result:
-    bench.sensing.tare_force()
+    bench.sensing.load_cell.zero()
     return Result.DONE
 
 

@@ -6,10 +6,11 @@ from stickslip_ros.contact.kernel_cache import note_all_kept, why_not_kept
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS, IDEAL_KERNELS = 157, 62
-"""What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet."""
+KERNELS, IDEAL_KERNELS = 156 + 3 * len(SENSORS), 58 + 3 * len(SENSORS)
+"""What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet;
+of a sensor its loop, low-pass and display, at least."""
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
 
@@ -35,8 +36,9 @@ def compile_kernels() -> None:
 
 
 def compile_ideal_kernels() -> Bench:
-    """Do the same for the kernels of an ideal drive and its sensors; return the bench."""
-    bench = Bench(Parameters())
+    """Do the same for the kernels of an ideal drive and of all sensors; return the bench."""
+    switches = {row.switch: True for row in SENSORS if row.switch}
+    bench = Bench(Parameters().updated(switches))
     bench.update(bench.parameters.block_ns)
     return bench
 

@@ -6,9 +6,16 @@ from enum import Enum, IntFlag
 from typing import NamedTuple
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.parameters import TRUTH, Parameters
 
-TRACE_COLUMNS = ('t[s]', 'voltage[V]', 'foot[m]', 'position[m]', 'force[N]')
-"""Columns of a trace, as ``drive.advance`` numbers them; the last two are sensor readings."""
+FIRST_READING = TRUTH.index('foot') + 1
+"""Column of a trace from which on sensor readings stand; before it stands the truth."""
+
+
+def trace_columns(parameters: Parameters) -> tuple[str, ...]:
+    """Return the columns of a trace of a stand, with units: truth, then a reading per sensor."""
+    readings = (f'{each.reading}[{each.unit}]' for each in parameters.sensors)
+    return 't[s]', 'voltage[V]', 'foot[m]', *readings
 
 
 class Result(Enum):
@@ -127,33 +134,32 @@ class Event:
 
 
 class Readings(NamedTuple):
-    """
-    What the sensors saw in one update.
+    """What the sensors saw in one update, and what there was to see at its end."""
 
-    Attributes
-    ----------
-    time_ns : int
-        Simulated time of the end of the update, at which the scalar readings were taken.
-    position_m : float
-        Interferometer.
-    force_n : float
-        Load cell.
-    voltage_v : float
-        Voltage at the piezo.
-    trace : array of float, shape (samples, 5)
-        The oscilloscope: rows of TRACE_COLUMNS.
-    truth_position_m, truth_force_n : float
-        What the sensors looked at, without their errors.
+    time_ns: int  # Simulated time of the end of the update, at which scalar readings were taken
+    voltage_v: float  # Voltage at the piezo
+    trace: Array  # The oscilloscope, a row per sample, of trace_columns
+    truth: Array  # What the sensors looked at, without their errors: a row of TRUTH
 
-    """
+    @property
+    def position_m(self) -> float:
+        """Interferometer."""
+        return float(self.trace[-1, FIRST_READING])
 
-    time_ns: int
-    position_m: float
-    force_n: float
-    voltage_v: float
-    trace: Array
-    truth_position_m: float
-    truth_force_n: float
+    @property
+    def force_n(self) -> float:
+        """Load cell."""
+        return float(self.trace[-1, FIRST_READING + 1])
+
+    @property
+    def truth_position_m(self) -> float:
+        """True position of the runner."""
+        return float(self.truth[TRUTH.index('position')])
+
+    @property
+    def truth_force_n(self) -> float:
+        """True force on the load cell."""
+        return float(self.truth[TRUTH.index('force')])
 
 
 class Output(NamedTuple):

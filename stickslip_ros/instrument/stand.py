@@ -24,8 +24,8 @@ from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import STATE, Wave
 from stickslip_ros.drive.waveform import missing
 from stickslip_ros.instrument.checks import check_load, check_preload
-from stickslip_ros.instrument.reports import TRACE_COLUMNS
-from stickslip_ros.parameters import FaultParameters, Parameters
+from stickslip_ros.instrument.reports import trace_columns
+from stickslip_ros.parameters import TRUTH, FaultParameters, Parameters
 from stickslip_ros.units import NANO
 
 NO_RAMPS = np.empty((0, 3))
@@ -66,6 +66,7 @@ class SimulatedStand:
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
         self._sample_s = parameters.sample_ns * NANO
+        self._columns = max(len(TRUTH), len(trace_columns(parameters)))
         self.to_rest()
 
     @property
@@ -165,7 +166,7 @@ class SimulatedStand:
             If the integration has failed.
 
         """
-        trace = np.empty((samples, len(TRACE_COLUMNS)))
+        trace = np.empty((samples, self._columns))
         observe_samples(
             self.plants, self.states, wave, self.load_n, self._sample_s, trace, self._ramps
         )

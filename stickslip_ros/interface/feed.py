@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.instrument.reports import TRACE_COLUMNS, Output, Readings, Status
+from stickslip_ros.instrument.reports import FIRST_READING, Output, Readings, Status, trace_columns
 from stickslip_ros.interface.cdr import (
     pack_float64,
     pack_float64_array,
@@ -15,8 +15,9 @@ from stickslip_ros.interface.cdr import (
     pack_string,
     pack_uint32,
 )
-from stickslip_ros.interface.messages import JointMessage
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.interface.messages import STAMPED_FIELDS, JointMessage
+from stickslip_ros.interface.topics import READING_TYPES
+from stickslip_ros.parameters import TRUTH, Parameters
 from stickslip_ros.units import NANO, NS_PER_S
 
 
@@ -34,7 +35,17 @@ class Feed:
     def __init__(self, parameters: Parameters) -> None:
         self._period_ns = parameters.trace_period_ns
         self._tells_truth = parameters.sim.publish_truth
-        self._frames = parameters.frame_id
+        self._stage = parameters.frame_id.stage
+        self._sensors = [
+            (
+                row.reading,
+                getattr(parameters.frame_id, row.frame),
+                (0.0,) * (len(STAMPED_FIELDS[READING_TYPES[row.unit][0]]) - 1),
+                TRUTH.index(row.sees),
+            )
+            for row in parameters.sensors
+        ]
+        self._labels = 'sample', ','.join(trace_columns(parameters))
         self._joint_name = parameters.sim.joint_name
         rate_hz = parameters.sim.joint_states_rate
         self._joint_period_ns = round(NS_PER_S / rate_hz) if rate_hz else 0
@@ -54,20 +65,25 @@ class Feed:
         readings = output.readings
         for event in output.events:
             yield Packed('event', event.time_ns, pack_string(event.to_json()))
-        times_ns = readings.time_ns, time_origin_ns + readings.time_ns
-        yield from self._pack_pair('', *times_ns, readings.position_m, readings.force_n)
-        if self._tells_truth:
-            truth = (readings.truth_position_m, readings.truth_force_n)
-            yield from self._pack_pair('truth/', *times_ns, *truth)
+        stamp_ns = time_origin_ns + readings.time_ns
+        last = readings.trace[-1].tolist()
+        for at, (key, frame_id, zeros, _) in enumerate(self._sensors, FIRST_READING):
+            yield Packed(
+                key, readings.time_ns, pack_stamped(stamp_ns, frame_id, (last[at], *zeros))
+            )
+        for key, frame_id, zeros, sees in self._sensors if self._tells_truth else ():
+            numbers = float(readings.truth[sees]), *zeros
+            packed = pack_stamped(stamp_ns, frame_id, numbers)
+            yield Packed(f'truth/{key}', readings.time_ns, packed)
         period_ns, before_ns = self._joint_period_ns, readings.time_ns - self._block_ns
         if period_ns and readings.time_ns // period_ns > before_ns // period_ns:
-            yield Packed('joint_states', readings.time_ns, self._pack_joint(readings, times_ns[1]))
+            yield Packed('joint_states', readings.time_ns, self._pack_joint(readings, stamp_ns))
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
             block = np.concatenate(self.pending)
             self.pending.clear()
-            table = pack_float64_array(block, ('sample', ','.join(TRACE_COLUMNS)))
+            table = pack_float64_array(block, self._labels)
             yield Packed('trace', readings.time_ns, table)
         if output.status != self.status:
             self.status = output.status
@@ -80,20 +96,10 @@ class Feed:
         return pack_joints(
             JointMessage(
                 stamp_ns,
-                self._frames.stage,
+                self._stage,
                 (self._joint_name,),
                 (readings.position_m,),
                 ((readings.position_m - before_m) / period_s,),
                 (readings.force_n,),
             )
         )
-
-    def _pack_pair(
-        self, prefix: str, time_ns: int, stamp_ns: int, position_m: float, force_n: float
-    ) -> Iterator[Packed]:
-        """Yield position and force, as read or as they are."""
-        point = pack_stamped(stamp_ns, self._frames.stage, (position_m, 0.0, 0.0))
-        yield Packed(f'{prefix}position', time_ns, point)
-        numbers = (force_n, 0.0, 0.0, 0.0, 0.0, 0.0)
-        wrench = pack_stamped(stamp_ns, self._frames.load_cell, numbers)
-        yield Packed(f'{prefix}force', time_ns, wrench)

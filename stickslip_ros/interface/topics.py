@@ -4,9 +4,10 @@ import math
 from dataclasses import dataclass, replace
 
 from stickslip_ros.instrument.commands import COMMANDS, SET_BOOL, TRIGGER, Command
+from stickslip_ros.instrument.reports import trace_columns
 from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
-from stickslip_ros.parameters import Parameters, spec_of
+from stickslip_ros.parameters import SENSORS, Parameters, Sensor, spec_of
 
 NODE_NAME = 'stickslip_drive'
 PREFIX = 'command/'
@@ -49,8 +50,8 @@ class Topic:
         Whether recordings hold it.
     pace : str
         Of a stream: parameter that is its period, s, or its rate, Hz.
-    switch : str
-        Parameter that is neither false nor 0 where the topic exists; empty for one that always
+    switches : tuple of str
+        Parameters of which none is false or 0 where the topic exists; none for one that always
         does.
     numbers : tuple of str
         Of a command: its numbers and their units; of a table, those of a row.
@@ -67,7 +68,7 @@ class Topic:
     text: str
     recorded: bool = True
     pace: str = ''
-    switch: str = ''
+    switches: tuple[str, ...] = ()
     numbers: tuple[str, ...] = ()
     is_table: bool = False
     overridable: tuple[str, ...] = ()
@@ -89,7 +90,7 @@ class Topic:
 
     def exists(self, parameters: Parameters) -> bool:
         """Return whether the topic is offered under these parameters."""
-        return not self.switch or bool(parameters.flat()[self.switch])
+        return not self.switches or all(map(parameters.flat().get, self.switches))
 
     def offered_qos(self, parameters: Parameters) -> Qos:
         """Return the quality of service under these parameters: a stream keeps `KEPT_S`."""
@@ -119,34 +120,48 @@ def _topic_of(command: Command) -> Topic:
     )
 
 
+READING_TYPES = {'m': (m.POINT_STAMPED, 'point.x'), 'N': (m.WRENCH_STAMPED, 'wrench.force.x')}
+"""Type of the readings in a unit, and which of its numbers is the reading; the rest is 0."""
+
+
+def _reading_topic(row: Sensor, name: str, text: str, *switches: str) -> Topic:
+    type_name, field = READING_TYPES[row.unit]
+    text += f'; needs {row.switch}' if row.switch else ''
+    return Topic(
+        name,
+        type_name,
+        STREAM,
+        text.format(field=f'{field}, {row.unit}'),
+        pace='sim.block',
+        switches=(*switches, *filter(None, [row.switch])),
+        overridable=STREAMED,
+    )
+
+
 # fmt: off
 TOPICS = (
     *(_topic_of(command) for command in COMMANDS.values() if command.has_topic),
     Topic('command/grant', m.FLOAT64_ARRAY, COMMAND,
           '[until s, commands]: lockstep; run to this simulated time once so many commands came',
-          recorded=False, switch='sim.lockstep', numbers=('until s', 'commands')),
-    Topic('position', m.POINT_STAMPED, STREAM,
-          'interferometer: point.x, m; once per sim.block; stamp is the sample time',
-          pace='sim.block', overridable=STREAMED),
-    Topic('force', m.WRENCH_STAMPED, STREAM,
-          'load cell: wrench.force.x, N, positive when the runner presses; once per sim.block',
-          pace='sim.block', overridable=STREAMED),
+          recorded=False, switches=('sim.lockstep',), numbers=('until s', 'commands')),
+    *(_reading_topic(
+        row, row.reading, row.text + ': {field}; once per sim.block; stamp is the sample time'
+    ) for row in SENSORS),
     Topic('voltage', m.FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period',
           pace='trace.period', overridable=STREAMED),
     Topic('trace', m.FLOAT64_ARRAY, STREAM,
-          'oscilloscope: rows of t[s], voltage[V], foot[m], position[m], force[N] at '
-          'trace.sample_rate; one block per trace.period',
+          f'oscilloscope: rows of {", ".join(trace_columns(Parameters()))}, then of sensors that '
+          'are enabled, at trace.sample_rate; one block per trace.period',
           pace='trace.period', overridable=STREAMED),
-    Topic('truth/position', m.POINT_STAMPED, STREAM,
-          'true position of the runner: point.x, m; with position, of the same stamp',
-          pace='sim.block', switch='sim.publish_truth', overridable=STREAMED),
-    Topic('truth/force', m.WRENCH_STAMPED, STREAM,
-          'true force on the load cell: wrench.force.x, N; with force, of the same stamp',
-          pace='sim.block', switch='sim.publish_truth', overridable=STREAMED),
+    *(_reading_topic(
+        row, f'truth/{row.reading}',
+        f'true {row.label}: {{field}}; with {row.reading}, of the same stamp',
+        'sim.publish_truth',
+    ) for row in SENSORS),
     Topic('joint_states', m.JOINT_STATE, STREAM,
           'sim.joint_name: position, m (interferometer), velocity, m/s (change of that position '
           'since the message before), effort, N (load cell); sim.joint_states_rate',
-          pace='sim.joint_states_rate', switch='sim.joint_states_rate', overridable=STREAMED),
+          pace='sim.joint_states_rate', switches=('sim.joint_states_rate',), overridable=STREAMED),
     Topic('~/status', m.UINT32, LATCHED, 'status bits, when they change'),
     Topic('~/event', m.STRING, EVENTS,
           "JSON: a command's end and its result; stamp_ns if its sender gave a stamp",
@@ -159,7 +174,7 @@ TOPICS = (
           'real-time factor, lateness, overruns, refusals, recorder, faults; 1 Hz of wall-clock '
           'time, and at once when a fault comes or goes', recorded=False),
     Topic('/clock', 'rosgraph_msgs/msg/Clock', SELDOM,
-          'simulated time, once per sim.block', recorded=False, switch='sim.publish_clock',
+          'simulated time, once per sim.block', recorded=False, switches=('sim.publish_clock',),
           overridable=STREAMED),
 )
 # fmt: on

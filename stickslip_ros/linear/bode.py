@@ -13,29 +13,16 @@ from stickslip_ros.runs.plotting import GREY, curve_style, draw_legend, label_ax
 from stickslip_ros.units import NM
 
 LINE_POINTS = 2000
-LEAD_RAD = 0.1
-"""Phases are lags but for rounding and creep; none leads by more."""
+LEAD_RAD = 0.1  # phases are lags but for rounding and creep; none leads by more
 
 
 class BodeCurve(NamedTuple):
-    """
-    From one input to the position, in closed form at some frequencies.
+    """From one input to the position, in closed form at some frequencies."""
 
-    Attributes
-    ----------
-    source, unit : str
-        Input, and its unit.
-    response : array, shape (n,)
-        In metres per unit.
-    phase_rad : array, shape (n,)
-        Without jumps by a turn.
-
-    """
-
-    source: str
+    source: str  # input, and its unit
     unit: str
-    response: Complex
-    phase_rad: Array
+    response: Complex  # in metres per unit, shape (n,)
+    phase_rad: Array  # without jumps by a turn, shape (n,)
 
     def phase_deg(self, measured: Complex | None = None) -> Array:
         """Return the phase, or what was measured near it, in degrees."""

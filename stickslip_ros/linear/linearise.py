@@ -27,25 +27,16 @@ from stickslip_ros.parameters import Parameters
 
 INPUTS = ('voltage_v', 'load_n')
 OUTPUTS = ('position_m', 'foot_m')
-SETTLING_S = 0.02
-"""Time in which a drive comes to a place without ringing, and rests there."""
+SETTLING_S = 0.02  # time in which a drive comes to a place without ringing, and rests there
 SETTLING_ROWS = 1000
 
 Complex = NDArray[np.complex128]
 
 
 class Response(NamedTuple):
-    """
-    Complex frequency responses, each of shape (n,).
+    """Complex frequency responses, each of shape (n,)."""
 
-    Attributes
-    ----------
-    position_m_per_v, position_m_per_n : array
-        From the commanded voltage and from the load to the runner.
-
-    """
-
-    position_m_per_v: Complex
+    position_m_per_v: Complex  # from the commanded voltage and from the load to the runner
     position_m_per_n: Complex
 
 
@@ -145,11 +136,17 @@ def linear_drive(
     contacts_n_per_m = np.array(
         [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
     )
-    stiffness, cell = float(contacts_n_per_m.sum()), _touched_n_per_m(plant, at_m)
+    stiffness, cell, walls = float(contacts_n_per_m.sum()), plant.cell_n_per_m, plant.walls
     mass_kg, damping_n_s_per_m = float(plant.mass_kg), float(plant.damping_n_s_per_m)
-    if _is_pressed(plant, at_m):
+    if at_m > walls.gap_m:
+        cell += walls.cell_n_per_m
+    if plant.button.exists and at_m > plant.button.gap_m:
+        cell += plant.button.n_per_m
         mass_kg += float(plant.button.mass_kg)
         damping_n_s_per_m += float(plant.button.damping_n_s_per_m)
+    if not walls.low_m < at_m < walls.high_m:
+        cell += walls.stop_n_per_m
+    cell = float(cell)
     rates, foot_m = _rates(plant, mass_kg, damping_n_s_per_m, contacts_n_per_m, cell)
     names, matrix = tuple(rates), np.array(list(rates.values()))
     seen = np.array([_unit(names, 'position_m'), foot_m])
@@ -171,15 +168,7 @@ def linear_drive(
 def drive_at(
     parameters: Parameters, at_voltage_v: float | None = None
 ) -> tuple[float, Record, Record]:
-    """
-    Return a voltage, and plant and state of a drive that has come to it from rest.
-
-    Raises
-    ------
-    StickSlipError
-        As ``linearise`` says.
-
-    """
+    """Return a voltage, and plant and state of a drive that has come to it from rest."""
     if parameters.contact.law != 'mdr':
         limit = 'a law without a stiffness that holds for every small motion'
         raise OutOfRange('contact.law', parameters.contact.law, '', limit, "set it to 'mdr'")
@@ -201,23 +190,6 @@ def drive_at(
 def smooth(share: Array) -> Array:
     """Return a rise from 0 at shares up to 0 to 1 at shares from 1 on, without a corner."""
     return 0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0))
-
-
-def _is_pressed(plant: Record, position_m: float) -> bool:
-    return bool(plant.button.exists and position_m > plant.button.gap_m)
-
-
-def _touched_n_per_m(plant: Record, position_m: float) -> float:
-    """Return the stiffness of load cell and end stops at a position, N/m."""
-    walls = plant.walls
-    stiffness = plant.cell_n_per_m
-    if position_m > walls.gap_m:
-        stiffness += walls.cell_n_per_m
-    if _is_pressed(plant, position_m):
-        stiffness += plant.button.n_per_m
-    if not walls.low_m < position_m < walls.high_m:
-        stiffness += walls.stop_n_per_m
-    return float(stiffness)
 
 
 def _rates(

@@ -22,12 +22,11 @@ from stickslip_ros.linear.linearise import (
     smooth,
 )
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.runs.batch import run_batch
 
-SLIDING_SHARE = 2e-3
-"""Sliding amplitude per maximal presliding of the contact that slips first."""
+SLIDING_SHARE = 2e-3  # sliding amplitude per maximal presliding of the contact that slips first
 VOLTAGE_SHARE = 2.5e-3
 """Largest amplitude of the voltage per range of the amplifier: no play of the hysteresis moves."""
 POINTS = 128
@@ -109,8 +108,19 @@ def measure_response(
             raise OutOfRange('frequency', float(each), 'Hz', 'not above 0', 'raise it')
     at_v, plants, states = drive_at(parameters, at_voltage_v)
     linear = linear_drive(parameters, at_v, plants, states)
-    sliding_m, softening = _sliding(parameters)
-    amplitudes = _amplitudes(parameters, linear, frequencies, sliding_m)
+    contacts = contacts_of(parameters)
+    sliding_m = SLIDING_SHARE * min(contact.max_displacement_m for contact in contacts)
+    force_n = sum(float(contact.tangential_force(sliding_m)) for contact in contacts)
+    stuck_n = sliding_m * sum(contact.stick_stiffness_n_per_m for contact in contacts)
+    matrix, amplifier = linear.matrix(frequencies), parameters.amplifier
+    sliding_m_per_v, sliding_m_per_n = np.abs(matrix[:, 0] - matrix[:, 1]).T
+    largest_v = VOLTAGE_SHARE * (amplifier.voltage_max - amplifier.voltage_min)
+    for side in (-1.0, 1.0):
+        check_request(Request('voltage', (linear.at_voltage_v + side * largest_v,)), parameters)
+    amplitudes = (
+        sliding_m / np.maximum(sliding_m_per_v, sliding_m / largest_v),
+        sliding_m / sliding_m_per_n,
+    )
     cases = [
         (name, float(hertz), float(amplitude))
         for name, column in zip(INPUTS, amplitudes, strict=True)
@@ -120,30 +130,8 @@ def measure_response(
     with shown_progress('sines', quiet=not progress) as show:
         found = run_batch(task, cases, workers=workers, progress=show)
     voltage, load = np.array(found).reshape(2, -1)
-    return MeasuredResponse(frequencies, Response(voltage, load), linear, *amplitudes, softening)
-
-
-def _sliding(parameters: Parameters) -> tuple[float, float]:
-    """Return the sliding amplitude, m, and the share of the stiffness that slip takes off."""
-    contacts = contacts_of(parameters)
-    sliding_m = SLIDING_SHARE * min(contact.max_displacement_m for contact in contacts)
-    force_n = sum(float(contact.tangential_force(sliding_m)) for contact in contacts)
-    stuck_n = sliding_m * sum(contact.stick_stiffness_n_per_m for contact in contacts)
-    return sliding_m, 1.0 - force_n / stuck_n
-
-
-def _amplitudes(
-    parameters: Parameters, linear: LinearDrive, frequencies: Array, sliding_m: float
-) -> tuple[Array, Array]:
-    """Return the amplitudes of voltage, V, and load, N, that slide so far."""
-    matrix = linear.matrix(frequencies)
-    sliding_m_per_v, sliding_m_per_n = np.abs(matrix[:, 0] - matrix[:, 1]).T
-    amplifier = parameters.amplifier
-    largest_v = VOLTAGE_SHARE * (amplifier.voltage_max - amplifier.voltage_min)
-    for side in (-1.0, 1.0):
-        check_request(Request('voltage', (linear.at_voltage_v + side * largest_v,)), parameters)
-    return sliding_m / np.maximum(sliding_m_per_v, sliding_m / largest_v), (
-        sliding_m / sliding_m_per_n
+    return MeasuredResponse(
+        frequencies, Response(voltage, load), linear, *amplitudes, 1.0 - force_n / stuck_n
     )
 
 
@@ -173,17 +161,14 @@ def _measure(
     integral_m_s[0] = integrals.item()
     start_clock(moving)
     for i, load_n in enumerate(loads_n, start=1):
-        heed_stop()
+        stop_if_asked()
         advance(plants, moving, wave, float(load_n), dt_s, ramps)
         integral_m_s[i] = integrals.item()
     seen = rounded * np.sinc(1.0 / POINTS)
-    return _phasor(np.diff(integral_m_s) / dt_s, cycles) / complex(0.0, -amplitude * seen)
-
-
-def _phasor(position_m: Array, cycles: int) -> complex:
-    """Return the complex amplitude of the last cycles, m; a smooth window hides slow drift."""
+    # The complex amplitude of the last cycles, m; a smooth window hides slow drift.
     last = cycles * POINTS
-    middle = np.arange(last) + 0.5
+    position_m, middle = np.diff(integral_m_s)[-last:] / dt_s, np.arange(last) + 0.5
     weights = (1.0 - np.cos(2.0 * np.pi * middle / last)) ** 2
     turns = np.exp(-2j * np.pi * middle / POINTS)
-    return complex(2.0 * np.mean(weights * position_m[-last:] * turns) / np.mean(weights))
+    phasor_m = complex(2.0 * np.mean(weights * position_m * turns) / np.mean(weights))
+    return phasor_m / complex(0.0, -amplitude * seen)

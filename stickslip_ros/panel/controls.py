@@ -10,11 +10,11 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.messages import INT32, JOINT_STATE, STAMPED_FIELDS
 from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.panel.model import CYCLES, SPANS_S
-from stickslip_ros.parameters import specs
+from stickslip_ros.parameters import SENSORS, specs
 from stickslip_ros.units import display_unit
 
 WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
-"""How a command is given that has not a field for each of its numbers and a button to send."""
+"""Commands that are not given by a field for each number and a button to send them."""
 SIGNED = {'sawtooth': 'frequency', 'steps': 'steps', 'jog': 'frequency'}
 """The number whose sign is the direction: the command has a button for each."""
 LIMITS = {
@@ -83,7 +83,7 @@ def sheet() -> dict[str, Any]:
 
 def _is_for_people(topic: Topic) -> bool:
     """Return whether somebody gives a command, who has no use for lockstep and joints."""
-    return not topic.switch and topic.type_name != JOINT_STATE
+    return not topic.switches and topic.type_name != JOINT_STATE
 
 
 def lamps() -> dict[str, Any]:
@@ -92,6 +92,17 @@ def lamps() -> dict[str, Any]:
         'bits': [
             {'bit': int(bit), 'name': bit.name, 'text': bit.text, 'is_alarm': bool(bit & ALARMS)}
             for bit in Status
+        ],
+        'sensors': [
+            {
+                'name': each.reading,
+                'words': each.words.capitalize(),
+                'text': f'{each.text}, mean of 40 ms',
+                'is_optional': bool(each.switch),
+                'unit': display_unit(each.unit)[1],
+                'factor': display_unit(each.unit)[0],
+            }
+            for each in SENSORS
         ],
         'cycles': CYCLES,
         'spans_s': SPANS_S,
@@ -116,15 +127,7 @@ def command_numbers(topic: Topic) -> tuple[str, ...]:
 
 
 def read_numbers(topic: Topic, values: object) -> list[float]:
-    """
-    Return the numbers of a command as they came from the page.
-
-    Raises
-    ------
-    WrongKind
-        If they are no numbers, or not as many as the command has.
-
-    """
+    """Return the numbers of a command from the page; refuse others, too few and too many."""
     try:
         numbers = [float(each) for each in values]  # type: ignore[attr-defined]
     except (TypeError, ValueError):
@@ -145,30 +148,14 @@ def read_numbers(topic: Topic, values: object) -> list[float]:
 
 
 def read_cycles(value: object) -> int:
-    """
-    Return how often a waveform is played, as it came from the page.
-
-    Raises
-    ------
-    WrongKind
-        If it is no whole number that the layout of a message can hold.
-
-    """
+    """Return how often the page wants a waveform played; refuse what a layout cannot hold."""
     if isinstance(value, int | float) and float(value).is_integer() and 0 <= value <= INT32_MAX:
         return int(value)
     raise WrongKind('cycles', value, 'a whole number from 0 on', '0 plays until stopped')
 
 
 def read_fault(name: object, value: object) -> tuple[str, Any]:
-    """
-    Return a fault and its value as they came from the page.
-
-    Raises
-    ------
-    StickSlipError
-        If there is no such fault, or the value is not allowed.
-
-    """
+    """Return a fault and its value from the page; refuse what is not a fault or not allowed."""
     if not isinstance(name, str) or name not in specs() or not is_fault(name):
         raise StickSlipError(f'{name} is no fault')
     return name, specs()[name].check(name, value)
@@ -176,25 +163,26 @@ def read_fault(name: object, value: object) -> tuple[str, Any]:
 
 def _command(topic: Topic) -> Mapping[str, Any]:
     name = topic.request
+    wave = {
+        'shapes': {
+            shape_name: {'rows': shape.rows(SHAPE_ROWS).tolist(), 'source': shape.source}
+            for shape_name, shape in SHAPES.items()
+        },
+        'numbers': [_number(name, each) for each in WAVE],
+    }
     return {
         'name': name,
         'text': topic.text,
         'way': WAYS.get(name, 'form'),
         'signed': SIGNED.get(name),
-        'numbers': [_number(name, *each.split(' ', 1)) for each in command_numbers(topic)],
-        'wave': _wave(name) if topic.is_table else None,
+        'numbers': [_number(name, each) for each in command_numbers(topic)],
+        'wave': wave if topic.is_table else None,
     }
 
 
-def _wave(command: str) -> Mapping[str, Any]:
-    shapes = {
-        name: {'rows': shape.rows(SHAPE_ROWS).tolist(), 'source': shape.source}
-        for name, shape in SHAPES.items()
-    }
-    return {'shapes': shapes, 'numbers': [_number(command, *each.split(' ', 1)) for each in WAVE]}
-
-
-def _number(command: str, name: str, unit: str = '') -> dict[str, Any]:
+def _number(command: str, label: str) -> dict[str, Any]:
+    """Return the field of a number, whose label is its name and unit."""
+    name, _, unit = label.partition(' ')
     factor, shown = display_unit(unit)
     low, high = LIMITS.get((command, name), (None, None))
     start = STARTS.get((command, name), 0.0)

@@ -1,19 +1,22 @@
-"""From many samples to the few points of a picture: kept, thinned, triggered."""
+"""Many samples become the few points of a picture: they are kept, thinned and triggered."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.instrument.reports import FIRST_READING
+from stickslip_ros.parameters import SENSORS
 
 BINS = 600
 """Pairs of lowest and highest sample of which a curve consists at most."""
 RECENT = (1 << 13, 1 << 15, 1 << 18)
-"""Samples in which falls are looked for: in more, where there are too few in less."""
+"""Falls are looked for in the last so many samples; where there are too few, in more."""
 KEPT = RECENT[-1]
 HIGH, LOW = 0.75, 0.25
-"""Shares of the voltage's range between which an edge leads."""
+"""An edge leads from below the one share of the range of the voltage to above the other."""
 STEEP = 0.25
 """Largest share of a period that the edge takes on which the scope triggers."""
 MARGIN = 0.15
@@ -23,25 +26,17 @@ FREE_S = 0.02
 HISTORY_BIN_S = 0.01
 HISTORY_KEPT = 1 << 13
 
-TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
-"""Columns of samples: those of a trace."""
+COLUMNS = ('t', 'voltage', 'foot', *(each.reading for each in SENSORS))
+"""Columns of samples; those of a sensor that is not there are not numbers."""
+TIME, VOLTAGE, FOOT = range(FIRST_READING)
+POSITION = COLUMNS.index('position')
 
 
 class SampleRing:
-    """
-    The last rows of a table that grows, always as one array.
-
-    Parameters
-    ----------
-    columns : int
-        Width of the table.
-    capacity : int
-        Rows that are kept at least, and seen at most.
-
-    """
+    """The last rows of a table that grows, always as one array."""
 
     def __init__(self, columns: int, capacity: int) -> None:
-        self._capacity = capacity
+        self._capacity = capacity  # rows that are kept at least, and seen at most
         self._table = np.empty((2 * capacity, columns))
         self._end = 0
 
@@ -67,21 +62,24 @@ class SampleRing:
 
 class BinHistory:
     """
-    Lowest and highest position and force of every hundredth of a second.
+    Lowest and highest readings of every hundredth of a second.
 
     Attributes
     ----------
     bins : SampleRing
-        Rows of start (s), lowest and highest position (m), lowest and highest force (N).
+        Rows of start (s), then lowest and highest reading of each sensor.
 
     """
 
     def __init__(self, kept: int = HISTORY_KEPT) -> None:
-        self.bins = SampleRing(5, kept)
+        self.bins = SampleRing(1 + 2 * len(SENSORS), kept)
 
     def add(self, samples: Array) -> None:
         """Take samples, at most one bin's."""
-        row = np.array([[samples[0, TIME], *_range(samples, POSITION), *_range(samples, FORCE)]])
+        readings = samples[:, FIRST_READING:]
+        row = np.empty((1, 1 + 2 * len(SENSORS)))
+        row[0, 0] = samples[0, TIME]
+        row[0, 1::2], row[0, 2::2] = np.fmin.reduce(readings), np.fmax.reduce(readings)
         bins = self.bins.rows
         # Three quarters: starts of bins are no exact multiples.
         if len(bins) and row[0, 0] - bins[-1, 0] < 0.75 * HISTORY_BIN_S:
@@ -98,40 +96,27 @@ class BinHistory:
                 self.add(part)
 
     def curves(self, end_s: float, span_s: float) -> dict[str, 'PanelCurve']:
-        """Return position and force of the time before ``end_s``."""
+        """Return the readings of the time before ``end_s``."""
         bins = self.bins.rows
         first, last = np.searchsorted(bins[:, 0], (end_s - span_s, end_s), 'right')
         bins = bins[max(0, first - 1) : last]
         if not len(bins):
             return {}
         x = np.repeat(bins[:, 0] - end_s, 2)
+        pairs = np.split(bins[:, 1:], len(SENSORS), axis=1)
         return {
-            'position': curve_of(x, bins[:, 1:3].ravel()),
-            'force': curve_of(x, bins[:, 3:5].ravel()),
+            row.reading: curve_of(x, pair.ravel())
+            for row, pair in zip(SENSORS, pairs, strict=True)
+            if not row.switch or not np.isnan(pair).all()
         }
 
 
-def _range(samples: Array, column: int) -> tuple[float, float]:
-    values = samples[:, column]
-    return float(np.fmin.reduce(values)), float(np.fmax.reduce(values))
-
-
 class PanelCurve(NamedTuple):
-    """
-    Points of a picture.
+    """Points of a picture."""
 
-    Attributes
-    ----------
-    x, y : array of float32, shape (n,)
-        Both relative: to a time that the picture has, and to ``base``.
-    base : float
-        What is to be added to y; in double precision, unlike these.
-
-    """
-
-    x: NDArray[np.float32]
-    y: NDArray[np.float32]
-    base: float
+    x: NDArray[np.float32]  # shape (n,), relative to a time that the picture has
+    y: NDArray[np.float32]  # shape (n,), relative to the base
+    base: float  # what is to be added to y; in double precision
 
 
 def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
@@ -154,26 +139,13 @@ def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
 
 
 class Picture(NamedTuple):
-    """
-    What the scope shows.
+    """What the scope shows."""
 
-    Attributes
-    ----------
-    start_s, end_s : float
-        Relative to the first fall, or to the newest sample without one, s.
-    at_s : float
-        That fall or sample, s.
-    period_s : float
-        Of the saw-tooth; 0 where the scope runs freely.
-    curves : dict of str to PanelCurve
-        ``voltage``, ``foot`` and ``runner``; the last two from their places before the fall on.
-
-    """
-
-    start_s: float
+    start_s: float  # relative to the first fall, or to the newest sample without one
     end_s: float
-    at_s: float
-    period_s: float
+    at_s: float  # that fall or sample
+    period_s: float  # of the saw-tooth; 0 where the scope runs freely
+    # ``voltage``, ``foot`` and ``runner``; the last two from their places before the fall on.
     curves: dict[str, PanelCurve]
 
 
@@ -191,17 +163,8 @@ class Scope:
         """
         Return the picture of the last cycles.
 
-        Where the voltage rests, the last one that had falls is held. Where there was none, or
-        without trigger, the newest samples are shown.
-
-        Parameters
-        ----------
-        samples : array, shape (n, 5)
-            Rows as in a trace.
-        cycles : int
-            Cycles to show.
-        triggers : bool
-            Whether the scope waits for falls.
+        Samples are rows of COLUMNS. Where the voltage rests, the last picture that had falls is
+        held. Where there was none, or without trigger, the newest samples are shown.
 
         """
         if not len(samples):
@@ -265,13 +228,8 @@ def _free(samples: Array, length_s: float) -> Picture:
 def _shown(samples: Array, shown: slice, trigger: int) -> Picture:
     part, at_s = samples[shown], float(samples[trigger, TIME])
     x = part[:, TIME] - at_s
-    curves = {
-        name: curve_of(x, part[:, column], _finite(samples[trigger, column]))
-        for name, column in (('foot', FOOT), ('runner', POSITION))
-    }
-    curves['voltage'] = curve_of(x, part[:, VOLTAGE], 0.0)
+    curves = {'voltage': curve_of(x, part[:, VOLTAGE], 0.0)}
+    for name, column in (('foot', FOOT), ('runner', POSITION)):
+        place = float(samples[trigger, column])
+        curves[name] = curve_of(x, part[:, column], place if math.isfinite(place) else 0.0)
     return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves)
-
-
-def _finite(value: float) -> float:
-    return float(value) if np.isfinite(value) else 0.0

@@ -1,8 +1,7 @@
-"""Between a drive and the page: a client with a thread of its own, and what the page wishes."""
+"""The link between a drive and the page: a client of the drive with a thread of its own."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from functools import partial
 from queue import SimpleQueue
 from threading import Event, Thread
 from time import monotonic
@@ -23,8 +22,7 @@ from stickslip_ros.interface.topics import NODE_NAME, SERVICES
 from stickslip_ros.panel.controls import read_cycles, read_fault, read_numbers, shown_parameters
 from stickslip_ros.panel.model import ACTIVE, Model, parsed_event
 from stickslip_ros.ros.client import DriveClient, command_topic, open_context
-from stickslip_ros.ros.ending import end_node
-from stickslip_ros.ros.executable import stay_on_this_host
+from stickslip_ros.ros.executable import end_node, stay_on_this_host
 from stickslip_ros.ros.interface import SERVICE_TYPES
 
 LOOK_S = 0.5
@@ -168,19 +166,20 @@ class Link:
         if label != self.model.lifecycle:
             self.model.lifecycle = label
             names = shown_parameters()
-            request = GetParameters.Request(names=names)
-            asked = self._services['get_parameters'].call_async(request)
-            asked.add_done_callback(partial(self._take_values, names))
 
-    def _take_values(self, names: list[str], answer: Future) -> None:
-        values = map(parameter_value_to_python, answer.result().values)
-        self.model.take_parameters(dict(zip(names, values, strict=False)))
+            def take(answer: Future) -> None:
+                values = map(parameter_value_to_python, answer.result().values)
+                self.model.take_parameters(dict(zip(names, values, strict=False)))
+
+            request = GetParameters.Request(names=names)
+            self._services['get_parameters'].call_async(request).add_done_callback(take)
 
     def _take_trace(self, data: bytes) -> None:
         with suppress(RecordingError):
             message = unpack(FLOAT64_ARRAY, data)
             if isinstance(message, ArrayMessage) and message.data.ndim == 2 and message.data.size:
-                self.model.take_trace(message.data)
+                labels = message.labels[-1].split(',')
+                self.model.take_trace(message.data, [each.partition('[')[0] for each in labels])
 
     def _take_event(self, message: Any) -> None:
         event = parsed_event(message.data)

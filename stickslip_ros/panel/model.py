@@ -11,18 +11,15 @@ from typing import Any, Protocol
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.panel.curves import (
-    FORCE,
+    COLUMNS,
     KEPT,
-    POSITION,
     TIME,
-    VOLTAGE,
     BinHistory,
-    PanelCurve,
     SampleRing,
     Scope,
 )
+from stickslip_ros.parameters import SENSORS, TRUTH
 
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04
@@ -55,22 +52,12 @@ class Source(Protocol):
 
 
 class View:
-    """
-    How the picture is taken, which those at the page choose.
-
-    Attributes
-    ----------
-    cycles : int
-        One of CYCLES.
-    span_s : float
-        One of SPANS_S.
-    triggers : bool
-        Whether the scope triggers.
-
-    """
+    """How the picture is taken, which those at the page choose."""
 
     def __init__(self) -> None:
-        self.cycles, self.span_s, self.triggers = 3, 10, True
+        self.cycles = 3  # one of CYCLES
+        self.span_s = 10  # one of SPANS_S
+        self.triggers = True  # whether the scope waits for falls
 
     def choose(self, wish: Mapping[str, Any]) -> None:
         """Take a choice; anything else is passed over."""
@@ -89,80 +76,62 @@ def packed_frame(
     Return the picture at a time, as the page reads it.
 
     In front are the length of the header, a word, and the header, JSON; behind it, as float32, x
-    and y of the curves in its order.
-
-    Parameters
-    ----------
-    time_s : float
-        Simulated time.
-    samples : array, shape (n, 5)
-        The last samples before it.
-    history, scope, view
-        What shows them, and how.
+    and y of the curves in its order. Samples are the last before the time.
 
     """
-    picture = scope.picture(samples, view.cycles, triggers=view.triggers)
+    header: dict[str, Any] = {'time_s': time_s, 'span_s': view.span_s, 'scope': None}
+    header['figures'] = _figures(samples)
     curves = history.curves(time_s, view.span_s)
-    header: dict[str, Any] = {'time_s': time_s, 'figures': _figures(samples), 'scope': None}
-    header['span_s'] = view.span_s
+    picture = scope.picture(samples, view.cycles, triggers=view.triggers)
     if picture is not None:
         curves |= picture.curves
-        ends = (picture.start_s, picture.end_s, picture.at_s, picture.period_s)
-        header['scope'] = dict(zip(('start_s', 'end_s', 'at_s', 'period_s'), ends, strict=True))
+        header['scope'] = {
+            'start_s': picture.start_s,
+            'end_s': picture.end_s,
+            'at_s': picture.at_s,
+            'period_s': picture.period_s,
+        }
     header['curves'] = [[name, len(each.x), each.base] for name, each in curves.items()]
     text = json.dumps(header).encode()
     text += b' ' * (-len(text) % 4)
-    return b''.join((struct.pack('<I', len(text)), text, *_points(curves)))
-
-
-def _points(curves: Mapping[str, PanelCurve]) -> list[bytes]:
-    return [part.astype('<f4').tobytes() for each in curves.values() for part in each[:2]]
+    points = [part.astype('<f4').tobytes() for each in curves.values() for part in each[:2]]
+    return b''.join((struct.pack('<I', len(text)), text, *points))
 
 
 def _figures(samples: Array) -> dict[str, float | None]:
     """Return the means of the newest samples; of those that are numbers."""
+    always = [*(each.reading for each in SENSORS if not each.switch), 'voltage']
     if not len(samples):
-        return dict.fromkeys(('position', 'force', 'voltage'))
+        return dict.fromkeys(always)
     begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - FIGURE_S))
-    newest = samples[begin:]
+    newest = dict(zip(COLUMNS, samples[begin:].T, strict=True))
+    shown = [*always, *(each.reading for each in SENSORS if each.switch)]
     return {
-        name: float(np.mean(newest[:, column])) if np.isfinite(newest[-1, column]) else None
-        for name, column in (('position', POSITION), ('force', FORCE), ('voltage', VOLTAGE))
+        name: float(np.mean(newest[name])) if np.isfinite(newest[name][-1]) else None
+        for name in shown
+        if name in always or not np.isnan(newest[name]).all()
     }
 
 
 class Model:
-    """
-    A drive as the panel hears it; one thread tells it, another asks.
-
-    Attributes
-    ----------
-    drive : str
-        Full name of its node.
-    drives : list of str
-        Those that there are.
-    lifecycle : str
-        State of the node as it last answered; empty as long as it does not.
-    is_there : bool
-        Whether the graph has it.
-    view : View
-        How the picture is taken.
-
-    """
+    """A drive as the panel hears it; one thread tells it, another asks."""
 
     def __init__(self, drive: str) -> None:
         self._lock = RLock()
-        self.drive, self.drives = drive, list[str]()
+        self.drive = drive  # full name of its node
+        self.drives: list[str] = []  # those that there are
+        self.lifecycle = ''  # of the node as it last answered; empty as long as it does not
+        self.is_there = False  # in the graph
         self.view = View()
         self._ring, self._history, self._scope = (
-            SampleRing(len(TRACE_COLUMNS), KEPT),
+            SampleRing(len(COLUMNS), KEPT),
             BinHistory(),
             Scope(),
         )
         self.forget()
 
     def forget(self, drive: str = '') -> None:
-        """Know nothing any more, of the same drive or of another."""
+        """Forget what was heard; the model is now one of the same drive, or of another."""
         with self._lock:
             self.drive = drive or self.drive
             self.lifecycle, self.is_there = '', False
@@ -180,8 +149,12 @@ class Model:
         self._scope.clear()
         self._heard_s, self._has_news = monotonic(), True
 
-    def take_trace(self, samples: Array) -> None:
-        """Take samples; where time starts anew, what was before is forgotten."""
+    def take_trace(self, block: Array, names: Sequence[str] = TRUTH) -> None:
+        """Take a block of a trace; where time starts anew, what was before is forgotten."""
+        samples = np.full((len(block), len(COLUMNS)), np.nan)
+        for name, column in zip(names, block.T, strict=False):
+            if name in COLUMNS:
+                samples[:, COLUMNS.index(name)] = column
         with self._lock:
             rows = self._ring.rows
             if len(rows) and samples[0, TIME] <= rows[-1, TIME]:
@@ -287,5 +260,5 @@ def parsed_event(text: str) -> dict[str, Any] | None:
         event = json.loads(text)
     except ValueError:
         return None
-    names: Sequence[str] = ('message', 'result', 'command', 'number', 'steps', 'time_ns')
-    return event if isinstance(event, dict) and all(name in event for name in names) else None
+    names = {'message', 'result', 'command', 'number', 'steps', 'time_ns'}
+    return event if isinstance(event, dict) and names <= event.keys() else None

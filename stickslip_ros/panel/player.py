@@ -12,14 +12,11 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.instrument.reports import TRACE_COLUMNS
 from stickslip_ros.panel.curves import (
-    FOOT,
-    FORCE,
+    COLUMNS,
     KEPT,
     POSITION,
     TIME,
-    VOLTAGE,
     BinHistory,
     Scope,
     curve_of,
@@ -31,19 +28,14 @@ from stickslip_ros.units import NANO
 
 SPEEDS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
 """Simulated seconds per second that can be chosen."""
-COLUMNS = {'voltage_v': VOLTAGE, 'foot_m': FOOT, 'position_m': POSITION, 'force_n': FORCE}
 
 
 def samples_of(recording: Recording) -> Array:
     """
     Return a run as rows of a trace; what it does not hold is not a number.
 
-    Without a trace these are the topics, at the times of the positions.
-
-    Raises
-    ------
-    RecordingError
-        If the recording has no position.
+    Without a trace these are the topics, at the times of the positions. A recording without
+    positions is refused.
 
     """
     found = recorded_series(recording)
@@ -51,31 +43,18 @@ def samples_of(recording: Recording) -> Array:
         problem = 'has neither a trace nor positions'
         raise RecordingError(recording.path, problem, 'choose the recording of a drive')
     time_s = found['position_m'].time_s
-    samples = np.full((len(time_s), len(TRACE_COLUMNS)), np.nan)
+    samples = np.full((len(time_s), len(COLUMNS)), np.nan)
     samples[:, TIME] = time_s
     for name, series in found.items():
         is_same = len(series) == len(time_s) and np.array_equal(series.time_s, time_s)
-        samples[:, COLUMNS[name]] = (
+        samples[:, COLUMNS.index(name.rpartition('_')[0])] = (
             series.value if is_same else np.interp(time_s, series.time_s, series.value)
         )
     return samples
 
 
 class Player:
-    """
-    A recording and the place in it; every page shows the same.
-
-    Parameters
-    ----------
-    path : Path
-        The recording.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be read, or has no position.
-
-    """
+    """A recording and the place in it; every page shows the same."""
 
     def __init__(self, path: Path) -> None:
         recording = Recording(path)
@@ -108,7 +87,8 @@ class Player:
         """Return what changes now and then, for the page."""
         with self._lock:
             time_ns = self._time_s / NANO
-            events = self._events[: bisect_right(self._events, time_ns, key=_time_of)]
+            past = bisect_right(self._events, time_ns, key=lambda event: float(event['time_ns']))
+            events = self._events[:past]
             place = bisect_right(self._bits, self._time_s, key=lambda pair: pair[0])
             return {
                 'condition': {'word': 'recording', 'text': self._name},
@@ -121,7 +101,12 @@ class Player:
     def frame(self) -> bytes | None:
         """Return the next picture for the page; None if it is the last one still."""
         with self._lock:
-            self._move_on()
+            if self._plays:  # the place goes on with the clock, to the end of the run at most
+                now_s = monotonic()
+                self._time_s += self._speed * (now_s - self._since_s)
+                self._since_s, self._is_shown = now_s, False
+                if self._time_s >= self._end_s:
+                    self._time_s, self._plays = self._end_s, False
             if self._is_shown:
                 return None
             self._is_shown = True
@@ -134,7 +119,9 @@ class Player:
         with self._lock:
             match wish.get('do'):
                 case 'play':
-                    self._play(wanted=bool(wish.get('wanted')))
+                    self._plays, self._since_s = bool(wish.get('wanted')), monotonic()
+                    if self._plays and self._time_s >= self._end_s:
+                        self._seek(self._start_s)
                 case 'seek':
                     self._seek(wish.get('time_s'))
                 case 'speed':
@@ -146,26 +133,7 @@ class Player:
     def close(self) -> None:
         """End; the recording is closed already."""
 
-    def _play(self, *, wanted: bool) -> None:
-        if wanted and self._time_s >= self._end_s:
-            self._seek(self._start_s)
-        self._plays, self._since_s = wanted, monotonic()
-
     def _seek(self, time_s: object) -> None:
         if isinstance(time_s, int | float) and math.isfinite(time_s):
             self._time_s = min(max(float(time_s), self._start_s), self._end_s)
             self._scope.clear()
-
-    def _move_on(self) -> None:
-        """Go on with the clock, to the end of the run at most."""
-        if not self._plays:
-            return
-        now_s = monotonic()
-        self._time_s += self._speed * (now_s - self._since_s)
-        self._since_s, self._is_shown = now_s, False
-        if self._time_s >= self._end_s:
-            self._time_s, self._plays = self._end_s, False
-
-
-def _time_of(event: Mapping[str, Any]) -> float:
-    return float(event['time_ns'])

@@ -17,14 +17,14 @@ from typing import Any
 
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
-from tornado.web import Application, HTTPError, RequestHandler, StaticFileHandler
+from tornado.web import Application, HTTPError, StaticFileHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.panel.model import Source
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 
-ADDRESS, PORT = '127.0.0.1', 8040
+ADDRESS = '127.0.0.1'
 HOSTS = ('127.0.0.1', 'localhost')
 PERIOD_S = 0.04
 """Time between two pictures, s."""
@@ -48,12 +48,7 @@ def is_own(request: HTTPServerRequest, *, needs_origin: bool) -> bool:
     """
     Return whether a request comes from a page of this server, or from no page.
 
-    Parameters
-    ----------
-    request : HTTPServerRequest
-        The request.
-    needs_origin : bool
-        Whether one without an origin is refused: browsers name it with every WebSocket.
+    With ``needs_origin`` one without an origin is refused: browsers name it with every WebSocket.
 
     """
     hosts, origins = (request.headers.get_list(name) for name in ('Host', 'Origin'))
@@ -67,8 +62,8 @@ def _number(digits: str) -> float:
     return int(digits) if len(digits) <= sys.float_info.max_10_exp else float(digits)
 
 
-class _Guarded(RequestHandler):
-    """Refuses what comes from elsewhere, before anything else."""
+class _File(StaticFileHandler):
+    """A file of the page; what comes from elsewhere is refused before anything else."""
 
     def prepare(self) -> None:
         if not is_own(self.request, needs_origin=False):
@@ -79,10 +74,6 @@ class _Guarded(RequestHandler):
     def set_default_headers(self) -> None:
         for name, value in HEADERS.items():
             self.set_header(name, value)
-
-
-class _File(_Guarded, StaticFileHandler):
-    """A file of the page."""
 
 
 class _Socket(WebSocketHandler):
@@ -112,51 +103,30 @@ class _Socket(WebSocketHandler):
     def on_close(self) -> None:
         self._hub.pages.discard(self)
 
-    def tell(self, words: str) -> None:
-        """Send words, all of them, in their order."""
-        self._send(words)
-
     def show(self, picture: bytes) -> None:
         """Send a picture; a page that is still busy gets the newest one as soon as it is not."""
-        self._next = picture
-        if not self._busy:
-            self._send_next()
+        if self._busy:
+            self._next = picture
+        else:
+            self.send(picture)
 
-    def _send_next(self) -> None:
-        picture, self._next = self._next, b''
-        if picture:
-            self._send(picture)
-
-    def _send(self, message: str | bytes) -> None:
+    def send(self, message: str | bytes) -> None:
+        """Send a picture, or words, all of which are sent in their order."""
         with suppress(WebSocketClosedError):
             sent = self.write_message(message, binary=isinstance(message, bytes))
             self._busy += 1
             asyncio.ensure_future(sent).add_done_callback(self._go_on)
 
     def _go_on(self, sent: Any) -> None:
-        sent.exception()  # of a page that has gone; on_close comes too
+        sent.exception()  # raised by a page that has gone; on_close comes too
         self._busy -= 1
-        if not self._busy:
-            self._send_next()
+        if self._next and not self._busy:
+            picture, self._next = self._next, b''
+            self.send(picture)
 
 
 class Hub:
-    """
-    Sends what a source says to all pages: once made, however many there are.
-
-    Parameters
-    ----------
-    source : Source
-        What the pages show.
-    sheet : mapping
-        What they are told first.
-
-    Attributes
-    ----------
-    pages : set
-        Connections to them.
-
-    """
+    """Sends what a source says to all pages, once made for all of them; the sheet comes first."""
 
     def __init__(self, source: Source, sheet: Mapping[str, Any]) -> None:
         self.source = source
@@ -166,7 +136,7 @@ class Hub:
 
     def join(self, page: _Socket) -> None:
         """Tell a new page what there is; the picture comes by itself."""
-        page.tell(self._sheet)
+        page.send(self._sheet)
         self._told = ''
         self.source.do({'do': 'view'})
         self.pages.add(page)
@@ -179,7 +149,7 @@ class Hub:
         if told != self._told:
             self._told = told
             for page in tuple(self.pages):
-                page.tell(told)
+                page.send(told)
         frame = self.source.frame()
         if frame is not None:
             for page in tuple(self.pages):
@@ -190,25 +160,10 @@ def serve(
     source: Source, sheet: Mapping[str, Any], port: int, on_start: Callable[[str], None]
 ) -> None:
     """
-    Serve the page until the end is asked for (see `stopping`).
+    Serve the page of a source until the end is asked for (see `stopping`), and close the source.
 
-    Parameters
-    ----------
-    source : Source
-        What the page shows; it is closed at the end.
-    sheet : mapping
-        What a page is told first.
-    port : int
-        TCP port; 0 takes a free one.
-    on_start : callable
-        Receives the address.
-
-    Raises
-    ------
-    OutOfRange
-        If the port is taken.
-    KeyboardInterrupt
-        At the end.
+    A page is told the sheet first. Port 0 takes a free one, a taken one is refused; ``on_start``
+    receives the address.
 
     """
     try:
@@ -240,7 +195,7 @@ async def _serve(hub: Hub, port: int, on_start: Callable[[str], None]) -> None:
     due_s = loop.time()
     try:
         while True:
-            heed_stop()
+            stop_if_asked()
             hub.tick()
             due_s = max(due_s + PERIOD_S, loop.time())
             await asyncio.sleep(due_s - loop.time())

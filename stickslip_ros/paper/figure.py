@@ -1,7 +1,6 @@
 """What a figure of the paper is: its runs, their table, its drawing, its caption, its files."""
 
 import csv
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,11 +17,9 @@ from stickslip_ros.units import MICRO
 
 KINDS = ('.csv', '.md', '.png', '.svg')
 """Files of a figure: its table (SI, all digits), its caption, its pictures."""
-CHANGED_MAX = 3
-"""Changed parameters that a title names; of more it gives the number."""
+CHANGED_MAX = 3  # changed parameters that a title names; of more it gives the number
 
-Case = Callable[[], Row]
-"""Runs that give one row of the table."""
+Case = Callable[[], Row]  # runs that give one row of the table
 
 
 @dataclass(frozen=True)
@@ -55,40 +52,22 @@ class Table:
             writer = csv.writer(file, lineterminator='\n')
             writer.writerow(self.columns)
             for row in self.rows:
-                writer.writerow('' if _is_nan(value) else value for value in row.values())
+                values = row.values()
+                writer.writerow('' if str(value) == 'nan' else value for value in values)
 
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """
-    What a figure is made of.
+    """What a figure is made of."""
 
-    Attributes
-    ----------
-    name : str
-        Stem of its files.
-    title : str
-        Heading.
-    points : int
-        Points along an axis, unless asked otherwise.
-    cases : callable
-        Gives the runs of each row, for parameters and a number of points.
-    draw : callable
-        Draws a table.
-    caption : callable
-        Says for parameters what is shown and what is assumed.
-    inches : tuple of float
-        Width and height.
-
-    """
-
-    name: str
-    title: str
-    points: int
+    name: str  # stem of its files
+    title: str  # heading
+    points: int  # points along an axis, unless asked otherwise
+    # gives the runs of each row, for parameters and a number of points
     cases: Callable[[Parameters, int], Sequence[Case]]
-    draw: Callable[[Table, Figure], None]
-    caption: Callable[[Parameters], str]
-    inches: tuple[float, float]
+    draw: Callable[[Table, Figure], None]  # draws a table
+    caption: Callable[[Parameters], str]  # says for parameters what is shown and what is assumed
+    inches: tuple[float, float]  # width and height
 
 
 def write_figure(
@@ -98,32 +77,15 @@ def write_figure(
     folder: Path,
     kinds: Sequence[str] = KINDS,
 ) -> list[Path]:
-    """
-    Write a figure into a folder, which is made; return the files, one of each kind.
-
-    Parameters
-    ----------
-    figure : PaperFigure
-        How it is drawn.
-    table : Table
-        Its numbers.
-    parameters : Parameters
-        The stand that they came from, for the caption.
-    folder : Path
-        Where to.
-    kinds : sequence of str
-        Which of KINDS.
-
-    Raises
-    ------
-    RecordingError
-        If a file cannot be written.
-
-    """
+    """Write a figure into a folder, which is made; return the files, one of each kind."""
     changed = [f'{name} = {value}' for name, value in parameters.changed().items()]
     caption = figure.caption(parameters) + (f' Changed: {", ".join(changed)}.' if changed else '')
     files = [folder / f'{figure.name}{kind}' for kind in kinds]
-    drawn = new_figure(*figure.inches, _title(figure, changed))
+    title = figure.title  # a picture of another stand is not taken for that of the default
+    if changed:
+        is_short = len(changed) <= CHANGED_MAX
+        title += f'\nchanged: {", ".join(changed) if is_short else f"{len(changed)} parameters"}'
+    drawn = new_figure(*figure.inches, title)
     figure.draw(table, drawn)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -160,15 +122,3 @@ def surface(parameters: Parameters, profile: str) -> str:
     if profile == 'smooth':
         return f'smooth sphere ({sphere})'
     return f'rough sphere (H = {contact.hurst:g}, Q_1D = {contact.prefactor:g} m^(1-H), {sphere})'
-
-
-def _title(figure: PaperFigure, changed: Sequence[str]) -> str:
-    """Return the heading of a picture, so that one of another stand is not taken for it."""
-    if not changed:
-        return figure.title
-    named = ', '.join(changed) if len(changed) <= CHANGED_MAX else f'{len(changed)} parameters'
-    return f'{figure.title}\nchanged: {named}'
-
-
-def _is_nan(value: object) -> bool:
-    return isinstance(value, float) and math.isnan(value)

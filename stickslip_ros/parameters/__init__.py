@@ -10,16 +10,19 @@ from stickslip_ros.parameters.declaration import (
     Unchosen,
     declared_by,
 )
-from stickslip_ros.parameters.instrument_groups import (
-    FaultParameters,
-    InterferometerParameters,
-    LoadCellParameters,
-)
+from stickslip_ros.parameters.instrument_groups import FaultParameters
 from stickslip_ros.parameters.physics_groups import (
     AmplifierParameters,
     ContactParameters,
     FrictionLawParameters,
     StandParameters,
+)
+from stickslip_ros.parameters.sensors import (
+    SENSORS,
+    TRUTH,
+    InterferometerParameters,
+    LoadCellParameters,
+    Sensor,
 )
 from stickslip_ros.parameters.tree import (
     Parameters,
@@ -41,7 +44,9 @@ from stickslip_ros.parameters.yaml_form import (
 __all__ = [
     'AMPLITUDE',
     'FREQUENCY',
+    'SENSORS',
     'STROKE',
+    'TRUTH',
     'AmplifierParameters',
     'ContactParameters',
     'ControllerParameters',
@@ -51,6 +56,7 @@ __all__ = [
     'LoadCellParameters',
     'Parameters',
     'Scalar',
+    'Sensor',
     'Spec',
     'StandParameters',
     'Unchosen',

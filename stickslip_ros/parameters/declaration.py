@@ -4,7 +4,7 @@ import copy
 import dataclasses
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
@@ -187,6 +187,23 @@ def declare(spec: Spec) -> Any:
 
 
 Group = TypeVar('Group', bound='Checked')
+Class = TypeVar('Class', bound=type)
+
+
+def with_fields(fields: Mapping[str, tuple[type, Any]], before: str) -> Callable[[Class], Class]:
+    """Give a coming dataclass the fields of a table that it lacks, in front of one of its own."""
+
+    def widen(group: Class) -> Class:
+        names = list(group.__annotations__)
+        own = [(name, group.__annotations__.pop(name)) for name in names[names.index(before) :]]
+        for name, (kind, value) in fields.items():
+            if name not in group.__annotations__:
+                group.__annotations__[name] = kind
+                setattr(group, name, value)
+        group.__annotations__.update(own)
+        return group
+
+    return widen
 
 
 class Checked:

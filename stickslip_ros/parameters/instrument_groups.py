@@ -1,4 +1,4 @@
-"""Parameters of the instrument around the drive: time, moves, sensors, recordings, faults; SI."""
+"""Parameters of the instrument around the drive: time, moves, recordings, faults; SI."""
 
 from dataclasses import dataclass
 
@@ -8,14 +8,11 @@ from stickslip_ros.parameters.declaration import (
     choice,
     count,
     quantity,
-    refuse_below_unless_zero,
     switch,
+    with_fields,
     words,
 )
-
-SLOWEST_CELL_HZ = 1.0
-"""Lowest resonance of a load cell that has a mass."""
-SENSOR_FAULTS = ('none', 'freeze', 'dropout')
+from stickslip_ros.parameters.sensors import SENSOR_FAULTS
 
 
 @dataclass(frozen=True)
@@ -157,107 +154,6 @@ class LimitsParameters(Checked):
 
 
 @dataclass(frozen=True)
-class LoadCellParameters(Checked):
-    """The load cell that the runner presses on."""
-
-    contact: str = choice(
-        'attached',
-        ('attached', 'one_sided', 'absent'),
-        'runner fixed to the load cell, pressing on it from one side, or free',
-        source='Eq. 20',
-    )
-    stiffness: float = quantity(
-        1e5, 'N/m', 'stiffness k of the load cell, Eq. 20; the paper gives none', bounds=(1.0, 1e9)
-    )
-    noise_density: float = quantity(
-        1e-6,
-        'N/sqrt(Hz)',
-        'one-sided density of the white noise, after the mechanics',
-        bounds=(0.0, 1.0),
-    )
-    resolution: float = quantity(1e-5, 'N', 'quantisation; 0 is none', bounds=(0.0, 1.0))
-    bandwidth: float = quantity(
-        2e3, 'Hz', 'first-order low-pass of force and noise; 0 is none', bounds=(0.0, 1e7)
-    )
-    gap: float = quantity(
-        0.0, 'm', 'one_sided: way of the runner until it touches the load cell', bounds=(0.0, 1.0)
-    )
-    resonance: float = quantity(
-        0.0,
-        'Hz',
-        'resonance of its moving mass on its stiffness; 0 is a cell without mass',
-        bounds=(0.0, 1e5),
-    )
-    damping_ratio: float = quantity(
-        0.1, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)
-    )
-    restitution: float = quantity(
-        0.0,
-        '',
-        'one_sided with a mass: share of the velocity that an impact turns round; 0: none',
-        bounds=(0.0, 1.0),
-    )
-    hysteresis: float = quantity(
-        0.0,
-        '',
-        'opening of the loop of the whole range, in the middle, per range; 0 is none',
-        bounds=(0.0, 0.4),
-    )
-    drift: float = quantity(0.0, 'N/s', 'steady drift of the zero', bounds=(-1e3, 1e3))
-    range: float = quantity(
-        0.0,
-        'N',
-        'signal at which the load cell saturates, both ways, before the tare; 0 is none',
-        bounds=(0.0, 1e6),
-    )
-
-    def check_together(self) -> None:
-        """Refuse a hysteresis without its range, and a moving mass that no runner could move."""
-        refuse_below_unless_zero('load_cell.resonance', self.resonance, SLOWEST_CELL_HZ, 'Hz')
-        if self.hysteresis and not self.range:
-            hint = 'set load_cell.range: the loop is a share of it'
-            raise OutOfRange('load_cell.hysteresis', self.hysteresis, '', 'without a range', hint)
-
-
-@dataclass(frozen=True)
-class InterferometerParameters(Checked):
-    """The laser interferometer that looks at the runner."""
-
-    reference: str = choice(
-        'table',
-        ('table', 'frame'),
-        'what stands still for it: the table, or the frame of frame.mass',
-    )
-    noise_density: float = quantity(
-        1e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)
-    )
-    resolution: float = quantity(1e-10, 'm', 'quantisation; 0 is none', bounds=(0.0, 1e-3))
-    bandwidth: float = quantity(
-        2e4, 'Hz', 'first-order low-pass of the reading; 0 is none', bounds=(0.0, 1e7)
-    )
-    sample_rate: float = quantity(
-        0.0,
-        'Hz',
-        'rate of its own samples, held in between; 0 is trace.sample_rate',
-        bounds=(0.0, 1e7),
-    )
-    latency: float = quantity(0.0, 's', 'age of a reading', bounds=(0.0, 0.05))
-    cyclic_error: float = quantity(
-        0.0, 'm', 'amplitude of the error that repeats every half wavelength', bounds=(0.0, 1e-07)
-    )
-    wavelength: float = quantity(
-        6.328e-07, 'm', 'wavelength of the laser; helium-neon', bounds=(1e-07, 1e-05)
-    )
-    drift: float = quantity(0.0, 'm/s', 'steady drift of the zero', bounds=(-0.001, 0.001))
-    random_walk: float = quantity(
-        0.0, 'm/sqrt(s)', 'drift of the zero as a random walk: rms after 1 s', bounds=(0.0, 0.001)
-    )
-    velocity_max: float = quantity(
-        0.0, 'm/s', 'velocity above which the beam is lost; 0 is none', bounds=(0.0, 1e3)
-    )
-
-
-@dataclass(frozen=True)
 class TraceParameters(Checked):
     """The oscilloscope: blocks of samples on one topic."""
 
@@ -325,21 +221,10 @@ class RecordParameters(Checked):
 
 
 @dataclass(frozen=True)
+@with_fields(SENSOR_FAULTS, before='amplifier_off')
 class FaultParameters(Checked):
     """Present faults; ``~/clear_faults`` ends them."""
 
-    interferometer: str = choice(
-        'none', SENSOR_FAULTS, 'position reading that stands still, or is not a number', live=True
-    )
-    interferometer_offset: float = quantity(
-        0.0, 'm', 'jump of the position reading', bounds=(-1.0, 1.0), live=True
-    )
-    load_cell: str = choice(
-        'none', SENSOR_FAULTS, 'force reading that stands still, or is not a number', live=True
-    )
-    load_cell_offset: float = quantity(
-        0.0, 'N', 'jump of the force reading', bounds=(-1e3, 1e3), live=True
-    )
     amplifier_off: bool = switch(
         False, 'amplifier without power: the piezo goes to the lowest voltage', live=True
     )

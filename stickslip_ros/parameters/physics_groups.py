@@ -83,6 +83,30 @@ class ContactParameters(Checked):
     friction: float = quantity(
         0.3, '', 'friction coefficient mu', bounds=(1e-3, 10.0), source=TABLE_1
     )
+    friction_rate: float = quantity(
+        0.0, '', 'growth of friction per e-fold of the sliding velocity, a', bounds=(0.0, 0.1)
+    )
+    friction_ageing: float = quantity(
+        0.0, '', 'growth of friction per e-fold of the time at rest, b', bounds=(0.0, 0.1)
+    )
+    friction_distance: float = quantity(
+        1e-6, 'm', 'slip D_c that renews a contact which has aged', bounds=(1e-10, 1e-3)
+    )
+    friction_velocity: float = quantity(
+        1e-3,
+        'm/s',
+        'velocity v0 at which steady sliding has contact.friction',
+        bounds=(1e-9, 10.0),
+    )
+    friction_cutoff: float = quantity(
+        1e-4,
+        'm/s',
+        'velocity v_c below which friction_rate has no effect; lower ones take shorter steps',
+        bounds=(1e-7, 1.0),
+    )
+    rest_time: float = quantity(
+        1.0, 's', 'time at rest before the start; for friction_ageing', bounds=(1e-6, 1e9)
+    )
     young_runner: float = quantity(
         210 * GIGA,
         'Pa',
@@ -105,7 +129,17 @@ class ContactParameters(Checked):
     )
 
     def check_together(self) -> None:
-        """Refuse a roughness that would have no effect."""
+        """Refuse a roughness or an ageing that would have no effect, and friction below 0."""
+        for name in ('friction_rate', 'friction_ageing'):
+            if getattr(self, name) and self.law != 'mdr':
+                limit, hint = f'without effect under contact.law {self.law}', 'set it to 0'
+                raise OutOfRange(f'contact.{name}', getattr(self, name), '', limit, hint)
+        v0, v_c = self.friction_velocity, self.friction_cutoff
+        static = self.friction - self.friction_rate * math.log((v0 + v_c) / v_c)
+        static += self.friction_ageing * math.log(v0 * self.rest_time / self.friction_distance)
+        if static <= 0.0:
+            limit = f'{static:g} after rest_time and no longer above 0 by rate and ageing'
+            raise OutOfRange('contact.friction', self.friction, '', limit, 'lower either of them')
         if self.profile == 'rough_line':
             if self.prefactor not in {0.0, PAPER_PREFACTOR}:
                 limit = 'without effect on a rough line, which is made from contact.rms_height'

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import compress
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.notebook import html_table
@@ -12,15 +13,14 @@ from stickslip_ros.parameters.declaration import (
     declared_by,
     find,
     switch,
+    with_fields,
 )
 from stickslip_ros.parameters.instrument_groups import (
     ClosedLoopParameters,
     FaultParameters,
     FrameIdParameters,
-    InterferometerParameters,
     JogParameters,
     LimitsParameters,
-    LoadCellParameters,
     RecordParameters,
     SimParameters,
     StepParameters,
@@ -35,10 +35,19 @@ from stickslip_ros.parameters.physics_groups import (
     RunnerParameters,
     StandParameters,
 )
+from stickslip_ros.parameters.sensors import (
+    SENSORS,
+    InterferometerParameters,
+    LoadCellParameters,
+    Sensor,
+)
 from stickslip_ros.units import NS_PER_S
 
 
 @dataclass(frozen=True)
+@with_fields(
+    {each.name: (each.group, field(default_factory=each.group)) for each in SENSORS}, 'trace'
+)
 class Parameters(Checked):
     """Everything that can be set, in groups; ``Parameters()`` is the test stand of the paper."""
 
@@ -71,6 +80,12 @@ class Parameters(Checked):
         """Refuse periods that do not fit into each other: samples into blocks into messages."""
         _check_multiple('sim.block', self.block_ns, 'sample of trace.sample_rate', self.sample_ns)
         _check_multiple('trace.period', self.trace_period_ns, 'sim.block', self.block_ns)
+
+    @property
+    def sensors(self) -> tuple[Sensor, ...]:
+        """The sensors that are there, in the order of their columns in a trace."""
+        there = [getattr(getattr(self, each.name), 'enabled', True) for each in SENSORS]
+        return tuple(compress(SENSORS, there))
 
     @property
     def block_ns(self) -> int:
@@ -140,7 +155,7 @@ def specs() -> dict[str, Spec]:
 
 def spec_of(name: str) -> Spec:
     """Return the declaration of one parameter; UnknownName names the nearest ones."""
-    return find(_SPECS, name, 'see docs/interface.md')
+    return find(_SPECS, name, 'see docs/reference/parameters.md')
 
 
 def parse_assignments(

@@ -27,7 +27,7 @@ ENDED, REFUSED, CUT, STOPPED = 0, 2, 3, 130
 GRACE_S = 8.0
 """Time that a node has to close before its process ends without it."""
 LAST_S = 10
-"""The same of a verb; of a node, what then still hangs, such as a library, the system kills."""
+"""Time that a verb has to end; the system kills a node that hangs for so long."""
 RECOVER = '`stickslip recover` repairs a recording that was not finished'
 NOT_WHOLE = 'stopped in the midst of its work: what it was writing is not whole'
 SHOW_CURSOR = '\x1b[?25h'

@@ -3,7 +3,7 @@ Ctrl-C ends long work between two of its steps, where nothing is half done.
 
 An exception that a signal raises at any moment may strike between a kernel and its caller, which
 numba does not survive, or in a place where Python only prints it. So no signal raises one: long
-work calls ``heed_stop`` between its steps, in any thread.
+work calls ``stop_if_asked`` between its steps, in any thread.
 
 """
 
@@ -53,19 +53,11 @@ def request_stop() -> None:
             wake()
     events: Any = sys.modules.get('numba.core.event')
     if events is not None:
-        ways = {'on_start': lambda *_: heed_stop(), 'on_end': lambda *_: None}
+        ways = {'on_start': lambda *_: stop_if_asked(), 'on_end': lambda *_: None}
         events.register('numba:run_pass', type('Stop', (events.Listener,), ways)())
 
 
-def heed_stop() -> None:
-    """
-    End the work here if somebody asked for it.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        If so.
-
-    """
+def stop_if_asked() -> None:
+    """Raise KeyboardInterrupt here, between two steps, if somebody asked the work to end."""
     if _asked.is_set():
         raise KeyboardInterrupt

@@ -10,7 +10,7 @@ from mcap_ros2.decoder import DecoderFactory
 from numpy.typing import NDArray
 
 from stickslip_ros.errors import RecordingError, UnknownName
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.integrity import open_whole
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.units import NS_PER_S
@@ -25,23 +25,9 @@ def numbers_of(
     """
     Return the time, ns, and one number of each message of a topic, in the order of time.
 
-    The time is the stamp of the header where the message has one, else that of the file.
-
-    Parameters
-    ----------
-    recording : Recording
-        Of any program.
-    topic : str
-        Full name of the topic.
-    field : str
-        Path of the field, as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``.
-
-    Raises
-    ------
-    RecordingError
-        If a message is damaged, or there is none.
-    UnknownName
-        If there is no such field, or it is no number.
+    The time is the stamp of the header where the message has one, else that of the file. A field
+    is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``. RecordingError:
+    a message is damaged, or there is none; UnknownName: no such field, or it is no number.
 
     """
     rows = list(_rows(recording, topic, field))
@@ -59,7 +45,7 @@ def _rows(recording: Recording, topic: str, field: str) -> Iterator[tuple[int, f
         decoders: Any = DecoderFactory()  # it knows types by numbers that each file gives anew
         with open_whole(file) as reader:
             for schema, channel, message in reader.iter_messages([topic]):
-                heed_stop()
+                stop_if_asked()
                 decode = decoders.decoder_for(channel.message_encoding, schema)
                 if decode is None:
                     hint = 'record it with ros2 bag record -s mcap, or convert it'

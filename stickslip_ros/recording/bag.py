@@ -35,22 +35,7 @@ _WORDS: Final = {
 
 
 def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
-    """
-    Describe a bag for rosbag2.
-
-    Parameters
-    ----------
-    folder : Path
-        The bag; it has no ``metadata.yaml`` yet.
-    parts : sequence of Path
-        Its files, all finished, in the order in which they are played.
-
-    Raises
-    ------
-    RecordingError
-        If a file is not whole, or there is a description already.
-
-    """
+    """Describe a bag of finished files, in the order in which they are played, for rosbag2."""
     content = yaml.safe_dump({ROOT: _describe(parts)}, sort_keys=False)
     path = folder / METADATA_FILE
     try:
@@ -140,15 +125,7 @@ def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
 
 
 def bag_parts(path: Path) -> list[Path]:
-    """
-    Return the files that the description of a bag lists; they stand beside it, whatever it says.
-
-    Raises
-    ------
-    RecordingError
-        If the bag is not finished, not one that opens here, or a file is missing.
-
-    """
+    """Return the files that the description of a bag lists; they always stand beside it."""
     if not (path / METADATA_FILE).is_file():
         refuse_sqlite(path)
         problem, hint = 'it is a directory without a recording', 'name a file or a bag directory'
@@ -178,14 +155,6 @@ def bag_parts(path: Path) -> list[Path]:
 
 
 def refuse_sqlite(path: Path) -> None:
-    """
-    Make sure that a directory is not a bag of rosbag2's other storage.
-
-    Raises
-    ------
-    RecordingError
-        If it is one.
-
-    """
+    """Refuse a directory that is a bag of rosbag2's other storage."""
     if list(path.glob('*.db3*')):
         raise sqlite_refusal(path)

@@ -62,18 +62,8 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[McapReader]
     """
     Open a recording, and give the reader's complaints about its bytes as RecordingError.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    checks_data : bool
-        Whether to compare all that stands before the summary with its checksum, where there is
-        one. Those of chunks say nothing of metadata, attachments and indexes: this one does.
-
-    Raises
-    ------
-    RecordingError
-        If the file is not there, is no MCAP, is cut off, has no summary or is damaged.
+    Raises RecordingError if the file is not there, is no MCAP, is cut off, has no summary or is
+    damaged.
 
     """
     try:

@@ -54,15 +54,7 @@ class Layout:
         return [self.part(number) for number in sorted(numbers) if self.part(number).exists()]
 
     def refuse_existing(self) -> None:
-        """
-        Make sure that nothing is there yet; one file by itself is refused when it is made.
-
-        Raises
-        ------
-        RecordingError
-            If a run of that name exists, in one file or in parts.
-
-        """
+        """Refuse a run in parts that exists; one file by itself is refused when it is made."""
         found = [path for path in (self.path, *self.parts()) if path.exists()]
         if found and self.numbered:
             raise RecordingError(

@@ -1,10 +1,12 @@
 """Opens a recording and gives what is in it: messages, descriptions, quantities over time."""
 
+import hashlib
 import json
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import zip_longest
 from pathlib import Path
 from typing import Final
 
@@ -23,14 +25,14 @@ from stickslip_ros.interface.messages import (
     find_quantity,
 )
 from stickslip_ros.interface.schemas import SCHEMAS
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.bag import bag_parts
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
 from stickslip_ros.recording.series import Series, split_columns
 from stickslip_ros.recording.storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
-from stickslip_ros.units import NS_PER_S
+from stickslip_ros.units import NANO, NS_PER_S
 
 INFO_ENDING: Final = '/info'
 _SEQUENCE_NUMBERS: Final = 1 << 32
@@ -74,32 +76,12 @@ class Recording:
     """
     A finished MCAP recording: one file, numbered parts of a run, or a bag directory.
 
-    Files are opened for each question and closed behind it. Wherever a topic is asked for, the
-    end of its name is enough: ``position`` is ``/stand/position``, the shortest that ends so.
-    A bag that rosbag2 made has neither parameters nor sequence numbers, but its topics are read.
-    All times are simulated time: those in the file less the time origin.
-
-    Parameters
-    ----------
-    path : path-like
-        The file, the directory, or the name that parts share: ``run.mcap`` for ``run_0.mcap`` …
-
-    Attributes
-    ----------
-    files : list of Path
-        Its files, in the order of time.
-    types : dict of str to str
-        Message type of each topic.
-    metadata : dict of str to dict of str to str
-        Records by their names; of parts, the last one's count.
-    attachments : dict of str to (media type, bytes)
-        Of the first file: the others have a state of their own.
-
-    Raises
-    ------
-    RecordingError
-        If the recording is not there, is no MCAP file of ROS 2, is cut off, has no summary or is
-        damaged; the last can also show itself later, where the damaged part is read.
+    Files are opened for each question and closed behind it. Wherever a topic is asked for, the end
+    of its name is enough: ``position`` is ``/stand/position``, the shortest that ends so. A bag
+    that rosbag2 made has neither parameters nor sequence numbers, but its topics are read. All
+    times are simulated time: those in the file less the time origin. Raises RecordingError if the
+    recording is not there, is no MCAP file of ROS 2, is cut off, has no summary or is damaged; the
+    last can also show itself later, where the damaged part is read.
 
     """
 
@@ -144,8 +126,13 @@ class Recording:
     def time_origin_ns(self) -> int:
         """Time origin of the run; 0 where neither metadata nor a recorded ``~/info`` tell it."""
         said = self.metadata.get(RUN_RECORD, {}).get(TIME_ORIGIN)
-        if said is None:
-            return self._published_origin_ns()
+        if said is None:  # somebody else may have recorded the first ~/info
+            texts = [name for name, kind in self.types.items() if kind == STRING]
+            infos = [name for name in texts if name.endswith(INFO_ENDING)]
+            for kind, _, message in self._stored(infos, log_time_order=True) if infos else ():
+                with suppress(ValueError, TypeError, KeyError, RecordingError):
+                    return int(json.loads(str(unpack(kind, message.data)))[TIME_ORIGIN])
+            return 0
         try:
             return int(said)
         except ValueError:
@@ -162,20 +149,7 @@ class Recording:
         return list(summaries.values())
 
     def messages(self, topics: Iterable[str] | None = None) -> Iterator[tuple[str, int, Message]]:
-        """
-        Give topic, simulated time in ns and message, in the order of their times.
-
-        Parameters
-        ----------
-        topics : iterable of str, optional
-            Topics to read; by default all whose type this package knows.
-
-        Raises
-        ------
-        UnknownName
-            If a topic is not in the recording, or its type is not known.
-
-        """
+        """Give topic, simulated time in ns and message, in the order of their times."""
         if topics is None:
             return self._read([name for name, kind in self.types.items() if kind in SCHEMAS])
         return self._read([self.find(topic) for topic in topics])
@@ -184,20 +158,9 @@ class Recording:
         """
         Give one quantity over time: that of the recording for a run of this package.
 
-        In a recording of another program, messages are placed at their own stamps, where they
-        have one: it may have been written long after they were sent.
-
-        Parameters
-        ----------
-        topic : str
-            A topic of numbers, points, wrenches, or traces.
-        field : str
-            ``x``, ``force.x``, ``data`` or a column of a trace; by default the first.
-
-        Raises
-        ------
-        UnknownName
-            If the topic or the field is not known.
+        In a recording of another program, messages are placed at their own stamps, where they have
+        one: it may have been written long after they were sent. Raises UnknownName if the topic or
+        the field is not known.
 
         """
         name = self.find(topic)
@@ -223,33 +186,13 @@ class Recording:
         return Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
 
     def trace(self, topic: str = 'trace') -> dict[str, Series]:
-        """
-        Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``.
-
-        Raises
-        ------
-        UnknownName
-            If the topic is not in the recording.
-        WrongKind
-            If it carries no table with a column ``t[s]``.
-
-        """
+        """Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``."""
         name = self.find(topic)
         blocks = [each for _, _, each in self._read([name]) if isinstance(each, ArrayMessage)]
         return split_columns(blocks, self._origin(name))
 
     def find(self, name: str) -> str:
-        """
-        Give the full name of a topic.
-
-        Raises
-        ------
-        UnknownName
-            If no topic ends so.
-        RecordingError
-            If two topics do.
-
-        """
+        """Give the full name of a topic; refuse a name with which none, or more than one, ends."""
         if name in self.types:
             return name
         ending = '/' + name.lstrip('/')
@@ -274,18 +217,6 @@ class Recording:
             time_ns = message.log_time - self.time_origin_ns
             yield topic, time_ns, unpack(type_name, message.data)
 
-    def _published_origin_ns(self) -> int:
-        """Return what the first ``~/info`` says that somebody else has recorded."""
-        names = [
-            name
-            for name, kind in self.types.items()
-            if kind == STRING and name.endswith(INFO_ENDING)
-        ]
-        for type_name, _, message in self._stored(names, log_time_order=True) if names else ():
-            with suppress(ValueError, TypeError, KeyError, RecordingError):
-                return int(json.loads(str(unpack(type_name, message.data)))[TIME_ORIGIN])
-        return 0
-
     def _stored(
         self, topics: list[str] | None, *, log_time_order: bool
     ) -> Iterator[tuple[str, str, Stored]]:
@@ -297,7 +228,7 @@ class Recording:
                 for schema, channel, message in reader.iter_messages(
                     topics, log_time_order=log_time_order
                 ):
-                    heed_stop()
+                    stop_if_asked()
                     if before.pop(channel.topic, None) == message.sequence:
                         continue
                     last[channel.topic] = message.sequence
@@ -325,3 +256,44 @@ def _missing_part(path: Path) -> RecordingError:
     return RecordingError(
         path, 'this part of the run is missing', 'put it back, or open parts one by one'
     )
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first message in which two recordings differ."""
+
+    message: int  # its place in the file, from 0
+    topic: str  # in the first recording; in the second where the first has ended
+    time_s: float  # its simulated time
+    what: str  # missing, data, time, sequence or topic
+
+
+def compare_data(first: Recording, second: Recording) -> Difference | None:
+    """Return the first difference of the messages of two recordings; None if there is none."""
+    for place, (ours, theirs) in enumerate(zip_longest(first.records(), second.records())):
+        topic, message = ours or theirs
+        what = 'missing'
+        if ours and theirs:
+            differs = {
+                'topic': topic != theirs[0],
+                'data': message.data != theirs[1].data,
+                'sequence': message.sequence != theirs[1].sequence,
+                'time': (message.log_time, message.publish_time)
+                != (theirs[1].log_time, theirs[1].publish_time),
+            }
+            what = next((name for name, applies in differs.items() if applies), '')
+        if what:
+            source = first if ours else second
+            time_s = (message.log_time - source.time_origin_ns) * NANO
+            return Difference(place, topic, time_s, what)
+    return None
+
+
+def data_digest(recording: Recording) -> str:
+    """Return the SHA-256 of all messages of a recording, in the order of the file."""
+    digest = hashlib.sha256()
+    for topic, each in recording.records():
+        times_ns = each.log_time, each.publish_time
+        digest.update(repr((topic, *times_ns, each.sequence, len(each.data))).encode())
+        digest.update(each.data)
+    return digest.hexdigest()

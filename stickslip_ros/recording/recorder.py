@@ -27,41 +27,12 @@ class Recorder:
     """
     An MCAP recording in progress: a bounded queue with one writing thread behind it.
 
-    Equal messages put in equal order stand equal in the file; its chunks end by the clock.
-    What was put longer ago than the flush period is on the disk, also when the process is killed
-    or the power fails; ``stickslip recover`` then repairs a file that was not finished.
-    A recorder that nobody closed is finished when the interpreter ends.
-
-    Parameters
-    ----------
-    path : path-like
-        The file, which must not exist; missing folders are made. A bag is a directory of that
-        name, parts are numbered after it.
-    channels : mapping of str to Channel, or sequence of Channel
-        Every topic that will be recorded, under the name by which its messages are put; in a
-        sequence, that is the topic.
-    metadata, attachments : mapping
-        Named records that describe the run; media type and bytes of files to keep inside.
-    form : FileForm
-        Compression, chunks, parts, bag.
-    queue_length : int
-        Messages that may wait for the disk; what comes on top is dropped and counted.
-
-    Attributes
-    ----------
-    path : Path
-        The file, the directory of a bag, or the name that parts share.
-    queue_peak : int
-        The longest that the queue has been.
-    error : Exception or None
-        What stopped the writing, such as a full disk; None while all is well.
-
-    Raises
-    ------
-    RecordingError
-        If the file exists or cannot be written, or a topic is named twice.
-    UnknownName
-        If a type or the compression is not known.
+    Equal messages put in equal order stand equal in the file; its chunks end by the clock. What
+    was put longer ago than the flush period is on the disk, also when the process is killed or the
+    power fails; ``stickslip recover`` then repairs a file that was not finished. A recorder that
+    nobody closed is finished when the interpreter ends. Raises RecordingError if the file exists
+    or cannot be written, or a topic is named twice, UnknownName if a type or the compression is
+    not known.
 
     """
 
@@ -158,41 +129,19 @@ class Recorder:
         return len(self._queue)
 
     def put(self, name: str, time_ns: int, data: bytes, *, wait: bool = False) -> bool:
-        """
-        Hand over a message to be written.
-
-        Parameters
-        ----------
-        name : str
-            One of the names of the channels.
-        time_ns : int
-            Time of the message; not before that of any earlier one.
-        data : bytes
-            The packed message.
-        wait : bool
-            Wait for room in the queue instead of dropping.
-
-        Returns
-        -------
-        bool
-            Whether it was taken. If not, it is counted and its number stays missing in the file.
-
-        Raises
-        ------
-        UnknownName, RecordingError
-            If the topic is not recorded here; if the time runs backwards.
-
-        """
+        """Hand over a message, or wait for room; return whether it was taken; else it counts."""
         channel_id = self._ids.get(name)
         if channel_id is None:
             raise UnknownName('recorded topic', name, f'known are {", ".join(self._ids)}')
         with self._lock:
             if wait:
-                self._changed.wait_for(lambda: self._has_room() or self._ended())
+                self._changed.wait_for(
+                    lambda: len(self._queue) < self._queue_length or self._has_ended
+                )
             self._check_time(time_ns)
             sequence = self._sequences[channel_id - 1]
             self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
-            if self._ended() or not self._has_room():
+            if self._has_ended or len(self._queue) >= self._queue_length:
                 self._dropped[channel_id - 1] += 1
                 return False
             message = Stored(channel_id, time_ns, data, sequence)
@@ -212,18 +161,11 @@ class Recorder:
         It begins with what is latched: the last message of each such topic once more, under its
         old sequence number.
 
-        Parameters
-        ----------
-        time_ns : int
-            Time at which the file begins; not before that of any earlier message.
-        attachments : mapping of str to (media type, bytes), optional
-            What this file alone has attached, beside what every file has.
-
         """
         with self._lock:
             self._check_time(time_ns)
             repeated = [each._replace(time_ns=time_ns) for each in self._latched.values()]
-            if not self._ended():
+            if not self._has_ended:
                 self._queue.append(PartMark(attachments or {}, repeated))
 
     def continue_numbers(self, sequences: Mapping[str, int]) -> None:
@@ -236,7 +178,7 @@ class Recorder:
         """
         Write what is queued, finish the file and end the thread; the second time, nothing.
 
-        A disk that fails does not raise here: `error` tells.
+        A disk that fails does not raise here: `error` says what it was.
 
         """
         with self._lock:
@@ -260,11 +202,9 @@ class Recorder:
             )
         self._last_ns = time_ns
 
-    def _ended(self) -> bool:
+    @property
+    def _has_ended(self) -> bool:
         return self._closed or self.error is not None
-
-    def _has_room(self) -> bool:
-        return len(self._queue) < self._queue_length
 
     def _run(self) -> None:
         """Be the writing thread: every failure ends here and is kept to be read."""
@@ -281,7 +221,14 @@ class Recorder:
                 self._files.keep()
             self._files.finish()
         except Exception as error:  # noqa: BLE001 - a thread has nobody to raise to
-            self._fail(error)
+            with self._lock:  # what waits is lost, and nobody waits for room any more
+                self.error = error
+                for lost in self._queue:
+                    if isinstance(lost, Stored):
+                        self._dropped[lost.channel_id - 1] += 1
+                self._queue.clear()
+                self._changed.notify_all()
+            self._files.abandon()
 
     def _await_work(self) -> bool:
         """Sleep until there is work; False when all is written and the recorder closed."""
@@ -296,14 +243,3 @@ class Recorder:
         """Say what of each topic was lost on the way here."""
         counts = zip(self._topics, self._dropped, strict=True)
         return {f'dropped {topic}': str(count) for topic, count in counts}
-
-    def _fail(self, error: Exception) -> None:
-        """Give up writing: what waits is lost, and nobody waits for room any more."""
-        with self._lock:
-            self.error = error
-            for message in self._queue:
-                if isinstance(message, Stored):
-                    self._dropped[message.channel_id - 1] += 1
-            self._queue.clear()
-            self._changed.notify_all()
-        self._files.abandon()

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, Final, NamedTuple
+from typing import Any, BinaryIO, Final, NamedTuple
 
 from mcap import records as r
 from mcap.data_stream import RecordBuilder
@@ -20,7 +20,7 @@ from mcap.writer import Writer
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.files import readable
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.bag import bag_parts, refuse_sqlite, write_metadata
 from stickslip_ros.recording.integrity import (
     CRC_BYTES,
@@ -37,18 +37,14 @@ from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
 
 RECOVERY_RECORD: Final = 'stickslip_recovery'
 """Metadata record in which a recovered file says what it was made of and what is lost."""
-MARK: Final = '.recovered'
-"""What is added to the name of a recovered file or directory."""
-BLOCK_BYTES: Final = 1 << 20
-"""What is read at once where a chunk is looked for."""
+MARK: Final = '.recovered'  # what is added to the name of a recovered file or directory
+BLOCK_BYTES: Final = 1 << 20  # what is read at once where a chunk is looked for
 RECORD_MAX_BYTES: Final = 1 << 30
 """A record that says that it is longer counts as damaged: it would have to fit into the memory."""
 
 _HEAD: Final = struct.Struct('<BQ')
-_CHUNK_HEAD_BYTES: Final = 45
-"""From the opcode to the name of the compression."""
-_CHUNK_TIMES: Final = struct.Struct('<BQQQ')
-"""Opcode, length, first and last time."""
+_CHUNK_HEAD_BYTES: Final = 45  # from the opcode to the name of the compression
+_CHUNK_TIMES: Final = struct.Struct('<BQQQ')  # opcode, length, first and last time
 _CHUNK_START: Final = re.compile(
     rb'\x06(?=.{5}\x00{3}.{28}(?:\x00{4}|\x03\x00{3}lz4|\x04\x00{3}zstd))', re.DOTALL
 )
@@ -85,7 +81,7 @@ class Scan:
     def __iter__(self) -> Iterator[Found | Loss]:
         start = len(MAGIC)
         while start < self.size_bytes:
-            heed_stop()
+            stop_if_asked()
             try:
                 found = self._read(start)
             except DAMAGE as error:
@@ -121,12 +117,8 @@ class Scan:
 
         A record is taken only if writing it again gives the same bytes: then every length inside
         it agrees with every other one, and the checksum of an attachment is right, unless it has
-        none. A chunk without checksum must be understood to its last byte.
-
-        Raises
-        ------
-        DAMAGE
-            If there is none that is whole.
+        none. A chunk without checksum must be understood to its last byte. Raises DAMAGE if there
+        is none that is whole.
 
         """
         end = self._end_of(start)
@@ -160,7 +152,7 @@ class Scan:
             return end
         start += 1
         while start < self.size_bytes:
-            heed_stop()
+            stop_if_asked()
             # One that begins at the end of a block is found as well: blocks overlap.
             block = self.bytes_at(start, BLOCK_BYTES + _CHUNK_HEAD_BYTES)
             for match in _CHUNK_START.finditer(block):
@@ -173,18 +165,14 @@ class Scan:
     def _loss(self, start: int, end: int, error: Exception) -> Loss:
         """Say what stands where nothing can be read."""
         head = self.bytes_at(start, _CHUNK_TIMES.size)
-        loss = Loss(start, end - start, 'bytes that are no record')
         if head[0] not in set(Opcode):
-            return loss
-        problem = f'damaged ({error})'
-        if isinstance(error, EndOfFile):
-            problem = 'cut off, or a length in it is wrong'
+            return Loss(start, end - start, 'bytes that are no record')
+        is_cut = isinstance(error, EndOfFile)
+        problem = 'cut off, or a length in it is wrong' if is_cut else f'damaged ({error})'
         kind = Opcode(head[0]).name.lower().replace('_', ' ')
-        loss = replace(loss, problem=f'{kind} {problem}')
-        if head[0] == Opcode.CHUNK and len(head) == _CHUNK_TIMES.size:
-            _, _, first_ns, last_ns = _CHUNK_TIMES.unpack(head)
-            loss = replace(loss, first_ns=first_ns, last_ns=last_ns)
-        return loss
+        has_times = head[0] == Opcode.CHUNK and len(head) == _CHUNK_TIMES.size
+        times_ns = _CHUNK_TIMES.unpack(head)[2:] if has_times else (None, None)
+        return Loss(start, end - start, f'{kind} {problem}', *times_ns)
 
 
 def _encode(record: r.McapRecord) -> bytes:
@@ -225,74 +213,59 @@ class Content:
         self.chunks = self.unchecked = 0
         self._counts: dict[int, ChannelSummary] = {}
         self._losses: list[Loss] = []
-        self._is_in_index = self._is_indexed = self._is_finished = False
+        kinds = set[type]()
+        believed = True
         try:
             with open_whole(source):
-                self._trusts_index = True
+                is_index_whole = True
         except RecordingError:
-            self._trusts_index = False
+            is_index_whole = False
         for found in scan:
             if isinstance(found, Loss):
                 self._losses.append(found)
                 continue
             self.chunks += found.chunk is not None
             for record in found.records:
-                if isinstance(record, r.Message):
-                    count = self._counts.setdefault(record.channel_id, ChannelSummary())
-                    count.add(record.log_time, record.sequence)
-                    self.unchecked += not (found.chunk and found.chunk.uncompressed_crc)
-                else:
-                    self._keep(record)
+                kinds.add(type(record))
+                match record:
+                    case r.Message():
+                        count = self._counts.setdefault(record.channel_id, ChannelSummary())
+                        count.add(record.log_time, record.sequence)
+                        self.unchecked += not (found.chunk and found.chunk.uncompressed_crc)
+                    case r.Header():
+                        self.header = self.header or record
+                    case r.Schema() if believed:  # of two descriptions the first one counts
+                        self.schemas.setdefault(record.id, record)
+                    case r.Channel() if believed:
+                        self.channels.setdefault(record.id, record)
+                    case r.Metadata():
+                        self.metadata.append(record)
+                    case r.Attachment():
+                        self.attachments.append(record)
+                    case r.DataEnd():
+                        believed = is_index_whole
+        self._is_finished = r.Footer in kinds
+        self._is_indexed = bool(kinds & {r.Statistics, r.ChunkIndex})
 
-    @property
-    def is_nothing(self) -> bool:
-        """Whether there is no record at all."""
-        return not (self.header or self.channels or self.metadata or self.attachments)
-
-    def _keep(self, record: r.McapRecord) -> None:
-        """Keep what is no message; of two descriptions the first one counts."""
-        match record:
-            case r.Header():
-                self.header = self.header or record
-            case r.Schema() if self._trusts_index or not self._is_in_index:
-                self.schemas.setdefault(record.id, record)
-            case r.Channel() if self._trusts_index or not self._is_in_index:
-                self.channels.setdefault(record.id, record)
-            case r.Metadata():
-                self.metadata.append(record)
-            case r.Attachment():
-                self.attachments.append(record)
-            case r.DataEnd():
-                self._is_in_index = True
-            case r.Statistics() | r.ChunkIndex():
-                self._is_indexed = True
-            case r.Footer():
-                self._is_finished = True
-
-    def tell(self, output: Path | None) -> Recovery:
+    def account(self, output: Path | None) -> Recovery:
         """Say what was read and what was lost; without an output, that the file is whole."""
         runs = [each.metadata for each in self.metadata if each.name == RUN_RECORD]
-        told = runs[0].get(TIME_ORIGIN, '') if runs else ''
-        origin_ns = int(told) if told.isdecimal() else 0
+        written = runs[0].get(TIME_ORIGIN, '') if runs else ''
+        origin_ns = int(written) if written.isdecimal() else 0
 
-        def simulated_ns(time_ns: int | None) -> int | None:
-            return None if time_ns is None else time_ns - origin_ns
-
-        topics = [
-            replace(
-                count,
-                topic=channel.topic,
-                type_name=getattr(self.schemas.get(channel.schema_id), 'name', ''),
-                first_ns=simulated_ns(count.first_ns),
-                last_ns=simulated_ns(count.last_ns),
+        def at_simulated_times(each: Any) -> Any:
+            times_ns = {'first_ns': each.first_ns, 'last_ns': each.last_ns}
+            return replace(
+                each, **{k: None if at is None else at - origin_ns for k, at in times_ns.items()}
             )
-            for key, channel in sorted(self.channels.items())
-            for count in [self._counts.get(key, ChannelSummary())]
-        ]
-        losses = [
-            replace(each, first_ns=simulated_ns(each.first_ns), last_ns=simulated_ns(each.last_ns))
-            for each in (self._losses if output else ())
-        ]
+
+        topics = []
+        for key, channel in sorted(self.channels.items()):
+            schema = self.schemas.get(channel.schema_id)
+            count = at_simulated_times(self._counts.get(key, ChannelSummary()))
+            type_name = schema.name if schema else ''
+            topics.append(replace(count, topic=channel.topic, type_name=type_name))
+        losses = [at_simulated_times(each) for each in self._losses] if output else []
         messages = sum(each.messages for each in topics)
         undescribed = sum(each.messages for each in self._counts.values()) - messages
         notes = {
@@ -316,9 +289,7 @@ class Content:
             messages=messages,
             unchecked=self.unchecked,
             undescribed=undescribed,
-            last_ns=max(
-                (each.last_ns for each in topics if each.last_ns is not None), default=None
-            ),
+            last_ns=max((e.last_ns for e in topics if e.last_ns is not None), default=None),
             topics=topics,
             losses=losses,
             notes=[note for note, applies in notes.items() if applies and output],
@@ -327,105 +298,52 @@ class Content:
 
 
 def recover(path: Path, output: Path | None = None) -> tuple[list[Recovery], Path | None]:
-    """
-    Make a recording readable, and leave the original as it is.
-
-    Parameters
-    ----------
-    path : Path
-        An MCAP file, a bag directory, or the name that numbered parts share.
-    output : Path, optional
-        Where the readable copy goes; by default beside the original, ``run.recovered.mcap`` or
-        the directory ``run.recovered``.
-
-    Returns
-    -------
-    list of Recovery
-        What became of each file.
-    Path or None
-        What was written: a file, a directory, the ``metadata.yaml`` that was missing in a bag of
-        whole files, or nothing for a recording that is whole.
-
-    Raises
-    ------
-    RecordingError
-        If there is nothing to recover, or the copy exists or cannot be written.
-
-    """
-    if path.is_dir():
-        return _recover_bag(path, output)
-    layout = Layout.plan(path, split=True)
-    target = output or path.with_name(f'{layout.stem}{MARK}{SUFFIX}')
-    parts = [] if path.exists() else layout.parts()
-    if parts:
-        return _recover_parts(parts, Layout.plan(target, split=True))
-    recovery = recover_file(path, target)
-    return [recovery], None if recovery.is_whole else target
-
-
-def _recover_bag(path: Path, output: Path | None) -> tuple[list[Recovery], Path | None]:
-    refuse_sqlite(path)
-    path = path if path.name else path.resolve()  # the directory in which one is
-    if not path.name:
-        raise RecordingError(path, 'it is no bag', 'name the directory of a bag')
-    layout = Layout.plan(path, bag=True)
-    parts = layout.parts() or sorted(path.glob(f'*{SUFFIX}'))
-    if not parts:
+    """Make a recording readable beside the original; return what became of its files and where."""
+    is_bag = path.is_dir()
+    if is_bag:
+        refuse_sqlite(path)
+        path = path if path.name else path.resolve()  # the directory in which one is
+        if not path.name:
+            raise RecordingError(path, 'it is no bag', 'name the directory of a bag')
+    layout = Layout.plan(path, bag=is_bag, split=True)
+    parts = [] if path.is_file() else layout.parts()
+    if is_bag and not (parts := parts or sorted(path.glob(f'*{SUFFIX}'))):
         raise RecordingError(path, 'there is no MCAP file in it', 'name the directory of a bag')
-    copy = Layout.plan(output or path.with_name(f'{path.name}{MARK}'), bag=True)
-    recoveries, written = _recover_parts(parts, copy)
-    if written is not None:
-        write_metadata(copy.folder, copy.parts())
-        return recoveries, written
-    try:
-        bag_parts(path)
-    except RecordingError:
-        written = write_metadata(path, parts)
-    return recoveries, written
-
-
-def _recover_parts(parts: list[Path], copy: Layout) -> tuple[list[Recovery], Path | None]:
-    """Recover what is damaged; if anything is, copy what is whole beside it."""
+    name = f'{path.name}{MARK}' if is_bag else f'{layout.stem}{MARK}{SUFFIX}'
+    target = output or path.with_name(name)
+    if not parts:
+        recovery = recover_file(path, target)
+        return [recovery], None if recovery.is_whole else target
+    copy = Layout.plan(target, bag=is_bag, split=True)
     copy.refuse_existing()
     recoveries = [recover_file(part, copy.part(n), is_part=True) for n, part in enumerate(parts)]
     if all(recovery.is_whole for recovery in recoveries):
-        return recoveries, None
+        written = None
+        if is_bag:
+            try:
+                bag_parts(path)
+            except RecordingError:
+                written = write_metadata(path, parts)
+        return recoveries, written
     for number, recovery in enumerate(recoveries):
         if recovery.is_whole:
-            with (
-                _new_file(copy.part(number)) as target,
-                Path(recovery.source).open('rb') as source,
-            ):
-                shutil.copyfileobj(source, target)
+            with _new_file(copy.part(number)) as new, Path(recovery.source).open('rb') as old:
+                shutil.copyfileobj(old, new)
+    if is_bag:
+        write_metadata(copy.folder, copy.parts())
     return recoveries, copy.path
 
 
 def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recovery:
-    """
-    Write what can be read of a file to a new one, finished and indexed.
-
-    Parameters
-    ----------
-    source : Path
-        An MCAP file in any state, of any program; it is only read.
-    output : Path
-        The new file, which must not exist; nothing is written if the source is whole.
-    is_part : bool
-        Whether it belongs to a run of several: it is then replaced even if nothing can be read.
-
-    Raises
-    ------
-    RecordingError
-        If the source holds nothing that can be read, or the output cannot be written.
-
-    """
+    """Write what can be read of a file, if it is not whole, to a new one, finished and indexed."""
     try:
         with readable(source).open('rb') as stream:
             scan = Scan(stream)
             content = Content(source, scan)
             if _is_whole(source):
-                return content.tell(None)
-            if content.is_nothing and not is_part:
+                return content.account(None)
+            kept = content.header, content.channels, content.metadata, content.attachments
+            if not is_part and not any(kept):
                 begin = scan.bytes_at(0, len(SQLITE_MAGIC))
                 if begin == SQLITE_MAGIC:
                     raise sqlite_refusal(source)
@@ -433,7 +351,7 @@ def recover_file(source: Path, output: Path, *, is_part: bool = False) -> Recove
                 if begin.startswith(MAGIC):
                     problem = 'it ends before its first record'
                 raise RecordingError(source, problem, 'there is nothing in it to recover')
-            recovery = content.tell(output)
+            recovery = content.account(output)
             with _new_file(output) as target:
                 _write(content, recovery, Scan(stream), target)
             return recovery

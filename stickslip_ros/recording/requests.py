@@ -23,15 +23,7 @@ class TimedRequest(NamedTuple):
 
 
 def channels_of(recording: Recording) -> dict[str, Channel]:
-    """
-    Return the channels of a run by the keys of their topics.
-
-    Raises
-    ------
-    RecordingError
-        If the recording does not say which topic is which.
-
-    """
+    """Return the channels of a run of this package by the keys of their topics."""
     topics = {name_in_file(topic.key): topic for topic in TOPICS}
     channels = {}
     try:
@@ -47,32 +39,22 @@ def channels_of(recording: Recording) -> dict[str, Channel]:
 
 
 def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
-    """
-    Give every request of a run of this package, in the order in which they were carried out.
-
-    Raises
-    ------
-    RecordingError
-        If it is no run of this package, or a note of a request cannot be read.
-
-    """
+    """Give every request of a run of this package, in the order in which they were carried out."""
     channels = channels_of(recording)
     commands = {channels[each.key].topic: each for each in COMMAND_TOPICS if each.key in channels}
     notes = channels[NOTES].topic
     for topic, stored in recording.records([notes, *commands]):
         at_ns = stored.log_time - recording.time_origin_ns
         if topic == notes:
-            yield TimedRequest(at_ns, _read_note(recording, stored.data))
+            text = str(unpack(m.STRING, stored.data))
+            try:
+                note = json.loads(text)
+                settings = tuple(note['settings'].items())
+                request = Request(note['name'], tuple(note['values']), settings)
+            except (ValueError, KeyError, TypeError, AttributeError):
+                problem = f'holds a request that cannot be read: {text[:80]}'
+                hint = 'record with a drive of this package'
+                raise RecordingError(recording.path, problem, hint) from None
+            yield TimedRequest(at_ns, request)
         elif topic in commands:
             yield TimedRequest(at_ns, read_request(commands[topic], stored.data))
-
-
-def _read_note(recording: Recording, data: bytes) -> Request:
-    text = str(unpack(m.STRING, data))
-    try:
-        note = json.loads(text)
-        return Request(note['name'], tuple(note['values']), tuple(note['settings'].items()))
-    except (ValueError, KeyError, TypeError, AttributeError):
-        problem = f'holds a request that cannot be read: {text[:80]}'
-        hint = 'record with a drive of this package'
-        raise RecordingError(recording.path, problem, hint) from None

@@ -9,7 +9,7 @@ import numpy as np
 from stickslip_ros.contact.record import FLOAT
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.reports import TRACE_COLUMNS, Output, Status
+from stickslip_ros.instrument.reports import Output, Status, trace_columns
 from stickslip_ros.instrument.state_tree import ANY_FLOAT, read
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel
@@ -30,12 +30,8 @@ class RunWriter:
     The new file of a run; as a context it is finished at the end.
 
     It holds the parameters; log times are the time origin plus simulated time. Where its queue is
-    full, it waits for the disk, or drops and counts.
-
-    Raises
-    ------
-    RecordingError
-        If the file exists or cannot be written; at the end of a context, if it was not.
+    full, it waits for the disk, or drops and counts. Raises RecordingError if the file exists or
+    cannot be written; at the end of a context, if it was not.
 
     """
 
@@ -126,9 +122,10 @@ class ReportingBench:
         self.time_origin_ns = time_origin_ns
         self.writer: RunWriter | None = None
         self._feed = Feed(parameters)
+        self._columns = len(trace_columns(parameters))
+        self._publish = publish
         if not self.bench.is_at_start:
             self._resume()
-        self._publish = publish
         self.record(writer)
 
     def _resume(self) -> None:
@@ -138,7 +135,7 @@ class ReportingBench:
             self._feed.resume([], self.bench.status, (time_ns, math.nan))
             return
         forms = {
-            PENDING: (FLOAT, (-1, len(TRACE_COLUMNS))),
+            PENDING: (FLOAT, (-1, self._columns)),
             STATUS: Status | None,
             JOINT: {'time_ns': range(time_ns + 1), 'position_m': ANY_FLOAT},
         }
@@ -166,22 +163,14 @@ class ReportingBench:
         time_ns, position_m = feed.joint
         return self.bench.save(
             {
-                PENDING: np.concatenate([np.empty((0, len(TRACE_COLUMNS))), *feed.pending]),
+                PENDING: np.concatenate([np.empty((0, self._columns)), *feed.pending]),
                 STATUS: feed.status,
                 JOINT: {'time_ns': time_ns, 'position_m': position_m},
             }
         )
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
-        """
-        Do what ``Bench.update`` does, publish and write it.
-
-        Raises
-        ------
-        StickSlipError
-            If the time is refused, the integration has failed, or the disk has ended the file.
-
-        """
+        """Do what ``Bench.update`` does, publish and write it; raise what has ended the file."""
         for request in requests:
             self.accept(request)
         output = self.advance_bench(until_ns)

@@ -11,15 +11,14 @@ from pathlib import Path
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.files import read_bytes
-from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
+from stickslip_ros.instrument.reports import Status, trace_columns
 from stickslip_ros.interface.channels import Channel, name_in_file
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
 from stickslip_ros.recording.layout import SUFFIX, FileForm
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.sources import sources_digest
 
-SOURCES = 'sources'
-"""Entry of the metadata of a run: digest of the sources that computed it."""
+SOURCES = 'sources'  # entry of the metadata of a run: digest of the sources that computed it
 TIME_ORIGIN = 'time_origin_ns'
 """Entry of the metadata of a run and of ``~/info``: the time origin, ns; stamps and log times are
 this plus simulated time."""
@@ -27,9 +26,8 @@ RUN_RECORD = 'stickslip_run'
 """Name of the metadata record of a run; it alone holds wall-clock time."""
 TOPICS_RECORD = 'stickslip_topics'
 """Name of the metadata record that says under which name and quality of service each topic of
-docs/interface.md was recorded, as JSON by its name in files."""
-PARAMETERS_FILE = 'parameters.yaml'
-"""Name of the attachment with every parameter."""
+docs/reference/interface.md was recorded, as JSON by its name in files."""
+PARAMETERS_FILE = 'parameters.yaml'  # name of the attachment with every parameter
 CHECKPOINT_FILE = 'checkpoint.bin'
 """Name of the attachment with the state in which a recording begins, unless it is rest."""
 EXPERIMENT_FILE = 'experiment.csv'
@@ -47,7 +45,7 @@ def info_json(parameters: Parameters, time_origin_ns: int) -> str:
             TIME_ORIGIN: time_origin_ns,
             'parameters': parameters.flat(),
             'units': {name: spec.unit for name, spec in specs().items() if spec.unit},
-            'trace_columns': TRACE_COLUMNS,
+            'trace_columns': trace_columns(parameters),
             'status_bits': {f'0x{bit:08x}': bit.text for bit in Status},
         }
     )
@@ -65,15 +63,7 @@ def versions() -> dict[str, str]:
 
 
 def run_path(parameters: Parameters) -> Path:
-    """
-    Return the path of a new recording: the given name, or one after date and time.
-
-    Raises
-    ------
-    OutOfRange
-        If the name leaves its folder, cannot be printed, begins or ends oddly, or is too long.
-
-    """
+    """Return the path of a new recording: the given name, or one after date and time."""
     name = parameters.record.name
     if not name:
         name = f'run_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}'
@@ -94,15 +84,7 @@ def run_path(parameters: Parameters) -> Path:
 
 
 def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
-    """
-    Write a checkpoint into the folder of recordings; return its path, after date and time.
-
-    Raises
-    ------
-    RecordingError
-        If it cannot be written.
-
-    """
+    """Write a checkpoint into the folder of recordings; return its path, after date and time."""
     folder = Path(parameters.record.directory)
     path = folder / f'checkpoint_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}.bin'
     try:
@@ -115,22 +97,9 @@ def save_checkpoint(checkpoint: bytes, parameters: Parameters) -> Path:
 
 
 def open_recorder(
-    path: Path,
-    parameters: Parameters,
-    channels: Mapping[str, Channel],
-    time_origin_ns: int = 0,
+    path: Path, parameters: Parameters, channels: Mapping[str, Channel], time_origin_ns: int = 0
 ) -> Recorder:
-    """
-    Start the recording of a run, with its parameters, under the keys of its channels.
-
-    Raises
-    ------
-    RecordingError
-        If the file exists or cannot be written, or the experiment cannot be read.
-    OutOfRange
-        If it is to be split into parts that are smaller than a chunk.
-
-    """
+    """Start the recording of a run, with its parameters, under the keys of its channels."""
     heading = 'Parameters of the recorded run; SI units.'
     run = {
         **versions(),
@@ -148,21 +117,6 @@ def open_recorder(
     if parameters.record.experiment:
         content = read_bytes(Path(parameters.record.experiment), 'check record.experiment')
         experiment[EXPERIMENT_FILE] = ('text/csv', content)
-    return Recorder(
-        path,
-        channels,
-        metadata={RUN_RECORD: run, TOPICS_RECORD: topics},
-        attachments={
-            PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode()),
-            **experiment,
-        },
-        form=_form(parameters),
-        queue_length=parameters.record.queue_length,
-    )
-
-
-def _form(parameters: Parameters) -> FileForm:
-    """Return the form of the files; refuse those that would be smaller than a chunk."""
     record = parameters.record
     for name, value, unit, least_name, least in (
         ('split_size', record.split_size, 'B', 'chunk_size', record.chunk_size),
@@ -172,10 +126,20 @@ def _form(parameters: Parameters) -> FileForm:
             limit = f'below record.{least_name} {least:g} {unit}'
             hint = f'raise it, lower record.{least_name}, or give 0 to never split'
             raise OutOfRange(f'record.{name}', value, unit, limit, hint)
-    return FileForm(
-        compression=record.compression,
-        chunk_size_bytes=record.chunk_size,
-        flush_period_s=record.flush_period,
-        in_parts=record.split_size > 0 or record.split_duration > 0.0,
-        bag=record.format == 'bag',
+    return Recorder(
+        path,
+        channels,
+        metadata={RUN_RECORD: run, TOPICS_RECORD: topics},
+        attachments={
+            PARAMETERS_FILE: ('application/yaml', dump_yaml(parameters, heading).encode()),
+            **experiment,
+        },
+        form=FileForm(
+            compression=record.compression,
+            chunk_size_bytes=record.chunk_size,
+            flush_period_s=record.flush_period,
+            in_parts=record.split_size > 0 or record.split_duration > 0.0,
+            bag=record.format == 'bag',
+        ),
+        queue_length=parameters.record.queue_length,
     )

@@ -11,40 +11,19 @@ from numpy.typing import NDArray
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.interface.messages import ArrayMessage
 
-TIME: Final = 't'
-"""Column of a trace that holds the time, in s."""
+TIME: Final = 't'  # column of a trace that holds the time, in s
 _LABEL: Final = re.compile(r'(?P<name>[^\[\]]+)(\[(?P<unit>[^\[\]]*)\])?')
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """
-    A quantity sampled at rising times.
+    """A quantity sampled at rising times."""
 
-    Parameters
-    ----------
-    time_s : ndarray of float, shape (n,)
-        Times in s; finite, never falling. Two samples of one instant are a jump.
-    value : ndarray of float, shape (n,)
-        The quantity in `unit`.
-    unit : str
-        SI unit; empty for a pure number.
-    origin : str
-        Where the samples come from, for a legend or an error message.
-
-    Raises
-    ------
-    WrongKind
-        If the two arrays are not one-dimensional and equally long.
-    OutOfRange
-        If a time is not finite or comes before its predecessor.
-
-    """
-
+    # times in s; finite, never falling. Two samples of one instant are a jump, shape (n,)
     time_s: NDArray[np.float64]
-    value: NDArray[np.float64]
-    unit: str
-    origin: str
+    value: NDArray[np.float64]  # the quantity in `unit`, shape (n,)
+    unit: str  # SI unit; empty for a pure number
+    origin: str  # where the samples come from, for a legend or an error message
 
     def __post_init__(self) -> None:
         object.__setattr__(self, 'time_s', np.asarray(self.time_s, dtype=np.float64))
@@ -87,28 +66,7 @@ class Series:
 
 
 def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Series]:
-    """
-    Join the blocks of a trace and give its columns.
-
-    Parameters
-    ----------
-    blocks : sequence of ArrayMessage
-        Arrays of shape (samples, columns); the label of the second dimension lists the columns
-        with their units, as ``t[s],voltage[V]``.
-    origin : str
-        Where they come from.
-
-    Returns
-    -------
-    dict of str to Series
-        Each column but the time, by its name without the unit. Empty without blocks.
-
-    Raises
-    ------
-    WrongKind
-        If a block is not a table, has other columns than the first, or has no time.
-
-    """
+    """Join the blocks of a trace, labelled ``t[s],voltage[V]``; give columns by bare names."""
     if not blocks:
         return {}
     labels = blocks[0].labels[1].split(',') if len(blocks[0].labels) == 2 else []

@@ -19,8 +19,7 @@ from stickslip_ros.recording.layout import FileForm, Layout
 
 CLOSING_RECORD: Final = 'stickslip_recorder'
 """Metadata record with which a finished file says what it holds and what was lost."""
-PART_RECORD: Final = 'stickslip_part'
-"""Metadata record in which a part says which one it is."""
+PART_RECORD: Final = 'stickslip_part'  # metadata record in which a part says which one it is
 FOLLOWED_BY: Final = 'followed_by'
 """Entry of a part's closing record: the file in which the run goes on, or nothing."""
 SECURE_AFTER: Final = 1 / 2
@@ -31,8 +30,7 @@ COMPRESSIONS: Final = {
     'none': CompressionType.NONE,
 }
 
-Attachments = Mapping[str, tuple[str, bytes]]
-"""Media type and bytes of each attachment."""
+Attachments = Mapping[str, tuple[str, bytes]]  # media type and bytes of each attachment
 Metadata = Mapping[str, Mapping[str, str]]
 
 
@@ -53,15 +51,7 @@ class PartMark(NamedTuple):
 
 
 class McapFile:
-    """
-    A new MCAP file, in a folder that is made where it is missing.
-
-    Raises
-    ------
-    RecordingError
-        If the file exists or cannot be made.
-
-    """
+    """A new MCAP file, in a folder that is made where it is missing."""
 
     def __init__(
         self,
@@ -91,8 +81,21 @@ class McapFile:
             )
             self._writer.start(PROFILE)
             self.attach(attachments)
-            self._add_metadata(metadata)
-            self._announce(channels)
+            self._describe(metadata)
+            schemas = {
+                name: self._writer.register_schema(name, 'ros2msg', SCHEMAS[name].encode())
+                for name in dict.fromkeys(channel.type_name for channel in channels)
+            }
+            for channel in channels:  # in the first chunk, and in the summary
+                self._writer.register_channel(
+                    channel.topic,
+                    'cdr',
+                    schemas[channel.type_name],
+                    {
+                        'offered_qos_profiles': channel.qos.to_yaml(),
+                        'topic_type_hash': TYPE_HASHES[channel.type_name],
+                    },
+                )
             self._stream.flush()
         except BaseException as error:
             self.abandon()
@@ -108,24 +111,7 @@ class McapFile:
             finally:
                 os.close(folder)
 
-    def _announce(self, channels: Sequence[Channel]) -> None:
-        """Say which topics there are: at the beginning of the first chunk, and in the summary."""
-        schemas = {
-            name: self._writer.register_schema(name, 'ros2msg', SCHEMAS[name].encode())
-            for name in dict.fromkeys(channel.type_name for channel in channels)
-        }
-        for channel in channels:
-            self._writer.register_channel(
-                channel.topic,
-                'cdr',
-                schemas[channel.type_name],
-                {
-                    'offered_qos_profiles': channel.qos.to_yaml(),
-                    'topic_type_hash': TYPE_HASHES[channel.type_name],
-                },
-            )
-
-    def _add_metadata(self, metadata: Metadata) -> None:
+    def _describe(self, metadata: Metadata) -> None:
         for name, entries in metadata.items():
             self._writer.add_metadata(name, dict(entries))
 
@@ -148,21 +134,13 @@ class McapFile:
             self._is_empty = False
 
     def secure(self) -> None:
-        """
-        End the chunk in progress and bring all that was written to the disk.
-
-        Raises
-        ------
-        RecordingError
-            If the file is no longer where it was made: what it holds will be gone when it ends.
-
-        """
+        """End the chunk in progress and bring all that was written to the disk."""
         self._writer.flush()  # type: ignore[no-untyped-call]
         self._sync()
 
     def finish(self, metadata: Metadata) -> None:
         """Write closing metadata, the last chunk, the summary and the end; close the file."""
-        self._add_metadata(metadata)
+        self._describe(metadata)
         self._writer.finish()  # type: ignore[no-untyped-call]
         self._stream.flush()
         self._sync()
@@ -190,14 +168,8 @@ class RunFiles:
     The files of one run; one caller at a time.
 
     Every file begins with the metadata and the attachments; `losses` gives what its closing record
-    says of messages that never came here.
-
-    Raises
-    ------
-    RecordingError
-        If the run exists or cannot be begun.
-    UnknownName
-        If the compression is not known.
+    says of messages that never came here. Raises RecordingError if the run exists or cannot be
+    begun, UnknownName if the compression is not known.
 
     """
 

@@ -1,4 +1,4 @@
-"""One client of a drive, for panel, tests and controllers; a handshake; lockstep from without."""
+"""The client of a drive that panel, tests and controllers share, its handshake, lockstep."""
 
 import json
 from collections.abc import Callable, Iterable, Sequence
@@ -126,24 +126,9 @@ class DriveClient:
     """
     Publishers of a drive's commands, and what else of it is asked for, on an ordinary node.
 
-    Whoever has the node spins it. Before the first command a `Handshake` that was made after the
-    client must be done.
-
-    Parameters
-    ----------
-    node : Node
-        Has the publishers, subscriptions and clients.
-    drive : str
-        Name of the drive's node, with its namespace if that is not the one of ``node``.
-    commands : iterable of str
-        What it shall be able to send; by default every command.
-
-    Attributes
-    ----------
-    sent : int
-        Commands sent so far.
-    info : dict
-        Last ``~/info``, if somebody subscribes to it with `take_info`.
+    Whoever has the node spins it. The drive is the name of its node, with its namespace if that is
+    not the one of ``node``; ``commands`` are those that can be sent. Before the first command a
+    `Handshake` that was made after the client must be done.
 
     """
 
@@ -152,8 +137,8 @@ class DriveClient:
     ) -> None:
         self.node = node
         self.drive = drive
-        self.sent = 0
-        self.info: dict[str, Any] = {}
+        self.sent = 0  # commands so far
+        self.info: dict[str, Any] = {}  # the last ``~/info``, if `take_info` is subscribed to it
         self._publishers = {
             name: node.create_publisher(*self._ends_of(topic), to_profile(topic.qos))
             for name, topic in ((name, command_topic(name)) for name in commands)
@@ -170,8 +155,8 @@ class DriveClient:
         name : str
             What follows ``command/`` in the name of its topic.
         value : float, int or sequence of float
-            Its number or numbers in SI units, in the order of docs/interface.md: ``('voltage',
-            150.0)``, ``('sawtooth', (300.0, 500.0, 10.0))``, ``('waveform', rows)``.
+            Its number or numbers in SI units, in the order of docs/reference/interface.md:
+            ``('voltage', 150.0)``, ``('sawtooth', (300.0, 500.0, 10.0))``, ``('waveform', rows)``.
         cycles : int
             How often a waveform is played; 0 repeats until replaced.
 
@@ -220,8 +205,8 @@ class DriveClient:
 
     def is_connected(self) -> bool:
         """Return whether each topic that a drive has in any case has its other end."""
-        heard = (made for topic, made in self._subscriptions if not topic.switch)
-        obeyed = (made for name, made in self._publishers.items() if not _COMMANDS[name].switch)
+        heard = (made for topic, made in self._subscriptions if not topic.switches)
+        obeyed = (made for name, made in self._publishers.items() if not _COMMANDS[name].switches)
         return all(each.get_publisher_count() for each in heard) and all(
             each.get_subscription_count() for each in obeyed
         )

@@ -1,7 +1,7 @@
-"""The topics of a node: offered as declared, unless their quality of service is overridden."""
+"""The topics and services that a node offers; what is declared of a topic may be overridden."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -9,26 +9,27 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.exceptions import ParameterException
 from rclpy.lifecycle import LifecycleNode
-from rclpy.qos import (
-    QoSPolicyKind,
-    QoSProfile,
-    ReliabilityPolicy,
-    qos_policy_name_from_kind,
-)
+from rclpy.node import Node
+from rclpy.qos import QoSPolicyKind, QoSProfile, ReliabilityPolicy, qos_policy_name_from_kind
 from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
+from rclpy.service import Service
 
 from stickslip_ros.errors import StickSlipError, UnknownName
+from stickslip_ros.instrument.commands import COMMANDS, SET_BOOL, Request
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.feed import Packed
-from stickslip_ros.interface.topics import READINGS, TOPICS, Topic
+from stickslip_ros.interface.topics import READINGS, SERVICES, TOPICS, Topic
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile, to_qos
+from stickslip_ros.recording.run_file import save_checkpoint
+from stickslip_ros.ros.interface import MESSAGE_TYPES, SERVICE_TYPES, to_profile, to_qos
+from stickslip_ros.runtime.orders import AT_ONCE
+from stickslip_ros.runtime.session import Session, await_reply
+from stickslip_ros.units import NANO
 
 POLICIES = {'depth': QoSPolicyKind.DEPTH, 'reliability': QoSPolicyKind.RELIABILITY}
 """What ``qos_overrides.<topic>.<publisher or subscription>.*`` may change."""
 REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, InvalidQosOverridesError)
 """What rclpy raises when it does not take an override."""
-
 SHARED = ('diagnostics', 'joint_states')
 """Keys of the topics on which every node may publish."""
 ATTEMPTS = 2
@@ -36,31 +37,24 @@ ATTEMPTS = 2
 
 OnMessage = Callable[[Topic, bytes], None]
 """Receives the topic of a command and the message that came on it, not yet opened."""
+Act = Callable[[Session, Any], str]
+"""Does what a service is for, given its request, and returns the message of its answer."""
 
 
 class Connections:
-    """
-    Publishers and subscriptions of a drive.
-
-    Attributes
-    ----------
-    incompatible : Counter of str
-        Endpoints of others with which a quality of service did not agree, by topic.
-    unsent : Counter of str
-        Messages since the configuration that the network did not take, by key of the topic.
-    conflicts : tuple of str
-        Who else has the name of the node or publishes its readings, in words.
-
-    """
+    """Publishers and subscriptions of a drive."""
 
     def __init__(self, node: LifecycleNode, on_message: OnMessage, overrides: list[str]) -> None:
         self._node = node
         self._on_message = on_message
         self._overrides = overrides
         self._offered: dict[str, Any] = {}
+        # Endpoints of others with which a quality of service did not agree, by topic.
         self.incompatible: Counter[str] = Counter()
+        # Messages since the configuration that the network did not take, by key of the topic.
         self.unsent: Counter[str] = Counter()
-        self.conflicts: tuple[str, ...] = ()
+        # Who else has the name of the node or publishes its readings, in words.
+        self.conflicts: list[str] = []
 
     def fit(self, parameters: Parameters) -> bool:
         """Return whether exactly the topics that exist under these parameters are offered."""
@@ -70,10 +64,7 @@ class Connections:
         """
         Offer every topic that exists under these parameters, and no other.
 
-        Raises
-        ------
-        StickSlipError
-            If an override of quality of service is not allowed, or belongs to no topic.
+        An override of quality of service that is not allowed, or belongs to no topic, is refused.
 
         """
         self.release()
@@ -84,7 +75,7 @@ class Connections:
                 self._offered[topic.key] = self._open(topic, parameters)
         for name in self._overrides:  # of the names that were given at the start
             if not self._node.has_parameter(name):
-                hint = 'look at the topics and policies in docs/node.md'
+                hint = 'look at the topics and policies in docs/reference/node.md'
                 raise UnknownName('override', name, hint)
 
     def release(self) -> None:
@@ -100,51 +91,49 @@ class Connections:
 
     def publish(self, packed: Packed) -> None:
         """Publish a packed message, if its topic is offered and the node active."""
-        self.send(packed.key, packed.data)
-
-    def send(self, key: str, message: Any) -> None:
-        """Publish a message, or its bytes."""
-        publisher = self._offered.get(key)
-        if publisher is not None and not any(_sent(publisher, message) for _ in range(ATTEMPTS)):
-            self.unsent[key] += 1
+        publisher = self._offered.get(packed.key)
+        if publisher is None:
+            return
+        for _ in range(ATTEMPTS):
+            try:
+                publisher.publish(packed.data)
+            except RuntimeError:  # the base of RCLError
+                continue
+            return
+        self.unsent[packed.key] += 1
 
     def check_graph(self) -> None:
-        """Ask the graph for who else is there, and warn of conflicts."""
-        seen = tuple(self._find_conflicts())
-        for each in seen:
-            if each not in self.conflicts:
-                self._node.get_logger().warning(each)
-        self.conflicts = seen
-
-    def _find_conflicts(self) -> Iterator[str]:
-        """Give what is wrong with the names in the graph."""
+        """Ask the graph for who else has a name of this node, and warn of conflicts."""
         node = self._node
         own = (node.get_name(), node.get_namespace())
+        seen = []
         if node.get_node_names_and_namespaces().count(own) > 1:
             name = node.get_fully_qualified_name()
-            yield f'another node is called {name} too; start one of them with -r __ns:=/other'
+            seen.append(
+                f'another node is called {name} too; start one of them with -r __ns:=/other'
+            )
         for topic in READINGS:
+            name = node.resolve_topic_name(topic.name)
             if topic.key in SHARED or topic.key not in self._offered:
                 continue
-            name = self._full_name(topic)
             if node.count_publishers(name) > 1:
-                others = self._publishers(name)
+                there = node.get_publishers_info_by_topic(name)
+                others = Counter((each.node_name, each.node_namespace) for each in there)
                 others.subtract([own])
                 words = ', '.join(f'{space.rstrip("/")}/{who}' for who, space in others.elements())
-                yield f'{words} publishes on {name} too; start one of the two in another namespace'
-
-    def _publishers(self, name: str) -> Counter[tuple[str, str]]:
-        there = self._node.get_publishers_info_by_topic(name)
-        return Counter((each.node_name, each.node_namespace) for each in there)
-
-    def _full_name(self, topic: Topic) -> str:
-        return str(self._node.resolve_topic_name(topic.name))
+                seen.append(
+                    f'{words} publishes on {name} too; start one of the two in another namespace'
+                )
+        for each in seen:
+            if each not in self.conflicts:
+                node.get_logger().warning(each)
+        self.conflicts = seen
 
     def channels(self) -> dict[str, Channel]:
         """Return what a recording holds: names and quality of service as they are, by key."""
         return {
             topic.key: Channel(
-                self._full_name(topic),
+                str(self._node.resolve_topic_name(topic.name)),
                 topic.type_name,
                 to_qos(self._offered[topic.key].qos_profile),
             )
@@ -154,57 +143,110 @@ class Connections:
 
     def _open(self, topic: Topic, parameters: Parameters) -> Any:
         """Make the publisher or the subscription of a topic."""
-        note = partial(self._note_incompatible, topic)
-        options: dict[str, Any] = {
-            'event_callbacks': (
-                SubscriptionEventCallbacks(incompatible_qos=note)
-                if topic.is_command
-                else PublisherEventCallbacks(incompatible_qos=note)
-            ),
-        }
+
+        def note_incompatible(event: Any) -> None:
+            self.incompatible[topic.name] = event.total_count
+            policy = qos_policy_name_from_kind(event.last_policy_kind)
+            other = 'publisher' if topic.is_command else 'subscription'
+            self._node.get_logger().warning(
+                f'a {other} on {topic.name} does not fit its {policy}: nothing passes between them'
+            )
+
+        options: dict[str, Any] = {}
         if topic.overridable:
-            policies = [POLICIES[name] for name in topic.overridable]
             options['qos_overriding_options'] = QoSOverridingOptions(
-                policies, callback=_check_profile
+                [POLICIES[name] for name in topic.overridable], callback=_check_profile
             )
         message_type = MESSAGE_TYPES[topic.type_name]
         profile = to_profile(topic.offered_qos(parameters))
         try:
             if not topic.is_command:
+                events = PublisherEventCallbacks(incompatible_qos=note_incompatible)
                 return self._node.create_lifecycle_publisher(
-                    message_type, topic.name, profile, **options
+                    message_type, topic.name, profile, event_callbacks=events, **options
                 )
-            callback = partial(self._on_message, topic)
             return self._node.create_subscription(
-                message_type, topic.name, callback, profile, raw=True, **options
+                message_type,
+                topic.name,
+                partial(self._on_message, topic),
+                profile,
+                raw=True,
+                event_callbacks=SubscriptionEventCallbacks(incompatible_qos=note_incompatible),
+                **options,
             )
         except REFUSALS as error:
             raise StickSlipError(f'{topic.name} cannot be offered: {error}') from error
 
-    def _note_incompatible(self, topic: Topic, event: Any) -> None:
-        """Count and log that another node's endpoint does not fit."""
-        self.incompatible[topic.name] = event.total_count
-        policy = qos_policy_name_from_kind(event.last_policy_kind)
-        other = 'publisher' if topic.is_command else 'subscription'
-        self._node.get_logger().warning(
-            f'a {other} on {topic.name} does not fit its {policy}: nothing passes between them'
-        )
-
-
-def _sent(publisher: Any, message: Any) -> bool:
-    """Return whether the network has taken a message."""
-    try:
-        publisher.publish(message)
-    except RuntimeError:  # the base of RCLError
-        return False
-    return True
-
 
 def _check_profile(profile: QoSProfile) -> SetParametersResult:
     """Refuse a quality of service that the drive cannot offer."""
+    reason = ''
     if profile.depth < 1:
-        return SetParametersResult(successful=False, reason=f'depth {profile.depth} is below 1')
-    if profile.reliability not in (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT):
+        reason = f'depth {profile.depth} is below 1'
+    elif profile.reliability not in (ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT):
         reason = f'{profile.reliability.name.lower()} is not reliable or best_effort'
-        return SetParametersResult(successful=False, reason=reason)
-    return SetParametersResult(successful=True)
+    return SetParametersResult(successful=not reason, reason=reason)
+
+
+def offer_services(
+    node: Node,
+    get_session: Callable[[], Session],
+    on_refusal: Callable[[str, str], None],
+    acts: Mapping[str, Act],
+) -> list[Service]:
+    """
+    Offer every declared service on a node, and return them.
+
+    ``get_session`` returns the running drive, or refuses; ``on_refusal`` receives the name of a
+    service and why it was refused; ``acts`` are the services that only the node can do.
+
+    """
+
+    def answer(name: str, act: Act, request: Any, response: Any) -> Any:
+        try:
+            response.message = act(get_session(), request)
+            response.success = True
+        except StickSlipError as error:
+            response.success = False
+            response.message = f'{name} refused: {error}'
+            on_refusal(name, response.message)
+        return response
+
+    offered = []
+    for service in SERVICES:
+        name = service.name.removeprefix('~/')
+        callback = partial(answer, name, {**OF_THE_DRIVE, **acts}[name])
+        offered.append(
+            node.create_service(SERVICE_TYPES[service.type_name], service.name, callback)
+        )
+    return offered
+
+
+def _ask_bench(name: str, session: Session, request: Any) -> str:
+    """Let the bench carry out a command; a switch is its only number."""
+    values = (float(request.data),) if COMMANDS[name].interface == SET_BOOL else ()
+    await_reply(session.submit(Request(name, values), AT_ONCE))
+    return ''
+
+
+def _set_paused(session: Session, request: Any) -> str:
+    session.set_paused(request.data)
+    return f'paused at {session.bench.time_ns * NANO:.9g} s' if request.data else 'running'
+
+
+def _step_simulation(session: Session, _: Any) -> str:
+    await_reply(session.step())
+    return f'advanced to {session.bench.time_ns * NANO:.9g} s'
+
+
+def _save_checkpoint(session: Session, _: Any) -> str:
+    return str(save_checkpoint(await_reply(session.save()), session.parameters).absolute())
+
+
+OF_THE_DRIVE: dict[str, Act] = {
+    **{name: partial(_ask_bench, name) for name, row in COMMANDS.items() if row.has_service},
+    'set_paused': _set_paused,
+    'step_simulation': _step_simulation,
+    'save_checkpoint': _save_checkpoint,
+}
+"""Services that a running drive carries out without its node."""

@@ -31,17 +31,12 @@ class Refusals:
     """
     What was refused: counted, and logged once per name and report.
 
-    Attributes
-    ----------
-    messages : int
-        Messages and calls that the node refused before they reached the drive.
-    lines : deque of str
-        Lines for the log; ``on_line`` is called, in any thread, when there is one.
+    ``on_line`` is called, in any thread, when there are lines for the log.
 
     """
 
     def __init__(self, on_line: Callable[[], object]) -> None:
-        self.messages = 0
+        self.messages = 0  # and calls that the node refused before they reached the drive
         self.lines: deque[str] = deque()
         self._on_line = on_line
         self._reported = 0
@@ -107,7 +102,9 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         level, message = ERROR, f'real-time factor {kept} instead of {wanted:g}'
     elif report.overruns:
         level, message = WARN, f'{report.overruns} of {report.ticks} ticks late'
-    if _take_preload_ramp(session) and level != OK:
+    # Set back here: what the report says is whether a preload was on its way since the last one.
+    ramped, session.worker.preload_ramped = session.worker.preload_ramped, False
+    if ramped and level != OK:
         message += '; a preload on its way steps every spring'
     if (behind_s := session.stamps_behind_s) is not None:
         values['stamps_behind_s'] = f'{behind_s:.6f}'
@@ -118,12 +115,6 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
             off += f', more than {STAMPS_OFF_MAX_S:g} s; {remedy}'
             level, message = max(level, WARN), off if level == OK else f'{message}; {off}'
     return _status(f'{name}: time', level, message, values)
-
-
-def _take_preload_ramp(session: Session) -> bool:
-    """Return whether a preload was on its way in a block since the last call."""
-    ramped, session.worker.preload_ramped = session.worker.preload_ramped, False
-    return ramped
 
 
 def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticStatus:
@@ -139,8 +130,8 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
     title = f'{name}: drive'
     if session.failure is not None:
         return _status(title, ERROR, f'stopped: {session.failure}', values)
-    if is_long(session):
-        return _status(title, ERROR, long_block(session), values)
+    if late := long_block(session):
+        return _status(title, ERROR, late, values)
     if held := session.held:
         why = f'{held} commands wait for kernels, which are being compiled'
         return _status(title, WARN, why, values)
@@ -149,15 +140,12 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
     return _status(title, OK, 'running', values)
 
 
-def is_long(session: Session) -> bool:
-    """Return whether the present block of a drive takes longer than it should."""
-    return session.busy_s > BLOCK_MAX_S
-
-
 def long_block(session: Session) -> str:
-    """Say how long the present block of a drive has lasted."""
-    at_s = session.bench.time_ns * NANO
-    return f'the block at {at_s:.9g} s has not ended in {session.busy_s:.1f} s'
+    """Say how long the present block of a drive has lasted, if that is too long."""
+    at_s, busy_s = session.bench.time_ns * NANO, session.busy_s
+    if busy_s <= BLOCK_MAX_S:
+        return ''
+    return f'the block at {at_s:.9g} s has not ended in {busy_s:.1f} s'
 
 
 def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
@@ -172,7 +160,7 @@ def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
     incompatible, unsent = connections.incompatible, connections.unsent
     values = {topic: str(count) for topic, count in incompatible.items()}
     values.update({f'{topic} not sent': str(count) for topic, count in unsent.items()})
-    problems = list(connections.conflicts)
+    problems = [*connections.conflicts]
     if incompatible:
         count = sum(incompatible.values())
         problems.append(f'{count} of incompatible quality of service since the configuration')

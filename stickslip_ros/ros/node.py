@@ -8,12 +8,13 @@ from functools import wraps
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.serialization import serialize_message
+from rclpy.service import Service
 
 from stickslip_ros.contact.kernel import compilation_reported
 from stickslip_ros.errors import StickSlipError
@@ -30,7 +31,7 @@ from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.recording.run_file import info_json
 from stickslip_ros.ros import diagnostics
-from stickslip_ros.ros.connections import Connections
+from stickslip_ros.ros.connections import Connections, offer_services
 from stickslip_ros.ros.executable import GarbageFreezer, describe_node, guard_services, run_node
 from stickslip_ros.ros.parameter_bridge import (
     SIM_TIME,
@@ -44,19 +45,10 @@ from stickslip_ros.ros.parameter_bridge import (
     live_settings,
     read_parameters,
 )
-from stickslip_ros.ros.services import Services
 from stickslip_ros.runtime.kernels import kernels_for
-from stickslip_ros.runtime.orders import AT_ONCE
-from stickslip_ros.runtime.recordings import (
-    await_reply,
-    close_recording,
-    end_recording,
-    open_recording,
-    start_recording,
-)
-from stickslip_ros.runtime.session import Session, require
-from stickslip_ros.runtime.time_control import read_grant
-from stickslip_ros.runtime.worker import Callbacks, Faults
+from stickslip_ros.runtime.orders import AT_ONCE, read_grant
+from stickslip_ros.runtime.session import Session, await_reply, require
+from stickslip_ros.runtime.worker import Callbacks
 from stickslip_ros.units import KILO
 
 DIAGNOSTICS_PERIOD_S = 1.0
@@ -66,7 +58,7 @@ ERROR = TransitionCallbackReturn.ERROR
 Transition = Callable[[Any, LifecycleState], TransitionCallbackReturn]
 
 
-def _telling(transition: Transition) -> Transition:
+def logs_failure(transition: Transition) -> Transition:
     """Log why a transition failed that was not refused: rclpy takes it for an error in silence."""
 
     @wraps(transition)
@@ -88,12 +80,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
     With the parameter ``autostart`` (the default) it configures and activates itself; where that
     is refused, it says why and stays as it is, for a lifecycle manager to try again.
     Keyword arguments are those of ``rclpy.node.Node``: ``namespace``, ``context``,
-    ``parameter_overrides`` and so on.
-
-    Raises
-    ------
-    StickSlipError
-        If a parameter given at the start is not known or not allowed.
+    ``parameter_overrides`` and so on; a parameter that is not known or not allowed is refused.
 
     """
 
@@ -113,13 +100,13 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         parameters = declare_parameters(self)
         self.get_logger().info(describe_node(self))
         self._topics = Connections(self, self._on_message, overrides)
-        acts = {'set_recording': self._set_recording, 'clear_faults': self._clear_faults}
-        refuse = self._refusals.refuse
-        self._services_offered = Services(self, lambda: self.session, refuse, acts)
+        self._offered_services: list[Service] = []
         self._timer: Any = None
         self._failed = self.create_guard_condition(self._leave_active)
         self._logged_block_ns = -1
-        self.add_on_set_parameters_callback(self._on_parameters)
+        self.add_on_set_parameters_callback(
+            lambda changes: judge_changes(self, changes, runs=self._active is not None)
+        )
         self.add_post_set_parameters_callback(self._after_parameters)
         if parameters.autostart and self.trigger_configure() == SUCCESS:
             self.trigger_activate()
@@ -129,7 +116,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         """The running drive; refused while the node is not active."""
         return require(self._active, self._state_machine.current_state[1])
 
-    @_telling
+    @logs_failure
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Build the drive, compile its kernels, offer topics and services."""
         try:
@@ -140,14 +127,16 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self.get_logger().error(f'not configured: {error}')
             self._release()
             return FAILURE
-        self._services_offered.offer()
+        acts = {'set_recording': self._set_recording, 'clear_faults': self._clear_faults}
+        refuse = self._refusals.refuse
+        self._offered_services = offer_services(self, lambda: self.session, refuse, acts)
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = self.create_timer(
             DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock
         )
         return super().on_configure(state)
 
-    @_telling
+    @logs_failure
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Start the drive, and the recording if ``record.on_start`` says so."""
         try:
@@ -162,8 +151,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self._topics.publish(Packed('status', 0, pack_uint32(int(session.worker.status))))
         try:
             if session.parameters.record.on_start:
-                writer = open_recording(session, self._topics.channels())
-                session.exchange_recording(writer)
+                session.exchange_recording(session.open_recording(self._topics.channels()))
         except StickSlipError as error:
             self.get_logger().error(f'not activated: {error}')
             super().on_deactivate(state)
@@ -173,12 +161,17 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self.get_logger().info(_describe_run(self, session.parameters, session.bench))
         return result
 
-    def _build(self, parameters: Any) -> Session:
+    def _build(self, parameters: Parameters) -> Session:
         report = progress_reporter(self.get_logger().warning, kernels_for(parameters))
+        callbacks = Callbacks(
+            on_faults=lambda faults: self._send_diagnostics(
+                [diagnostics.fault_status(self._full_name, faults)]
+            ),
+            on_lost_recording=self._on_lost_recording,
+            on_refusal=self._refusals.note,
+            on_failure=self._on_failure,
+        )
         with compilation_reported(report):
-            callbacks = Callbacks(
-                self._on_faults, self._on_lost_recording, self._refusals.note, self._on_failure
-            )
             return Session(parameters, self._topics.publish, callbacks)
 
     def _up_to_date(self) -> Session:
@@ -194,25 +187,25 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self._topics.offer(parameters)
         return old
 
-    @_telling
+    @logs_failure
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop the drive and finish its recording; its state stays, unless it has failed."""
         return super().on_deactivate(state) if self._halt() else ERROR
 
-    @_telling
+    @logs_failure
     def on_cleanup(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Give up the drive, its topics and its services."""
         self._release()
         return SUCCESS
 
-    @_telling
+    @logs_failure
     def on_shutdown(self, _: LifecycleState) -> TransitionCallbackReturn:
         """Stop whatever runs, finish the recording."""
         self._halt()
         self._release()
         return SUCCESS
 
-    @_telling
+    @logs_failure
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Return to the unconfigured state after a failed transition, or a failed drive."""
         return self.on_shutdown(state)
@@ -221,10 +214,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         """
         Finish the recording before the node goes, whatever state it is in.
 
-        Raises
-        ------
-        StillBusy
-            If a block of the drive has never ended; the node is gone all the same.
+        If a block of the drive has never ended, StillBusy is raised when the node is gone.
 
         """
         self._halt()
@@ -241,7 +231,8 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
     def _release(self) -> None:
         self._give_up_drive()
         self._topics.release()
-        self._services_offered.release()
+        while self._offered_services:
+            self.destroy_service(self._offered_services.pop())
         if self._timer is not None:
             self.destroy_timer(self._timer)
             self._timer = None
@@ -254,7 +245,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         writer = session.stop()
         if writer is not None:
             with suppress(StickSlipError):  # a failed recording has been reported
-                close_recording(writer, session, self.get_logger())
+                session.close_recording(writer, self.get_logger())
         if isinstance(session.failure, StillBusy):
             self.get_logger().error(f'the drive is left alone: {session.failure}')
             self._stuck.append(session.failure)
@@ -276,32 +267,26 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self.trigger_deactivate()
 
     def _on_message(self, topic: Topic, data: bytes) -> None:
+        """Hand a message to the drive; one that makes no sense counts as received."""
         try:
-            self._take(topic, data)
+            session = self.session
+            if topic.request == 'grant':
+                session.extend_grant(read_grant(topic, data))
+                return
+            try:
+                request = receive_request(topic, data)
+            except StickSlipError:
+                session.receive(None)
+                raise
+            session.receive(request)
         except StickSlipError as error:
             self._refusals.refuse(topic.name, f'{topic.name} refused: {error}')
-
-    def _take(self, topic: Topic, data: bytes) -> None:
-        """Hand a message to the drive; one that makes no sense counts as received."""
-        session = self.session
-        if topic.request == 'grant':
-            session.extend_grant(read_grant(topic, data))
-            return
-        try:
-            request = receive_request(topic, data)
-        except StickSlipError:
-            session.receive(None)
-            raise
-        session.receive(request)
 
     def _log_refusals(self) -> None:
         """Write what was refused into the log, in a thread that may wait for it."""
         lines = self._refusals.lines
         while lines:
             self.get_logger().warning(lines.popleft())
-
-    def _on_parameters(self, changes: list[Parameter]) -> SetParametersResult:
-        return judge_changes(self, changes, runs=self._active is not None)
 
     def _after_parameters(self, changes: list[Parameter]) -> None:
         """Hand changed faults to the drive; those put back by ~/clear_faults are known to it."""
@@ -320,11 +305,8 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
 
     def _set_recording(self, session: Session, request: Any) -> str:
         if request.data:
-            return start_recording(session, self._topics.channels())
-        return end_recording(session, self.get_logger())
-
-    def _on_faults(self, faults: Faults) -> None:
-        self._send_diagnostics([diagnostics.fault_status(self._full_name, faults)])
+            return session.start_recording(self._topics.channels())
+        return session.end_recording(self.get_logger())
 
     def _on_lost_recording(self, writer: RunWriter) -> None:
         why = f'{writer.recorder.path} has stopped: {writer.recorder.error}'
@@ -339,7 +321,10 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             return
         self._topics.check_graph()
         name = self._full_name
-        self._watch_block(session)
+        late = diagnostics.long_block(session)
+        if late and session.bench.time_ns != self._logged_block_ns:  # once, while it lasts
+            self._logged_block_ns = session.bench.time_ns
+            self.get_logger().error(late)
         self._send_diagnostics(
             [
                 diagnostics.pace_status(name, session.pacer.report(), session),
@@ -350,12 +335,6 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             ]
         )
 
-    def _watch_block(self, session: Session) -> None:
-        """Log a block that takes too long, once, while it lasts."""
-        if diagnostics.is_long(session) and session.bench.time_ns != self._logged_block_ns:
-            self._logged_block_ns = session.bench.time_ns
-            self.get_logger().error(diagnostics.long_block(session))
-
     @property
     def _full_name(self) -> str:
         return str(self.get_fully_qualified_name()).lstrip('/')
@@ -363,13 +342,19 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
     def _send_diagnostics(self, status: list[DiagnosticStatus]) -> None:
         array = DiagnosticArray(status=status)
         array.header.stamp = self.get_clock().now().to_msg()
-        self._topics.send('diagnostics', array)
+        self._topics.publish(Packed('diagnostics', 0, serialize_message(array)))
 
 
 def _describe_run(node: Node, parameters: Parameters, bench: Bench) -> str:
     """Return a line for the log: how the drive runs, and a command that it takes as it is."""
+    factor = parameters.sim.real_time_factor
+    pace = 'in real time' if factor == 1.0 else f'{factor:g} times real time'
+    if parameters.sim.lockstep:
+        pace = 'in lockstep'
+    elif factor == 0.0:
+        pace = 'as fast as possible'
     rate = f'{1.0 / (KILO * parameters.sim.block):g} kHz blocks'
-    start = f'active: {rate}, {_pace_of(parameters)}, preload {bench.state.preload_n:g} N'
+    start = f'active: {rate}, {pace}, preload {bench.state.preload_n:g} N'
     if parameters.sim.lockstep:
         return f'{start}; waits for grants on {node.resolve_topic_name("command/grant")}'
     amplifier = parameters.amplifier
@@ -379,24 +364,15 @@ def _describe_run(node: Node, parameters: Parameters, bench: Bench) -> str:
     return f'{start}; try: {command}'
 
 
-def _pace_of(parameters: Parameters) -> str:
-    factor = parameters.sim.real_time_factor
-    if parameters.sim.lockstep:
-        return 'in lockstep'
-    if factor == 0.0:
-        return 'as fast as possible'
-    return 'in real time' if factor == 1.0 else f'{factor:g} times real time'
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the drive until somebody asks for its end, see `run_node`; return its exit status."""
-    return run_node('drive', _make_drive, arguments)
 
+    def make() -> StickSlipDrive:
+        node = StickSlipDrive()
+        node.add_managed_entity(GarbageFreezer())
+        return node
 
-def _make_drive() -> StickSlipDrive:
-    node = StickSlipDrive()
-    node.add_managed_entity(GarbageFreezer())
-    return node
+    return run_node('drive', make, arguments)
 
 
 if __name__ == '__main__':

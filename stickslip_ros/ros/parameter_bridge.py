@@ -53,15 +53,10 @@ def descriptor_of(spec: Spec) -> ParameterDescriptor:
 
 def declare_parameters(node: Node) -> Parameters:
     """
-    Declare every parameter of the package on a node.
+    Declare every parameter of the package on a node; a value that is not allowed is refused.
 
     It was made with ``automatically_declare_parameters_from_overrides=True``, so that a misspelt
     name is seen instead of ignored, and a whole number does for a decimal one.
-
-    Raises
-    ------
-    UnknownName, WrongKind, OutOfRange
-        If a value given at the start is not allowed.
 
     """
     parameters = Parameters().updated(given_values(node))
@@ -121,15 +116,7 @@ def read_parameters(node: Node) -> Parameters:
 
 
 def check_clock(node: Node, changes: Mapping[str, object] = MappingProxyType({})) -> None:
-    """
-    Refuse a node that follows the clock which it publishes, after these changes.
-
-    Raises
-    ------
-    OutOfRange
-        If it would.
-
-    """
+    """Refuse a node that would follow the clock which it publishes, after these changes."""
     now = {name: node.get_parameter(name).value for name in (CLOCK, SIM_TIME)} | dict(changes)
     if now[CLOCK] and now[SIM_TIME]:
         limit = f'not possible while {CLOCK} is true: the node would follow its own clock'
@@ -167,8 +154,8 @@ class ReloadableNode(Node):
         """
         changes = [
             each
-            for each in map(_with_number, parameter_list)
-            if (each.name in specs() and spec_of(each.name).live)
+            for each in map(with_number, parameter_list)
+            if is_live(each.name)
             or not self.has_parameter(each.name)
             or each.get_parameter_value() != self.get_parameter(each.name).get_parameter_value()
         ]
@@ -177,7 +164,7 @@ class ReloadableNode(Node):
         return super().set_parameters_atomically(changes)
 
 
-def _with_number(change: Parameter) -> Parameter:
+def with_number(change: Parameter) -> Parameter:
     """
     Return a text that is a number as one, where a number is declared.
 
@@ -194,12 +181,15 @@ def _with_number(change: Parameter) -> Parameter:
         return change
 
 
+def is_live(name: str) -> bool:
+    """Return whether a running drive takes a parameter: a fault."""
+    return name in specs() and spec_of(name).live
+
+
 def live_settings(changes: list[Parameter]) -> tuple[tuple[str, Scalar], ...]:
-    """Return those of some changes that a running drive takes: faults."""
+    """Return those of some changes that a running drive takes."""
     return tuple(
-        (p.name, spec_of(p.name).check(p.name, p.value))
-        for p in changes
-        if p.name in specs() and spec_of(p.name).live
+        (p.name, spec_of(p.name).check(p.name, p.value)) for p in changes if is_live(p.name)
     )
 
 

@@ -31,13 +31,9 @@ class PositionController(ReloadableNode):
     """
     Bring the runner to the last ``~/target`` and hold it there.
 
-    Publishes ``~/in_position`` (std_msgs/Bool, latched) and ``~/error`` (std_msgs/Float64, m).
-    Keyword arguments are those of ``rclpy.node.Node``.
-
-    Raises
-    ------
-    UnknownName, WrongKind, OutOfRange
-        If a parameter given at the start is not allowed.
+    The node publishes ``~/in_position`` (std_msgs/Bool, latched) and ``~/error``
+    (std_msgs/Float64, m). Keyword arguments are those of ``rclpy.node.Node``; a parameter that is
+    not allowed is refused.
 
     """
 

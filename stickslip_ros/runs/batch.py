@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.extras import load_extra
-from stickslip_ros.process.stopping import Stopped, heed_stop
+from stickslip_ros.process.stopping import Stopped, stop_if_asked
 from stickslip_ros.runs.journal import Journal
 
 Case = TypeVar('Case')
@@ -30,12 +30,9 @@ Keep = Callable[[int, Any], None]
 WORKERS_MAX = 1024
 SUBMITTED_MAX = 4 * WORKERS_MAX
 """Cases that wait or run at a time: enough for every worker, however many cases there are."""
-LOOK_S = 0.1
-"""Time after which a batch looks whether somebody wants it to end."""
-CONNECT_S = 10.0
-"""Time that a scheduler has to answer, s."""
-WORKERS_S = 10.0
-"""Time that it has to get its first worker, s."""
+LOOK_S = 0.1  # time after which a batch looks whether somebody wants it to end
+CONNECT_S = 10.0  # time that a scheduler has to answer, s
+WORKERS_S = 10.0  # time that it has to get its first worker, s
 
 
 class Interrupted(Stopped):
@@ -60,42 +57,17 @@ def run_batch(
     """
     Run a task for every case and return the rows in the order of the cases.
 
-    Parameters
-    ----------
-    task : callable
-        Makes the row of a case: what JSON knows, if there is a journal; a function of a module, if
-        it shall run on a cluster.
-    cases : sequence
-        What the task is called with.
-    journal : Journal, optional
-        Cases that it holds are not run again; new ones are appended as they come.
-    workers : int
-        Number of threads; 0 is one per core.
-    scheduler : str
-        Address of a Dask scheduler, ``tcp://192.0.2.1:8786``, whose workers then run the cases.
-    executor : Executor, optional
-        What ``executor_of`` gave: one for many batches, instead of workers or scheduler.
-    progress : callable, optional
-        Called with cases done and cases in all, first with those of the journal.
+    Cases of the journal are not run again; the others are appended to it as they end. They run in
+    as many threads as there are ``workers`` (0: one per core), in an ``executor`` of many batches,
+    or on the workers of a Dask ``scheduler``, then the task must be a function of a module.
 
-    Raises
-    ------
-    Interrupted
-        If Ctrl-C was pressed: begun cases, in threads, end as soon as they heed it or are done,
-        and what is done is kept.
-    StickSlipError
-        If a case is refused, the journal cannot be written or the cluster fails; what was
-        finished before is kept.
-    MissingExtra, ClusterError
-        If Dask is not installed; if the scheduler does not answer or goes away, has no workers,
-        or its workers another version of the package.
+    What is done is kept if Interrupted is raised (after Ctrl-C, as soon as the begun cases heed
+    it), or StickSlipError: a case is refused, the journal cannot be written, Dask is missing
+    (MissingExtra), or its cluster fails or has another version of the package (ClusterError).
 
     """
     rows: dict[int, Any] = dict(journal.rows) if journal else {}
-
-    def tell() -> None:
-        if progress is not None:
-            progress(len(rows), len(cases))
+    show = progress or (lambda *_: None)
 
     def keep(index: int, row: Any) -> None:
         if index in rows:
@@ -103,11 +75,11 @@ def run_batch(
         if journal is not None:
             journal.append(index, row)
         rows[index] = row
-        tell()
+        show(len(rows), len(cases))
 
     todo = [index for index in range(len(cases)) if index not in rows]
     try:
-        tell()
+        show(len(rows), len(cases))
         if todo:
             chosen = nullcontext(executor) if executor else executor_of(workers, scheduler)
             with chosen as to_use:
@@ -143,7 +115,11 @@ def _run(
     try:
         submit(SUBMITTED_MAX)
         while futures:
-            future = _next(ended)
+            future = None
+            while future is None:
+                stop_if_asked()
+                with suppress(Empty):
+                    future = ended.get(timeout=LOOK_S)
             keep(futures[future], future.result())
             del futures[future]
             submit(1)
@@ -154,14 +130,6 @@ def _run(
             if not future.cancelled() and future.exception() is None:
                 keep(futures[future], future.result())
         raise
-
-
-def _next(ended: 'SimpleQueue[Future[Any]]') -> 'Future[Any]':
-    """Wait for a case to end, as long as nobody asks the batch to end."""
-    while True:
-        heed_stop()
-        with suppress(Empty):
-            return ended.get(timeout=LOOK_S)
 
 
 class ClusterError(StickSlipError):
@@ -196,7 +164,7 @@ def _connect(distributed: Any, address: str) -> Any:
         # A client that fails leaves half of itself behind, so the first word is without one.
         asyncio.run(knock())
         for _ in range(round(CONNECT_S / LOOK_S)):
-            heed_stop()
+            stop_if_asked()
             with suppress(AssertionError):
                 return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
             # It heard of another batch, which has just ended, before its own first word.

@@ -20,8 +20,7 @@ import stickslip_ros
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters, Scalar
 
-Row = dict[str, Scalar]
-"""Result of one case: names with units, and values that JSON knows."""
+Row = dict[str, Scalar]  # result of one case: names with units, and values that JSON knows
 
 HINT = 'start anew with --fresh, or choose another output'
 
@@ -50,24 +49,8 @@ class Journal:
     """
     File of the finished cases of a study; as a context it is closed at the end.
 
-    Parameters
-    ----------
-    path : Path
-        The file; made, with its folder, if it is not there.
-    identity : JournalIdentity
-        The study. A journal of another one is refused.
-    fresh : bool
-        Whether to forget what the file holds.
-
-    Attributes
-    ----------
-    rows : dict of int to dict
-        Finished cases by their number.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be written, another process writes it, or it is of another study.
+    Raises RecordingError if the file cannot be written, another process writes it, or it is of
+    another study.
 
     """
 
@@ -83,7 +66,11 @@ class Journal:
             problem = f'cannot be written ({error.strerror})'
             raise RecordingError(path, problem, 'choose another folder') from None
         try:
-            self._lock()
+            try:  # the lock ends with the process, however it ends
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                hint = 'wait for it, or choose another output'
+                raise RecordingError(path, 'is in use by another run', hint) from None
             if fresh:
                 self._file.truncate(0)
             self._take_up()
@@ -110,14 +97,6 @@ class Journal:
         """Remove the file: the study is complete and written elsewhere."""
         self.path.unlink(missing_ok=True)
 
-    def _lock(self) -> None:
-        """Keep other processes out; the lock ends with the process, however it ends."""
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            hint = 'wait for it, or choose another output'
-            raise RecordingError(self.path, 'is in use by another run', hint) from None
-
     def _take_up(self) -> None:
         """Read what is there, drop a torn end, and write the header of a new journal."""
         self._file.seek(0)
@@ -132,19 +111,15 @@ class Journal:
         if first + b'\n' != _line(header):
             raise RecordingError(self.path, _difference(first, header), HINT)
         for number, line in enumerate(lines, start=2):
-            case, row = self._parse(number, line)
+            try:
+                entry = json.loads(line)
+                case, row = int(entry['case']), dict(entry['row'])
+            except (ValueError, KeyError, TypeError):
+                case, row = -1, {}
+            if not 0 <= case < self._identity.cases:
+                raise RecordingError(self.path, f'line {number} is damaged', HINT)
             self.rows[case] = row
         self._file.truncate(len(whole) + 1)
-
-    def _parse(self, number: int, line: bytes) -> tuple[int, Row]:
-        try:
-            content = json.loads(line)
-            case, row = int(content['case']), dict(content['row'])
-        except (ValueError, KeyError, TypeError):
-            case, row = -1, {}
-        if not 0 <= case < self._identity.cases:
-            raise RecordingError(self.path, f'line {number} is damaged', HINT)
-        return case, row
 
     def _write(self, content: Mapping[str, object]) -> None:
         line = _line(content)

@@ -22,18 +22,8 @@ def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, 
     """
     Return quantities of a recording over the time since the first of their messages.
 
-    Parameters
-    ----------
-    recording : Recording
-        Of any program.
-    topics : mapping of str to str
-        Topic, field and unit of quantities: ``{'force_n': '/rig/cell.wrench.force.x (mN)'}``;
-        without a unit the number is in SI.
-
-    Raises
-    ------
-    StickSlipError
-        If a quantity, a topic, a field or a unit is not known, or a message cannot be read.
+    Topics give topic, field and unit, ``{'force_n': '/rig/cell.wrench.force.x (mN)'}``; without a
+    unit the number is in SI. What is not known, or cannot be read, is refused.
 
     """
     read = {}

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.errors import RecordingError, UnknownName
+from stickslip_ros.errors import UnknownName
+from stickslip_ros.files import replacing
 
 DOTS_PER_INCH: Final = 120
 UNDATED: Final[Mapping[str, Mapping[str, Any]]] = {
@@ -99,19 +100,6 @@ def draw_legend(axes: Axes, place: str = 'best', title: str | None = None) -> No
     axes.legend(loc=place, title=title, fontsize='small', handlelength=LEGEND_EMS)
 
 
-def draw_shared_legend(figure: Figure, axes: Axes) -> None:
-    """Give a figure the legend of one of its axes, below them."""
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(
-        handles,
-        labels,
-        loc='outside lower center',
-        ncols=3,
-        fontsize='small',
-        handlelength=LEGEND_EMS,
-    )
-
-
 def label_end(axes: Axes, x: Array, y: Array, text: str, colour: str) -> None:
     """Write a text right of the last point of a curve, in its colour."""
     write_beside(axes, x[-1], y[-1], text, color=colour, annotation_clip=False)
@@ -126,38 +114,16 @@ def write_beside(
 
 
 def check_picture(path: Path) -> None:
-    """
-    Refuse a picture of a kind that cannot be drawn.
-
-    Raises
-    ------
-    UnknownName
-        If it is neither PNG nor SVG nor PDF.
-
-    """
+    """Refuse, by UnknownName, a picture that is neither PNG nor SVG nor PDF."""
     if path.suffix.lower() not in UNDATED:
         raise UnknownName('kind of picture', path.suffix, f'use {", ".join(UNDATED)}')
 
 
 def save_figure(figure: Figure, picture: Path) -> None:
-    """
-    Write a figure as PNG, SVG or PDF, the same bytes for the same numbers; folders are made.
-
-    Raises
-    ------
-    UnknownName
-        If it is to be of another kind.
-    RecordingError
-        If it cannot be written.
-
-    """
+    """Write a figure as PNG, SVG or PDF, the same bytes for the same numbers; folders are made."""
     check_picture(picture)
-    try:
-        picture.parent.mkdir(parents=True, exist_ok=True)
-        _save(figure, picture, picture.suffix.lower())
-    except OSError as error:
-        problem = f'cannot be written ({error.strerror})'
-        raise RecordingError(picture, problem, 'choose another place') from None
+    with replacing(picture) as part:
+        _save(figure, part, picture.suffix.lower())
 
 
 def svg_of(figure: Figure) -> str:
@@ -174,43 +140,20 @@ def _save(figure: Figure, file: Path | IO[str], suffix: str) -> None:
 
 
 def decimated(x: Array, y: Array, pixels: int) -> tuple[Array, Array]:
-    """
-    Return the samples that a curve of so many pixels needs, such that no peak is lost.
-
-    Parameters
-    ----------
-    x : array, shape (n,)
-        Rising.
-    y : array, shape (n,)
-        May hold what is not a number; such samples stay, as gaps.
-    pixels : int
-        Width of the picture.
-
-    Returns
-    -------
-    x, y : array, shape (m,)
-        All samples if there are at most four per pixel; else first, lowest, highest and last of
-        each pixel, in their order.
-
-    """
+    """Return samples, x rising, that a curve of so many pixels needs: no peak or gap is lost."""
     if len(x) <= 4 * pixels:
         return x, y
     width = (x[-1] - x[0]) / pixels
     edges = np.searchsorted(x, x[0] + width * np.arange(pixels), 'left')
     starts = np.unique(np.append(edges, len(x)))
-    kept = [
-        index
-        for first, last in itertools.pairwise(starts)
-        for index in _extremes(y[first:last], int(first))
-    ]
+    kept: list[int] = []
+    for first, last in itertools.pairwise(starts.tolist()):
+        values = y[first:last]
+        is_finite = np.isfinite(values)
+        finite, gaps = np.flatnonzero(is_finite), np.flatnonzero(~is_finite)
+        chosen = {0, len(values) - 1, *gaps[:1].tolist()}
+        if len(finite):
+            ends = values[finite].argmin(), values[finite].argmax()
+            chosen |= set(finite[list(ends)].tolist())
+        kept += sorted(first + index for index in chosen)
     return x[kept], y[kept]
-
-
-def _extremes(values: Array, first: int) -> list[int]:
-    finite = np.flatnonzero(np.isfinite(values))
-    chosen = {0, len(values) - 1}
-    if len(finite):
-        chosen |= {int(finite[values[finite].argmin()]), int(finite[values[finite].argmax()])}
-    if len(finite) < len(values):
-        chosen.add(int(np.flatnonzero(~np.isfinite(values))[0]))
-    return sorted(first + index for index in chosen)

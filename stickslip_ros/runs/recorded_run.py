@@ -4,19 +4,18 @@ import json
 import math
 import shutil
 import weakref
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, WrongKind
-from stickslip_ros.files import make_room
+from stickslip_ros.files import prepare_output
 from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
-from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import READINGS
 from stickslip_ros.notebook import html_table
-from stickslip_ros.parameters import Parameters, parse_yaml
+from stickslip_ros.parameters import SENSORS, Parameters, parse_yaml
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
@@ -32,9 +31,8 @@ if TYPE_CHECKING:
     from stickslip_ros.runs.sawtooth_run import SawtoothRun
 
 RUN_QUANTITIES = {
-    'position_m': 'runner position',
-    'force_n': 'load-cell force',
-    'voltage_v': 'piezo voltage',
+    **{each.quantity: each.label for each in SENSORS},
+    'voltage_v': 'voltage at the piezo',
     'foot_m': 'displacement of the feet',
 }
 """Quantities of a run in words, by their columns in an experiment file: without the unit they are
@@ -147,7 +145,7 @@ class Run:
     @cached_property
     def frame(self) -> 'DataFrame':
         """
-        Table of the run: ``voltage_v``, ``foot_m``, ``position_m``, ``force_n`` over ``time_s``.
+        Table of the run: ``voltage_v``, ``foot_m`` and readings, ``position_m``, over ``time_s``.
 
         From the trace where the run has one, else from its topics, whose times differ: what is
         not known at a time is not a number. ``attrs`` hold the units and what was recorded.
@@ -185,7 +183,7 @@ class Run:
         if self.recording.files != [self.path]:
             raise RecordingError(self.path, 'is in parts', 'copy its files')
         target = Path(path)
-        make_room(target, is_new=True)
+        prepare_output(target, is_new=True)
         shutil.copyfile(self.path, target)
         return target
 
@@ -269,12 +267,7 @@ def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, S
 
 
 def topic_name(recording: Recording, name: str) -> str:
-    """
-    Return the full name of a published topic in a recording; empty if it is not there.
-
-    ``position`` is neither ``command/position`` nor ``truth/position``.
-
-    """
+    """Return the full name of a published topic, not of command or truth; empty if not there."""
     kinds = {each.name.removeprefix('~/'): each.type_name for each in READINGS}
     found = [
         topic
@@ -304,7 +297,13 @@ def _numbers(request: Request) -> str:
     if command.is_table:
         return f'{len(request.values) // len(command.numbers)} rows'
     if command.name == JOINT:
-        return _joint_numbers(request.joints, command.numbers)
+        joints, shown = request.joints, []
+        if len(joints.names) > 1:
+            return f'{len(joints.names)} joints'
+        for label, numbers in zip(command.numbers, joints[1:], strict=True):
+            unit = label.partition(' ')[2]
+            shown += [with_unit(each, unit) for each in numbers if not math.isnan(each)]
+        return ', '.join(shown)
     shown = []
     for label, value in zip(command.numbers, request.values, strict=True):
         name, _, unit = label.partition(' ')
@@ -312,22 +311,16 @@ def _numbers(request: Request) -> str:
     return ', '.join(shown[:1] if command.frame else shown)
 
 
-def _joint_numbers(joints: Joints, labels: Sequence[str]) -> str:
-    """Return what a joint is asked, with units; of several their count."""
-    if len(joints.names) > 1:
-        return f'{len(joints.names)} joints'
-    shown = []
-    for label, numbers in zip(labels, joints[1:], strict=True):
-        unit = label.partition(' ')[2]
-        shown += [with_unit(each, unit) for each in numbers if not math.isnan(each)]
-    return ', '.join(shown)
-
-
 def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]:
     """Return the events of a stretch; text that is no event of ours is passed over."""
     found = []
     for time_s, message in timed_messages(recording, 'event'):
-        content = _object(str(message))
+        try:
+            content = json.loads(str(message))
+        except ValueError:
+            continue
+        if not isinstance(content, dict):
+            continue
         if window.start_s <= time_s <= window.end_s and 'result' in content:
             name = str(content.get('command', '?'))
             found.append(LoggedEvent(time_s, name, str(content['result'])))
@@ -340,18 +333,15 @@ def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
     ends = [time_s for time_s, _ in changes[1:]] + [window.end_s]
     spans = []
     for bit in Status:
-        stretches = [
-            (max(start_s, window.start_s), min(end_s, window.end_s))
-            for (start_s, status), end_s in zip(changes, ends, strict=True)
-            if status & bit
-        ]
-        spans += [BitSpan(bit.name or '', *pair) for pair in _merged(stretches)]
+        merged: list[tuple[float, float]] = []  # what follows without a gap is one
+        for (since_s, status), until_s in zip(changes, ends, strict=True):
+            start_s, end_s = max(since_s, window.start_s), min(until_s, window.end_s)
+            if status & bit and merged and start_s <= merged[-1][1]:
+                merged[-1] = merged[-1][0], max(end_s, merged[-1][1])
+            elif status & bit and end_s > start_s:
+                merged.append((start_s, end_s))
+        spans += [BitSpan(bit.name or '', *pair) for pair in merged]
     return spans
-
-
-def status_since_s(recording: Recording) -> float | None:
-    """Return the time of the first status, s; None if there is no status."""
-    return next((time_s for time_s, _ in timed_messages(recording, 'status')), None)
 
 
 def timed_messages(recording: Recording, name: str) -> Iterator[tuple[float, Any]]:
@@ -361,37 +351,8 @@ def timed_messages(recording: Recording, name: str) -> Iterator[tuple[float, Any
             yield at_ns * NANO, message
 
 
-def _merged(stretches: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Join what follows without a gap, and drop what ends before it starts."""
-    merged: list[tuple[float, float]] = []
-    for start_s, end_s in stretches:
-        if merged and start_s <= merged[-1][1]:
-            merged[-1] = merged[-1][0], max(end_s, merged[-1][1])
-        elif end_s > start_s:
-            merged.append((start_s, end_s))
-    return merged
-
-
-def _object(text: str) -> dict[str, object]:
-    try:
-        content = json.loads(text)
-    except ValueError:
-        return {}
-    return content if isinstance(content, dict) else {}
-
-
 def parse_window(text: str) -> TimeWindow:
-    """
-    Return the stretch of a text: ``2ms@0.3s`` is two milliseconds from 0.3 s on.
-
-    Raises
-    ------
-    WrongKind
-        If it is not length, at sign and start.
-    OutOfRange
-        If the length is not above 0.
-
-    """
+    """Return the stretch of a text: ``2ms@0.3s`` is two milliseconds from 0.3 s on."""
     length, at, start = text.partition('@')
     if not at:
         raise WrongKind('window', text, 'LENGTH@START', 'write it as 2ms@0.3s or 0.002@0.3')

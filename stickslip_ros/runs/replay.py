@@ -17,9 +17,8 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.process.stopping import heed_stop
-from stickslip_ros.recording.fingerprint import Difference, compare_data, data_digest
-from stickslip_ros.recording.reader import Recording
+from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.recording.reader import Difference, Recording, compare_data, data_digest
 from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES
@@ -38,66 +37,30 @@ HINT = f'give {TIME} and {VOLTAGE}, or {TIME} and {FOOT}'
 
 @dataclass(frozen=True, eq=False)
 class DriveInput:
-    """
-    Voltages over time, as the waveform that the drive shall follow.
+    """Voltages over time, as the waveform that the drive shall follow."""
 
-    Attributes
-    ----------
-    origin : str
-        File that they came from.
-    time_s : array, shape (rows,)
-        Rising, from 0.
-    voltage_v : array, shape (rows,)
-        Voltage at these times; straight lines in between.
-
-    """
-
-    origin: str
-    time_s: Array
-    voltage_v: Array
+    origin: str  # file that they came from
+    time_s: Array  # rising, from 0, shape (rows,)
+    voltage_v: Array  # voltage at these times; straight lines in between, shape (rows,)
 
 
 @dataclass(frozen=True)
 class Replay:
-    """
-    What came of running a recording again.
+    """What came of running a recording again."""
 
-    Attributes
-    ----------
-    source : str
-        The recording, or the file of a measured voltage.
-    requests : int
-        Requests that were carried out again.
-    simulated_s : float
-        Length of the run.
-    changed : dict
-        Parameters that were set differently.
-    identical : bool or None
-        Whether all messages are the same, byte for byte; None of a measured voltage.
-    difference : Difference or None
-        The first place where they are not.
-    digest : str
-        SHA-256 of the messages of the replay.
-    position_m, force_n : float
-        Readings at the end of the replay.
-    other_sources : bool
-        Whether other sources than these have computed the recording: they may round differently.
-    output : str
-        The recording of the replay.
-
-    """
-
-    source: str
-    requests: int
-    simulated_s: float
-    changed: dict[str, object]
+    source: str  # the recording, or the file of a measured voltage
+    requests: int  # requests that were carried out again
+    simulated_s: float  # length of the run
+    changed: dict[str, object]  # parameters that were set differently
+    # whether all messages are the same, byte for byte; None of a measured voltage
     identical: bool | None
-    difference: Difference | None
-    digest: str
-    position_m: float
+    difference: Difference | None  # the first place where they are not
+    digest: str  # SHA-256 of the messages of the replay
+    position_m: float  # readings at the end of the replay
     force_n: float
+    # whether other sources than these have computed the recording: they may round differently
     other_sources: bool
-    output: str
+    output: str  # the recording of the replay
 
 
 def replay(
@@ -108,40 +71,29 @@ def replay(
     from_rest: bool = False,
     progress: Progress | None = None,
 ) -> Replay:
-    """
-    Carry out the requests of a recording once more and record what happens.
-
-    Parameters
-    ----------
-    source, output : Path
-        A recording of this package, and the one to write; it must not exist.
-    changes : mapping of str to object, optional
-        Parameters to set differently, ``{'stand.preload': 0.25}``.
-    from_rest : bool
-        Start from rest also where the recording began in the middle of a run.
-    progress : callable, optional
-        Called with the simulated time so far and the end, ns.
-
-    Raises
-    ------
-    RecordingError
-        If the recording has no parameters, lacks messages, or began in a state that it lacks.
-    StickSlipError
-        If a parameter is refused.
-
-    """
+    """Carry out the requests of a recording, which lacks no message, once more and record them."""
     recording = Recording(source)
     parameters = recorded_stand(recording)
     first_ns, last_ns = _span(recording)
-    is_middle = first_ns > parameters.block_ns
-    start = (
-        None if from_rest else _restored(recording, changes or {}, first_ns if is_middle else 0)
-    )
+    start = None
+    if not from_rest and CHECKPOINT_FILE in recording.attachments:
+        start = Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes or {})
+    elif not from_rest and first_ns > parameters.block_ns:
+        problem = f'begins {first_ns * NANO:g} s into the run, in a state that nobody recorded'
+        hint = 'replay the whole run, or start from rest (--from-rest), which is not the same'
+        raise RecordingError(recording.path, problem, hint)
     begin_ns = 0 if start else first_ns - parameters.block_ns
     lasts_ns = last_ns - first_ns + parameters.block_ns
     due = [TimedRequest(at_ns - begin_ns, each) for at_ns, each in recorded_requests(recording)]
     stand = parameters.updated(changes or {})
-    changed = _changed(parameters, stand, changes or {})
+    before, after = parameters.flat(), stand.flat()
+    changed: dict[str, object] = {
+        name: after[name] for name in changes or {} if after[name] != before[name]
+    }
+    if 'fault.schedule' in changed:
+        limit = 'without effect: a replay takes its faults from the recording'
+        hint = 'leave it away, or record a new run with it'
+        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, hint)
     channels = channels_of(recording)  # as they were recorded, and those of the new stand only
     for key, channel in recorded_channels(stand).items():
         channels.setdefault(key, channel)
@@ -168,46 +120,10 @@ def replay(
     )
 
 
-def _restored(
-    recording: Recording, changes: Mapping[str, object], missing_ns: int
-) -> Bench | None:
-    """Return the bench as the recording begins; none at rest, where nothing is missing."""
-    if CHECKPOINT_FILE in recording.attachments:
-        return Bench.restore(recording.attachments[CHECKPOINT_FILE][1], changes)
-    if not missing_ns:
-        return None
-    problem = f'begins {missing_ns * NANO:g} s into the run, in a state that nobody recorded'
-    hint = 'replay the whole run, or start from rest instead (--from-rest), which is not the same'
-    raise RecordingError(recording.path, problem, hint)
-
-
-def _changed(
-    recorded: Parameters, stand: Parameters, changes: Mapping[str, object]
-) -> dict[str, object]:
-    """Return what differs on a stand; of faults the recording itself tells."""
-    before, after = recorded.flat(), stand.flat()
-    changed: dict[str, object] = {
-        name: after[name] for name in changes if after[name] != before[name]
-    }
-    if 'fault.schedule' in changed:
-        limit = 'without effect: a replay takes its faults from the recording'
-        hint = 'leave it away, or record a new run with it'
-        raise OutOfRange('fault.schedule', str(changed['fault.schedule']), '', limit, hint)
-    return changed
-
-
 def replay_input(
     given: DriveInput, output: Path, stand: Parameters, *, progress: Progress | None = None
 ) -> Replay:
-    """
-    Let a stand follow a measured voltage, from rest at its first value, and record the run.
-
-    Raises
-    ------
-    StickSlipError
-        If the amplifier cannot give the voltage, or the recording exists.
-
-    """
+    """Let a stand follow a measured voltage, from rest at its first value, and record the run."""
     rows = np.column_stack((given.time_s, given.voltage_v))
     request = Request('waveform', array('d', rows.tobytes()))
     check_request(request, stand)
@@ -242,7 +158,7 @@ def _play(
     block_ns = run.bench.parameters.block_ns
     run.record(writer)
     while run.bench.time_ns < end_ns:
-        heed_stop()
+        stop_if_asked()
         while waiting and waiting[0].time_ns <= run.bench.time_ns:
             run.accept(waiting.popleft().request)
         run.update(run.bench.time_ns + block_ns)
@@ -282,15 +198,7 @@ def _span(recording: Recording) -> tuple[int, int]:
 
 
 def is_run(path: Path) -> bool:
-    """
-    Return whether a file is the recording of a run of this package.
-
-    Raises
-    ------
-    RecordingError
-        If it is a recording that cannot be read.
-
-    """
+    """Return whether a file is the recording of a run of this package."""
     if path.suffix.lower() != MCAP and not path.is_dir():
         return False
     return RUN_RECORD in Recording(path).metadata
@@ -305,28 +213,7 @@ def read_drive_input(
     is_foot: bool = False,
     reading: Reading = AS_IT_IS,
 ) -> DriveInput:
-    """
-    Read a voltage, or a stroke, over time.
-
-    Parameters
-    ----------
-    path : Path
-        Table as docs/compare.md says, Parquet with our columns, or an MCAP file.
-    stand : Parameters
-        Gives the gain that turns strokes into voltages.
-    topic, field : str
-        Of an MCAP file: where the numbers are.
-    is_foot : bool
-        Whether that topic gives a stroke in m, from the lowest voltage on.
-    reading : Reading
-        What a table does not say itself.
-
-    Raises
-    ------
-    StickSlipError
-        If the file cannot be read, or has no such columns or topic.
-
-    """
+    """Read a voltage, or a stroke (``is_foot``: the topic is one), over time."""
     if readable(path).suffix.lower() == MCAP or path.is_dir():
         if not topic:
             hint = 'name the topic of the voltage with --topic'
@@ -340,10 +227,6 @@ def read_drive_input(
     else:
         needed = (VOLTAGE, FOOT)
         columns = read_experiment(path, reading, kind=OVER_TIME, measured=needed).columns
-    return _as_input(path, columns, stand)
-
-
-def _as_input(path: Path, columns: dict[str, Array], stand: Parameters) -> DriveInput:
     if TIME not in columns or (VOLTAGE not in columns and FOOT not in columns):
         raise RecordingError(path, f'has no {VOLTAGE} and no {FOOT} over {TIME}', HINT)
     time_s = columns[TIME] - columns[TIME][:1]

@@ -3,9 +3,10 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import cycle, groupby
 from pathlib import Path
 from textwrap import fill
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,6 +16,7 @@ from matplotlib.ticker import EngFormatter
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.parameters import SENSORS
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.runs.plotting import (
@@ -25,6 +27,7 @@ from stickslip_ros.runs.plotting import (
     GREY,
     ORANGE,
     PURPLE,
+    SKY_BLUE,
     VERMILION,
     as_it_is,
     check_picture,
@@ -46,31 +49,25 @@ from stickslip_ros.runs.recorded_run import (
     events_within,
     recorded_commands,
     recorded_series,
-    status_since_s,
+    timed_messages,
 )
 from stickslip_ros.units import NM, display_unit
 
 COLOURS = {
-    'position_m': GREEN,
-    'force_n': VERMILION,
+    **dict(zip((each.quantity for each in SENSORS), cycle((GREEN, VERMILION, SKY_BLUE)))),
     'voltage_v': BLUE,
     'foot_m': PURPLE,
 }
 WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
-LABEL_CHARACTERS = 17
-"""In a line of an axis label."""
-GAP_PX = 3.0
-"""Between a label and what is beside it."""
-LABELLED_MAX = 12
-"""Commands whose numbers are written; more would hide each other."""
+LABEL_CHARACTERS = 17  # in a line of an axis label
+GAP_PX = 3.0  # between a label and what is beside it
+LABELLED_MAX = 12  # commands whose numbers are written; more would hide each other
 FALL_SHARE = 0.5
 """A fall is a drop between two samples by more than this share of the voltage range."""
-STEPS = 4
-"""Falls in the enlarged stretch."""
+STEPS = 4  # falls in the enlarged stretch
 BEFORE_PERIODS, AFTER_PERIODS = 1.2, 0.6
 """What is shown before the first of them and after the last one."""
-SLIP_SHARE = 0.1
-"""A runner that a step moves by this share of the stroke has slipped at the fall."""
+SLIP_SHARE = 0.1  # a runner that a step moves by this share of the stroke has slipped at the fall
 DONE, LOADED = Result.DONE.name, Status.LOADED.name
 
 
@@ -84,6 +81,14 @@ class Extent:
     smallest: float | None
     largest: float | None
     origin: str
+
+    @classmethod
+    def of(cls, name: str, series: Series) -> 'Extent':
+        """Return what is drawn of a quantity."""
+        known = series.value[np.isfinite(series.value)]
+        smallest = float(known.min()) if len(known) else None
+        largest = float(known.max()) if len(known) else None
+        return cls(name, series.unit, len(series), smallest, largest, series.origin)
 
 
 @dataclass(frozen=True)
@@ -107,19 +112,7 @@ def plot_run(
     title: str = '',
     with_steps: bool = False,
 ) -> RunPlot:
-    """
-    Draw a recording as ``draw_run`` does into a PNG, SVG or PDF.
-
-    Raises
-    ------
-    RecordingError
-        If the recording cannot be read, or holds nothing to draw.
-    UnknownName
-        If the picture is to be of a kind that cannot be drawn.
-    OutOfRange
-        If the stretch is outside of the run or has no sample in it.
-
-    """
+    """Draw a recording, or a stretch of it, as ``draw_run`` does into a PNG, SVG or PDF."""
     check_picture(picture)
     figure, plot = draw_run(Recording(path), window, title=title, with_steps=with_steps)
     save_figure(figure, picture)
@@ -137,12 +130,8 @@ def draw_run(
     Draw position, force, voltage and foot of a recording against time.
 
     The trace is drawn, else the topics; without a window the whole run, if wanted with its first
-    steps enlarged above it. Without a title it has the file's name.
-
-    Raises
-    ------
-    RecordingError, OutOfRange
-        As ``plot_run``.
+    steps enlarged above it. Without a title it has the file's name. Raises RecordingError,
+    OutOfRange as ``plot_run``.
 
     """
     series = recorded_series(recording)
@@ -150,7 +139,11 @@ def draw_run(
         problem = 'has neither position, force nor voltage'
         raise RecordingError(recording.path, problem, 'record a run that lasts a while')
     commands = recorded_commands(recording)
-    whole = _whole(series, commands)
+    firsts_s = [float(each.time_s[0]) for each in series.values()]
+    whole = TimeWindow(
+        min(*firsts_s, *(each.time_s for each in commands[:1]), math.inf),
+        max(float(each.time_s[-1]) for each in series.values()),
+    )
     shown = whole if window is None else check_window(window, whole)
     inside = {name: each.window(*shown) for name, each in series.items()}
     if not any(len(each) for each in inside.values()):
@@ -158,11 +151,11 @@ def draw_run(
         raise OutOfRange('length of the window', length_s, 's', limit, 'raise it')
     plot = RunPlot(
         *shown,
-        tuple(_extent(name, each) for name, each in inside.items()),
+        tuple(Extent.of(name, each) for name, each in inside.items()),
         tuple(each for each in commands if shown.start_s <= each.time_s <= shown.end_s),
         tuple(events_within(recording, shown)),
         tuple(bits_within(recording, shown)),
-        status_since_s(recording),
+        next((time_s for time_s, _ in timed_messages(recording, 'status')), None),
     )
     falls_s = fall_times_s(inside['voltage_v']) if with_steps and 'voltage_v' in inside else []
     with_steps = len(falls_s) >= STEPS and {'position_m', 'foot_m'} <= inside.keys()
@@ -175,25 +168,6 @@ def fall_times_s(voltage: Series) -> list[float]:
     change = np.abs(np.diff(voltage.value))
     falls = np.flatnonzero(change > FALL_SHARE * np.ptp(voltage.value))
     return [float(each) for each in voltage.time_s[falls]]
-
-
-def _whole(series: Mapping[str, Series], commands: Sequence[LoggedCommand]) -> TimeWindow:
-    """Return the stretch from the first sample, or a command before it, to the last sample."""
-    return TimeWindow(
-        min(
-            *(float(each.time_s[0]) for each in series.values()),
-            *(each.time_s for each in commands[:1]),
-            math.inf,
-        ),
-        max(float(each.time_s[-1]) for each in series.values()),
-    )
-
-
-def _extent(name: str, series: Series) -> Extent:
-    known = series.value[np.isfinite(series.value)]
-    smallest = float(known.min()) if len(known) else None
-    largest = float(known.max()) if len(known) else None
-    return Extent(name, series.unit, len(series), smallest, largest, series.origin)
 
 
 def _draw(
@@ -213,7 +187,15 @@ def _draw(
         _draw_series(axes, name, series[name], zero_s)
         label = f'{RUN_QUANTITIES[name]} ({display_unit(series[name].unit)[1]})'
         axes.set_ylabel(fill(label, LABEL_CHARACTERS))
-        _mark(axes, plot, enlarged, zero_s)
+        for group in _in_a_row(plot):  # where a command took effect
+            axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
+        for shaded in plot.status:
+            if shaded.bit == LOADED:
+                ends_s = shaded.start_s - zero_s, shaded.end_s - zero_s
+                axes.axvspan(*ends_s, color=ORANGE, alpha=0.2)
+        if enlarged is not None:
+            ends_s = enlarged.start_s - zero_s, enlarged.end_s - zero_s
+            axes.axvspan(*ends_s, color='0.85', zorder=0)
     labels = _draw_lanes(panels[-1], plot, lanes, zero_s) if lanes else []
     for axes in panels[:-1]:
         axes.sharex(panels[-1])
@@ -273,22 +255,17 @@ def _draw_steps(axes: Axes, series: Mapping[str, Series], falls_s: Sequence[floa
     )
     if step_nm > SLIP_SHARE * stroke_nm:
         fall_s, at_nm = falls_s[1] - zero_s, float(before_nm[1])
-        _point_at(axes, 'stick', fall_s - 0.5 * period_s, at_nm - 0.5 * stroke_nm)
-        _point_at(axes, 'slip', fall_s, at_nm)
+        arrow: dict[str, Any] = {
+            'arrowprops': {'arrowstyle': '->', 'color': BLACK},
+            'ha': 'center',
+        }
+        for word, place in (
+            ('stick', (fall_s - 0.5 * period_s, at_nm - 0.5 * stroke_nm)),
+            ('slip', (fall_s, at_nm)),
+        ):
+            axes.annotate(word, place, xytext=(-40, 32), textcoords='offset points', **arrow)
     _set_time_axis(axes, span)
     return span
-
-
-def _point_at(axes: Axes, word: str, x: float, y: float) -> None:
-    """Write a word above and left of a place, with an arrow to it."""
-    axes.annotate(
-        word,
-        (x, y),
-        xytext=(-40, 32),
-        textcoords='offset points',
-        ha='center',
-        arrowprops={'arrowstyle': '->', 'color': BLACK},
-    )
 
 
 def _lanes(plot: RunPlot) -> tuple[list[str], list[str]]:
@@ -368,14 +345,3 @@ def _write_labels(axes: Axes, labels: Sequence[tuple[int, float, float, str]]) -
                 free_px[lane] = max(last_px, box.x1)
                 break
             label.remove()
-
-
-def _mark(axes: Axes, plot: RunPlot, enlarged: TimeWindow | None, zero_s: float) -> None:
-    """Draw a dotted line where a command took effect, and shade load and enlarged stretch."""
-    for group in _in_a_row(plot):
-        axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
-    for span in plot.status:
-        if span.bit == LOADED:
-            axes.axvspan(span.start_s - zero_s, span.end_s - zero_s, color=ORANGE, alpha=0.2)
-    if enlarged is not None:
-        axes.axvspan(enlarged.start_s - zero_s, enlarged.end_s - zero_s, color='0.85', zorder=0)

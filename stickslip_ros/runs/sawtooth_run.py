@@ -4,6 +4,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,19 +28,17 @@ from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.instrument.reports import Output, Status
 from stickslip_ros.notebook import Shown
 from stickslip_ros.parameters import STROKE, Parameters, Unchosen, spec_of
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.runs.batch import Progress
 from stickslip_ros.runs.recorded_run import Run
 from stickslip_ros.units import NANO
 
-SAWTOOTH_HZ = 1000.0
-"""Steps per second, where nobody says how many."""
+SAWTOOTH_HZ = 1000.0  # steps per second, where nobody says how many
 SMALLEST_MEANT_M = 1e-12
 """Smallest stroke of which somebody may have left out that it is in nanometres."""
-STEADY_STEPS_MIN = 200
-"""Steps before a run may be called steady."""
+STEADY_STEPS_MIN = 200  # steps before a run may be called steady
 STEADY_WINDOW = 20
 """Steps of a stretch. The changes over the last two, continued as a geometric series, say how far
 the value still is from its limit."""
@@ -48,55 +47,35 @@ STEADY_ERROR = 2e-4
 to 1 N, 61 to 160 nm, 200 Hz to 1 kHz, dampings of 0 to 80 N s/m: 240 runs) none missed by more."""
 STEADY_ROUNDING = 1e-6
 """Change over a stretch, as a share of the value, that is no sign of a way that is left."""
-STEADY_STEPS_MAX = 5000
-"""Steps after which a run that looks for the steady state gives up."""
-STEP_LENGTH_CYCLES = 10
-"""Last cycles over which the step length is averaged."""
-ROUNDING_S = 1e-12
-"""Time by which many periods may miss the last corner through rounding."""
+STEADY_STEPS_MAX = 5000  # steps after which a run that looks for the steady state gives up
+STEP_LENGTH_CYCLES = 10  # last cycles over which the step length is averaged
+ROUNDING_S = 1e-12  # time by which many periods may miss the last corner through rounding
 
 
 @dataclass(frozen=True, kw_only=True)
 class RunResult(Shown):
-    """
-    What a saw-tooth run comes to.
+    """What a saw-tooth run comes to."""
 
-    Attributes
-    ----------
-    preload_n, amplitude_m, frequency_hz : float
-        What was asked for; of a drive alone, the preload at the end of its ramp.
-    force_mean_n : float
-        Generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at
-        the mean position.
-    force_net_n : float
-        The same without elastic following: ``force_mean_n`` less the mean force of a runner that
-        sticks to ideal feet, from where the wave begins: K A/2 of a saw-tooth, backwards -K A/2,
-        with 1/K = 1/k + 1/(stiffness of the sticking contacts). Near 0 below the 0-amplitude;
-        0 of a load cell that nothing presses.
-    force_ramp_start_n : float
-        Generated force at the start of the last cycle's ramp, when the fall before it is over.
-        The runner has hardly moved by then: it is near the largest of the cycle.
-    step_length_m : float
-        Net motion per cycle, mean of the last 10 cycles.
-    steady : bool
-        Whether at least 200 cycles were made, and force (of a free runner: step length) is within
-        0.02 % of its limit, extrapolated from the last 40.
-    steps : int
-        Cycles made.
-    energy_residual : float
-        What the energy balance misses, relative to the work of the feet.
-
-    """
-
-    preload_n: float
+    preload_n: float  # what was asked for; of a drive alone, the preload at the end of its ramp
     amplitude_m: float
     frequency_hz: float
+    # generated force k x, mean over the last cycle; of a one-sided load cell k (x - gap) at the
+    # mean position
     force_mean_n: float = 0.0
+    # the same without elastic following: force_mean_n less the mean force of a runner that sticks
+    # to ideal feet, from where the wave begins: K A/2 of a saw-tooth, backwards -K A/2, with 1/K =
+    # 1/k + 1/(stiffness of the sticking contacts). Near 0 below the 0-amplitude; 0 of a load cell
+    # that nothing presses
     force_net_n: float = 0.0
+    # generated force at the start of the last cycle's ramp, when the fall before it is over. The
+    # runner has hardly moved by then: it is near the largest of the cycle
     force_ramp_start_n: float = 0.0
-    step_length_m: float = 0.0
+    step_length_m: float = 0.0  # net motion per cycle, mean of the last 10 cycles
+    # whether at least 200 cycles were made, and force (of a free runner: step length) is within
+    # 0.02 % of its limit, extrapolated from the last 40
     steady: bool = True
-    steps: int = 0
+    steps: int = 0  # cycles made
+    # what the energy balance misses, relative to the work of the feet
     energy_residual: float = 0.0
 
 
@@ -164,7 +143,7 @@ def run_drive(
     most, loss_j = steps or STEADY_STEPS_MAX, 0.0
     ramps: Array = np.empty((0, 3))
     while len(ramps) < most and (steps or not is_steady(plants[0], ramps)):
-        heed_stop()
+        stop_if_asked()
         cycles = min(STEADY_WINDOW, most - len(ramps))
         _, before_j = energies_of_contacts(plants, states)
         ramps = np.concatenate((ramps, advance_cycles(plants, states, wave, cycles, load_n)))
@@ -250,72 +229,53 @@ def simulate(
         frequency_hz = SAWTOOTH_HZ if frequency_hz is None else frequency_hz
         request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
     else:
-        rows = np.asarray(waveform, dtype=np.float64)
-        request, voltage_v, frequency_hz = _stretched(parameters, rows, frequency_hz, steps)
-    folder = Path(tempfile.mkdtemp(prefix='stickslip-')) if is_recorded and not path else None
-    file = folder / 'run.mcap' if folder else Path(path) if path else None
+        cycle = tuple(np.ravel(np.asarray(waveform, dtype=np.float64)))
+        wave = check_request(Request('waveform', cycle), parameters)
+        if frequency_hz is None:
+            frequency_hz = 1.0 / wave.period_s
+        elif not 0.0 < frequency_hz < np.inf:
+            raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
+        stretched = wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0))
+        request = Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps)
+        voltage_v = float(np.ptp(stretched[:, 1]))
+    wave = check_request(request, parameters)
+    stand = start_on_wave(parameters, wave)
+    grid_ns, folder, file = stand.trace_period_ns, None, Path(path) if path else None
+    Bench(stand).update(stand.block_ns)  # compiles, so that wall_s does not: 2 ms
+    if file is None and is_recorded:
+        folder = Path(tempfile.mkdtemp(prefix='stickslip-'))
+        file = folder / 'run.mcap'
+    elif file is None:
+        grid_ns = stand.block_ns
+        if stand.trace.period <= (spec_of('sim.block').maximum or 0.0):
+            # What nobody records is looked at seldom.
+            stand = stand.updated({'sim.block': stand.trace.period})
+    bench = Bench(stand)
+    start_s = time.perf_counter()
     try:
-        with progress_of(progress, 'steps') as show:
-            ran = _run(parameters, request, voltage_v, frequency_hz, steps, file, show)
+        with (
+            progress_of(progress, 'steps') as show,
+            RunWriter(file, stand, wait=True) if file else nullcontext() as writer,
+        ):
+            run = ReportingBench(stand, writer=writer, bench=bench) if writer else bench
+            ramps = _drive(bench, run.update, request, steps, frequency_hz, grid_ns, show)
     except BaseException:
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
         raise
-    return Run(file, ran, folder)
-
-
-def _stretched(
-    parameters: Parameters, rows: Array, frequency_hz: float | None, steps: int
-) -> tuple[Request, float, float]:
-    """Return what asks for a wave at a frequency, its voltage peak to peak, its frequency."""
-    wave = check_request(Request('waveform', tuple(np.ravel(rows))), parameters)
-    if frequency_hz is None:
-        frequency_hz = 1.0 / wave.period_s
-    elif not 0.0 < frequency_hz < np.inf:
-        raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
-    stretched = wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0))
-    request = Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps)
-    return request, float(np.ptp(stretched[:, 1])), frequency_hz
-
-
-def _run(
-    parameters: Parameters,
-    request: Request,
-    voltage_v: float,
-    frequency_hz: float,
-    steps: int,
-    path: Path | None,
-    progress: Progress,
-) -> SawtoothRun:
-    """Carry out a request that has so many steps, from rest; 0 goes on until the steady state."""
-    wave = check_request(request, parameters)
-    parameters = start_on_wave(parameters, wave)
-    Bench(parameters).update(parameters.block_ns)  # compiles, so that wall_s does not: 2 ms
-    if path is None:
-        bench = Bench(_in_long_blocks(parameters))
-        start_s = time.perf_counter()
-        ramps = _drive(
-            bench, bench.update, request, steps, frequency_hz, parameters.block_ns, progress
-        )
-    else:
-        start_s = time.perf_counter()
-        with RunWriter(path, parameters, wait=True) as writer:
-            run = ReportingBench(parameters, writer=writer)
-            bench = run.bench
-            grid_ns = parameters.trace_period_ns
-            ramps = _drive(bench, run.update, request, steps, frequency_hz, grid_ns, progress)
     wall_s, simulated_s = time.perf_counter() - start_s, bench.time_ns * NANO
-    return SawtoothRun(
-        preload_n=parameters.stand.preload,
+    result = SawtoothRun(
+        preload_n=stand.stand.preload,
         voltage_v=voltage_v,
-        amplitude_m=voltage_v * parameters.actuator.gain,
+        amplitude_m=voltage_v * stand.actuator.gain,
         frequency_hz=frequency_hz,
         simulated_s=simulated_s,
         wall_s=wall_s,
         real_time_factor=simulated_s / wall_s,
-        recording=str(path) if path else '',
+        recording=str(file or ''),
         **_read_off(bench.plant, ramps, bench.ledger, wave),
     )
+    return Run(file, result, folder)
 
 
 def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
@@ -330,14 +290,6 @@ def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
     if not isinstance(parameters.amplifier.voltage_initial, Unchosen):
         return parameters
     return parameters.updated({'amplifier.voltage_initial': wave.start_v})
-
-
-def _in_long_blocks(parameters: Parameters) -> Parameters:
-    """Return parameters with the longest blocks: what nobody records is looked at seldom."""
-    longest_s = parameters.trace.period
-    if longest_s > (spec_of('sim.block').maximum or 0.0):
-        return parameters
-    return parameters.updated({'sim.block': longest_s})
 
 
 def _drive(
@@ -359,7 +311,7 @@ def _drive(
     short_ns = min(bench.parameters.block_ns, grid_ns)
     requests, logs, done = [request], list[Array](), 0
     while True:
-        heed_stop()
+        stop_if_asked()
         sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz)
         is_far = sure_s > 2.0 * bench.parameters.sim.block
         step_ns = bench.parameters.block_ns if is_far else short_ns
@@ -378,10 +330,19 @@ def _drive(
 
 def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
     """Return what a result says of the log of its ramps, and its energy balance."""
-    mean_n = mean_force_n(plant, ramps)
+    mean_n = net_n = force_at_n(plant, ramps[-1, RAMP_MEAN])
+    if mean_n:
+        contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
+        cell_n_per_m += plant.button.n_per_m * plant.button.exists
+        stick_n_per_m = {MDR: contact.curve.cells[0, 1], COULOMB: np.inf}.get(
+            int(contact.law.number), contact.law.bristle_n_per_m
+        )
+        # The load cell in series with the sticking contacts follows the mean way of the feet.
+        following_n_per_m = float(1.0 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m))
+        net_n -= following_n_per_m * (float(plant.gain_m_per_v) * mean_rise_v(wave))
     return {
         'force_mean_n': mean_n,
-        'force_net_n': net_force_n(plant, mean_n, wave),
+        'force_net_n': net_n,
         'force_ramp_start_n': force_at_n(plant, ramps[-1, RAMP_START]),
         'step_length_m': step_length_m(ramps),
         'steady': is_steady(plant, ramps),
@@ -391,24 +352,13 @@ def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> 
 
 
 def is_steady(plant: Record, ramps: Array) -> bool:
-    """
-    Return whether a run has become steady.
-
-    Parameters
-    ----------
-    plant : record of PLANT
-        The drive. With a load cell the mean force counts, which a one-sided one must show;
-        without, the steps of the runner.
-    ramps : array, shape (steps, 3)
-        Log of the ramps: position after the fall, mean and final position, m.
-
-    """
+    """Return whether a run has become steady."""
     if len(ramps) < STEADY_STEPS_MIN:
         return False
     pressed_n_per_m = plant.walls.cell_n_per_m + plant.button.n_per_m * plant.button.exists
     is_free = not (plant.cell_n_per_m > 0.0 or pressed_n_per_m > 0.0)
     earlier, before, now = (
-        step_length_m(part) if is_free else mean_force_n(plant, part)
+        step_length_m(part) if is_free else force_at_n(plant, part[-1, RAMP_MEAN])
         for part in (ramps[: -2 * STEADY_WINDOW], ramps[:-STEADY_WINDOW], ramps)
     )
     if pressed_n_per_m > 0.0 and now <= 0.0:
@@ -416,27 +366,6 @@ def is_steady(plant: Record, ramps: Array) -> bool:
     change, change_before = abs(now - before), abs(before - earlier)
     is_near = change**2 <= STEADY_ERROR * abs(now) * (change_before - change)
     return bool(is_near or change <= STEADY_ROUNDING * abs(now))
-
-
-def mean_force_n(plant: Record, ramps: Array) -> float:
-    """Return the force in the load cell at the mean position of the last cycle, N."""
-    return force_at_n(plant, ramps[-1, RAMP_MEAN])
-
-
-def net_force_n(plant: Record, mean_n: float, wave: Wave) -> float:
-    """Return a mean force without elastic following along the mean way of the feet, N."""
-    following_m = float(plant.gain_m_per_v) * mean_rise_v(wave)
-    return mean_n - following_n_per_m(plant) * following_m if mean_n else 0.0
-
-
-def following_n_per_m(plant: Record) -> float:
-    """Return the stiffness of a load cell in series with the sticking contacts, N/m."""
-    contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
-    cell_n_per_m += plant.button.n_per_m * plant.button.exists
-    stick_n_per_m = {MDR: contact.curve.cells[0, 1], COULOMB: np.inf}.get(
-        int(contact.law.number), contact.law.bristle_n_per_m
-    )
-    return float(1.0 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m))
 
 
 def force_at_n(plant: Record, position_m: float) -> float:
@@ -457,15 +386,7 @@ def relative_residual(ledger: EnergyLedger) -> float:
 
 
 def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
-    """
-    Return the saw-tooth voltage for a stroke of the feet, V.
-
-    Raises
-    ------
-    OutOfRange, WrongKind
-        If it is negative or not finite, or the amplifier cannot reach it.
-
-    """
+    """Return the saw-tooth voltage for a stroke of the feet, V; refuse what is out of reach."""
     STROKE.check('amplitude', amplitude_m)
     largest_m = full_stroke_m(parameters)
     # A stroke typed in nanometres may exceed the largest by rounding only.

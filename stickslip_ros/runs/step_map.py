@@ -71,9 +71,17 @@ def step_map(
 
     """
     free = parameters.updated({'load_cell.contact': 'absent'})
-    frequencies_hz, amplitudes_m, loads_n = map(_values, (frequency_hz, amplitude_m, load_n))
+    frequencies_hz, amplitudes_m, loads_n = (
+        tuple(np.atleast_1d(np.asarray(given, dtype=np.float64)).tolist())
+        for given in (frequency_hz, amplitude_m, load_n)
+    )
     Sweep(free, (), frequencies_hz, amplitudes_m, steps)
-    _check_loads(free, loads_n)
+    friction_n = friction_limit_n(free)
+    for each_n in loads_n:
+        if abs(check_load(free, each_n)) >= friction_n:
+            limit = f'not below the {friction_n:.4g} N that friction holds'
+            hint = 'lower it or raise stand.preload'
+            raise OutOfRange('load', each_n, 'N', limit, hint)
     cases = list(itertools.product(loads_n, frequencies_hz, amplitudes_m))
     import pandas as pd  # noqa: PLC0415 - what has no table does without
 
@@ -103,20 +111,6 @@ def draw_step_map(table: 'DataFrame') -> Figure:
     panels[0].set_ylabel('velocity (um/s)')
     draw_legend(panels[0])
     return figure
-
-
-def _values(given: Iterable[float] | float) -> tuple[float, ...]:
-    values: Array = np.atleast_1d(np.asarray(given, dtype=np.float64))
-    return tuple(values.tolist())
-
-
-def _check_loads(free: Parameters, loads_n: tuple[float, ...]) -> None:
-    friction_n = friction_limit_n(free)
-    for load_n in loads_n:
-        if abs(check_load(free, load_n)) >= friction_n:
-            limit = f'not below the {friction_n:.4g} N that friction holds'
-            hint = 'lower it or raise stand.preload'
-            raise OutOfRange('load', load_n, 'N', limit, hint)
 
 
 def _row(free: Parameters, steps: int, case: tuple[float, float, float]) -> Row:

@@ -55,8 +55,7 @@ COLUMNS = (
     'energy_residual',
 )
 """Columns of a table that come from a run, beside ``STOP_RULE``."""
-STOP_RULE = 'stop_rule'
-"""A column that every sweep has and no experiment."""
+STOP_RULE = 'stop_rule'  # a column that every sweep has and no experiment
 STEADY_RULE = (
     f'mean force of a cycle (free runner: step length) within {STEADY_ERROR:.2%} of its limit, by '
     f'the last {2 * STEADY_WINDOW} steps; {STEADY_STEPS_MIN} to {STEADY_STEPS_MAX} steps'
@@ -83,32 +82,14 @@ class SweepCase:
 
 @dataclass(frozen=True)
 class Sweep:
-    """
-    What a sweep consists of; every combination is checked when it is made.
+    """What a sweep consists of; every combination is checked when it is made."""
 
-    Attributes
-    ----------
-    parameters : Parameters
-        The stand that all runs start from.
-    varied : tuple of Axis
-        Parameters that vary; the last one fastest.
-    frequencies_hz, amplitudes_m : tuple of float
-        Frequencies and strokes of the feet; amplitudes vary fastest of all.
-    steps : int
-        Steps of each run; 0 goes on until the steady state.
-
-    Raises
-    ------
-    StickSlipError
-        If there are too many combinations, or the stand cannot make one of them.
-
-    """
-
-    parameters: Parameters
-    varied: tuple[Axis, ...]
+    parameters: Parameters  # the stand that all runs start from
+    varied: tuple[Axis, ...]  # parameters that vary; the last one fastest
+    # frequencies and strokes of the feet; amplitudes vary fastest of all
     frequencies_hz: tuple[float, ...]
     amplitudes_m: tuple[float, ...]
-    steps: int = 0
+    steps: int = 0  # steps of each run; 0 goes on until the steady state
 
     def __post_init__(self) -> None:
         """Refuse what would be refused in the middle of a long night."""
@@ -128,7 +109,10 @@ class Sweep:
         for values, cases in itertools.groupby(self.cases(), lambda case: case.values):
             there = self.parameters.updated(dict(values))
             for case in cases:
-                _check_wave(there, case)
+                FREQUENCY.check('frequency', case.frequency_hz)
+                # An amplitude of 0 makes no steps; its frequency is checked with the next one.
+                if (voltage_v := voltage_for(there, case.amplitude_m)) > 0.0:
+                    check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), there)
 
     def cases(self) -> list[SweepCase]:
         """Return the full Cartesian product, in the order of the table."""
@@ -197,7 +181,13 @@ def sweep(
     if 'amplitude_m' not in values:
         raise WrongKind('values', sorted(values), 'a sweep', 'give amplitude_m, the stroke in m')
     given = {'frequency_hz': FREQUENCY.default, **values}
-    axes = {name: _axis(name, each) for name, each in given.items()}
+    axes = {}
+    for name, each in given.items():
+        spec = SPECS.get(name) or spec_of(name)
+        plain: Any = each.tolist() if isinstance(each, np.ndarray | np.generic) else each
+        is_one = isinstance(plain, str) or not isinstance(plain, Iterable)
+        checked = (spec.check(name, value) for value in ([plain] if is_one else plain))
+        axes[name] = Axis(name, tuple(checked))
     chosen = Sweep(
         parameters=parameters,
         varied=tuple(axis for name, axis in axes.items() if name not in SPECS),
@@ -213,41 +203,8 @@ def sweep(
     return frame
 
 
-def _axis(name: str, given: Iterable[Scalar] | Scalar) -> Axis:
-    spec = SPECS.get(name) or spec_of(name)
-    plain: Any = given.tolist() if isinstance(given, np.ndarray | np.generic) else given
-    is_one = isinstance(plain, str) or not isinstance(plain, Iterable)
-    values = [plain] if is_one else list(plain)
-    return Axis(name, tuple(spec.check(name, value) for value in values))
-
-
-def _check_wave(parameters: Parameters, case: SweepCase) -> None:
-    FREQUENCY.check('frequency', case.frequency_hz)
-    # An amplitude of 0 makes no steps; its frequency is checked with the next one there is.
-    voltage_v = voltage_for(parameters, case.amplitude_m)
-    if voltage_v > 0.0:
-        check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), parameters)
-
-
 def parse_axis(name: str, text: str, spec: Spec) -> Axis:
-    """
-    Return the axis of a text: values with commas, or ``start:stop:count``, both ends included.
-
-    Parameters
-    ----------
-    name : str
-        What varies, as the user wrote it.
-    text : str
-        Such as ``0.1,0.4``, ``0:160nm:33`` or ``rough,smooth``.
-    spec : Spec
-        Kind, unit and bounds of the values.
-
-    Raises
-    ------
-    WrongKind, OutOfRange
-        If the text is neither, the range is none, or a value is not allowed.
-
-    """
+    """Return the axis of a text: values with commas, or ``start:stop:count``, ends included."""
     if ':' in text and spec.kind in {float, int}:
         values: list[object] = list(_range(name, text, spec))
     else:
@@ -262,15 +219,7 @@ def parse_floats(name: str, text: str, spec: Spec) -> tuple[float, ...]:
 
 
 def parse_varied(assignments: list[str]) -> list[Axis]:
-    """
-    Return the axes of texts such as ``contact.friction=0.2,0.3``.
-
-    Raises
-    ------
-    UnknownName, WrongKind, OutOfRange
-        If a parameter is not known, named twice, or a value is not allowed.
-
-    """
+    """Return the axes of texts such as ``contact.friction=0.2,0.3``, each parameter once."""
     axes: list[Axis] = []
     for assignment in assignments:
         if '=' not in assignment:
@@ -309,13 +258,7 @@ def run_sweep(
     scheduler: str = '',
     progress: Progress | None = None,
 ) -> list[Row]:
-    """
-    Run a sweep and return its table, one row per case; the parameters are those of ``run_batch``.
-
-    A row has the varied parameters with their units, what was asked for and what came of it, and
-    the rule by which the run ended.
-
-    """
+    """Run a sweep as ``run_batch`` does; return a row per case: what varied, what came of it."""
     return run_batch(
         partial(run_case, sweep.parameters, sweep.steps, sweep.columns()),
         sweep.cases(),

@@ -10,7 +10,7 @@ from typing import Any
 import stickslip_ros
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.extras import load_extra
-from stickslip_ros.files import make_room, replacing
+from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.sweep import ASKED, COLUMNS, STOP_RULE, bare_name
@@ -29,49 +29,23 @@ AGAIN = 'write the table again with: stickslip sweep'
 
 
 def check_table_path(path: Path) -> None:
-    """
-    Refuse a file that could not be written, before the work is done.
-
-    Raises
-    ------
-    WrongKind
-        If it is neither CSV nor Parquet.
-    MissingExtra
-        If Parquet is asked for and its package is not installed.
-    RecordingError
-        If it cannot be written.
-
-    """
+    """Refuse a file that is neither CSV nor Parquet, or could not be written, before the work."""
     if path.suffix not in {CSV, PARQUET}:
         raise WrongKind('output', str(path), 'a .csv or .parquet file', 'end its name so')
     if path.suffix == PARQUET:
         load_extra('a Parquet file', 'pyarrow')
-    make_room(path)
+    prepare_output(path)
 
 
 def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None:
-    """
-    Write rows with their names as header; the file appears when it is complete.
-
-    Parameters
-    ----------
-    rows : sequence of dict
-        At least one; all have the same names.
-    path : Path
-        The file, ``.csv`` or ``.parquet``; floats are written to the bit.
-    parameters : Parameters
-        The stand, for the comment lines above, or the metadata of a Parquet file.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be written.
-
-    """
+    """Write rows with their names as header, floats to the bit; the file appears when complete."""
     described = {VERSION: stickslip_ros.__version__, PARAMETERS: json.dumps(parameters.flat())}
     with replacing(path) as part:
         if path.suffix == PARQUET:
-            _write_parquet(rows, part, described)
+            pyarrow = load_extra('a Parquet file', 'pyarrow')
+            parquet = load_extra('a Parquet file', 'pyarrow.parquet')
+            table = pyarrow.table({name: [row[name] for row in rows] for name in rows[0]})
+            parquet.write_table(table.replace_schema_metadata(described), part)
             return
         with part.open('w', newline='', encoding='utf-8') as file:
             file.writelines(f'{COMMENT}{name}: {text}\n' for name, text in described.items())
@@ -84,29 +58,14 @@ def is_sweep(path: Path) -> bool:
     """Tell by its header whether a CSV file is the table of a sweep."""
     try:
         with path.open(newline='', encoding='utf-8') as file:
-            below = itertools.dropwhile(_is_comment, file)
+            below = (line for line in file if not line.startswith(COMMENT))
             return STOP_RULE in next(csv.reader(below), [])
     except (UnicodeDecodeError, csv.Error):
         return False
 
 
 def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
-    """
-    Read the table that ``stickslip sweep`` wrote.
-
-    Returns
-    -------
-    rows : list of dict
-        At least one; values are as they were written.
-    described : dict of str to scalar or None
-        All parameters and the version; None of a table of an older version.
-
-    Raises
-    ------
-    StickSlipError
-        If it is damaged.
-
-    """
+    """Read the table that ``stickslip sweep`` wrote; StickSlipError if it is damaged."""
     if path.suffix == PARQUET:
         table = read_parquet(path, AGAIN)
         metadata = table.schema.metadata or {}
@@ -116,25 +75,25 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
     else:
         with path.open(newline='', encoding='utf-8') as file:
             lines = list(file)
-        comments = list(itertools.takewhile(_is_comment, lines))
+        comments = list(itertools.takewhile(lambda line: line.startswith(COMMENT), lines))
         pairs = (line.removeprefix(COMMENT).partition(': ') for line in comments)
         described = _described({name: text.strip() for name, _, text in pairs})
         rows, first = list(csv.DictReader(lines[len(comments) :])), len(comments) + 2
     if not rows:
         raise RecordingError(path, 'has no rows', AGAIN)
-    numbered = enumerate(rows, first)
-    return [_checked(row, f'{path}: line {number}') for number, row in numbered], described
-
-
-def _is_comment(line: str) -> bool:
-    return line.startswith(COMMENT)
-
-
-def _write_parquet(rows: Sequence[Row], path: Path, metadata: Mapping[str, str]) -> None:
-    pyarrow = load_extra('a Parquet file', 'pyarrow')
-    parquet = load_extra('a Parquet file', 'pyarrow.parquet')
-    table = pyarrow.table({name: [row[name] for row in rows] for name in rows[0]})
-    parquet.write_table(table.replace_schema_metadata(metadata), path)
+    checked = []
+    for number, row in enumerate(rows, first):
+        where = f'{path}: line {number}'
+        missing = sorted(name for name in (*NUMBERS, 'steady') if row.get(name) in (None, ''))
+        if missing:
+            raise RecordingError(where, f'column {missing[0]} has no value', AGAIN)
+        if None in row:
+            raise RecordingError(where, 'has more values than columns', 'take them away')
+        place = f'{where}, column'
+        checked.append(
+            {name: _value(name, each, f'{place} {name}:') for name, each in row.items()}
+        )
+    return checked, described
 
 
 def read_parquet(path: Path, hint: str) -> Any:
@@ -153,17 +112,8 @@ def _described(metadata: Mapping[str, str]) -> dict[str, Scalar] | None:
     return {'stickslip_ros': metadata[VERSION], **json.loads(metadata[PARAMETERS])}
 
 
-def _checked(row: Mapping[str, Any], where: str) -> Row:
-    """Return a row with its values as what they are, or refuse it."""
-    missing = sorted(name for name in (*NUMBERS, 'steady') if row.get(name) in (None, ''))
-    if missing:
-        raise RecordingError(where, f'column {missing[0]} has no value', AGAIN)
-    if None in row:
-        raise RecordingError(where, 'has more values than columns', 'take them away')
-    return {name: _value(name, value, f'{where}, column {name}:') for name, value in row.items()}
-
-
 def _value(name: str, value: Any, where: str) -> Scalar:
+    """Return a value as what it is, or refuse it."""
     if name in NUMBERS:
         return NUMBERS[name].check(where, value)
     if name == 'steady':

@@ -10,7 +10,6 @@ amplitude from which force is generated.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -28,14 +27,12 @@ STEP_MIN_M = 1e-10
 """Net step from which the runner is said to step: the resolution of the interferometer."""
 SCAN_POINTS = 32
 """Amplitudes up to the full stroke, among which the first with a net step is looked for."""
-BISECTIONS = 10
-"""Halvings between that one and the one below: 5 nm become 5 pm."""
+BISECTIONS = 10  # halvings between that one and the one below: 5 nm become 5 pm
 FIT_POINTS = 17
 """Amplitudes of the straight line, even over the upper half of the range in which it steps."""
 ONSET_SHARE = 0.01
 """Force begins where it exceeds the elastic following by this share of the friction limit."""
-ONSET_HALVINGS = 9
-"""Halvings of the range of amplitudes: 160 nm become 0.3 nm."""
+ONSET_HALVINGS = 9  # halvings of the range of amplitudes: 160 nm become 0.3 nm
 
 
 @dataclass(frozen=True)
@@ -116,13 +113,17 @@ def zero_amplitude(
     full_m, done = full_stroke_m(free), 0
     with progress_of(progress, 'runs') as show:
 
-        def tell(new: int, _: int) -> None:
+        def step_m(amplitude_m: float) -> float:
+            """Return the net motion per step in the direction of the drive, m."""
+            run = run_drive(free, amplitude_m, frequency_hz, steps)
+            return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
+
+        def count(new: int, _: int) -> None:
             show(done + new, SCAN_POINTS + BISECTIONS + FIT_POINTS)
 
         def step_lengths_m(amplitudes_m: Array) -> Array:
             nonlocal done
-            task = partial(_step, free, frequency_hz, steps)
-            steps_m = run_batch(task, amplitudes_m.tolist(), workers=workers, progress=tell)
+            steps_m = run_batch(step_m, amplitudes_m.tolist(), workers=workers, progress=count)
             done += len(steps_m)
             return np.array(steps_m)
 
@@ -130,14 +131,21 @@ def zero_amplitude(
         amplitudes_m: Array = np.linspace(
             0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
         )
-        slope, zero_m, rms_m = _line(amplitudes_m, step_lengths_m(amplitudes_m))
+        steps_m = step_lengths_m(amplitudes_m)
+    centre_m, mean_m = amplitudes_m.mean(), steps_m.mean()
+    offsets_m = amplitudes_m - centre_m
+    slope = float(np.sum(offsets_m * steps_m) / np.sum(offsets_m**2))
+    if not slope > 0.0:
+        hint = 'look at step lengths with: stickslip sweep --no-load-cell'
+        raise OutOfRange('slope of step length', slope, '', 'not above 0', hint)
+    missed_m = steps_m - mean_m - slope * offsets_m
     method = (
         f"Edeler's extrapolation: straight line through the step lengths of a free runner at "
         f'{FIT_POINTS} amplitudes, {amplitudes_m[0]:.4g} to {full_m:.4g} m, the upper half of '
         f'those that step; direct: smallest amplitude with a net step above {STEP_MIN_M:g} m'
     )
     return ZeroAmplitude(
-        zero_amplitude_m=zero_m,
+        zero_amplitude_m=float(centre_m - mean_m / slope),
         slope=slope,
         method=method,
         zero_amplitude_direct_m=direct_m,
@@ -148,7 +156,7 @@ def zero_amplitude(
         frequency_hz=frequency_hz,
         fit_from_m=float(amplitudes_m[0]),
         fit_to_m=full_m,
-        fit_rms_m=rms_m,
+        fit_rms_m=float(np.sqrt(np.mean(missed_m**2))),
         fit_points=FIT_POINTS,
         steps=steps,
         step_min_m=STEP_MIN_M,
@@ -184,12 +192,6 @@ def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: floa
     return above_m
 
 
-def _step(parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float) -> float:
-    """Return the net motion per step of a free runner in the direction of the drive, m."""
-    run = run_drive(parameters, amplitude_m, frequency_hz, steps)
-    return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
-
-
 def _first_step_m(step_lengths_m: Callable[[Array], Array], full_m: float) -> float:
     """Return the smallest amplitude with a net step, m."""
     grid_m: Array = np.linspace(0.0, full_m, SCAN_POINTS + 1, dtype=np.float64)
@@ -205,15 +207,3 @@ def _first_step_m(step_lengths_m: Callable[[Array], Array], full_m: float) -> fl
         else:
             below_m = middle_m
     return float(above_m)
-
-
-def _line(amplitudes_m: Array, steps_m: Array) -> tuple[float, float, float]:
-    """Return slope, zero and rms error of a straight line, by least squares."""
-    centre_m, mean_m = amplitudes_m.mean(), steps_m.mean()
-    offsets_m = amplitudes_m - centre_m
-    slope = np.sum(offsets_m * steps_m) / np.sum(offsets_m**2)
-    if not slope > 0.0:
-        hint = 'look at step lengths with: stickslip sweep --no-load-cell'
-        raise OutOfRange('slope of step length', float(slope), '', 'not above 0', hint)
-    missed_m = steps_m - mean_m - slope * offsets_m
-    return float(slope), float(centre_m - mean_m / slope), float(np.sqrt(np.mean(missed_m**2)))

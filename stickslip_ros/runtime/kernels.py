@@ -32,12 +32,9 @@ sys.exit(stickslip())
 
 def kernels_for(parameters: Parameters) -> int:
     """Return how many kernels a drive waits for if none is compiled yet."""
-    return KERNELS if _waits_for_all(parameters) else IDEAL_KERNELS
-
-
-def _waits_for_all(parameters: Parameters) -> bool:
     is_restored = bool(parameters.sim.checkpoint)
-    return cache_folders().write is None or is_restored or needs_all_kernels(parameters)
+    needs_all = cache_folders().write is None or is_restored or needs_all_kernels(parameters)
+    return KERNELS if needs_all else IDEAL_KERNELS
 
 
 class Kernels:
@@ -52,7 +49,7 @@ class Kernels:
     """
 
     def __init__(self, parameters: Parameters, on_ready: Callable[[], object]) -> None:
-        self.are_ready = are_all_kept() or _waits_for_all(parameters)
+        self.are_ready = are_all_kept() or kernels_for(parameters) == KERNELS
         self._on_ready = on_ready
         self._process: subprocess.Popen[bytes] | None = None
         self._is_released = False

@@ -1,26 +1,27 @@
-"""Orders to a drive that it has not carried out yet."""
+"""Orders that a drive has not carried out yet, grants of simulated time, and its pause."""
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import OutOfRange, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.interface.topics import COMMAND_TOPICS
+from stickslip_ros.interface.requests import read_request
+from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
+from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.run import RunWriter
 
 AT_ONCE = -2
 """Due time of what waits for no block: it is done even while simulated time is held."""
 NEXT_BLOCK = -1
 """Due time of what shall happen with the next block."""
-
 LEAST_NUMBERS = 100
 """Numbers whose memory an order takes besides its own."""
 
 _RANKS = {topic.request: rank for rank, topic in enumerate(COMMAND_TOPICS)}
-
 
 MustWait = Callable[[Request | None, bool], bool]
 """Whether a request must wait for more than its time, given whether one before it does."""
@@ -28,30 +29,14 @@ MustWait = Callable[[Request | None, bool], bool]
 
 @dataclass
 class Order:
-    """
-    Something to do at a block.
+    """Something to do at a block."""
 
-    Attributes
-    ----------
-    due_ns : int
-        Simulated time from which on it is carried out, or AT_ONCE, or NEXT_BLOCK.
-    request : Request or None
-        For the bench; None exchanges the recording, or saves.
-    writer : RunWriter or None
-        The new recording; None ends the present one.
-    saves : bool
-        Whether a checkpoint is asked for.
-    reply : Future
-        Receives the previous recording, the checkpoint, or None, once the block is over.
-    outcome : RunWriter or bytes or StickSlipError or None
-        What the reply will be.
-
-    """
-
-    due_ns: int
-    request: Request | None = None
-    writer: RunWriter | None = None
-    saves: bool = False
+    due_ns: int  # simulated time from which on it is carried out, or AT_ONCE, or NEXT_BLOCK
+    request: Request | None = None  # for the bench; None exchanges the recording, or saves
+    writer: RunWriter | None = None  # the new recording; None ends the present one
+    saves: bool = False  # whether a checkpoint is asked for
+    # The reply is set to the outcome once the block is over: the previous recording, the
+    # checkpoint, a refusal, or None.
     reply: 'Future[Any]' = field(default_factory=Future)
     outcome: RunWriter | bytes | StickSlipError | None = None
 
@@ -62,19 +47,14 @@ class Order:
         else:
             self.reply.set_result(self.outcome)
 
-    def refuse(self, why: StickSlipError) -> None:
-        """Reply that the order will never be carried out."""
-        if not self.reply.done():
-            self.reply.set_exception(why)
-
     @property
     def numbers(self) -> int:
-        """Its share of what may wait."""
+        """How much of what may wait the order takes."""
         return LEAST_NUMBERS + (0 if self.request is None else self.request.size)
 
     @property
     def rank(self) -> int:
-        """Place of its topic among the command topics; what has none comes first."""
+        """The place of its topic among the command topics; an order without topic comes first."""
         return -1 if self.request is None else _RANKS.get(self.request.name, -1)
 
 
@@ -82,24 +62,14 @@ class Orders:
     """
     Orders that wait, in the order in which they came.
 
-    Parameters
-    ----------
-    by_topic : bool
-        Whether orders of one block are sorted by their topics, so that it does not matter in
-        which order the network delivered them.
-    must_wait : callable
-        Returns whether a request must wait for more than its time.
-
-    Attributes
-    ----------
-    numbers : int
-        Numbers that the waiting orders hold, each order at least LEAST_NUMBERS.
+    With ``by_topic`` those of one block are sorted by their topics, so that it does not matter in
+    which order the network delivered them.
 
     """
 
     def __init__(self, *, by_topic: bool, must_wait: MustWait = lambda *_: False) -> None:
         self._waiting: deque[Order] = deque()
-        self.numbers = 0
+        self.numbers = 0  # how many the waiting orders hold, each order at least LEAST_NUMBERS
         self._by_topic = by_topic
         self._must_wait = must_wait
 
@@ -130,7 +100,7 @@ class Orders:
 
     def _with_waits(self) -> Iterator[tuple[Order, bool]]:
         after = False
-        for order in tuple(self._waiting):
+        for order in self:
             waits = self._must_wait(order.request, after)
             after = after or waits
             yield order, waits
@@ -143,3 +113,55 @@ class Orders:
             order.reply.cancel()
             if order.writer is not None:
                 order.writer.close()
+
+
+class Grant(NamedTuple):
+    """How far the drive may go in lockstep."""
+
+    until_ns: int  # simulated time that it may reach
+    commands: int  # messages on command topics that must have come before
+
+
+def read_grant(topic: Topic, data: bytes) -> Grant:
+    """Return what a message on ``command/grant`` allows; refuse what is no time and count."""
+    values = list(read_request(topic, data).values[:3])
+    if len(values) != 2 or not all(map(math.isfinite, values)):
+        raise WrongKind('grant', values, 'a list of 2 finite numbers', 'send [until s, commands]')
+    until_s, commands = values
+    if until_s < 0.0:
+        raise OutOfRange('grant until', until_s, 's', 'below 0 s', 'give a simulated time')
+    if commands < 0.0 or commands != math.floor(commands):
+        hint = 'give the number of messages sent on command topics since the activation'
+        raise OutOfRange('grant commands', commands, '', 'not a count', hint)
+    return Grant(to_nanoseconds(until_s), int(commands))
+
+
+class TimeControl:
+    """Pause and lockstep of one drive: in lockstep every block waits for a grant."""
+
+    def __init__(self, block_ns: int, *, lockstep: bool) -> None:
+        self._block_ns = block_ns
+        self._lockstep = lockstep
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin as after an activation: not paused, nothing granted, no command received."""
+        self.is_paused = False
+        self.received = 0  # messages on command topics
+        self._grant = Grant(0, 0)
+
+    def extend(self, grant: Grant) -> None:
+        """Take a grant; one that goes less far than an earlier one changes nothing."""
+        if grant.until_ns >= self._grant.until_ns:
+            self._grant = grant
+
+    def is_granted(self, now_ns: int) -> bool:
+        """Return whether the block that begins now was granted, and its commands have come."""
+        if not self._lockstep:
+            return True
+        reached = now_ns + self._block_ns <= self._grant.until_ns
+        return reached and self.received >= self._grant.commands
+
+    def allows(self, now_ns: int) -> bool:
+        """Return whether the block that begins now may be simulated."""
+        return not self.is_paused and self.is_granted(now_ns)

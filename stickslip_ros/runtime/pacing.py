@@ -1,4 +1,4 @@
-"""Absolute deadlines, and what lets the threads of a process wake up in time to meet them."""
+"""A loop keeps absolute deadlines, and its threads wake up in time to meet them."""
 
 import ctypes
 import math
@@ -42,38 +42,18 @@ _GET_TIMER_SLACK: Final = 30
 
 @dataclass(frozen=True)
 class PaceReport:
-    """
-    How well the deadlines were met since the last report.
+    """How well the deadlines were met since the last report."""
 
-    Attributes
-    ----------
-    real_time_factor : float
-        Simulated time per wall-clock time; time in which the loop was held does not count.
-    lateness_mean_s, lateness_p99_s, lateness_max_s : float
-        How long after its deadline a tick began.
-    overruns : int
-        Ticks that began more than a period late.
-    ticks : int
-        Ticks in the report.
-    overruns_total : int
-        Overruns since the start.
-    behind_s : float
-        Wall-clock time by which deadlines were moved since the start, because the lag was too
-        large to catch up.
-    missing_s : float
-        Simulated time that there would be more, had the wanted pace been kept; never below 0.
-
-    """
-
+    # Simulated time per wall-clock time; time in which the loop was held does not count.
     real_time_factor: float
-    lateness_mean_s: float
+    lateness_mean_s: float  # how long after its deadline a tick began
     lateness_p99_s: float
     lateness_max_s: float
-    overruns: int
+    overruns: int  # ticks that began more than a period late
     ticks: int
-    overruns_total: int
-    behind_s: float
-    missing_s: float
+    overruns_total: int  # since the start
+    behind_s: float  # by which deadlines were moved since the start: too large to catch up
+    missing_s: float  # simulated time that there would be more at the wanted pace; not below 0
 
 
 class Pacer:
@@ -127,7 +107,14 @@ class Pacer:
 
     def report(self) -> PaceReport:
         """Summarise the ticks since the last report, and begin a new one."""
-        elapsed_s, ticks = self._turn_over()
+        with self._lock:
+            now_s = time.monotonic()
+            elapsed_s = now_s - self._report_s
+            if self._held_since_s is not None:
+                elapsed_s -= now_s - self._held_since_s
+                self._held_since_s = now_s
+            self._report_s = now_s
+            ticks, self._lateness_s = self._lateness_s, deque(maxlen=TICKS_KEPT)
         lateness = np.array(ticks)
         simulated_s = len(lateness) * self._block_s
         late = lateness if len(lateness) else np.array([math.nan])
@@ -143,20 +130,8 @@ class Pacer:
             missing_s=max(0.0, elapsed_s * self.real_time_factor - simulated_s),
         )
 
-    def _turn_over(self) -> tuple[float, deque[float]]:
-        """Return the time in which the loop ran and its ticks; begin a new report."""
-        with self._lock:
-            now_s = time.monotonic()
-            elapsed_s = now_s - self._report_s
-            if self._held_since_s is not None:
-                elapsed_s -= now_s - self._held_since_s
-                self._held_since_s = now_s
-            self._report_s = now_s
-            ticks, self._lateness_s = self._lateness_s, deque(maxlen=TICKS_KEPT)
-        return elapsed_s, ticks
 
-
-class _Attributes(ctypes.Structure):
+class SchedulingAttributes(ctypes.Structure):
     """``struct sched_attr`` of Linux."""
 
     _fields_ = (
@@ -187,13 +162,16 @@ def wake_in_time() -> None:
     """
     sys.setswitchinterval(SWITCH_S)
     ctypes.CDLL(None).prctl(_SET_TIMER_SLACK, ctypes.c_ulong(round(SLACK_S * NS_PER_S)))
-    if KNOWS_SLICES:
-        _ask_for_slices()
+    attributes = scheduling(THIS_THREAD)
+    # A thread whose policy was chosen by ``chrt`` is left alone.
+    if attributes is not None and attributes.policy == os.SCHED_OTHER:
+        attributes.runtime_ns = round(SLICE_S * NS_PER_S)
+        ctypes.CDLL(None).syscall(_SET_ATTRIBUTES, THIS_THREAD, ctypes.byref(attributes), 0)
 
 
 def slice_s(thread: int = THIS_THREAD) -> float | None:
     """Return the slice of a thread, given its number, s; None where Linux does not tell."""
-    attributes = _attributes(thread) if KNOWS_SLICES else None
+    attributes = scheduling(thread)
     return attributes.runtime_ns / NS_PER_S if attributes and attributes.runtime_ns else None
 
 
@@ -202,21 +180,11 @@ def slack_s() -> float:
     return int(ctypes.CDLL(None).prctl(_GET_TIMER_SLACK)) / NS_PER_S
 
 
-def _ask_for_slices() -> None:
-    """Ask for short slices; a thread whose policy was chosen by ``chrt`` is left alone."""
-    attributes = _attributes(THIS_THREAD)
-    if attributes is not None and attributes.policy == os.SCHED_OTHER:
-        attributes.runtime_ns = round(SLICE_S * NS_PER_S)
-        _call(_SET_ATTRIBUTES, THIS_THREAD, ctypes.byref(attributes), 0)
-
-
-def _attributes(thread: int) -> _Attributes | None:
-    attributes = _Attributes()
+def scheduling(thread: int) -> SchedulingAttributes | None:
+    """Return how Linux schedules a thread; None where it does not tell, or knows no slices."""
+    if not KNOWS_SLICES:
+        return None
+    attributes = SchedulingAttributes()
     size = ctypes.sizeof(attributes)
-    failed = _call(_GET_ATTRIBUTES, thread, ctypes.byref(attributes), size, 0)
+    failed = ctypes.CDLL(None).syscall(_GET_ATTRIBUTES, thread, ctypes.byref(attributes), size, 0)
     return None if failed else attributes
-
-
-def _call(number: int, *arguments: object) -> int:
-    """Make a call of Linux; anything but 0 is a failure."""
-    return int(ctypes.CDLL(None).syscall(number, *arguments))

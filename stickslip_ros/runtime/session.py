@@ -3,28 +3,34 @@
 import threading
 import time
 from collections import deque
+from collections.abc import Mapping
 from concurrent.futures import Future
+from concurrent.futures import TimeoutError as NoReply
 from enum import Enum, auto
-from typing import Any
+from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.interface.channels import Channel
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import Publish, RunWriter
+from stickslip_ros.recording.run_file import run_path
 from stickslip_ros.runtime.kernels import Kernels
-from stickslip_ros.runtime.orders import AT_ONCE, NEXT_BLOCK, Order, Orders
+from stickslip_ros.runtime.orders import AT_ONCE, NEXT_BLOCK, Grant, Order, Orders, TimeControl
 from stickslip_ros.runtime.pacing import Pacer
-from stickslip_ros.runtime.time_control import Grant, TimeControl, has_system_time
 from stickslip_ros.runtime.worker import NOBODY, Callbacks, Worker
 from stickslip_ros.units import NANO
 
 LONG_PAUSE_S = 0.2
 """A longer pause ends at once when the drive is stopped or held; sleeping is more exact."""
 HOLD_TIMEOUT_S = 10.0
+REPLY_TIMEOUT_S = 10.0
 WAITING_MAX = 2_000_000
 """Numbers that commands may hold while they wait: those of ten of the longest waveforms."""
 STOP_TIMEOUT_S = 5.0
+
+T = TypeVar('T')
 
 
 class Turn(Enum):
@@ -37,26 +43,7 @@ class Turn(Enum):
 
 
 class Session:
-    """
-    The drive as a thread that ticks once per block.
-
-    Attributes
-    ----------
-    worker : Worker
-        What the thread does; of its state others may read, but change nothing.
-    bench : Bench
-        The drive itself.
-    failure : BaseException or None
-        Why there will be no further tick.
-    kernels : Kernels
-        The kernels that it has, and those that are being compiled.
-
-    Raises
-    ------
-    StickSlipError
-        If the schedule of faults cannot be read or is not allowed.
-
-    """
+    """The drive as a thread that ticks once per block."""
 
     def __init__(
         self, parameters: Parameters, publish: Publish, callbacks: Callbacks = NOBODY
@@ -66,10 +53,11 @@ class Session:
         self.pacer = Pacer(
             parameters.sim.block, 0.0 if lockstep else parameters.sim.real_time_factor
         )
-        self.failure: BaseException | None = None
+        self.failure: BaseException | None = None  # why there will be no further tick
         self._on_failure = callbacks.on_failure
         self._changed = threading.Condition()
         self.kernels = Kernels(parameters, self._notify)
+        # Other threads may read the state of worker and bench, but change nothing.
         self.worker = Worker(parameters, publish, callbacks)
         self.bench = self.worker.bench
         self._time_control = TimeControl(parameters.block_ns, lockstep=lockstep)
@@ -84,6 +72,12 @@ class Session:
     def is_paused(self) -> bool:
         """Whether simulated time is held by ``~/set_paused``."""
         return self._time_control.is_paused
+
+    @property
+    def held(self) -> int:
+        """Number of commands that wait for kernels that are being compiled."""
+        with self._changed:
+            return self._orders.held(self.bench.time_ns)
 
     @property
     def busy_s(self) -> float:
@@ -143,7 +137,7 @@ class Session:
         writer, self.worker.writer = self.worker.writer, None
         return writer
 
-    def submit(self, request: Request, due_ns: int = NEXT_BLOCK) -> 'Future[RunWriter | None]':
+    def submit(self, request: Request, due_ns: int = NEXT_BLOCK) -> 'Future[None]':
         """Ask the bench for something, at the first tick from ``due_ns`` on."""
         return self._put(Order(due_ns, request=request))
 
@@ -161,16 +155,17 @@ class Session:
         """
         Take what came on a command topic; None for a message that made no sense.
 
-        Raises
-        ------
-        OutOfRange
-            If too much waits already: time is held, or the drive cannot follow.
+        It is refused if too much waits already: time is held, or the drive cannot follow.
 
         """
         with self._changed:
-            self._time_control.count_command()
+            self._time_control.received += 1
+            numbers = self._orders.numbers
+            if request is not None and numbers >= WAITING_MAX:
+                limit = f'not below the {WAITING_MAX} that may wait for the next block'
+                hint = 'let simulated time run first'
+                raise OutOfRange('numbers of commands', numbers, '', limit, hint)
             if request is not None:
-                _check_waiting(self._orders.numbers)
                 self._orders.put(Order(NEXT_BLOCK, request=request))
             self._changed.notify_all()
 
@@ -181,15 +176,7 @@ class Session:
             self._changed.notify_all()
 
     def set_paused(self, wanted: bool) -> None:
-        """
-        Hold simulated time, from the end of the present tick on, or let it run on.
-
-        Raises
-        ------
-        StickSlipError
-            If the present tick does not end.
-
-        """
+        """Hold simulated time, from the end of the present tick on, or let it run on."""
         with self._changed:
             self._time_control.is_paused = wanted
             self._changed.notify_all()
@@ -199,15 +186,7 @@ class Session:
                 raise StickSlipError(f'the present block has not ended in {HOLD_TIMEOUT_S:g} s')
 
     def step(self) -> 'Future[None]':
-        """
-        Advance by one block while paused.
-
-        Raises
-        ------
-        StickSlipError
-            If the drive is not paused, or the block was not granted.
-
-        """
+        """Advance by one block; this is refused if time is not held, or the block not granted."""
         with self._changed:
             if not self._time_control.is_paused:
                 raise StickSlipError('simulated time runs; call ~/set_paused with true first')
@@ -218,16 +197,57 @@ class Session:
             self._changed.notify_all()
             return reply
 
-    @property
-    def held(self) -> int:
-        """Number of commands that wait for kernels that are being compiled."""
-        with self._changed:
-            return self._orders.held(self.bench.time_ns)
+    def open_recording(self, channels: Mapping[str, Channel]) -> RunWriter:
+        """
+        Start the file of a recording; one whose drive need not keep a pace loses nothing.
 
-    def _waits_for_kernels(self, now_ns: int) -> bool:
-        """Return whether simulated time waits: what is not paced must not depend on compiling."""
-        is_paced = self.pacer.real_time_factor > 0.0
-        return not (is_paced or self.kernels.are_ready) and self._orders.held(now_ns) > 0
+        Its path is absolute: whoever asks for a recording may be in another folder.
+
+        """
+        return RunWriter(
+            run_path(self.parameters).absolute(),
+            self.parameters,
+            wait=self.pacer.real_time_factor == 0.0,
+            channels=channels,
+            time_origin_ns=self.worker.time_origin_ns,
+        )
+
+    def start_recording(self, channels: Mapping[str, Channel]) -> str:
+        """Record from now on; return the path."""
+        if self.worker.writer is not None:
+            raise StickSlipError('already recording')
+        writer = self.open_recording(channels)
+        try:
+            await_reply(self.exchange_recording(writer))
+        except StickSlipError:
+            writer.close()
+            raise
+        return writer.recorder.place
+
+    def end_recording(self, logger: Any) -> str:
+        """End the recording; return its path."""
+        if self.worker.writer is None:
+            failed = self.worker.failed_writer
+            raise StickSlipError('not recording' if failed is None else why_lost(failed))
+        ended = await_reply(self.exchange_recording(None))
+        return '' if ended is None else self.close_recording(ended, logger)
+
+    def close_recording(self, writer: RunWriter, logger: Any) -> str:
+        """
+        Finish a file; the drive does not wait for the disk, the caller does. Return its path.
+
+        A recording that has failed is refused, and the drive says so too.
+
+        """
+        writer.close()
+        recorder = writer.recorder
+        if recorder.error is not None:
+            self.worker.lose_recording(writer)
+            raise StickSlipError(why_lost(writer))
+        logger.info(
+            f'recorded {recorder.place}: {recorder.stored} messages, {recorder.dropped} dropped'
+        )
+        return recorder.place
 
     def _notify(self) -> None:
         with self._changed:
@@ -241,36 +261,55 @@ class Session:
 
     def _run(self) -> None:
         try:
-            while (turn := self._await_turn()) is not Turn.END:
-                self._take(turn)
-                self._note_idle()
+            while True:
+                with self._changed:
+                    while (turn := self._next_turn()) is None:
+                        self.pacer.hold()
+                        self._changed.wait()
+                    if turn is Turn.END:
+                        break
+                    self._busy_since_s = time.monotonic()
+                if turn is Turn.SERVE:
+                    self.worker.serve(self._due)
+                elif turn is Turn.STEP:
+                    self.worker.advance(self._due)
+                    self._steps.popleft().set_result(None)
+                else:
+                    self.pacer.resume()
+                    self.worker.advance(self._due)
+                self._due = []
+                self._busy_since_s = None
+                self._notify()
                 if turn is Turn.ADVANCE:
                     self.pacer.wait(self._sleep)
         except BaseException as error:
-            self.failure = error
-            self._refuse_all(error)
-            self._on_failure()
-            self.worker.report_failure(error)
+            self._fail(error)
             if not isinstance(error, StickSlipError):
                 raise
         finally:
-            self._note_idle()
+            self._busy_since_s = None
+            self._notify()
 
-    def _await_turn(self) -> Turn:
-        """Wait until there is something to do; say what."""
+    def _fail(self, error: BaseException) -> None:
+        """Answer every order that will never be carried out, and report the failure."""
+        self.failure = error
+        why = StickSlipError(f'the drive has stopped: {error}')
         with self._changed:
-            while (turn := self._next_turn()) is None:
-                self.pacer.hold()
-                self._changed.wait()
-            self._busy_since_s = None if turn is Turn.END else time.monotonic()
-            return turn
+            replies = [order.reply for order in (*self._due, *self._orders)]
+            for reply in (*replies, *self._steps):
+                if not reply.done():
+                    reply.set_exception(why)
+            self._steps.clear()
+        self._on_failure()
+        self.worker.report_failure(error)
 
     def _next_turn(self) -> Turn | None:
         """Say what is to be done now, and take the orders for it."""
         now_ns = self.bench.time_ns
         if self._is_ending:
             return Turn.END
-        if self._waits_for_kernels(now_ns):
+        is_paced = self.pacer.real_time_factor > 0.0  # else nothing may depend on compiling
+        if not (is_paced or self.kernels.are_ready) and self._orders.held(now_ns):
             return None
         if self._time_control.allows(now_ns):
             self._due = self._orders.take(now_ns)
@@ -285,23 +324,6 @@ class Session:
         self._due = self._orders.take(now_ns)
         return Turn.STEP
 
-    def _take(self, turn: Turn) -> None:
-        """Do what is to be done."""
-        if turn is Turn.SERVE:
-            self.worker.serve(self._due)
-        elif turn is Turn.STEP:
-            self.worker.advance(self._due)
-            self._steps.popleft().set_result(None)
-        else:
-            self.pacer.resume()
-            self.worker.advance(self._due)
-        self._due = []
-
-    def _note_idle(self) -> None:
-        """Note that nothing is being done, for who waits for that."""
-        self._busy_since_s = None
-        self._notify()
-
     def _sleep(self, pause_s: float) -> None:
         if pause_s <= LONG_PAUSE_S:
             time.sleep(pause_s)
@@ -309,20 +331,30 @@ class Session:
         with self._changed:
             self._changed.wait_for(lambda: self._is_ending or self.is_paused, pause_s)
 
-    def _refuse_all(self, error: BaseException) -> None:
-        """Answer every order that will never be carried out."""
-        why = StickSlipError(f'the drive has stopped: {error}')
-        with self._changed:
-            for order in (*self._due, *self._orders):
-                order.refuse(why)
-            while self._steps:
-                self._steps.popleft().set_exception(why)
+
+def has_system_time(parameters: Parameters, *, follows_clock: bool) -> bool:
+    """Return whether stamps begin at the system's time; a node may follow ``/clock`` instead."""
+    sim = parameters.sim
+    if sim.time_origin != 'auto':
+        return sim.time_origin == 'system'
+    has_clock = sim.publish_clock or follows_clock
+    return sim.real_time_factor == 1.0 and not (has_clock or sim.lockstep)
 
 
-def _check_waiting(numbers: int) -> None:
-    if numbers >= WAITING_MAX:
-        limit = f'not below the {WAITING_MAX} that may wait for the next block'
-        raise OutOfRange('numbers of commands', numbers, '', limit, 'let simulated time run first')
+def await_reply(reply: 'Future[T]') -> T:
+    """Wait for a tick to carry out an order; one that does not come is withdrawn and refused."""
+    try:
+        return reply.result(REPLY_TIMEOUT_S)
+    except NoReply:
+        reply.cancel()
+        raise StickSlipError(
+            f'the drive made no tick in {REPLY_TIMEOUT_S:g} s; look at /diagnostics'
+        ) from None
+
+
+def why_lost(writer: RunWriter) -> str:
+    """Return which recording has failed, and why."""
+    return f'{writer.recorder.path} has stopped: {writer.recorder.error}'
 
 
 def require(session: Session | None, state: str) -> Session:

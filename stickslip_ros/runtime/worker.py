@@ -9,7 +9,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import start_bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
-from stickslip_ros.instrument.reports import Event, Output, Result, Status
+from stickslip_ros.instrument.reports import Event, Result, Status
 from stickslip_ros.interface.cdr import HEADER, pack_string
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
@@ -26,58 +26,30 @@ Faults = dict[str, Scalar]
 
 @dataclass(frozen=True)
 class Callbacks:
-    """
-    Listeners to what happens in a drive, called on its thread; by default none.
+    """Listeners to what happens in a drive, called on its thread; by default none."""
 
-    Attributes
-    ----------
-    on_faults : callable
-        Receives the faults of the moment whenever they change.
-    on_lost_recording : callable
-        Receives a recording that has just failed.
-    on_refusal : callable
-        Receives the event of a command that was refused or has failed.
-    on_failure : callable
-        Called when the drive has failed.
-
-    """
-
-    on_faults: Callable[[Faults], None] = lambda _: None
-    on_lost_recording: Callable[[RunWriter], None] = lambda _: None
-    on_refusal: Callable[[Event], None] = lambda _: None
-    on_failure: Callable[[], None] = lambda: None
+    on_faults: Callable[[Faults], None] = lambda _: None  # the faults whenever they change
+    on_lost_recording: Callable[[RunWriter], None] = lambda _: None  # one that has just failed
+    on_refusal: Callable[[Event], None] = lambda _: None  # a command that was refused or failed
+    on_failure: Callable[[], None] = lambda: None  # the drive itself has failed
 
 
 NOBODY = Callbacks()
 
 
 class Worker(ReportingBench):
-    """
-    A run under orders and a schedule of faults, which reports what goes wrong.
-
-    Attributes
-    ----------
-    failed_writer : RunWriter or None
-        The recording that the disk has ended, until another one begins.
-    preload_ramped : bool
-        Whether a preload was on its way in any block; whoever reads it sets it back.
-
-    Raises
-    ------
-    StickSlipError
-        If the schedule of faults cannot be read or is not allowed.
-
-    """
+    """A run under orders and a schedule of faults, which reports what goes wrong."""
 
     def __init__(self, parameters: Parameters, publish: Publish, callbacks: Callbacks) -> None:
-        self._schedule = _schedule_of(parameters)
+        path = parameters.fault.schedule
+        self._schedule = read_schedule(Path(path)) if path else FaultSchedule()
         bench = start_bench(parameters)
         self._schedule.due(bench.time_ns - 1)  # what was due before a checkpoint has been done
         super().__init__(parameters, publish, bench=bench)
         self._block_ns = parameters.block_ns
         self._keeps_clock = parameters.sim.publish_clock
-        self.preload_ramped = False
-        self.failed_writer: RunWriter | None = None
+        self.preload_ramped = False  # whether a preload was on its way; its reader sets it back
+        self.failed_writer: RunWriter | None = None  # ended by the disk, until another begins
         self._callbacks = callbacks
         self._seen_faults: FaultParameters | None = None
         self._reported_faults: Faults = {}
@@ -99,9 +71,19 @@ class Worker(ReportingBench):
         now_ns = self.bench.time_ns
         self._carry_out(orders, self._schedule.due(now_ns))
         output = self.advance_bench(now_ns + self._block_ns)
-        self._look_at(output)
+        if int(output.status) & PRELOADING:
+            self.preload_ramped = True
+        if self._keeps_clock:  # before the readings
+            time_ns = output.readings.time_ns
+            stamp = divmod(self.time_origin_ns + time_ns, NS_PER_S)
+            self._publish(Packed('clock', time_ns, struct.pack('<4siI', HEADER, *stamp)))
+        for event in output.events:
+            if event.result not in UNTROUBLED:
+                self._callbacks.on_refusal(event)
         self.report(output)
-        self._watch_recording()
+        if self.writer is not None and self.writer.recorder.error is not None:
+            failed, self.writer = self.writer, None
+            self.lose_recording(failed)
         for order in orders:
             order.answer()
 
@@ -113,6 +95,14 @@ class Worker(ReportingBench):
             self.writer.write(packed)
         self._publish(packed)
 
+    def lose_recording(self, writer: RunWriter) -> None:
+        """Say that the disk has ended a recording; nothing else changes."""
+        self.failed_writer = writer
+        why = str(writer.recorder.error)
+        event = Event(self.bench.time_ns, 0, 'recording', Result.RECORDING_FAILED, message=why)
+        self._publish(Packed('event', event.time_ns, pack_string(event.to_json())))
+        self._callbacks.on_lost_recording(writer)
+
     def _carry_out(self, orders: list[Order], scheduled: Iterable[Request] = ()) -> None:
         """Do what is due at the present time: recordings first, then the schedule's faults."""
         for order in orders:
@@ -123,61 +113,16 @@ class Worker(ReportingBench):
                     self.failed_writer = None
                 order.outcome = self.record(order.writer)
         for request in scheduled:
-            self._obey(request)
+            self.accept(request)
         for order in orders:
             if order.request is not None:
-                order.outcome = self._obey(order.request)
-        self._report_faults()
-
-    def _report_faults(self) -> None:
-        if self.bench.faults is self._seen_faults:
-            return
-        self._seen_faults = self.bench.faults
-        if self.faults != self._reported_faults:
-            self._reported_faults = self.faults
-            self._callbacks.on_faults(self._reported_faults)
-
-    def _obey(self, request: Request) -> StickSlipError | None:
-        """Carry out a request; return what is to be said of a refusal."""
-        refused = self.bench.refused
-        self.accept(request)
-        if self.bench.refused > refused:
-            return StickSlipError('the drive does not take it; ~/event says why')
-        return None
-
-    def _look_at(self, output: Output) -> None:
-        """Publish the clock, and report what was refused, before the readings."""
-        if int(output.status) & PRELOADING:
-            self.preload_ramped = True
-        if self._keeps_clock:
-            time_ns = output.readings.time_ns
-            clock = _pack_clock(self.time_origin_ns + time_ns)
-            self._publish(Packed('clock', time_ns, clock))
-        for event in output.events:
-            if event.result not in UNTROUBLED:
-                self._callbacks.on_refusal(event)
-
-    def _watch_recording(self) -> None:
-        """Let go of a recording that the disk has ended, and say so; nothing else changes."""
-        writer = self.writer
-        if writer is not None and writer.recorder.error is not None:
-            self.writer = None
-            self.lose_recording(writer)
-
-    def lose_recording(self, writer: RunWriter) -> None:
-        """Say that a recording has failed."""
-        self.failed_writer = writer
-        why = str(writer.recorder.error)
-        event = Event(self.bench.time_ns, 0, 'recording', Result.RECORDING_FAILED, message=why)
-        self._publish(Packed('event', event.time_ns, pack_string(event.to_json())))
-        self._callbacks.on_lost_recording(writer)
-
-
-def _pack_clock(time_ns: int) -> bytes:
-    """Pack a ``rosgraph_msgs/msg/Clock``."""
-    return struct.pack('<4siI', HEADER, *divmod(time_ns, NS_PER_S))
-
-
-def _schedule_of(parameters: Parameters) -> FaultSchedule:
-    path = parameters.fault.schedule
-    return read_schedule(Path(path)) if path else FaultSchedule()
+                refused = self.bench.refused
+                self.accept(order.request)
+                if self.bench.refused > refused:
+                    why = 'the drive does not take it; ~/event says why'
+                    order.outcome = StickSlipError(why)
+        if self.bench.faults is not self._seen_faults:
+            self._seen_faults = self.bench.faults
+            if self.faults != self._reported_faults:
+                self._reported_faults = self.faults
+                self._callbacks.on_faults(self._reported_faults)

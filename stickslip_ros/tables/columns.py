@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from stickslip_ros.errors import QUOTED, RecordingError, quoted
-from stickslip_ros.parameters import Spec
+from stickslip_ros.parameters import SENSORS, Spec
 from stickslip_ros.tables.layout import TextForm
 from stickslip_ros.tables.units import factor_of, split_unit
 
@@ -28,6 +28,7 @@ USUAL: Mapping[str, tuple[str, ...]] = {
         'kraft',
     ),
     'step_length_m': ('step length', 'step size', 'step', 'schrittlänge', 'schrittweite'),
+    **{each.quantity: (each.words,) for each in SENSORS if each.switch},
 }
 """Names of quantities in lower case, words separated by one blank."""
 SIGMA = '_sigma_'
@@ -45,26 +46,14 @@ Found = Mapping[str, Sequence[tuple[int, str]]]
 
 @dataclass(frozen=True)
 class Column:
-    """
-    A column of a table that was understood.
+    """A column of a table that was understood."""
 
-    Attributes
-    ----------
-    name, header, unit : str
-        Quantity, header in the file, and unit there, which is this ``factor`` in SI.
-    index : int
-        Its place in the table.
-    first : float
-        Its first number, in SI.
-
-    """
-
-    name: str
+    name: str  # quantity, header in the file, and unit there, which is this factor in SI
     header: str
     unit: str
     factor: float
-    index: int
-    first: float
+    index: int  # its place in the table
+    first: float  # its first number, in SI
 
 
 def sigma_name(name: str) -> str:
@@ -76,26 +65,7 @@ def sigma_name(name: str) -> str:
 def find_columns(
     layout: TextForm, specs: Mapping[str, Spec], named: Mapping[str, str], where: str
 ) -> tuple[Found, list[str]]:
-    """
-    Return where the quantities of a table may be, and the headers of columns that are none.
-
-    Parameters
-    ----------
-    layout : TextForm
-        Names and units of the columns.
-    specs : mapping of str to Spec
-        Quantities that may be there.
-    named : mapping of str to str
-        Headers as the user gives them for some quantities, maybe with another unit.
-    where : str
-        File and line, for refusals.
-
-    Raises
-    ------
-    RecordingError
-        If a named one is not there.
-
-    """
+    """Return where the quantities of a table may be, and the headers of columns that are none."""
     found = {name: [_named(layout, name, named[name], where)] for name in named if name in specs}
     taken = {at for [(at, _)] in found.values()}
     aside = []
@@ -115,15 +85,7 @@ def find_columns(
 def understood(
     found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str
 ) -> list[Column]:
-    """
-    Return each quantity with its one column and unit.
-
-    Raises
-    ------
-    RecordingError
-        If two columns may be the same quantity, or the unit of one is not said or does not fit.
-
-    """
+    """Return each quantity with its one column and unit; refuse what leaves something to guess."""
     for name, places in found.items():
         if len(places) > 1:
             headers = [layout.names[at] for at, _ in places]
@@ -164,12 +126,6 @@ def map_hint(name: str, header: str, unit: str = '') -> str:
     return f'--map {name}="{shown}"'
 
 
-def unit_question(name: str, header: str, spec: Spec) -> str:
-    """Ask whether a quantity is in the unit that one expects in a laboratory."""
-    unit = LIKELY[spec.unit]
-    return f'is it {unit}? give it by {map_hint(name, header, unit)}'
-
-
 def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
     """Return the quantity that a name means, of two meanings that of its unit."""
     name = _plain(bare)
@@ -207,12 +163,7 @@ def _plain(name: str) -> str:
     return ' '.join(re.split(r'[\s_-]+', name.strip().lower()))
 
 
-def _check_units(
-    found: Found,
-    layout: TextForm,
-    specs: Mapping[str, Spec],
-    where: str,
-) -> None:
+def _check_units(found: Found, layout: TextForm, specs: Mapping[str, Spec], where: str) -> None:
     """Refuse columns whose unit is not said or measures another thing; all of them at once."""
     unsaid, options, units = [], [], []
     for name, [(at, unit)] in found.items():

@@ -14,23 +14,23 @@ from numpy.typing import NDArray
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind, quoted
 from stickslip_ros.files import read_bytes, replacing
-from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, Spec, spec_of
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, SENSORS, Spec, spec_of
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.tables.columns import (
+    LIKELY,
     SIGMA,
     Column,
     find_columns,
     listed,
     map_hint,
+    sigma_name,
     suggestion,
     understood,
-    unit_question,
 )
 from stickslip_ros.tables.formats import as_text
 from stickslip_ros.tables.layout import HEAD_BYTES, TextForm, layout_of, to_number
 
-Lines = NDArray[np.intp]
-"""Lines of a file, from 1, in which the rows stand."""
+Lines = NDArray[np.intp]  # lines of a file, from 1, in which the rows stand
 BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
 CHUNK_ROWS = 100_000
 """Rows that are read at once: what is kept aside needs memory for so many only."""
@@ -59,12 +59,10 @@ POINT_COLUMNS: Mapping[str, Spec] = {
 }
 TIME_COLUMNS: Mapping[str, Spec] = {
     'time_s': _measured('s', 'time of the sample; each after the one before', 1e12),
-    'position_m': _measured('m', 'position of the runner', 1.0),
-    'force_n': _measured('N', 'force on the load cell', 1e3),
+    **{each.quantity: _measured(each.unit, each.label, each.largest) for each in SENSORS},
     'voltage_v': _measured('V', 'voltage at the piezo', 1e5),
     'foot_m': _measured('m', 'displacement of the feet', 1.0),
-    'position_sigma_m': _sigma('m', 'the position'),
-    'force_sigma_n': _sigma('N', 'the force'),
+    **{sigma_name(each.quantity): _sigma(each.unit, f'the {each.words}') for each in SENSORS},
     'voltage_sigma_v': _sigma('V', 'the voltage'),
     'foot_sigma_m': _sigma('m', 'the displacement'),
 }
@@ -72,65 +70,33 @@ COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
 NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
 MEASURED = {
     BY_AMPLITUDE: ('force_n', 'step_length_m'),
-    OVER_TIME: ('position_m', 'force_n', 'voltage_v', 'foot_m'),
+    OVER_TIME: (*(each.quantity for each in SENSORS), 'voltage_v', 'foot_m'),
 }
 """Columns of which at least one must be there."""
 
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
-    """
-    A measured table.
+    """A measured table."""
 
-    Attributes
-    ----------
-    origin : str
-        File that it came from.
-    kind : str
-        BY_AMPLITUDE or OVER_TIME.
-    columns : dict of str to array, shape (rows,)
-        Finite numbers in SI units, by column.
-    notes : tuple of str
-        Comment lines in front of the header.
-    understood : tuple of Column
-        Which column of the file is which, in which unit.
-    aside : tuple of str
-        Headers of the columns that were not read.
-
-    """
-
-    origin: str
-    kind: str
-    columns: dict[str, Array]
-    notes: tuple[str, ...] = ()
-    understood: tuple[Column, ...] = ()
-    aside: tuple[str, ...] = ()
+    origin: str  # file that it came from
+    kind: str  # BY_AMPLITUDE or OVER_TIME
+    columns: dict[str, Array]  # finite numbers in SI units, by column, shape (rows,)
+    notes: tuple[str, ...] = ()  # comment lines in front of the header
+    understood: tuple[Column, ...] = ()  # which column of the file is which, in which unit
+    aside: tuple[str, ...] = ()  # headers of the columns that were not read
 
 
 @dataclass(frozen=True)
 class Reading:
-    """
-    What a user says of tables that do not say it themselves.
+    """What a user says of tables that do not say it themselves."""
 
-    Attributes
-    ----------
-    headers : mapping of str to str
-        Header in the file of some columns, ``{'force_n': 'Force (mN)'}``; the unit in it counts
-        more than that of the file.
-    preloads_n : sequence of float
-        Preloads of tables without such a column: one of each table, or one of all.
-    report : callable, optional
-        Receives each experiment when it has been read, before anything is computed.
-
-    Raises
-    ------
-    UnknownName
-        If a column is none of an experiment.
-
-    """
-
+    # header in the file of some columns, {'force_n': 'Force (mN)'}; the unit in it counts more
+    # than that of the file
     headers: Mapping[str, str] = field(default_factory=dict)
+    # preloads of tables without such a column: one of each table, or one of all
     preloads_n: Sequence[float] = ()
+    # receives each experiment when it has been read, before anything is computed
     report: Callable[[Experiment], None] | None = None
 
     def __post_init__(self) -> None:
@@ -143,15 +109,6 @@ class Reading:
                 raise UnknownName('column of --map', name, f'known are, {known}')
         for preload_n in self.preloads_n:
             POINT_COLUMNS['preload_n'].check('--preload', preload_n)
-
-    def check_kind(self, kind: str, where: str) -> None:
-        """Refuse what a table of a kind does not have."""
-        useless = [f'--map {name}=' for name in self.headers if name not in COLUMNS[kind]]
-        if self.preloads_n and kind == OVER_TIME:
-            useless.append('--preload')
-        if useless:
-            problem = f'{useless[0]} is without effect on an {kind}'
-            raise RecordingError(where, problem, 'leave it away')
 
     def check_count(self, tables: int) -> None:
         """Refuse more preloads than there are tables."""
@@ -179,28 +136,7 @@ def read_experiment(
     kind: str | None = None,
     measured: Sequence[str] = (),
 ) -> Experiment:
-    """
-    Read a measured table, of which the header is judged first.
-
-    Parameters
-    ----------
-    path : Path
-        Text in columns, as docs/compare.md says; or a file of ``formats.READERS``.
-    reading : Reading
-        What the table does not say itself.
-    number : int
-        Which of several tables it is, from 0.
-    kind : str, optional
-        BY_AMPLITUDE or OVER_TIME, if only one will do.
-    measured : sequence of str
-        Columns of which at least one must be there; all that can be measured if none is named.
-
-    Raises
-    ------
-    StickSlipError
-        If it cannot be read or leaves something to guess; names file, line, and what to do.
-
-    """
+    """Read a measured table, its header first; refusals name file, line, and what to do."""
     origin, content = str(path), as_text(path)
     source = path if content is None else io.BytesIO(content)
     head = read_bytes(path, 'check the path', HEAD_BYTES + 1) if content is None else content
@@ -218,15 +154,7 @@ def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -
 def read_joined(
     paths: Sequence[Path], reading: Reading = AS_IT_IS, measured: Sequence[str] = ()
 ) -> Experiment:
-    """
-    Read tables by amplitude, one below the other.
-
-    Raises
-    ------
-    StickSlipError
-        If one cannot be read, or they do not have the same columns.
-
-    """
+    """Read tables by amplitude that have the same columns, one below the other."""
     parts = [
         read_experiment(path, reading, number=at, kind=BY_AMPLITUDE, measured=measured)
         for at, path in enumerate(paths)
@@ -247,15 +175,7 @@ def read_joined(
 
 
 def write_experiment(experiment: Experiment, path: Path) -> None:
-    """
-    Write an experiment as CSV with our columns in SI units; floats to the bit.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be written.
-
-    """
+    """Write an experiment as CSV with our columns in SI units; floats to the bit."""
     import pandas as pd  # noqa: PLC0415 - what reads no table does without
 
     with replacing(path) as part, part.open('w', encoding='utf-8', newline='') as file:
@@ -274,7 +194,11 @@ def _read(
 ) -> Experiment:
     where = f'{origin}: line {layout.header or layout.first}'
     kind = kind or _kind(layout, reading, where)
-    reading.check_kind(kind, where)
+    useless = [f'--map {name}=' for name in reading.headers if name not in COLUMNS[kind]]
+    useless += ['--preload'] * bool(reading.preloads_n and kind == OVER_TIME)
+    if useless:
+        problem = f'{useless[0]} is without effect on an {kind}'
+        raise RecordingError(where, problem, 'leave it away')
     names, aside = find_columns(layout, COLUMNS[kind], reading.headers, where)
     preload_n = reading.preload_n(number)
     if preload_n is not None and 'preload_n' in names:
@@ -289,7 +213,13 @@ def _read(
     for column in chosen:
         _check_values(column, values[column.name], lines, COLUMNS[kind][column.name], origin)
     if kind == OVER_TIME:
-        _check_rising(values['time_s'], lines, origin)
+        wrong = np.flatnonzero(np.diff(values['time_s']) <= 0.0)
+        if len(wrong):
+            before_s, time_s = map(float, values['time_s'][wrong[0] :][:2])
+            limit = f'not after the {before_s:.9g} s of the row before'
+            place = f'{origin}: line {lines[wrong[0] + 1]}, column time_s:'
+            hint = 'sort the rows, and keep one per time'
+            raise OutOfRange(place, time_s, 's', limit, hint)
     if preload_n is not None:
         values = {'preload_n': np.full(len(lines), preload_n), **values}
     firsts = [dataclasses.replace(each, first=float(values[each.name][0])) for each in chosen]
@@ -302,8 +232,8 @@ def _read(
 
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude, by its columns."""
-    for kind, tells in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
-        specs = {name: COLUMNS[kind][name] for name in tells}
+    for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
+        specs = {name: COLUMNS[kind][name] for name in needed}
         if find_columns(layout, specs, reading.headers, where)[0]:
             return kind
     problem = f'columns {listed(filter(None, layout.names))} tell neither a time nor an amplitude'
@@ -340,26 +270,23 @@ def _numbers(
 ) -> tuple[dict[str, Array], Lines]:
     """Return the columns in SI units, and the line of each row; blank lines are no rows."""
     parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
-    lines = []
+    lines, named = [], 1 + max(at for at, name in enumerate(layout.names) if name)
     for first, chunk in _chunks(source, layout, origin):
-        heed_stop()
-        _check_unnamed(chunk, first, layout, origin)
+        stop_if_asked()
+        beyond = np.flatnonzero(chunk.iloc[:, named:].notna().any(axis=1).to_numpy())
+        if len(beyond):
+            problem = f'has more values than the {named} columns with names'
+            raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_EACH)
         kept = chunk.iloc[:, [column.index for column in chosen]].notna().any(axis=1).to_numpy()
         lines.append(first + np.flatnonzero(kept))
         for column in chosen:
             cells = chunk[column.index][kept]
             values = _to_floats(cells, lines[-1], layout.decimal, column, origin)
-            parts[column.name].append(_scaled(values, column.factor))
+            # In SI, 60 nm become the number that 60e-9 is, as a division rounds once.
+            factor, divisor = column.factor, round(1.0 / column.factor)
+            is_exact = divisor and divisor * factor == 1.0
+            parts[column.name].append(values / divisor if is_exact else values * factor)
     return {name: np.concatenate(each) for name, each in parts.items()}, np.concatenate(lines)
-
-
-def _check_unnamed(chunk: Any, first: int, layout: TextForm, origin: str) -> None:
-    """Refuse a row that goes on behind the last column with a name."""
-    named = max(at for at, name in enumerate(layout.names) if name)
-    beyond = np.flatnonzero(chunk.iloc[:, named + 1 :].notna().any(axis=1).to_numpy())
-    if len(beyond):
-        problem = f'has more values than the {named + 1} columns with names'
-        raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_EACH)
 
 
 def _chunks(source: Path | io.BytesIO, layout: TextForm, origin: str) -> Iterator[tuple[int, Any]]:
@@ -387,21 +314,19 @@ def _chunks(source: Path | io.BytesIO, layout: TextForm, origin: str) -> Iterato
                 yield line, chunk
                 line += len(chunk)
     except pd.errors.ParserError as error:
-        raise RecordingError(*_fault(str(error), layout, origin)) from None
+        where, problem = f'{origin}: below line {layout.first}', f'is no table ({error})'
+        hint = 'save it again as CSV'
+        if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', str(error)):
+            where, hint = f'{origin}: line {found[2]}', ONE_EACH
+            problem = f'has {found[3]} values, the lines above {found[1]}'
+        elif found := re.search(r'EOF inside string starting at row (\d+)', str(error)):
+            where = f'{origin}: line {layout.first + int(found[1])}'
+            problem = 'begins a quotation that does not end'
+            hint = 'take the quotation mark away'
+        raise RecordingError(where, problem, hint) from None
     except UnicodeDecodeError as error:
         problem = f'is not {layout.encoding} throughout (byte {error.object[error.start]:#x})'
         raise RecordingError(f'{origin}: after line {line}', problem, 'save it in UTF-8') from None
-
-
-def _fault(told: str, layout: TextForm, origin: str) -> tuple[str, str, str]:
-    """Return place, problem and hint of what pandas refuses to split into columns."""
-    if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', told):
-        problem = f'has {found[3]} values, the lines above {found[1]}'
-        return f'{origin}: line {found[2]}', problem, ONE_EACH
-    if found := re.search(r'EOF inside string starting at row (\d+)', told):
-        where = f'{origin}: line {layout.first + int(found[1])}'
-        return where, 'begins a quotation that does not end', 'take the quotation mark away'
-    return f'{origin}: below line {layout.first}', f'is no table ({told})', 'save it again as CSV'
 
 
 def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
@@ -422,12 +347,6 @@ def _place(origin: str, line: int, column: Column) -> str:
     return f'{origin}: line {line}, column {column.header or column.name}:'
 
 
-def _scaled(values: Array, factor: float) -> Array:
-    """Return values in SI; 60 nm become the number that 60e-9 is, as a division rounds once."""
-    divisor = round(1.0 / factor)
-    return values / divisor if divisor and divisor * factor == 1.0 else values * factor
-
-
 def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origin: str) -> None:
     """Refuse the first value outside of its limits; too large a one may have another unit."""
     below = values < (-np.inf if spec.minimum is None else spec.minimum)
@@ -440,19 +359,10 @@ def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origi
     where = _place(origin, lines[wrong[0]], column)
     if above[wrong[0]]:
         limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
-        hint = unit_question(column.name, column.header, spec)
+        unit = LIKELY[spec.unit]
+        hint = f'is it {unit}? give it by {map_hint(column.name, column.header, unit)}'
     elif is_sigma:
         limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
     else:
         limit, hint = f'below the minimum {spec.minimum:g} {spec.unit}', 'correct the row'
     raise OutOfRange(where, value, spec.unit, limit, hint)
-
-
-def _check_rising(time_s: Array, lines: Lines, origin: str) -> None:
-    wrong = np.flatnonzero(np.diff(time_s) <= 0.0)
-    if len(wrong):
-        index = int(wrong[0]) + 1
-        where = f'{origin}: line {lines[index]}, column time_s:'
-        limit = f'not after the {time_s[index - 1]:.9g} s of the row before'
-        hint = 'sort the rows, and keep one per time'
-        raise OutOfRange(where, float(time_s[index]), 's', limit, hint)

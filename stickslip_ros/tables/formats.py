@@ -15,18 +15,14 @@ if TYPE_CHECKING:
 
 # ruff: noqa: PLC0415 - what reads text does without
 
-Columns = Iterable[tuple[str, str, Any]]
-"""Name, unit and numbers of each column."""
+Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
 
 
 def as_text(path: Path) -> bytes | None:
     """
     Return a table of a known binary format as CSV; None of any other file.
 
-    Raises
-    ------
-    RecordingError
-        If it cannot be read, or holds no columns of one length.
+    Raises RecordingError if it cannot be read, or holds no columns of one length.
 
     """
     read = READERS.get(path.suffix.lower())

@@ -7,14 +7,12 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from itertools import zip_longest
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.tables.units import unit_of_any
 
-HEAD_BYTES = 1 << 16
-"""Beginning of a file that tells its layout."""
+HEAD_BYTES = 1 << 16  # beginning of a file that tells its layout
 BLANKS = r'\s+'
 DIALECTS = (
     ('\t', '.'),
@@ -32,60 +30,40 @@ NUMBER = {
 MISSING = {'', '-', 'nan', 'inf', '-inf'}
 """Cells that may stand where numbers stand, and elsewhere."""
 COMMENT = re.compile(r'\s*[#%]+\s*')
-BOMS = {
-    codecs.BOM_UTF8: 'utf-8-sig',
-    codecs.BOM_UTF16_LE: 'utf-16',
-    codecs.BOM_UTF16_BE: 'utf-16',
-}
+BOMS = {codecs.BOM_UTF8: 'utf-8-sig', codecs.BOM_UTF16_LE: 'utf-16', codecs.BOM_UTF16_BE: 'utf-16'}
 WINDOWS = 'cp1252'
 TEXT_HINT = 'save it as text: CSV in UTF-8, one row for each point or sample'
 RECORD_LENGTH = 'record length'
 """First setting of an old Tektronix export: settings in two columns, time and signal beside."""
-TIME_BESIDE = 3
-"""Columns to the left of the time there."""
+TIME_BESIDE = 3  # columns to the left of the time there
 TIME_UNIT = 'horizontal units'
-CHANNEL_UNITS = ('vertical units', 'y_unit_label')
+SIGNAL_UNIT = 'vertical units'
+CHANNEL_UNITS = (SIGNAL_UNIT, 'y_unit_label')
 Cells = list[str]
 Mask = tuple[bool | None, ...]
 
 
 @dataclass(frozen=True)
 class TextForm:
-    """
-    What the head of a table says of the whole.
+    """What the head of a table says of the whole."""
 
-    Attributes
-    ----------
-    encoding, delimiter, decimal : str
-        As pandas takes them.
-    names, units, row : tuple of str, shape (columns,)
-        Header, units (empty where none is said) and the first row, as they are written.
-    header, first : int
-        Lines of the header (0 if there is none) and of the first row, from 1.
-    notes : tuple of str
-        Comment lines above.
-
-    """
-
-    encoding: str
+    encoding: str  # as pandas takes them
     delimiter: str
     decimal: str
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    row: tuple[str, ...]
-    header: int
-    first: int
-    notes: tuple[str, ...]
+    names: tuple[str, ...]  # header of each column, as it is written
+    units: tuple[str, ...]  # of each column; empty where none is said
+    row: tuple[str, ...]  # the first row
+    header: int  # its line, from 1; 0 if there is none
+    first: int  # line of the first row
+    notes: tuple[str, ...]  # comment lines above
 
 
 def layout_of(head: bytes, origin: str) -> TextForm:
     """
     Recognise the layout of a table by its first HEAD_BYTES, or by the whole if it is shorter.
 
-    Raises
-    ------
-    RecordingError
-        If it is no text, or has no rows of numbers, or these do not fit the header.
+    Raises RecordingError if it is no text, or has no rows of numbers, or these do not fit the
+    header.
 
     """
     encoding, text = _decode(head, origin)
@@ -97,10 +75,12 @@ def layout_of(head: bytes, origin: str) -> TextForm:
         problem = f'has no rows of numbers in its first {len(lines)} lines'
         raise RecordingError(f'{origin}: line 1', problem, TEXT_HINT)
     if rows[0][0].strip().lower() == RECORD_LENGTH and len(rows[0]) > TIME_BESIDE:
-        found = _beside(rows)
+        beside = {row[0].strip().lower(): row[1].strip() for row in rows if len(row) > 1}
+        first = header = 0
+        names = [*[''] * TIME_BESIDE, 'Time', beside.get('source') or 'signal']
+        units = [*[''] * TIME_BESIDE, *(beside.get(key, '') for key in (TIME_UNIT, SIGNAL_UNIT))]
     else:
-        found = _below(lines, rows, mask, delimiter, decimal)
-    first, header, names, units = found
+        first, header, names, units = _below(lines, rows, mask, delimiter, decimal)
     width = max(len(names), len(rows[first]))
     if names and len(_trimmed(names)) < len(_trimmed(rows[first])):
         problem = f'has {len(rows[first])} values, the header in line {header} {len(names)} names'
@@ -125,25 +105,33 @@ def _below(
     lines: Sequence[str], rows: Sequence[Cells], mask: Mask, delimiter: str, decimal: str
 ) -> tuple[int, int, Cells, Cells]:
     """Return first row, line of the header, names and units of a table below its header."""
-    first = next(at for at, row in enumerate(rows) if _fits(_mask(row, decimal), mask))
+    first = next(
+        at
+        for at, row in enumerate(rows)
+        if any(here := _mask(row, decimal))
+        and all(None in pair or pair[0] == pair[1] for pair in zip_longest(here, mask))
+    )
     header, names = _header(lines, rows, first, delimiter)
-    if header and _is_early_row(rows, header - 1, first, decimal):
-        first = header - 1
-        header, names = _header(lines, rows, first, delimiter)
-    if header > 1 and _are_units(names):
-        above, names_above = _header(lines, rows, header - 1, delimiter)
+    if header:
+        above = next((row for row in reversed(rows[: header - 1]) if len(_trimmed(row)) > 1), [])
+        is_row = any(_mask(rows[header - 1], decimal)) and not any(_mask(above, decimal))
+        if is_row and len(above) >= len(rows[first]):
+            # What was taken for the header is a row with a fault, below the true one.
+            first = header - 1
+            header, names = _header(lines, rows, first, delimiter)
+    units = [name.strip(' []()') for name in names if name.strip(' []()-')]
+    if header > 1 and units and all(unit_of_any(unit) or unit == '1' for unit in units):
+        at, names_above = _header(lines, rows, header - 1, delimiter)
         if len(names_above) >= len(names):
-            return first, above, names_above, names
+            return first, at, names_above, names
+    # A scope or LabVIEW wrote above the unit of the time, and that of each channel.
     settings = {row[0].strip(' :').lower(): row[1:] for row in rows[:first] if len(row) > 1}
-    return first, header, names, _units_of_settings(names, settings)
-
-
-def _beside(rows: Sequence[Cells]) -> tuple[int, int, Cells, Cells]:
-    """Return the same of an old Tektronix export, whose settings stand beside the data."""
-    settings = {row[0].strip().lower(): row[1].strip() for row in rows if len(row) > 1}
-    names = [*[''] * TIME_BESIDE, 'Time', settings.get('source') or 'signal']
-    units = [settings.get(key, '') for key in (TIME_UNIT, CHANNEL_UNITS[0])]
-    return 0, 0, names, [*[''] * TIME_BESIDE, *units]
+    is_time = ''.join(settings.get('x_dimension', [])[:1]).strip() == 'Time'
+    [time, *_] = settings.get(TIME_UNIT, ['s' if is_time else ''])
+    channels = next((settings[key] for key in CHANNEL_UNITS if key in settings), [])
+    start = next((at for at, name in enumerate(names) if name), 0)
+    units = [''] * start + [time, *channels] if time or channels else []
+    return first, header, names, units
 
 
 def to_number(cell: str, decimal: str) -> float:
@@ -182,12 +170,6 @@ def _mask(row: Sequence[str], decimal: str) -> Mask:
     )
 
 
-def _fits(mask: Sequence[bool | None], other: Sequence[bool | None]) -> bool:
-    return any(mask) and all(
-        one is None or two is None or one == two for one, two in zip_longest(mask, other)
-    )
-
-
 def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
     """Return delimiter, decimal sign, cells, and the mask of most rows: the most numbers win."""
     best: tuple[tuple[float, int], tuple[str, str, list[Cells], Mask]]
@@ -198,18 +180,18 @@ def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
         masks = {each: count for each, count in counts.items() if any(each) and len(each) > 1}
         if not masks:
             continue
-        mask = max(masks, key=partial(_weight, masks))
+
+        def weight(mask: Mask, masks: Mapping[Mask, int] = masks) -> tuple[bool, bool, int, int]:
+            """Return how much speaks for rows of a form being those of the table."""
+            numbers = mask.count(True)
+            return numbers > 1, False not in mask, masks[mask], numbers
+
+        mask = max(masks, key=weight)
         numbers = mask.count(True)
         score = (numbers / (numbers + mask.count(False)), numbers * masks[mask])
         if score > best[0]:
             best = (score, (delimiter, decimal, rows, mask))
     return best[1]
-
-
-def _weight(counts: Mapping[Mask, int], mask: Mask) -> tuple[bool, bool, int, int]:
-    """Return how much speaks for rows of a form being those of the table."""
-    numbers = mask.count(True)
-    return numbers > 1, False not in mask, counts[mask], numbers
 
 
 def _header(
@@ -233,30 +215,6 @@ def _header(
         )
         return (at + 1, names) if is_table else (0, [])
     return 0, []
-
-
-def _is_early_row(rows: Sequence[Cells], at: int, first: int, decimal: str) -> bool:
-    """Return whether the line taken for the header is a row with a fault, below the true one."""
-    above = next((row for row in reversed(rows[:at]) if len(_trimmed(row)) > 1), [])
-    return (
-        any(_mask(rows[at], decimal))
-        and len(above) >= len(rows[first])
-        and not any(_mask(above, decimal))
-    )
-
-
-def _are_units(names: Sequence[str]) -> bool:
-    units = [name.strip(' []()') for name in names if name.strip(' []()-')]
-    return bool(units) and all(unit_of_any(unit) or unit == '1' for unit in units)
-
-
-def _units_of_settings(names: Sequence[str], settings: dict[str, Cells]) -> list[str]:
-    """Return the units that a scope or LabVIEW wrote above: of the time, and of each channel."""
-    is_time = ''.join(settings.get('x_dimension', [])[:1]).strip() == 'Time'
-    [time, *_] = settings.get(TIME_UNIT, ['s' if is_time else ''])
-    channels = next((settings[key] for key in CHANNEL_UNITS if key in settings), [])
-    start = next((at for at, name in enumerate(names) if name), 0)
-    return [''] * start + [time, *channels] if time or channels else []
 
 
 def _trimmed(row: Sequence[str]) -> list[str]:

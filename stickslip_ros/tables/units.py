@@ -2,8 +2,8 @@
 
 import math
 import re
+from contextlib import suppress
 from functools import cache
-from typing import Any
 
 from stickslip_ros.extras import load_extra
 from stickslip_ros.units import power_of_ten
@@ -38,8 +38,13 @@ def factor_of(text: str, si_unit: str) -> float | None:
         return number * float(f'1e{power}')
     if any(each is not None for each in powers.values()):
         return None
-    factors = (_looked_up(each, si_unit) for each in (unit, unit.lower()))
-    return next((number * factor for factor in factors if factor), None)
+    pint = load_extra(f'the unit {unit}', 'pint')
+    for name in (unit, unit.lower()):
+        with suppress(pint.PintError, ValueError, AssertionError):  # the latter: nan, a half
+            quantity = pint.get_application_registry().Quantity(1.0, name)
+            if factor := float(quantity.to(si_unit).magnitude):
+                return number * factor
+    return None
 
 
 def unit_of_any(text: str) -> bool:
@@ -56,16 +61,3 @@ def split_unit(header: str) -> tuple[str, str]:
     if (found := SUFFIX.fullmatch(header)) is not None:
         return found[1], found[2].lower() + BASES[found[3].lower()]
     return header, ''
-
-
-def _looked_up(unit: str, si_unit: str) -> float | None:
-    pint = load_extra(f'the unit {unit}', 'pint')
-    try:
-        return float(_registry().Quantity(1.0, unit).to(si_unit).magnitude)
-    except (pint.PintError, ValueError, AssertionError):  # the latter two of nan and of a half
-        return None
-
-
-@cache
-def _registry() -> Any:
-    return load_extra('a unit', 'pint').UnitRegistry()

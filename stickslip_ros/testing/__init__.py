@@ -1,15 +1,8 @@
 """For tests of controllers: a drive beside the test, an operator, lockstep, pytest fixtures."""
 
-from stickslip_ros.ros.client import (
-    Commands,
-    Handshake,
-    LockstepClient,
-    open_context,
-    stamp_ns,
-)
-from stickslip_ros.testing.isolation import reserve_domain
+from stickslip_ros.ros.client import Commands, Handshake, LockstepClient, open_context, stamp_ns
 from stickslip_ros.testing.operator import Operator, deep_queues
-from stickslip_ros.testing.stand import Stand
+from stickslip_ros.testing.stand import Stand, reserve_domain
 
 __all__ = [
     'Commands',

@@ -20,9 +20,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface.topics import NODE_NAME, PREFIX, READINGS
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import DriveClient, Handshake
-from stickslip_ros.ros.ending import end_node
+from stickslip_ros.ros.executable import end_node
 from stickslip_ros.units import NS_PER_S
 
 TIMEOUT_S = 30.0
@@ -83,7 +83,7 @@ class Operator(DriveClient):
         self.requests: list[dict[str, Any]] = []
         self.status: int | None = None
         self.diagnostics: list[dict[str, dict[str, str]]] = []
-        self.check: Callable[[], None] = heed_stop
+        self.check: Callable[[], None] = stop_if_asked
         self._undated: list[Any] = []
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)

@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 
 from stickslip_ros.parameters import Scalar
-from stickslip_ros.testing.isolation import reserve_domain
-from stickslip_ros.testing.stand import Stand
+from stickslip_ros.testing.stand import Stand, reserve_domain
 
 
 @pytest.fixture(scope='session')

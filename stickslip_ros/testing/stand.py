@@ -1,19 +1,56 @@
-"""A drive that runs beside a test, in the same process, and an operator who commands it."""
+"""A drive that runs beside a test, in a ROS domain of its own, and an operator who commands it."""
 
+import fcntl
 import gc
+import os
+import tempfile
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
 
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 
+from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Scalar
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import open_context
-from stickslip_ros.ros.ending import end_node
+from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, end_node
 from stickslip_ros.testing.operator import Operator
 
+DOMAINS = range(1, 21)
 SPIN_S = 0.02
+
+
+@contextmanager
+def reserve_domain() -> Iterator[int]:
+    """
+    Give a ROS domain that no other test process of this machine has, on this host only.
+
+    Raises
+    ------
+    StickSlipError
+        If all are taken.
+
+    """
+    for number in DOMAINS:
+        with Path(tempfile.gettempdir(), f'stickslip_ros_domain_{number}').open('w') as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            chosen = os.environ.get(DISCOVERY_VARIABLE)
+            os.environ[DISCOVERY_VARIABLE] = 'LOCALHOST'
+            try:
+                yield number
+            finally:
+                del os.environ[DISCOVERY_VARIABLE]
+                if chosen is not None:
+                    os.environ[DISCOVERY_VARIABLE] = chosen
+            return
+    limits = f'{DOMAINS[0]} to {DOMAINS[-1]}'
+    raise StickSlipError(f'all ROS domains for tests, {limits}, are taken; end a test run')
 
 
 class Stand:
@@ -102,7 +139,7 @@ class Stand:
             self._crash = error
 
     def _check(self) -> None:
-        heed_stop()
+        stop_if_asked()
         crash, self._crash = self._crash, None
         if crash is not None:
             raise crash

@@ -1,6 +1,8 @@
 """What the package answers for the springs of the drive: at constant preload, and on ramps."""
 
+from collections.abc import Callable, Mapping
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -17,10 +19,8 @@ stored_in_springs = entry_point(stored_in_springs)
 
 SEED, TURNS, STEPS = 20140, 60, 8
 """Of the random history at constant preload: nested loops, and full slip now and then."""
-FAR_M = 1e-6
-"""Displacement after which everything has slipped."""
-RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)
-"""Corners of the preload on ramps, which starts at the last one."""
+FAR_M = 1e-6  # displacement after which everything has slipped
+RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)  # corners of the preload on ramps, which starts at the last one
 RAMP_SEED, RAMP_TURNS, RAMP_STEPS = 97, 25, 40
 RAMP_REACH_M = 120e-9
 """Largest turn on ramps: full slip at a light preload, stick under a heavy one."""
@@ -51,7 +51,8 @@ def ramp(refinement: int = 1) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=16)
-def _bank(profile: str, preload_n: float) -> Record:
+def spring_bank(profile: str, preload_n: float) -> Record:
+    """Return the springs of a drive whose preload stays below this one."""
     values = {'contact.profile': profile, 'stand.preload': preload_n}
     return all_contacts(Parameters().updated(values)).bank
 
@@ -69,40 +70,38 @@ def drag_along(bank: Record, displacements_m: Array, preloads_n: Array) -> Array
 
 
 @lru_cache(maxsize=16)
-def _random_log(profile: str, preload_n: float, reach_m: float) -> Array:
+def random_log(profile: str, preload_n: float, reach_m: float) -> Array:
+    """Return force, stored and lost energy along the random history."""
     path_m = random_path(reach_m)
-    return drag_along(_bank(profile, preload_n), path_m, np.full(len(path_m), preload_n))
-
-
-def bank_force_n(profile: str, preload_n: float, reach_m: float, legs: float) -> float:
-    """Return the force of the springs after some legs of the random history."""
-    return float(_random_log(profile, preload_n, reach_m)[round(legs * STEPS), 0])
+    return drag_along(spring_bank(profile, preload_n), path_m, np.full(len(path_m), preload_n))
 
 
 def bank_full_slip_n(profile: str, preload_n: float) -> float:
     """Return the force of the springs where everything slips; they reach up to 2 N."""
     there_m = np.array([0.0, FAR_M])
-    return float(drag_along(_bank(profile, max(RAMP_N)), there_m, np.full(2, preload_n))[-1, 0])
+    bank = spring_bank(profile, max(RAMP_N))
+    return float(drag_along(bank, there_m, np.full(2, preload_n))[-1, 0])
 
 
 @lru_cache(maxsize=4)
-def _ramp_log(profile: str) -> Array:
-    return drag_along(_bank(profile, max(RAMP_N)), *ramp())
-
-
-def ramp_force_n(profile: str, step: float) -> float:
-    """Return the force of the springs after some steps on ramps of the preload."""
-    return float(_ramp_log(profile)[round(step), 0])
-
-
-def ramp_loss_j(profile: str) -> float:
-    """Return the friction loss of the springs on ramps of the preload."""
-    return float(_ramp_log(profile)[-1, 2])
+def ramp_log(profile: str) -> Array:
+    """Return the same along ramps of the preload."""
+    return drag_along(spring_bank(profile, max(RAMP_N)), *ramp())
 
 
 def bank_missing(profile: str) -> float:
     """Return which share of the work is neither stored nor lost while the preload changes."""
     angles = np.linspace(0.0, 4.0 * np.pi, BALANCE_STEPS + 1, dtype=np.float64)
     path_m, preloads_n = RAMP_REACH_M * np.sin(angles), 0.6 + 0.4 * np.cos(0.7 * angles)
-    log = drag_along(_bank(profile, max(RAMP_N)), path_m, preloads_n)
+    log = drag_along(spring_bank(profile, max(RAMP_N)), path_m, preloads_n)
     return missing_share(path_m, log[:, 0], log[:, 1] + log[:, 2])
+
+
+ANSWERS: Mapping[str, Callable[..., Any]] = {
+    'bank_force_n': lambda legs, **at: random_log(**at)[round(legs * STEPS), 0],
+    'bank_full_slip_n': bank_full_slip_n,
+    'ramp_force_n': lambda profile, step: ramp_log(profile)[round(step), 0],
+    'ramp_loss_j': lambda profile: ramp_log(profile)[-1, 2],
+    'bank_missing': bank_missing,
+}
+"""What is asked of the springs of the drive, by its name, which says the unit."""

@@ -1,5 +1,6 @@
 """What the package answers for the whole drive: eight cycles of a saw-tooth of 1 kHz from rest."""
 
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -48,16 +49,9 @@ def motion(voltage_v: float, load_n: float = 0.0, **changes: Any) -> CycleMotion
     return _motion(voltage_v, load_n, *changes.items())
 
 
-def drive_mean_m(cycle: float, **case: Any) -> float:
-    """Return the mean position in a cycle; k times it is the generated force."""
-    return float(motion(**case).means_m[round(cycle) - 1])
-
-
-def drive_end_m(cycle: float, **case: Any) -> float:
-    """Return the position after a cycle."""
-    return float(motion(**case).ends_m[round(cycle) - 1])
-
-
-def drive_loss_j(**case: Any) -> float:
-    """Return the friction loss of all cycles."""
-    return motion(**case).lost_j
+ANSWERS: Mapping[str, Callable[..., Any]] = {
+    'drive_mean_m': lambda cycle, **case: motion(**case).means_m[round(cycle) - 1],  # force / k
+    'drive_end_m': lambda cycle, **case: motion(**case).ends_m[round(cycle) - 1],
+    'drive_loss_j': lambda **case: motion(**case).lost_j,
+}
+"""What is asked of the drive, by its name, which says the unit."""

@@ -1,7 +1,9 @@
 """What the package answers for the rival friction laws: a mass on a spring, drift, loops."""
 
 import math
+from collections.abc import Callable, Mapping
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -20,17 +22,14 @@ COULOMB_N = 1.0
 SIGMA_0, SIGMA_1, SIGMA_2 = 1e5, math.sqrt(1e5), 0.4
 STATIC_RATIO, STRIBECK_M_PER_S = 1.5, 1e-3
 """The benchmark of Canudas de Wit, Olsson, Astrom, Lischinsky (1995), for a unit mass."""
-BREAKAWAY = 0.7
-"""z_ba/z_ss of EPM."""
+BREAKAWAY = 0.7  # z_ba/z_ss of EPM
 NUMBERS = {'lugre': LUGRE, 'epm': EPM, 'dahl': DAHL}
 SPRING_N_PER_M, PULL_M_PER_S = 2.0, 0.1
 STICK_SLIP_S = 22.0
-BEFORE_SLIP_S = 0.05
-"""How long before the next slip a plateau is read."""
+BEFORE_SLIP_S = 0.05  # how long before the next slip a plateau is read
 SLOW_HZ, CYCLES, SETTLING = 0.25, 20, 10
 DT_S = 5e-5
-POSITION, SPEED, FRICTION = range(3)
-"""Columns of a log."""
+POSITION, SPEED, FRICTION = range(3)  # columns of a log
 LONG_S, SLIDES = 1.0, 200
 LOOP_STEPS, LOOP_CYCLES = 400, 30
 BLOCKS = 20
@@ -97,20 +96,10 @@ def stick_slip() -> tuple[Array, list[float]]:
     return log, ((np.flatnonzero(sliding[1:] & ~sliding[:-1]) + 2) * DT_S).tolist()
 
 
-def slip_start_s(slip: float) -> float:
-    """Return when the mass begins to slide faster than the Stribeck velocity."""
-    return stick_slip()[1][round(slip) - 1]
-
-
 def plateau_m(plateau: float) -> float:
     """Return where the mass sticks between two slips."""
     log, starts_s = stick_slip()
     return float(log[round((starts_s[round(plateau)] - BEFORE_SLIP_S) / DT_S), POSITION])
-
-
-def largest_friction_n() -> float:
-    """Return the largest friction of the stick-slip benchmark."""
-    return float(np.max(stick_slip()[0][:, FRICTION]))
 
 
 def drift_per_cycle_m(law: str, mean_n: float, wave_n: float) -> float:
@@ -146,24 +135,14 @@ def virgin_friction_n(law: str, displacement_m: float) -> float:
 
 
 @lru_cache(maxsize=1)
-def _loop(law: str, amplitude_m: float) -> tuple[Array, Array]:
+def steady_loop(law: str, amplitude_m: float) -> tuple[Array, Array]:
+    """Return friction, N, and loss so far, J, along loops that become steady."""
     path_m = zigzag((amplitude_m, -amplitude_m) * LOOP_CYCLES, LOOP_STEPS)
     return trace(plain_law(NUMBERS[law]), path_m)
 
 
-def loop_end_n(law: str, amplitude_m: float) -> float:
-    """Return the friction at the upper end of a steady loop."""
-    return float(_loop(law, amplitude_m)[0][-1 - LOOP_STEPS])
-
-
-def loop_loss_j(law: str, amplitude_m: float) -> float:
-    """Return the loss of a steady loop."""
-    lost_j = _loop(law, amplitude_m)[1]
-    return float(lost_j[-1] - lost_j[-1 - 2 * LOOP_STEPS])
-
-
 @lru_cache(maxsize=2)
-def _loaded(preload_n: float, load_n: float) -> tuple[float, float]:
+def loaded(preload_n: float, load_n: float) -> tuple[float, float]:
     """Return position, m, and friction, N, of a free runner that a load has pulled for 20 ms."""
     values = {'contact.law': 'coulomb', 'load_cell.contact': 'absent'}
     bench = Bench(Parameters().updated({**values, 'stand.preload': preload_n}))
@@ -174,11 +153,18 @@ def _loaded(preload_n: float, load_n: float) -> tuple[float, float]:
     return float(bench.state.position_m), float(bench.state.contact_n)
 
 
-def coulomb_way_m(preload_n: float, load_n: float) -> float:
-    """Return how far a load pulls a free runner in 20 ms under Coulomb friction."""
-    return _loaded(preload_n, load_n)[0]
-
-
-def coulomb_friction_n(preload_n: float, load_n: float) -> float:
-    """Return the friction then."""
-    return _loaded(preload_n, load_n)[1]
+ANSWERS: Mapping[str, Callable[..., Any]] = {
+    'slip_start_s': lambda slip: stick_slip()[1][round(slip) - 1],  # faster than Stribeck's speed
+    'plateau_m': plateau_m,
+    'largest_friction_n': lambda: np.max(stick_slip()[0][:, FRICTION]),
+    'drift_per_cycle_m': drift_per_cycle_m,
+    'steady_friction_n': steady_friction_n,
+    'virgin_friction_n': virgin_friction_n,
+    'loop_end_n': lambda **at: steady_loop(**at)[0][-1 - LOOP_STEPS],
+    'loop_loss_j': lambda **at: (
+        steady_loop(**at)[1][-1] - steady_loop(**at)[1][-1 - 2 * LOOP_STEPS]
+    ),
+    'coulomb_way_m': lambda **at: loaded(**at)[0],
+    'coulomb_friction_n': lambda **at: loaded(**at)[1],
+}
+"""What is asked of the friction laws, by its name, which says the unit."""

@@ -10,48 +10,34 @@ printed figures; ``make foreign`` writes foreign.csv, from programs that others 
 
 import csv
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from stickslip_ros.units import unit_of
+
 TABLES = tuple(Path(__file__).parent / name for name in ('references.csv', 'foreign.csv'))
-UNITS = {
-    '_n_per_m': 'N/m',
-    '_pa': 'Pa',
-    '_m2': 'm^2',
-    '_m': 'm',
-    '_n': 'N',
-    '_j': 'J',
-    '_s': 's',
-}
-"""Units by the ends of quantities."""
 
 
 class Reference(NamedTuple):
     """A row of a table, its columns in their order; numbers are SI."""
 
     family: str
-    quantity: str
-    """A function of the self-test; its name ends with the unit, as everywhere."""
-    case: str
-    """Arguments of that function: ``profile=rough, force_n=0.1``; turning points by slashes."""
+    quantity: str  # a function of the self-test; its name ends with the unit, as everywhere
+    case: str  # arguments of that function: profile=rough, force_n=0.1; turning points by slashes
     reference: float
-    tolerance: float
-    """Of the error; not a number: for the page only, not compared."""
-    relative_to: float
-    """What the error is divided by."""
-    why: str
-    """Where an error as large as the tolerance comes from."""
+    tolerance: float  # of the error; not a number: for the page only, not compared
+    relative_to: float  # what the error is divided by
+    why: str  # where an error as large as the tolerance comes from
     source: str
-    made_by: str
-    """The code, or the print, that the reference is from."""
-    version: str
-    """Of that code, or of what it computes with."""
+    made_by: str  # the code, or the print, that the reference is from
+    version: str  # of that code, or of what it computes with
 
     @property
     def unit(self) -> str:
         """The SI unit; empty for a pure number."""
-        return next((UNITS[end] for end in UNITS if self.quantity.endswith(end)), '')
+        return unit_of(self.quantity)
 
     @property
     def is_compared(self) -> bool:
@@ -61,22 +47,23 @@ class Reference(NamedTuple):
 
 def read_references(paths: Iterable[Path] = TABLES) -> tuple[Reference, ...]:
     """Return the rows of tables, in their order."""
-    return tuple(row for path in paths for row in _rows_of(path))
-
-
-def _rows_of(path: Path) -> Iterator[Reference]:
-    with path.open(encoding='utf-8', newline='') as file:
-        for row in csv.DictReader(file):
-            cells: dict[str, Any] = dict(row)
-            for name in ('reference', 'tolerance', 'relative_to'):
-                cells[name] = float(row[name] or 'nan')
-            yield Reference(**cells)
+    rows = []
+    for path in paths:
+        for cells in csv.DictReader(path.read_text(encoding='utf-8').splitlines()):
+            numbers = ('reference', 'tolerance', 'relative_to')
+            known: dict[str, Any] = {name: float(cells[name] or 'nan') for name in numbers}
+            rows.append(Reference(**{**cells, **known}))
+    return tuple(rows)
 
 
 def arguments_of(case: str) -> dict[str, float | str]:
     """Return the arguments that a case names: numbers where they are some, else words."""
-    pairs = (part.split('=') for part in case.split(', ') if part)
-    return {name: _number_or_word(value) for name, value in pairs}
+    arguments: dict[str, float | str] = {}
+    for name, value in (part.split('=') for part in case.split(', ') if part):
+        arguments[name] = value
+        with suppress(ValueError):
+            arguments[name] = float(value)
+    return arguments
 
 
 def case_of(arguments: Mapping[str, Any]) -> str:
@@ -85,10 +72,3 @@ def case_of(arguments: Mapping[str, Any]) -> str:
         f'{name}={value if isinstance(value, str) else format(value, ".10g")}'
         for name, value in arguments.items()
     )
-
-
-def _number_or_word(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -4,19 +4,14 @@ import csv
 import io
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.runs.plotting import (
-    BLUE,
-    VERMILION,
-    label_axes,
-    new_figure,
-    save_figure,
-)
+from stickslip_ros.runs.plotting import BLUE, VERMILION, label_axes, new_figure, save_figure
 from stickslip_ros.validation.self_test import CheckedAnswer, failed
 
 MARKDOWN, CSV, PNG = 'validation.md', 'validation.csv', 'validation.png'
@@ -25,8 +20,7 @@ PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
 """By powers of a thousand."""
 PREFIXED_UNITS = ('m', 'N', 'J', 'Pa', 'N/m')
 HEADER = ('quantity', 'case', 'against', 'made by', 'reference', 'ours', 'error', 'tolerance')
-LEAST_SHARE = 1e-6
-"""Errors below that share of their tolerance are drawn there."""
+LEAST_SHARE = 1e-6  # errors below that share of their tolerance are drawn there
 Answers = Mapping[str, Sequence[CheckedAnswer]]
 
 
@@ -69,27 +63,25 @@ def markdown_text(outcomes: Answers) -> str:
 def as_objects(outcomes: Answers) -> list[dict[str, Any]]:
     """Return a row of the table with our answer, SI, for each reference; None: not finite."""
     return [
-        {key: _finite(value) for key, value in row.items()}
-        for found in outcomes.values()
-        for row in map(_object, found)
+        {
+            key: None if isinstance(value, float) and not math.isfinite(value) else value
+            for key, value in row.items()
+        }
+        for row in _rows(outcomes)
     ]
 
 
-def _object(each: CheckedAnswer) -> dict[str, Any]:
-    ours = {'ours': each.ours, 'unit': each.reference.unit, 'error': each.error}
-    return {**each.reference._asdict(), **ours, 'passed': each.passed}
-
-
-def _finite(value: object) -> object:
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def _rows(outcomes: Answers) -> Iterator[dict[str, Any]]:
+    for each in chain.from_iterable(outcomes.values()):
+        ours = {'ours': each.ours, 'unit': each.reference.unit, 'error': each.error}
+        yield {**each.reference._asdict(), **ours, 'passed': each.passed}
 
 
 def csv_text(outcomes: Answers) -> str:
     """Return the same as CSV, with all digits."""
-    rows: Iterator[dict[str, Any]] = (_object(e) for found in outcomes.values() for e in found)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
-    for number, row in enumerate(rows):
+    for number, row in enumerate(_rows(outcomes)):
         if not number:
             writer.writerow(row)
         writer.writerow(row.values())
@@ -119,17 +111,7 @@ def draw_margins(outcomes: Answers, picture: Path) -> None:
 
 
 def write_report(outcomes: Answers, folder: Path) -> list[Path]:
-    """
-    Write the table as Markdown and CSV, and the picture of margins; return the files.
-
-    The folder is made if need be, and files of an earlier run are replaced.
-
-    Raises
-    ------
-    WrongKind
-        If the folder cannot be written.
-
-    """
+    """Write the table as Markdown and CSV, and the picture of margins; return the files."""
     files = [folder / name for name in (MARKDOWN, CSV, PNG)]
     try:
         folder.mkdir(parents=True, exist_ok=True)

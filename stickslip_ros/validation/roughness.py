@@ -1,8 +1,10 @@
 """What the package answers for roughness: Hess's rule, random lines and surfaces, spectra."""
 
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from itertools import pairwise
 from math import log, pi
+from typing import Any
 
 import numpy as np
 
@@ -10,28 +12,18 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.roughness import (
     Spectrum,
     fit_hurst,
+    hess_factor,
     line_spectrum,
     rough_line,
+    rough_prefactor_1d,
     rough_surface,
     surface_spectrum,
 )
-from stickslip_ros.contact.roughness import hess_factor as hess_factor_of
-from stickslip_ros.contact.roughness import rough_prefactor_1d as prefactor_1d
 
 LENGTH_M = 1e-3
 RMS_HEIGHT_M = 1.1221e-6
 FIRST_PER_M = 2.0 * pi / LENGTH_M
 LINE_POINTS, SURFACE_POINTS, SEED = 1 << 14, 512, 11
-
-
-def hess_factor(exponent: float) -> float:
-    """Return kappa."""
-    return hess_factor_of(exponent)
-
-
-def rough_prefactor_1d(rms_height_m: float, hurst: float, radius_m: float) -> float:
-    """Return Q_1D, m^(1 - H)."""
-    return prefactor_1d(rms_height_m, hurst, radius_m)
 
 
 @lru_cache(maxsize=3)
@@ -74,3 +66,13 @@ def mean_square_m2(body: str, roll_off: float) -> float:
         else:
             total_m2 += 2.0 * pi * float(np.sum(steps * waves * spectrum.density_2d(waves)))
     return total_m2
+
+
+ANSWERS: Mapping[str, Callable[..., Any]] = {
+    'hess_factor': hess_factor,
+    'rough_prefactor_1d': rough_prefactor_1d,
+    'fitted_hurst': fitted_hurst,
+    'rms_m': rms_m,
+    'mean_square_m2': mean_square_m2,
+}
+"""What is asked of roughness, by its name, which says the unit."""

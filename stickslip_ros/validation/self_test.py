@@ -2,14 +2,14 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-from stickslip_ros.process.stopping import heed_stop
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.validation import bank, contacts, drive, laws, roughness
 from stickslip_ros.validation.references import Reference, arguments_of, read_references
 
 MODULES = (contacts, roughness, bank, laws, drive)
-"""Whose functions a quantity may name."""
+ANSWERS = {quantity: answer for module in MODULES for quantity, answer in module.ANSWERS.items()}
+"""What the package answers, by quantity."""
 
 
 @dataclass(frozen=True)
@@ -32,22 +32,13 @@ class CheckedAnswer:
 
 def answer(row: Reference) -> float:
     """Compute what a reference is compared with."""
-    function: Callable[..., Any] = next(
-        vars(module)[row.quantity] for module in MODULES if row.quantity in vars(module)
-    )
-    return float(function(**arguments_of(row.case)))
+    return float(ANSWERS[row.quantity](**arguments_of(row.case)))
 
 
 def validate(
-    rows: Iterable[Reference] | None = None,
-    progress: Callable[[int, int], None] = lambda *_: None,
+    rows: Iterable[Reference] | None = None, progress: Callable[[int, int], None] = lambda *_: None
 ) -> dict[str, list[CheckedAnswer]]:
-    """
-    Compare with references, all if None; return outcomes by family.
-
-    Tells how many families are done, and of how many.
-
-    """
+    """Compare with references, all if None; return outcomes by family, report those done."""
     compared = [row for row in read_references() if row.is_compared] if rows is None else rows
     families: dict[str, list[Reference]] = {}
     for row in compared:
@@ -57,7 +48,7 @@ def validate(
         progress(len(outcomes), len(families))
         found = outcomes[family] = []
         for row in members:
-            heed_stop()
+            stop_if_asked()
             found.append(CheckedAnswer(row, answer(row)))
     return outcomes
 

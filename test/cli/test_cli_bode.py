@@ -38,20 +38,3 @@ def test_what_it_finds_is_a_table(capsys: Any):
     shown = capsys.readouterr().out
     assert 'resonance of the runner' in shown
     assert 'deviation' not in shown  # nothing below the resonance
-
-
-@pytest.mark.parametrize(
-    'words',
-    [
-        ['--frequency', '0'],
-        ['--frequency', 'abc'],
-        ['--at-voltage', '400'],
-        ['--figure', 'bode.gif'],
-        ['-o', 'bode.txt'],
-        ['--set', 'contact.law=dahl'],
-    ],
-)
-def test_what_cannot_be_done_is_refused_in_one_line(capsys: Any, words: list[str]):
-    assert main(['bode', *words]) == 2
-    [line] = capsys.readouterr().err.splitlines()
-    assert line.startswith('stickslip: ')

@@ -89,12 +89,10 @@ def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, file
     'words',
     [
         ('compile',),
-        ('simulate', '--voltage', '150', '--steps', '3', '--json'),
-        ('simulate', '--voltage', '100', '--steps', '3', '--json', '--set', 'fault.dead_foot=1'),
         ('simulate', '--voltage', '100', '--steps', '2', '--json', '--params', REALISTIC),
         ('sweep', '--preload', '0.5', '--amplitude', '60e-9', '--steps', '3', '-o', 'sweep.csv'),
     ],
-    ids=['compile', 'simulate', 'dead foot', 'realistic', 'sweep'],
+    ids=['compile', 'realistic', 'sweep'],
 )
 def test_after_that_nothing_is_compiled(words, run, files, all_kept):
     before = files()
@@ -117,12 +115,11 @@ def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_ke
     assert '"kernels": 0' in run('compile', '--json').stdout
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_drive_that_compiles_ends_at_a_signal(number, environment, tmp_path):
+def test_a_drive_that_compiles_ends_at_a_signal(environment, tmp_path):
     cold = {**environment, 'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
     with subprocess.Popen([BIN / 'drive'], env=cold, stderr=subprocess.PIPE, text=True) as drive:
         told = next(line for line in drive.stderr if re.search(OF_IDEAL, line))
-        drive.send_signal(number)
+        drive.send_signal(signal.SIGTERM)
         rest = drive.stderr.read()
         assert drive.wait(TIMEOUT_S) == 0
     assert f'0 of {IDEAL_KERNELS}' in told

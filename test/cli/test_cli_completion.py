@@ -29,7 +29,7 @@ for line; do
 done
 """
 OFFERED = {
-    'stickslip pos': {'positioning'},
+    'stickslip zero': {'zero-amplitude'},
     'stickslip zero-amplitude --f': {'--frequency'},
     'stickslip info ': {'run.mcap', 'there/'},
     'stickslip fit a.csv -o ': {'run.mcap', 'there/'},
@@ -81,5 +81,5 @@ def test_completion_imports_nothing_that_takes_long(line: str, tmp_path: Path):
 
 def test_the_line_of_the_page_is_what_was_tried():
     assert shutil.which('register-python-argcomplete', path=str(BIN))
-    page = (Path(__file__).parents[2] / 'docs' / 'verbs.md').read_text(encoding='utf-8')
+    page = (Path(__file__).parents[2] / 'docs/reference/verbs.md').read_text(encoding='utf-8')
     assert ASK.splitlines()[1] in page

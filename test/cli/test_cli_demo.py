@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from stickslip_ros.cli.demo import DemoSummary
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.runs.replay import replay
-from stickslip_ros.testing.demo import DemoSummary
 
 TIMEOUT_S = 180.0
 PNG = b'\x89PNG\r\n\x1a\n'

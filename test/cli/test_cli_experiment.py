@@ -68,31 +68,3 @@ def test_a_given_column_is_played(capsys: Any, tmp_path: Path):
     out, err = capsys.readouterr()
     assert "voltage_v is '1' in 100 V, times 100; first row 0 V" in err
     assert 'run.mcap' in out
-
-
-@pytest.mark.parametrize(
-    ('words', 'message'),
-    [
-        (
-            ['--preload', 'much'],
-            "--preload 'much' is not a finite number in N; give one such as 250mN",
-        ),
-        (
-            ['--preload', '0.1,0.5'],
-            'number of preloads 2 is above the number of tables, 1; give one of all',
-        ),
-        (
-            ['--map', 'time_s=Hub'],
-            "column 'Hub (nm)' is in nm, time_s in s; say how many s are 1 nm",
-        ),
-        (['--map', 'voltage_v=Hub'], '--map voltage_v= is without effect on an experiment by amp'),
-        (['--preload', '0'], '--preload 0 N is below the minimum 0.001 N'),
-        (['-o', 'clean.txt'], "output 'clean.txt' is not a .csv file; end its name so"),
-        (['--map', 'farce=F'], "column of --map 'farce' is not known; known are, by amplitude"),
-        (['--map', 'force_n'], "--map 'force_n' is not an assignment; write --map"),
-        ([], 'messung.csv: line 3: there is no preload_n; not understood: '),
-    ],
-)
-def test_a_bad_wish_is_refused(capsys: Any, table: Path, words: list[str], message: str):
-    assert main(['import', 'messung.csv', *words]) == 2
-    assert message in capsys.readouterr().err

@@ -93,37 +93,6 @@ def test_with_steps_every_run_makes_as_many_as_the_experiment(experiment, capsys
     assert result['warnings'] == []
 
 
-@pytest.mark.parametrize(
-    ('words', 'message'),
-    [
-        (['--free', 'contact.law'], "free parameter 'contact.law' is not a quantity"),
-        ([*FREE, '--bounds', 'runner.damping=100:200'], 'is outside of its bounds, 100 to 200'),
-        ([*FREE, '--seed', '-1'], 'seed -1 is below 0; raise it'),
-        ([*FREE, '--steps', '-1'], 'steps -1 is below 0'),
-        ([*FREE, '--coverage', '1', '--starts', '1'], 'synthetic data sets 1 is not from 2'),
-        ([*FREE, '-o', 'fit.txt'], "output 'fit.txt' is not a .json or .yaml file"),
-        ([*FREE, '--figure', 'fit.bmp'], "kind of picture '.bmp' is not known"),
-    ],
-)
-def test_what_does_not_fit_is_refused_with_status_2(experiment, capsys, words, message):
-    assert fit(experiment, *words) == 2
-    assert message in capsys.readouterr().err
-
-
-def test_a_file_that_is_none_is_refused(capsys, tmp_path):
-    assert fit(tmp_path / 'none.csv', *FREE) == 2
-    assert 'none.csv: cannot be read (No such file or directory)' in capsys.readouterr().err
-
-
-@pytest.mark.parametrize('row', ['nan,nan,nan', '½,½,½', '1e400,inf,nan N', '\0,,', ''])
-def test_a_table_of_what_is_no_number_is_refused_in_one_line(row, capsys, tmp_path):
-    path = tmp_path / 'nan.csv'
-    path.write_text(f'preload_n,amplitude_m,force_n\n{row}\n', encoding='utf-8')
-    assert fit(path, '--free', 'contact.friction') == 2
-    [line] = capsys.readouterr().err.splitlines()
-    assert line.startswith(f'stickslip: {path}')
-
-
 def test_ctrl_c_says_how_far_the_fit_came_and_ends_with_130(experiment, capsys, monkeypatch):
     def pressed(*_: object) -> None:
         raise KeyboardInterrupt

@@ -58,7 +58,7 @@ def test_a_stopped_search_writes_its_best_wave_and_goes_on(
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(batch, 'heed_stop', stop_after_a_while)
+        patch.setattr(batch, 'stop_if_asked', stop_after_a_while)
         assert main(words) == 130
     assert 'best wave so far in' in capsys.readouterr().err
     assert wave.read_text().startswith('time_s,voltage_v\n0.0,0.0\n')
@@ -84,35 +84,3 @@ def test_without_options_it_is_the_search_of_the_library():
     parsed = build_parser(['optimise']).parse_args(['optimise', 'force', '-o', 'wave.csv'])
     expected = WaveSearch(WaveGoal('force'), STAND, (1000.0, 1000.0), (0.5, 0.5))
     assert chosen_search(parsed) == expected
-
-
-@pytest.mark.parametrize(
-    'words',
-    [
-        ['beauty'],
-        ['vibration'],
-        ['speed', '--frequency', 'fast'],
-        ['speed', '--frequency', '1:2:3'],
-        ['speed', '--frequency', 'nan'],
-        ['speed', '--frequency', '1e6'],
-        ['speed', '--load', '-1'],
-        ['speed', '--load', '1V'],
-        ['vibration', '--speed', 'fast'],
-        ['force', '--speed', '10um/s'],
-        ['speed', '--knots', '4'],
-        ['speed', '--preload', '1:0.5'],
-        ['speed', '--evaluations', '0'],
-        ['speed', '--rule', 'best'],
-        ['speed', '--set', 'contact.friction=2e9'],
-        ['speed', '--figure', 'wave.gif'],
-        ['speed', '-o', 'wave.mcap'],
-    ],
-)
-def test_what_cannot_be_done_is_refused_in_one_line(
-    capsys: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
-):
-    monkeypatch.chdir(tmp_path)
-    assert main(['optimise', *SHORT, '-o', 'wave.csv', *words]) == 2
-    [line] = capsys.readouterr().err.splitlines()
-    assert line.startswith('stickslip: ')
-    assert not list(tmp_path.iterdir())

@@ -7,7 +7,6 @@ import pytest
 from stickslip_ros.cli.main import main
 
 TWO_POINTS = ['figures', '--points', '2']
-FIG2 = [*TWO_POINTS, '--only', 'fig2']
 
 
 def test_the_json_has_rows_and_files_of_the_chosen_figures(capsys, tmp_path):
@@ -30,25 +29,3 @@ def test_the_table_names_the_figures_and_the_folder(capsys, tmp_path):
     assert 'fig6b' in text
     assert 'folder' in text
     assert (tmp_path / 'new' / 'fig6b.png').stat().st_size > 0
-
-
-def test_parameters_are_taken_and_named_in_the_caption(tmp_path):
-    words = ['--output', str(tmp_path), '--only', 'fig2', '--set', 'runner.damping=80']
-    assert main([*TWO_POINTS, *words]) == 0
-    assert 'damping c = 80 N s/m' in (tmp_path / 'fig2.md').read_text(encoding='utf-8')
-
-
-@pytest.mark.parametrize(
-    ('words', 'message'),
-    [
-        ([*FIG2, '--only', 'fig9'], "figure 'fig9' is not known; use fig2, fig6a, fig6b, fig7"),
-        ([*FIG2, '--points', '1'], 'points 1 is below 2'),
-        ([*FIG2, '--workers', '-1'], 'number of workers -1 is not from 0'),
-        ([*FIG2, '--set', 'runner.damping=-1'], 'runner.damping -1 N s/m is below the minimum 0'),
-        ([*FIG2, '--only', ''], "figure '' is not known; use fig2"),
-    ],
-)
-def test_what_does_not_fit_is_refused_with_status_2(capsys, tmp_path, words, message):
-    assert main([*words, '--output', str(tmp_path)]) == 2
-    assert message in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())

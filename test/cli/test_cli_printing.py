@@ -60,7 +60,6 @@ def test_a_quiet_bar_is_not_shown(monkeypatch):
         (['sweep', '--amplitude', '1nm', '--steps', '1', '--output', 'a.csv'], ['runs']),
         (['simulate', '--voltage', '9V', '--steps', '1'], ['steps']),
         (['demo'], ['parts']),
-        (['positioning', '--target', '100nm', '--load', '0'], ['targets']),
     ],
     ids=lambda each: each[0],
 )

@@ -57,11 +57,3 @@ def test_the_json_has_every_reference_in_si_units(capsys, only, tmp_path):
     assert (row['ours'], row['reference'], row['unit']) == (pytest.approx(2.0), 2.2, '')
     assert row['why'] == 'one in a hundred is counted twice'
     assert sorted(result['files']) == sorted(str(tmp_path / name) for name in FILES)
-
-
-def test_a_folder_that_cannot_be_made_is_refused(capsys, only, tmp_path):
-    only(WRONG)
-    taken = tmp_path / 'taken'
-    taken.write_text('')
-    assert main(['validate', '--output', str(taken)]) == 2
-    assert 'choose another folder' in capsys.readouterr().err

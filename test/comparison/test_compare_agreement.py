@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from stickslip_ros.comparison.agreement import (
+from stickslip_ros.comparison.result import (
     AMPLITUDE,
     Part,
     agreement_of,

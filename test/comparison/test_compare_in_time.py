@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.comparison.compare import compare
-from stickslip_ros.comparison.lag import estimate_alignment
+from stickslip_ros.comparison.in_time import estimate_alignment
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import pack_stamped

@@ -9,8 +9,7 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from stickslip_ros.comparison.compare import compare
-from stickslip_ros.comparison.figure import draw_quantity
-from stickslip_ros.comparison.report import report_page
+from stickslip_ros.comparison.report import draw_quantity, report_page
 from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters
@@ -144,14 +143,6 @@ def test_the_page_says_what_was_compared(points, runs):
     texts = Page(report_page(runs, COMMAND)).texts
     assert texts.count('recording') == 2
     assert any('times of B were shifted by 0.001 s, as given' in each for each in texts)
-
-
-def test_it_can_be_printed_on_a4(points):
-    text = report_page(points, COMMAND)
-    assert '@page { size: A4;' in text
-    assert '@media print' in text
-    assert 'break-inside: avoid' in text
-    assert 'prefers-color-scheme: dark' in text
 
 
 def test_the_same_comparison_gives_the_same_bytes(comparison, tmp_path):

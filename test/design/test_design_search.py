@@ -117,7 +117,7 @@ def test_a_stopped_search_has_its_best_wave(monkeypatch):
         if next(looks) > 300:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(batch, 'heed_stop', stop_after_a_while)
+    monkeypatch.setattr(batch, 'stop_if_asked', stop_after_a_while)
     done: list[tuple[int, float]] = []
     long = dataclasses.replace(SMALL, evaluations=5000)
     with pytest.raises(SearchStopped, match=r'stopped after \d+ evaluations') as stopped:

@@ -1,4 +1,4 @@
-"""The generated tables of docs/validation.md: each stands behind a comment with its name."""
+"""The generated tables of docs/evidence/validation.md, each behind a comment with its name."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -9,7 +9,7 @@ from stickslip_ros.validation.references import TABLES, read_references
 from stickslip_ros.validation.report import markdown_row
 from stickslip_ros.validation.self_test import CheckedAnswer
 
-PAGE = Path(__file__).parents[2] / 'docs' / 'validation.md'
+PAGE = Path(__file__).parents[2] / 'docs' / 'evidence' / 'validation.md'
 FAMILIES = ('family', 'references', 'against', 'made by', 'tolerance', 'largest error/tolerance')
 SPHERES = ('F_n (N)', 'depth d', 'stiffness dF_n/dd')
 ANSWERED = {'depth_m': depth_m, 'normal_stiffness_n_per_m': normal_stiffness_n_per_m}

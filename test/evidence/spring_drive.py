@@ -233,7 +233,7 @@ def _lag(signal: Array, start: float, tau_s: float, steps_s: Array) -> Array:
 
 
 def _hysteresis(values: Values, voltages_v: Array, rest_v: float) -> Array:
-    """Return plays and linear part together, V from rest, as docs/physics.md defines them."""
+    """Return plays and linear part together, V from rest, as the page physics.md has them."""
     n = int(values['actuator.plays'])
     weight = float(values['actuator.hysteresis']) * (n + 1) / ((n + 1) ** 2 // 4)
     total_v = (1.0 - 0.5 * weight * n) * (voltages_v - rest_v)

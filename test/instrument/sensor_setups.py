@@ -6,7 +6,7 @@ import numpy as np
 from bench_runs import PERFECT
 
 from stickslip_ros.drive.advance import FORCE, POSITION
-from stickslip_ros.instrument.reports import TRACE_COLUMNS, Status
+from stickslip_ros.instrument.reports import Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.parameters import FaultParameters, Parameters
 
@@ -33,6 +33,11 @@ EVERYTHING = {
 """Each error large enough to be seen in a few hundred samples."""
 
 
+def broken(**faults: object) -> FaultParameters:
+    """Return faults by their names."""
+    return Parameters().updated({f'fault.{name}': value for name, value in faults.items()}).fault
+
+
 class Sensor(Sensing):
     """One of both sensors; the other one reads zeros."""
 
@@ -42,11 +47,19 @@ class Sensor(Sensing):
 
     def readings(self, truth: np.ndarray, faults: FaultParameters) -> np.ndarray:
         """Return the readings of consecutive true values."""
-        trace = np.zeros((len(truth), len(TRACE_COLUMNS)))
+        trace = np.zeros((len(truth), FORCE + 1))
         trace[:, self._column] = truth
         if len(truth):
             self.read(trace, 0, 0.0, faults)
         return trace[:, self._column]
+
+    @property
+    def beam_lost(self) -> bool:
+        return bool(self.status_bits & Status.BEAM_LOST)
+
+    @property
+    def overrange(self) -> bool:
+        return bool(self.status_bits & Status.FORCE_OVERRANGE)
 
     @property
     def is_referenced(self) -> bool:

@@ -55,6 +55,7 @@ STANDS: Mapping[str, Mapping[str, Scalar]] = {
     'ideal': {},
     'one-sided': {'load_cell.contact': 'one_sided', 'load_cell.gap': 3e-9},
     'lugre': {'contact.law': 'lugre'},
+    'ageing': {'contact.friction_rate': 0.01, 'contact.friction_ageing': 0.01},
     'drifting': {'interferometer.random_walk': 1e-9, 'interferometer.latency': 2.3e-3},
 }
 
@@ -214,13 +215,19 @@ def test_a_cut_checkpoint_is_refused(size: int):
     [
         ('stand.states.contacts[0].memory.depth', 1024, 'depth 1024 is not from 0 to 1023'),
         ('stand.states.contacts[6].memory.sense', 0.0, 'sense 0.0 is not 1 or -1'),
+        ('stand.states.contacts[0].age_s', 0.0, 'age_s 0.0 is not a finite number above 0'),
+        ('stand.states.contacts[6].slip_m_per_s', -1.0, 'slip_m_per_s -1.0 is not a finite'),
         ('stand.states.contacts[6].springs.last[5]', 128, 'last 128 is not from 0 to 127'),
         ('stand.states.contacts[0].on_springs', 2, 'on_springs 2 is not 0 or 1'),
         ('stand.states.clock.cycle', -1, 'cycle -1 is not from 0 to'),
         ('stand.states.velocity_m_per_s', 1e300, 'velocity_m_per_s 1e[+]300 is not a finite'),
-        ('sensing.memory.samples', 2**63 - 1, 'samples 9223372036854775807 is not from 0 to'),
-        ('sensing.memory.beam.lost', 255, 'lost 255 is not 0 or 1'),
-        ('sensing._noise_m.place', -1, 'place -1 is not from 0 to'),
+        (
+            'sensing.load_cell.memory.samples',
+            2**63 - 1,
+            'samples 9223372036854775807 is not from 0 to',
+        ),
+        ('sensing.interferometer.memory.lost', 255, 'lost 255 is not 0 or 1'),
+        ('sensing.interferometer.noise.place', -1, 'place -1 is not from 0 to'),
         ('motion.wave.cycles', 2**63 - 1, 'cycles 9223372036854775807 is not from'),
         ('motion.is_new', 1, 'is_new 1 is not a bool'),
         ('motion._failed', 2**31, '_failed 2147483648 is not bits of'),

@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, interferometer_with, times
-
-from stickslip_ros.parameters import FaultParameters
+from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, broken, interferometer_with, times
 
 WAVELENGTH = 6.328e-7
 VELOCITY = 1e-3
@@ -168,7 +166,7 @@ def test_the_first_sample_has_no_velocity():
 def test_zeroing_finds_the_beam_and_counts_anew_from_there():
     sensor = _limited()
     sensor.readings(np.repeat([0.0, 1e-3], 10), HEALTHY)
-    sensor.zero_position()
+    sensor.interferometer.zero()
     assert not sensor.beam_lost
     readings = sensor.readings(1e-3 + 0.5 * _ramp(100), HEALTHY)
     np.testing.assert_allclose(readings, 0.5 * _ramp(100), rtol=0.0, atol=ROUNDING * 1e-3)
@@ -178,7 +176,7 @@ def test_a_beam_found_while_the_runner_is_too_fast_is_lost_again():
     sensor = _limited()
     truth = 2.0 * _ramp(20)
     sensor.readings(truth[:10], HEALTHY)
-    sensor.zero_position()
+    sensor.interferometer.zero()
     np.testing.assert_array_equal(sensor.readings(truth[10:], HEALTHY), np.zeros(10))
     assert sensor.beam_lost
 
@@ -197,7 +195,7 @@ def test_with_a_latency_the_last_counts_still_arrive_after_the_beam_is_lost():
     readings = sensor.readings(np.concatenate([slow, np.full(20, 1e-3)]), HEALTHY)
     _assert_equal(readings[:25], np.concatenate([np.zeros(5), slow]))
     np.testing.assert_array_equal(readings[25:], np.full(15, readings[24]))
-    sensor.zero_position()
+    sensor.interferometer.zero()
     after = sensor.readings(1e-3 + 0.5 * _ramp(20), HEALTHY)
     expected = np.concatenate([np.zeros(5), 0.5 * _ramp(15)])
     np.testing.assert_allclose(after, expected, rtol=0.0, atol=ROUNDING * 1e-3)
@@ -206,15 +204,15 @@ def test_with_a_latency_the_last_counts_still_arrive_after_the_beam_is_lost():
 def test_between_own_samples_zeroing_finds_the_beam_too():
     sensor = _limited(sample_rate=RATE_HZ / 5.0)
     sensor.readings(np.repeat([0.0, 1e-3], [1, 6]), HEALTHY)
-    sensor.zero_position()
+    sensor.interferometer.zero()
     readings = sensor.readings(np.full(20, 1e-3), HEALTHY)
     np.testing.assert_array_equal(readings, np.zeros(20))
 
 
 def test_zeroing_finds_the_beam_under_a_jump_of_the_reading():
-    sensor, jump = _limited(), FaultParameters(interferometer_offset=1e-6)
+    sensor, jump = _limited(), broken(interferometer_offset=1e-6)
     sensor.readings(np.repeat([0.0, 1e-3], 10), jump)
-    sensor.zero_position()
+    sensor.interferometer.zero()
     np.testing.assert_array_equal(sensor.readings(np.full(5, 1e-3), jump), np.zeros(5))
     expected = np.full(5, -1e-6)
     readings = sensor.readings(np.full(5, 1e-3), HEALTHY)
@@ -229,11 +227,11 @@ def test_a_reset_empties_the_way_of_late_counts():
 
 
 def test_a_frozen_reading_is_zero_after_zeroing_even_if_the_beam_was_lost():
-    sensor, frozen = _limited(), FaultParameters(interferometer='freeze')
+    sensor, frozen = _limited(), broken(interferometer='freeze')
     sensor.readings(np.full(5, 1e-7), HEALTHY)
     sensor.readings(np.full(5, 1e-3), frozen)
     assert sensor.beam_lost
-    sensor.zero_position()
+    sensor.interferometer.zero()
     np.testing.assert_array_equal(sensor.readings(np.full(5, 1e-3), frozen), np.zeros(5))
     assert not sensor.beam_lost
     np.testing.assert_array_equal(sensor.readings(np.full(5, 1e-3), HEALTHY), np.zeros(5))
@@ -242,7 +240,7 @@ def test_a_frozen_reading_is_zero_after_zeroing_even_if_the_beam_was_lost():
 def test_it_is_referenced_from_zeroing_until_a_reset():
     sensor = interferometer_with()
     assert not sensor.is_referenced
-    sensor.zero_position()
+    sensor.interferometer.zero()
     assert sensor.is_referenced
     sensor.readings(_ramp(10), HEALTHY)
     assert sensor.is_referenced

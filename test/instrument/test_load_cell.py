@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sensor_setups import HEALTHY, ROUNDING, load_cell_with, times
-
-from stickslip_ros.parameters import FaultParameters
+from sensor_setups import HEALTHY, ROUNDING, broken, load_cell_with, times
 
 RANGE = 0.8
 QUARTER = 400
@@ -121,7 +119,7 @@ def test_without_a_range_it_never_saturates():
 def test_the_tare_takes_from_one_side_of_the_range_and_adds_to_the_other():
     sensor = load_cell_with(range=RANGE)
     sensor.readings(np.full(5, 0.25 * RANGE), HEALTHY)
-    sensor.tare_force()
+    sensor.load_cell.zero()
     readings = sensor.readings(RANGE * np.array([0.25, 2.0, -2.0]), HEALTHY)
     _assert_equal(readings, RANGE * np.array([0.0, 0.75, -1.25]))
 
@@ -133,11 +131,11 @@ def test_a_jump_and_a_drift_of_the_zero_can_overload_it():
     _assert_equal(sensor.readings(np.zeros(10), HEALTHY), drifted)
     assert sensor.overrange
     sensor.reset()
-    jump = FaultParameters(load_cell_offset=-range_n)
+    jump = broken(load_cell_offset=-range_n)
     # From the first sample on, the drift takes the jump back.
     _assert_equal(sensor.readings(np.zeros(2), jump), drift * times(2) - range_n)
     assert not sensor.overrange
     sensor.reset()
-    against = FaultParameters(load_cell_offset=-2.0 * range_n)
+    against = broken(load_cell_offset=-2.0 * range_n)
     np.testing.assert_array_equal(sensor.readings(np.zeros(2), against), np.full(2, -range_n))
     assert sensor.overrange

@@ -13,17 +13,17 @@ from sensor_setups import (
     SENSORS,
     SIGMAS,
     Sensor,
+    broken,
     sensor_with,
     sensor_with_everything,
     shaken,
     times,
 )
 
-from stickslip_ros.parameters import FaultParameters, Parameters, Spec, specs
+from stickslip_ros.parameters import Parameters, Spec, specs
 
 UNLIKELY = 1e-6
 """Probability below which an agreement is none; the seed is fixed."""
-ZEROING = {'interferometer': 'zero_position', 'load_cell': 'tare_force'}
 BLOCK = 50
 
 
@@ -33,11 +33,11 @@ def name(request):
 
 
 def _zero(name, sensor):
-    getattr(sensor, ZEROING[name])()
+    getattr(sensor, name).zero()
 
 
 def _fault(name, word='none', offset=0.0):
-    return FaultParameters(**{name: word, f'{name}_offset': offset})
+    return broken(**{name: word, f'{name}_offset': offset})
 
 
 def _noisy(name, **settings):

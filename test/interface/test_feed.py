@@ -1,8 +1,9 @@
-"""The joint of the runner: when its messages come, and what they say."""
+"""The joint of the runner and the trace: when their messages come, and what they say."""
 
 import math
 from collections.abc import Mapping
 
+import numpy as np
 import pytest
 
 from stickslip_ros.instrument.bench import Bench
@@ -94,3 +95,23 @@ def test_a_run_that_goes_on_from_a_state_knows_the_velocity_since_the_last_messa
             run.update(time_ms * MS_NS)
     assert later[whole] == later[second]
     assert any(packed.key == 'joint_states' for packed in later[second])
+
+
+@pytest.mark.parametrize(('rate_hz', 'period_s'), [(50e3, 0.01), (10e3, 0.02), (1e5, 0.02)])
+def test_a_trace_has_the_rate_and_the_period_of_the_parameters(rate_hz: float, period_s: float):
+    values = {'trace.sample_rate': rate_hz, 'trace.period': period_s}
+    heard: list[np.ndarray] = []
+
+    def take(packed):
+        if packed.key == 'trace':
+            message = unpack(m.FLOAT64_ARRAY, packed.data)
+            assert isinstance(message, m.ArrayMessage)
+            assert packed.time_ns == round(1e9 * period_s) * (len(heard) + 1)
+            heard.append(message.data[:, 0])
+
+    run = ReportingBench(Parameters().updated(values), take)
+    for end_ns in range(MS_NS, 60 * MS_NS + 1, MS_NS):
+        run.update(end_ns)
+    assert [len(each) for each in heard] == [round(rate_hz * period_s)] * round(0.06 / period_s)
+    samples = np.arange(1, round(0.06 * rate_hz) + 1)
+    assert np.concatenate(heard) == pytest.approx(samples / rate_hz, rel=1e-12)

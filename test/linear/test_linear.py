@@ -61,11 +61,7 @@ def test_sines_measure_the_closed_form_below_the_resonance(stage: str):
 def test_a_place_on_the_way_back_or_near_slip_is_as_stiff(at_voltage_v: float, preload_n: float):
     # Against a stiff load cell the virgin branch to 290 V has a tangent far below that of stick.
     parameters = IDEAL.updated(
-        {
-            'stand.preload': preload_n,
-            'load_cell.stiffness': 5e6,
-            'amplifier.voltage_initial': 0.0,
-        }
+        {'stand.preload': preload_n, 'load_cell.stiffness': 5e6, 'amplifier.voltage_initial': 0.0}
     )
     linear = linearise(parameters, at_voltage_v)
     found = measure_response(parameters, SHARES * linear.resonance_hz, at_voltage_v)
@@ -75,11 +71,7 @@ def test_a_place_on_the_way_back_or_near_slip_is_as_stiff(at_voltage_v: float, p
 @pytest.mark.usefixtures('compiled_kernels')
 def test_an_end_stop_counts_where_the_runner_touches_it():
     parameters = IDEAL.updated(
-        {
-            'load_cell.contact': 'absent',
-            'stand.travel_max': 1e-7,
-            'stand.stop_stiffness': 5e6,
-        }
+        {'load_cell.contact': 'absent', 'stand.travel_max': 1e-7, 'stand.stop_stiffness': 5e6}
     )
     assert linearise(parameters).cell_n_per_m == 0.0
     linear = linearise(parameters, 280.0)

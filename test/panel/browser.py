@@ -17,7 +17,7 @@ from typing import Any
 
 from playwright.sync_api import Browser, Page, ViewportSize, sync_playwright
 
-from stickslip_ros.testing.isolation import reserve_domain
+from stickslip_ros.testing.stand import reserve_domain
 
 BIN = Path(sys.executable).parent
 NAMES = ('chromium', 'chromium-headless-shell', 'chromium-browser', 'google-chrome')

@@ -28,6 +28,8 @@ pytestmark = pytest.mark.skipif(
 )
 expect.set_options(timeout=tools.TIMEOUT_MS)
 RING_DOWN_S = 0.1
+WATCHDOG_MS = 1500.0
+"""Of jogging: a page on a busy machine renews it late."""
 RUNS = re.compile('running|late|waiting')
 """Conditions of a drive that is active, on however busy a machine."""
 SIGNED = re.compile(r'[+−][\d\u2009]+\.\d')
@@ -53,7 +55,8 @@ def stage(ros_domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator
     folder = tmp_path_factory.mktemp('stage')
     with ExitStack() as stack:
         stage = SimpleNamespace(domain=ros_domain, folder=folder, requests=[], is_lost=False)
-        stage.start = lambda: stack.enter_context(tools.drive(ros_domain, folder))
+        watchdog = f'jog.timeout:={1e-3 * WATCHDOG_MS}'
+        stage.start = lambda: stack.enter_context(tools.drive(ros_domain, folder, watchdog))
         stage.drive = stage.start()
         stage.address = stack.enter_context(tools.panel(ros_domain, folder))
         stage.browser = stack.enter_context(tools.browser())
@@ -169,7 +172,7 @@ def test_a_jog_lasts_as_long_as_its_button_is_held(page: Page):
     page.get_by_label('Jog forwards').hover()
     page.mouse.down()
     expect(lamp(page, 'MOVING')).to_be_visible()
-    page.wait_for_timeout(700)  # longer than the watchdog
+    page.wait_for_timeout(1.3 * WATCHDOG_MS)
     expect(lamp(page, 'MOVING')).to_be_visible()
     page.mouse.up()
     expect(note(page, 'jog')).to_contain_text('DONE')

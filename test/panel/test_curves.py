@@ -5,7 +5,7 @@ import pytest
 
 from stickslip_ros.panel.curves import (
     BINS,
-    FORCE,
+    COLUMNS,
     POSITION,
     RECENT,
     VOLTAGE,
@@ -17,6 +17,7 @@ from stickslip_ros.panel.curves import (
 )
 
 RATE_HZ = 50e3
+FORCE = COLUMNS.index('force')
 ROUNDING = 1e-6
 """Of float32, relative."""
 
@@ -26,7 +27,11 @@ def sawtooth_samples(seconds: float, frequency_hz: float = 1e3, start_s: float =
     time_s = start_s + np.arange(round(seconds * RATE_HZ)) / RATE_HZ
     phase = (time_s * frequency_hz + 1e-9) % 1.0
     voltage = 300.0 * phase
-    return np.column_stack([time_s, voltage, voltage / 2e9, time_s * 1e-6, 0.01 + 0.0 * time_s])
+    samples = np.full((len(time_s), len(COLUMNS)), np.nan)
+    samples[:, : FORCE + 1] = np.column_stack(
+        [time_s, voltage, voltage / 2e9, time_s * 1e-6, 0.01 + 0.0 * time_s]
+    )
+    return samples
 
 
 @pytest.mark.parametrize('sizes', [[1] * 40, [3, 4, 5, 6, 7], [10, 10, 10], [23, 2]])

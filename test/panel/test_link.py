@@ -65,16 +65,6 @@ def test_services_faults_and_states_are_switched(stand: Stand, link: Link, wait:
     wait(lambda told: word(told) in ACTIVE)
 
 
-def test_a_jog_that_is_no_longer_renewed_ends_by_the_watchdog(
-    stand: Stand, link: Link, wait: Wait
-):
-    wait(lambda told: word(told) in ACTIVE)
-    link.do({'do': 'command', 'name': 'jog', 'values': [200]})
-    wait(lambda told: told['bits'] & 1)
-    wait(lambda told: note(told, 'jog')['text'].startswith('DONE: jog.timeout passed'))
-    assert link.state()['events'][-1]['steps'] == pytest.approx(100, abs=2)
-
-
 def test_what_no_page_of_ours_wishes_is_passed_over(stand: Stand, link: Link, wait: Wait):
     wait(lambda told: word(told) in ACTIVE)
     for wish in (

@@ -62,7 +62,7 @@ def port(source: Told, monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
         addresses.append(address)
         started.set()
 
-    monkeypatch.setattr(server, 'heed_stop', heed)
+    monkeypatch.setattr(server, 'stop_if_asked', heed)
 
     def run() -> None:
         with suppress(KeyboardInterrupt):
@@ -227,7 +227,7 @@ class Page:
     def __init__(self) -> None:
         self.told: list[str] = []
         self.shown: list[bytes] = []
-        self.tell, self.show = self.told.append, self.shown.append
+        self.send, self.show = self.told.append, self.shown.append
 
 
 def test_a_busy_page_gets_the_newest_picture_when_it_has_time():
@@ -242,10 +242,10 @@ def test_a_busy_page_gets_the_newest_picture_when_it_has_time():
 
     async def send() -> list[Any]:
         page = Slow()
-        page.tell('words')
+        page.send('words')
         for picture in (b'1', b'2', b'3'):
             page.show(picture)
-        page.tell('more')
+        page.send('more')
         for number in range(3):
             page.sent[number][1].set_result(None)
             await asyncio.sleep(0)

@@ -8,15 +8,15 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
-from stickslip_ros.paper.figure import write_figure
-from stickslip_ros.paper.make import FIGURES, chosen_figures, make_tables
-from stickslip_ros.paper.readings import (
+from stickslip_ros.paper.amplifier import BANDWIDTHS_HZ, rounded_stand
+from stickslip_ros.paper.curves import (
     max_presliding_m,
     quasi_static_zero_m,
     stand_at,
     zero_by_steps_m,
 )
-from stickslip_ros.paper.rounded import BANDWIDTHS_HZ, rounded_stand
+from stickslip_ros.paper.figure import write_figure
+from stickslip_ros.paper.make import FIGURES, chosen_figures, make_tables
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs.plotting import new_figure
 from stickslip_ros.runs.sawtooth_run import run_drive

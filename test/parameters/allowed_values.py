@@ -20,18 +20,15 @@ COUPLED = {
     'load_cell.range',
     'amplifier.bandwidth',
     'actuator.resonance',
+    'contact.friction_rate',
+    'contact.friction_ageing',
 }
 NAMES = {'sim.joint_name', 'frame_id.stage', 'frame_id.runner', 'frame_id.load_cell'}
 """Texts that are neither empty nor begin with a slash."""
 NUMBERS = {
     name: spec for name, spec in specs().items() if spec.minimum is not None and spec.kind is float
 }
-PERIODS = (
-    (1e-3, 50e3, 0.01),
-    (1e-4, 10e3, 1e-4),
-    (0.1, 1e6, 1.0),
-    (2.5e-4, 20e3, 1e-3),
-)
+PERIODS = ((1e-3, 50e3, 0.01), (1e-4, 10e3, 1e-4), (0.1, 1e6, 1.0), (2.5e-4, 20e3, 1e-3))
 """Block, sample rate and trace period that fit into each other."""
 
 
@@ -71,9 +68,14 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     if draw(st.booleans()):
         values['load_cell.hysteresis'] = draw(st.floats(0.0, 0.4))
         values['load_cell.range'] = draw(st.floats(1e-6, 1e6))
+    if draw(st.booleans()):
+        values |= {
+            'contact.law': 'mdr',
+            'contact.friction': 0.2,
+            'contact.friction_velocity': 1e-3,
+        }
+        values |= {'contact.friction_cutoff': 1e-4, 'contact.friction_distance': 1e-6}
+        values['contact.friction_rate'] = draw(st.floats(0.0, 0.01))
+        values['contact.friction_ageing'] = draw(st.floats(0.0, 0.01))
     block_s, rate_hz, period_s = draw(st.sampled_from(PERIODS))
-    return values | {
-        'sim.block': block_s,
-        'trace.sample_rate': rate_hz,
-        'trace.period': period_s,
-    }
+    return values | {'sim.block': block_s, 'trace.sample_rate': rate_hz, 'trace.period': period_s}

@@ -28,6 +28,8 @@ PURE_NUMBERS = {
     'sim.real_time_factor',
     'contact.hurst',
     'contact.friction',
+    'contact.friction_ageing',
+    'contact.friction_rate',
     'contact.poisson_runner',
     'contact.poisson_sphere',
     'friction_law.static_ratio',

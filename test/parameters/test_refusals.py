@@ -27,8 +27,8 @@ def _refusal(values, kind=OutOfRange):
         ('preload', 'did you mean stand.preload'),
         ('sim.time_step', 'did you mean'),
         ('sim', 'did you mean'),
-        ('qqqq', 'see docs/interface.md'),
-        ('', 'see docs/interface.md'),
+        ('qqqq', 'see docs/reference/parameters.md'),
+        ('', 'see docs/reference/parameters.md'),
     ],
 )
 def test_an_unknown_name_is_refused_with_a_suggestion(name, suggestion):

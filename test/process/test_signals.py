@@ -47,13 +47,13 @@ def test_a_signal_before_there_is_anything_to_close_ends_at_once(is_node: bool, 
 
 def test_signals_that_come_together_ask_for_the_end_once():
     burst = 'for _ in range(70_000): send(signal.SIGINT); send(signal.SIGTERM)'
-    told = ended('process.begin()', burst, 'await_stop()', 'return 7')
+    told = ended('signals.begin()', burst, 'await_stop()', 'return 7')
     assert (told.returncode, told.stderr) == (7, '')
 
 
 def test_a_signal_that_the_system_gives_to_another_thread_is_heeded():
     there = 'signal.pthread_kill(threading.get_ident(), signal.SIGINT)'
-    told = ended('process.begin()', there, 'await_stop()', 'return 7')
+    told = ended('signals.begin()', there, 'await_stop()', 'return 7')
     assert (told.returncode, told.stderr) == (7, '')
 
 
@@ -76,7 +76,7 @@ def test_under_nohup_a_closed_terminal_ends_nothing():
     ],
 )
 def test_work_that_heeds_nothing_is_cut_off(is_node: bool, limit: str, status: int, line: str):
-    lines = (f'process.{limit} = 0.1', 'process.begin()', 'send(signal.SIGINT)')
+    lines = (f'signals.{limit} = 0.1', 'signals.begin()', 'send(signal.SIGINT)')
     told = ended(*lines, 'while True: pass', is_node=is_node)
     assert told.returncode == status
     assert told.stderr.startswith(f'it: {line}')

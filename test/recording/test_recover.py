@@ -15,14 +15,7 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk, Message
 from mcap.stream_reader import StreamReader, breakup_chunk
-from mcap_records import (
-    WITHOUT_INDEX,
-    Row,
-    foreign_notes,
-    foreign_numbers,
-    records_of,
-    rows_of,
-)
+from mcap_records import WITHOUT_INDEX, Row, foreign_notes, foreign_numbers, records_of, rows_of
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import ConnectionExtRosbag2
 from rosbags.rosbag2 import Reader

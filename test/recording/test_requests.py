@@ -26,8 +26,7 @@ from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.requests import pack_command, pack_request, receive_request
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.fingerprint import compare_data, data_digest
-from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.reader import Recording, compare_data, data_digest
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run import RunWriter

@@ -1,7 +1,9 @@
 """The examples of the pages, as they stand there, do what the pages say."""
 
 import json
+import os
 import re
+import runpy
 import shlex
 import signal
 import subprocess
@@ -11,6 +13,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
+import matplotlib.pyplot as plt
 import pytest
 from executables import BIN, end
 
@@ -23,6 +26,8 @@ TIMEOUT_S = 120.0
 CLOCK_AHEAD_S = 5021.3
 HALF_A_ROW_S = 1e-4
 NOISE_M = 1e-9
+HELD_M = 5e-9
+"""What docs/howto/position_controller.md promises of the true position."""
 MOVER = """\
 import json
 
@@ -56,7 +61,7 @@ def examples(page: str) -> list[str]:
 @pytest.fixture
 def project(tmp_path: Path) -> Path:
     """Write the two Python blocks of the page about tests into the files that it names."""
-    conftest, tests = examples('testing.md')
+    conftest, tests = examples('howto/test_a_controller.md')
     (tmp_path / 'conftest.py').write_text(conftest)
     (tmp_path / 'test_controller.py').write_text(tests)
     return tmp_path
@@ -75,9 +80,7 @@ def test_the_example_of_the_page_passes(project: Path):
     assert run_pytest(project).startswith('2 passed')
 
 
-def test_the_example_of_the_page_fails_where_its_controller_cannot_reach_the_target(
-    project: Path,
-):
+def test_the_example_of_the_page_fails_where_its_controller_cannot_reach_the_target(project: Path):
     tests = project / 'test_controller.py'
     below_0_v = tests.read_text().replace('TARGET_M = 40e-9', 'TARGET_M = -40e-9')
     tests.write_text(below_0_v)
@@ -90,7 +93,7 @@ def test_five_lines_wait_for_the_end_of_ones_own_command(
     stand.operator.command('load', 0.01)
     stand.operator.wait_for_event('load', 0)
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
-    [example] = examples('control.md')
+    [example] = examples('reference/moves.md')
     program = MOVER.format(example=example, target_m=20e-9)
     done = subprocess.run(
         [sys.executable, '-c', program],
@@ -144,7 +147,7 @@ def test_the_walk_leads_from_a_drive_to_the_comparison_with_a_measurement(
 ):
     monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
     monkeypatch.chdir(tmp_path)
-    commands = typed('walkthrough.md', tmp_path)
+    commands = typed('start/walkthrough.md', tmp_path)
     walk(commands)
     assert ['stickslip', 'replay', 'runs/walk.mcap'] in commands  # ends with 0 if it is identical
     position_m = open_run('runs/walk.mcap').frame['position_m'].iloc[-1]
@@ -153,3 +156,17 @@ def test_the_walk_leads_from_a_drive_to_the_comparison_with_a_measurement(
     assert aligned.alignment.shift_s == pytest.approx(-CLOCK_AHEAD_S, abs=HALF_A_ROW_S)
     assert abs(aligned.quantities[0].agreement.bias) < NOISE_M
     assert Path('runs/walk.html').exists()
+
+
+def test_the_example_of_positioning_holds_what_the_controller_promises(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv('PATH', f'{BIN}:{os.environ["PATH"]}')
+    monkeypatch.setenv('MPLBACKEND', 'agg')
+    example = runpy.run_path(str(DOCS / 'examples' / 'positioning.py'))
+    example['main'].__globals__['HOLD_S'] = 0.1
+    errors_m = example['main']((100e-9,), tmp_path)
+    plt.close('all')
+    assert len(errors_m) == 2  # at the target, and there under a load
+    assert max(errors_m) < HELD_M
+    assert {'positioning.mcap', 'positioning.png'} <= {each.name for each in tmp_path.iterdir()}

@@ -8,7 +8,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 
 from stickslip_ros.process import stopping
-from stickslip_ros.ros.ending import spin_until_stopped
+from stickslip_ros.ros.executable import spin_until_stopped
 from stickslip_ros.testing import open_context
 
 

@@ -73,30 +73,9 @@ def test_a_signal_ends_a_node_that_has_nothing_to_do(
     assert 'Traceback' not in errors
 
 
-@pytest.mark.parametrize(
-    ('assignment', 'line'),
-    [
-        (
-            'stand.prelaod:=0.3',
-            "drive: parameter 'stand.prelaod' is not known; did you mean stand.preload",
-        ),
-        (
-            'stand.preload:=101.0',
-            'drive: stand.preload 101 N is above the maximum 100 N; lower it',
-        ),
-        (
-            'stand.preload:=much',
-            (
-                "drive: stand.preload 'much' is not a finite number in N; "
-                'give one such as 250mN or 0.25'
-            ),
-        ),
-    ],
-)
-def test_a_refused_parameter_is_one_clear_line_and_status_2(
-    start: Callable, assignment: str, line: str
-):
-    assert_is_refused(start(*DRIVE, '--ros-args', '-p', assignment), line)
+def test_a_refused_parameter_is_one_clear_line_and_status_2(start: Callable):
+    line = "drive: parameter 'stand.prelaod' is not known; did you mean stand.preload"
+    assert_is_refused(start(*DRIVE, '--ros-args', '-p', 'stand.prelaod:=0.3'), line)
 
 
 def test_the_command_line_refuses_likewise(start: Callable):
@@ -107,14 +86,7 @@ def test_the_command_line_refuses_likewise(start: Callable):
 @pytest.mark.parametrize(
     ('assignment', 'line'),
     [
-        ('gain:=-1.0', 'gain -1 m/V is below the minimum 1e-13 m/V; raise it'),
-        (
-            'gain:=much',
-            "gain 'much' is not a finite number in m/V; give one such as 1m/V or 1",
-        ),
-        ('lockstep:=2', 'lockstep 2 is not true or false; write true or false'),
         ('tolerence:=1e-9', "parameter 'tolerence' is not known; did you mean tolerance"),
-        ('qqqq:=1', "parameter 'qqqq' is not known; known are gain, voltage_min,"),
         (
             'voltage_min:=500.0',
             'voltage_min 500 V is not below voltage_max, 300 V; lower it or raise the other',
@@ -164,27 +136,19 @@ def test_the_command_line_hands_its_parameters_and_ros_arguments_to_the_node(
 ):
     settings = tmp_path / 'settings.yaml'
     settings.write_text('/**:\n  ros__parameters:\n    stand:\n      preload: 0.3\n')
-    words = ('--params', str(settings), '--set', 'sim.seed=5', '--set', 'runner.mass=4e-3')
-    process = start(*CLI_DRIVE, *words, '--ros-args', '-r', '__ns:=/left')
+    values = ('sim.seed=5', 'runner.mass=4e-3', 'record.name=12')  # a text that looks otherwise
+    words = [word for value in values for word in ('--set', value)]
+    process = start(
+        *CLI_DRIVE, '--params', str(settings), *words, '--ros-args', '-r', '__ns:=/left'
+    )
     operator = meet('/left')
     operator.spin_until(lambda: bool(operator.info), 'the info')
     told = operator.info['parameters']
     assert (told['stand.preload'], told['sim.seed'], told['runner.mass']) == (0.3, 5, 4e-3)
+    assert told['record.name'] == '12'
     status, errors = end(process, signal.SIGINT)
     assert status == 0
     assert 'Traceback' not in errors
-
-
-@pytest.mark.parametrize('name', ['12'])
-def test_a_text_that_looks_like_something_else_reaches_the_node_as_a_text(
-    start: Callable, meet: Callable, name: str
-):
-    process = start(*CLI_DRIVE, '--set', f'record.name={name}')
-    operator = meet(wait=False)
-    operator.spin_until(lambda: bool(operator.info) or process.poll() is not None, 'the info')
-    assert process.poll() is None, process.communicate()[1]
-    assert operator.info['parameters']['record.name'] == name
-    assert end(process, signal.SIGINT)[0] == 0
 
 
 IMPORTS_FOR_EVER = """

@@ -17,12 +17,7 @@ from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import RunWriter
-from stickslip_ros.ros.diagnostics import (
-    FACTOR_SHARE,
-    STAMPS_OFF_MAX_S,
-    pace_status,
-    recorder_status,
-)
+from stickslip_ros.ros.diagnostics import pace_status, recorder_status
 from stickslip_ros.runtime.orders import NEXT_BLOCK, Order
 from stickslip_ros.runtime.pacing import PaceReport
 from stickslip_ros.runtime.session import Session
@@ -52,21 +47,26 @@ RECORDER_KEYS = {
     'length_s',
     'size_bytes',
 }
-ROUNDING = 1e-4
-"""The factor is printed with four digits behind the point."""
 
 
-def next_parts(stand: Any, heard: list[Any]) -> dict[str, Any]:
-    """Wait for diagnostics from now on; give the parts by the last word of their names."""
+def next_parts(stand: Any, heard: list[Any], *, ticked: bool = False) -> dict[str, Any]:
+    """
+    Wait for diagnostics from now on; give the parts by the last word of their names.
+
+    If ``ticked``, of a time in which there was a tick: on a busy machine not each report has one.
+
+    """
     seen = len(heard)
-    whole: list[Any] = []
+    parts: dict[str, Any] = {}
 
     def look() -> bool:
-        whole[:] = [each for each in heard[seen:] if len(each.status) > 1]  # not a fault alone
-        return bool(whole)
+        for each in heard[seen:]:
+            parts.update({part.name.rpartition(': ')[2]: part for part in each.status})
+        whole = parts.keys() > {'faults'}  # they come alone too
+        return whole and not (ticked and values_of(parts['time'])['ticks'] == '0')
 
     stand.operator.spin_until(look, 'diagnostics')
-    return {part.name.rpartition(': ')[2]: part for part in whole[-1].status}
+    return parts
 
 
 def values_of(part: Any) -> dict[str, str]:
@@ -88,52 +88,6 @@ def test_diagnostics_carry_time_drive_and_recorder(stand: Any):
     assert {part.hardware_id for part in parts.values()} == {'virtual'}
 
 
-def test_the_values_of_time_agree_with_each_other(stand: Any):
-    part = next_parts(stand, stand.operator.listen('diagnostics'))['time']
-    values = {k: float(value) for k, value in values_of(part).items() if k != 'paused'}
-    assert 0.0 < values['real_time_factor'] < 1.5
-    assert 0.0 <= values['lateness_mean_us'] <= values['lateness_max_us']
-    assert values['lateness_p99_us'] <= values['lateness_max_us']
-    assert values['overruns'] <= values['ticks']
-    assert values['overruns'] <= values['overruns_total']
-    assert values['real_time_factor_wanted'] == 1.0
-    if values['real_time_factor'] >= FACTOR_SHARE + ROUNDING:
-        is_late = values['overruns'] > 0 or values['stamps_behind_s'] > STAMPS_OFF_MAX_S
-        assert part.level == (DiagnosticStatus.WARN if is_late else DiagnosticStatus.OK)
-        assert (part.message == 'in time') != is_late
-
-
-@pytest.mark.parametrize(('wanted', 'sleeps'), [(0.0, False), (0.1, True)])
-def test_as_fast_as_possible_is_without_sleep_and_never_late(
-    start_drive: Callable, monkeypatch: pytest.MonkeyPatch, wanted: float, sleeps: bool
-):
-    stand = start_drive({'sim.real_time_factor': wanted})
-    slept_s: list[float] = []
-    monkeypatch.setattr(stand.drive.session, '_sleep', slept_s.append)
-    heard = stand.operator.listen('diagnostics')
-    next_parts(stand, heard)
-    values = values_of(next_parts(stand, heard)['time'])
-    assert bool(slept_s) is sleeps
-    assert float(values['real_time_factor']) > 0.0
-    if not sleeps:
-        assert (values['overruns'], values['lateness_max_us']) == ('0', '0.0')
-
-
-def test_a_pace_that_cannot_be_kept_is_an_error_with_the_time_lost(
-    start_drive: Callable,
-):
-    stand = start_drive({'sim.real_time_factor': 1000.0})  # a tick of 1 ms each microsecond
-    heard = stand.operator.listen('diagnostics')
-    next_parts(stand, heard)
-    part = next_parts(stand, heard)['time']
-    values = values_of(part)
-    assert part.level == DiagnosticStatus.ERROR
-    assert part.message == f'real-time factor {values["real_time_factor"]} instead of 1000'
-    assert float(values['real_time_factor']) < FACTOR_SHARE * 1000.0
-    assert int(values['overruns']) > 0
-    assert float(values['behind_s']) > 0.0
-
-
 def test_the_recorder_is_accounted_for_while_it_records(stand: Any, tmp_path: Any):
     heard = stand.operator.listen('diagnostics')
     path = stand.operator.set_recording(wanted=True).message
@@ -146,19 +100,6 @@ def test_the_recorder_is_accounted_for_while_it_records(stand: Any, tmp_path: An
     assert 0.0 < float(values['length_s']) <= stand.drive.session.bench.time_ns * 1e-9
     assert 0 < int(values['size_bytes']) <= stand.drive.session.worker.writer.recorder.size_bytes
     assert int(values['queue_peak']) >= int(values['queued']) >= 0
-
-
-def test_a_drive_that_has_failed_is_an_error_with_its_reason(stand: Any, recwarn: Any):
-    heard = stand.operator.listen('diagnostics')
-    stand.drive.session.failure = RuntimeError('broken on purpose')
-    part = next_parts(stand, heard)['drive']
-    assert part.level == DiagnosticStatus.ERROR
-    assert part.message == 'stopped: broken on purpose'
-    answer = stand.operator.trigger('stop')
-    assert not answer.success
-    assert answer.message == (
-        'stop refused: the drive has stopped: broken on purpose; configure the node anew'
-    )
 
 
 @pytest.mark.parametrize('queue', [10])

@@ -15,12 +15,6 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 
 OFFERED = {topic.key for topic in TOPICS if topic.exists(Parameters())}
-TRIGGERS = [
-    service.name.removeprefix('~/')
-    for service in SERVICES
-    if service.type_name.endswith('Trigger')
-]
-INACTIVE = 'the node is inactive, not active; activate it first'
 
 
 def topics_of(stand: Any) -> set[str]:
@@ -51,10 +45,6 @@ def services_of(stand: Any) -> set[str]:
 
 def last_ns(stand: Any) -> int:
     return stand.operator.time_ns
-
-
-def test_autostart_reaches_active(stand: Any):
-    assert stand.operator.state() == 'active'
 
 
 def test_without_autostart_the_drive_stays_unconfigured_and_offers_nothing(manual: Any):
@@ -161,23 +151,6 @@ def test_a_transition_that_does_not_fit_the_state_is_refused(manual: Any, transi
     assert not manual.operator.change_state(transition)
     assert manual.operator.state() == 'unconfigured'
     assert manual.operator.change_state('configure')
-
-
-@pytest.mark.parametrize('name', TRIGGERS)
-def test_a_service_of_an_inactive_drive_is_refused_with_the_reason(manual: Any, name: str):
-    manual.operator.change_state('configure')
-    answer = manual.operator.trigger(name)
-    assert not answer.success
-    assert answer.message == f'{name} refused: {INACTIVE}'
-
-
-@pytest.mark.parametrize('wanted', [True, False])
-def test_an_inactive_drive_does_not_record(manual: Any, wanted: bool, tmp_path: Any):
-    manual.operator.change_state('configure')
-    answer = manual.operator.set_recording(wanted)
-    assert not answer.success
-    assert answer.message == f'set_recording refused: {INACTIVE}'
-    assert list(tmp_path.glob('*.mcap')) == []
 
 
 def test_commands_to_an_inactive_drive_move_nothing_then_or_later(

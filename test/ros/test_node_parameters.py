@@ -1,7 +1,7 @@
 """The parameters of the package are ROS parameters: declared, judged, seen in what a node does."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from rcl_interfaces.srv import (
 )
 from rclpy.parameter import parameter_dict_from_yaml_file, parameter_value_to_python
 
-from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
+from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters, describe, dump_yaml, load_yaml, specs
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros.node import StickSlipDrive
@@ -101,17 +101,6 @@ def test_a_parameter_changed_without_a_drive_is_used_by_the_next_one(
     assert 'preload: 0.3\n' in text
 
 
-def test_a_change_that_an_inactive_drive_accepts_is_used_when_it_is_activated(
-    start_drive: Callable,
-):
-    stand = start_drive()
-    stand.operator.change_state('deactivate')
-    answer = stand.operator.set_parameter('stand.preload', 0.3)
-    stand.operator.change_state('activate')
-    used_n = stand.drive.session.parameters.stand.preload
-    assert used_n == (0.3 if answer.successful else 0.5)
-
-
 @pytest.mark.parametrize(
     ('name', 'value', 'reason'),
     [
@@ -141,39 +130,6 @@ def test_a_whole_number_does_for_a_decimal_one_at_the_start(start_drive: Callabl
     value = stand.drive.get_parameter('stand.preload').value
     assert (type(value), value) == (float, 1.0)
     assert described(stand)['stand.preload'].type == ParameterType.PARAMETER_DOUBLE
-
-
-@pytest.mark.parametrize(
-    ('values', 'refusal', 'message'),
-    [
-        (
-            {'stand.prelaod': 0.3},
-            UnknownName,
-            "parameter 'stand.prelaod' is not known; did you mean stand.preload",
-        ),
-        ({'preload': 0.3}, UnknownName, "parameter 'preload' is not known"),
-        (
-            {'stand.preload': 101.0},
-            OutOfRange,
-            'stand.preload 101 N is above the maximum 100 N; lower it',
-        ),
-        ({'sim.seed': 1.5}, WrongKind, 'sim.seed 1.5 is not a whole number'),
-        ({'record.name': 12}, WrongKind, 'record.name 12 is not a text'),
-        ({'autostart': 'perhaps'}, WrongKind, "autostart 'perhaps' is not true or false"),
-        ({'stand.preload': [0.5, 0.5]}, WrongKind, 'is not a finite number'),
-        (
-            {'sim.block': 0.0007},
-            OutOfRange,
-            'trace.period 10000000 ns is not a multiple of one sim.block, 700000 ns',
-        ),
-    ],
-)
-def test_a_bad_value_at_the_start_is_refused(
-    start_drive: Callable, values: dict[str, Any], refusal: type, message: str
-):
-    with pytest.raises(refusal) as caught:
-        start_drive(values, wait=False)
-    assert message in str(caught.value)
 
 
 def test_what_we_write_can_be_loaded_as_ros2_param_load_does_it(manual: Any, tmp_path: Path):
@@ -240,127 +196,6 @@ def test_a_text_that_is_a_number_is_taken_for_one(manual: Any, text: str):
     assert manual.drive.get_parameter('actuator.gain').value == 1e-8
 
 
-def test_a_text_that_is_none_or_a_number_out_of_range_is_refused(manual: Any):
-    for text in ('much', 'nan', '1e300'):
-        assert not manual.operator.set_parameter('actuator.gain', text).successful
-    assert manual.operator.set_parameter('record.name', '1e-8').successful
-
-
-END_S = 0.05
-"""Simulated time of a run; the drive is in lockstep, so that equal runs give equal bytes."""
-BLOCK_S = 1e-3
-TOPICS = ('position', 'force', 'voltage', 'trace')
-STEPPING = (('steps', 10),)
-JOGGING = (('jog', 1000.0),)
-LUGRE = {'contact.law': 'lugre'}
-
-#: Per group: what all its runs share, the change, the commands, and where the change is seen.
-CASES: Mapping[str, tuple[Mapping[str, Any], Mapping[str, Any], tuple[Any, ...], str]] = {
-    'sim': ({}, {'sim.seed': 2}, (), 'position'),
-    'contact': ({}, {'contact.friction': 0.2}, STEPPING, 'position'),
-    'friction_law': (LUGRE, {'friction_law.viscous': 5.0}, STEPPING, 'position'),
-    'stand': ({}, {'stand.preload': 0.2}, STEPPING, 'position'),
-    'runner': ({}, {'runner.mass': 0.006}, STEPPING, 'position'),
-    'amplifier': ({}, {'amplifier.slew_rate': 1e4}, (('voltage', 300.0),), 'voltage'),
-    'actuator': ({}, {'actuator.gain': 2e-10}, STEPPING, 'trace'),
-    'step': ({}, {'step.frequency': 500.0}, STEPPING, 'trace'),
-    'jog': ({}, {'jog.timeout': 0.01}, JOGGING, 'event'),
-    'closed_loop': ({}, {'closed_loop.timeout': 0.01}, (('position', 1e-4),), 'event'),
-    'limits': ({}, {'limits.soft_max': 1e-8}, JOGGING, 'event'),
-    'load_cell': ({}, {'load_cell.stiffness': 2e5}, STEPPING, 'force'),
-    'interferometer': ({}, {'interferometer.resolution': 1e-8}, STEPPING, 'position'),
-    'trace': ({}, {'trace.sample_rate': 1e4}, (), 'trace'),
-    'record': ({}, {'record.on_start': True}, (), 'files'),
-    'fault': ({}, {'fault.runner_stuck': True}, STEPPING, 'position'),
-    'frame_id': ({}, {'frame_id.stage': 'left/stage_base'}, STEPPING, 'frames'),
-}
-
-
-def numbers_of(message: Any) -> Any:
-    """Give what a message says, stamps left out; texts make what is no number comparable."""
-    if hasattr(message, 'point'):
-        return repr(message.point.x)
-    if hasattr(message, 'wrench'):
-        return repr(message.wrench.force.x)
-    return repr(message.data)
-
-
-def run(stand: Any, commands: tuple[Any, ...], folder: Path) -> dict[str, list[Any]]:
-    """Run a drive in lockstep to the end; give all that it said, topic by topic."""
-    operator = stand.operator
-    heard = {key: stand.operator.listen(key) for key in TOPICS}
-    operator.wait_for_topics()
-    for name, value in commands:
-        operator.command(name, value)
-    operator.command('grant', (END_S, len(commands)))
-    blocks = round(END_S / BLOCK_S)
-    operator.spin_until(lambda: len(heard['position']) >= blocks, 'the run')
-    operator.command('load', 0.0)  # its event comes after those of the run
-    operator.command('grant', (END_S + BLOCK_S, len(commands) + 1))
-    operator.wait_for_event('load', 0)
-    traces = stand.drive.session.parameters.trace.period
-    operator.spin_until(
-        lambda: (
-            len(heard['force']) > blocks
-            and min(len(heard['voltage']), len(heard['trace'])) >= round(END_S / traces)
-        ),
-        'the readings',
-    )
-    said: dict[str, list[Any]] = {
-        key: [numbers_of(message) for message in messages[:blocks]]
-        for key, messages in heard.items()
-    }
-    said['event'] = [(each['command'], each['result']) for each in operator.events]
-    said['frames'] = sorted({each.header.frame_id for each in heard['position']})
-    said['files'] = sorted(path.suffix for path in folder.iterdir())
-    return said
-
-
-@pytest.fixture
-def said(start_drive: Callable, tmp_path: Path) -> Callable[..., dict[str, list[Any]]]:
-    """Give a function that runs a drive of its own with parameters; what it said is returned."""
-
-    def run_one(given: Mapping[str, Any], commands: tuple[Any, ...]) -> dict[str, list[Any]]:
-        folder = tmp_path / str(len(list(tmp_path.iterdir())))
-        folder.mkdir()
-        stand = start_drive(
-            {'sim.lockstep': True, 'record.directory': str(folder), **given}, wait=False
-        )
-        found = run(stand, commands, folder)
-        stand.close()
-        return found
-
-    return run_one
-
-
-@pytest.fixture(scope='module')
-def unchanged() -> dict[str, dict[str, list[Any]]]:
-    """Keep what drives without a change have said, since several groups need the same run."""
-    return {}
-
-
-def test_equal_parameters_say_the_same(said: Callable[..., dict[str, list[Any]]]):
-    assert said({}, STEPPING) == said({}, STEPPING)
-
-
-@pytest.mark.parametrize('group', CASES)
-def test_a_group_has_its_effect_on_the_node(
-    said: Callable[..., dict[str, list[Any]]],
-    unchanged: dict[str, dict[str, list[Any]]],
-    group: str,
-):
-    shared, change, commands, key = CASES[group]
-    assert {name.partition('.')[0] for name in change} == {group}
-    which = repr((shared, commands))
-    if which not in unchanged:
-        unchanged[which] = said(shared, commands)
-    assert said({**shared, **change}, commands)[key] != unchanged[which][key]
-
-
-def test_every_group_has_a_case():
-    assert CASES.keys() | {'autostart'} == {name.partition('.')[0] for name in specs()}
-
-
 @pytest.mark.parametrize(
     ('name', 'value'),
     [('stand.preload', 101.0), ('sim.seed', -1), ('contact.profile', 'polished')],
@@ -373,9 +208,7 @@ def test_a_value_out_of_its_bounds_is_refused_at_the_start_and_by_the_parameter_
     assert not manual.operator.set_parameter(name, value).successful
 
 
-def test_a_node_that_gets_the_file_of_realistic_hardware_has_its_values_and_runs(
-    ros_domain: int,
-):
+def test_a_node_that_gets_the_file_of_realistic_hardware_has_its_values_and_runs(ros_domain: int):
     context = open_context(ros_domain)
     drive = StickSlipDrive(context=context, cli_args=['--ros-args', '--params-file', REALISTIC])
     wanted, session = load_yaml(Path(REALISTIC)), drive.session

@@ -120,18 +120,10 @@ def test_every_service_of_an_inactive_drive_is_refused_with_its_state(manual: An
         assert (answer.success, answer.message) == (False, f'{name} {why}')
 
 
-def test_a_step_of_a_drive_that_runs_is_refused(stand: Any):
-    answer = stand.operator.trigger('step_simulation')
-    assert not answer.success
-    assert 'simulated time runs' in answer.message
-
-
 def test_every_service_has_its_witness():
     assert WITNESSES.keys() == set(SERVICE_NAMES)
 
 
-#: Time in which the damped runner comes to rest: over 100 time constants.
-SETTLED_NS = 50_000_000
 NOTED = (
     ('stop', None),
     ('zero_position', None),
@@ -140,45 +132,6 @@ NOTED = (
     ('clear_faults', None),
     ('reset', None),
 )
-
-
-def test_the_amplifier_is_switched_off_and_on(stand: Any):
-    operator = stand.operator
-    assert operator.switch('enable_amplifier', wanted=False).success
-    operator.spin_until(lambda: not operator.status & Status.AMPLIFIER_ENABLED, 'the bit')
-    operator.command('voltage', 100.0)
-    assert operator.wait_for_event('voltage', 0)['result'] == 'AMPLIFIER_DISABLED'
-    seen = len(operator.events)
-    assert operator.switch('enable_amplifier', wanted=True).success
-    operator.command('voltage', 100.0)
-    assert operator.wait_for_event('voltage', seen)['result'] == 'DONE'
-
-
-def test_a_zeroed_position_reads_zero_and_is_referenced(
-    start_drive: Callable, perfect_sensors: dict[str, float]
-):
-    stand = start_drive({**perfect_sensors, 'runner.damping': 80.0})
-    operator = stand.operator
-    operator.command('load', 0.1)
-    settled_ns = operator.wait_for_event('load', 0)['time_ns'] + SETTLED_NS
-    operator.spin_until(lambda: operator.time_ns > settled_ns, 'rest')
-    assert operator.positions[operator.time_ns] > 1e-9
-    assert operator.trigger('zero_position').success
-    done_ns = operator.wait_for_event('zero_position', 0)['time_ns']
-    operator.spin_until(lambda: operator.time_ns > done_ns, 'a position')
-    assert abs(operator.positions[operator.time_ns]) < 1e-10
-    assert operator.status & Status.IS_REFERENCED
-
-
-def test_a_tared_force_reads_zero(start_drive: Callable, perfect_sensors: dict[str, float]):
-    stand = start_drive({**perfect_sensors, 'runner.damping': 80.0})
-    operator, forces = stand.operator, stand.operator.listen('force')
-    operator.command('load', 0.1)
-    settled_ns = operator.wait_for_event('load', 0)['time_ns'] + SETTLED_NS
-    operator.spin_until(lambda: operator.time_ns > settled_ns, 'rest')
-    operator.spin_until(lambda: bool(forces) and forces[-1].wrench.force.x > 1e-4, 'a force')
-    assert operator.trigger('tare_force').success
-    operator.spin_until(lambda: abs(forces[-1].wrench.force.x) < 1e-5, 'no force')
 
 
 def test_what_came_by_service_is_noted_on_the_topic_and_in_the_file_at_its_time(stand: Any):
@@ -201,15 +154,6 @@ def test_what_came_by_service_is_noted_on_the_topic_and_in_the_file_at_its_time(
     assert [time_ns for time_ns, _ in told] == [done_ns[name] for name in names]
 
 
-def test_a_command_of_a_topic_is_not_noted_a_second_time(stand: Any):
-    operator = stand.operator
-    operator.command('voltage', 10.0)
-    operator.wait_for_event('voltage', 0)
-    operator.trigger('stop')
-    operator.spin_until(lambda: bool(operator.requests), 'the note')
-    assert [each['name'] for each in operator.requests] == ['stop']
-
-
 def test_what_an_inactive_drive_refuses_is_counted_and_told_once_as_news(manual: Any):
     operator = manual.operator
     manual.operator.change_state('configure')
@@ -227,10 +171,7 @@ def test_what_an_inactive_drive_refuses_is_counted_and_told_once_as_news(manual:
         return len(reports) >= 2
 
     operator.spin_until(look, 'two reports')
-    assert [part.message for part in reports[:2]] == [
-        '2 refused since the last report',
-        'running',
-    ]
+    assert [part.message for part in reports[:2]] == ['2 refused since the last report', 'running']
     assert {pair.key: pair.value for pair in reports[1].values}['messages_refused'] == '2'
 
 

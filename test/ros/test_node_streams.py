@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.interface.topics import READINGS
+from stickslip_ros.parameters import specs
 from stickslip_ros.testing import deep_queues
 
 QUEUES = deep_queues('position', 'force', 'trace')
@@ -34,21 +35,6 @@ def test_stamps_rise_by_the_block_without_a_hole(start_drive: Callable, block_s:
         times = [stand.operator.simulated_ns(each) for each in heard]
         assert np.diff(times).tolist() == [round(block_s * 1e9)] * (len(times) - 1)
         assert times[0] % round(block_s * 1e9) == 0
-
-
-def test_position_and_force_of_one_moment_have_equal_stamps(stand: Any):
-    heard = [stand.operator.listen('position'), stand.operator.listen('force')]
-
-    def stamps_of_both() -> list[set[int]]:
-        times = [[stand.operator.simulated_ns(each) for each in topic] for topic in heard]
-        first_ns, last_ns = max(t[0] for t in times), min(t[-1] for t in times)
-        return [{t for t in each if first_ns <= t <= last_ns} for each in times]
-
-    stand.operator.spin_until(
-        lambda: all(heard) and len(stamps_of_both()[0]) >= 40, 'readings of both'
-    )
-    position, force = stamps_of_both()
-    assert position == force
 
 
 def test_the_joint_has_position_and_force_of_the_same_moment(stand: Any):
@@ -103,56 +89,26 @@ def test_no_sample_is_missing_within_and_between_blocks(stand: Any):
     assert sample[0] % 500 == 1
 
 
-@pytest.mark.parametrize('rate_hz', [10e3, 100e3])
-def test_the_rate_of_the_trace_is_the_parameter(start_drive: Callable, rate_hz: float):
-    stand = start_drive({**QUEUES, 'trace.sample_rate': rate_hz, 'trace.period': 0.02})
-    heard = stand.operator.listen('trace')
-    stand.operator.spin_until(lambda: len(heard) >= 3, 'traces')
-    time_s = np.concatenate([table(each)[:, 0] for each in heard])
-    assert len(heard[0].data) == 5 * round(0.02 * rate_hz)
-    assert np.diff(time_s) == pytest.approx(np.full(len(time_s) - 1, 1.0 / rate_hz), rel=1e-6)
-
-
-def test_scalar_readings_are_the_samples_of_the_trace_at_their_stamps(stand: Any):
-    trace, position = stand.operator.listen('trace'), stand.operator.listen('position')
-    force = stand.operator.listen('force')
-    stand.operator.command('sawtooth', (300.0, 1000.0, 20.0))
-    stand.operator.spin_until(lambda: len(trace) >= 6, 'traces')
-    rows = np.concatenate([table(each) for each in trace])
-    by_time = {round(row[0] * 1e9): row for row in rows}
-    for readings in (position, force):
-        stand.operator.spin_until(
-            lambda these=readings: (
-                bool(these) and stand.operator.simulated_ns(these[-1]) >= max(by_time)
-            ),
-            'readings',
-        )
-    compared = 0
-    for column, values in (
-        (3, {stand.operator.simulated_ns(each): each.point.x for each in position}),
-        (4, {stand.operator.simulated_ns(each): each.wrench.force.x for each in force}),
-    ):
-        for time_ns in values.keys() & by_time.keys():
-            assert by_time[time_ns][column] == values[time_ns]
-            compared += 1
-    assert compared >= 80
-
-
-def test_the_foot_follows_the_voltage_with_the_gain_of_the_piezo(stand: Any):
-    trace = stand.operator.listen('trace')
-    stand.operator.command('sawtooth', (300.0, 1000.0, 20.0))
-    stand.operator.spin_until(
-        lambda: any(table(each)[:, 1].max() > 290.0 for each in trace), 'the saw-tooth'
-    )
-    rows = np.concatenate([table(each) for each in trace])
-    gain = stand.drive.session.parameters.actuator.gain
-    assert rows[:, 2] == pytest.approx(gain * rows[:, 1], rel=1e-12, abs=1e-18)
-
-
 def test_every_published_topic_is_heard(start_drive: Callable):
-    stand = start_drive({'sim.publish_truth': True, 'sim.publish_clock': True})
+    switches = [name for topic in READINGS for name in topic.switches]
+    stand = start_drive({name: True for name in switches if specs()[name].kind is bool})
     operator = stand.operator
     assert operator.trigger('stop').success
     operator.spin_until(
         lambda: all(operator.received[topic.key] for topic in READINGS), 'every topic'
     )
+
+
+def test_a_sensor_that_is_enabled_has_a_topic_and_a_column_of_the_trace(start_drive: Callable):
+    stand = start_drive({**QUEUES, 'capacitive_probe.enabled': True})
+    foot, trace = stand.operator.listen('foot_position'), stand.operator.listen('trace')
+    stand.operator.spin_until(
+        lambda: len(foot) >= 100 and len(trace) >= 10, 'readings of the feet'
+    )
+    assert trace[-1].layout.dim[1].label == f'{COLUMNS},foot_position[m]'
+    assert {each.header.frame_id for each in foot} == {'stage_base'}
+    rows = {round(row[0] * 1e9): row[-1] for each in trace for row in table(each)}
+    told = {stand.operator.simulated_ns(each): each.point.x for each in foot}
+    both = rows.keys() & told.keys()
+    assert len(both) >= 10
+    assert [rows[each] for each in both] == [told[each] for each in both]

@@ -1,22 +1,17 @@
 """Simulated time can be held, stepped and published; nothing waits for a tick that never comes."""
 
 import itertools
-import json
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from diagnostic_msgs.msg import DiagnosticStatus
 
 from stickslip_ros.interface.messages import StampedMessage
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.testing import deep_queues
 
 BLOCK_NS = 1_000_000
-REPORTS = 2
-"""Reports of a pause, one per second: it lasts longer than a busy machine is late."""
 
 
 def pause(stand: Any) -> int:
@@ -40,9 +35,7 @@ def next_time_part(stand: Any, heard: list[Any]) -> Any:
     return parts[-1]
 
 
-def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(
-    start_drive: Callable,
-):
+def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(start_drive: Callable):
     stand = start_drive(deep_queues('position'))
     operator = stand.operator
     held_ns = pause(stand)
@@ -57,12 +50,6 @@ def test_a_pause_holds_time_and_its_end_lets_it_go_on_without_a_hole(
     assert {b - a for a, b in itertools.pairwise(times)} == {BLOCK_NS}
 
 
-def test_the_answer_tells_the_time_of_the_pause(stand: Any):
-    answer = stand.operator.switch('set_paused', wanted=True)
-    held_ns = stand.drive.session.bench.time_ns
-    assert answer.message == f'paused at {held_ns * 1e-9:.9g} s'
-
-
 def test_a_paused_drive_waits_without_work(stand: Any):
     pause(stand)
     thread = stand.drive.session._thread
@@ -71,27 +58,6 @@ def test_a_paused_drive_waits_without_work(stand: Any):
     stand.operator.spin_until(lambda: len(condition._waiters) == 1, 'a thread that waits')
     assert stand.operator.trigger('stop').success
     stand.operator.spin_until(lambda: len(condition._waiters) == 1, 'a thread that waits again')
-
-
-def test_a_pause_is_no_lateness(stand: Any):
-    heard = stand.operator.listen('diagnostics')
-    pause(stand)
-    paused_s = time.monotonic()
-    for _ in range(REPORTS):
-        values = {'ticks': ''}
-        while values['ticks'] != '0':
-            part = next_time_part(stand, heard)
-            values = {pair.key: pair.value for pair in part.values}
-        assert (part.level, part.message) == (DiagnosticStatus.OK, 'paused')
-        assert values['paused'] == 'true'
-    behind_s = values['behind_s']
-    lasted_s = time.monotonic() - paused_s
-    stand.operator.switch('set_paused', wanted=False)
-    values = {'ticks': '0'}
-    while values['ticks'] == '0':
-        values = {pair.key: pair.value for pair in next_time_part(stand, heard).values}
-    assert float(values['behind_s']) - float(behind_s) < lasted_s
-    assert float(values['lateness_max_us']) < 1e6 * lasted_s
 
 
 def test_a_step_advances_by_exactly_one_block(stand: Any):
@@ -149,22 +115,6 @@ def test_a_command_to_a_paused_drive_waits_for_the_next_block(stand: Any):
     assert [each['command'] for each in operator.events] == ['stop', 'load']
 
 
-def test_the_order_of_effect_is_the_order_in_the_file(stand: Any):
-    operator = stand.operator
-    path = operator.set_recording(wanted=True).message
-    held_ns = pause(stand)
-    operator.command('load', 0.1)
-    operator.trigger('zero_position')
-    operator.trigger('step_simulation')
-    operator.set_recording(wanted=False)
-    told = [
-        (topic, time_ns)
-        for topic, time_ns, _ in Recording(Path(path)).messages()
-        if topic in {'/command/load', '/stickslip_drive/request'}
-    ]
-    assert told == [('/stickslip_drive/request', held_ns), ('/command/load', held_ns)]
-
-
 def test_a_slow_drive_is_paused_at_once(start_drive: Callable):
     stand = start_drive({'sim.real_time_factor': 1e-6}, wait=False)
     operator = stand.operator
@@ -180,21 +130,6 @@ def test_a_paused_drive_can_be_deactivated_and_runs_when_activated(stand: Any):
     assert stand.operator.change_state('deactivate')
     assert stand.operator.change_state('activate')
     stand.operator.spin_until(lambda: stand.operator.time_ns > held_ns, 'a position')
-
-
-def test_the_clock_is_the_stamp_of_the_positions(start_drive: Callable):
-    stand = start_drive({**deep_queues('clock', 'position'), 'sim.publish_clock': True})
-    clock = stand.operator.listen('clock')
-    stand.operator.spin_until(lambda: len(clock) >= 20, 'the clock')
-    times = [each.clock.sec * 10**9 + each.clock.nanosec for each in clock]
-    assert {b - a for a, b in itertools.pairwise(times)} == {BLOCK_NS}
-    stand.operator.spin_until(lambda: stand.operator.time_ns >= times[-1], 'a position')
-    heard = set(stand.operator.positions)
-    assert {t for t in times if t >= min(heard)} <= heard
-
-
-def test_without_the_parameter_there_is_no_clock(stand: Any):
-    assert stand.operator.node.count_publishers('/clock') == 0
 
 
 def test_a_node_does_not_follow_the_clock_that_it_publishes(start_drive: Callable):
@@ -260,9 +195,3 @@ def test_topics_follow_a_parameter_that_was_changed_while_inactive(stand: Any):
     assert stand.operator.change_state('activate')
     truth = stand.operator.listen('truth/position')
     stand.operator.spin_until(lambda: bool(truth), 'the truth')
-
-
-def test_pausing_twice_is_as_pausing_once(stand: Any):
-    held_ns = pause(stand)
-    assert pause(stand) == held_ns
-    assert json.loads(json.dumps(stand.operator.requests)) == []

@@ -3,16 +3,13 @@
 import itertools
 import time
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from stickslip_ros.parameters import Parameters, Scalar
-from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TIME_ORIGIN
-from stickslip_ros.runs.replay import replay
-from stickslip_ros.runtime.time_control import has_system_time
+from stickslip_ros.runtime.session import has_system_time
 from stickslip_ros.testing import LockstepClient, deep_queues, stamp_ns
 
 BLOCK_NS = Parameters().block_ns
@@ -74,29 +71,12 @@ def test_stamps_begin_with_the_activation_and_never_lie_in_the_future(start_driv
         assert {b - a for a, b in itertools.pairwise(stamps)} == {BLOCK_NS}
 
 
-def test_times_that_are_no_stamps_stay_simulated_time(start_drive: Callable):
-    stand = start_drive()
-    operator = stand.operator
-    trace = operator.listen('trace')
-    operator.command('voltage', 100.0)
-    event = operator.wait_for_event('voltage', 0)
-    operator.spin_until(lambda: bool(trace), 'a trace')
-    end_ns = stand.drive.session.bench.time_ns
-    assert 0 < event['time_ns'] <= end_ns
-    assert 0.0 < trace[0].data[0] <= end_ns * 1e-9
-    assert all(0 < each <= stand.drive.session.bench.time_ns for each in operator.positions)
-
-
 def test_without_a_pace_stamps_begin_at_0(start_drive: Callable):
     stand = start_drive({'sim.real_time_factor': 0.0})
     assert told_origin_ns(stand) == 0
     heard = stand.operator.listen('position')
     stand.operator.spin_until(lambda: bool(heard), 'a position')
     assert stamp_ns(heard[0]) < HOUR_NS
-
-
-def test_a_node_that_follows_a_clock_stamps_from_0(start_drive: Callable):
-    assert told_origin_ns(start_drive({'use_sim_time': True})) == 0
 
 
 def test_the_clock_carries_the_origin_too(start_drive: Callable):
@@ -130,54 +110,6 @@ def test_a_drive_that_waits_to_be_activated_does_not_fall_behind(manual: Any):
     assert manual.operator.change_state('configure')
     waited_ns = time.time_ns()
     assert restarted(manual, 'activate') + BLOCK_NS >= waited_ns
-
-
-def test_a_recording_keeps_the_origin_and_is_replayed_with_it(
-    start_drive: Callable, tmp_path: Path
-):
-    stand = start_drive()
-    operator = stand.operator
-    paths = []
-    for _ in range(2):
-        paths.append(Path(operator.set_recording(wanted=True).message))
-        operator.command('load', 0.05)
-        operator.wait_for_event('load', len(paths) - 1)
-        operator.set_recording(wanted=False)
-    recordings = [Recording(path) for path in paths]
-    assert {each.time_origin_ns for each in recordings} == {told_origin_ns(stand)}
-    for topic, stored in recordings[0].records():
-        assert stored.log_time == stored.publish_time > HOUR_NS, topic
-    assert (
-        0.0 < recordings[0].series('position').time_s[0] < recordings[1].series('force').time_s[0]
-    )
-    for number, path in enumerate(paths):
-        result = replay(path, tmp_path / f'again{number}.mcap')
-        assert result.identical, result.difference
-
-
-@pytest.mark.usefixtures('frequent_diagnostics')
-def test_diagnostics_tell_by_how_much_stamps_lag_after_a_pause(start_drive: Callable):
-    stand = start_drive()
-    operator = stand.operator
-    title = 'stickslip_drive: time'
-
-    def next_lag_s() -> float:
-        seen = len(operator.diagnostics)
-        operator.spin_until(
-            lambda: any(title in each for each in operator.diagnostics[seen:]), 'diagnostics'
-        )
-        return float(operator.diagnostics[-1][title]['stamps_behind_s'])
-
-    running_s = next_lag_s()
-    operator.switch('set_paused', wanted=True)
-    first_ns = time.time_ns()
-    lags_s = [next_lag_s() for _ in range(3)]
-    last_ns = time.time_ns()
-    operator.switch('set_paused', wanted=False)
-    assert running_s > 0.0
-    assert running_s < lags_s[0] < lags_s[1] < lags_s[2]
-    assert lags_s[2] - lags_s[0] <= (last_ns - first_ns) * 1e-9
-    assert next_lag_s() >= lags_s[2] - lags_s[0]
 
 
 @pytest.mark.usefixtures('frequent_diagnostics')

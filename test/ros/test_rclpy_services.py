@@ -1,13 +1,12 @@
 """The services that rclpy offers on every node answer whatever they are asked."""
 
 import signal
-import subprocess
-import time
 from collections.abc import Callable, Iterator
-from typing import Any
+from contextlib import suppress
+from typing import Any, NamedTuple
 
 import pytest
-from executables import CONTROLLER, DRIVE, END_TIMEOUT_S, end
+from executables import CONTROLLER, DRIVE, end
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 from rcl_interfaces.msg import Parameter, ParameterValue
@@ -19,15 +18,13 @@ from rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
-from rclpy.executors import SingleThreadedExecutor
-from rclpy.node import Node
 from type_description_interfaces.srv import GetTypeDescription
 
-from stickslip_ros.ros.ending import end_node
-from stickslip_ros.testing import open_context
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.testing import Operator
 
 #: An answer to a client that DDS has not made known yet is lost.
-ASK_AGAIN_S = 0.5
+ASK_AGAIN_S, ATTEMPTS = 0.5, 60
 NAMES = ['', '/', 'a b', '..', 'x' * 5000, 'use_sim_time', 'qos_overrides./position.depth']
 BAD = [
     Parameter(name=name, value=ParameterValue(type=kind))
@@ -69,28 +66,17 @@ OF_LIFECYCLE = {
 OFFERED_BY_RCLPY = ('rcl_interfaces/', 'lifecycle_msgs/', 'type_description_interfaces/')
 
 
-class Client:
-    """Asks a process, again and again until it answers."""
+class Asked(NamedTuple):
+    """An executable by the name of its node, and who asks it what, by service."""
 
-    def __init__(self, ros_domain: int, process: subprocess.Popen[str], name: str) -> None:
-        self.context = open_context(ros_domain)
-        self.node = Node('client', context=self.context)
-        self.executor = SingleThreadedExecutor(context=self.context)
-        self.executor.add_node(self.node)
-        self._process = process
-        self._name = name
-        self._clients: dict[str, Any] = {}
-
-    def spin_until(self, condition: Callable[[], bool], timeout_s: float = END_TIMEOUT_S) -> bool:
-        """Spin; tell whether the condition has come true while the process lived."""
-        end_s = time.monotonic() + timeout_s
-        while not condition() and time.monotonic() < end_s and self._process.poll() is None:
-            self.executor.spin_once(timeout_sec=0.02)
-        return condition()
+    name: str
+    operator: Operator
+    services: dict[str, Any]
 
     def offered(self) -> set[str]:
         """Give the names of the services that rclpy offers there."""
-        found = dict(self.node.get_service_names_and_types_by_node(self._name, '/'))
+        node = self.operator.node
+        found = dict(node.get_service_names_and_types_by_node(self.name, '/'))
         return {
             name.rpartition('/')[2]
             for name, [kind] in found.items()
@@ -98,53 +84,55 @@ class Client:
         }
 
     def ask(self, service_type: Any, name: str, request: Any) -> Any:
-        """Give the answer to a request."""
-        if name not in self._clients:
-            self._clients[name] = self.node.create_client(service_type, f'/{self._name}/{name}')
-        client = self._clients[name]
-        assert self.spin_until(client.service_is_ready)
-        for _ in range(round(END_TIMEOUT_S / ASK_AGAIN_S)):
+        """Give the answer to a request, which is made again until it comes."""
+        client = self.operator.node.create_client(service_type, f'/{self.name}/{name}')
+        self.operator.spin_until(client.service_is_ready, name)
+        for _ in range(ATTEMPTS):
             future = client.call_async(request)
-            if self.spin_until(future.done, ASK_AGAIN_S):
-                return future.result()
-            assert self._process.poll() is None, f'{name} {request} has ended the process'
-        raise TimeoutError(f'{name} does not answer {request}')
+            with suppress(StickSlipError):
+                self.operator.spin_until(future.done, name, ASK_AGAIN_S)
+                break
+        self.operator.node.destroy_client(client)
+        return future.result()
 
 
 @pytest.fixture(params=['stickslip_drive', 'position_controller'])
-def asked(
-    request: pytest.FixtureRequest, start: Callable, ros_domain: int
-) -> Iterator[tuple[Client, dict[str, Any]]]:
-    """Give who asks an executable, and what, by service."""
+def asked(request: pytest.FixtureRequest, start: Callable, meet: Callable) -> Iterator[Asked]:
+    """Give who asks an executable, which lives until the end of the test."""
     is_drive = request.param == 'stickslip_drive'
     process = start(*(DRIVE if is_drive else CONTROLLER))
-    client = Client(ros_domain, process, request.param)
-    requests = OF_EVERY_NODE | OF_LIFECYCLE if is_drive else OF_EVERY_NODE
-    assert client.spin_until(lambda: request.param in client.node.get_node_names())
-    assert client.spin_until(lambda: client.offered() >= requests.keys())
-    yield client, requests
-    end_node(client.executor, client.node)
-    client.context.try_shutdown()
+    services = OF_EVERY_NODE | OF_LIFECYCLE if is_drive else OF_EVERY_NODE
+    asked = Asked(request.param, meet(wait=False), services)
+
+    def check() -> None:
+        assert process.poll() is None
+
+    asked.operator.check = check
+    asked.operator.spin_until(
+        lambda: asked.name in asked.operator.node.get_node_names(), asked.name
+    )
+    asked.operator.spin_until(lambda: asked.offered() >= services.keys(), 'the services')
+    yield asked
     status, errors = end(process, signal.SIGINT)
     assert status == 0
     assert 'Traceback' not in errors
 
 
 def test_every_request_is_answered_and_a_bad_one_refused_with_its_reason(
-    asked: tuple[Client, dict[str, Any]],
+    asked: Asked,
 ):
-    client, services = asked
-    assert client.offered() == services.keys()
+    services = asked.services
+    assert asked.offered() == services.keys()
     for name, (service_type, requests) in services.items():
         for request in requests:
-            assert isinstance(client.ask(service_type, name, request), service_type.Response)
+            assert isinstance(asked.ask(service_type, name, request), service_type.Response)
     service_type, [request] = services['set_parameters']
-    first, *others = client.ask(service_type, 'set_parameters', request).results
+    first, *others = asked.ask(service_type, 'set_parameters', request).results
     assert first.successful
     assert len(others) == len(BAD)
     assert not any(each.successful for each in others)
     service_type, requests = services['set_parameters_atomically']
     for request in requests:
-        result = client.ask(service_type, 'set_parameters_atomically', request).result
+        result = asked.ask(service_type, 'set_parameters_atomically', request).result
         assert not result.successful, request
         assert result.reason

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import pytest
 
+from stickslip_ros.cli.demo import await_start
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE
-from stickslip_ros.testing import isolation, reserve_domain
-from stickslip_ros.testing.demo import await_start
+from stickslip_ros.testing import reserve_domain, stand
 from stickslip_ros.testing.stand import Stand
 
 
@@ -23,7 +23,7 @@ def test_every_reserved_domain_is_another_one_and_can_be_had_again(ros_domain: i
 def test_where_all_domains_are_taken_that_is_said(
     monkeypatch: pytest.MonkeyPatch, ros_domain: int
 ):
-    monkeypatch.setattr(isolation, 'DOMAINS', range(ros_domain, ros_domain + 1))
+    monkeypatch.setattr(stand, 'DOMAINS', range(ros_domain, ros_domain + 1))
     with pytest.raises(StickSlipError, match='are taken; end a test run'), reserve_domain():
         pass
 

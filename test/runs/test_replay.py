@@ -17,18 +17,10 @@ from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.fingerprint import compare_data
-from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.reader import Recording, compare_data
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import ReportingBench, RunWriter
-from stickslip_ros.runs.replay import (
-    DriveInput,
-    is_run,
-    read_drive_input,
-    replay,
-    replay_input,
-)
-from stickslip_ros.runs.sawtooth_run import simulate
+from stickslip_ros.runs.replay import DriveInput, is_run, read_drive_input, replay, replay_input
 
 STAND = Parameters()
 TIME_S = np.array([2.0, 2.01, 2.03])
@@ -129,12 +121,6 @@ def test_commands_stand_at_the_time_of_their_effect_whatever_their_stamps(tmp_pa
     late, early = (Request('load', (0.1, *NOBODY), stamp_ns=stamp) for stamp in (2 * END_MS, 1))
     source = record(tmp_path / 'run.mcap', ((5, late), (9, early)))
     assert Recording(source).series('command/load').time_s.tolist() == [0.005, 0.009]
-
-
-def test_a_run_of_simulate_is_replayed_to_the_byte(tmp_path: Path):
-    path = tmp_path / 'run.mcap'
-    simulate(Parameters(), voltage_v=300.0, steps=40, path=path)
-    assert_same(path, tmp_path / 'again.mcap')
 
 
 @pytest.mark.parametrize(
@@ -260,14 +246,6 @@ def test_every_part_taken_alone_is_replayed_to_the_byte(
     assert len(parts) > 3
     for number, part in enumerate(parts):
         assert_same(part, tmp_path / f'part_{number}')
-
-
-def test_equal_runs_give_equal_parts(tmp_path: Path):
-    first, second = (
-        record(tmp_path / name / 'run.mcap', LOOP, BY_DURATION) for name in ('first', 'second')
-    )
-    for ours, theirs in zip(Recording(first).files, Recording(second).files, strict=True):
-        assert rows_of(ours) == rows_of(theirs)
 
 
 def test_what_a_held_drive_was_asked_is_replayed_with_the_part_that_holds_it(tmp_path: Path):

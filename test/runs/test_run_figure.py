@@ -33,13 +33,7 @@ from stickslip_ros.runs.recorded_run import (
     recorded_series,
     topic_name,
 )
-from stickslip_ros.runs.run_figure import (
-    COLOURS,
-    WIDTH_INCHES,
-    draw_run,
-    fall_times_s,
-    plot_run,
-)
+from stickslip_ros.runs.run_figure import COLOURS, WIDTH_INCHES, draw_run, fall_times_s, plot_run
 from stickslip_ros.runs.sawtooth_run import simulate
 
 ROUNDING = 1e-12
@@ -69,11 +63,7 @@ def test_a_window_is_taken_as_it_is_typed(text, start_s, length_s):
 @pytest.mark.parametrize(
     ('text', 'kind', 'message'),
     [
-        (
-            '2ms',
-            WrongKind,
-            "window '2ms' is not LENGTH@START; write it as 2ms@0.3s",
-        ),
+        ('2ms', WrongKind, "window '2ms' is not LENGTH@START; write it as 2ms@0.3s"),
         ('2ms@', WrongKind, "window '' is not a finite number in s"),
         ('2 min@0', WrongKind, "window '2 min' is not a finite number in s"),
         ('2ms@1@2', WrongKind, "window '1@2' is not a finite number in s"),
@@ -111,15 +101,11 @@ def test_the_trace_is_drawn_where_it_is_recorded(recorded_run, tmp_path):
     assert position.largest == trace['position'].value.max()
     assert position.smallest == trace['position'].value.min()
     assert [(each.command, each.result) for each in plot.events] == [('sawtooth', 'DONE')]
-    assert [each.bit for each in plot.status] == [
-        'MOVING',
-        'SENSOR_PRESENT',
-        'AMPLIFIER_ENABLED',
-    ]
+    assert [each.bit for each in plot.status] == ['MOVING', 'SENSOR_PRESENT', 'AMPLIFIER_ENABLED']
     assert plot.status[0].end_s == plot.events[0].time_s
     picture = matplotlib.image.imread(tmp_path / 'folder/run.png')
     assert picture.shape[1] == round(WIDTH_INCHES * DOTS_PER_INCH)
-    assert all(shows(picture, colour) for colour in COLOURS.values())
+    assert all(shows(picture, COLOURS[each.name]) for each in plot.quantities)
 
 
 def test_a_window_shows_its_samples_only(recorded_run, tmp_path):

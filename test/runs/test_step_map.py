@@ -1,4 +1,4 @@
-"""The velocity of a free runner over frequency, amplitude and load, as docs/linear.md says."""
+"""The velocity of a free runner over frequency, amplitude and load, as linear_drive.md says."""
 
 import re
 from pathlib import Path
@@ -12,7 +12,7 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs.sawtooth_run import run_drive
 from stickslip_ros.runs.step_map import draw_step_map, step_map
 
-PAGE = Path(__file__).parents[2] / 'docs' / 'linear.md'
+PAGE = Path(__file__).parents[2] / 'docs' / 'explanation' / 'linear_drive.md'
 
 
 @pytest.fixture

@@ -16,19 +16,13 @@ from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.recording.fingerprint import compare_data
-from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.reader import Recording, compare_data
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.recover import recover
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import info_json
-from stickslip_ros.runs.recorded_run import (
-    TimeWindow,
-    bits_within,
-    events_within,
-    recorded_series,
-)
+from stickslip_ros.runs.recorded_run import TimeWindow, bits_within, events_within, recorded_series
 from stickslip_ros.runs.replay import replay
 from stickslip_ros.runs.run_figure import plot_run
 
@@ -42,11 +36,7 @@ PLAN = {
     30: Request('load', (0.05, 0.0, 0.0, 0.0, 0.0, 0.0), stamp_ns=7),
 }
 WHOLE = TimeWindow(0.0, 1.0)
-PARTS = {
-    'record__format': 'bag',
-    'record__flush_period': 0.01,
-    'record__split_duration': 0.02,
-}
+PARTS = {'record__format': 'bag', 'record__flush_period': 0.01, 'record__split_duration': 0.02}
 STAMPED = {*m.STAMPED_FIELDS, m.JOINT_STATE}
 Record = Callable[..., Path]
 
@@ -157,9 +147,7 @@ def test_a_picture_shows_simulated_time(runs: tuple[Path, Path], tmp_path: Path)
     assert repr(one) == repr(other)  # with values that are no numbers
 
 
-def test_runs_of_different_origins_are_compared_at_equal_simulated_times(
-    runs: tuple[Path, Path],
-):
+def test_runs_of_different_origins_are_compared_at_equal_simulated_times(runs: tuple[Path, Path]):
     names = map(str, runs)
     comparison = compare(*names)
     assert comparison.differences == ()

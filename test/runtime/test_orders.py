@@ -37,3 +37,12 @@ def test_a_withdrawn_order_is_not_taken():
     orders = Orders(by_topic=False)
     assert orders.put(Order(NEXT_BLOCK, request=Request('stop'))).reply.cancel()
     assert orders.take(0) == []
+
+
+def test_orders_of_one_tick_are_carried_out_in_the_order_in_which_they_came():
+    orders = Orders(by_topic=False)
+    requests = [Request('voltage', (float(n),)) for n in range(20)]
+    for number, request in enumerate(requests):
+        orders.put(Order((number % 2) * 5 * BLOCK_NS, request=request))
+    taken = [order.request for due_ns in (0, 5 * BLOCK_NS) for order in orders.take(due_ns)]
+    assert taken == requests[::2] + requests[1::2]

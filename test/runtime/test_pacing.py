@@ -12,14 +12,7 @@ from typing import Any
 import pytest
 
 from stickslip_ros.runtime import pacing
-from stickslip_ros.runtime.pacing import (
-    KNOWS_SLICES,
-    LAG_MAX_S,
-    SLACK_S,
-    SLICE_S,
-    SWITCH_S,
-    Pacer,
-)
+from stickslip_ros.runtime.pacing import KNOWS_SLICES, LAG_MAX_S, SLACK_S, SLICE_S, SWITCH_S, Pacer
 
 PERIOD_S = 0.002
 TICKS = 50

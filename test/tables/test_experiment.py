@@ -59,20 +59,14 @@ def test_every_uncertainty_belongs_to_a_column():
         ('time_s,force_n,a,b\n,,1,2\n', 'line 1: has no values below its header; give at least'),
         ('preload_n,force_n\n1,2\n', 'line 1: there is no amplitude_m; add it, in m'),
         ('preload_n,amplitude_m\n1,2\n', 'there is no force_n or step_length_m; add it, in N'),
-        ('time_s,temp\n1,2\n', 'no position_m or force_n or voltage_v or foot_m; not under'),
+        ('time_s,temp\n1,2\n', 'or voltage_v or foot_m; not under'),
         (
             'Stroke (nm),F (mN)\n60,2\n',
             'there is no preload_n; add it, in N, or give the preload of the file in N, as --prel',
         ),
-        (
-            'Time (s),Force (V)\n0,1\n',
-            'say which column it is, as --map force_n="Force (0.05 N)"',
-        ),
+        ('Time (s),Force (V)\n0,1\n', 'say which column it is, as --map force_n="Force (0.05 N)"'),
         ('Time (s),CH1 (V)\n0,1\n', 'say which column it is, as --map voltage_v="CH1 (V)"'),
-        (
-            't,load\n0,1\n',
-            's, mN? give it by --map time_s="t (s)" --map force_n="load (mN)"',
-        ),
+        ('t,load\n0,1\n', 's, mN? give it by --map time_s="t (s)" --map force_n="load (mN)"'),
         ('0 1\n1 2\n', "line 1: columns '1', '2' tell neither a time nor an amplitude; which"),
         (
             'preload_n,amplitude_m,force_n,Force (mN)\n1,6e-8,2,2\n',

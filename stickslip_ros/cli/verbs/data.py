@@ -31,9 +31,9 @@ DATA = (
     verb(
         'import',
         'read tables of instruments, write them in our form',
-        'Read tables as instruments and spreadsheets write them (docs/compare.md), say what was '
-        'understood, and write them as CSV with our columns in SI units. Several tables by '
-        'amplitude become one.',
+        'Read tables as instruments and spreadsheets write them (docs/howto/bring_your_data.md), '
+        'say what was understood, and write them as CSV with our columns in SI units. Several '
+        'tables by amplitude become one.',
         file('tables', nargs='+'),
         MAP,
         MAP_FILE,
@@ -46,7 +46,7 @@ DATA = (
         'compare runs, sweeps, experiments and the model',
         'Compare A with B, each a recording (MCAP file or bag, of any program: --map says which '
         'topic is what), a table of a sweep (CSV, Parquet) or a table of an experiment (see '
-        'docs/compare.md). Tables are compared by amplitude and preload, '
+        'docs/howto/compare.md). Tables are compared by amplitude and preload, '
         'runs over time. The word model for B runs the drive at the points of A. Without B, a '
         'recording is compared with the experiment that it carries.',
         option(
@@ -76,8 +76,8 @@ DATA = (
         'fit',
         'fit parameters of the drive to forces, with error bars',
         'Fit parameters of the drive to measured mean forces by weighted least squares. The '
-        'points stand in tables (docs/compare.md) with preload, amplitude and force, maybe with '
-        'frequency and standard deviation of the force. Without standard errors the noise is '
+        'points stand in tables (docs/howto/compare.md) with preload, amplitude and force, maybe '
+        'with frequency and standard deviation of the force. Without standard errors the noise is '
         'estimated from the residuals. The search runs from the present values and from a Latin '
         'hypercube in the bounds; the best minimum counts. Quantities of contact, friction_law, '
         'runner, load_cell, actuator, amplifier may be freed. Freeing contact.rms_height sets '
@@ -160,7 +160,7 @@ DATA = (
         'Without --set, the requests of a recording give the same data again, byte for byte; the '
         'exit status is 1 if they do not. With --set or --params they answer what another stand '
         'would have done. A table of voltages or displacements of the feet over time (see '
-        'docs/compare.md; or Parquet, or a topic of an MCAP file) is played as a waveform.',
+        'docs/howto/compare.md; or Parquet, or a topic of an MCAP file) is played as a waveform.',
         file('recording, or table of voltages'),
         MAP,
         MAP_FILE,

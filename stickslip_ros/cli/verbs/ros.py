@@ -23,25 +23,6 @@ ROS = (
         *PARAMETERS,
     ),
     verb(
-        'positioning',
-        'a position controller at work over topics (needs rclpy)',
-        'Drive and position_controller in lockstep, over topics: the same bytes on every machine. '
-        'Goes to the targets one after the other, then an external load comes. Passes if every '
-        'target is held within 5 nm of the true position. Try --params config/realistic.yaml. '
-        'Writes DIR/positioning.mcap and .png.',
-        option(
-            '--target',
-            'positions, one after the other',
-            None,
-            'VALUES',
-            default='100nm,1um,10um,100um',
-        ),
-        option('--load', 'external force at the end', unit='N', metavar='NEWTON', default='50mN'),
-        folder(),
-        *PARAMETERS,
-        module='demo',
-    ),
-    verb(
         'panel',
         'the front panel of a drive or a recording, in a browser',
         'Serve the front panel of a running drive, or of a recording, to a browser on this host, '

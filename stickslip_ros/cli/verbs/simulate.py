@@ -85,6 +85,7 @@ SIMULATE = (
         RUNNERS,
         FRESH,
         *PARAMETERS,
+        module='simulate',
     ),
     verb(
         'zero-amplitude',
@@ -97,7 +98,7 @@ SIMULATE = (
         SLEW,
         *of_function('runs.zero_amplitude.zero_amplitude', 'frequency_hz', 'steps'),
         *PARAMETERS,
-        module='sweep',
+        module='simulate',
     ),
     verb(
         'optimise',
@@ -105,9 +106,10 @@ SIMULATE = (
         'Find the closed wave of one rise and one fall that does best within range, slew rate and '
         'current of the amplifier: a monotone spline through knots, or a named shape; each is '
         'searched equally long in its own parameters. OBJECTIVE is speed, force, step, vibration, '
-        'energy or flatness (docs/design.md). Frequency and preload are free between two limits '
-        'if two are given. Evaluations are kept in FILE.journal: after Ctrl-C, which writes the '
-        'best wave so far, or a crash the same command goes on. Needs: pip install cma.',
+        'energy or flatness (docs/howto/best_wave.md). Frequency and preload are free between two '
+        'limits if two are given. Evaluations are kept in FILE.journal: after Ctrl-C, which '
+        'writes the best wave so far, or a crash the same command goes on. Needs: pip install '
+        'cma.',
         option('objective', 'what shall be best', metavar='OBJECTIVE'),
         option('--load', 'force against the motion', unit='N', default='0'),
         option('--speed', 'that the wave must make', unit='m/s', metavar='SPEED', default='0'),

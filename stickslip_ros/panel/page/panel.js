@@ -6,7 +6,8 @@ import { followState, make } from "./fields.js";
 import { grouped, Plot } from "./plot.js";
 import { connect, wish } from "./socket.js";
 
-const NM = 1e9, MN = 1e3, S_PER_NS = 1e-9;
+const NM = 1e9, S_PER_NS = 1e-9;
+const DIGITS = { nm: 1, mN: 3 }, LEAST = { nm: 10, mN: 1 }, COLOURS = ["runner", "force", "foot"];
 const byId = (id) => document.getElementById(id);
 
 const scope = new Plot(byId("scope"), [
@@ -16,12 +17,7 @@ const scope = new Plot(byId("scope"), [
   { share: 0.34, unit: "V", factor: 1, least: 10, curves: [
     { name: "voltage", text: "voltage", colour: "volt" } ] },
 ]);
-const history = new Plot(byId("history"), [
-  { share: 0.5, unit: "nm", factor: NM, least: 10, curves: [
-    { name: "position", text: "position", colour: "runner" } ] },
-  { share: 0.5, unit: "mN", factor: MN, least: 1, curves: [
-    { name: "force", text: "force", colour: "force" } ] },
-]);
+const history = new Plot(byId("history"), []);
 const overview = new Plot(byId("overview"), [
   { share: 1, unit: "nm", factor: NM, least: 10, curves: [
     { name: "position", text: "position", colour: "runner" } ] },
@@ -55,8 +51,23 @@ function build(told) {
     lamp.classList.toggle("alarm", each.is_alarm);
     return lamp;
   }));
+  byId("figures").prepend(...sheet.sensors.map(figure));
+  history.setLanes(sheet.sensors.map((each, at) => ({
+    share: 1, unit: each.unit, factor: each.factor, least: LEAST[each.unit],
+    curves: [{ name: each.name, text: each.words.toLowerCase(), colour: COLOURS[at % COLOURS.length] }],
+  })));
   if (sheet.kind === "drive") addControls(sheet);
   else buildPlayer(sheet.run);
+}
+
+/** Return the large figure of a sensor. */
+function figure(sensor) {
+  const shown = make("dl", "", sensor.text), value = make("b", "–"), behind = make("dd");
+  value.id = sensor.name;
+  shown.hidden = sensor.is_optional;
+  behind.append(value, ` ${sensor.unit}`);
+  shown.append(make("dt", sensor.words), behind);
+  return shown;
 }
 
 function fill(id, values, words) {
@@ -180,8 +191,10 @@ function showFrame(data) {
     at += 8 * count;
   }
   const none = head.scope ? "no reading" : "–";
-  showFigure("position", head.figures.position, NM, 1, none);
-  showFigure("force", head.figures.force, MN, 3, none);
+  for (const { name, unit, factor } of sheet.sensors) {
+    byId(name).closest("dl").hidden = !(name in head.figures);
+    if (name in head.figures) showFigure(name, head.figures[name], factor, DIGITS[unit], none);
+  }
   showFigure("voltage", head.figures.voltage, 1, 1, none);
   byId("time").textContent = head.time_s.toFixed(3);
   history.draw(curves, -head.span_s, 0);

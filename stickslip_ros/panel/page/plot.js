@@ -24,10 +24,15 @@ export class Plot {
   /** lanes: [{share, unit, factor, curves: [{name, text, colour, dash}]}] */
   constructor(canvas, lanes) {
     this.canvas = canvas;
-    this.lanes = lanes.map((each) => ({ ...each, low: NaN, high: NaN }));
+    this.setLanes(lanes);
     this.last = null;
     new ResizeObserver(() => this.redraw()).observe(canvas);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
+  }
+
+  /** Those of which no curve is drawn leave their room to the others. */
+  setLanes(lanes) {
+    this.lanes = lanes.map((each) => ({ ...each, low: NaN, high: NaN }));
   }
 
   redraw() {
@@ -51,10 +56,12 @@ export class Plot {
     const style = getComputedStyle(canvas);
     const colour = (name) => style.getPropertyValue(`--${name}`);
     const across = (x) => LEFT + ((x - start) / (end - start)) * (width - LEFT - RIGHT);
-    const room = height - TOP - BOTTOM - GAP * (this.lanes.length - 1);
+    const lanes = this.lanes.filter((lane) => lane.curves.some((each) => curves[each.name]));
+    const shares = lanes.reduce((sum, lane) => sum + lane.share, 0);
+    const room = height - TOP - BOTTOM - GAP * (lanes.length - 1);
     let top = TOP;
-    for (const lane of this.lanes) {
-      const box = { top, bottom: top + room * lane.share };
+    for (const lane of lanes) {
+      const box = { top, bottom: top + room * lane.share / shares };
       this.lane(pen, lane, curves, box, across, width, colour);
       top = box.bottom + GAP;
     }

@@ -1,0 +1,31 @@
+"""
+The capacitive probe, from the mean displacement of the feet to the reading.
+
+In this order: white noise, low-pass of the electronics, faults, quantisation.
+
+"""
+
+from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import Record
+from stickslip_ros.instrument.sensors.reader import Reader
+from stickslip_ros.instrument.sensors.signal_chain import displayed, filtered, sensor_kind
+
+
+@entry_point
+def read_foot_positions(
+    sensors: Record, trace: Array, sees: int, column: int, noise: Array
+) -> None:
+    """Write the readings of a block, m, with unit noise, shape (samples,)."""
+    probe = sensors[0]
+    for i in range(len(trace)):
+        probe.memory.samples += 1
+        level_m = filtered(probe, trace[i, sees], noise[i])
+        trace[i, column] = displayed(probe, level_m + probe.fault.offset)
+
+
+class CapacitiveProbe(Reader):
+    """The capacitive probe."""
+
+    KIND = sensor_kind({})
+    KERNEL = staticmethod(read_foot_positions)

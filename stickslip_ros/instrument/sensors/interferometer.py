@@ -1,0 +1,177 @@
+"""
+The laser interferometer, from the true position of the runner to the reading.
+
+In this order: loss of the beam, cyclic error, drift of the zero, white noise, low-pass, samples of
+its own, latency, faults, zero, quantisation. docs/explanation/sensors.md has the formulas.
+
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from stickslip_ros.contact.kernel import entry_point, kernel
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import FLAG, FLOAT, Record
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.instrument.sensors.reader import Noise, Reader
+from stickslip_ros.instrument.sensors.signal_chain import displayed, filtered, sensor_kind
+from stickslip_ros.instrument.state_tree import ANY_FLOAT, refusal
+from stickslip_ros.parameters import InterferometerParameters
+
+SENSOR_PRESENT, IS_REFERENCED = int(Status.SENSOR_PRESENT), int(Status.IS_REFERENCED)
+DRIFT_STREAM = 1
+"""Number of the random walk below the stream of the sensor: it leaves the white noise alone."""
+ON_TIME = 1e-9
+"""A sample of its own that is late by less than this share of its period is on time."""
+
+
+class Interferometer(
+    Reader, past_m=(FLOAT, (-1,)), walk=Noise, is_referenced=bool, position_m=ANY_FLOAT
+):
+    """The interferometer."""
+
+    is_referenced: bool  # Whether its zero was set
+    position_m: float  # Mean reading of the last block; not a number where there is none
+    KIND = sensor_kind(
+        {
+            'truth_m': FLOAT,  # True position at the last sample; not a number before the first
+            'lost': FLAG,  # Whether the beam was lost
+            'wandered_m': FLOAT,  # Random drift of the zero up to now
+            'counted_m': FLOAT,  # The level as long as the beam is there, then the last count
+            'sample': FLOAT,  # Number of its own sample that is shown; at time 0 it saw rest
+            'held_m': FLOAT,  # Value of that sample
+        },
+        step_max_m=FLOAT,  # Longest way in one sample that can be counted; inf is any
+        cyclic_error_m=FLOAT,  # Amplitude of the cyclic error
+        fringe_rad_per_m=FLOAT,  # Its phase per distance
+        drift_m=FLOAT,  # Steady drift of the zero in one sample
+        walk_m=FLOAT,  # Random drift of the zero in one sample, rms
+        period=FLOAT,  # Samples of the trace between two of its own, 0 where it has none
+        lag=FLOAT,  # Age of a reading in samples of the trace
+    )
+    ALARMS: ClassVar[Mapping[str, int]] = {'lost': int(Status.BEAM_LOST)}
+
+    @staticmethod
+    def constants_of(setting: InterferometerParameters, rate_hz: float) -> Mapping[str, Any]:
+        """Return limits, cyclic error, drift and times."""
+        return {
+            'step_max_m': setting.velocity_max / rate_hz if setting.velocity_max else math.inf,
+            'cyclic_error_m': setting.cyclic_error,
+            'fringe_rad_per_m': 4.0 * math.pi / setting.wavelength,
+            'drift_m': setting.drift / rate_hz,
+            'walk_m': setting.random_walk / math.sqrt(rate_hz),
+            'period': rate_hz / setting.sample_rate if setting.sample_rate else 0.0,
+            'lag': setting.latency * rate_hz,
+        }
+
+    def reset(self) -> None:
+        """Go back to the start: at rest at zero, the beam found, the same noise again."""
+        super().reset()
+        self.memory['truth_m'] = math.nan
+        self._is_lost = self.memory['lost']
+        self.past_m = np.zeros(math.ceil(self.record[0].lag) + 3)
+        self.walk = Noise((*self.seed, DRIFT_STREAM))
+        self._wanders = bool(self.record[0].walk_m > 0.0)
+        self.is_referenced = False
+        self.position_m = 0.0
+
+    def recall(self, values: dict[str, Any]) -> None:
+        """Remember what was read from a file."""
+        if len(values['past_m']) != len(self.past_m):
+            told = f'{len(self.past_m)} numbers, as long as interferometer.latency'
+            raise refusal('checkpoint.sensing.interferometer.past_m', len(values['past_m']), told)
+        super().recall(values)
+        self.walk.recall(values['walk'])
+        self.past_m, self.is_referenced = values['past_m'], values['is_referenced']
+        self.position_m = values['position_m']
+
+    def zero(self) -> None:
+        """Make the present reading 0; a lost beam is found, the count starts anew."""
+        memory = self.record[0].memory
+        if memory.lost:
+            self.past_m.fill(memory.level)
+            memory.lost = False
+            memory.counted_m = memory.held_m = memory.level
+            memory.standing = memory.level + self.record[0].fault.offset
+        super().zero()
+        self.is_referenced = True
+        self.position_m = 0.0
+
+    def read(self, trace: Array) -> None:
+        """Write its readings into its column of a trace."""
+        noise = self.noise.take(len(trace))
+        walk = self.walk.take(len(trace)) if self._wanders else noise
+        read_positions(self.record, self.past_m, trace, self.sees, self.column, noise, walk)
+        mean_m = float(np.add.reduce(trace[:, self.column])) / len(trace)
+        self.position_m = math.nan if self._is_lost.item() else mean_m
+
+    @property
+    def status_bits(self) -> int:
+        """Bits of Status that it sets."""
+        present = SENSOR_PRESENT * (not math.isnan(self.position_m))
+        return present | IS_REFERENCED * self.is_referenced | super().status_bits
+
+
+@entry_point
+def read_positions(
+    sensors: Record,
+    past_m: Array,
+    trace: Array,
+    sees: int,
+    column: int,
+    noise: Array,
+    walk: Array,
+) -> None:
+    """
+    Write the readings of a block, m.
+
+    ``past_m`` is a ring of the latest counts, as long as the latency; ``noise`` and ``walk``,
+    shape (samples,), are unit noise of the readings and of the random drift.
+
+    """
+    optics = sensors[0]
+    beam = optics.memory
+    for i in range(len(trace)):
+        beam.samples += 1
+        number = beam.samples
+        _count(optics, trace[i, sees], noise[i], walk[i])
+        past_m[number % len(past_m)] = beam.counted_m
+        time = number - optics.lag
+        if optics.period > 0.0:
+            newest = math.floor(time / optics.period + ON_TIME)
+            if newest > beam.sample:
+                beam.sample = float(newest)
+                beam.held_m = _remembered(past_m, min(beam.sample * optics.period, time))
+        else:
+            beam.held_m = _remembered(past_m, time)
+        trace[i, column] = displayed(optics, beam.held_m + optics.fault.offset)
+
+
+@kernel
+def _count(optics: Record, truth_m: float, noise: float, walk: float) -> None:
+    """Advance from the light to the count."""
+    beam = optics.memory
+    if abs(truth_m - beam.truth_m) > optics.step_max_m:
+        beam.lost = True
+    beam.truth_m = truth_m
+    beam.wandered_m += optics.walk_m * walk
+    seen_m = truth_m + (optics.drift_m * beam.samples + beam.wandered_m)
+    if optics.cyclic_error_m > 0.0:
+        seen_m += optics.cyclic_error_m * math.sin(optics.fringe_rad_per_m * truth_m)
+    level_m = filtered(optics, seen_m, noise)
+    if not beam.lost:
+        beam.counted_m = level_m
+
+
+@kernel
+def _remembered(past_m: Array, time: float) -> float:
+    """Return the count at a time, in samples of the trace: linear between two of them."""
+    before = math.floor(time)
+    share = time - before
+    count_m = past_m[int(before) % len(past_m)]
+    if share > 0.0:
+        count_m += share * (past_m[(int(before) + 1) % len(past_m)] - count_m)
+    return float(count_m)

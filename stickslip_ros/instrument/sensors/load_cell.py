@@ -1,0 +1,72 @@
+"""
+The load cell, from the true force in its spring to the reading.
+
+In this order: hysteresis of the mechanics, white noise of bridge and amplifier, low-pass of the
+electronics, drift of the zero, faults, saturation, tare, quantisation.
+docs/explanation/sensors.md has the formulas.
+
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.profile import Array
+from stickslip_ros.contact.record import FLAG, FLOAT, Record
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.instrument.sensors.reader import Reader
+from stickslip_ros.instrument.sensors.signal_chain import (
+    LOOP,
+    PLAYS,
+    displayed,
+    filtered,
+    follow,
+    loop_of,
+    sensor_kind,
+)
+from stickslip_ros.parameters import LoadCellParameters
+
+
+@entry_point
+def read_forces(sensors: Record, trace: Array, sees: int, column: int, noise: Array) -> None:
+    """Write the readings of a block, N, with unit noise, shape (samples,)."""
+    cell = sensors[0]
+    memory = cell.memory
+    memory.overrange = False
+    for i in range(len(trace)):
+        memory.samples += 1
+        force_n = trace[i, sees]
+        if cell.loop.weight > 0.0:
+            force_n = follow(cell.loop, memory.plays_n, force_n)
+        level_n = filtered(cell, force_n, noise[i])
+        sensed_n = level_n + cell.drift_n * memory.samples + cell.fault.offset
+        if abs(sensed_n) >= cell.limit_n:
+            sensed_n = math.copysign(cell.limit_n, sensed_n)
+            memory.overrange = True
+        trace[i, column] = displayed(cell, sensed_n)
+
+
+class LoadCell(Reader):
+    """The load cell."""
+
+    KIND = sensor_kind(
+        {
+            'overrange': FLAG,  # Whether a sample of the last block reached the limit
+            'plays_n': (FLOAT, (PLAYS,)),  # Plays of the hysteresis
+        },
+        loop=LOOP,  # Its hysteresis
+        drift_n=FLOAT,  # Drift of the zero in one sample
+        limit_n=FLOAT,  # Force at which it saturates; inf is none
+    )
+    KERNEL = staticmethod(read_forces)
+    ALARMS: ClassVar[Mapping[str, int]] = {'overrange': int(Status.FORCE_OVERRANGE)}
+
+    @staticmethod
+    def constants_of(setting: LoadCellParameters, rate_hz: float) -> Mapping[str, Any]:
+        """Return hysteresis, drift and range."""
+        return {
+            'loop': loop_of(setting.hysteresis, setting.range),
+            'drift_n': setting.drift / rate_hz,
+            'limit_n': setting.range if setting.range > 0.0 else math.inf,
+        }

@@ -1,0 +1,147 @@
+"""Friction that ages: velocity steps, holds and their energy, as rate and state foresee them."""
+
+import math
+
+import numpy as np
+import pytest
+
+from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.contact.reaction import contact_lost, contact_stored, fresh_contact, react
+from stickslip_ros.drive.build import all_contacts
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import Parameters
+
+react = entry_point(react)
+contact_lost = entry_point(contact_lost)
+contact_stored = entry_point(contact_stored)
+
+MU0, A, B = 0.3, 0.01, 0.015
+DISTANCE_M, V0, CUTOFF = 1e-6, 1e-3, 1e-4
+NORMAL_N = 2.0 * math.sqrt(2.0) * 0.5
+STIFFNESS_N_PER_M = float(all_contacts(Parameters()).curve.cells[0, 1])
+WAY_M = 4e-9
+"""Way of a step of these tests: 4e-3 of the critical distance."""
+STEADY = 2e-6
+"""Of the coefficient: what six critical distances leave of a small start."""
+STEPPED = 1e-4
+"""Error of a coefficient by steps of that length, in which the age lags."""
+HELD = 0.02
+"""Part of the age that is lost by slip before the whole contact slips again: at most 2 % of b."""
+
+
+class Slider:
+    """A contact that is moved at given velocities."""
+
+    def __init__(self, rate: float = A, ageing: float = B) -> None:
+        values = {'contact.friction_rate': rate, 'contact.friction_ageing': ageing}
+        self.model = all_contacts(Parameters().updated(values))
+        self.state = fresh_contact(0.5)
+        self.state.on_springs, self.state.slip_m_per_s = True, CUTOFF
+
+    def settle(self, speed_m_per_s: float) -> float:
+        """Slide until all springs slip, from the age of steady sliding; return the coefficient."""
+        self.state.age_s = DISTANCE_M / speed_m_per_s
+        return self.go(speed_m_per_s, 2.0 * DISTANCE_M)[-1]
+
+    def go(self, speed_m_per_s: float, way_m: float, step_m: float = WAY_M) -> list[float]:
+        """Slide a way; return the coefficient after each step."""
+        found, start_m = [], self.state.memory.u_m
+        for k in range(1, round(way_m / step_m) + 1):
+            self.wait(
+                step_m / abs(speed_m_per_s), start_m + math.copysign(k * step_m, speed_m_per_s)
+            )
+            found.append(self.state.memory.force_n / NORMAL_N)
+        return found
+
+    def wait(self, time_s: float, u_m: float | None = None) -> None:
+        place_m = self.state.memory.u_m if u_m is None else u_m
+        react(self.model, self.state, place_m, time_s, 0.0)
+
+
+def steady(speed: float, rate: float = A, ageing: float = B) -> float:
+    """Return the coefficient of steady sliding."""
+    return MU0 + rate * math.log((speed + CUTOFF) / (V0 + CUTOFF)) + ageing * math.log(V0 / speed)
+
+
+@pytest.mark.parametrize('speed', [2e-4, V0, 2e-2])
+def test_steady_sliding_has_the_coefficient_of_its_velocity(speed):
+    slider = Slider()
+    slider.settle(speed)
+    assert slider.go(speed, 6.0 * DISTANCE_M)[-1] == pytest.approx(steady(speed), abs=STEADY)
+
+
+@pytest.mark.parametrize('ratio', [3.0, 10.0, 0.1])
+def test_a_velocity_step_is_followed_over_the_critical_distance(ratio):
+    slider = Slider()
+    slider.state.age_s = DISTANCE_M / V0
+    before = slider.go(V0, 8.0 * DISTANCE_M)[-1]
+    after = np.array(slider.go(ratio * V0, 6.0 * DISTANCE_M))
+    # The springs slip by the way of the runner but for that by which they stretch.
+    stretched_m = (after - before) * NORMAL_N / STIFFNESS_N_PER_M
+    x_m = WAY_M * np.arange(1, len(after) + 1) - stretched_m
+    faded = np.exp(-x_m / DISTANCE_M)
+    direct = A * math.log((ratio * V0 + CUTOFF) / (V0 + CUTOFF))
+    # theta v2/D_c goes from v2/v1 to 1 over D_c: the closed form of the ageing law.
+    expected = before + direct + B * np.log((1.0 + (ratio - 1.0) * faded) / ratio)
+    settled = x_m > 0.4 * DISTANCE_M
+    assert np.abs(after - expected)[settled].max() < STEPPED
+    assert after[-1] - before == pytest.approx(direct - B * math.log(ratio), rel=0.03)
+
+
+def test_friction_grows_by_b_per_e_fold_of_the_hold():
+    peaks = []
+    for hold_s in (1.0, 10.0, 100.0, 1000.0):
+        slider = Slider(rate=0.0)
+        slider.settle(V0)
+        slider.wait(hold_s)
+        peaks.append(max(slider.go(V0, 0.06 * DISTANCE_M, 5e-10)))
+    growth = np.diff(peaks) / math.log(10.0)
+    assert growth == pytest.approx(B, rel=HELD)
+    assert peaks[0] == pytest.approx(MU0 + B * math.log(V0 / DISTANCE_M), abs=HELD * B * 10)
+
+
+def test_a_held_contact_relaxes_with_the_logarithm_of_time_by_its_rate_effect():
+    slider = Slider(ageing=0.0)
+    slider.settle(10.0 * V0)
+    slider.model.ageing.cutoff_m_per_s = 1e-12
+    for _ in range(40):
+        slider.wait(1e-4)
+    early = slider.state.memory.force_n / NORMAL_N
+    for _ in range(360):
+        slider.wait(1e-4)
+    late = slider.state.memory.force_n / NORMAL_N
+    assert early - late == pytest.approx(A * math.log(10.0), rel=1e-2)
+
+
+def test_friction_only_loses_energy_and_all_of_it_is_booked():
+    slider, random = Slider(), np.random.default_rng(7)
+    state, work_j, lost_j = slider.state, 0.0, 0.0
+    for turn in random.uniform(-3e-7, 3e-7, 15):
+        start_m, speed = state.memory.u_m, 10.0 ** random.uniform(-4.0, -1.0)
+        for u_m in np.linspace(start_m, turn, 1 + int(abs(turn - start_m) / 4e-10))[1:]:
+            before_n, way_m = state.memory.force_n, u_m - state.memory.u_m
+            slider.wait(abs(way_m) / speed, float(u_m))
+            work_j += 0.5 * (before_n + state.memory.force_n) * way_m
+            assert contact_lost(slider.model, state) >= lost_j
+            lost_j = contact_lost(slider.model, state)
+    assert work_j == pytest.approx(lost_j + contact_stored(slider.model, state), rel=2e-4)
+
+
+def test_a_contact_that_does_not_age_goes_back_to_its_turning_points():
+    slider = Slider(rate=0.0, ageing=0.0)
+    slider.go(V0, DISTANCE_M)
+    assert not slider.state.on_springs
+    assert (slider.state.age_s, slider.state.friction_ratio) == (1.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ('values', 'refusal'),
+    [
+        ({'contact.friction_rate': 0.01, 'contact.law': 'dahl'}, 'without effect under'),
+        ({'contact.friction_ageing': 0.01, 'contact.law': 'coulomb'}, 'without effect under'),
+        ({'contact.friction_rate': 0.1, 'contact.friction_cutoff': 1e-7}, 'no longer above 0'),
+    ],
+)
+def test_ageing_without_effect_and_friction_below_zero_are_refused(values, refusal):
+    with pytest.raises(OutOfRange, match=refusal):
+        Parameters().updated(values)

@@ -1,0 +1,116 @@
+"""A drive whose friction ages, against an independent slider, and where it shows in its steps."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from short_run import PLAIN, short_run
+
+from stickslip_ros.drive.build import change_preload
+from stickslip_ros.drive.waveform import sawtooth, table
+from stickslip_ros.parameters import Parameters
+
+AGES = {'contact__friction_rate': 0.01, 'contact__friction_ageing': 0.015}
+SLIDER = 0.01
+"""Share of the way of a slider after a step of its velocity by which the two may differ."""
+RESIDUAL = 2e-4
+"""Energy that the balance misses, relative to the work of the feet."""
+APART = 5e-3
+"""Share of the way by which feet that are moved one by one differ from all as one: each has a lag
+and an age of its own."""
+
+
+def test_without_coefficients_nothing_else_about_ageing_changes_a_bit():
+    others = {'contact.rest_time': 1e3, 'contact.friction_cutoff': 1e-6}
+    assert short_run({**PLAIN, **others}) == short_run(PLAIN)
+
+
+def test_a_slider_follows_a_velocity_step_as_rate_and_state_with_a_spring_say(drive):
+    # Feet that go 1 um/V drag a runner that the load cell holds: at 1 mm/s, then at 3 mm/s.
+    machine = drive(
+        **AGES, actuator__gain=1e-6, runner__damping=5.0, contact__friction_distance=2e-6
+    )
+    wave = table([[0.0, 0.0], [0.03, 30.0], [0.04, 60.0]])
+    machine.start(wave, [0.03])
+    rest_m, times_s = machine.state.position_m, np.linspace(1e-5, 4e-3, 200)
+    found_m = np.array(
+        [machine.run(wave, [dt]).state.position_m for dt in np.diff(times_s, prepend=0.0)]
+    )
+
+    # The same in the classical form: series spring, velocity from the force, no lag.
+    contact, p = machine.plant.contacts[0], Parameters()
+    stiffness, normal_n = contact.curve.cells[0, 1], contact.curve.force_max_n / p.contact.friction
+    a, b, length_m, v0, cutoff = 0.01, 0.015, 2e-6, p.contact.friction_velocity, 1e-4
+    k, mass_kg, damping = p.load_cell.stiffness, p.runner.mass, 5.0
+
+    def rates(_, state):
+        x_m, speed, drag_n, age_s = state
+        mu = drag_n / normal_n - p.contact.friction - b * math.log(v0 * age_s / length_m)
+        slip = (v0 + cutoff) * math.exp(mu / a) - cutoff
+        pull_n = drag_n - k * x_m - damping * speed
+        return (
+            speed,
+            pull_n / mass_kg,
+            stiffness * (3e-3 - speed - slip),
+            1.0 - slip * age_s / length_m,
+        )
+
+    steady_n = normal_n * p.contact.friction
+    start = (steady_n / k, 0.0, steady_n, length_m / v0)
+    solved = solve_ivp(
+        rates,
+        (0.0, 4e-3),
+        start,
+        'LSODA',
+        t_eval=times_s,
+        rtol=1e-9,
+        atol=(1e-15, 1e-12, 1e-12, 1e-12),
+    )
+    assert rest_m == pytest.approx(steady_n / k, rel=1e-3)
+    way_m = solved.y[0] - start[0]
+    assert np.abs(found_m - rest_m - way_m).max() < SLIDER * np.abs(way_m).max()
+
+
+@pytest.mark.parametrize('preload_n', [0.1, 1.0])
+def test_the_balance_closes_while_friction_changes(drive, preload_n):
+    machine = drive(**AGES, stand__preload=preload_n, load_cell__contact='absent')
+    machine.start(sawtooth(0.0, 300.0, 1000.0, 0), [0.03])
+    assert abs(machine.residual) < RESIDUAL
+
+
+def test_the_first_step_after_a_pause_is_shorter_and_later_ones_forget_it(drive):
+    def steps_m(rest_s):
+        machine = drive(
+            **AGES,
+            contact__rest_time=rest_s,
+            contact__friction_distance=1e-7,
+            load_cell__contact='absent',
+            runner__damping=20.0,
+        )
+        machine.start(sawtooth(0.0, 300.0, 500.0, 24), [0.049])
+        return np.diff(machine.ramps[:24, 2])
+
+    soon_m, late_m = steps_m(0.01), steps_m(10.0)
+    assert late_m[0] < 0.95 * soon_m[0]
+    assert late_m[-1] == pytest.approx(soon_m[-1], rel=5e-3)
+
+
+def test_feet_that_are_moved_one_by_one_age_like_all_as_one(drive):
+    ways_m = []
+    for is_separate in (False, True):
+        machine = drive(**AGES, load_cell__contact='absent', runner__damping=20.0)
+        if is_separate:
+            machine.separate()
+        machine.start(sawtooth(0.0, 300.0, 500.0, 0), [0.02])
+        assert np.all(machine.contacts['on_springs'])
+        ways_m.append(machine.state.position_m)
+    assert ways_m[1] == pytest.approx(ways_m[0], rel=APART)
+
+
+def test_a_change_of_preload_goes_on_with_the_age(drive):
+    machine = drive(**AGES, contact__rest_time=100.0)
+    change_preload(machine.plants, machine.states, machine.parameters, 0.4)
+    machine.start(sawtooth(0.0, 0.0, 1000.0, 0), [0.11])
+    assert machine.state.preload_n == 0.4
+    assert machine.contacts['age_s'] == pytest.approx(100.1, rel=0.02)
