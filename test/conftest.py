@@ -2,6 +2,7 @@
 
 import gc
 import runpy
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,11 @@ settings.load_profile('deterministic')
 pytest_plugins = ['stickslip_ros.testing.pytest_plugin']
 LONGEST = ('test_benchmarks.py', 'test_cli_ending.py', 'test_fit.py', 'test_cli_compile.py')
 WINDOW = ('COLUMNS', 'LINES', 'FORCE_COLOR', 'NO_COLOR', 'TTY_COMPATIBLE')
+
+
+def pytest_configure() -> None:
+    """Let processes that tests start take SIGHUP, under nohup too, which they would heed."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
