@@ -160,8 +160,8 @@ MUTATIONS = (
     ),
     Mutation(
         'resonance: a sign in its damping', 'drive/piezo.py',
-        'lag_m = 2.0 * plant.piezo.damping_ratio',
-        'lag_m = -2.0 * plant.piezo.damping_ratio',
+        'lag_m = 2.0 * piezo.damping_ratio',
+        'lag_m = -2.0 * piezo.damping_ratio',
     ),
     Mutation(
         'creep without its elements slower than 10 ms', 'drive/piezo.py',
@@ -185,9 +185,9 @@ MUTATIONS = (
         '    for other in range(2, CONTACTS):',
     ),
     Mutation(
-        'damping twice in short steps only', 'drive/plant.py',
-        'gamma = plant.damping_n_s_per_m * per_kg\n    start_m',
-        'gamma = 2.0 * plant.damping_n_s_per_m * per_kg\n    start_m',
+        'damping twice in short steps only', 'drive/button.py',
+        'return Body(per_kg, plant.damping_n_s_per_m, 0.0)',
+        'return Body(per_kg, 2.0 * plant.damping_n_s_per_m, 0.0)',
     ),
     Mutation(
         'energy of the end stops twice', 'drive/runner.py',
@@ -208,6 +208,36 @@ MUTATIONS = (
         'the line of the runner moves half as far as the runner', 'contact/travel.py',
         'round(window_m / track.spacing_m)',
         'round(0.5 * window_m / track.spacing_m)',
+    ),
+    Mutation(
+        'the contacts do not push the frame', 'drive/frame.py',
+        'force_n = state.contact_n - holding',
+        'force_n = 0.0 * state.contact_n - holding',
+    ),
+    Mutation(
+        'feet push the frame forwards', 'drive/frame.py',
+        'return state.centre_m - plant.frame.feet_share',
+        'return state.centre_m + plant.frame.feet_share',
+    ),
+    Mutation(
+        'the mass of an attached load cell is left out', 'drive/build.py',
+        'plant.mass_kg += plant.button.mass_kg',
+        'plant.mass_kg += 0.0',
+    ),
+    Mutation(
+        'an impact turns no velocity round', 'drive/button.py',
+        '(1.0 + button.restitution) * closing',
+        '1.0 * closing',
+    ),
+    Mutation(
+        'a load bends a stack half as far', 'drive/stacks.py',
+        'bent_m = state.contacts[k].memory.force_n / piezo.stack_n_per_m - inert_m',
+        'bent_m = 0.5 * state.contacts[k].memory.force_n / piezo.stack_n_per_m - inert_m',
+    ),
+    Mutation(
+        'feet do not feel their frame', 'drive/stacks.py',
+        'inert_m = recoil / (',
+        'inert_m = 0.0 / (',
     ),
 )  # fmt: skip
 

@@ -33,7 +33,8 @@ from stickslip_ros.drive.amplifier import (
     stretch_ahead,
     time_to_settle,
 )
-from stickslip_ros.drive.feet import lay_contacts
+from stickslip_ros.drive.feet import bends, lay_contacts, mean_place
+from stickslip_ros.drive.frame import frame_place
 from stickslip_ros.drive.long_step import long_step
 from stickslip_ros.drive.piezo import fastest_m_per_s
 from stickslip_ros.drive.plant import may_pass, pace_of, step
@@ -342,9 +343,12 @@ def advance_clock(
 @kernel
 def _sample(plant: Record, state: Record, truth: Array, i: int) -> None:
     truth[i, VOLTAGE] = state.voltage_v
-    truth[i, FOOT] = state.foot_m
-    truth[i, POSITION] = state.position_m
+    truth[i, FOOT] = mean_place(plant, state) if bends(plant) else state.foot_m
+    seen_from_m = frame_place(plant, state) if plant.frame.is_reference else 0.0
+    truth[i, POSITION] = state.position_m - seen_from_m
     truth[i, FORCE] = cell_force(plant, state.position_m)
+    if plant.button.exists:
+        truth[i, FORCE] = plant.button.n_per_m * state.button_m
 
 
 @kernel

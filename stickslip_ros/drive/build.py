@@ -21,7 +21,18 @@ from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
 from stickslip_ros.drive.feet import divide_among_feet, switch_all_to_springs
 from stickslip_ros.drive.piezo import rest_piezo
-from stickslip_ros.drive.records import ALL, AMPLIFIER, CONTACTS, FEET, PIEZO, PLANT, STATE, WALLS
+from stickslip_ros.drive.records import (
+    ALL,
+    AMPLIFIER,
+    BUTTON,
+    CONTACTS,
+    FEET,
+    FRAME,
+    PIEZO,
+    PLANT,
+    STATE,
+    WALLS,
+)
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import (
     ContactParameters,
@@ -57,7 +68,8 @@ def plant_of(parameters: Parameters) -> Record:
     Raises
     ------
     OutOfRange
-        If feet differ under Coulomb's law, which then does not say how they share the load.
+        If something moves or differs under Coulomb's law, which then does not say how contacts
+        share the load; if the frame is not heavier than its feet.
 
     """
     attached = parameters.load_cell.contact == 'attached'
@@ -75,14 +87,20 @@ def plant_of(parameters: Parameters) -> Record:
         amplifier=amplifier_of(parameters),
         piezo=piezo_of(parameters),
         walls=walls_of(parameters),
+        button=button_of(parameters),
+        frame=frame_of(parameters),
         ratios=_ratios(parameters),
     )
     plant = plants[0]
+    if attached:
+        plant.mass_kg += plant.button.mass_kg
+        plant.per_kg = 1.0 / plant.mass_kg
+        plant.damping_n_s_per_m += plant.button.damping_n_s_per_m
     plant.contacts[ALL] = all_contacts(parameters)
     if parameters.contact.travel:
         plant.track = lines_of(parameters.contact)
     _set_longest_step(plant, parameters)
-    if parameters.actuator.gain_tolerance:
+    if parameters.actuator.gain_tolerance or plant.piezo.stack_n_per_m:
         separate_feet(plants, parameters)
     set_ideal(plant)
     return plants
@@ -92,6 +110,7 @@ def set_ideal(plant: Record) -> None:
     """Note in a plant whether it is ideal."""
     feet_are_one = is_linear(plant['piezo']) and not plant['separate']
     ideal = feet_are_one and in_python(is_direct)(plant) and not plant['stuck']
+    ideal = ideal and not (plant['frame']['exists'] or plant['button']['exists'])
     follows_model = plant['contacts'][ALL]['law']['number'] == MDR
     plant['ideal'] = ideal
     plant['only_long_steps'] = ideal and follows_model
@@ -120,7 +139,20 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
     omega_per_s = math.sqrt((cell_n_per_m + contact_n_per_m) / mass_kg)
     law_n_s_per_m = float(law['bristle_n_s_per_m'] + law['viscous_n_s_per_m'])
     gamma_per_s = (parameters.runner.damping + law_n_s_per_m) / mass_kg
-    return PHASE_MAX / max(omega_per_s, gamma_per_s)
+    fastest_per_s = max(omega_per_s, gamma_per_s)
+    if parameters.frame.mass:
+        frame_kg, frame_per_s = parameters.frame.mass, 2.0 * math.pi * parameters.frame.resonance
+        between_per_s = math.sqrt(omega_per_s**2 + contact_n_per_m / frame_kg)
+        loss_per_s = 2.0 * parameters.frame.damping_ratio * frame_per_s
+        fastest_per_s = max(fastest_per_s, between_per_s, frame_per_s, loss_per_s)
+    if parameters.actuator.mass and parameters.actuator.resonance:
+        # No foot has more than a quarter of the stiffness of all.
+        foot_per_s = math.sqrt(0.25 * contact_n_per_m / parameters.actuator.mass)
+        fastest_per_s = max(fastest_per_s, foot_per_s)
+    cell, button_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
+    if cell.contact == 'one_sided':
+        fastest_per_s = max(fastest_per_s, button_per_s * max(1.0, 2.0 * cell.damping_ratio))
+    return PHASE_MAX / fastest_per_s
 
 
 def amplifier_of(parameters: Parameters) -> Record:
@@ -153,6 +185,10 @@ def piezo_of(parameters: Parameters) -> Record:
     setting, amplifier = parameters.actuator, parameters.amplifier
     plays = setting.plays if setting.hysteresis else 0
     weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
+    omega_per_s = 2.0 * math.pi * setting.resonance
+    if setting.mass and setting.resonance and parameters.contact.law == 'coulomb':
+        limit = "not 0 under Coulomb's law, which does not say how feet share a load"
+        raise OutOfRange('actuator.mass', setting.mass, 'kg', limit, 'take another contact.law')
     return record(
         PIEZO,
         linear=1.0 - 0.5 * weight * plays,
@@ -160,8 +196,55 @@ def piezo_of(parameters: Parameters) -> Record:
         plays=plays,
         play_v=0.5 * (amplifier.voltage_max - amplifier.voltage_min) / (plays + 1),
         creep=setting.creep,
-        omega_per_s=2.0 * math.pi * setting.resonance,
+        omega_per_s=omega_per_s,
         damping_ratio=setting.damping_ratio,
+        foot_kg=setting.mass,
+        stack_n_per_m=setting.mass * omega_per_s**2,
+    )
+
+
+def button_of(parameters: Parameters) -> Record:
+    """Return the moving mass of the load cell, which exists on its own where it is one-sided."""
+    cell, omega_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
+    if not omega_per_s or cell.contact == 'absent':
+        return record(BUTTON)
+    presses = cell.contact == 'one_sided'
+    if presses and parameters.contact.law == 'coulomb':
+        limit = "not 0 at a one-sided load cell under Coulomb's law"
+        raise OutOfRange('load_cell.resonance', cell.resonance, 'Hz', limit, 'set it to 0')
+    return record(
+        BUTTON,
+        exists=presses,
+        mass_kg=cell.stiffness / omega_per_s**2,
+        n_per_m=cell.stiffness,
+        damping_n_s_per_m=2.0 * cell.damping_ratio * cell.stiffness / omega_per_s,
+        gap_m=cell.gap,
+        restitution=cell.restitution,
+    )
+
+
+def frame_of(parameters: Parameters) -> Record:
+    """Return the frame."""
+    setting, feet_kg = parameters.frame, FEET * parameters.actuator.mass
+    if not setting.mass:
+        return record(FRAME)
+    if feet_kg >= setting.mass:
+        limit = f'not above the mass of its six feet, {feet_kg:g} kg'
+        hint = 'raise it, or lower actuator.mass'
+        raise OutOfRange('frame.mass', setting.mass, 'kg', limit, hint)
+    if parameters.contact.law == 'coulomb':
+        limit = "not 0 under Coulomb's law, which gives a moving frame no force at rest"
+        raise OutOfRange('frame.mass', setting.mass, 'kg', limit, 'take another contact.law')
+    omega_per_s = 2.0 * math.pi * setting.resonance
+    return record(
+        FRAME,
+        exists=True,
+        mass_kg=setting.mass,
+        per_kg=1.0 / setting.mass,
+        held_n_per_m=setting.mass * omega_per_s**2,
+        damping_n_s_per_m=2.0 * setting.damping_ratio * omega_per_s * setting.mass,
+        feet_share=feet_kg / setting.mass,
+        is_reference=parameters.interferometer.reference == 'frame',
     )
 
 
@@ -173,7 +256,8 @@ def is_linear(piezo: Record) -> bool:
 def walls_of(parameters: Parameters) -> Record:
     """Return the one-sided springs that the runner may run into."""
     stand, cell = parameters.stand, parameters.load_cell
-    presses, stops = cell.contact == 'one_sided', stand.stop_stiffness > 0.0
+    presses = cell.contact == 'one_sided' and not cell.resonance
+    stops = stand.stop_stiffness > 0.0
     return record(
         WALLS,
         exist=presses or stops,

@@ -53,13 +53,21 @@ def _change_dead_foot(
         divide_among_feet(plants, states)
     if plant.dead:
         follows_m = plant.ratios[plant.dead] * state.foot_m
-        state.offsets_m[plant.dead] = state.places_m[plant.dead] - follows_m
+        state.offsets_m[plant.dead] = _unbent(plant, state, plant.dead) - follows_m
     if dead_foot:
-        state.offsets_m[dead_foot] = state.places_m[dead_foot]
+        state.offsets_m[dead_foot] = _unbent(plant, state, dead_foot)
     plant.dead = dead_foot
+
+
+def _unbent(plant: Record, state: Record, foot: int) -> float:
+    """Return where a foot is, m; of one that its load has bent, where it would be without."""
+    if not plant.piezo.stack_n_per_m:
+        return float(state.places_m[foot])
+    ratio = 0.0 if foot == plant.dead else plant.ratios[foot]
+    return float(state.offsets_m[foot] + ratio * state.foot_m)
 
 
 def _stop_runner(plant: Record, state: Record) -> None:
     kinetic_j = 0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s
     state.sums.stuck_lost_j += kinetic_j
-    state.velocity_m_per_s = 0.0
+    state.velocity_m_per_s, state.pressed = 0.0, False

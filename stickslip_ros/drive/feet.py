@@ -5,6 +5,8 @@ To the rest of the drive they are one contact against the mean foot, with the su
 
 """
 
+from typing import Any, NamedTuple
+
 from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import U, move, set_memory
@@ -23,6 +25,13 @@ SLIPPING = 1e-9
 """Share of the presliding by which a contact in full slip may miss it, for rounding."""
 
 
+class Path(NamedTuple):
+    """How the mean foot goes on: velocity, m/s, and acceleration, m/s^2, which stays."""
+
+    speed: float
+    speeding: float
+
+
 @kernel
 def moving(plant: Record) -> range:
     """Return the numbers of the contacts that the drive moves: all as one, or each."""
@@ -36,14 +45,58 @@ def ratio_of(plant: Record, k: int) -> float:
 
 
 @kernel
+def bends(plant: Record) -> bool:
+    """Return whether the feet have a mass, and their loads bend the stacks under them."""
+    return bool(plant.piezo.stack_n_per_m > 0.0)
+
+
+@kernel
+def way_of(plant: Record, state: Record, path: Path, k: int) -> Path:
+    """Return how a foot goes on against the frame."""
+    if bends(plant):
+        return Path(state.feet[k].speed, state.feet[k].speeding)
+    ratio = ratio_of(plant, k)
+    return Path(ratio * path.speed, ratio * path.speeding)
+
+
+@kernel
+def way_on(path: Any, time_s: float) -> float:
+    """Return the way on a parabola of time, m: anything with a speed and a speeding."""
+    return time_s * (path.speed + 0.5 * time_s * path.speeding)
+
+
+@kernel
+def mean_path(plant: Record, state: Record, path: Path) -> Path:
+    """Return how all feet go on the average: dead ones stay."""
+    speed, speeding = 0.0, 0.0
+    for k in moving(plant):
+        way = way_of(plant, state, path, k)
+        speed += way.speed / len(moving(plant))
+        speeding += way.speeding / len(moving(plant))
+    return Path(speed, speeding)
+
+
+@kernel
+def mean_place(plant: Record, state: Record) -> float:
+    """Return the displacement of all feet against the frame on the average, m."""
+    place_m = 0.0
+    for k in moving(plant):
+        own_m = state.offsets_m[k] + ratio_of(plant, k) * state.foot_m
+        place_m += (state.places_m[k] if bends(plant) else own_m) / len(moving(plant))
+    return place_m
+
+
+@kernel
 def move_contacts(
     plant: Record, state: Record, position_m: float, foot_m: float, dt_s: float, holding_n: float
 ) -> float:
     """
     Let all contacts answer; return the force with which they drag the mean foot back, N.
 
-    Runner and mean foot are where they are at the end of the time. The work of the feet is that
-    force times the way of the mean foot. The holding force would keep the contacts from sliding.
+    Runner and mean foot are where they are against the frame at the end of the time. The work of
+    the feet is that force times the way of the mean foot. The holding force would keep the
+    contacts from sliding. Feet that bend their stacks are where ``places_m`` says, and the force
+    is that with which the stacks drag.
 
     """
     drag_n, total_n, preload_n = 0.0, 0.0, 0.0
@@ -51,9 +104,13 @@ def move_contacts(
         contact = state.contacts[k]
         ratio = ratio_of(plant, k)
         place_m = state.offsets_m[k] + ratio * foot_m
+        if bends(plant):
+            drag_n += ratio * plant.piezo.stack_n_per_m * (state.places_m[k] - place_m)
+            place_m = state.places_m[k]
         react(plant.contacts[k], contact, position_m - place_m, dt_s, holding_n)
         state.places_m[k] = place_m
-        drag_n += ratio * contact.memory.force_n
+        if not bends(plant):
+            drag_n += ratio * contact.memory.force_n
         total_n += contact.memory.force_n
         preload_n = contact.preload_n
     state.contact_n = total_n

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.feet import lay_contacts, lost_by_feet, stored_by_feet
+from stickslip_ros.drive.frame import frame_energy
+from stickslip_ros.drive.oscillator import SIXTH
 from stickslip_ros.drive.runner import cell_energy, stops_energy
-
-SIXTH = 1.0 / 6.0
+from stickslip_ros.drive.stacks import stacks_energy
 
 
 @dataclass(frozen=True)
@@ -20,13 +21,20 @@ class EnergyLedger:
     feet_work_j, load_work_j : float
         Work of the feet and of the external load: put in.
     kinetic_j, cell_j, contact_stored_j : float
-        Energy in the runner's motion, the load-cell spring, the springs of the contacts.
+        Energy in the runner's motion, the load cell, the springs of the contacts.
     contact_lost_j, damping_lost_j : float
         Energy lost by slip in the contacts and by viscous damping.
     stops_j : float
         Energy in the springs of the end stops.
     stuck_lost_j : float
         Kinetic energy lost when the runner got stuck.
+    frame_j : float
+        Energy of the frame: that of the motion of its centre of mass, feet included, and of its
+        spring.
+    stacks_j : float
+        Energy of bent stacks, and of the feet on them that move against their centre of mass.
+    stand_lost_j : float
+        Energy lost in the damping of frame, feet and load button, and in impacts.
 
     """
 
@@ -39,12 +47,17 @@ class EnergyLedger:
     damping_lost_j: float
     stops_j: float = 0.0
     stuck_lost_j: float = 0.0
+    frame_j: float = 0.0
+    stacks_j: float = 0.0
+    stand_lost_j: float = 0.0
 
     @property
     def residual_j(self) -> float:
         """Energy put in minus energy found, J: the error of the integration."""
         found_j = self.kinetic_j + self.cell_j + self.contact_stored_j + self.stops_j
+        found_j += self.frame_j + self.stacks_j
         lost_j = self.contact_lost_j + self.damping_lost_j + self.stuck_lost_j
+        lost_j += self.stand_lost_j
         return self.feet_work_j + self.load_work_j - found_j - lost_j
 
 
@@ -52,16 +65,21 @@ def take_ledger(plants: Record, states: Record) -> EnergyLedger:
     """Compute every term of the balance, from arrays of one plant and one state."""
     plant, state = plants[0], states[0]
     stored_j, lost_j = energies_of_contacts(plants, states)
+    button_j = plant.button.mass_kg * state.button_m_per_s * state.button_m_per_s
+    button_j = 0.5 * float(button_j + plant.button.n_per_m * state.button_m * state.button_m)
     return EnergyLedger(
         feet_work_j=float(state.sums.feet_work_j),
         load_work_j=float(state.sums.load_work_j),
         kinetic_j=float(0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s),
-        cell_j=cell_energy(plant, state.position_m),
+        cell_j=cell_energy(plant, state.position_m) + button_j,
         contact_stored_j=stored_j,
         contact_lost_j=lost_j,
         damping_lost_j=float(state.sums.damping_lost_j),
         stops_j=stops_energy(plant, state.position_m),
         stuck_lost_j=float(state.sums.stuck_lost_j),
+        frame_j=frame_energy(plants, states),
+        stacks_j=stacks_energy(plants, states),
+        stand_lost_j=float(state.sums.stand_lost_j),
     )
 
 

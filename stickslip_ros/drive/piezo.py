@@ -91,8 +91,17 @@ def displace(plant: Record, memory: Record, voltage_v: float, ring: Ring, h_s: f
         driving_m += creep(plant, memory, static_m)
     memory.static_m = static_m
     foot_m = driving_m
-    if plant.piezo.omega_per_s > 0.0:
-        foot_m = _swing(plant, memory, driving_m, ring, h_s)
+    if plant.piezo.omega_per_s > 0.0 and plant.piezo.stack_n_per_m == 0.0:
+        memory.ring_m, memory.ring_m_per_s = swing_along(
+            plant.piezo,
+            memory.ring_m,
+            memory.ring_m_per_s,
+            memory.driving_m,
+            driving_m,
+            ring,
+            h_s,
+        )
+        foot_m = memory.ring_m
     memory.driving_m = driving_m
     return foot_m
 
@@ -138,18 +147,23 @@ def creep(plant: Record, memory: Record, static_m: float) -> float:
 
 
 @kernel
-def _swing(plant: Record, memory: Record, driving_m: float, ring: Ring, h_s: float) -> float:
-    """Return the displacement of the oscillator after a step in which its drive was straight."""
-    start_m = memory.driving_m
+def swing_along(
+    piezo: Record,
+    place_m: float,
+    speed: float,
+    start_m: float,
+    driving_m: float,
+    ring: Ring,
+    h_s: float,
+) -> tuple[float, float]:
+    """Return place and speed of the oscillator after a step in which its drive was straight."""
     rate_m_per_s = (driving_m - start_m) / h_s
-    lag_m = 2.0 * plant.piezo.damping_ratio * rate_m_per_s / plant.piezo.omega_per_s
-    off_m = memory.ring_m - start_m + lag_m
-    off_m_per_s = memory.ring_m_per_s - rate_m_per_s
+    lag_m = 2.0 * piezo.damping_ratio * rate_m_per_s / piezo.omega_per_s
+    off_m = place_m - start_m + lag_m
+    off_m_per_s = speed - rate_m_per_s
     after_m = ring.m_per_m * off_m + ring.m_per_m_per_s * off_m_per_s
     after_m_per_s = ring.m_per_s_per_m * off_m + ring.m_per_s_per_m_per_s * off_m_per_s
-    memory.ring_m = driving_m - lag_m + after_m
-    memory.ring_m_per_s = rate_m_per_s + after_m_per_s
-    return driving_m - lag_m + after_m
+    return driving_m - lag_m + after_m, rate_m_per_s + after_m_per_s
 
 
 @kernel

@@ -20,20 +20,54 @@ from stickslip_ros.contact.reaction import answer_towards, remembers_turns
 from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.amplifier import low_pass
-from stickslip_ros.drive.feet import arrest, move_contacts, moving, ratio_of
-from stickslip_ros.drive.ledger import SIXTH, book
+from stickslip_ros.drive.button import Body, body_of, meet_button, move_button, time_to_meet
+from stickslip_ros.drive.feet import (
+    Path,
+    arrest,
+    bends,
+    mean_path,
+    move_contacts,
+    moving,
+    ratio_of,
+    way_of,
+    way_on,
+)
+from stickslip_ros.drive.frame import (
+    Sway,
+    centre_ahead,
+    frame_after,
+    frame_place,
+    holding_force,
+    move_frame,
+    sway_of,
+)
+from stickslip_ros.drive.ledger import book
 from stickslip_ros.drive.long_step import (
     RESTING,
     holding_stiffness,
     missed_by_walls,
-    propagator,
     time_to_close,
     time_to_turn,
     time_to_wall,
 )
+from stickslip_ros.drive.oscillator import (
+    SIXTH,
+    corrected,
+    end_speed,
+    propagator,
+    swing_twice,
+)
 from stickslip_ros.drive.piezo import Ring, displace, prepare_piezo
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.runner import force_on_runner
+from stickslip_ros.drive.stacks import (
+    end_of_feet,
+    feet_ahead,
+    note_ringing,
+    place_at_end,
+    pulled_by_feet,
+    recoil_of,
+)
 
 TURN_SLACK_S = 1.1e-4
 """A foot against which the runner goes on by (sim.dt/TURN_SLACK_S)^3 of the presliding range at
@@ -62,13 +96,6 @@ class Pace(NamedTuple):
     slack_m: float
     settling: float
     ring: Ring
-
-
-class Path(NamedTuple):
-    """How the mean foot goes on: velocity, m/s, and acceleration, m/s^2, which stays."""
-
-    speed: float
-    speeding: float
 
 
 @kernel
@@ -114,6 +141,8 @@ def step(
         left_s = left_s - done_s if done_s < left_s else 0.0
         speed += done_s * speeding
     state.voltage_v, state.foot_m = voltage_v, foot_m
+    if bends(plant):
+        note_ringing(plant, state)
 
 
 class Ahead(NamedTuple):
@@ -145,17 +174,20 @@ def _look_ahead(
     plant: Record,
     state: Record,
     path: Path,
+    sway: Sway,
+    body: Body,
     speeding: float,
-    per_kg: float,
     slack_m: float,
     longest_s: float,
 ) -> Ahead:
     """Return the stiffness that lies ahead of a runner with an acceleration, m/s^2."""
     speed, lasts_s, may_turn = state.velocity_m_per_s, longest_s, False
+    past, past_rate = speed - sway.speed, speeding - sway.speeding
     tangent, driven, drag_n = 0.0, 0.0, 0.0
     for k in moving(plant):
         contact, own, ratio = plant.contacts[k], state.contacts[k], ratio_of(plant, k)
-        against, against_rate = speed - ratio * path.speed, speeding - ratio * path.speeding
+        way = way_of(plant, state, path, k)
+        against, against_rate = past - way.speed, past_rate - way.speeding
         turns_now = against * against < 2.0 * slack_m * abs(against_rate)
         may_turn |= abs(against) <= 2.0 * longest_s * abs(against_rate)
         direction = against_rate if turns_now else against
@@ -169,22 +201,38 @@ def _look_ahead(
             stiffness = answer_towards(contact, own, direction)
         tangent += stiffness
         driven += ratio * stiffness
-        drag_n += ratio * own.memory.force_n
+        if bends(plant):
+            state.feet[k].stiffness = stiffness
+            bent_m = state.places_m[k] - state.offsets_m[k] - ratio * state.foot_m
+            drag_n += ratio * plant.piezo.stack_n_per_m * bent_m
+        else:
+            drag_n += ratio * own.memory.force_n
+    pulled = path
+    if bends(plant):
+        driven, pulled = 1.0, pulled_by_feet(plant, state)
     held_n_per_m = holding_stiffness(plant, state, speeding, longest_s)
-    gamma, omega_squared = plant.damping_n_s_per_m * per_kg, (held_n_per_m + tangent) * per_kg
-    jerk = driven * path.speed * per_kg - omega_squared * speed - gamma * speeding
+    per_kg, gamma = body.per_kg, body.damping_n_s_per_m * body.per_kg
+    omega_squared = (held_n_per_m + body.button_n_per_m + tangent) * per_kg
+    drive = driven * pulled.speed + tangent * sway.speed
+    jerk = drive * per_kg - omega_squared * speed - gamma * speeding
     if may_turn:
-        snap = driven * path.speeding * per_kg - omega_squared * speeding - gamma * jerk
+        drive_rate = driven * pulled.speeding + tangent * sway.speeding
+        snap = drive_rate * per_kg - omega_squared * speeding - gamma * jerk
         crackle = -omega_squared * jerk - gamma * snap
+        frame_n_per_s = tangent * speed - drive
+        frame_n_per_s -= holding_force(plant.frame, sway.speed, sway.speeding)
+        past_jerk = jerk - frame_n_per_s * plant.frame.per_kg
         for k in moving(plant):
-            ratio = ratio_of(plant, k)
-            against, against_rate = speed - ratio * path.speed, speeding - ratio * path.speeding
+            way = way_of(plant, state, path, k)
+            against, against_rate = past - way.speed, past_rate - way.speeding
             turns_now = against * against < 2.0 * slack_m * abs(against_rate)
             if against * against_rate < 0.0 and not turns_now:
-                turn_s = time_to_turn(against, against_rate, jerk, snap, crackle, longest_s)
+                turn_s = time_to_turn(against, against_rate, past_jerk, snap, crackle, longest_s)
                 lasts_s = min(lasts_s, turn_s)
     if plant.walls.exist:
         lasts_s = time_to_wall(plant, state.position_m, speed, speeding, jerk, lasts_s)
+    if plant.button.exists:
+        lasts_s = time_to_meet(plant, state, speeding, jerk, lasts_s)
     return Ahead(tangent, driven, drag_n, held_n_per_m, lasts_s)
 
 
@@ -193,62 +241,112 @@ def _go(
     plant: Record, state: Record, path: Path, load_n: float, longest_s: float, slack_m: float
 ) -> float:
     """Let the runner go until a stiffness jumps, at most for a given time; return the time, s."""
-    per_kg = 0.0 if plant.stuck else plant.per_kg
-    gamma = plant.damping_n_s_per_m * per_kg
-    start_m, speed, before_n = state.position_m, state.velocity_m_per_s, state.contact_n
-    pull = force_on_runner(plant, start_m, before_n, load_n) * per_kg
-    ahead = _look_ahead(plant, state, path, pull - gamma * speed, per_kg, slack_m, longest_s)
-    tangent, driven, h_s = ahead.tangent, ahead.driven, ahead.lasts_s
-    omega_squared = (ahead.held_n_per_m + tangent) * per_kg
-    pull_rate, pull_jerk = driven * path.speed * per_kg, driven * path.speeding * per_kg
-
-    # The exact motion on that stiffness, in two halves.
-    half_s = 0.5 * h_s
-    half = propagator(omega_squared, gamma, half_s)
-    curved = _response_to_square(omega_squared, gamma, half_s)
-    y_1 = speed * half.impulse + pull * half.step + pull_rate * half.ramp + pull_jerk * curved
-    w_1 = speed * half.velocity + pull * half.impulse + pull_rate * half.step
-    w_1 += pull_jerk * half.ramp
-    pull_1 = pull + half_s * (pull_rate + 0.5 * half_s * pull_jerk) - omega_squared * y_1
-    rate_1 = pull_rate + half_s * pull_jerk
-    y_2 = y_1 + w_1 * half.impulse + pull_1 * half.step + rate_1 * half.ramp + pull_jerk * curved
-    w_2 = w_1 * half.velocity + pull_1 * half.impulse + rate_1 * half.step + pull_jerk * half.ramp
-
-    # What it misses: the contacts tell, moved to the middle and to the end.
-    foot_1 = half_s * (path.speed + 0.5 * half_s * path.speeding)
-    foot_2 = h_s * (path.speed + half_s * path.speeding)
-    middle_m = start_m + y_1
-    middle_drag_n = move_contacts(plant, state, middle_m, state.foot_m + foot_1, half_s, 0.0)
-    missed_1 = (state.contact_n - before_n - tangent * y_1 + driven * foot_1) * per_kg
-    if plant.walls.exist:
-        missed_1 += missed_by_walls(plant, ahead.held_n_per_m, start_m, middle_m)
-    y_2 -= 4.0 * SIXTH * h_s * half.impulse * missed_1
-    w_1 -= SIXTH * h_s * missed_1
-    position_m = start_m + y_2
-    end_drag_n = move_contacts(plant, state, position_m, state.foot_m + foot_2, half_s, 0.0)
-    missed_2 = (state.contact_n - before_n - tangent * y_2 + driven * foot_2) * per_kg
-    if plant.walls.exist:
-        missed_2 += missed_by_walls(plant, ahead.held_n_per_m, start_m, position_m)
-    w_2 -= SIXTH * h_s * (4.0 * half.velocity * missed_1 + missed_2)
-
-    end_speed = path.speed + h_s * path.speeding
-    work_w = ahead.drag_n * path.speed + 4.0 * middle_drag_n * 0.5 * (path.speed + end_speed)
-    state.sums.feet_work_j -= SIXTH * h_s * (work_w + end_drag_n * end_speed)
-    book(plant, state, h_s, load_n, position_m, w_2, middle_m, w_1)
-    state.foot_m += foot_2
-    state.position_m, state.velocity_m_per_s = position_m, w_2
-    return h_s
+    force_n = force_on_runner(plant, state.position_m, state.contact_n, load_n)
+    if plant.button.exists:
+        meet_button(plant, state, force_n, longest_s)
+    body, ring, pulled, recoil = body_of(plant, state), Ring(0.0, 0.0, 0.0, 0.0), path, 0.0
+    if bends(plant):
+        for k in moving(plant):
+            state.feet[k].stiffness = 0.0
+        place_m, centre_w = frame_place(plant, state), state.centre_m_per_s
+        recoil = recoil_of(plant, state, 0, state.foot_m, place_m, centre_w)
+        feet_ahead(plant, state, path, recoil, 0.0, longest_s)
+    mean = mean_path(plant, state, path)
+    sway = sway_of(plant, state, mean)
+    pull = (force_n - body.button_n_per_m * state.button_m) * body.per_kg
+    gamma = body.damping_n_s_per_m * body.per_kg
+    speeding = pull - gamma * state.velocity_m_per_s
+    ahead = _look_ahead(plant, state, path, sway, body, speeding, slack_m, longest_s)
+    if bends(plant):
+        past_speed = state.velocity_m_per_s - sway.speed
+        ring = feet_ahead(plant, state, path, recoil, past_speed, ahead.lasts_s)
+        mean, pulled = mean_path(plant, state, path), pulled_by_feet(plant, state)
+        sway = sway_of(plant, state, mean)
+        for k in moving(plant):
+            state.places_m[k] = state.feet[k].middle_m
+    _swing(plant, state, path, pulled, mean, sway, body, ahead, ring, recoil, pull, load_n)
+    return ahead.lasts_s
 
 
 @kernel
-def _response_to_square(omega_squared: float, gamma: float, h_s: float) -> float:
-    """Return what ``propagator`` would, under an acceleration of t^2/2: a series of h, s^4."""
-    z, y = omega_squared * h_s * h_s, gamma * h_s
-    c5 = -y / 5.0
-    c6 = -(5.0 * y * c5 + z) / 30.0
-    c7 = -(6.0 * y * c6 + z * c5) / 42.0
-    c8 = -(7.0 * y * c7 + z * c6) / 56.0
-    return (1.0 + c5 + c6 + c7 + c8) / 24.0 * (h_s * h_s) * (h_s * h_s)
+def _swing(
+    plant: Record,
+    state: Record,
+    path: Path,
+    pulled: Path,
+    mean: Path,
+    sway: Sway,
+    body: Body,
+    ahead: Ahead,
+    ring: Ring,
+    recoil: float,
+    pull: float,
+    load_n: float,
+) -> None:
+    """
+    Move all for the time that lies ahead.
+
+    The runner goes on the tangent of its contacts, which drive it by what is ``driven`` along the
+    way ``pulled``.
+
+    """
+    frame, start_m, before_n = plant.frame, state.position_m, state.contact_n
+    tangent, driven, h_s, half_s = ahead.tangent, ahead.driven, ahead.lasts_s, 0.5 * ahead.lasts_s
+    speed, per_kg, gamma = (
+        state.velocity_m_per_s,
+        body.per_kg,
+        body.damping_n_s_per_m * body.per_kg,
+    )
+
+    # The exact motion on that stiffness, in two halves.
+    drive = driven * pulled.speed + tangent * sway.speed
+    pull_jerk = (driven * pulled.speeding + tangent * sway.speeding) * per_kg
+    omega_squared = (ahead.held_n_per_m + body.button_n_per_m + tangent) * per_kg
+    run = swing_twice(omega_squared, gamma, half_s, speed, pull, drive * per_kg, pull_jerk)
+    grows_n_per_s = tangent * speed - drive
+    centre = centre_ahead(plant, state, mean, sway, grows_n_per_s, half_s)
+
+    # What it misses: the contacts tell, moved to the middle and to the end.
+    foot_m = state.foot_m + way_on(path, half_s)
+    middle_m = start_m + run.middle_m
+    frame_m = frame_after(plant, sway, mean, centre.middle_m, half_s)
+    middle_drag_n = move_contacts(plant, state, middle_m - frame_m, foot_m, half_s, 0.0)
+    middle_n = state.contact_n
+    missed_n = middle_n - before_n - tangent * run.middle_m + driven * way_on(pulled, half_s)
+    missed_1 = (missed_n + tangent * way_on(sway, half_s)) * per_kg
+    if plant.walls.exist:
+        missed_1 += missed_by_walls(plant, ahead.held_n_per_m, start_m, middle_m)
+    run = corrected(run, -missed_1, h_s)
+    centre_1 = (middle_n - before_n - half_s * grows_n_per_s) * frame.per_kg
+    centre = corrected(centre, centre_1, h_s)
+    if bends(plant):
+        now = recoil_of(plant, state, 1, foot_m, frame_m, centre.middle_m_per_s)
+        place_at_end(plant, state, ring, now - recoil, h_s)
+
+    foot_m, position_m = state.foot_m + way_on(path, h_s), start_m + run.end_m
+    frame_m = frame_after(plant, sway, mean, centre.end_m, h_s)
+    end_drag_n = move_contacts(plant, state, position_m - frame_m, foot_m, half_s, 0.0)
+    missed_n = state.contact_n - before_n - tangent * run.end_m + driven * way_on(pulled, h_s)
+    missed_2 = (missed_n + tangent * way_on(sway, h_s)) * per_kg
+    if plant.walls.exist:
+        missed_2 += missed_by_walls(plant, ahead.held_n_per_m, start_m, position_m)
+    velocity_m_per_s = end_speed(run, -missed_1, -missed_2, h_s)
+
+    last = path.speed + h_s * path.speeding
+    work_w = ahead.drag_n * path.speed + 4.0 * middle_drag_n * 0.5 * (path.speed + last)
+    state.sums.feet_work_j -= SIXTH * h_s * (work_w + end_drag_n * last)
+    if bends(plant):
+        now = recoil_of(plant, state, 2, foot_m, frame_m, centre.end_m_per_s)
+        end_of_feet(plant, state, ring, now - recoil, h_s)
+    if frame.exists:
+        centre_2 = (state.contact_n - before_n - h_s * grows_n_per_s) * frame.per_kg
+        centre_w = end_speed(centre, centre_1, centre_2, h_s)
+        move_frame(plant, state, mean, sway, centre, centre_w, h_s, before_n, middle_n)
+    if plant.button.exists:
+        move_button(plant, state, h_s, position_m, velocity_m_per_s, run.middle_m_per_s)
+    book(plant, state, h_s, load_n, position_m, velocity_m_per_s, middle_m, run.middle_m_per_s)
+    state.foot_m = foot_m
+    state.position_m, state.velocity_m_per_s = position_m, velocity_m_per_s
 
 
 @kernel_apart

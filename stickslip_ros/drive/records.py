@@ -43,6 +43,9 @@ PIEZO = kind(
     creep=FLOAT,  # Growth of a displacement per decade of time; 0 is none
     omega_per_s=FLOAT,  # Angular frequency of the resonance; 0 is a massless piezo
     damping_ratio=FLOAT,  # Damping ratio of the resonance
+    # Mass of a foot on its stack, and the stiffness of that; 0 is a stack that no load bends
+    foot_kg=FLOAT,
+    stack_n_per_m=FLOAT,
 )
 """What a piezo does besides being proportional to its voltage."""
 
@@ -57,6 +60,28 @@ WALLS = kind(
     high_m=FLOAT,
 )
 """One-sided springs that the runner may run into."""
+
+BUTTON = kind(
+    exists=FLAG,  # Whether the load cell has one: a moving mass, pressed from one side
+    mass_kg=FLOAT,
+    n_per_m=FLOAT,  # Stiffness of the load cell, and viscous damping
+    damping_n_s_per_m=FLOAT,
+    gap_m=FLOAT,  # Way of the runner until it touches the button at rest
+    restitution=FLOAT,  # Share of the velocity between both that an impact turns round
+)
+"""The load button of a one-sided load cell with a mass; without one it is a wall."""
+
+FRAME = kind(
+    exists=FLAG,  # Whether it is not rigid
+    # Mass of the frame with its feet, and its inverse; 0 of a rigid one
+    mass_kg=FLOAT,
+    per_kg=FLOAT,
+    held_n_per_m=FLOAT,  # Stiffness with which the table holds it, and viscous damping
+    damping_n_s_per_m=FLOAT,
+    feet_share=FLOAT,  # Share of the feet in that mass
+    is_reference=FLAG,  # Whether the interferometer measures against it, not against the table
+)
+"""The frame that carries the feet."""
 
 PLANT = kind(
     # m of Eq. 20, and its inverse
@@ -85,6 +110,8 @@ PLANT = kind(
     amplifier=AMPLIFIER,
     piezo=PIEZO,
     walls=WALLS,
+    button=BUTTON,
+    frame=FRAME,
     ratios=(FLOAT, (CONTACTS,)),  # Displacement of each foot per displacement of the mean foot
     parts=(FLOAT, (CONTACTS,)),  # Share of each contact in the friction limit of all
     groups=(COUNT, (CONTACTS,)),  # Group of equal contacts to which each belongs
@@ -151,6 +178,8 @@ SUMS = kind(
     damping_lost_j=FLOAT,  # Energy lost in the viscous damping
     position_m_s=FLOAT,  # Integral of the runner position over time
     stuck_lost_j=FLOAT,  # Kinetic energy that the runner had when it got stuck
+    # Energy lost in the damping of frame and load button, and in impacts
+    stand_lost_j=FLOAT,
 )
 """Integrals over the whole run."""
 
@@ -169,19 +198,46 @@ PIEZO_STATE = kind(
 )
 """What amplifier and piezo remember."""
 
+FOOT = kind(
+    m_per_s=FLOAT,  # Its velocity against the frame
+    # The rest is of the present step: a parabola that is its way, the ends of its halves
+    speed=FLOAT,
+    speeding=FLOAT,
+    middle_m=FLOAT,
+    middle_m_per_s=FLOAT,
+    end_m=FLOAT,
+    end_m_per_s=FLOAT,
+    # Stiffness of its contact; its load before the step, how fast that grows; what this misses
+    # in the middle, per mass
+    stiffness=FLOAT,
+    before_n=FLOAT,
+    n_per_s=FLOAT,
+    missed=FLOAT,
+)
+"""A foot with a mass on a stack that its load bends."""
+
 STATE = kind(
     clock=CLOCK,  # Place in the wave
     voltage_v=FLOAT,  # Output of the amplifier
-    # Displacement of the contact points, x_s; where they differ, that of the mean foot
+    # Displacement of the contact points against the frame, x_s; where they differ, that of the
+    # mean foot, and where stacks bend, what it would be without load
     foot_m=FLOAT,
     # The runner
     position_m=FLOAT,
     velocity_m_per_s=FLOAT,
+    # The load button, and whether the runner presses on it
+    button_m=FLOAT,
+    button_m_per_s=FLOAT,
+    pressed=FLAG,
+    # The centre of mass of frame and feet: displacement, velocity
+    centre_m=FLOAT,
+    centre_m_per_s=FLOAT,
     contact_n=FLOAT,  # Force of all contacts; the runner feels its opposite
     preload_n=FLOAT,  # Present preload
     sums=SUMS,  # Energy and position integrals
     piezo=PIEZO_STATE,  # What amplifier and piezo remember
-    # Displacement of each foot, and what of it does not follow the piezo
+    feet=(FOOT, (CONTACTS,)),  # Those that bend their stacks
+    # Displacement of each foot against the frame, and what of it does not follow the piezo
     places_m=(FLOAT, (CONTACTS,)),
     offsets_m=(FLOAT, (CONTACTS,)),
     # Passes that the loops over time may still make; below 0 the drive has given up

@@ -13,10 +13,17 @@ from stickslip_ros.contact.record import Record
 
 @kernel
 def cell_force(plant: Record, position_m: float) -> float:
-    """Return the force in the load cell, N: k x where it is fixed, k (x - gap) where pressed."""
+    """
+    Return the force in the load cell, N: k x where it is fixed, k (x - gap) where pressed.
+
+    A load button that swings makes another one of it.
+
+    """
     force_n = plant.cell_n_per_m * position_m
     if plant.walls.exist:
         force_n += plant.walls.cell_n_per_m * max(position_m - plant.walls.gap_m, 0.0)
+    if plant.button.exists:
+        force_n += plant.button.n_per_m * max(position_m - plant.button.gap_m, 0.0)
     return force_n
 
 

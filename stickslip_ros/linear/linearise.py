@@ -18,7 +18,7 @@ from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.advance import advance
 from stickslip_ros.drive.build import contacts_of, plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.piezo import CREEP_FASTEST_S
-from stickslip_ros.drive.records import DECADES
+from stickslip_ros.drive.records import CONTACTS, DECADES
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.extras import load_extra
@@ -107,10 +107,10 @@ def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> Line
     """
     Return the drive for motions so small that no contact slips.
 
-    Low-pass, creep, resonance, gains of the feet, damping and the springs that the runner touches
-    are linear and kept, as is the linear part of the hysteresis. Slew rate, converter and what
-    else of the hysteresis are not linear: they are left out. Roughness that travels is where it
-    starts.
+    Low-pass, creep, resonance, gains of the feet, frame, damping and the springs that the runner
+    touches are linear and kept, as is the linear part of the hysteresis. Slew rate, converter and
+    what else of the hysteresis are not linear: they are left out. Roughness that travels is where
+    it starts.
 
     Parameters
     ----------
@@ -138,12 +138,17 @@ def linear_drive(
         [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
     )
     stiffness, cell, walls = float(contacts_n_per_m.sum()), plant.cell_n_per_m, plant.walls
+    mass_kg, damping_n_s_per_m = float(plant.mass_kg), float(plant.damping_n_s_per_m)
     if at_m > walls.gap_m:
         cell += walls.cell_n_per_m
+    if plant.button.exists and at_m > plant.button.gap_m:
+        cell += plant.button.n_per_m
+        mass_kg += float(plant.button.mass_kg)
+        damping_n_s_per_m += float(plant.button.damping_n_s_per_m)
     if not walls.low_m < at_m < walls.high_m:
         cell += walls.stop_n_per_m
     cell = float(cell)
-    rates, foot_m = _rates(plant, stiffness + cell, float(contacts_n_per_m @ plant.ratios[1:]))
+    rates, foot_m = _rates(plant, mass_kg, damping_n_s_per_m, contacts_n_per_m, cell)
     names, matrix = tuple(rates), np.array(list(rates.values()))
     seen = np.array([_unit(names, 'position_m'), foot_m])
     n = len(names)
@@ -157,7 +162,7 @@ def linear_drive(
         at_position_m=at_m,
         contact_n_per_m=stiffness,
         cell_n_per_m=cell,
-        resonance_hz=float(np.sqrt((stiffness + cell) / plant.mass_kg) / (2.0 * np.pi)),
+        resonance_hz=float(np.sqrt((stiffness + cell) / mass_kg) / (2.0 * np.pi)),
     )
 
 
@@ -189,21 +194,28 @@ def smooth(share: Array) -> Array:
 
 
 def _rates(
-    plant: Record, spring_n_per_m: float, drag_n_per_m: float
+    plant: Record,
+    mass_kg: float,
+    damping_n_s_per_m: float,
+    contacts_n_per_m: Array,
+    cell_n_per_m: float,
 ) -> tuple[dict[str, Array], Array]:
     """
-    Return the rate of each state, and the displacement of the mean foot.
+    Return the rate of each state, and the displacement of the mean foot against the frame.
 
-    Each is a row over states and inputs. The contacts pull with the drag stiffness times the
-    displacement of the mean foot, and all springs hold the runner.
+    Each is a row over states and inputs. Stiffnesses are those of the contact of each foot.
 
     """
-    amplifier, piezo = plant.amplifier, plant.piezo
+    amplifier, piezo, frame = plant.amplifier, plant.piezo, plant.frame
     creep = [f'creep_{k}_m' for k in range(DECADES)] if piezo.creep > 0.0 else []
+    bent = [f'foot_{k}_m' for k in range(1, CONTACTS)] if piezo.stack_n_per_m > 0.0 else []
     names = [
         *(['amplifier_v'] if amplifier.tau_s > 0.0 else []),
         *creep,
-        *(['foot_m', 'foot_m_per_s'] if piezo.omega_per_s > 0.0 else []),
+        *(['foot_m', 'foot_m_per_s'] if piezo.omega_per_s > 0.0 and not bent else []),
+        *bent,
+        *(f'{name}_per_s' for name in bent),
+        *(['centre_m', 'centre_m_per_s'] if frame.exists else []),
         'position_m',
         'velocity_m_per_s',
     ]
@@ -217,18 +229,40 @@ def _rates(
     for k, name in enumerate(creep):
         rates[name] = (static_m - of[name]) / (CREEP_FASTEST_S * 10.0**k)
         foot_m = foot_m + piezo.creep * of[name]
-    if piezo.omega_per_s > 0.0:
-        omega, speed = piezo.omega_per_s, of['foot_m_per_s']
-        rates['foot_m'] = speed
-        rates['foot_m_per_s'] = omega * (
-            omega * (foot_m - of['foot_m']) - 2.0 * piezo.damping_ratio * speed
-        )
+    omega, sigma = piezo.omega_per_s, 2.0 * piezo.damping_ratio * piezo.omega_per_s
+    wanted_m = feet_m = np.outer(plant.ratios[1:], foot_m)
+    if bent:
+        feet_m = np.array([of[name] for name in bent])
+        foot_m = feet_m.mean(axis=0)
+    elif omega > 0.0:
+        rates['foot_m'] = of['foot_m_per_s']
+        rates['foot_m_per_s'] = omega**2 * (foot_m - of['foot_m']) - sigma * of['foot_m_per_s']
         foot_m = of['foot_m']
+        feet_m = np.outer(plant.ratios[1:], foot_m)
+    share, frame_m = frame.feet_share, 0.0 * foot_m
+    if frame.exists:
+        frame_m = of['centre_m'] - share * foot_m
+    loads_n = contacts_n_per_m[:, None] * (of['position_m'] - frame_m - feet_m)
+    recoil = 0.0 * foot_m
+    if frame.exists:
+        # The velocity of the centre of mass is that without what its damper gets from the feet.
+        gamma = frame.damping_n_s_per_m / frame.mass_kg
+        rates['centre_m'] = of['centre_m_per_s'] + gamma * share * foot_m
+        recoil = (loads_n.sum(axis=0) - frame.held_n_per_m * frame_m) / frame.mass_kg
+        rates['centre_m_per_s'] = recoil - gamma * rates['centre_m']
+    if bent:
+        speeds = np.array([of[f'{name}_per_s'] for name in bent])
+        pulls = omega**2 * (wanted_m - feet_m) - sigma * speeds + loads_n / piezo.foot_kg
+        if frame.exists:
+            recoil = recoil - gamma * (rates['centre_m'] - share * speeds.mean(axis=0))
+            recoil = (recoil - share * pulls.mean(axis=0)) / (1.0 - share)
+        rates |= dict(zip(bent, speeds, strict=True))
+        rates |= {f'{name}_per_s': row for name, row in zip(bent, pulls - recoil, strict=True)}
     rates['position_m'] = of['velocity_m_per_s']
-    force_n = of['load_n'] + drag_n_per_m * foot_m - spring_n_per_m * of['position_m']
-    force_n = force_n - plant.damping_n_s_per_m * of['velocity_m_per_s']
-    rates['velocity_m_per_s'] = force_n / plant.mass_kg
-    return rates, foot_m
+    force_n = of['load_n'] - loads_n.sum(axis=0) - cell_n_per_m * of['position_m']
+    force_n = force_n - damping_n_s_per_m * of['velocity_m_per_s']
+    rates['velocity_m_per_s'] = force_n / mass_kg
+    return {name: rates[name] for name in names}, foot_m
 
 
 def _unit(states: Any, name: str) -> Array:

@@ -218,6 +218,21 @@ class StandParameters(Checked):
 
 
 @dataclass(frozen=True)
+class FrameParameters(Checked):
+    """The frame as a body on one spring: it carries the feet, the table carries all else."""
+
+    mass: float = quantity(
+        0.0, 'kg', 'mass of the frame with its feet; 0 is a rigid frame', bounds=(0.0, 1e3)
+    )
+    resonance: float = quantity(
+        0.0, 'Hz', 'its resonance on the table; 0 is a frame that nothing holds', bounds=(0.0, 1e6)
+    )
+    damping_ratio: float = quantity(
+        0.01, '', 'damping ratio of that resonance', bounds=(0.0, 10.0)
+    )
+
+
+@dataclass(frozen=True)
 class RunnerParameters(Checked):
     """The moving body."""
 
@@ -320,6 +335,12 @@ class ActuatorParameters(Checked):
     )
     damping_ratio: float = quantity(
         0.05, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)
+    )
+    mass: float = quantity(
+        0.0,
+        'kg',
+        'mass of a foot: hemisphere and what moves with it of its piezo; 0 is none',
+        bounds=(0.0, 1.0),
     )
     gain_tolerance: float = quantity(
         0.0,

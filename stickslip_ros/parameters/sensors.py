@@ -11,8 +11,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.parameters.declaration import Checked, choice, quantity, switch
+from stickslip_ros.parameters.declaration import (
+    Checked,
+    choice,
+    quantity,
+    refuse_below_unless_zero,
+    switch,
+)
 
+SLOWEST_CELL_HZ = 1.0
+"""Lowest resonance of a load cell that has a mass."""
 TRUTH = ('t', 'voltage', 'foot', 'position', 'force')
 """What the drive tells at each sample, in the order of its columns; a trace begins like it."""
 
@@ -80,11 +88,17 @@ class LoadCellParameters(Checked):
     resonance: float = quantity(
         0.0,
         'Hz',
-        'own resonance of the mechanics, which the noise does not see; 0 is none',
-        bounds=(0.0, 1e6),
+        'resonance of its moving mass on its stiffness; 0 is a cell without mass',
+        bounds=(0.0, 1e5),
     )
     damping_ratio: float = quantity(
         0.1, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)
+    )
+    restitution: float = quantity(
+        0.0,
+        '',
+        'one_sided with a mass: share of the velocity that an impact turns round; 0: none',
+        bounds=(0.0, 1.0),
     )
     hysteresis: float = quantity(
         0.0,
@@ -101,7 +115,8 @@ class LoadCellParameters(Checked):
     )
 
     def check_together(self) -> None:
-        """Refuse a hysteresis without the range that it belongs to."""
+        """Refuse a hysteresis without its range, and a moving mass that no runner could move."""
+        refuse_below_unless_zero('load_cell.resonance', self.resonance, SLOWEST_CELL_HZ, 'Hz')
         if self.hysteresis and not self.range:
             hint = 'set load_cell.range: the loop is a share of it'
             raise OutOfRange('load_cell.hysteresis', self.hysteresis, '', 'without a range', hint)
@@ -111,6 +126,11 @@ class LoadCellParameters(Checked):
 class InterferometerParameters(Checked):
     """The laser interferometer that looks at the runner."""
 
+    reference: str = choice(
+        'table',
+        ('table', 'frame'),
+        'what stands still for it: the table, or the frame of frame.mass',
+    )
     noise_density: float = quantity(
         1e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)
     )

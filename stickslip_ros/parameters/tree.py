@@ -30,6 +30,7 @@ from stickslip_ros.parameters.physics_groups import (
     ActuatorParameters,
     AmplifierParameters,
     ContactParameters,
+    FrameParameters,
     FrictionLawParameters,
     RunnerParameters,
     StandParameters,
@@ -55,6 +56,7 @@ class Parameters(Checked):
     contact: ContactParameters = field(default_factory=ContactParameters)
     friction_law: FrictionLawParameters = field(default_factory=FrictionLawParameters)
     stand: StandParameters = field(default_factory=StandParameters)
+    frame: FrameParameters = field(default_factory=FrameParameters)
     runner: RunnerParameters = field(default_factory=RunnerParameters)
     amplifier: AmplifierParameters = field(default_factory=AmplifierParameters)
     actuator: ActuatorParameters = field(default_factory=ActuatorParameters)

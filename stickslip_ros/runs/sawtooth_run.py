@@ -339,6 +339,7 @@ def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> 
     mean_n = net_n = force_at_n(plant, ramps[-1, RAMP_MEAN])
     if mean_n:
         contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
+        cell_n_per_m += plant.button.n_per_m * plant.button.exists
         stick_n_per_m = {MDR: contact.curve.cells[0, 1], COULOMB: np.inf}.get(
             int(contact.law.number), contact.law.bristle_n_per_m
         )
@@ -362,12 +363,13 @@ def is_steady(plant: Record, ramps: Array) -> bool:
     """Return whether a run has become steady."""
     if len(ramps) < STEADY_STEPS_MIN:
         return False
-    is_free = not (plant.cell_n_per_m > 0.0 or plant.walls.cell_n_per_m > 0.0)
+    pressed_n_per_m = plant.walls.cell_n_per_m + plant.button.n_per_m * plant.button.exists
+    is_free = not (plant.cell_n_per_m > 0.0 or pressed_n_per_m > 0.0)
     earlier, before, now = (
         step_length_m(part) if is_free else force_at_n(plant, part[-1, RAMP_MEAN])
         for part in (ramps[: -2 * STEADY_WINDOW], ramps[:-STEADY_WINDOW], ramps)
     )
-    if plant.walls.cell_n_per_m > 0.0 and now <= 0.0:
+    if pressed_n_per_m > 0.0 and now <= 0.0:
         return False
     change, change_before = abs(now - before), abs(before - earlier)
     is_near = change**2 <= STEADY_ERROR * abs(now) * (change_before - change)

@@ -22,6 +22,11 @@ EVERYTHING = {
     'actuator.resonance': 1e5,
     'actuator.gain_tolerance': 0.1,
     'load_cell.contact': 'one_sided',
+    'load_cell.resonance': 1500.0,
+    'load_cell.restitution': 0.5,
+    'frame.mass': 0.02,
+    'frame.resonance': 1e4,
+    'actuator.mass': 1e-4,
     'stand.stop_stiffness': 1e6,
 }
 

@@ -54,6 +54,7 @@ TAUS_S = tuple(10.0**k for k in range(-2, 4))
 Values: TypeAlias = Mapping[str, float | str]
 """Values of parameters by their full names, SI."""
 PAPER: dict[str, float | str] = {
+    'actuator.mass': 0.0,
     'actuator.creep': 0.0,
     'actuator.damping_ratio': 0.05,
     'actuator.gain': 160e-9 / 300.0,
@@ -64,8 +65,13 @@ PAPER: dict[str, float | str] = {
     'amplifier.resolution': 0.0,
     'amplifier.slew_rate': 150e6,
     'contact.profile': 'rough',
+    'frame.damping_ratio': 0.01,
+    'frame.mass': 0.0,
+    'frame.resonance': 0.0,
     'load_cell.contact': 'attached',
+    'load_cell.damping_ratio': 0.1,
     'load_cell.gap': 0.0,
+    'load_cell.resonance': 0.0,
     'load_cell.stiffness': 1e5,
     'runner.damping': 0.0,
     'runner.mass': 3e-3,
@@ -121,19 +127,47 @@ def run_springs(
     kinds, counts = np.unique(np.column_stack((BELOW, ratios)), axis=0, return_counts=True)
     rows = [springs_under(values, np.cumsum(steps_s), bool(is_below)) for is_below, _ in kinds]
     joint = values['load_cell.contact']
+    cell_kg = cell_n_s_per_m = 0.0
+    if values['load_cell.resonance'] and joint == 'attached':
+        cell_per_s = 2.0 * math.pi * float(values['load_cell.resonance'])
+        cell_kg = float(values['load_cell.stiffness']) / cell_per_s**2
+        cell_n_s_per_m = 2.0 * float(values['load_cell.damping_ratio']) * cell_per_s * cell_kg
     runner = Runner(
-        float(values['runner.mass']),
-        float(values['runner.damping']),
+        float(values['runner.mass']) + cell_kg,
+        float(values['runner.damping']) + cell_n_s_per_m,
         0.0 if joint == 'absent' else float(values['load_cell.stiffness']),
         joint == 'attached',
         float(values['load_cell.gap']),
         load_n,
     )
+    frame_kg, frame_per_s = (
+        float(values['frame.mass']),
+        2.0 * math.pi * float(values['frame.resonance']),
+    )
+    frame = Frame(
+        1.0 / frame_kg if frame_kg else 0.0,
+        frame_per_s,
+        2.0 * float(values['frame.damping_ratio']) * frame_per_s,
+        6.0 * float(values['actuator.mass']) / frame_kg if frame_kg else 0.0,
+    )
     sums = np.zeros((cycles, 2))
+    foot_per_s = 2.0 * math.pi * float(values['actuator.resonance'])
+    foot_kg = float(values['actuator.mass'])
+    stack = Stack(
+        foot_kg * foot_per_s > 0.0,
+        foot_kg,
+        foot_per_s,
+        2.0 * float(values['actuator.damping_ratio']) * foot_per_s,
+    )
+    feet_m = mean_foot(values, voltage_v, steps_s)
     lost_j = _step(
         runner,
+        frame,
+        stack,
+        counts.astype(np.float64),
+        feet_m,
         steps_s,
-        np.outer(mean_foot(values, voltage_v, steps_s), kinds[:, 1]),
+        np.outer(feet_m, kinds[:, 1]),
         np.array([row.heights_m for row in rows]),
         np.array([row.width_m for row in rows]) * counts,
         np.stack([row.depths_m for row in rows], axis=1),
@@ -172,7 +206,7 @@ def mean_foot(values: Values, voltage_v: float, steps_s: Array) -> Array:
     if values['actuator.creep']:
         crept = sum(_lag(foot_m, 0.0, tau_s, steps_s) for tau_s in TAUS_S)
         foot_m = foot_m + float(values['actuator.creep']) * crept
-    if values['actuator.resonance']:
+    if values['actuator.resonance'] and not values['actuator.mass']:
         omega_per_s = 2.0 * math.pi * float(values['actuator.resonance'])
         foot_m = _ring(foot_m, omega_per_s, float(values['actuator.damping_ratio']), steps_s)
     return foot_m
@@ -284,9 +318,31 @@ class Runner(NamedTuple):
     load_n: float
 
 
+class Stack(NamedTuple):
+    """Under each foot: its mass, angular frequency and damping; whether there is one."""
+
+    exists: bool
+    foot_kg: float
+    omega_per_s: float
+    damping_per_s: float
+
+
+class Frame(NamedTuple):
+    """Inverse of its mass with the feet, angular frequency, damping, share of the feet."""
+
+    per_kg: float
+    omega_per_s: float
+    damping_per_s: float
+    feet_share: float
+
+
 @compiled
 def _step(
     runner: Runner,
+    frame: Frame,
+    stack: Stack,
+    counts: Array,
+    mean_m: Array,
     steps_s: Array,
     feet_m: Array,
     heights_m: Array,
@@ -305,6 +361,9 @@ def _step(
     """
     m, c, h_sum, cycle = runner.mass_kg, runner.damping_n_s_per_m, 0.0, 0
     x = v = contact_n = lost_j = 0.0
+    centre_m = centre_w = frame_m = foot_w = 0.0
+    z, z_w, loads_n = np.zeros((3, len(places_m)))
+    stiff = stack.omega_per_s**2
     others_n = runner.load_n
     for i in range(len(steps_s)):
         h = steps_s[i]
@@ -312,9 +371,27 @@ def _step(
         sums[cycle, 0] += 0.5 * h * x
         x += h * v
         sums[cycle, 0] += 0.5 * h * x
+        # Frame and feet: their centre of mass answers to the contacts and to the table.
+        pull = contact_n * frame.per_kg - frame.omega_per_s**2 * frame_m
+        swing = centre_w - frame.feet_share * foot_w
+        centre_w += 0.5 * h * (pull - frame.damping_per_s * swing)
+        centre_m += h * centre_w
+        foot_w = (mean_m[i] - (mean_m[i - 1] if i else 0.0)) / h
+        mean_z = mean_m[i]
+        if stack.exists:
+            drive_m = feet_m[i - 1] if i else np.zeros(len(z))
+            pulls = stiff * (drive_m - z) - stack.damping_per_s * z_w + loads_n / stack.foot_kg
+            pull -= frame.damping_per_s * swing
+            recoil = pull - frame.feet_share * np.sum(counts * pulls) / 6.0
+            z_w += 0.5 * h * (pulls - recoil / (1.0 - frame.feet_share))
+            z += h * z_w
+            mean_z, foot_w = np.sum(counts * z) / 6.0, np.sum(counts * z_w) / 6.0
+        frame_m = centre_m - frame.feet_share * mean_z
         contact_n = 0.0
         for foot in range(len(places_m)):
-            moved_m = x - feet_m[i, foot] - places_m[foot]
+            place_m = z[foot] if stack.exists else feet_m[i, foot]
+            moved_m = x - frame_m - place_m - places_m[foot]
+            before_n = contact_n
             places_m[foot] += moved_m
             shear = G_STAR_PA * widths_m[foot]
             for j in range(heights_m.shape[1]):
@@ -325,8 +402,20 @@ def _step(
                 lost_j += (wanted_n - force_n) * force_n / shear
                 forces_n[foot, j] = force_n
                 contact_n += force_n
+            loads_n[foot] = (contact_n - before_n) / counts[foot]
         cell_m = x if runner.is_fixed else max(x - runner.gap_m, 0.0)
         others_n = runner.load_n - runner.cell_n_per_m * cell_m
+        pull = contact_n * frame.per_kg - frame.omega_per_s**2 * frame_m
+        if stack.exists:
+            pulls = stiff * (feet_m[i] - z) - stack.damping_per_s * z_w + loads_n / stack.foot_kg
+            swing = centre_w - frame.feet_share * foot_w
+            recoil = pull - frame.damping_per_s * swing
+            recoil -= frame.feet_share * np.sum(counts * pulls) / 6.0
+            pulls += stack.damping_per_s * z_w - recoil / (1.0 - frame.feet_share)
+            z_w = (z_w + 0.5 * h * pulls) / (1.0 + 0.5 * h * stack.damping_per_s)
+            foot_w = np.sum(counts * z_w) / 6.0
+        pull += frame.damping_per_s * frame.feet_share * foot_w
+        centre_w = (centre_w + 0.5 * h * pull) / (1.0 + 0.5 * h * frame.damping_per_s)
         v = (v + 0.5 * h * (others_n - contact_n) / m) / (1.0 + 0.5 * h * c / m)
         h_sum += h
         if h_sum >= PERIOD_S - 0.5 * h:
@@ -345,6 +434,12 @@ FREE: Values = {'load_cell.contact': 'absent'}
 ONE_SIDED: Values = {'load_cell.contact': 'one_sided', 'load_cell.gap': 1e-7}
 RISES: Values = {'stand.preload': 0.3, 'stand.preload_end': 1.0, 'stand.preload_rate': 100.0}
 FALLS: Values = {'stand.preload': 1.0, 'stand.preload_end': 0.3, 'stand.preload_rate': 100.0}
+STACKS: Values = {
+    'actuator.mass': 4e-5, 'actuator.resonance': 1.5e5, 'actuator.damping_ratio': 0.1
+}  # fmt: skip
+FRAME: Values = {
+    'frame.mass': 0.015, 'frame.resonance': 1e4, 'frame.damping_ratio': 0.05, 'actuator.mass': 2e-4
+}  # fmt: skip
 CASES: tuple[dict[str, float | str], ...] = (
     {'voltage_v': VOLTAGE_V},
     {'voltage_v': -VOLTAGE_V},
@@ -365,6 +460,13 @@ CASES: tuple[dict[str, float | str], ...] = (
     {'voltage_v': VOLTAGE_V, 'actuator.hysteresis': 0.15},
     {'voltage_v': VOLTAGE_V, 'actuator.creep': 0.05},
     {'voltage_v': VOLTAGE_V, 'actuator.resonance': 1.5e5, 'actuator.damping_ratio': 0.1},
+    {'voltage_v': VOLTAGE_V, **FRAME, 'frame.mass': 0.03, 'actuator.mass': 5e-4},
+    {'voltage_v': -VOLTAGE_V, **FRAME, **FREE},
+    {'voltage_v': VOLTAGE_V, **FRAME, **ONE_SIDED},
+    {'voltage_v': VOLTAGE_V, 'load_cell.resonance': 1.5e3},
+    {'voltage_v': VOLTAGE_V, **STACKS},
+    {'voltage_v': VOLTAGE_V, **STACKS, 'actuator.mass': 1e-5, 'actuator.damping_ratio': 0.3},
+    {'voltage_v': -VOLTAGE_V, **STACKS, 'frame.mass': 0.01, 'frame.resonance': 5e3},
 )
 
 

@@ -28,7 +28,6 @@ EVERYTHING = {
     'interferometer.velocity_max': 0.04,
     'load_cell.hysteresis': 0.05,
     'load_cell.range': 0.3,
-    'load_cell.resonance': 3e3,
     'load_cell.drift': 0.2,
 }
 """Each error large enough to be seen in a few hundred samples."""

@@ -1,13 +1,10 @@
-"""The load cell: low-pass or own resonance, hysteresis, drift, and the end of its range."""
-
-import math
+"""The load cell: low-pass, hysteresis, drift, and the end of its range."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import signal
-from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, broken, load_cell_with, times
+from sensor_setups import HEALTHY, ROUNDING, broken, load_cell_with, times
 
 RANGE = 0.8
 QUARTER = 400
@@ -27,59 +24,6 @@ def _way(*corners):
         steps = round(abs(end - start) * QUARTER)
         parts.append(np.linspace(start, end, steps + 1)[1:])
     return RANGE * np.concatenate(parts)
-
-
-@pytest.mark.parametrize('damping_ratio', [0.001, 0.1, 0.7, 1.0, 1.0 + 1e-12, 3.0, 10.0])
-@pytest.mark.parametrize('resonance_hz', [10.0, 3e3, 24e3])
-def test_the_resonance_is_the_second_order_system_that_scipy_holds_from_sample_to_sample(
-    resonance_hz, damping_ratio
-):
-    force = np.random.default_rng(0).normal(0.0, 0.1, 500)
-    sensor = load_cell_with(resonance=resonance_hz, damping_ratio=damping_ratio)
-    omega = 2.0 * math.pi * resonance_hz
-    system = ([omega**2], [1.0, 2.0 * damping_ratio * omega, omega**2])
-    numerator, denominator, _ = signal.cont2discrete(system, 1.0 / RATE_HZ, method='zoh')
-    # scipy answers in the sample after the input, the sensor in the same one.
-    expected = signal.lfilter(numerator.ravel()[1:], denominator, force)
-    readings = sensor.readings(force, HEALTHY)
-    # Coefficients of a filter that swings for 5000 samples lose six digits; ours do not.
-    np.testing.assert_allclose(readings, expected, rtol=0.0, atol=1e-6 * np.max(np.abs(force)))
-
-
-def test_the_resonance_rings_at_its_frequency_and_overshoots_as_its_damping_says():
-    resonance_hz, damping_ratio = 500.0, 0.1
-    sensor = load_cell_with(resonance=resonance_hz, damping_ratio=damping_ratio)
-    readings = sensor.readings(np.ones(2000), HEALTHY)
-    root = math.sqrt(1.0 - damping_ratio**2)
-    # 101 samples per period: the highest one is at most half a sample from the top.
-    top = 1.0 + math.exp(-math.pi * damping_ratio / root)
-    assert np.max(readings) == pytest.approx(top, abs=(math.pi / 100.0) ** 2 / 2.0)
-    rising = np.flatnonzero((readings[:-1] < 1.0) & (readings[1:] >= 1.0))
-    share = (1.0 - readings[rising]) / (readings[rising + 1] - readings[rising])
-    periods_s = np.diff(rising + share) / RATE_HZ
-    np.testing.assert_allclose(periods_s, 1.0 / (resonance_hz * root), rtol=1e-3)
-    assert readings[-1] == pytest.approx(1.0, abs=2.0 * math.exp(-0.2 * math.pi * 20.0))
-
-
-def test_the_low_pass_comes_after_the_resonance():
-    force = np.random.default_rng(0).normal(0.0, 0.1, 500)
-    swung = load_cell_with(resonance=700.0).readings(force, HEALTHY)
-    expected = load_cell_with(bandwidth=2e3).readings(swung, HEALTHY)
-    _assert_equal(
-        load_cell_with(resonance=700.0, bandwidth=2e3).readings(force, HEALTHY), expected
-    )
-
-
-def test_at_its_resonance_it_reads_one_over_twice_the_damping_ratio():
-    resonance_hz, damping_ratio, samples = 500.0, 0.1, 10_000
-    angle = 2.0 * math.pi * resonance_hz * times(samples)
-    sensor = load_cell_with(resonance=resonance_hz, damping_ratio=damping_ratio)
-    half = samples // 2
-    readings = sensor.readings(np.sin(angle), HEALTHY)[half:]
-    response = 2.0 * np.mean(readings * np.exp(-1j * angle[half:])) * 1j
-    assert abs(response) == pytest.approx(1.0 / (2.0 * damping_ratio), rel=1e-3)
-    # The input counts as constant between two samples: half a sample early, 1.8 degrees.
-    assert np.angle(response, deg=True) == pytest.approx(-90.0 + 1.8, abs=0.05)
 
 
 @pytest.mark.parametrize('opening', [0.001, OPENING, 0.4])

@@ -34,6 +34,7 @@ STAGES: dict[str, dict[str, Any]] = {
     },
     'slow amplifier': {'amplifier.bandwidth': 3e3},
     'soft actuator': {'actuator.resonance': 7e3, 'actuator.damping_ratio': 0.05},
+    'frame': {'frame.mass': 0.03, 'frame.resonance': 8e3, 'actuator.mass': 5e-4},
     'one-sided cell': {
         'load_cell.contact': 'one_sided', 'load_cell.gap': 0.0, 'load_cell.stiffness': 3e6
     },

@@ -39,8 +39,10 @@ PURE_NUMBERS = {
     'actuator.creep',
     'actuator.damping_ratio',
     'actuator.gain_tolerance',
+    'frame.damping_ratio',
     'load_cell.damping_ratio',
     'load_cell.hysteresis',
+    'load_cell.restitution',
     'fault.missed_steps',
 }
 """Quantities without a unit; counts and seeds have none either."""

@@ -1,8 +1,8 @@
 """
 The load cell, from the true force in its spring to the reading.
 
-In this order: hysteresis and own resonance of the mechanics, white noise of bridge and amplifier,
-low-pass of the electronics, drift of the zero, faults, saturation, tare, quantisation.
+In this order: hysteresis of the mechanics, white noise of bridge and amplifier, low-pass of the
+electronics, drift of the zero, faults, saturation, tare, quantisation.
 docs/explanation/sensors.md has the formulas.
 
 """
@@ -19,14 +19,11 @@ from stickslip_ros.instrument.sensors.reader import Reader
 from stickslip_ros.instrument.sensors.signal_chain import (
     LOOP,
     PLAYS,
-    SWING,
     displayed,
     filtered,
     follow,
     loop_of,
     sensor_kind,
-    swing,
-    swing_of,
 )
 from stickslip_ros.parameters import LoadCellParameters
 
@@ -42,9 +39,6 @@ def read_forces(sensors: Record, trace: Array, sees: int, column: int, noise: Ar
         force_n = trace[i, sees]
         if cell.loop.weight > 0.0:
             force_n = follow(cell.loop, memory.plays_n, force_n)
-        if cell.swings:
-            force_n, memory.speed_n = swing(cell.swing, memory.strain_n, memory.speed_n, force_n)
-            memory.strain_n = force_n
         level_n = filtered(cell, force_n, noise[i])
         sensed_n = level_n + cell.drift_n * memory.samples + cell.fault.offset
         if abs(sensed_n) >= cell.limit_n:
@@ -58,14 +52,10 @@ class LoadCell(Reader):
 
     KIND = sensor_kind(
         {
-            'strain_n': FLOAT,  # Output of the resonance
-            'speed_n': FLOAT,  # How fast it changes, in the unit of SWING
             'overrange': FLAG,  # Whether a sample of the last block reached the limit
             'plays_n': (FLOAT, (PLAYS,)),  # Plays of the hysteresis
         },
         loop=LOOP,  # Its hysteresis
-        swing=SWING,  # Its own resonance
-        swings=FLAG,  # Whether it has one
         drift_n=FLOAT,  # Drift of the zero in one sample
         limit_n=FLOAT,  # Force at which it saturates; inf is none
     )
@@ -74,11 +64,9 @@ class LoadCell(Reader):
 
     @staticmethod
     def constants_of(setting: LoadCellParameters, rate_hz: float) -> Mapping[str, Any]:
-        """Return hysteresis, resonance, drift and range."""
+        """Return hysteresis, drift and range."""
         return {
             'loop': loop_of(setting.hysteresis, setting.range),
-            'swing': swing_of(setting.resonance, setting.damping_ratio, rate_hz),
-            'swings': setting.resonance > 0.0,
             'drift_n': setting.drift / rate_hz,
             'limit_n': setting.range if setting.range > 0.0 else math.inf,
         }

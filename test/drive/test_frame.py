@@ -1,0 +1,167 @@
+"""The frame feels its feet: momentum, numbers of a foreign code, order, energy, poles."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from stickslip_ros.contact.kernel import entry_point
+from stickslip_ros.drive.advance import POSITION, RAMP_END, RAMP_MEAN, observe_samples
+from stickslip_ros.drive.build import plant_of
+from stickslip_ros.drive.frame import frame_place
+from stickslip_ros.drive.waveform import level, sawtooth
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.linear.linearise import linearise
+from stickslip_ros.parameters import Parameters
+
+WAVE = sawtooth(0.0, 300.0, 1000.0, 0)
+FRAME = {
+    'frame__mass': 0.015,
+    'frame__resonance': 1e4,
+    'frame__damping_ratio': 0.05,
+    'actuator__mass': 2e-4,
+}
+FOREIGN_N = ((0.3e-3, 0.02, 173.4e-3), (3e-3, 0.02, 159.2e-3), (0.3e-3, 0.1, 163.2e-3),
+             (3e-3, 0.1, 116.6e-3))  # fmt: skip
+"""Mass of the feet, share of it in that of the frame, mean force of a foreign spring code."""
+FOREIGN_RIGID_N = 171.9e-3
+FALL = 3e-3
+"""That code lets the feet fall the whole amplitude: 0.2 % more force, of each frame a bit else."""
+ROUNDING = 1e-9
+RESIDUAL = 1e-4
+"""Of the work of the feet, at the default step."""
+
+place_of_frame = entry_point(frame_place)
+
+
+@pytest.mark.parametrize(('feet_kg', 'share', 'mean_n'), FOREIGN_N)
+def test_the_mean_force_is_that_of_a_foreign_code(feet_kg, share, mean_n, drive):
+    machine = drive(
+        frame__mass=feet_kg / share, frame__resonance=1e4, actuator__mass=feet_kg / 6.0
+    ).start(WAVE, [0.2])
+    found_n = 1e5 * machine.ramps[198, RAMP_MEAN]
+    assert found_n == pytest.approx(mean_n, rel=FALL)
+    rigid = drive().start(WAVE, [0.2]).ramps[198, RAMP_MEAN]
+    assert found_n / (1e5 * rigid) == pytest.approx(mean_n / FOREIGN_RIGID_N, rel=FALL)
+
+
+def test_a_frame_that_nothing_holds_takes_the_momentum_that_the_runner_gets(drive):
+    lost = []
+    for dt_s in (5e-6, 1.25e-6):
+        machine = drive(
+            frame__mass=0.02, actuator__mass=1e-3, load_cell__contact='absent',
+            runner__mass=4e-3, sim__dt=dt_s,
+        ).start(WAVE, ())  # fmt: skip
+        momenta = []
+        for _ in range(30):
+            machine.run(WAVE, [1.7e-4])
+            state = machine.state
+            momenta.append((4e-3 * state.velocity_m_per_s, 0.02 * state.centre_m_per_s))
+        runner, frame = np.array(momenta).T
+        lost.append(np.abs(runner + frame).max() / np.abs(runner).max())
+    assert lost[0] < 1e-4
+    assert lost[1] < lost[0] / 4.0**3
+
+
+def test_without_contact_force_the_feet_push_the_frame_by_their_share(drive):
+    # The runner is so light and weakly pressed that the feet fall off under it.
+    machine = drive(
+        frame__mass=0.02, actuator__mass=1e-3, load_cell__contact='absent',
+        runner__mass=1e-6, stand__preload=1e-3,
+    )  # fmt: skip
+    machine.start(level(150.0), [1e-5])
+    moved_m = place_of_frame(machine.plant, machine.state)
+    assert moved_m == pytest.approx(-0.3 * machine.state.foot_m, rel=1e-3)
+
+
+def test_a_heavier_frame_comes_ever_nearer_to_a_rigid_one(drive):
+    rigid = drive().start(WAVE, [0.02]).ramps[18, RAMP_MEAN]
+    off = [
+        abs(drive(frame__mass=kg, frame__resonance=1e3).start(WAVE, [0.02]).ramps[18, RAMP_MEAN]
+            / rigid - 1.0)
+        for kg in (1.0, 100.0)
+    ]  # fmt: skip
+    assert off[1] < 0.02 * off[0]
+    assert off[1] < 1e-4
+
+
+@pytest.mark.parametrize('damping', [0.0, 30.0])
+def test_the_balance_closes_and_the_error_falls_with_the_fourth_power(damping, drive):
+    ends_m = []
+    for dt_s in (1e-5, 5e-6, 2.5e-6, 3e-7):
+        machine = drive(**FRAME, runner__damping=damping, sim__dt=dt_s)
+        machine.start(sawtooth(0.0, 287.3, 1153.4, 0), [12e-3])
+        assert abs(machine.residual) < RESIDUAL * (dt_s / 5e-6) ** 3 + ROUNDING
+        ends_m.append(machine.ramps[:12, (RAMP_MEAN, RAMP_END)])
+    errors = [np.sqrt(np.mean((each - ends_m[-1]) ** 2)) for each in ends_m[:-1]]
+    assert errors[0] / errors[2] > 4.0**3
+
+
+def test_stuck_frame_and_runner_swing_as_scipy_integrates_them(drive):
+    """A small load that comes at once: contacts far from slip are springs."""
+    values = {'frame.mass': 0.01, 'frame.resonance': 3e3, 'frame.damping_ratio': 0.1}
+    parameters = Parameters().updated({**values, 'runner.damping': 20.0})
+    linear = linearise(parameters, 0.0)
+    times_s = np.linspace(0.0, 3e-3, 151)
+    load_n = 1e-4
+    contact, cell = linear.contact_n_per_m, linear.cell_n_per_m
+    held, damper = 0.01 * (6e3 * np.pi) ** 2, 0.2 * 6e3 * np.pi * 0.01
+
+    def rates(_, state):
+        x, v, y, w = state
+        force_n = contact * (x - y)
+        return (
+            v, (load_n - force_n - cell * x - 20.0 * v) / 3e-3,
+            w, (force_n - held * y - damper * w) / 0.01,
+        )  # fmt: skip
+
+    expected = solve_ivp(
+        rates, (0.0, 3e-3), np.zeros(4), 'DOP853', times_s, rtol=1e-10, atol=1e-18
+    )
+    machine = drive(
+        **{name.replace('.', '__'): each for name, each in values.items()}, runner__damping=20.0
+    ).start(level(0.0), ())
+    found = []
+    for _ in times_s[1:]:
+        machine.run(level(0.0), [times_s[1]], load_n)
+        found.append((machine.state.position_m, machine.state.centre_m))
+    largest = np.abs(expected.y).max(axis=1)
+    off = np.abs(np.array(found).T - expected.y[(0, 2), 1:]).max(axis=1)
+    # Partial slip takes a little off the stiffness.
+    assert np.all(off < 3e-3 * largest[[0, 2]])
+    poles = np.linalg.eigvals(linear.A)
+    swings = np.transpose([rates(0.0, row) for row in np.eye(4)])
+    swings -= np.array(rates(0.0, np.zeros(4)))[:, None]
+    np.testing.assert_allclose(
+        np.sort_complex(poles), np.sort_complex(np.linalg.eigvals(swings)), rtol=1e-9
+    )
+
+
+def test_the_interferometer_measures_against_the_frame_if_told(drive):
+    truth = {}
+    for reference in ('table', 'frame'):
+        machine = drive(**FRAME, interferometer__reference=reference)
+        truth[reference] = np.empty((50, 5))
+        ramps = np.empty((8, 3))
+        machine.start(WAVE, ())
+        observe_samples(machine.plants, machine.states, WAVE, 0.0, 2e-5, truth[reference], ramps)
+    apart_m = truth['table'][-1, POSITION] - truth['frame'][-1, POSITION]
+    assert apart_m == pytest.approx(place_of_frame(machine.plant, machine.state), rel=1e-9)
+    assert np.abs(truth['table'] - truth['frame']).max() > 1e-10
+
+
+def test_a_dead_foot_leaves_frame_and_momentum_where_they_are(drive):
+    machine = drive(**FRAME).start(WAVE, [2.3e-4])
+    before_m = place_of_frame(machine.plant, machine.state)
+    machine.separate()
+    machine.plant.dead, machine.state.offsets_m[2] = 2, machine.state.places_m[2]
+    assert place_of_frame(machine.plant, machine.state) == pytest.approx(before_m, rel=1e-9)
+    machine.run(WAVE, [5e-3])
+    assert abs(machine.residual) < RESIDUAL
+
+
+@pytest.mark.parametrize(
+    'values', [{'frame.mass': 1e-3}, {'frame.mass': 1.0, 'contact.law': 'coulomb'}]
+)
+def test_a_frame_that_cannot_be_is_refused(values):
+    with pytest.raises(OutOfRange, match=r'frame\.mass'):
+        plant_of(Parameters().updated({'actuator.mass': 2e-4, **values}))

@@ -1,0 +1,100 @@
+"""Feet with a mass on stacks that their loads bend."""
+
+import numpy as np
+import pytest
+
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
+from stickslip_ros.drive.build import contacts_of, plant_of
+from stickslip_ros.drive.faults import apply_faults
+from stickslip_ros.drive.waveform import level, sawtooth
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.linear.linearise import linearise
+from stickslip_ros.parameters import Parameters
+
+WAVE = sawtooth(0.0, 287.3, 1153.4, 0)
+SOFT = {
+    'actuator__mass': 3.6e-5, 'actuator__resonance': 1.5e5, 'actuator__damping_ratio': 0.1
+}  # fmt: skip
+STACK_N_PER_M = 3.6e-5 * (2.0 * np.pi * 1.5e5) ** 2
+"""32 N/um."""
+RESIDUAL = 1e-4
+
+
+def test_a_load_at_rest_bends_each_stack_by_force_per_stiffness(drive):
+    machine = drive(**SOFT, runner__damping=50.0).start(level(0.0), [0.02], 0.02)
+    forces_n = machine.contacts['memory']['force_n']
+    # The load cell carries the rest.
+    assert forces_n.sum() == pytest.approx(0.02, rel=0.02)
+    np.testing.assert_allclose(
+        machine.state.places_m[1:], forces_n / STACK_N_PER_M, rtol=1e-3, atol=1e-15
+    )
+    # The upper feet carry twice the load and are stiffer: they bend more.
+    assert machine.state.places_m[1] > 1.2 * machine.state.places_m[3]
+
+
+def test_stiffer_stacks_come_ever_nearer_to_feet_that_no_load_bends(drive):
+    rings = {name: each for name, each in SOFT.items() if name != 'actuator__mass'}
+    deaf = drive(**rings, sim__dt=6e-7).start(WAVE, [3e-3]).ramps[2, RAMP_MEAN]
+    off = []
+    for kg in (3.6e-5, 3.6e-3, 3.6e-1):
+        machine = drive(**SOFT | {'actuator__mass': kg}, sim__dt=6e-7).start(WAVE, [3e-3])
+        off.append(abs(machine.ramps[2, RAMP_MEAN] / deaf - 1.0))
+    assert off[1] < 0.05 * off[0]
+    assert off[2] < 1e-3 * off[0] + 1e-6
+
+
+@pytest.mark.parametrize('frame', [{}, {'frame__mass': 0.02, 'frame__resonance': 1e4}])
+def test_the_error_falls_with_the_step_and_the_balance_closes(frame, drive):
+    ends_m = []
+    for dt_s in (1e-5, 5e-6, 1.25e-6, 3e-7):
+        machine = drive(**SOFT, **frame, sim__dt=dt_s).start(WAVE, [5e-3])
+        assert abs(machine.residual) < 2.0 * RESIDUAL
+        ends_m.append(machine.ramps[:5, (RAMP_MEAN, RAMP_END)])
+    errors = [np.sqrt(np.mean((each - ends_m[-1]) ** 2)) for each in ends_m[:-1]]
+    assert errors[1] < 3e-4 * np.abs(ends_m[-1]).max()
+    assert errors[1] / errors[2] > 4.0**2
+
+
+@pytest.mark.parametrize('frame', [{}, {'frame.mass': 1e-3, 'frame.resonance': 1e4}])
+def test_the_linear_drive_has_the_poles_of_the_bodies_on_their_springs(frame):
+    values = {name.replace('__', '.'): each for name, each in SOFT.items()}
+    parameters = Parameters().updated(values | frame)
+    linear, kg = linearise(parameters, 0.0), frame.get('frame.mass', 0.0)
+    each = [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
+    bodies = ['runner', *range(6), *(['frame'] if kg else [])]
+    n, own = len(bodies), (2.0 * np.pi * 1e4) ** 2 * kg
+    mass = np.diag([3e-3, *[3.6e-5] * 6, *([kg - 6 * 3.6e-5] if kg else [])])
+    spring, damper = np.zeros((n, n)), np.zeros((n, n))
+    spring[0, 0] += 1e5
+    for k in range(1, 7):
+        spring[np.ix_((0, k), (0, k))] += each[k - 1] * np.array([[1, -1], [-1, 1]])
+        ends = (k, 7) if kg else (k,)
+        pattern = np.array([[1, -1], [-1, 1]]) if kg else np.ones((1, 1))
+        spring[np.ix_(ends, ends)] += STACK_N_PER_M * pattern
+        damper[np.ix_(ends, ends)] += 0.2 * 2.0 * np.pi * 1.5e5 * 3.6e-5 * pattern
+    if kg:
+        spring[7, 7] += own
+        damper[7, 7] += 2.0 * 0.01 * 2.0 * np.pi * 1e4 * kg
+    inverse = np.linalg.inv(mass)
+    whole = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ spring, -inverse @ damper]])
+    found, expected = np.linalg.eigvals(linear.A), np.linalg.eigvals(whole)
+    for pole in expected:
+        assert np.abs(found - pole).min() < 1e-5 * abs(pole)
+
+
+def test_a_dead_foot_bends_on_and_follows_again(drive):
+    machine = drive(**SOFT).start(WAVE, [2.3e-3])
+    for foot in (2, 0):
+        apply_faults(
+            machine.plants, machine.states, machine.parameters,
+            dead_foot=foot, runner_stuck=False, amplifier_on=True,
+        )  # fmt: skip
+        machine.run(WAVE, [3e-3])
+        assert abs(machine.residual) < 2.0 * RESIDUAL
+    assert machine.state.places_m[2] == pytest.approx(machine.state.places_m[1], abs=2e-7)
+
+
+def test_bending_under_coulombs_rigid_law_is_refused():
+    values = {'actuator.mass': 1e-4, 'actuator.resonance': 1e5, 'contact.law': 'coulomb'}
+    with pytest.raises(OutOfRange, match='Coulomb'):
+        plant_of(Parameters().updated(values))
