@@ -52,7 +52,7 @@ def value_of(spec: Spec) -> st.SearchStrategy:
 def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     """Draw ``{'group.name': value}`` for some parameters, all of it allowed."""
     free = {name: value_of(spec) for name, spec in specs().items() if name not in COUPLED}
-    for name in ('amplifier.bandwidth', 'actuator.resonance'):
+    for name in ('amplifier.bandwidth', 'actuator.resonance', 'load_cell.resonance'):
         free[name] = st.just(0.0) | st.floats(1.0, specs()[name].maximum)
     free |= {name: TEXTS.map(lambda text: f'a{text}') for name in NAMES}
     values = draw(st.fixed_dictionaries({}, optional=free))
