@@ -16,7 +16,6 @@ from stickslip_ros.contact.profile import (
 )
 from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.roughness import Spectrum, rough_line, rough_prefactor_1d
-from stickslip_ros.contact.travel import track_of, window_profile
 from stickslip_ros.parameters import ContactParameters, Parameters
 
 PROFILES_KEPT = 64
@@ -79,6 +78,8 @@ def profile_of(contact: ContactParameters, index: int = 0) -> Profile:
         return smooth_profile(contact.radius)
     if contact.profile == 'rough_line':
         if contact.travel:
+            from stickslip_ros.contact.travel import window_profile  # noqa: PLC0415 - numba
+
             return window_profile(lines_of(contact), index)
         seed = contact.line_seed + index
         return rough_line_profile(
@@ -94,6 +95,8 @@ def spectrum_of(contact: ContactParameters) -> Spectrum:
 
 def lines_of(contact: ContactParameters) -> Record:
     """Return the lines under the feet of a stand whose roughness travels; not to be written."""
+    from stickslip_ros.contact.travel import track_of  # noqa: PLC0415 - numba is imported by it
+
     return track_of(contact, spectrum_of(contact), elasticity_of(contact).normal_pa)
 
 

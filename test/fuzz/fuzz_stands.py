@@ -18,6 +18,7 @@ SPANS: Mapping[str, tuple[float, float]] = {
     'actuator.gain': (1e-10, 2e-9),
     'actuator.gain_tolerance': (1e-4, 0.5),
     'actuator.hysteresis': (1e-3, 0.4),
+    'actuator.mass': (1e-6, 1e-3),
     'actuator.resonance': (1e3, 1e6),
     'amplifier.bandwidth': (1e2, 1e7),
     'amplifier.current_max': (1e-4, 10.0),
@@ -61,6 +62,7 @@ SPANS: Mapping[str, tuple[float, float]] = {
 """Parameters that are drawn alone, from lowest to highest value, evenly in the logarithm."""
 CHOICES: Mapping[str, tuple[Scalar, ...]] = {
     'actuator.plays': (1, 3, 17, 64),
+    'interferometer.reference': ('table', 'frame'),
     'contact.law': ('mdr', 'coulomb', 'dahl', 'lugre', 'epm'),
     'contact.profile': ('rough', 'smooth', 'rough_line'),
     'load_cell.contact': ('attached', 'one_sided', 'absent'),
@@ -71,6 +73,7 @@ CHOICES: Mapping[str, tuple[Scalar, ...]] = {
 COMPANIONS: Mapping[str, Mapping[str, Scalar]] = {
     'actuator.capacitance': {'amplifier.current_max': 0.3},
     'actuator.damping_ratio': {'actuator.resonance': 153_846.15},
+    'actuator.mass': {'actuator.resonance': 153_846.15},
     'actuator.plays': {'actuator.hysteresis': 0.123},
     'contact.profile': {'contact.line_points': 2048, 'contact.cutoff_upper': 1e6},
     'contact.travel': {
@@ -78,6 +81,7 @@ COMPANIONS: Mapping[str, Mapping[str, Scalar]] = {
         'contact.line_points': 2048,
         'contact.cutoff_upper': 1e6,
     },
+    'interferometer.reference': {'frame.mass': 0.0123, 'frame.resonance': 5432.1},
     'interferometer.wavelength': {'interferometer.cyclic_error': 1.7e-9},
     'frame.mass': {'frame.resonance': 5432.1, 'actuator.mass': 1.23e-4},
     'load_cell.damping_ratio': {'load_cell.resonance': 1234.5},

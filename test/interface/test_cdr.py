@@ -1,9 +1,7 @@
 """The codec agrees with ROS's own serialiser and with rosbags, byte for byte."""
 
 import struct
-from collections.abc import Callable
 from contextlib import suppress
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +13,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rosbags.typesys import Stores, get_typestore
 from sensor_msgs.msg import JointState
 from std_msgs.msg import Float64, Float64MultiArray, Int32, MultiArrayDimension, String, UInt32
+from written_messages import plain, written
 
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.interface import cdr
@@ -104,16 +103,14 @@ deterministic = settings(derandomize=True, deadline=None, max_examples=200)
 
 @deterministic
 @given(CASES)
-def test_what_is_packed_comes_back(written: Callable[[Any], str], case: Case):
+def test_what_is_packed_comes_back(case: Case):
     type_name, data, message = case
     assert written(cdr.unpack(type_name, data)) == written(message)
 
 
 @deterministic
 @given(CASES)
-def test_ros_reads_what_is_packed(
-    plain: Callable[..., str], written: Callable[[Any], str], case: Case
-):
+def test_ros_reads_what_is_packed(case: Case):
     type_name, data, message = case
     assert plain(type_name, deserialize_message(data, ROS_TYPES[type_name])) == written(message)
 
@@ -137,7 +134,7 @@ def test_bytes_are_those_of_rosbags(case: Case):
 
 @deterministic
 @given(CASES)
-def test_what_ros_packs_is_read(written: Callable[[Any], str], case: Case):
+def test_what_ros_packs_is_read(case: Case):
     type_name, data, message = case
     theirs = bytes(serialize_message(deserialize_message(data, ROS_TYPES[type_name])))
     assert written(cdr.unpack(type_name, theirs)) == written(message)

@@ -1,6 +1,5 @@
 """Other people's tools open what is recorded here, and their recordings open here."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,6 +14,7 @@ from rosbags.interfaces import (
     QosLiveliness,
     QosReliability,
 )
+from written_messages import plain, written
 
 from stickslip_ros.interface import cdr
 from stickslip_ros.interface.channels import Channel, Qos
@@ -27,13 +27,13 @@ FOREVER = {'sec': 9223372036, 'nsec': 854775807}
 
 
 @pytest.fixture
-def said(run: Run, channels: list[Channel], written: Callable) -> list[tuple[str, int, str]]:
+def said(run: Run, channels: list[Channel]) -> list[tuple[str, int, str]]:
     """Give what the run says, message by message."""
     types = {each.topic: each.type_name for each in channels}
     return [(topic, at, written(cdr.unpack(types[topic], data))) for topic, at, data in run]
 
 
-def test_rosbags_reads_the_bare_file(recorded: Path, plain: Callable, said: list):
+def test_rosbags_reads_the_bare_file(recorded: Path, said: list):
     with AnyReader([recorded]) as reader:
         seen = [
             (each.topic, at, plain(each.msgtype, reader.deserialize(data, each.msgtype)))
@@ -66,7 +66,7 @@ def test_rosbags_finds_the_quality_of_service(recorded: Path):
     assert (force.durability, force.depth) == (QosDurability.VOLATILE, 100)
 
 
-def test_mcap_ros2_reads_every_message(recorded: Path, plain: Callable, said: list):
+def test_mcap_ros2_reads_every_message(recorded: Path, said: list):
     with recorded.open('rb') as stream:
         reader = make_reader(stream, decoder_factories=[DecoderFactory()])
         seen = [
