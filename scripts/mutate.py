@@ -23,7 +23,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = 'stickslip_ros'
 TESTS = ('test/drive', 'test/contact', 'test/instrument')
-LEFT_OUT = ('.*', '__pycache__', 'build', 'runs', 'images')
+COPIED = ('stickslip_ros', 'test', 'config', 'docs', 'scripts', 'pyproject.toml')
 HEAD = (
     '| error | module | `stickslip validate`: the first family that fails '
     '| tests: the first that fails |'
@@ -295,7 +295,13 @@ def copied(mutation: Mutation | None = None) -> Iterator[Path]:
     """Make a copy of package and tests, with an error if one is given."""
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / 'tree'
-        shutil.copytree(ROOT, tree, ignore=shutil.ignore_patterns(*LEFT_OUT))
+        tree.mkdir()
+        for name in COPIED:
+            if (ROOT / name).is_dir():
+                left_out = shutil.ignore_patterns('__pycache__', 'images')
+                shutil.copytree(ROOT / name, tree / name, ignore=left_out)
+            else:
+                shutil.copy(ROOT / name, tree / name)
         if mutation:
             module = tree / PACKAGE / mutation.module
             module.write_text(mutated(mutation), encoding='utf-8')

@@ -18,7 +18,9 @@ def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
 
 def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
     """Return the parameters that a command line names, whether or not they are the defaults."""
-    values = load_values(arguments.params) if arguments.params else {}
+    values = {
+        name: value for path in arguments.params for name, value in load_values(path).items()
+    }
     named = {
         name: value for name, value in vars(arguments).items() if '.' in name and value is not None
     }

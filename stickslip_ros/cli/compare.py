@@ -65,7 +65,7 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
         raise OutOfRange('shift', shift_s, 's', limit, 'give seconds that B lags behind')
     given = {
         '--set': ' '.join(arguments.assignments),
-        '--params': arguments.params,
+        '--params': ' '.join(map(str, arguments.params)),
         '--frequency': arguments.frequency,
         '--steps': arguments.steps,
     }

@@ -21,8 +21,8 @@ def drive_verb(arguments: argparse.Namespace) -> Answer:
 def ros_arguments(arguments: argparse.Namespace) -> list[str]:
     """Return the command line as ROS wants it: parameter file, then single parameters."""
     words = ['stickslip', *arguments.ros_arguments, '--ros-args']
-    if arguments.params:
-        words += ['--params-file', str(arguments.params)]
+    for path in arguments.params:
+        words += ['--params-file', str(path)]
     for name, value in parse_assignments(arguments.assignments).items():
         words += ['-p', f'{name}:={format_value(spec_of(name).check(name, value))}']
     return words

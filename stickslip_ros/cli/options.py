@@ -224,7 +224,12 @@ def folder(default: str = 'runs') -> Option:
 WORKERS = option('--workers', 'threads (default: one per core)', int, default=0)
 FIGURE = option('--figure', 'draw a figure: .png, .svg or .pdf', to_path)
 PARAMETERS = (
-    option('--params', 'ROS parameter file, as config/test_stand.yaml', to_path),
+    many(
+        '--params',
+        'ROS parameter file, as config/test_stand.yaml; later ones win',
+        'FILE',
+        to_path,
+    ),
     many(
         '--set',
         'set one parameter, as stand.preload=250mN; wins over --params',

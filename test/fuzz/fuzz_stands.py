@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.parameters import Parameters, Scalar, load_yaml
+from stickslip_ros.parameters import Parameters, Scalar, load_values
 
 CONFIG = Path(__file__).parents[2] / 'config'
 Draw = Callable[[np.random.Generator], Mapping[str, Scalar]]
@@ -130,7 +130,9 @@ def _several(rng: np.random.Generator) -> Mapping[str, Scalar]:
 
 STANDS: Mapping[str, Draw] = {
     'default': lambda _: {},
+    'coupled': lambda _: {},
     'realistic': lambda _: {},
+    'coupled': lambda _: {},
     'bipolar': lambda rng: {
         'amplifier.voltage_min': -drawn(rng, (1.0, 300.0)),
         'amplifier.voltage_max': drawn(rng, (1.0, 300.0)),
@@ -148,6 +150,9 @@ STANDS: Mapping[str, Draw] = {
 
 def stand_of(name: str, rng: np.random.Generator) -> Parameters:
     """Draw the parameters of a stand."""
-    base = load_yaml(CONFIG / 'realistic.yaml') if name == 'realistic' else Parameters()
+    files = {'realistic': ('realistic',), 'coupled': ('realistic', 'coupled')}.get(name, ())
+    base = Parameters()
+    for file in files:
+        base = base.updated(load_values(CONFIG / f'{file}.yaml'))
     values: dict[str, Any] = dict(STANDS[name](rng))
     return base.updated({**values, 'sim.seed': int(rng.integers(2**31))})

@@ -1,28 +1,30 @@
-"""config/realistic.yaml is a ROS parameter file whose every value exists and is called assumed."""
+"""Stands nearer to hardware are ROS parameter files whose every value exists, called assumed."""
 
 from pathlib import Path
 
+import pytest
 import yaml
 
 from stickslip_ros.parameters import specs
 
-PATH = Path(__file__).parents[2] / 'config' / 'realistic.yaml'
+CONFIG = Path(__file__).parents[2] / 'config'
+PATHS = [CONFIG / 'realistic.yaml', CONFIG / 'coupled.yaml']
 INDENT_OF_GROUP, INDENT_OF_VALUE = 4, 6
 
 
-def written() -> dict[str, object]:
+def written(path: Path) -> dict[str, object]:
     """Give the values of the file by their full names."""
-    groups = yaml.safe_load(PATH.read_text())['/**']['ros__parameters']
+    groups = yaml.safe_load(path.read_text())['/**']['ros__parameters']
     return {
         f'{group}.{name}': value for group, each in groups.items() for name, value in each.items()
     }
 
 
-def comments() -> dict[str, str]:
+def comments(path: Path) -> dict[str, str]:
     """Give, for every line with a value, the last comment above it within its group."""
     found: dict[str, str] = {}
     group = comment = ''
-    for line in PATH.read_text().splitlines():
+    for line in path.read_text().splitlines():
         text = line.strip()
         indent = len(line) - len(line.lstrip())
         if indent == INDENT_OF_GROUP:
@@ -34,11 +36,13 @@ def comments() -> dict[str, str]:
     return found
 
 
-def test_every_name_is_a_parameter():
-    assert written().keys() <= specs().keys()
+@pytest.mark.parametrize('path', PATHS, ids=lambda path: path.name)
+def test_every_name_is_a_parameter(path: Path):
+    assert written(path).keys() <= specs().keys()
 
 
-def test_every_value_stands_below_a_comment_that_calls_it_assumed():
-    told = comments()
-    assert told.keys() == written().keys()
+@pytest.mark.parametrize('path', PATHS, ids=lambda path: path.name)
+def test_every_value_stands_below_a_comment_that_calls_it_assumed(path: Path):
+    told = comments(path)
+    assert told.keys() == written(path).keys()
     assert [name for name, comment in told.items() if 'assumed' not in comment] == []
