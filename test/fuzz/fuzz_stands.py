@@ -132,7 +132,6 @@ STANDS: Mapping[str, Draw] = {
     'default': lambda _: {},
     'coupled': lambda _: {},
     'realistic': lambda _: {},
-    'coupled': lambda _: {},
     'bipolar': lambda rng: {
         'amplifier.voltage_min': -drawn(rng, (1.0, 300.0)),
         'amplifier.voltage_max': drawn(rng, (1.0, 300.0)),
