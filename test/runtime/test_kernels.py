@@ -12,7 +12,7 @@ from stickslip_ros.runtime import kernels
 from stickslip_ros.runtime.kernels import Kernels, kernels_for
 from stickslip_ros.runtime.session import Session
 
-TIMEOUT_S = 60.0
+TIMEOUT_S = 180.0
 PRELOAD = Request('preload', (0.6,))
 VOLTAGE = Request('voltage', (30.0,))
 UNPACED = {'sim.real_time_factor': 0.0}
