@@ -1,6 +1,5 @@
 """A recording tells what is in it, and a broken one tells what is wrong."""
 
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -11,6 +10,7 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import CompressionType
 from mcap_records import WITHOUT_INDEX, foreign, foreign_numbers
+from written_messages import written
 
 from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.interface import cdr
@@ -46,7 +46,7 @@ def content_of(path: Path) -> tuple:
 
 
 def test_messages_come_back_in_the_order_of_their_times(
-    recording: Recording, run: Run, channels: list[Channel], written: Callable
+    recording: Recording, run: Run, channels: list[Channel]
 ):
     types = {each.topic: each.type_name for each in channels}
     expected = [(topic, at, written(cdr.unpack(types[topic], data))) for topic, at, data in run]
