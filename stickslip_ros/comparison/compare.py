@@ -18,6 +18,7 @@ from stickslip_ros.files import read_bytes
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.integrity import MAGIC
+from stickslip_ros.recording.layout import SUFFIX
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 from stickslip_ros.runs.batch import Progress
@@ -151,7 +152,7 @@ def _load(
     """Read a file by what is in it, not by its name."""
     if path.suffix == PARQUET and path.is_file():
         return by_amplitude.of_sweep(path)
-    is_recording = path.suffix == '.mcap' or path.is_dir()
+    is_recording = path.suffix == SUFFIX or path.is_dir()
     if is_recording or read_bytes(path, 'check the path', len(MAGIC)) == MAGIC:
         return in_time.of_recording(Recording(path), topics)
     if is_sweep(path):

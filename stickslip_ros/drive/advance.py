@@ -346,9 +346,10 @@ def _sample(plant: Record, state: Record, truth: Array, i: int) -> None:
     truth[i, FOOT] = mean_place(plant, state) if bends(plant) else state.foot_m
     seen_from_m = frame_place(plant, state) if plant.frame.is_reference else 0.0
     truth[i, POSITION] = state.position_m - seen_from_m
-    truth[i, FORCE] = cell_force(plant, state.position_m)
     if plant.button.exists:
         truth[i, FORCE] = plant.button.n_per_m * state.button_m
+    else:
+        truth[i, FORCE] = cell_force(plant, state.position_m)
 
 
 @kernel
