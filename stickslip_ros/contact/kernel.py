@@ -5,10 +5,16 @@ from contextlib import contextmanager
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core import event
+import numpy as np
+from llvmlite import ir
+from numba.core import event, types
+from numba.core.cgutils import alloca_once, memset
 from numba.core.registry import CPUDispatcher
+from numba.extending import intrinsic
+from numba.np.numpy_support import from_dtype
 
 from stickslip_ros.contact.kernel_cache import CONFIG, KernelCache
+from stickslip_ros.contact.record import Kind
 
 Function = TypeVar('Function', bound=Callable[..., Any])
 
@@ -24,6 +30,10 @@ which spends two thirds of the time on counting references."""
 FOR_KERNELS: dict[str, Any] = {'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
 """Without the code that takes arguments from Python: for a hundred fields of records it takes
 longer to compile than the kernel."""
+
+
+ALIGNED = 64
+"""Bytes between which a record on the stack begins: a line of the cache."""
 
 
 class EntryPoint(CPUDispatcher):
@@ -80,6 +90,30 @@ def kernel_apart(function: Function) -> Function:
 def entry_point(function: Function) -> Function:
     """Compile a function, or another time a kernel, for Python as well as for kernels."""
     return _compile(in_python(function), EntryPoint, OPTIONS)
+
+
+def on_stack(of: Kind) -> Callable[[], Any]:
+    """
+    Return a function by which a kernel gets a record of zeros that ends with it.
+
+    The compiler knows that nothing else writes to it, and keeps in registers what fits there.
+
+    """
+    if CONFIG.DISABLE_JIT:
+        return lambda: np.zeros(1, of)[0]
+    record = from_dtype(of)
+
+    @intrinsic
+    def zeros(_: Any) -> Any:
+        def make(context: Any, builder: Any, *_: Any) -> Any:
+            room = alloca_once(builder, ir.ArrayType(ir.IntType(8), of.itemsize))
+            room.align = ALIGNED
+            memset(builder, room, context.get_constant(types.intp, of.itemsize), 0)
+            return builder.bitcast(room, context.get_value_type(record))
+
+        return record(), make
+
+    return cast('Callable[[], Any]', zeros)
 
 
 def in_python(function: Function) -> Function:

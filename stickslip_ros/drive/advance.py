@@ -16,6 +16,7 @@ the drive fails with the state that led there.
 """
 
 import math
+from typing import TypeAlias
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import remembers_turns
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.amplifier import (
+    Stretch,
     clamp,
     has_caught_up,
     is_direct,
@@ -35,7 +37,15 @@ from stickslip_ros.drive.amplifier import (
 )
 from stickslip_ros.drive.feet import bends, lay_contacts, mean_place
 from stickslip_ros.drive.frame import frame_place
-from stickslip_ros.drive.long_step import long_step
+from stickslip_ros.drive.long_step import (
+    STEP_SLACK,
+    all_lanes,
+    begin_stretch,
+    end_stretch,
+    enter_lane,
+    long_steps,
+    one_lane,
+)
 from stickslip_ros.drive.piezo import fastest_m_per_s
 from stickslip_ros.drive.plant import may_pass, pace_of, step
 from stickslip_ros.drive.records import ALL, Wave
@@ -62,13 +72,12 @@ SETTLING, RINGING = 2.0, 6.0
 of the resonance, are a smooth step: the way of the feet in it is a parabola."""
 LAW_REFINEMENT = 4
 """Steps of a rival law are so many times shorter: how stiff it will be is not known beforehand."""
+Records: TypeAlias = tuple[Record, ...]
 LAGS_MAX = 2.0
 """While the slip speed of a contact lags, a step lasts at most so many of its lags: after a fall
 the friction then drops within nanoseconds. Without it the energy balances to 8e-4, not 5e-5."""
 BURST = 4
 """Steps of one length before the next length is chosen."""
-STEP_SLACK = 1e-9
-"""Share of a step by which a stretch may exceed a whole number of steps, for rounding."""
 PASSES_MIN = 100_000
 """Passes that any stretch of time may take, however short: its longest falls have a hundredth."""
 PASSES_PER_STEP = 1_000
@@ -88,21 +97,118 @@ def observe_ideal(
     ramps: Array,
 ) -> None:
     """Do what ``observe`` does, for a drive that ``takes_only_long_steps``."""
-    plant, state = plants[0], states[0]
-    lay_contacts(plant, state)
-    for i in range(len(truth)):
-        remaining_s = sample_s
+    drive = (plants,), (states,), (wave,), (load_n,), (sample_s,), (truth,), (ramps,)
+    _observe_lanes(one_lane(), *drive)
+
+
+@entry_point
+def observe_together(
+    plants: Records,
+    states: Records,
+    waves: tuple[Wave, ...],
+    loads_n: tuple[float, ...],
+    samples_s: tuple[float, ...],
+    truths: tuple[Array, ...],
+    ramps: tuple[Array, ...],
+) -> None:
+    """Do it for LANES drives, each a place in these tuples; sample times below 0 are of none."""
+    _observe_lanes(all_lanes(), plants, states, waves, loads_n, samples_s, truths, ramps)
+
+
+@kernel
+def _observe_lanes(
+    lanes: Record,
+    plants: Records,
+    states: Records,
+    waves: tuple[Wave, ...],
+    loads_n: tuple[float, ...],
+    samples_s: tuple[float, ...],
+    truths: tuple[Array, ...],
+    ramps: tuple[Array, ...],
+) -> None:
+    """Go in long steps from stretch to stretch, every drive on its own."""
+    going = 0
+    for i in range(len(lanes.h_s)):
+        if samples_s[i] >= 0.0:
+            lay_contacts(plants[i][0], states[i][0])
+            enter_lane(lanes, i, plants[i][0], states[i][0], loads_n[i])
+            going += 1
+    while going > 0:
+        for i in range(len(lanes.h_s)):
+            if lanes.runs[i] and (lanes.left_s[i] <= 0.0 or lanes.passes_left[i] < 0):
+                lanes.runs[i] = _next_stretch(
+                    lanes,
+                    i,
+                    plants[i][0],
+                    states[i][0],
+                    waves[i],
+                    samples_s[i],
+                    truths[i],
+                    ramps[i],
+                )
+                going -= 1 - lanes.runs[i]
+        long_steps(lanes, plants, states)
+
+
+@kernel_apart
+def _next_stretch(
+    lanes: Record,
+    i: int,
+    plant: Record,
+    state: Record,
+    wave: Wave,
+    sample_s: float,
+    truth: Array,
+    ramps: Array,
+) -> bool:
+    """End a stretch, if there was one, and begin the next; return whether there is one."""
+    stretch_s = lanes.stretch_s[i]
+    if stretch_s > 0.0:
+        _end_stretch(lanes, i, plant, state)
+        if state.passes_left < 0:
+            return False
+        told = lanes.start_v[i], lanes.rate_v_per_s[i], lanes.target_v[i], lanes.slope_v_per_s[i]
+        ahead = Stretch(*told, lanes.caught_s[i], stretch_s)
+        fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
+        advance_clock(wave, state, stretch_s, fall_is_over, ramps)
+        lanes.remaining_s[i] -= stretch_s
+    while not lanes.remaining_s[i] > 0.0:
+        if lanes.samples[i] > 0:
+            _sample(plant, state, truth, lanes.samples[i] - 1)
+        if lanes.samples[i] == len(truth):
+            return False
+        lanes.samples[i] += 1
+        lanes.remaining_s[i] = sample_s
         allow_passes(plant, state, len(wave.rows), sample_s)
-        while remaining_s > 0.0 and may_pass(state):
-            ahead = stretch_ahead(plant, wave, state.clock, state.voltage_v)
-            stretch_s = min(remaining_s, ahead.lasts_s)
-            take_long_steps(plant, state, ahead.start_v, ahead.rate_v_per_s, load_n, stretch_s)
-            if state.passes_left < 0:
-                return
-            fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
-            advance_clock(wave, state, stretch_s, fall_is_over, ramps)
-            remaining_s -= stretch_s
-        _sample(plant, state, truth, i)
+    if not may_pass(state):
+        return False
+    ahead = stretch_ahead(plant, wave, state.clock, state.voltage_v)
+    lanes.target_v[i], lanes.slope_v_per_s[i] = ahead.target_v, ahead.slope_v_per_s
+    lanes.caught_s[i] = ahead.caught_s
+    stretch_s = min(lanes.remaining_s[i], ahead.lasts_s)
+    _begin_stretch(lanes, i, plant, state, ahead.start_v, ahead.rate_v_per_s, stretch_s)
+    return True
+
+
+@kernel
+def _begin_stretch(
+    lanes: Record,
+    i: int,
+    plant: Record,
+    state: Record,
+    start_v: float,
+    rate_v_per_s: float,
+    stretch_s: float,
+) -> None:
+    longest_s = longest_on_slope(plant, rate_v_per_s)
+    begin_stretch(lanes, i, state, start_v, rate_v_per_s, longest_s, stretch_s)
+
+
+@kernel
+def _end_stretch(lanes: Record, i: int, plant: Record, state: Record) -> None:
+    done_s = lanes.stretch_s[i] - lanes.left_s[i]
+    end_v = clamp(plant, lanes.start_v[i] + lanes.rate_v_per_s[i] * done_s)
+    end_stretch(lanes, i, state, end_v)
 
 
 @entry_point
@@ -189,31 +295,14 @@ def advance_stretch(
 ) -> None:
     """Advance along a straight stretch of the voltage."""
     if plant.ideal and remembers_turns(plant.contacts[ALL], state.contacts[ALL]):
-        take_long_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
+        lanes = one_lane()
+        enter_lane(lanes, 0, plant, state, load_n)
+        _begin_stretch(lanes, 0, plant, state, start_v, rate_v_per_s, stretch_s)
+        while lanes.left_s[0] > 0.0 and lanes.passes_left[0] >= 0:
+            long_steps(lanes, ((plant,),), ((state,),))
+        _end_stretch(lanes, 0, plant, state)
     else:
         take_short_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
-
-
-@kernel
-def take_long_steps(
-    plant: Record,
-    state: Record,
-    start_v: float,
-    rate_v_per_s: float,
-    load_n: float,
-    stretch_s: float,
-) -> None:
-    """Advance in long steps along a straight stretch of the voltage."""
-    state.voltage_v = start_v
-    longest_s = longest_on_slope(plant, rate_v_per_s)
-    left_s = stretch_s
-    while left_s > 0.0 and may_pass(state):
-        h_s = left_s
-        if left_s > longest_s * (1.0 + STEP_SLACK):
-            h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
-        done_s = long_step(plant, state, rate_v_per_s, load_n, h_s)
-        left_s = left_s - done_s if done_s < left_s else 0.0
-    state.voltage_v = clamp(plant, start_v + rate_v_per_s * (stretch_s - left_s))
 
 
 @kernel
