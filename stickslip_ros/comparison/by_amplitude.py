@@ -19,8 +19,9 @@ from stickslip_ros.comparison.result import (
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.runs.batch import Progress, run_batch
+from stickslip_ros.runs.courses import bundle_for
 from stickslip_ros.runs.journal import Row
-from stickslip_ros.runs.sweep import SweepCase, bare_name, run_case
+from stickslip_ros.runs.sweep import SweepCase, bare_name, case_course
 from stickslip_ros.runs.sweep_table import OF_A_RUN, read_table
 from stickslip_ros.tables.columns import sigma_name
 from stickslip_ros.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, Experiment
@@ -120,8 +121,8 @@ def of_model(
         at_hz = float(at.get(FREQUENCY, frequency_hz))
         case = SweepCase(tuple(values.items()), float(at[AMPLITUDE]), at_hz)
         cases[case] = {name: at[name] for name in names}
-    run = partial(run_case, parameters, steps, ())
-    found = run_batch(run, list(cases), workers=workers, progress=progress)
+    run, bundle = partial(case_course, parameters, steps, ()), bundle_for(parameters)
+    found = run_batch(run, list(cases), workers=workers, progress=progress, bundle=bundle)
     rows = [{**varied, **row} for varied, row in zip(cases.values(), found, strict=True)]
     described = {'stickslip_ros': stickslip_ros.__version__, **parameters.flat()}
     return _of_rows(rows, MODEL, MODEL, described)

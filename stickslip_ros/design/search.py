@@ -30,6 +30,7 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.runs.batch import Interrupted, executor_of, run_batch
+from stickslip_ros.runs.courses import Course, bundle_for
 from stickslip_ros.runs.journal import Journal, JournalIdentity
 
 RIVAL = 'sawtooth'  # the shape against which a gain is counted
@@ -110,15 +111,19 @@ class WaveSearch:
         *,
         curve_rows: int = CURVE_ROWS,
         **how: Any,
-    ) -> list[Worth]:
+    ) -> Course[list[Worth]]:
         """Return what a wave is worth on stands; ``how`` as ``assess`` takes it."""
         rows = wave.rows(self.stand, backwards=self.goal.backwards, curve_rows=curve_rows)
         preload = {'stand.preload': wave.preload_n}
-        return [assess(self.goal, stand.updated(preload), rows, **how) for stand in stands]
+        worths = []
+        for stand in stands:
+            worth = yield from assess(self.goal, stand.updated(preload), rows, **how)
+            worths.append(worth)
+        return worths
 
-    def cost(self, space: Space, place: Array) -> float:
+    def cost(self, space: Space, place: Array) -> Course[float]:
         """Return what a search makes small."""
-        worths = self.worths(space.wave(place), self.judges)
+        worths = yield from self.worths(space.wave(place), self.judges)
         return RULES[self.rule]([worth.cost for worth in worths])
 
     def gain(self, value: float, rival: float) -> float:
@@ -263,7 +268,8 @@ def _costs(
         for number, place in zip(numbers, places, strict=True)
         if not isinstance(cost := known.get(number), float) or not math.isfinite(cost)
     }
-    costs = run_batch(partial(search.cost, space), list(todo.values()), executor=executor)
+    task, bundle = partial(search.cost, space), bundle_for(search.stand)
+    costs = run_batch(task, list(todo.values()), executor=executor, bundle=bundle)
     for number, cost in zip(todo, costs, strict=True):
         known[number] = cost
         if journal:
@@ -277,21 +283,23 @@ def _checked(
     """Check every shape and the plain saw-tooth; play the best and its rival elsewhere."""
     space = search.spaces[RIVAL]
     shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
-    checks = run_batch(partial(check, search), list(shapes.values()), executor=executor)
+    task, bundle = partial(check, search), bundle_for(search.stand)
+    checks = run_batch(task, list(shapes.values()), executor=executor, bundle=bundle)
     shapes = dict(zip(shapes, checks, strict=True))
     result = SearchResult(search, shapes, {})
     stands = unseen_stands(search)
     waves = shapes[result.best].wave, shapes[RIVAL].wave
 
-    def gain_on(stand: Parameters) -> float:
-        value, rival = (search.worths(wave, [stand])[0].value for wave in waves)
-        return search.gain(value, rival)
+    def gain_on(stand: Parameters) -> Course[float]:
+        [best] = yield from search.worths(waves[0], [stand])
+        [rival] = yield from search.worths(waves[1], [stand])
+        return search.gain(best.value, rival.value)
 
-    gains = run_batch(gain_on, list(stands.values()), executor=executor)
+    gains = run_batch(gain_on, list(stands.values()), executor=executor, bundle=1)
     return replace(result, unseen=dict(zip(stands, gains, strict=True)))
 
 
-def check(search: WaveSearch, found: ShapeResult) -> ShapeResult:
+def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
     """
     Return what was found with the value of its wave, and the error of that.
 
@@ -300,8 +308,9 @@ def check(search: WaveSearch, found: ShapeResult) -> ShapeResult:
     """
     stand, wave = search.stand, found.wave
     finer = stand.updated({'sim.dt': stand.sim.dt / FINER})
-    [worth] = search.worths(wave, [stand])
-    [fine] = search.worths(wave, [finer], curve_rows=FINER * CURVE_ROWS, change=CHANGE / STEADIER)
+    [worth] = yield from search.worths(wave, [stand])
+    how = {'curve_rows': FINER * CURVE_ROWS, 'change': CHANGE / STEADIER}
+    [fine] = yield from search.worths(wave, [finer], **how)
     error = abs(fine.value - worth.value)
     return replace(found, value=worth.value, error=error, meets=worth.meets)
 

@@ -16,6 +16,7 @@ the drive fails with the state that led there.
 """
 
 import math
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -38,6 +39,7 @@ from stickslip_ros.drive.amplifier import (
 from stickslip_ros.drive.feet import bends, lay_contacts, mean_place
 from stickslip_ros.drive.frame import frame_place
 from stickslip_ros.drive.long_step import (
+    LANES,
     STEP_SLACK,
     all_lanes,
     begin_stretch,
@@ -73,6 +75,8 @@ of the resonance, are a smooth step: the way of the feet in it is a parabola."""
 LAW_REFINEMENT = 4
 """Steps of a rival law are so many times shorter: how stiff it will be is not known beforehand."""
 Records: TypeAlias = tuple[Record, ...]
+LANES_MIN = 4
+"""Drives from which on lanes pay, though some of them stay empty."""
 LAGS_MAX = 2.0
 """While the slip speed of a contact lags, a step lasts at most so many of its lags: after a fall
 the friction then drops within nanoseconds. Without it the energy balances to 8e-4, not 5e-5."""
@@ -277,6 +281,26 @@ def advance(
 ) -> None:
     """Advance by a duration, with parameters and errors of ``observe_samples``."""
     observe_samples(plants, states, wave, load_n, duration_s, np.empty((1, FORCE + 1)), ramps)
+
+
+def advance_all(drives: Sequence[tuple[Record, Record, Wave, float, float, Array]]) -> None:
+    """Advance LANES drives at most, each as ``advance`` would, whose parameters they are."""
+    lanes = [drive for drive in drives if takes_only_long_steps(*drive[:2])]
+    if len(lanes) < LANES_MIN:
+        lanes = []
+    for drive in drives:
+        if not any(drive is each for each in lanes):
+            advance(*drive)
+    if lanes:
+        empty = LANES - len(lanes)
+        plants, states, waves, loads_n, durations_s, ramps = zip(
+            *lanes, *lanes[:1] * empty, strict=True
+        )
+        durations_s = (*durations_s[: len(lanes)], *(-1.0,) * empty)
+        truths = tuple(np.empty((LANES, 1, FORCE + 1)))
+        observe_together(plants, states, waves, loads_n, durations_s, truths, ramps)
+        for drive in lanes:
+            check_motion(drive[1], drive[3])
 
 
 def takes_only_long_steps(plants: Record, states: Record) -> bool:

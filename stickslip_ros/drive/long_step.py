@@ -19,7 +19,7 @@ turning points are looked up lane by lane between these. Each drive has the bits
 import math
 from typing import Any
 
-from stickslip_ros.contact.kernel import kernel, on_stack
+from stickslip_ros.contact.kernel import kernel, kernel_apart, on_stack
 from stickslip_ros.contact.memory import Branch, branch_towards, force_ahead, move, stiffness_on
 from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind
 from stickslip_ros.drive.feet import arrest
@@ -46,7 +46,7 @@ STEP_SLACK = 1e-9
 
 
 def lanes_kind(lanes: int) -> Kind:
-    """Return the type of what the steps of so many drives need at hand: fields with a lane each."""
+    """Return the type of what steps of so many drives need at hand; each field has their lanes."""
     each, counts = (FLOAT, (lanes,)), (COUNT, (lanes,))
     return kind(
         runs=counts,  # Whether there is a drive that goes on
@@ -184,46 +184,42 @@ def end_stretch(lanes: Record, i: int, state: Record, voltage_v: float) -> None:
 def long_steps(lanes: Record, plants: Any, states: Any) -> None:
     """Let every drive take one step, until a stiffness jumps, along its stretch."""
     drives = range(len(lanes.h_s))
-    for i in drives:
-        _slide(lanes, i)
+    _slide(lanes)
     for i in drives:
         if lanes.runs[i]:
             _look_ahead(lanes, i, plants[i][0], states[i][0])
-    for i in drives:
-        _may_be_cut(lanes, i)
+    _may_be_cut(lanes)
     for i in drives:
         if lanes.may_be_cut[i] and lanes.runs[i]:
             _cut(lanes, i, plants[i][0])
-    for i in drives:
-        _oscillate(lanes, i)
+    _oscillate(lanes)
     for i in drives:
         if lanes.runs[i]:
             _look_up_middle(lanes, i, plants[i][0], states[i][0])
-    for i in drives:
-        _go(lanes, i)
+    _go(lanes)
     for i in drives:
         if lanes.runs[i]:
             _move_contact(lanes, i, plants[i][0], states[i][0])
-    for i in drives:
-        _arrive(lanes, i)
+    _arrive(lanes)
 
 
 @kernel
-def _slide(lanes: Record, i: int) -> None:
+def _slide(lanes: Record) -> None:
     """Note how the runner slides against the feet, what pulls it, and the longest step."""
-    left_s, longest_s = lanes.left_s[i], lanes.longest_s[i]
-    h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
-    lanes.h_s[i] = h_s = h_s if left_s > longest_s * (1.0 + STEP_SLACK) else left_s
-    foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
-    others_n = pull_on_runner(
-        lanes.cell_n_per_m[i], lanes.position_m[i], lanes.contact_n[i], lanes.load_n[i]
-    )
-    drag_n = lanes.damping_n_s_per_m[i] * foot_m_per_s
-    pull = (others_n - lanes.wall_n[i] - drag_n) * lanes.per_kg[i]
-    speed = lanes.velocity_m_per_s[i] - foot_m_per_s
-    speeding = pull - lanes.gamma[i] * speed
-    lanes.pull[i], lanes.speed[i], lanes.speeding[i] = pull, speed, speeding
-    lanes.rests[i] = abs(speed) < RESTING * abs(speeding) * h_s
+    for i in range(len(lanes.h_s)):
+        left_s, longest_s = lanes.left_s[i], lanes.longest_s[i]
+        h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
+        lanes.h_s[i] = h_s = h_s if left_s > longest_s * (1.0 + STEP_SLACK) else left_s
+        foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
+        others_n = pull_on_runner(
+            lanes.cell_n_per_m[i], lanes.position_m[i], lanes.contact_n[i], lanes.load_n[i]
+        )
+        drag_n = lanes.damping_n_s_per_m[i] * foot_m_per_s
+        pull = (others_n - lanes.wall_n[i] - drag_n) * lanes.per_kg[i]
+        speed = lanes.velocity_m_per_s[i] - foot_m_per_s
+        speeding = pull - lanes.gamma[i] * speed
+        lanes.pull[i], lanes.speed[i], lanes.speeding[i] = pull, speed, speeding
+        lanes.rests[i] = abs(speed) < RESTING * abs(speeding) * h_s
 
 
 @kernel
@@ -243,30 +239,34 @@ def _look_ahead(lanes: Record, i: int, plant: Record, state: Record) -> None:
     lanes.fold[i], lanes.unfold[i], lanes.reach_m[i] = branch.fold, branch.unfold, branch.reach_m
     lanes.held_n_per_m[i] = lanes.cell_n_per_m[i]
     if plant.walls.exist:
-        way_m = lanes.h_s[i] * (
-            lanes.velocity_m_per_s[i] + 0.5 * lanes.h_s[i] * lanes.speeding[i]
-        )
+        way_m = lanes.h_s[i] * (lanes.velocity_m_per_s[i] + 0.5 * lanes.h_s[i] * lanes.speeding[i])
         place_m = lanes.position_m[i] + RESTING * way_m
         lanes.held_n_per_m[i] += wall_stiffness(plant, place_m)
 
 
 @kernel
-def _may_be_cut(lanes: Record, i: int) -> None:
+def _may_be_cut(lanes: Record) -> None:
     """Note whether the step may have to end early: sliding turns, a loop closes, a wall is met."""
-    speed, speeding, h_s, sense = lanes.speed[i], lanes.speeding[i], lanes.h_s[i], lanes.sense[i]
-    foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
-    pull_rate = -lanes.held_n_per_m[i] * foot_m_per_s * lanes.per_kg[i]
-    omega_squared = (lanes.held_n_per_m[i] + lanes.tangent[i]) * lanes.per_kg[i]
-    lanes.pull_rate[i], lanes.omega_squared[i] = pull_rate, omega_squared
-    lanes.jerk[i] = pull_rate - omega_squared * speed - lanes.gamma[i] * speeding
-    turns = (lanes.rests[i] == 0) & (speed * speeding < 0.0)
-    turns = turns & (abs(speed) <= 2.1 * h_s * abs(speeding))
-    gap_m = lanes.reach_m[i] - sense * (lanes.u_m[i] - lanes.origin_m[i])
-    closes = gap_m < h_s * (sense * speed + 0.5 * h_s * (sense * speeding))
-    lanes.may_be_cut[i] = turns | closes | (lanes.walled[i] != 0)
+    for i in range(len(lanes.h_s)):
+        speed, speeding, h_s, sense = (
+            lanes.speed[i],
+            lanes.speeding[i],
+            lanes.h_s[i],
+            lanes.sense[i],
+        )
+        foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
+        pull_rate = -lanes.held_n_per_m[i] * foot_m_per_s * lanes.per_kg[i]
+        omega_squared = (lanes.held_n_per_m[i] + lanes.tangent[i]) * lanes.per_kg[i]
+        lanes.pull_rate[i], lanes.omega_squared[i] = pull_rate, omega_squared
+        lanes.jerk[i] = pull_rate - omega_squared * speed - lanes.gamma[i] * speeding
+        turns = (lanes.rests[i] == 0) & (speed * speeding < 0.0)
+        turns = turns & (abs(speed) <= 2.1 * h_s * abs(speeding))
+        gap_m = lanes.reach_m[i] - sense * (lanes.u_m[i] - lanes.origin_m[i])
+        closes = gap_m < h_s * (sense * speed + 0.5 * h_s * (sense * speeding))
+        lanes.may_be_cut[i] = turns | closes | (lanes.walled[i] != 0)
 
 
-@kernel
+@kernel_apart
 def _cut(lanes: Record, i: int, plant: Record) -> None:
     """End the step where the stiffness jumps."""
     speed, speeding, jerk, h_s = lanes.speed[i], lanes.speeding[i], lanes.jerk[i], lanes.h_s[i]
@@ -296,30 +296,33 @@ def _branch(lanes: Record, i: int) -> Branch:
 
 
 @kernel
-def _oscillate(lanes: Record, i: int) -> None:
+def _oscillate(lanes: Record) -> None:
     """Note sliding and its velocity in the middle and at the end: two half steps."""
-    speed, pull, pull_rate, h_s = (
-        lanes.speed[i],
-        lanes.pull[i],
-        lanes.pull_rate[i],
-        lanes.h_s[i],
-    )
-    omega_squared = lanes.omega_squared[i]
-    half = propagator(omega_squared, lanes.gamma[i], 0.5 * h_s)
-    y_middle = speed * half.impulse + pull * half.step + pull_rate * half.ramp
-    w_middle = speed * half.velocity + pull * half.impulse + pull_rate * half.step
-    pull_middle = pull + pull_rate * 0.5 * h_s - omega_squared * y_middle
-    y_end = y_middle + w_middle * half.impulse + pull_middle * half.step + pull_rate * half.ramp
-    w_end = w_middle * half.velocity + pull_middle * half.impulse + pull_rate * half.step
-    lanes.y_middle[i], lanes.w_middle[i], lanes.y_end[i], lanes.w_end[i] = (
-        y_middle,
-        w_middle,
-        y_end,
-        w_end,
-    )
-    lanes.impulse[i], lanes.decay[i] = half.impulse, half.velocity
-    foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
-    lanes.middle_m[i] = lanes.position_m[i] + 0.5 * h_s * foot_m_per_s + y_middle
+    for i in range(len(lanes.h_s)):
+        speed, pull, pull_rate, h_s = (
+            lanes.speed[i],
+            lanes.pull[i],
+            lanes.pull_rate[i],
+            lanes.h_s[i],
+        )
+        omega_squared = lanes.omega_squared[i]
+        half = propagator(omega_squared, lanes.gamma[i], 0.5 * h_s)
+        y_middle = speed * half.impulse + pull * half.step + pull_rate * half.ramp
+        w_middle = speed * half.velocity + pull * half.impulse + pull_rate * half.step
+        pull_middle = pull + pull_rate * 0.5 * h_s - omega_squared * y_middle
+        y_end = (
+            y_middle + w_middle * half.impulse + pull_middle * half.step + pull_rate * half.ramp
+        )
+        w_end = w_middle * half.velocity + pull_middle * half.impulse + pull_rate * half.step
+        lanes.y_middle[i], lanes.w_middle[i], lanes.y_end[i], lanes.w_end[i] = (
+            y_middle,
+            w_middle,
+            y_end,
+            w_end,
+        )
+        lanes.impulse[i], lanes.decay[i] = half.impulse, half.velocity
+        foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
+        lanes.middle_m[i] = lanes.position_m[i] + 0.5 * h_s * foot_m_per_s + y_middle
 
 
 @kernel
@@ -335,17 +338,22 @@ def _look_up_middle(lanes: Record, i: int, plant: Record, state: Record) -> None
 
 
 @kernel
-def _go(lanes: Record, i: int) -> None:
+def _go(lanes: Record) -> None:
     """Note where runner and feet are at the end."""
-    h_s, y_middle = lanes.h_s[i], lanes.y_middle[i]
-    missed_n = lanes.middle_n[i] - lanes.contact_n[i] - lanes.tangent[i] * y_middle
-    missed_middle = missed_n * lanes.per_kg[i] + lanes.missed_by_walls[i]
-    y_end = lanes.y_end[i] - 4.0 * SIXTH * h_s * lanes.impulse[i] * missed_middle
-    voltage_v = lanes.voltage_v[i] + lanes.rate_v_per_s[i] * h_s
-    foot_m = lanes.gain_m_per_v[i] * (voltage_v - lanes.rest_v[i])
-    position_m = foot_m + lanes.u_m[i] + y_end
-    lanes.missed_middle[i], lanes.y_end[i], lanes.voltage_v[i] = missed_middle, y_end, voltage_v
-    lanes.next_m[i], lanes.next_foot_m[i] = position_m, foot_m
+    for i in range(len(lanes.h_s)):
+        h_s, y_middle = lanes.h_s[i], lanes.y_middle[i]
+        missed_n = lanes.middle_n[i] - lanes.contact_n[i] - lanes.tangent[i] * y_middle
+        missed_middle = missed_n * lanes.per_kg[i] + lanes.missed_by_walls[i]
+        y_end = lanes.y_end[i] - 4.0 * SIXTH * h_s * lanes.impulse[i] * missed_middle
+        voltage_v = lanes.voltage_v[i] + lanes.rate_v_per_s[i] * h_s
+        foot_m = lanes.gain_m_per_v[i] * (voltage_v - lanes.rest_v[i])
+        position_m = foot_m + lanes.u_m[i] + y_end
+        lanes.missed_middle[i], lanes.y_end[i], lanes.voltage_v[i] = (
+            missed_middle,
+            y_end,
+            voltage_v,
+        )
+        lanes.next_m[i], lanes.next_foot_m[i] = position_m, foot_m
 
 
 @kernel
@@ -362,31 +370,34 @@ def _move_contact(lanes: Record, i: int, plant: Record, state: Record) -> None:
 
 
 @kernel
-def _arrive(lanes: Record, i: int) -> None:
+def _arrive(lanes: Record) -> None:
     """Book the step, and let its end be the start of the next one."""
-    h_s, missed_middle = lanes.h_s[i], lanes.missed_middle[i]
-    before_n, middle_n, end_n = lanes.contact_n[i], lanes.middle_n[i], lanes.end_n[i]
-    missed_n = end_n - before_n - lanes.tangent[i] * lanes.y_end[i]
-    missed_end = missed_n * lanes.per_kg[i] + lanes.missed_by_walls[i]
-    foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
-    w_end = lanes.w_end[i] - (SIXTH * h_s) * (4.0 * lanes.decay[i] * missed_middle + missed_end)
-    w_middle = lanes.w_middle[i] - (SIXTH * h_s) * missed_middle
-    velocity_m_per_s = foot_m_per_s + w_end
-    mean_n = (before_n + 4.0 * middle_n + end_n) * SIXTH
-    load_work_j, damping_lost_j, position_m_s = in_step(
-        h_s, lanes.load_n[i], lanes.damping_n_s_per_m[i],
-        lanes.position_m[i], lanes.middle_m[i], lanes.next_m[i],
-        lanes.velocity_m_per_s[i], foot_m_per_s + w_middle, velocity_m_per_s,
-    )  # fmt: skip
-    lanes.feet_work_j[i] -= mean_n * (lanes.next_foot_m[i] - lanes.foot_m[i])
-    lanes.load_work_j[i] += load_work_j
-    lanes.damping_lost_j[i] += damping_lost_j
-    lanes.position_m_s[i] += position_m_s
-    lanes.foot_m[i], lanes.position_m[i] = lanes.next_foot_m[i], lanes.next_m[i]
-    lanes.velocity_m_per_s[i], lanes.contact_n[i] = velocity_m_per_s, end_n
-    left_s = lanes.left_s[i]
-    lanes.left_s[i] = left_s - h_s if h_s < left_s else 0.0
-    lanes.passes_left[i] -= 1
+    for i in range(len(lanes.h_s)):
+        h_s, missed_middle = lanes.h_s[i], lanes.missed_middle[i]
+        before_n, middle_n, end_n = lanes.contact_n[i], lanes.middle_n[i], lanes.end_n[i]
+        missed_n = end_n - before_n - lanes.tangent[i] * lanes.y_end[i]
+        missed_end = missed_n * lanes.per_kg[i] + lanes.missed_by_walls[i]
+        foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
+        w_end = lanes.w_end[i] - (SIXTH * h_s) * (
+            4.0 * lanes.decay[i] * missed_middle + missed_end
+        )
+        w_middle = lanes.w_middle[i] - (SIXTH * h_s) * missed_middle
+        velocity_m_per_s = foot_m_per_s + w_end
+        mean_n = (before_n + 4.0 * middle_n + end_n) * SIXTH
+        load_work_j, damping_lost_j, position_m_s = in_step(
+            h_s, lanes.load_n[i], lanes.damping_n_s_per_m[i],
+            lanes.position_m[i], lanes.middle_m[i], lanes.next_m[i],
+            lanes.velocity_m_per_s[i], foot_m_per_s + w_middle, velocity_m_per_s,
+        )  # fmt: skip
+        lanes.feet_work_j[i] -= mean_n * (lanes.next_foot_m[i] - lanes.foot_m[i])
+        lanes.load_work_j[i] += load_work_j
+        lanes.damping_lost_j[i] += damping_lost_j
+        lanes.position_m_s[i] += position_m_s
+        lanes.foot_m[i], lanes.position_m[i] = lanes.next_foot_m[i], lanes.next_m[i]
+        lanes.velocity_m_per_s[i], lanes.contact_n[i] = velocity_m_per_s, end_n
+        left_s = lanes.left_s[i]
+        lanes.left_s[i] = left_s - h_s if h_s < left_s else 0.0
+        lanes.passes_left[i] -= 1
 
 
 @kernel

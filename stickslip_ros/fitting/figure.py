@@ -8,8 +8,9 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.fitting.fit import Fit
-from stickslip_ros.fitting.problem import model_force_n
+from stickslip_ros.fitting.problem import force_course
 from stickslip_ros.runs.batch import run_batch
+from stickslip_ros.runs.courses import bundle_for
 from stickslip_ros.runs.plotting import (
     GREY,
     check_picture,
@@ -43,14 +44,15 @@ def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None
         top.errorbar(NM * amplitudes_m, forces_mn, label=f'measured, {label}', **bar)
         bottom.plot(NM * amplitudes_m, missed, **style.points)
         task = partial(
-            model_force_n,
+            force_course,
             fit.parameters,
             preload_n,
             frequency_hz=frequency_hz,
             cycles=int(np.max(np.array(fit.problem.cycles)[at])),
         )
         grid_m: Array = np.linspace(amplitudes_m.min(), amplitudes_m.max(), CURVE_POINTS)
-        model_mn = MN * np.array(run_batch(task, grid_m.tolist(), workers=workers))
+        bundle = bundle_for(fit.parameters)
+        model_mn = MN * np.array(run_batch(task, grid_m.tolist(), workers=workers, bundle=bundle))
         top.plot(NM * grid_m, model_mn, linewidth=1.0, label=f'model, {label}', **style.line)
     label_axes(top, '', 'generated force (mN)')
     draw_legend(top)

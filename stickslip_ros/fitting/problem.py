@@ -13,7 +13,8 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.fitting.free import Free
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.sawtooth_run import run_drive
+from stickslip_ros.runs.courses import Course, together
+from stickslip_ros.runs.sawtooth_run import drive_course
 from stickslip_ros.tables.experiment import AS_IT_IS, Reading, read_joined
 
 FORCE, FREQUENCY, SIGMA = 'force_n', 'frequency_hz', 'force_sigma_n'
@@ -132,7 +133,13 @@ class Problem:
             cycles or self.cycles,
             strict=True,
         )
-        return np.array([model_force_n(there, *map(float, row[:3]), row[3]) for row in rows])
+        asked = [(there, *map(float, row[:3]), row[3]) for row in rows]
+        kept = [_kept_force(*each) for each in asked]
+        new = {each: found for each, found in zip(asked, kept, strict=True) if not found}
+        forces_n = together([force_course(*each) for each in new])
+        for found, force_n in zip(new.values(), forces_n, strict=True):
+            found.append(force_n)
+        return np.array([found[0] for found in kept])
 
     def residuals(self, coordinates: Array) -> Array:
         """Return model less measurement, per standard error."""
@@ -227,9 +234,15 @@ def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Prob
 
 
 @lru_cache(maxsize=RUNS_KEPT)
-def model_force_n(
+def _kept_force(*_asked: Parameters | float) -> list[float]:
+    """Return where the force of a run is kept: an empty list before it has been made."""
+    return []
+
+
+def force_course(
     parameters: Parameters, preload_n: float, amplitude_m: float, frequency_hz: float, cycles: int
-) -> float:
+) -> Course[float]:
     """Return the mean force of the last cycle of a run, N."""
     there = parameters.updated({'stand.preload': preload_n})
-    return run_drive(there, amplitude_m, frequency_hz, cycles).force_mean_n
+    run = yield from drive_course(there, amplitude_m, frequency_hz, cycles)
+    return run.force_mean_n

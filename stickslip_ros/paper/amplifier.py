@@ -17,10 +17,11 @@ from stickslip_ros.paper.curves import (
 )
 from stickslip_ros.paper.figure import PaperFigure, Table, assumed, surface
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.courses import Course
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.plotting import curve_style, draw_legend, label_axes
-from stickslip_ros.runs.sawtooth_run import run_drive
-from stickslip_ros.runs.zero_amplitude import force_onset_m
+from stickslip_ros.runs.sawtooth_run import drive_course
+from stickslip_ros.runs.zero_amplitude import onset_course
 from stickslip_ros.units import MICRO, MN, NM
 
 SLEW_MIN_V_PER_S, SLEW_MAX_V_PER_S = 5e6, 300e6
@@ -33,10 +34,10 @@ STEP_S = 2e-6
 LEGEND_ROOM = 1.55
 
 
-def _slew_row(parameters: Parameters) -> Row:
+def _slew_row(parameters: Parameters) -> Course[Row]:
     free = parameters.updated({'load_cell.contact': 'absent'})
-    run = run_drive(free, AMPLITUDE_MAX_M, STEP_FREQUENCY_HZ, STEP_RUN_STEPS)
-    zero_m, slope = zero_by_steps_m(parameters, STEP_FREQUENCY_HZ)
+    run = yield from drive_course(free, AMPLITUDE_MAX_M, STEP_FREQUENCY_HZ, STEP_RUN_STEPS)
+    zero_m, slope = yield from zero_by_steps_m(parameters, STEP_FREQUENCY_HZ)
     return {
         'preload_n': parameters.stand.preload,
         'slew_rate_v_per_s': parameters.amplifier.slew_rate,
@@ -102,11 +103,11 @@ def rounded_stand(parameters: Parameters, preload_n: float, bandwidth_hz: float)
     return stand_at(parameters, preload_n, changes)
 
 
-def _rounded_row(stand: Parameters, bandwidth_hz: float, amplitude_m: float) -> Row:
+def _rounded_row(stand: Parameters, bandwidth_hz: float, amplitude_m: float) -> Course[Row]:
     """Return the row of one run; that of the full stroke has the onset of the curve, too."""
-    run = run_drive(stand, amplitude_m, stand.step.frequency)
-    is_full = amplitude_m == AMPLITUDE_MAX_M
-    zero_m = force_onset_m(stand, stand.step.frequency) if is_full else math.nan
+    run, zero_m = (yield from drive_course(stand, amplitude_m, stand.step.frequency)), math.nan
+    if amplitude_m == AMPLITUDE_MAX_M:
+        zero_m = yield from onset_course(stand, stand.step.frequency)
     return {
         'preload_n': run.preload_n,
         'bandwidth_hz': bandwidth_hz,

@@ -11,6 +11,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
 from stickslip_ros.paper.figure import Case, PaperFigure, Table, assumed, surface
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.courses import Course
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.plotting import (
     BLACK,
@@ -22,8 +23,8 @@ from stickslip_ros.runs.plotting import (
     label_axes,
     label_end,
 )
-from stickslip_ros.runs.sawtooth_run import run_drive
-from stickslip_ros.runs.zero_amplitude import ONSET_SHARE, force_onset_m
+from stickslip_ros.runs.sawtooth_run import drive_course
+from stickslip_ros.runs.zero_amplitude import ONSET_SHARE, onset_course
 from stickslip_ros.units import MN, NM
 
 PRELOADS_N = (0.1, 0.5, 1.0)
@@ -62,7 +63,7 @@ def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
     return contacts[UPPER_CONTACTS].max_displacement_m, contacts[0].max_displacement_m
 
 
-def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> tuple[float, float]:
+def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> Course[tuple[float, float]]:
     """
     Return Edeler's 0-amplitude, m, and the slope of the line through the step lengths.
 
@@ -71,10 +72,10 @@ def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> tuple[float,
 
     """
     free = parameters.updated({'load_cell.contact': 'absent', 'sim.dt': ZERO_STEP_S})
-    steps_m = [
-        run_drive(free, float(amplitude_m), frequency_hz, STEP_RUN_STEPS).step_length_m
-        for amplitude_m in STEP_AMPLITUDES_M
-    ]
+    steps_m = []
+    for amplitude_m in STEP_AMPLITUDES_M.tolist():
+        run = yield from drive_course(free, amplitude_m, frequency_hz, STEP_RUN_STEPS)
+        steps_m.append(run.step_length_m)
     offsets_m = STEP_AMPLITUDES_M - STEP_AMPLITUDES_M.mean()
     slope = float(np.sum(offsets_m * steps_m) / np.sum(offsets_m**2))
     if slope < SLOPE_MIN:
@@ -102,8 +103,8 @@ def quasi_static_zero_m(parameters: Parameters) -> float:
     return below_m + above_m
 
 
-def _force_row(parameters: Parameters, amplitude_m: float) -> Row:
-    run = run_drive(parameters, amplitude_m, parameters.step.frequency)
+def _force_row(parameters: Parameters, amplitude_m: float) -> Course[Row]:
+    run = yield from drive_course(parameters, amplitude_m, parameters.step.frequency)
     return {
         'profile': parameters.contact.profile,
         'preload_n': run.preload_n,
@@ -164,10 +165,11 @@ FIG6A = _figure('fig6a', "The simulated curves of the paper's Fig. 6a.", 'rough'
 FIG6B = _figure('fig6b', "The simulated curves of the paper's Fig. 6b.", 'smooth', PRELOADS_N)
 
 
-def _presliding_row(parameters: Parameters) -> Row:
+def _presliding_row(parameters: Parameters) -> Course[Row]:
     lower_m, upper_m = max_presliding_m(parameters)
     quick = parameters.updated({'sim.dt': ZERO_STEP_S})
-    zero_m, slope = zero_by_steps_m(parameters, STEP_FREQUENCY_HZ)
+    zero_m, slope = yield from zero_by_steps_m(parameters, STEP_FREQUENCY_HZ)
+    onset_m = yield from onset_course(quick, STEP_FREQUENCY_HZ)
     return {
         'profile': parameters.contact.profile,
         'preload_n': parameters.stand.preload,
@@ -176,7 +178,7 @@ def _presliding_row(parameters: Parameters) -> Row:
         'zero_quasi_static_m': quasi_static_zero_m(parameters),
         'zero_steps_m': zero_m,
         'step_slope': slope,
-        'zero_onset_m': force_onset_m(quick, STEP_FREQUENCY_HZ),
+        'zero_onset_m': onset_m,
     }
 
 

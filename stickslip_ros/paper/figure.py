@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.courses import Course
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.plotting import CurveStyle, curve_style, new_figure, save_figure
 from stickslip_ros.units import MICRO
@@ -19,7 +20,7 @@ KINDS = ('.csv', '.md', '.png', '.svg')
 """Files of a figure: its table (SI, all digits), its caption, its pictures."""
 CHANGED_MAX = 3  # changed parameters that a title names; of more it gives the number
 
-Case = Callable[[], Row]  # runs that give one row of the table
+Case = Callable[[], Course[Row]]  # runs that give one row of the table
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,13 @@ The results come in the order of the cases and do not depend on who computed the
 
 import asyncio
 import importlib
+import math
 import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from functools import partial
 from itertools import islice
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
@@ -20,6 +22,7 @@ import stickslip_ros
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.extras import load_extra
 from stickslip_ros.process.stopping import Stopped, stop_if_asked
+from stickslip_ros.runs.courses import together
 from stickslip_ros.runs.journal import Journal
 
 Case = TypeVar('Case')
@@ -53,13 +56,16 @@ def run_batch(
     scheduler: str = '',
     executor: Executor | None = None,
     progress: Progress | None = None,
+    bundle: int = 0,
 ) -> list[Result]:
     """
     Run a task for every case and return the rows in the order of the cases.
 
     Cases of the journal are not run again; the others are appended to it as they end. They run in
     as many threads as there are ``workers`` (0: one per core), in an ``executor`` of many batches,
-    or on the workers of a Dask ``scheduler``, then the task must be a function of a module.
+    or on the workers of a Dask ``scheduler``, then the task must be a function of a module. With a
+    ``bundle`` the task makes a course, and a worker gets so many at a time, or its share if that
+    is less.
 
     What is done is kept if Interrupted is raised (after Ctrl-C, as soon as the begun cases heed
     it), or StickSlipError: a case is refused, the journal cannot be written, Dask is missing
@@ -83,7 +89,11 @@ def run_batch(
         if todo:
             chosen = nullcontext(executor) if executor else executor_of(workers, scheduler)
             with chosen as to_use:
-                _run(to_use, task, ((index, cases[index]) for index in todo), keep)
+                share = math.ceil(len(todo) / (workers or len(os.sched_getaffinity(0))))
+                size = max(1, min(bundle, share))
+                parts = (todo[first : first + size] for first in range(0, len(todo), size))
+                given = ((part, [cases[index] for index in part]) for part in parts)
+                _run(to_use, partial(_results, task, bool(bundle)), given, keep)
     except KeyboardInterrupt:
         raise Interrupted(rows, len(cases), journal) from None
     return [rows[index] for index in range(len(cases))]
@@ -99,18 +109,30 @@ def executor_of(workers: int, scheduler: str = '') -> AbstractContextManager[Exe
     return ThreadPoolExecutor(workers or len(os.sched_getaffinity(0)))
 
 
+def _results(task: Callable[[Any], Any], in_courses: bool, cases: list[Any]) -> list[Any]:
+    made = map(task, cases)
+    return together(made) if in_courses else list(made)
+
+
 def _run(
-    executor: Executor, task: Callable[[Case], Any], todo: Iterator[tuple[int, Case]], keep: Keep
+    executor: Executor,
+    task: Callable[[list[Any]], list[Any]],
+    todo: Iterator[tuple[list[int], list[Any]]],
+    keep: Keep,
 ) -> None:
-    """Run all cases, another one for each that has ended; keep what has been finished."""
-    futures: dict[Future[Any], int] = {}
+    """Run all parts, another one for each that has ended; keep what has been finished."""
+    futures: dict[Future[Any], list[int]] = {}
     ended: SimpleQueue[Future[Any]] = SimpleQueue()
 
     def submit(most: int) -> None:
-        for index, case in islice(todo, most):
-            future = executor.submit(task, case)
-            futures[future] = index
+        for part, cases in islice(todo, most):
+            future = executor.submit(task, cases)
+            futures[future] = part
             future.add_done_callback(ended.put)
+
+    def keep_all(future: Future[Any]) -> None:
+        for index, row in zip(futures[future], future.result(), strict=True):
+            keep(index, row)
 
     try:
         submit(SUBMITTED_MAX)
@@ -120,7 +142,7 @@ def _run(
                 stop_if_asked()
                 with suppress(Empty):
                     future = ended.get(timeout=LOOK_S)
-            keep(futures[future], future.result())
+            keep_all(future)
             del futures[future]
             submit(1)
     except BaseException:
@@ -128,7 +150,7 @@ def _run(
         wait(begun)
         for future in begun:
             if not future.cancelled() and future.exception() is None:
-                keep(futures[future], future.result())
+                keep_all(future)
         raise
 
 

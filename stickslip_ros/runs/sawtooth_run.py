@@ -17,7 +17,7 @@ from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.laws import COULOMB, MDR
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START, advance
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START
 from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import EnergyLedger, energies_of_contacts, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
@@ -33,6 +33,7 @@ from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.runs.batch import Progress
+from stickslip_ros.runs.courses import Course, alone, cycles_of
 from stickslip_ros.runs.recorded_run import Run
 from stickslip_ros.units import NANO
 
@@ -50,7 +51,6 @@ STEADY_ROUNDING = 1e-6
 """Change over a stretch, as a share of the value, that is no sign of a way that is left."""
 STEADY_STEPS_MAX = 5000  # steps after which a run that looks for the steady state gives up
 STEP_LENGTH_CYCLES = 10  # last cycles over which the step length is averaged
-ROUNDING_S = 1e-12  # time by which many periods may miss the last corner through rounding
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,6 +132,18 @@ def run_drive(
         If amplitude, frequency or steps are refused, or the integration has failed.
 
     """
+    return alone(drive_course(parameters, amplitude_m, frequency_hz, steps, load_n=load_n))
+
+
+def drive_course(
+    parameters: Parameters,
+    amplitude_m: float,
+    frequency_hz: float,
+    steps: int = 0,
+    *,
+    load_n: float = 0.0,
+) -> Course[DriveRun]:
+    """Return the course of which ``run_drive`` is the end."""
     if amplitude_m == 0.0:
         preload_n = parameters.stand.preload
         return DriveRun(preload_n=preload_n, amplitude_m=0.0, frequency_hz=frequency_hz)
@@ -151,7 +163,8 @@ def run_drive(
         stop_if_asked()
         cycles = min(STEADY_WINDOW, most - len(ramps))
         _, before_j = energies_of_contacts(plants, states)
-        ramps = np.concatenate((ramps, advance_cycles(plants, states, wave, cycles, load_n)))
+        more = yield from cycles_of(plants, states, wave, cycles, load_n)
+        ramps = np.concatenate((ramps, more))
         _, after_j = energies_of_contacts(plants, states)
         loss_j = float(after_j - before_j) / cycles
     return DriveRun(
@@ -161,24 +174,6 @@ def run_drive(
         energy_loss_per_step_j=loss_j,
         **_read_off(plants[0], ramps, take_ledger(plants, states), wave),
     )
-
-
-def advance_cycles(
-    plants: Record, states: Record, wave: Wave, cycles: int, load_n: float = 0.0
-) -> Array:
-    """
-    Advance a drive to the end of so many cycles of its wave; return their log.
-
-    Its columns are position after the fall, mean and final position, m, one row for a cycle.
-
-    """
-    log = np.empty((cycles, 3))
-    first = int(states['clock']['cycle'].item())
-    time_s = cycles * wave.period_s - float(states['clock']['ramp_s'].item())
-    while int(states['clock']['cycle'].item()) < first + cycles:
-        advance(plants, states, wave, load_n, time_s, log)
-        time_s = ROUNDING_S
-    return np.roll(log, -(first % cycles), axis=0)
 
 
 def simulate(

@@ -15,9 +15,10 @@ from stickslip_ros.instrument.checks import check_load
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.runs.batch import run_batch
+from stickslip_ros.runs.courses import Course, bundle_for
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.plotting import curve_style, draw_legend, label_axes, new_figure
-from stickslip_ros.runs.sawtooth_run import run_drive
+from stickslip_ros.runs.sawtooth_run import drive_course
 from stickslip_ros.runs.sweep import Sweep
 from stickslip_ros.units import FACTORS, MN, NM
 
@@ -87,7 +88,9 @@ def step_map(
 
     with shown_progress('runs', quiet=not progress) as show:
         task = partial(_row, free, steps)
-        frame: DataFrame = pd.DataFrame(run_batch(task, cases, workers=workers, progress=show))
+        bundle = bundle_for(free)
+        rows = run_batch(task, cases, workers=workers, progress=show, bundle=bundle)
+        frame: DataFrame = pd.DataFrame(rows)
     frame.attrs['parameters'] = free.flat()
     return frame
 
@@ -113,9 +116,9 @@ def draw_step_map(table: 'DataFrame') -> Figure:
     return figure
 
 
-def _row(free: Parameters, steps: int, case: tuple[float, float, float]) -> Row:
+def _row(free: Parameters, steps: int, case: tuple[float, float, float]) -> Course[Row]:
     load_n, frequency_hz, amplitude_m = case
-    run = run_drive(free, amplitude_m, frequency_hz, steps, load_n=load_n)
+    run = yield from drive_course(free, amplitude_m, frequency_hz, steps, load_n=load_n)
     return {
         'load_n': load_n,
         'frequency_hz': frequency_hz,

@@ -24,13 +24,14 @@ from stickslip_ros.parameters import (
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.progress import progress_of
 from stickslip_ros.runs.batch import Progress, run_batch
+from stickslip_ros.runs.courses import Course, bundle_for
 from stickslip_ros.runs.journal import Journal, JournalIdentity, Row, identify
 from stickslip_ros.runs.sawtooth_run import (
     STEADY_ERROR,
     STEADY_STEPS_MAX,
     STEADY_STEPS_MIN,
     STEADY_WINDOW,
-    run_drive,
+    drive_course,
     voltage_for,
 )
 
@@ -259,9 +260,11 @@ def run_sweep(
     progress: Progress | None = None,
 ) -> list[Row]:
     """Run a sweep as ``run_batch`` does; return a row per case: what varied, what came of it."""
+    cases = sweep.cases()
     return run_batch(
-        partial(run_case, sweep.parameters, sweep.steps, sweep.columns()),
-        sweep.cases(),
+        partial(case_course, sweep.parameters, sweep.steps, sweep.columns()),
+        cases,
+        bundle=bundle_for(sweep.parameters.updated(dict(cases[0].values))),
         journal=journal,
         workers=workers,
         scheduler=scheduler,
@@ -269,10 +272,12 @@ def run_sweep(
     )
 
 
-def run_case(parameters: Parameters, steps: int, columns: tuple[str, ...], case: SweepCase) -> Row:
+def case_course(
+    parameters: Parameters, steps: int, columns: tuple[str, ...], case: SweepCase
+) -> Course[Row]:
     """Return the row of a case; ``columns`` are the varied parameters with one of their own."""
-    values = dict(case.values)
-    run = run_drive(parameters.updated(values), case.amplitude_m, case.frequency_hz, steps)
+    values, wave = dict(case.values), (case.amplitude_m, case.frequency_hz)
+    run = yield from drive_course(parameters.updated(values), *wave, steps)
     varied = {column_name(name): values[name] for name in columns}
     return {
         **varied,

@@ -20,7 +20,8 @@ from stickslip_ros.notebook import Shown
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
 from stickslip_ros.runs.batch import Progress, run_batch
-from stickslip_ros.runs.sawtooth_run import full_stroke_m, run_drive
+from stickslip_ros.runs.courses import Course, alone, bundle_for
+from stickslip_ros.runs.sawtooth_run import drive_course, full_stroke_m
 
 STEPS_MIN = 10
 STEP_MIN_M = 1e-10
@@ -110,12 +111,12 @@ def zero_amplitude(
         limit = f'below the minimum {STEPS_MIN} (the first steps are irregular)'
         raise OutOfRange('steps', steps, '', limit, 'raise it')
     free = parameters.updated({'load_cell.contact': 'absent'})
-    full_m, done = full_stroke_m(free), 0
+    full_m, done, bundle = full_stroke_m(free), 0, bundle_for(free)
     with progress_of(progress, 'runs') as show:
 
-        def step_m(amplitude_m: float) -> float:
+        def step_m(amplitude_m: float) -> Course[float]:
             """Return the net motion per step in the direction of the drive, m."""
-            run = run_drive(free, amplitude_m, frequency_hz, steps)
+            run = yield from drive_course(free, amplitude_m, frequency_hz, steps)
             return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
 
         def count(new: int, _: int) -> None:
@@ -123,7 +124,8 @@ def zero_amplitude(
 
         def step_lengths_m(amplitudes_m: Array) -> Array:
             nonlocal done
-            steps_m = run_batch(step_m, amplitudes_m.tolist(), workers=workers, progress=count)
+            asked = amplitudes_m.tolist()
+            steps_m = run_batch(step_m, asked, workers=workers, progress=count, bundle=bundle)
             done += len(steps_m)
             return np.array(steps_m)
 
@@ -178,17 +180,23 @@ def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: floa
         limit. The amplitude is found by bisection to 1/512 of the largest stroke.
 
     """
+    return alone(onset_course(parameters, frequency_hz, threshold_n))
+
+
+def onset_course(
+    parameters: Parameters, frequency_hz: float, threshold_n: float = 0.0
+) -> Course[float]:
+    """Return the course of which ``force_onset_m`` is the end."""
     wanted_n = threshold_n or ONSET_SHARE * friction_limit_n(parameters)
-
-    def has_begun(amplitude_m: float) -> bool:
-        return run_drive(parameters, amplitude_m, frequency_hz).force_net_n > wanted_n
-
     below_m, above_m = 0.0, full_stroke_m(parameters)
-    if not has_begun(above_m):
+    run = yield from drive_course(parameters, above_m, frequency_hz)
+    if not run.force_net_n > wanted_n:
         return math.nan
     for _ in range(ONSET_HALVINGS):
         middle_m = 0.5 * (below_m + above_m)
-        below_m, above_m = (below_m, middle_m) if has_begun(middle_m) else (middle_m, above_m)
+        run = yield from drive_course(parameters, middle_m, frequency_hz)
+        has_begun = run.force_net_n > wanted_n
+        below_m, above_m = (below_m, middle_m) if has_begun else (middle_m, above_m)
     return above_m
 
 

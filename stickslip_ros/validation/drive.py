@@ -12,7 +12,7 @@ from stickslip_ros.drive.build import change_preload, plant_of, start_clock, sta
 from stickslip_ros.drive.ledger import energies_of_contacts
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.sawtooth_run import advance_cycles
+from stickslip_ros.runs.courses import alone, cycles_of
 
 CYCLES = 8
 FREQUENCY_HZ = 1e3
@@ -37,7 +37,7 @@ def _motion(voltage_v: float, load_n: float, *changes: tuple[str, float | str]) 
     start_clock(states)
     frequency_hz = float(np.copysign(FREQUENCY_HZ, voltage_v))
     wave = sawtooth(0.0, abs(voltage_v), frequency_hz, CYCLES + 1)
-    ramps = advance_cycles(plants, states, wave, CYCLES, load_n)
+    ramps = alone(cycles_of(plants, states, wave, CYCLES, load_n))
     _, lost_j = energies_of_contacts(plants, states)
     return CycleMotion(ramps[:, RAMP_MEAN], ramps[:, RAMP_END], float(lost_j))
 

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stickslip_ros.fitting.problem import Points, model_force_n
+from stickslip_ros.fitting.problem import Points, force_course
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.courses import together
 
 FREQUENCY_HZ = 2000.0
 CYCLES = 400
@@ -28,7 +29,7 @@ def exact_points(
     preload_n = np.repeat(preloads_n, len(AMPLITUDES_M))
     amplitude_m = np.tile(AMPLITUDES_M, len(preloads_n))
     pairs = zip(preload_n.tolist(), amplitude_m.tolist(), strict=True)
-    force_n = [model_force_n(truth, *pair, FREQUENCY_HZ, cycles) for pair in pairs]
+    force_n = together(force_course(truth, *pair, FREQUENCY_HZ, cycles) for pair in pairs)
     return Points(
         preload_n=preload_n,
         amplitude_m=amplitude_m,

@@ -18,6 +18,7 @@ from stickslip_ros.paper.curves import (
 from stickslip_ros.paper.figure import write_figure
 from stickslip_ros.paper.make import FIGURES, chosen_figures, make_tables
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.courses import alone
 from stickslip_ros.runs.plotting import new_figure
 from stickslip_ros.runs.sawtooth_run import run_drive
 from stickslip_ros.runs.zero_amplitude import force_onset_m
@@ -74,7 +75,7 @@ def test_the_line_of_figure_7_is_the_known_presliding_of_the_lower_contacts(
 def test_the_0_amplitudes_of_the_free_runner_are_the_known_ones(profile, known_nm):
     for preload_n, zero_nm in zip((0.1, 0.5, 1.0), known_nm, strict=True):
         stand = stand_at(Parameters(), preload_n, {'contact.profile': profile})
-        found_m, slope = zero_by_steps_m(stand, STEP_HZ)
+        found_m, slope = alone(zero_by_steps_m(stand, STEP_HZ))
         assert found_m * NM == pytest.approx(zero_nm, abs=ZERO_ERROR_NM)
         assert 0.99 <= slope <= 1.0
 
@@ -87,7 +88,7 @@ def test_a_damped_runner_has_the_0_amplitude_of_the_closed_form_without_rebound(
     stand = stand_at(
         Parameters(), preload_n, {'contact.profile': profile, 'runner.damping': 200.0}
     )
-    found_m, _ = zero_by_steps_m(stand, STEP_HZ)
+    found_m, _ = alone(zero_by_steps_m(stand, STEP_HZ))
     assert found_m == pytest.approx(quasi_static_zero_m(stand), rel=NO_REBOUND_ERROR, abs=0.0)
 
 
@@ -113,9 +114,8 @@ def test_the_force_at_the_full_stroke_is_the_known_one(preload_n, known_mn):
 
 
 def test_a_slow_fall_leaves_no_line_to_extrapolate():
-    zero_m, slope = zero_by_steps_m(
-        stand_at(Parameters(), 1.0, {'amplifier.slew_rate': 5e6}), STEP_HZ
-    )
+    slow = stand_at(Parameters(), 1.0, {'amplifier.slew_rate': 5e6})
+    zero_m, slope = alone(zero_by_steps_m(slow, STEP_HZ))
     assert math.isnan(zero_m)
     assert slope < 0.5
 

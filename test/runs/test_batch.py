@@ -21,7 +21,7 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs import batch
 from stickslip_ros.runs.batch import ClusterError, Interrupted, run_batch
 from stickslip_ros.runs.journal import Journal, JournalIdentity, identify
-from stickslip_ros.runs.sweep import SweepCase, run_case
+from stickslip_ros.runs.sweep import SweepCase, case_course
 
 # Dask warns where making its folder takes more than a second.
 pytestmark = pytest.mark.filterwarnings('ignore:Creating scratch directories:UserWarning')
@@ -320,25 +320,25 @@ def scheduler() -> Iterator[str]:
 def drive(count: int):
     """Return a task of the package, which workers can import, and its cases."""
     cases = [SweepCase((), case * 160e-9 / count, 1000.0) for case in range(count)]
-    return partial(run_case, Parameters(), 10, ()), cases
+    return partial(case_course, Parameters(), 10, ()), cases
 
 
 def test_a_cluster_of_two_processes_gives_the_same_to_the_bit(scheduler, tmp_path, monkeypatch):
     monkeypatch.setattr(batch, 'SUBMITTED_MAX', 5)
     task, cases = drive(12)
     with Journal(tmp_path / 'j', dataclasses.replace(IDENTITY, cases=12)) as journal:
-        there = run_batch(task, cases, journal=journal, scheduler=scheduler)
+        there = run_batch(task, cases, journal=journal, scheduler=scheduler, bundle=5)
         assert journal.rows == dict(enumerate(there))
-    here = run_batch(task, cases, workers=1)
+    here = run_batch(task, cases, workers=1, bundle=1)
     assert json.dumps(there) == json.dumps(here)
 
 
 def test_ctrl_c_leaves_a_cluster_and_keeps_what_is_done(scheduler):
     task, cases = drive(40)
     with pytest.raises(Interrupted) as caught:
-        run_batch(task, cases, scheduler=scheduler, progress=stop_at(4))
+        run_batch(task, cases, scheduler=scheduler, progress=stop_at(4), bundle=1)
     assert 4 <= len(caught.value.rows) <= 40
-    assert len(run_batch(task, cases[:2], scheduler=scheduler)) == 2
+    assert len(run_batch(task, cases[:2], scheduler=scheduler, bundle=1)) == 2
 
 
 def test_a_scheduler_that_clears_up_is_asked_again_and_at_last_given_up(scheduler, monkeypatch):
@@ -365,8 +365,9 @@ def test_a_scheduler_that_clears_up_is_asked_again_and_at_last_given_up(schedule
 
 def test_a_case_that_is_refused_on_a_cluster_says_why(scheduler):
     task, cases = drive(2)
+    wrong = [dataclasses.replace(cases[1], amplitude_m=1.0)]
     with pytest.raises(OutOfRange, match=r'above the 1\.6e-07 m that the amplifier reaches'):
-        run_batch(task, [dataclasses.replace(cases[1], amplitude_m=1.0)], scheduler=scheduler)
+        run_batch(task, wrong, scheduler=scheduler, bundle=1)
 
 
 def test_workers_of_another_version_are_refused(scheduler, monkeypatch):

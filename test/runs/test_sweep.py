@@ -14,15 +14,16 @@ from stickslip_ros.contact import profile
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.extras import MissingExtra
 from stickslip_ros.parameters import AMPLITUDE, spec_of
+from stickslip_ros.runs.courses import alone
 from stickslip_ros.runs.sawtooth_run import run_drive
 from stickslip_ros.runs.sweep import (
     Axis,
     Sweep,
     SweepCase,
+    case_course,
     column_name,
     parse_axis,
     parse_varied,
-    run_case,
     run_sweep,
     stop_rule,
 )
@@ -137,7 +138,8 @@ def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch)
             name.replace('_', '.', 1): changes[name] for name in changes
         }
         solved.clear()
-        run_case(stand, 1, (), SweepCase(tuple(values.items()), 60e-9, 1000.0))
+        case = SweepCase(tuple(values.items()), 60e-9, 1000.0)
+        alone(case_course(stand, 1, (), case))
         return len(solved)
 
     assert solves_of() >= GROUPS * (INDENTING + TABULATING)
@@ -205,7 +207,8 @@ def test_a_varied_parameter_is_named_with_its_unit(stand):
 
 
 def test_a_steady_run_has_the_force_of_the_reference(stand):
-    row = run_case(stand, 0, (), SweepCase((('stand.preload', 0.1),), 160e-9, 1000.0))
+    case = SweepCase((('stand.preload', 0.1),), 160e-9, 1000.0)
+    row = alone(case_course(stand, 0, (), case))
     assert row['force_mean_n'] == pytest.approx(0.061, rel=FORCE_ERROR, abs=0.0)
     assert row['steady'] is True
     assert row['stop_rule'] == stop_rule(0)
