@@ -1,8 +1,8 @@
 """The benchmarks run, rivals agree with ours, and the results have their shape; no timings."""
 
 import json
-import re
 import os
+import re
 import shutil
 import signal
 import subprocess
