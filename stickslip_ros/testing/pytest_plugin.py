@@ -38,7 +38,7 @@ def compiled_kernels(pytestconfig: pytest.Config) -> None:
 
     def report(done: int) -> None:
         if done == 0 and terminal is not None:
-            terminal.write_line('stickslip_ros: compiling kernels, once')
+            terminal.write('\nstickslip_ros: compiling kernels, once\n', flush=True)
 
     with compilation_reported(report):
         compile_kernels()
