@@ -121,7 +121,9 @@ def compare(
             alignment = in_time.align(first, second)
         moved = second if alignment is None else second.moved(alignment.shift_s)
         found = in_time.compare(first, moved, offset=offset)
-        return ComparisonReport(first.side, second.side, TIME, found, alignment)
+        made = in_time.steps_of(first), in_time.steps_of(second)
+        steps_of_both = None if made[0] is None or made[1] is None else (made[0], made[1])
+        return ComparisonReport(first.side, second.side, TIME, found, alignment, steps_of_both)
     if isinstance(first, PointTable) and isinstance(second, PointTable):
         found = by_amplitude.compare(_points(first, is_moved), second)
         return ComparisonReport(first.side, second.side, AMPLITUDE, found)

@@ -5,7 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip_ros.comparison.result import TIME, Alignment, Compared, Incomparable, Part, Side
+from stickslip_ros.comparison.result import (
+    TIME,
+    Alignment,
+    Compared,
+    Incomparable,
+    Part,
+    Side,
+    Steps,
+)
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.parameters import Scalar, parse_yaml
 from stickslip_ros.recording.reader import Recording
@@ -13,13 +21,16 @@ from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TIME_O
 from stickslip_ros.recording.series import Series
 from stickslip_ros.runs.mapped import mapped_series
 from stickslip_ros.runs.recorded_run import recorded_series
+from stickslip_ros.runs.sawtooth_run import scatter_of
 from stickslip_ros.tables.columns import sigma_name
 from stickslip_ros.tables.experiment import MEASURED, OVER_TIME, TIME_COLUMNS, Experiment
 
 RECORDING = 'recording'
-POSITION = 'position_m'
+POSITION, VOLTAGE = 'position_m', 'voltage_v'
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
 """Metadata that differ by chance, or that the parameters repeat."""
+RAMPS_MIN = 10  # fewer make no steps to speak of
+PERIOD_SLACK = 0.1  # ramps follow each other in the median of their periods, within this share
 SAMPLES_MAX = 1 << 20
 OVERLAP_MIN = 0.5
 """Share of the shorter run that must overlap: a short overlap correlates by chance."""
@@ -89,12 +100,7 @@ def of_experiment(experiment: Experiment) -> TimeRun:
 
 def align(a: TimeRun, b: TimeRun) -> Alignment:
     """Estimate by how much B must be shifted; Incomparable if they share nothing that changes."""
-
-    def finite(series: Series) -> Series:
-        known = np.isfinite(series.value)
-        return replace(series, time_s=series.time_s[known], value=series.value[known])
-
-    pairs = [(finite(a.series[name]), finite(b.series[name])) for name in _shared(a, b)]
+    pairs = [(_finite(a.series[name]), _finite(b.series[name])) for name in _shared(a, b)]
     pairs = [pair for pair in pairs if min(map(len, pair)) > 1]
     if not pairs:
         hint = 'give --shift instead of --align'
@@ -138,6 +144,44 @@ def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, 
         part = Part({}, TIME, time_s, of_a, of_b + moved, sigma)
         found.append(Compared(name, (part,), len(inside) - len(time_s), moved))
     return tuple(found)
+
+
+def steps_of(run: TimeRun) -> Steps | None:
+    """
+    Return the steps of the second half of a run, from ramp to ramp of its voltage.
+
+    Rises between 40 and 60 % of the range of the voltage are ramps if they last longer than the
+    falls, else falls are: there the runner is slow too. None of fewer than ten ramps.
+
+    """
+    if not {VOLTAGE, POSITION} <= run.series.keys():
+        return None
+    voltage, position = (_finite(run.series[name]) for name in (VOLTAGE, POSITION))
+    if min(len(voltage), len(position)) < 2 or not np.ptp(voltage.value) > 0.0:
+        return None
+    time_s, share = voltage.time_s, (voltage.value - voltage.value.min()) / np.ptp(voltage.value)
+    outside = np.flatnonzero(np.abs(share - 0.5) > 0.1)
+    changes = np.flatnonzero(np.diff(share[outside] > 0.5))
+    if len(changes) < 2 * RAMPS_MIN:
+        return None
+    starts, ends = outside[changes], outside[changes + 1]
+    lasts_s = time_s[ends] - time_s[starts]
+    ways = slice(0, None, 2), slice(1, None, 2)  # rises and falls follow each other
+    after = ends[max(ways, key=lambda way: np.median(lasts_s[way]))]
+    before, level = after - 1, 0.6 if share[after[0]] > 0.5 else 0.4
+    passed = (level - share[before]) / (share[after] - share[before])
+    times_s = time_s[before] + passed * (time_s[after] - time_s[before])
+    places_m = np.interp(times_s, position.time_s, position.value)
+    periods_s = np.diff(times_s)
+    is_alike = np.abs(periods_s / np.median(periods_s) - 1.0) <= PERIOD_SLACK
+    steps_m = np.diff(places_m)[is_alike]
+    steps_m = steps_m[len(steps_m) // 2 :]
+    return Steps(len(steps_m), float(np.mean(steps_m)), *scatter_of(steps_m))
+
+
+def _finite(series: Series) -> Series:
+    known = np.isfinite(series.value)
+    return replace(series, time_s=series.time_s[known], value=series.value[known])
 
 
 def _shared(a: TimeRun, b: TimeRun) -> list[str]:

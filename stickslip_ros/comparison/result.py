@@ -167,6 +167,16 @@ def _chi_square(difference: Array, sigmas: Sequence[Array | None]) -> ChiSquare 
     )
 
 
+@dataclass(frozen=True)
+class Steps:
+    """Net motion of a runner from one period of the voltage to the next."""
+
+    count: int
+    mean_m: float
+    scatter_m: float  # standard deviation; noise of the position is in it
+    correlation_m: float  # way over which their correlation falls to 1/e; 0 of equal steps
+
+
 class Incomparable(StickSlipError):
     """Two inputs, each valid, cannot be compared."""
 
@@ -262,6 +272,7 @@ class ComparisonReport:
     axis: str
     quantities: tuple[Compared, ...]
     alignment: Alignment | None = None
+    steps: tuple[Steps, Steps] | None = None  # of A and B, if both have a periodic voltage
 
     @property
     def differences(self) -> tuple[NamedDifference, ...]:
@@ -306,5 +317,6 @@ class ComparisonReport:
             'axis': self.axis,
             'differences': [asdict(each) for each in self.differences],
             'alignment': self.alignment and asdict(self.alignment),
+            'steps': self.steps and [asdict(each) for each in self.steps],
             'quantities': [each.to_json() for each in self.quantities],
         }

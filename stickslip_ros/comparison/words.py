@@ -69,6 +69,16 @@ def sections(comparison: ComparisonReport) -> Iterator[Section]:
                 ],
             )
             yield _saturations(pairs)
+    if comparison.steps:
+        a, b = comparison.steps
+        rows: list[tuple[str, ...]] = [('number', f'{a.count}', f'{b.count}', '')]
+        for name, of_a, of_b in (
+            ('mean', a.mean_m, b.mean_m),
+            ('standard deviation', a.scatter_m, b.scatter_m),
+            ('correlation length', a.correlation_m, b.correlation_m),
+        ):
+            rows.append((name, _number(of_a, '.4f', NM), _number(of_b, '.4f', NM), 'nm'))
+        yield 'steps in the second half of each run', ('', 'A', 'B', 'unit'), rows
 
 
 def title(quantity: Compared) -> str:

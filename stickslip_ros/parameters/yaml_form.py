@@ -74,9 +74,9 @@ def _lines(parameters: Parameters, heading: str) -> Iterator[str]:
         yield f'{indent}{leaf}: {format_value(flat[name])}'
 
 
-def load_yaml(path: str | Path) -> Parameters:
+def load_yaml(*paths: str | Path) -> Parameters:
     """
-    Read a ROS parameter file; names that it leaves out keep their defaults.
+    Read ROS parameter files, each on top of those before it; the rest keeps its defaults.
 
     Raises
     ------
@@ -86,7 +86,8 @@ def load_yaml(path: str | Path) -> Parameters:
         If the file holds what the package does not know or allow.
 
     """
-    return Parameters().updated(load_values(Path(path)))
+    values = {k: value for path in paths for k, value in load_values(Path(path)).items()}
+    return Parameters().updated(values)
 
 
 def load_values(path: Path) -> dict[str, object]:

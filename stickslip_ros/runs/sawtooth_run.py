@@ -335,7 +335,7 @@ def _drive(
 
 def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
     """Return what a result says of the log of its ramps, and its energy balance."""
-    scatter_m, correlation_m = step_scatter_m(ramps)
+    scatter_m, correlation_m = scatter_of(np.diff(ramps[len(ramps) // 2 :, RAMP_END]))
     mean_n = net_n = force_at_n(plant, ramps[-1, RAMP_MEAN])
     if mean_n:
         contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
@@ -388,9 +388,8 @@ def step_length_m(ramps: Array) -> float:
     return (float(ramps[-1, RAMP_END]) - start_m) / cycles
 
 
-def step_scatter_m(ramps: Array) -> tuple[float, float]:
-    """Return standard deviation and correlation length of the steps of a run's second half, m."""
-    steps_m = np.diff(ramps[len(ramps) // 2 :, RAMP_END])
+def scatter_of(steps_m: Array) -> tuple[float, float]:
+    """Return standard deviation and correlation length of steps one after the other, m."""
     if len(steps_m) < 2:
         return 0.0, 0.0
     mean_m, scatter_m = float(np.mean(steps_m)), float(np.std(steps_m))

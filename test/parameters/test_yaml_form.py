@@ -64,6 +64,15 @@ def test_the_file_of_the_test_stand_holds_the_defaults():
     assert load_yaml(STAND_FILE) == load_yaml(str(STAND_FILE)) == Parameters()
 
 
+def test_of_several_files_each_outweighs_those_before_it(tmp_path):
+    below, above = tmp_path / 'below.yaml', tmp_path / 'above.yaml'
+    below.write_text('/**: {ros__parameters: {stand: {preload: 0.2}, frame: {mass: 0.1}}}')
+    above.write_text('/**: {ros__parameters: {stand: {preload: 0.3}}}')
+    wanted = {'stand.preload': 0.3, 'frame.mass': 0.1}
+    assert load_yaml(below, above).changed() == wanted
+    assert load_yaml(above, below).changed() == {**wanted, 'stand.preload': 0.2}
+
+
 def test_every_parameter_is_written_with_its_description_above_it():
     lines = dump_yaml(Parameters(), '').splitlines()
     for name in specs():

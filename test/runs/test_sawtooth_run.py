@@ -30,10 +30,10 @@ from stickslip_ros.runs.sawtooth_run import (
     is_steady,
     relative_residual,
     run_drive,
+    scatter_of,
     simulate,
     start_on_wave,
     step_length_m,
-    step_scatter_m,
     voltage_for,
 )
 
@@ -339,14 +339,14 @@ def test_the_step_length_is_the_mean_of_the_last_ten():
 def test_scatter_and_correlation_are_those_of_known_steps():
     way = np.arange(20_000)
     wave = 1e-7 * (1.0 + 0.05 * np.sqrt(2.0) * np.sin(2.0 * np.pi * way / 1000.0))
-    scatter_m, correlation_m = step_scatter_m(_ramps(np.cumsum(wave), column=2))
+    scatter_m, correlation_m = scatter_of(wave)
     assert scatter_m == pytest.approx(5e-9, rel=2e-3)
     known_m = 1e-7 * 1000.0 / (2.0 * np.pi) * np.arccos(np.exp(-1.0))
     assert correlation_m == pytest.approx(known_m, rel=0.03)
-    even_m = step_scatter_m(_ramps(1e-7 * way, column=2))
+    even_m = scatter_of(np.diff(1e-7 * way))
     assert even_m[0] < 1e-15
     assert even_m[1] == 0.0
-    assert step_scatter_m(_ramps([1e-7, 2e-7, 3e-7], column=2)) == (0.0, 0.0)
+    assert scatter_of(np.array([1e-7])) == (0.0, 0.0)
 
 
 def test_forces_are_those_of_the_load_cell_that_there_is():
