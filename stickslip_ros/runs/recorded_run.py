@@ -97,7 +97,7 @@ class Run:
     ) -> None:
         self._path = path
         self._result = result
-        self._topics = topics or {}
+        self.topics = topics or {}
         if folder is not None:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
 
@@ -138,8 +138,8 @@ class Run:
     @cached_property
     def series(self) -> dict[str, Series]:
         """Quantities over time, by the names of the columns of ``frame``."""
-        if self._topics:
-            return mapped_series(self.recording, self._topics)
+        if self.topics:
+            return mapped_series(self.recording, self.topics)
         return recorded_series(self.recording)
 
     @cached_property

@@ -72,6 +72,15 @@ def test_a_rig_has_the_quantities_that_the_user_names(rig: Path, recorded_run: R
     np.testing.assert_allclose(frame.voltage_v, ours.voltage_v, rtol=1e-7)
 
 
+def test_an_open_run_of_a_rig_is_compared_as_it_was_opened(rig: Path, recorded_run: Run):
+    ours = open_run(recorded_run[1])
+    opened = compare(ours, open_run(rig, topics=TOPICS))
+    named = compare(recorded_run[1], rig, headers=TOPICS)
+    assert opened.to_json() == named.to_json()
+    table = compare(ours.frame, ours)
+    assert [each.agreement.largest for each in table.quantities] == [0.0] * 4
+
+
 def test_clock_and_zero_of_a_rig_are_found_and_told(rig: Path, recorded_run: Run):
     found = compare(recorded_run[1], rig, headers=TOPICS, align=True, offset=True)
     first_s = open_run(recorded_run[1]).frame.index[1]

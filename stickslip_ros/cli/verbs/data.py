@@ -170,16 +170,12 @@ DATA = (
         'Without --set, the requests of a recording give the same data again, byte for byte; the '
         'exit status is 1 if they do not. With --set or --params they answer what another stand '
         'would have done. A table of voltages or displacements of the feet over time (see '
-        'docs/howto/compare.md; or Parquet, or a topic of an MCAP file) is played as a waveform.',
+        'docs/howto/compare.md), or a recording of another program with --map, is played as a '
+        'waveform.',
         file('recording, or table of voltages'),
         MAP,
         MAP_FILE,
         output('recording to write'),
-        option(
-            '--topic', 'topic of an MCAP file that gives the voltage', metavar='NAME', default=''
-        ),
-        option('--field', 'field or column of that topic, as voltage', metavar='NAME', default=''),
-        switch('--foot', 'the topic gives the displacement of the feet in m, not a voltage'),
         switch(
             '--from-rest',
             'replay a recording that began in the middle of a run from rest: not the same run',
