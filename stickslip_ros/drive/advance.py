@@ -17,7 +17,7 @@ the drive fails with the state that led there.
 
 import math
 from collections.abc import Sequence
-from typing import TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -46,6 +46,7 @@ from stickslip_ros.drive.long_step import (
     end_stretch,
     enter_lane,
     long_steps,
+    longest_on_slope,
     one_lane,
 )
 from stickslip_ros.drive.piezo import fastest_m_per_s
@@ -59,11 +60,6 @@ RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
 """Columns of the log of ramps: position after the fall, mean and final position, m."""
 TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
 """Columns of a trace."""
-SLEW_REFINEMENT = 64
-"""Steps during a fall are so many times shorter: the feet cross the whole presliding range in
-two microseconds, and their work is an integral over that range."""
-SLOPE_STEPS_MIN = 6.0
-"""Long steps in which feet that follow a steep slope cross the presliding range, at least."""
 CROSSING_S = 4e-5
 """Feet that are rounded off, or ring, go at most sim.dt/CROSSING_S of the presliding range in one
 step: an eighth of it at the default of 5 us."""
@@ -74,7 +70,6 @@ SETTLING, RINGING = 2.0, 6.0
 of the resonance, are a smooth step: the way of the feet in it is a parabola."""
 LAW_REFINEMENT = 4
 """Steps of a rival law are so many times shorter: how stiff it will be is not known beforehand."""
-Records: TypeAlias = tuple[Record, ...]
 LANES_MIN = 4
 """Drives from which on lanes pay, though some of them stay empty."""
 LAGS_MAX = 2.0
@@ -101,78 +96,48 @@ def observe_ideal(
     ramps: Array,
 ) -> None:
     """Do what ``observe`` does, for a drive that ``takes_only_long_steps``."""
-    drive = (plants,), (states,), (wave,), (load_n,), (sample_s,), (truth,), (ramps,)
-    _observe_lanes(one_lane(), *drive)
+    _observe(one_lane(), ((plants, states, wave, load_n, sample_s, truth, ramps),))
 
 
 @entry_point
-def observe_together(
-    plants: Records,
-    states: Records,
-    waves: tuple[Wave, ...],
-    loads_n: tuple[float, ...],
-    samples_s: tuple[float, ...],
-    truths: tuple[Array, ...],
-    ramps: tuple[Array, ...],
-) -> None:
-    """Do it for LANES drives, each a place in these tuples; sample times below 0 are of none."""
-    _observe_lanes(all_lanes(), plants, states, waves, loads_n, samples_s, truths, ramps)
+def observe_together(drives: tuple[Any, ...]) -> None:
+    """Do so for LANES drives, each a tuple of its arguments; sample times below 0 are of none."""
+    _observe(all_lanes(), drives)
 
 
 @kernel
-def _observe_lanes(
-    lanes: Record,
-    plants: Records,
-    states: Records,
-    waves: tuple[Wave, ...],
-    loads_n: tuple[float, ...],
-    samples_s: tuple[float, ...],
-    truths: tuple[Array, ...],
-    ramps: tuple[Array, ...],
-) -> None:
+def _observe(lanes: Record, drives: tuple[Any, ...]) -> None:
     """Go in long steps from stretch to stretch, every drive on its own."""
     going = 0
     for i in range(len(lanes.h_s)):
-        if samples_s[i] >= 0.0:
-            lay_contacts(plants[i][0], states[i][0])
-            enter_lane(lanes, i, plants[i][0], states[i][0], loads_n[i])
+        plant, state, load_n, sample_s = drives[i][0][0], drives[i][1][0], *drives[i][3:5]
+        if sample_s >= 0.0:
+            lay_contacts(plant, state)
+            enter_lane(lanes, i, plant, state, load_n)
             going += 1
     while going > 0:
         for i in range(len(lanes.h_s)):
             if lanes.runs[i] and (lanes.left_s[i] <= 0.0 or lanes.passes_left[i] < 0):
-                lanes.runs[i] = _next_stretch(
-                    lanes,
-                    i,
-                    plants[i][0],
-                    states[i][0],
-                    waves[i],
-                    samples_s[i],
-                    truths[i],
-                    ramps[i],
-                )
+                lanes.runs[i] = _next_stretch(lanes, i, drives[i])
                 going -= 1 - lanes.runs[i]
-        long_steps(lanes, plants, states)
+        long_steps(lanes, drives)
 
 
 @kernel_apart
-def _next_stretch(
-    lanes: Record,
-    i: int,
-    plant: Record,
-    state: Record,
-    wave: Wave,
-    sample_s: float,
-    truth: Array,
-    ramps: Array,
-) -> bool:
+def _next_stretch(lanes: Record, i: int, drive: tuple[Any, ...]) -> bool:
     """End a stretch, if there was one, and begin the next; return whether there is one."""
-    stretch_s = lanes.stretch_s[i]
+    plants, states, wave, _, sample_s, truth, ramps = drive
+    plant, state, stretch_s = plants[0], states[0], lanes.stretch_s[i]
     if stretch_s > 0.0:
-        _end_stretch(lanes, i, plant, state)
-        if state.passes_left < 0:
-            return False
-        told = lanes.start_v[i], lanes.rate_v_per_s[i], lanes.target_v[i], lanes.slope_v_per_s[i]
-        ahead = Stretch(*told, lanes.caught_s[i], stretch_s)
+        end_stretch(lanes, i, plant, state)
+        ahead = Stretch(
+            lanes.start_v[i],
+            lanes.rate_v_per_s[i],
+            lanes.target_v[i],
+            lanes.slope_v_per_s[i],
+            lanes.caught_s[i],
+            stretch_s,
+        )
         fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
         advance_clock(wave, state, stretch_s, fall_is_over, ramps)
         lanes.remaining_s[i] -= stretch_s
@@ -188,31 +153,9 @@ def _next_stretch(
         return False
     ahead = stretch_ahead(plant, wave, state.clock, state.voltage_v)
     lanes.target_v[i], lanes.slope_v_per_s[i] = ahead.target_v, ahead.slope_v_per_s
-    lanes.caught_s[i] = ahead.caught_s
-    stretch_s = min(lanes.remaining_s[i], ahead.lasts_s)
-    _begin_stretch(lanes, i, plant, state, ahead.start_v, ahead.rate_v_per_s, stretch_s)
+    lanes.caught_s[i], stretch_s = ahead.caught_s, min(lanes.remaining_s[i], ahead.lasts_s)
+    begin_stretch(lanes, i, plant, state, ahead.start_v, ahead.rate_v_per_s, stretch_s)
     return True
-
-
-@kernel
-def _begin_stretch(
-    lanes: Record,
-    i: int,
-    plant: Record,
-    state: Record,
-    start_v: float,
-    rate_v_per_s: float,
-    stretch_s: float,
-) -> None:
-    longest_s = longest_on_slope(plant, rate_v_per_s)
-    begin_stretch(lanes, i, state, start_v, rate_v_per_s, longest_s, stretch_s)
-
-
-@kernel
-def _end_stretch(lanes: Record, i: int, plant: Record, state: Record) -> None:
-    done_s = lanes.stretch_s[i] - lanes.left_s[i]
-    end_v = clamp(plant, lanes.start_v[i] + lanes.rate_v_per_s[i] * done_s)
-    end_stretch(lanes, i, state, end_v)
 
 
 @entry_point
@@ -292,13 +235,9 @@ def advance_all(drives: Sequence[tuple[Record, Record, Wave, float, float, Array
         if not any(drive is each for each in lanes):
             advance(*drive)
     if lanes:
-        empty = LANES - len(lanes)
-        plants, states, waves, loads_n, durations_s, ramps = zip(
-            *lanes, *lanes[:1] * empty, strict=True
-        )
-        durations_s = (*durations_s[: len(lanes)], *(-1.0,) * empty)
-        truths = tuple(np.empty((LANES, 1, FORCE + 1)))
-        observe_together(plants, states, waves, loads_n, durations_s, truths, ramps)
+        asked = [(*each[:5], np.empty((1, FORCE + 1)), each[5]) for each in lanes]
+        idle = (*asked[0][:4], -1.0, *asked[0][5:])
+        observe_together((*asked, *[idle] * (LANES - len(asked))))
         for drive in lanes:
             check_motion(drive[1], drive[3])
 
@@ -321,22 +260,12 @@ def advance_stretch(
     if plant.ideal and remembers_turns(plant.contacts[ALL], state.contacts[ALL]):
         lanes = one_lane()
         enter_lane(lanes, 0, plant, state, load_n)
-        _begin_stretch(lanes, 0, plant, state, start_v, rate_v_per_s, stretch_s)
+        begin_stretch(lanes, 0, plant, state, start_v, rate_v_per_s, stretch_s)
         while lanes.left_s[0] > 0.0 and lanes.passes_left[0] >= 0:
-            long_steps(lanes, ((plant,),), ((state,),))
-        _end_stretch(lanes, 0, plant, state)
+            long_steps(lanes, (((plant,), (state,)),))
+        end_stretch(lanes, 0, plant, state)
     else:
         take_short_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
-
-
-@kernel
-def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
-    """Return the longest step along a straight voltage that the feet follow in proportion, s."""
-    falls = abs(rate_v_per_s) >= plant.slew_v_per_s
-    longest_s = plant.dt_s / SLEW_REFINEMENT if falls else plant.dt_s
-    foot_m_per_s = plant.gain_m_per_v * abs(rate_v_per_s)
-    travel_m = plant.contacts[ALL].curve.limit_m / SLOPE_STEPS_MIN
-    return longest_s if foot_m_per_s * longest_s <= travel_m else travel_m / foot_m_per_s
 
 
 @kernel_apart

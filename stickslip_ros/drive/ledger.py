@@ -102,28 +102,10 @@ def book(
     middle_m_per_s: float,
 ) -> None:
     """Add one step to the integrals but the work of the feet, each by Simpson's rule."""
-    load_work_j, damping_lost_j, position_m_s = in_step(
-        h_s, load_n, plant.damping_n_s_per_m, state.position_m, middle_m, position_m,
-        state.velocity_m_per_s, middle_m_per_s, velocity_m_per_s,
-    )  # fmt: skip
-    state.sums.load_work_j += load_work_j
-    state.sums.damping_lost_j += damping_lost_j
-    state.sums.position_m_s += position_m_s
-
-
-@kernel
-def in_step(
-    h_s: float,
-    load_n: float,
-    damping_n_s_per_m: float,
-    start_m: float,
-    middle_m: float,
-    end_m: float,
-    v_0: float,
-    v_half: float,
-    v_1: float,
-) -> tuple[float, float, float]:
-    """Return what a step adds to the work of the load, the loss by damping, and the position."""
+    sums = state.sums
+    v_0, v_half, v_1 = state.velocity_m_per_s, middle_m_per_s, velocity_m_per_s
     mean_square = (v_0 * v_0 + 4.0 * v_half * v_half + v_1 * v_1) * SIXTH
-    mean_m = (start_m + 4.0 * middle_m + end_m) * SIXTH
-    return load_n * (end_m - start_m), damping_n_s_per_m * mean_square * h_s, mean_m * h_s
+    mean_m = (state.position_m + 4.0 * middle_m + position_m) * SIXTH
+    sums.load_work_j += load_n * (position_m - state.position_m)
+    sums.damping_lost_j += plant.damping_n_s_per_m * mean_square * h_s
+    sums.position_m_s += mean_m * h_s

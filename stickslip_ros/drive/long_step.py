@@ -22,19 +22,14 @@ from typing import Any
 from stickslip_ros.contact.kernel import kernel, kernel_apart, on_stack
 from stickslip_ros.contact.memory import Branch, branch_towards, force_ahead, move, stiffness_on
 from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind
+from stickslip_ros.drive.amplifier import clamp
 from stickslip_ros.drive.feet import arrest
-from stickslip_ros.drive.ledger import in_step
 from stickslip_ros.drive.oscillator import SIXTH, propagator
 from stickslip_ros.drive.records import ALL
-from stickslip_ros.drive.runner import (
-    next_wall,
-    pull_on_runner,
-    wall_force,
-    wall_stiffness,
-)
+from stickslip_ros.drive.runner import next_wall, wall_force, wall_stiffness
 
 LANES = 8
-"""Drives that go together: with four it takes twice the time, with more no less."""
+"""Drives that go together: half as many take the same time, twice as many twice the time."""
 RESTING = 1e-3
 """A sliding velocity below this share of what the step will add to it is no motion yet, a loop
 that closes within this share of the step closes at once, and a wall in this share of the way of
@@ -43,86 +38,38 @@ NEWTON_STEPS = 1
 """One is enough: with three the worst error of 120 cases changes in its eleventh digit."""
 STEP_SLACK = 1e-9
 """Share of a step by which a stretch may exceed a whole number of steps, for rounding."""
+SLEW_REFINEMENT = 64
+"""Steps during a fall are so many times shorter: the feet cross the whole presliding range in
+two microseconds, and their work is an integral over that range."""
+SLOPE_STEPS_MIN = 6.0
+"""Long steps in which feet that follow a steep slope cross the presliding range, at least."""
+
+COUNTS = 'runs may_be_cut rests walled passes_left samples'
+FLOATS = (
+    # Of plant and load; gamma is damping per mass, 1/s
+    'per_kg damping_n_s_per_m gamma cell_n_per_m gain_m_per_v rest_v load_n '
+    # Of the stretch; what is left of the sample
+    'rate_v_per_s foot_m_per_s longest_s stretch_s left_s '
+    'start_v target_v slope_v_per_s caught_s remaining_s '
+    # Of the state: as there, and the force of the walls
+    'voltage_v foot_m position_m velocity_m_per_s u_m contact_n wall_n '
+    'feet_work_j load_work_j damping_lost_j position_m_s '
+    # Of the step: sliding of the runner against the feet, velocity, acceleration; acceleration by
+    # all but damping of the sliding and change of the contact force, and its growth
+    'h_s speed speeding pull pull_rate jerk held_n_per_m omega_squared tangent '
+    # The branch ahead
+    'origin_m force_n sense fold unfold reach_m '
+    # Sliding, its velocity, place, force, in the middle and at the end; half a step's responses
+    'y_middle w_middle y_end w_end middle_m next_m next_foot_m middle_n end_n impulse decay '
+    # Acceleration that tangent and walls miss
+    'missed_middle missed_by_walls '
+)
 
 
 def lanes_kind(lanes: int) -> Kind:
     """Return the type of what steps of so many drives need at hand; each field has their lanes."""
-    each, counts = (FLOAT, (lanes,)), (COUNT, (lanes,))
-    return kind(
-        runs=counts,  # Whether there is a drive that goes on
-        # What a step needs of the plant and the load; damping over mass, 1/s
-        per_kg=each,
-        damping_n_s_per_m=each,
-        gamma=each,
-        cell_n_per_m=each,
-        gain_m_per_v=each,
-        rest_v=each,
-        walled=counts,
-        load_n=each,
-        # What it changes of the state; force of the walls
-        voltage_v=each,
-        foot_m=each,
-        position_m=each,
-        velocity_m_per_s=each,
-        u_m=each,
-        contact_n=each,
-        wall_n=each,
-        feet_work_j=each,
-        load_work_j=each,
-        damping_lost_j=each,
-        position_m_s=each,
-        passes_left=counts,
-        # The stretch: its slope, longest step, length, what is left of it; its start, what the
-        # amplifier is told there, when it catches up
-        rate_v_per_s=each,
-        longest_s=each,
-        stretch_s=each,
-        left_s=each,
-        start_v=each,
-        target_v=each,
-        slope_v_per_s=each,
-        caught_s=each,
-        # What is left of the sample; samples begun
-        remaining_s=each,
-        samples=counts,
-        # The step: its length, whether it may be cut; sliding of the runner against the feet,
-        # velocity and acceleration; acceleration by all but damping of the sliding and change of
-        # the contact force, and its growth; stiffness of cell and walls
-        h_s=each,
-        may_be_cut=counts,
-        rests=counts,
-        speed=each,
-        speeding=each,
-        pull=each,
-        pull_rate=each,
-        held_n_per_m=each,
-        jerk=each,
-        # Tangent and branch ahead
-        tangent=each,
-        omega_squared=each,
-        origin_m=each,
-        force_n=each,
-        sense=each,
-        fold=each,
-        unfold=each,
-        reach_m=each,
-        # Sliding and its velocity in the middle and at the end; half a step's response
-        y_middle=each,
-        w_middle=each,
-        y_end=each,
-        w_end=each,
-        impulse=each,
-        decay=each,
-        # Places of runner and feet in the middle and at the end
-        middle_m=each,
-        next_m=each,
-        next_foot_m=each,
-        # Force of the contacts there; acceleration that tangent and walls miss
-        middle_n=each,
-        end_n=each,
-        missed_middle=each,
-        missed_by_walls=each,
-    )
+    floats = dict.fromkeys(FLOATS.split(), (FLOAT, (lanes,)))
+    return kind(**dict.fromkeys(COUNTS.split(), (COUNT, (lanes,))), **floats)
 
 
 one_lane, all_lanes = on_stack(lanes_kind(1)), on_stack(lanes_kind(LANES))
@@ -132,17 +79,13 @@ one_lane, all_lanes = on_stack(lanes_kind(1)), on_stack(lanes_kind(LANES))
 def enter_lane(lanes: Record, i: int, plant: Record, state: Record, load_n: float) -> None:
     """Put a drive into a lane, between two stretches."""
     gamma = plant.damping_n_s_per_m * plant.per_kg
-    lanes.runs[i] = 1
-    lanes.per_kg[i], lanes.damping_n_s_per_m[i], lanes.gamma[i] = (
-        plant.per_kg,
-        plant.damping_n_s_per_m,
-        gamma,
-    )
-    lanes.cell_n_per_m[i], lanes.walled[i] = plant.cell_n_per_m, plant.walls.exist
+    lanes.runs[i], lanes.walled[i] = 1, plant.walls.exist
+    lanes.per_kg[i], lanes.damping_n_s_per_m[i] = plant.per_kg, plant.damping_n_s_per_m
+    lanes.gamma[i], lanes.cell_n_per_m[i], lanes.load_n[i] = gamma, plant.cell_n_per_m, load_n
     lanes.gain_m_per_v[i], lanes.rest_v[i] = plant.gain_m_per_v, plant.rest_v
-    lanes.load_n[i], lanes.voltage_v[i], lanes.foot_m[i] = load_n, state.voltage_v, state.foot_m
-    lanes.position_m[i], lanes.velocity_m_per_s[i] = state.position_m, state.velocity_m_per_s
-    lanes.u_m[i], lanes.contact_n[i] = state.contacts[ALL].memory.u_m, state.contact_n
+    lanes.foot_m[i], lanes.position_m[i] = state.foot_m, state.position_m
+    lanes.velocity_m_per_s[i], lanes.contact_n[i] = state.velocity_m_per_s, state.contact_n
+    lanes.u_m[i] = state.contacts[ALL].memory.u_m
     if plant.walls.exist:
         lanes.wall_n[i] = wall_force(plant, state.position_m)
     sums = state.sums
@@ -154,23 +97,25 @@ def enter_lane(lanes: Record, i: int, plant: Record, state: Record, load_n: floa
 def begin_stretch(
     lanes: Record,
     i: int,
+    plant: Record,
     state: Record,
     start_v: float,
     rate_v_per_s: float,
-    longest_s: float,
     stretch_s: float,
 ) -> None:
     """Let the drive of a lane go along a straight stretch of the voltage."""
     lanes.start_v[i] = lanes.voltage_v[i] = start_v
-    lanes.rate_v_per_s[i], lanes.longest_s[i] = rate_v_per_s, longest_s
     lanes.stretch_s[i] = lanes.left_s[i] = stretch_s
+    lanes.rate_v_per_s[i], lanes.foot_m_per_s[i] = rate_v_per_s, plant.gain_m_per_v * rate_v_per_s
+    lanes.longest_s[i] = longest_on_slope(plant, rate_v_per_s)
     lanes.passes_left[i] = state.passes_left
 
 
 @kernel
-def end_stretch(lanes: Record, i: int, state: Record, voltage_v: float) -> None:
-    """Give a drive at the end of its stretch what it has become; the voltage is clamped."""
-    lanes.voltage_v[i] = state.voltage_v = voltage_v
+def end_stretch(lanes: Record, i: int, plant: Record, state: Record) -> None:
+    """Let a drive be where its lane has come to."""
+    voltage_v = lanes.start_v[i] + lanes.rate_v_per_s[i] * (lanes.stretch_s[i] - lanes.left_s[i])
+    state.voltage_v = clamp(plant, voltage_v)
     state.foot_m, state.position_m = lanes.foot_m[i], lanes.position_m[i]
     state.velocity_m_per_s, state.contact_n = lanes.velocity_m_per_s[i], lanes.contact_n[i]
     sums = state.sums
@@ -181,94 +126,89 @@ def end_stretch(lanes: Record, i: int, state: Record, voltage_v: float) -> None:
 
 
 @kernel
-def long_steps(lanes: Record, plants: Any, states: Any) -> None:
-    """Let every drive take one step, until a stiffness jumps, along its stretch."""
-    drives = range(len(lanes.h_s))
-    _slide(lanes)
-    for i in drives:
-        if lanes.runs[i]:
-            _look_ahead(lanes, i, plants[i][0], states[i][0])
-    _may_be_cut(lanes)
-    for i in drives:
-        if lanes.may_be_cut[i] and lanes.runs[i]:
-            _cut(lanes, i, plants[i][0])
-    _oscillate(lanes)
-    for i in drives:
-        if lanes.runs[i]:
-            _look_up_middle(lanes, i, plants[i][0], states[i][0])
-    _go(lanes)
-    for i in drives:
-        if lanes.runs[i]:
-            _move_contact(lanes, i, plants[i][0], states[i][0])
-    _arrive(lanes)
+def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
+    """Return the longest step along a straight voltage that the feet follow in proportion, s."""
+    falls = abs(rate_v_per_s) >= plant.slew_v_per_s
+    longest_s = plant.dt_s / SLEW_REFINEMENT if falls else plant.dt_s
+    foot_m_per_s = plant.gain_m_per_v * abs(rate_v_per_s)
+    travel_m = plant.contacts[ALL].curve.limit_m / SLOPE_STEPS_MIN
+    return longest_s if foot_m_per_s * longest_s <= travel_m else travel_m / foot_m_per_s
 
 
 @kernel
-def _slide(lanes: Record) -> None:
-    """Note how the runner slides against the feet, what pulls it, and the longest step."""
+def long_steps(lanes: Record, drives: Any) -> None:
+    """Let every drive, a tuple of plants, states and more, step until a stiffness jumps."""
+    _look_ahead(lanes, drives)
+    _swing(lanes, drives)
+    _arrive(lanes, drives)
+
+
+@kernel
+def _look_ahead(lanes: Record, drives: Any) -> None:
+    """Find what pulls and holds the runners in this step, and how long it is."""
     for i in range(len(lanes.h_s)):
         left_s, longest_s = lanes.left_s[i], lanes.longest_s[i]
         h_s = longest_s if left_s >= 2.0 * longest_s else 0.5 * left_s
         lanes.h_s[i] = h_s = h_s if left_s > longest_s * (1.0 + STEP_SLACK) else left_s
-        foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
-        others_n = pull_on_runner(
-            lanes.cell_n_per_m[i], lanes.position_m[i], lanes.contact_n[i], lanes.load_n[i]
-        )
-        drag_n = lanes.damping_n_s_per_m[i] * foot_m_per_s
-        pull = (others_n - lanes.wall_n[i] - drag_n) * lanes.per_kg[i]
-        speed = lanes.velocity_m_per_s[i] - foot_m_per_s
+        others_n = lanes.load_n[i] - lanes.contact_n[i]
+        others_n = others_n - lanes.cell_n_per_m[i] * lanes.position_m[i] - lanes.wall_n[i]
+        drag_n = lanes.damping_n_s_per_m[i] * lanes.foot_m_per_s[i]
+        pull = (others_n - drag_n) * lanes.per_kg[i]
+        speed = lanes.velocity_m_per_s[i] - lanes.foot_m_per_s[i]
         speeding = pull - lanes.gamma[i] * speed
         lanes.pull[i], lanes.speed[i], lanes.speeding[i] = pull, speed, speeding
         lanes.rests[i] = abs(speed) < RESTING * abs(speeding) * h_s
-
-
-@kernel
-def _look_ahead(lanes: Record, i: int, plant: Record, state: Record) -> None:
-    """Note the branch that lies ahead, its tangent, and what holds the runner besides."""
-    curve, memory = plant.contacts[ALL].curve, state.contacts[ALL].memory
-    direction = lanes.speeding[i] if lanes.rests[i] else lanes.speed[i]
-    if plant.track.on:
-        arrest(plant, state, ALL, direction)
-    branch = branch_towards(curve, memory, direction)
-    lanes.tangent[i] = stiffness_on(curve, branch, lanes.u_m[i])
-    lanes.origin_m[i], lanes.force_n[i], lanes.sense[i] = (
-        branch.origin_m,
-        branch.force_n,
-        branch.sense,
-    )
-    lanes.fold[i], lanes.unfold[i], lanes.reach_m[i] = branch.fold, branch.unfold, branch.reach_m
-    lanes.held_n_per_m[i] = lanes.cell_n_per_m[i]
-    if plant.walls.exist:
-        way_m = lanes.h_s[i] * (lanes.velocity_m_per_s[i] + 0.5 * lanes.h_s[i] * lanes.speeding[i])
-        place_m = lanes.position_m[i] + RESTING * way_m
-        lanes.held_n_per_m[i] += wall_stiffness(plant, place_m)
-
-
-@kernel
-def _may_be_cut(lanes: Record) -> None:
-    """Note whether the step may have to end early: sliding turns, a loop closes, a wall is met."""
     for i in range(len(lanes.h_s)):
-        speed, speeding, h_s, sense = (
-            lanes.speed[i],
-            lanes.speeding[i],
-            lanes.h_s[i],
-            lanes.sense[i],
-        )
-        foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
-        pull_rate = -lanes.held_n_per_m[i] * foot_m_per_s * lanes.per_kg[i]
-        omega_squared = (lanes.held_n_per_m[i] + lanes.tangent[i]) * lanes.per_kg[i]
+        if lanes.runs[i]:
+            _find_branch(lanes, i, drives[i][0][0], drives[i][1][0])
+    for i in range(len(lanes.h_s)):
+        speed, speeding, h_s = lanes.speed[i], lanes.speeding[i], lanes.h_s[i]
+        held_n_per_m, gamma, sense = lanes.held_n_per_m[i], lanes.gamma[i], lanes.sense[i]
+        pull_rate = -held_n_per_m * lanes.foot_m_per_s[i] * lanes.per_kg[i]
+        omega_squared = (held_n_per_m + lanes.tangent[i]) * lanes.per_kg[i]
         lanes.pull_rate[i], lanes.omega_squared[i] = pull_rate, omega_squared
-        lanes.jerk[i] = pull_rate - omega_squared * speed - lanes.gamma[i] * speeding
+        lanes.jerk[i] = pull_rate - omega_squared * speed - gamma * speeding
         turns = (lanes.rests[i] == 0) & (speed * speeding < 0.0)
         turns = turns & (abs(speed) <= 2.1 * h_s * abs(speeding))
         gap_m = lanes.reach_m[i] - sense * (lanes.u_m[i] - lanes.origin_m[i])
         closes = gap_m < h_s * (sense * speed + 0.5 * h_s * (sense * speeding))
         lanes.may_be_cut[i] = turns | closes | (lanes.walled[i] != 0)
+    for i in range(len(lanes.h_s)):
+        if lanes.may_be_cut[i] and lanes.runs[i]:
+            _cut(lanes, i, drives[i][0][0])
+
+
+@kernel
+def _find_branch(lanes: Record, i: int, plant: Record, state: Record) -> None:
+    """Note the branch that lies ahead, its tangent, and what holds the runner besides."""
+    curve, memory = plant.contacts[ALL].curve, state.contacts[ALL].memory
+    direction = lanes.speeding[i] if lanes.rests[i] else lanes.speed[i]
+    if plant.track.on:
+        arrest(plant, state, ALL, direction)
+    ahead = branch_towards(curve, memory, direction)
+    lanes.tangent[i] = stiffness_on(curve, ahead, lanes.u_m[i])
+    lanes.origin_m[i], lanes.force_n[i] = ahead.origin_m, ahead.force_n
+    lanes.sense[i], lanes.reach_m[i] = ahead.sense, ahead.reach_m
+    lanes.fold[i], lanes.unfold[i] = ahead.fold, ahead.unfold
+    lanes.held_n_per_m[i] = lanes.cell_n_per_m[i]
+    if plant.walls.exist:
+        state.position_m, state.velocity_m_per_s = lanes.position_m[i], lanes.velocity_m_per_s[i]
+        lanes.held_n_per_m[i] = holding_stiffness(plant, state, lanes.speeding[i], lanes.h_s[i])
+
+
+@kernel
+def holding_stiffness(plant: Record, state: Record, speeding: float, h_s: float) -> float:
+    """Return the stiffness with which load cell and walls hold the runner in a step, N/m."""
+    held_n_per_m = plant.cell_n_per_m
+    if plant.walls.exist:
+        way_m = h_s * (state.velocity_m_per_s + 0.5 * h_s * speeding)
+        held_n_per_m += wall_stiffness(plant, state.position_m + RESTING * way_m)
+    return held_n_per_m
 
 
 @kernel_apart
 def _cut(lanes: Record, i: int, plant: Record) -> None:
-    """End the step where the stiffness jumps."""
+    """End the step where sliding turns, a loop closes or a wall is met, if that is within it."""
     speed, speeding, jerk, h_s = lanes.speed[i], lanes.speeding[i], lanes.jerk[i], lanes.h_s[i]
     omega_squared, gamma = lanes.omega_squared[i], lanes.gamma[i]
     if not lanes.rests[i] and speed * speeding < 0.0:
@@ -285,61 +225,40 @@ def _cut(lanes: Record, i: int, plant: Record) -> None:
 @kernel
 def _branch(lanes: Record, i: int) -> Branch:
     """Return the branch that lies ahead."""
-    return Branch(
-        lanes.origin_m[i],
-        lanes.force_n[i],
-        lanes.sense[i],
-        lanes.fold[i],
-        lanes.unfold[i],
-        lanes.reach_m[i],
-    )
+    origin_m, force_n, sense = lanes.origin_m[i], lanes.force_n[i], lanes.sense[i]
+    return Branch(origin_m, force_n, sense, lanes.fold[i], lanes.unfold[i], lanes.reach_m[i])
 
 
 @kernel
-def _oscillate(lanes: Record) -> None:
-    """Note sliding and its velocity in the middle and at the end: two half steps."""
+def _swing(lanes: Record, drives: Any) -> None:
+    """Let the runners swing on the tangents, in two half steps, and look up what these miss."""
     for i in range(len(lanes.h_s)):
-        speed, pull, pull_rate, h_s = (
-            lanes.speed[i],
-            lanes.pull[i],
-            lanes.pull_rate[i],
-            lanes.h_s[i],
-        )
-        omega_squared = lanes.omega_squared[i]
+        speed, pull, pull_rate = lanes.speed[i], lanes.pull[i], lanes.pull_rate[i]
+        h_s, omega_squared = lanes.h_s[i], lanes.omega_squared[i]
         half = propagator(omega_squared, lanes.gamma[i], 0.5 * h_s)
         y_middle = speed * half.impulse + pull * half.step + pull_rate * half.ramp
         w_middle = speed * half.velocity + pull * half.impulse + pull_rate * half.step
-        pull_middle = pull + pull_rate * 0.5 * h_s - omega_squared * y_middle
-        y_end = (
-            y_middle + w_middle * half.impulse + pull_middle * half.step + pull_rate * half.ramp
-        )
-        w_end = w_middle * half.velocity + pull_middle * half.impulse + pull_rate * half.step
-        lanes.y_middle[i], lanes.w_middle[i], lanes.y_end[i], lanes.w_end[i] = (
-            y_middle,
-            w_middle,
-            y_end,
-            w_end,
-        )
+        pull = pull + pull_rate * 0.5 * h_s - omega_squared * y_middle
+        y_end = y_middle + w_middle * half.impulse + pull * half.step + pull_rate * half.ramp
+        w_end = w_middle * half.velocity + pull * half.impulse + pull_rate * half.step
+        lanes.y_middle[i], lanes.w_middle[i] = y_middle, w_middle
+        lanes.y_end[i], lanes.w_end[i] = y_end, w_end
         lanes.impulse[i], lanes.decay[i] = half.impulse, half.velocity
-        foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
-        lanes.middle_m[i] = lanes.position_m[i] + 0.5 * h_s * foot_m_per_s + y_middle
+        lanes.middle_m[i] = lanes.position_m[i] + 0.5 * h_s * lanes.foot_m_per_s[i] + y_middle
+    for i in range(len(lanes.h_s)):
+        if lanes.runs[i]:
+            plant, memory = drives[i][0][0], drives[i][1][0].contacts[ALL].memory
+            middle_m, curve = lanes.u_m[i] + lanes.y_middle[i], plant.contacts[ALL].curve
+            lanes.middle_n[i] = force_ahead(curve, memory, _branch(lanes, i), middle_m)
+            if plant.walls.exist:
+                lanes.missed_by_walls[i] = missed_by_walls(
+                    plant, lanes.held_n_per_m[i], lanes.position_m[i], lanes.middle_m[i]
+                )
 
 
 @kernel
-def _look_up_middle(lanes: Record, i: int, plant: Record, state: Record) -> None:
-    """Note the force in the middle, and what walls do that were not met where expected."""
-    curve, memory = plant.contacts[ALL].curve, state.contacts[ALL].memory
-    middle_m = lanes.u_m[i] + lanes.y_middle[i]
-    lanes.middle_n[i] = force_ahead(curve, memory, _branch(lanes, i), middle_m)
-    if plant.walls.exist:
-        lanes.missed_by_walls[i] = missed_by_walls(
-            plant, lanes.held_n_per_m[i], lanes.position_m[i], lanes.middle_m[i]
-        )
-
-
-@kernel
-def _go(lanes: Record) -> None:
-    """Note where runner and feet are at the end."""
+def _arrive(lanes: Record, drives: Any) -> None:
+    """Bring runners, feet and contacts to the end of the step, and book it."""
     for i in range(len(lanes.h_s)):
         h_s, y_middle = lanes.h_s[i], lanes.y_middle[i]
         missed_n = lanes.middle_n[i] - lanes.contact_n[i] - lanes.tangent[i] * y_middle
@@ -348,66 +267,41 @@ def _go(lanes: Record) -> None:
         voltage_v = lanes.voltage_v[i] + lanes.rate_v_per_s[i] * h_s
         foot_m = lanes.gain_m_per_v[i] * (voltage_v - lanes.rest_v[i])
         position_m = foot_m + lanes.u_m[i] + y_end
-        lanes.missed_middle[i], lanes.y_end[i], lanes.voltage_v[i] = (
-            missed_middle,
-            y_end,
-            voltage_v,
-        )
+        lanes.missed_middle[i], lanes.y_end[i] = missed_middle, y_end
+        lanes.w_middle[i] -= (SIXTH * h_s) * missed_middle
+        lanes.voltage_v[i] = voltage_v
+        mean_m = (lanes.position_m[i] + 4.0 * lanes.middle_m[i] + position_m) * SIXTH
+        lanes.position_m_s[i] += mean_m * h_s
+        lanes.load_work_j[i] += lanes.load_n[i] * (position_m - lanes.position_m[i])
         lanes.next_m[i], lanes.next_foot_m[i] = position_m, foot_m
-
-
-@kernel
-def _move_contact(lanes: Record, i: int, plant: Record, state: Record) -> None:
-    """Move the contact to the end, and note its force and that of the walls."""
-    memory = state.contacts[ALL].memory
-    move(plant.contacts[ALL].curve, memory, lanes.next_m[i] - lanes.next_foot_m[i])
-    lanes.u_m[i], lanes.end_n[i] = memory.u_m, memory.force_n
-    if plant.walls.exist:
-        lanes.wall_n[i] = wall_force(plant, lanes.next_m[i])
-        lanes.missed_by_walls[i] = missed_by_walls(
-            plant, lanes.held_n_per_m[i], lanes.position_m[i], lanes.next_m[i]
-        )
-
-
-@kernel
-def _arrive(lanes: Record) -> None:
-    """Book the step, and let its end be the start of the next one."""
     for i in range(len(lanes.h_s)):
-        h_s, missed_middle = lanes.h_s[i], lanes.missed_middle[i]
-        before_n, middle_n, end_n = lanes.contact_n[i], lanes.middle_n[i], lanes.end_n[i]
+        if lanes.runs[i]:
+            plant, memory = drives[i][0][0], drives[i][1][0].contacts[ALL].memory
+            next_m = lanes.next_m[i]
+            move(plant.contacts[ALL].curve, memory, next_m - lanes.next_foot_m[i])
+            lanes.u_m[i], lanes.end_n[i] = memory.u_m, memory.force_n
+            if plant.walls.exist:
+                lanes.wall_n[i] = wall_force(plant, next_m)
+                lanes.missed_by_walls[i] = missed_by_walls(
+                    plant, lanes.held_n_per_m[i], lanes.position_m[i], next_m
+                )
+    for i in range(len(lanes.h_s)):
+        h_s, before_n, end_n = lanes.h_s[i], lanes.contact_n[i], lanes.end_n[i]
         missed_n = end_n - before_n - lanes.tangent[i] * lanes.y_end[i]
-        missed_end = missed_n * lanes.per_kg[i] + lanes.missed_by_walls[i]
-        foot_m_per_s = lanes.gain_m_per_v[i] * lanes.rate_v_per_s[i]
-        w_end = lanes.w_end[i] - (SIXTH * h_s) * (
-            4.0 * lanes.decay[i] * missed_middle + missed_end
-        )
-        w_middle = lanes.w_middle[i] - (SIXTH * h_s) * missed_middle
-        velocity_m_per_s = foot_m_per_s + w_end
-        mean_n = (before_n + 4.0 * middle_n + end_n) * SIXTH
-        load_work_j, damping_lost_j, position_m_s = in_step(
-            h_s, lanes.load_n[i], lanes.damping_n_s_per_m[i],
-            lanes.position_m[i], lanes.middle_m[i], lanes.next_m[i],
-            lanes.velocity_m_per_s[i], foot_m_per_s + w_middle, velocity_m_per_s,
-        )  # fmt: skip
+        missed = missed_n * lanes.per_kg[i] + lanes.missed_by_walls[i]
+        missed = 4.0 * lanes.decay[i] * lanes.missed_middle[i] + missed
+        w_end = lanes.w_end[i] - (SIXTH * h_s) * missed
+        v_0, v_1 = lanes.velocity_m_per_s[i], lanes.foot_m_per_s[i] + w_end
+        v_half = lanes.foot_m_per_s[i] + lanes.w_middle[i]
+        mean_square = (v_0 * v_0 + 4.0 * v_half * v_half + v_1 * v_1) * SIXTH
+        lanes.damping_lost_j[i] += lanes.damping_n_s_per_m[i] * mean_square * h_s
+        mean_n = (before_n + 4.0 * lanes.middle_n[i] + end_n) * SIXTH
         lanes.feet_work_j[i] -= mean_n * (lanes.next_foot_m[i] - lanes.foot_m[i])
-        lanes.load_work_j[i] += load_work_j
-        lanes.damping_lost_j[i] += damping_lost_j
-        lanes.position_m_s[i] += position_m_s
         lanes.foot_m[i], lanes.position_m[i] = lanes.next_foot_m[i], lanes.next_m[i]
-        lanes.velocity_m_per_s[i], lanes.contact_n[i] = velocity_m_per_s, end_n
+        lanes.velocity_m_per_s[i], lanes.contact_n[i] = v_1, end_n
         left_s = lanes.left_s[i]
         lanes.left_s[i] = left_s - h_s if h_s < left_s else 0.0
         lanes.passes_left[i] -= 1
-
-
-@kernel
-def holding_stiffness(plant: Record, state: Record, speeding: float, h_s: float) -> float:
-    """Return the stiffness with which load cell and walls hold the runner in a step, N/m."""
-    held_n_per_m = plant.cell_n_per_m
-    if plant.walls.exist:
-        way_m = h_s * (state.velocity_m_per_s + 0.5 * h_s * speeding)
-        held_n_per_m += wall_stiffness(plant, state.position_m + RESTING * way_m)
-    return held_n_per_m
 
 
 @kernel

@@ -81,15 +81,7 @@ def next_wall(plant: Record, position_m: float, direction: float) -> float:
 @kernel
 def force_on_runner(plant: Record, position_m: float, contact_n: float, load_n: float) -> float:
     """Return load cell, end stops, contacts and external load together, N; damping is apart."""
-    force_n = pull_on_runner(plant.cell_n_per_m, position_m, contact_n, load_n)
+    force_n = load_n - contact_n - plant.cell_n_per_m * position_m
     if plant.walls.exist:
         force_n -= wall_force(plant, position_m)
     return force_n
-
-
-@kernel
-def pull_on_runner(
-    cell_n_per_m: float, position_m: float, contact_n: float, load_n: float
-) -> float:
-    """Return the same without one-sided springs."""
-    return load_n - contact_n - cell_n_per_m * position_m
