@@ -115,9 +115,9 @@ MUTATIONS = (
         'gamma = 0.0 * plant.per_kg',
     ),
     Mutation(
-        'external load: a sign', 'drive/runner.py',
-        'force_n = load_n - contact_n - plant.cell_n_per_m * position_m',
-        'force_n = -load_n - contact_n - plant.cell_n_per_m * position_m',
+        'external load: a sign', 'drive/long_step.py',
+        'others_n = lanes.load_n[i] - lanes.contact_n[i]',
+        'others_n = -lanes.load_n[i] - lanes.contact_n[i]',
     ),
     Mutation(
         'friction of one upper contact 10 % lower', 'drive/build.py',

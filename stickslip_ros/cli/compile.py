@@ -8,6 +8,7 @@ from stickslip_ros.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.contact.kernel import compilation_reported
 from stickslip_ros.contact.kernel_cache import cache_folders
 from stickslip_ros.instrument.compilation import compile_kernels, progress_reporter
+from stickslip_ros.runs.courses import compile_lanes
 
 
 def compile_verb(arguments: argparse.Namespace) -> Answer:
@@ -23,6 +24,7 @@ def compile_verb(arguments: argparse.Namespace) -> Answer:
     start_s, start_cpu_s = time.perf_counter(), time.process_time()
     with compilation_reported(count):
         compile_kernels()
+        compile_lanes()
     wall_s, processor_s = time.perf_counter() - start_s, time.process_time() - start_cpu_s
     folder = cache_folders().write
     line = f'{compiled} kernels compiled in {wall_s:.1f} s, {processor_s:.1f} s of a processor'

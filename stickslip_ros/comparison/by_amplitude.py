@@ -19,7 +19,7 @@ from stickslip_ros.comparison.result import (
 )
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.parameters import Parameters, Scalar
-from stickslip_ros.runs.batch import Progress, run_batch
+from stickslip_ros.runs.batch import Progress, run_courses
 from stickslip_ros.runs.courses import bundle_for
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.sweep import SweepCase, bare_name, case_course
@@ -128,7 +128,7 @@ def of_model(
         case = SweepCase(tuple(values.items()), float(at[AMPLITUDE]), at_hz)
         cases[case] = {name: at[name] for name in names}
     run, bundle = partial(case_course, parameters, steps, ()), bundle_for(parameters)
-    found = run_batch(run, list(cases), workers=workers, progress=progress, bundle=bundle)
+    found = run_courses(run, list(cases), bundle, workers=workers, progress=progress)
     rows = [{**varied, **row} for varied, row in zip(cases.values(), found, strict=True)]
     described = {'stickslip_ros': stickslip_ros.__version__, **parameters.flat()}
     return _of_rows(rows, MODEL, MODEL, described)

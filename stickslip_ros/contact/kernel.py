@@ -7,9 +7,7 @@ from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
-from llvmlite import ir
-from numba.core import event, types
-from numba.core.cgutils import alloca_once, memset
+from numba.core import cgutils, event, types
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic
 from numba.np.numpy_support import from_dtype
@@ -117,10 +115,11 @@ def on_stack(of: Kind) -> Callable[[], Any]:
     @intrinsic
     def zeros(_: Any) -> Any:
         def make(context: Any, builder: Any, *_: Any) -> Any:
-            room = alloca_once(builder, ir.ArrayType(ir.IntType(8), of.itemsize))
+            helper: Any = cgutils
+            room = helper.alloca_once(builder, context.get_data_type(record))
             room.align = ALIGNED
-            memset(builder, room, context.get_constant(types.intp, of.itemsize), 0)
-            return builder.bitcast(room, context.get_value_type(record))
+            helper.memset(builder, room, context.get_constant(types.intp, of.itemsize), 0)
+            return room
 
         return record(), make
 

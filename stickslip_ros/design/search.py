@@ -29,7 +29,7 @@ from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.extras import load_extra
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import Stopped
-from stickslip_ros.runs.batch import Interrupted, executor_of, run_batch
+from stickslip_ros.runs.batch import Interrupted, executor_of, run_courses
 from stickslip_ros.runs.courses import Course, bundle_for
 from stickslip_ros.runs.journal import Journal, JournalIdentity
 
@@ -269,7 +269,7 @@ def _costs(
         if not isinstance(cost := known.get(number), float) or not math.isfinite(cost)
     }
     task, bundle = partial(search.cost, space), bundle_for(search.stand)
-    costs = run_batch(task, list(todo.values()), executor=executor, bundle=bundle)
+    costs = run_courses(task, list(todo.values()), bundle, executor=executor)
     for number, cost in zip(todo, costs, strict=True):
         known[number] = cost
         if journal:
@@ -284,7 +284,7 @@ def _checked(
     space = search.spaces[RIVAL]
     shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
     task, bundle = partial(check, search), bundle_for(search.stand)
-    checks = run_batch(task, list(shapes.values()), executor=executor, bundle=bundle)
+    checks = run_courses(task, list(shapes.values()), bundle, executor=executor)
     shapes = dict(zip(shapes, checks, strict=True))
     result = SearchResult(search, shapes, {})
     stands = unseen_stands(search)
@@ -295,7 +295,7 @@ def _checked(
         [rival] = yield from search.worths(waves[1], [stand])
         return search.gain(best.value, rival.value)
 
-    gains = run_batch(gain_on, list(stands.values()), executor=executor, bundle=1)
+    gains = run_courses(gain_on, list(stands.values()), 1, executor=executor)
     return replace(result, unseen=dict(zip(stands, gains, strict=True)))
 
 
@@ -309,7 +309,7 @@ def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
     stand, wave = search.stand, found.wave
     finer = stand.updated({'sim.dt': stand.sim.dt / FINER})
     [worth] = yield from search.worths(wave, [stand])
-    how = {'curve_rows': FINER * CURVE_ROWS, 'change': CHANGE / STEADIER}
+    how: Any = {'curve_rows': FINER * CURVE_ROWS, 'change': CHANGE / STEADIER}
     [fine] = yield from search.worths(wave, [finer], **how)
     error = abs(fine.value - worth.value)
     return replace(found, value=worth.value, error=error, meets=worth.meets)

@@ -110,10 +110,10 @@ def _observe(lanes: Record, drives: tuple[Any, ...]) -> None:
     """Go in long steps from stretch to stretch, every drive on its own."""
     going = 0
     for i in range(len(lanes.h_s)):
-        plant, state, load_n, sample_s = drives[i][0][0], drives[i][1][0], *drives[i][3:5]
+        plants, states, _, load_n, sample_s, _, _ = drives[i]
         if sample_s >= 0.0:
-            lay_contacts(plant, state)
-            enter_lane(lanes, i, plant, state, load_n)
+            lay_contacts(plants[0], states[0])
+            enter_lane(lanes, i, plants[0], states[0], load_n)
             going += 1
     while going > 0:
         for i in range(len(lanes.h_s)):

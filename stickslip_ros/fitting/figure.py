@@ -9,7 +9,7 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.fitting.fit import Fit
 from stickslip_ros.fitting.problem import force_course
-from stickslip_ros.runs.batch import run_batch
+from stickslip_ros.runs.batch import run_courses
 from stickslip_ros.runs.courses import bundle_for
 from stickslip_ros.runs.plotting import (
     GREY,
@@ -52,7 +52,8 @@ def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None
         )
         grid_m: Array = np.linspace(amplitudes_m.min(), amplitudes_m.max(), CURVE_POINTS)
         bundle = bundle_for(fit.parameters)
-        model_mn = MN * np.array(run_batch(task, grid_m.tolist(), workers=workers, bundle=bundle))
+        forces_n = run_courses(task, grid_m.tolist(), bundle, workers=workers)
+        model_mn = MN * np.array(forces_n)
         top.plot(NM * grid_m, model_mn, linewidth=1.0, label=f'model, {label}', **style.line)
     label_axes(top, '', 'generated force (mN)')
     draw_legend(top)

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,7 +136,7 @@ class Problem:
             cycles or self.cycles,
             strict=True,
         )
-        asked = [(there, *map(float, row[:3]), row[3]) for row in rows]
+        asked: list[Any] = [(there, *map(float, row[:3]), row[3]) for row in rows]
         kept = [_kept_force(*each) for each in asked]
         new = {each: found for each, found in zip(asked, kept, strict=True) if not found}
         forces_n = together([force_course(*each) for each in new])

@@ -7,7 +7,7 @@ from stickslip_ros.paper.amplifier import ROUNDED, SLEW
 from stickslip_ros.paper.curves import FIG2, FIG6A, FIG6B, FIG7
 from stickslip_ros.paper.figure import PaperFigure, Table
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.batch import Progress, run_batch
+from stickslip_ros.runs.batch import Progress, run_courses
 from stickslip_ros.runs.courses import bundle_for
 
 FIGURES = {figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7, SLEW, ROUNDED)}
@@ -38,10 +38,8 @@ def make_tables(
         raise OutOfRange('points', points, '', limit, hint)
     batches = [figure.cases(parameters, points or figure.points) for figure in figures]
     cases = [case for batch in batches for case in batch]
-    together = bundle_for(parameters)
-    rows = iter(
-        run_batch(lambda case: case(), cases, workers=workers, progress=progress, bundle=together)
-    )
+    bundle, how = bundle_for(parameters), {'workers': workers, 'progress': progress}
+    rows = iter(run_courses(lambda case: case(), cases, bundle, **how))
     return {
         figure.name: Table([next(rows) for _ in batch])
         for figure, batch in zip(figures, batches, strict=True)

@@ -15,13 +15,13 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext, supp
 from functools import partial
 from itertools import islice
 from queue import Empty, SimpleQueue
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.extras import load_extra
 from stickslip_ros.process.stopping import Stopped, stop_if_asked
-from stickslip_ros.runs.courses import together
+from stickslip_ros.runs.courses import Course, together
 from stickslip_ros.runs.journal import Journal
 
 # ruff: noqa: PLC0415 - asyncio takes long to import, and hardly anybody has a cluster
@@ -64,9 +64,7 @@ def run_batch(
 
     Cases of the journal are not run again; the others are appended to it as they end. They run in
     as many threads as there are ``workers`` (0: one per core), in an ``executor`` of many batches,
-    or on the workers of a Dask ``scheduler``, then the task must be a function of a module. With a
-    ``bundle`` the task makes a course, and a worker gets so many at a time, or its share if that
-    is less.
+    or on the workers of a Dask ``scheduler``, then the task must be a function of a module.
 
     What is done is kept if Interrupted is raised (after Ctrl-C, as soon as the begun cases heed
     it), or StickSlipError: a case is refused, the journal cannot be written, Dask is missing
@@ -98,6 +96,14 @@ def run_batch(
     except KeyboardInterrupt:
         raise Interrupted(rows, len(cases), journal) from None
     return [rows[index] for index in range(len(cases))]
+
+
+def run_courses(
+    course_of: Callable[[Case], Course[Result]], cases: Sequence[Case], bundle: int, **how: Any
+) -> list[Result]:
+    """Run courses as ``run_batch`` does tasks; a worker gets a ``bundle`` of them at a time."""
+    task = cast('Callable[[Case], Result]', course_of)
+    return run_batch(task, cases, bundle=bundle, **how)
 
 
 def executor_of(workers: int, scheduler: str = '') -> AbstractContextManager[Executor]:

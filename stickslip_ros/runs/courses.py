@@ -13,10 +13,11 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.advance import advance_all
-from stickslip_ros.drive.build import plant_of
+from stickslip_ros.drive.advance import LANES_MIN, advance_all
+from stickslip_ros.drive.build import plant_of, state_at_rest
 from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.drive.records import Wave
+from stickslip_ros.drive.waveform import level
 from stickslip_ros.parameters import Parameters
 
 Result = TypeVar('Result')
@@ -58,6 +59,13 @@ def bundle_for(parameters: Parameters) -> int:
     """Return how many courses of such a stand a worker gets: one, if they do not go in lanes."""
     in_lanes = not parameters.stand.preload_end and plant_of(parameters)[0].only_long_steps
     return BUNDLE if in_lanes else 1
+
+
+def compile_lanes() -> None:
+    """Compile what only drives that go together need."""
+    plants = plant_of(Parameters())
+    states = state_at_rest(plants, Parameters().stand.preload)
+    advance_all([(plants, states, level(0.0), 0.0, 0.0, np.empty((1, 3)))] * LANES_MIN)
 
 
 def cycles_of(

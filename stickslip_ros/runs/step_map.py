@@ -14,7 +14,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.checks import check_load
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.runs.batch import run_batch
+from stickslip_ros.runs.batch import run_courses
 from stickslip_ros.runs.courses import Course, bundle_for
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.plotting import curve_style, draw_legend, label_axes, new_figure
@@ -89,7 +89,7 @@ def step_map(
     with shown_progress('runs', quiet=not progress) as show:
         task = partial(_row, free, steps)
         bundle = bundle_for(free)
-        rows = run_batch(task, cases, workers=workers, progress=show, bundle=bundle)
+        rows = run_courses(task, cases, bundle, workers=workers, progress=show)
         frame: DataFrame = pd.DataFrame(rows)
     frame.attrs['parameters'] = free.flat()
     return frame

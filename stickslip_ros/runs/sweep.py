@@ -23,7 +23,7 @@ from stickslip_ros.parameters import (
 )
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.progress import progress_of
-from stickslip_ros.runs.batch import Progress, run_batch
+from stickslip_ros.runs.batch import Progress, run_courses
 from stickslip_ros.runs.courses import Course, bundle_for
 from stickslip_ros.runs.journal import Journal, JournalIdentity, Row, identify
 from stickslip_ros.runs.sawtooth_run import (
@@ -261,7 +261,7 @@ def run_sweep(
 ) -> list[Row]:
     """Run a sweep as ``run_batch`` does; return a row per case: what varied, what came of it."""
     cases = sweep.cases()
-    return run_batch(
+    return run_courses(
         partial(case_course, sweep.parameters, sweep.steps, sweep.columns()),
         cases,
         bundle=bundle_for(sweep.parameters.updated(dict(cases[0].values))),

@@ -19,7 +19,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.notebook import Shown
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
-from stickslip_ros.runs.batch import Progress, run_batch
+from stickslip_ros.runs.batch import Progress, run_courses
 from stickslip_ros.runs.courses import Course, alone, bundle_for
 from stickslip_ros.runs.sawtooth_run import drive_course, full_stroke_m
 
@@ -125,7 +125,7 @@ def zero_amplitude(
         def step_lengths_m(amplitudes_m: Array) -> Array:
             nonlocal done
             asked = amplitudes_m.tolist()
-            steps_m = run_batch(step_m, asked, workers=workers, progress=count, bundle=bundle)
+            steps_m = run_courses(step_m, asked, bundle, workers=workers, progress=count)
             done += len(steps_m)
             return np.array(steps_m)
 

@@ -90,7 +90,7 @@ def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, file
     [
         ('compile',),
         ('simulate', '--voltage', '100', '--steps', '2', '--json', '--params', REALISTIC),
-        ('sweep', '--preload', '0.5', '--amplitude', '60e-9', '--steps', '3', '-o', 'sweep.csv'),
+        ('sweep', '--amplitude', '0:90nm:10', '--steps', '3', '--workers', '1', '-o', 'sweep.csv'),
     ],
     ids=['compile', 'realistic', 'sweep'],
 )

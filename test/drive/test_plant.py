@@ -10,8 +10,8 @@ from stickslip_ros.drive.advance import (
     RAMP_END,
     RAMP_MEAN,
     RAMP_START,
-    SLEW_REFINEMENT,
 )
+from stickslip_ros.drive.long_step import SLEW_REFINEMENT
 from stickslip_ros.drive.waveform import sawtooth
 
 FREQUENCY_HZ = 333.0

@@ -19,7 +19,7 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.extras import MissingExtra
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs import batch
-from stickslip_ros.runs.batch import ClusterError, Interrupted, run_batch
+from stickslip_ros.runs.batch import ClusterError, Interrupted, run_batch, run_courses
 from stickslip_ros.runs.journal import Journal, JournalIdentity, identify
 from stickslip_ros.runs.sweep import SweepCase, case_course
 
@@ -327,18 +327,18 @@ def test_a_cluster_of_two_processes_gives_the_same_to_the_bit(scheduler, tmp_pat
     monkeypatch.setattr(batch, 'SUBMITTED_MAX', 5)
     task, cases = drive(12)
     with Journal(tmp_path / 'j', dataclasses.replace(IDENTITY, cases=12)) as journal:
-        there = run_batch(task, cases, journal=journal, scheduler=scheduler, bundle=5)
+        there = run_courses(task, cases, 5, journal=journal, scheduler=scheduler)
         assert journal.rows == dict(enumerate(there))
-    here = run_batch(task, cases, workers=1, bundle=1)
+    here = run_courses(task, cases, 1, workers=1)
     assert json.dumps(there) == json.dumps(here)
 
 
 def test_ctrl_c_leaves_a_cluster_and_keeps_what_is_done(scheduler):
     task, cases = drive(40)
     with pytest.raises(Interrupted) as caught:
-        run_batch(task, cases, scheduler=scheduler, progress=stop_at(4), bundle=1)
+        run_courses(task, cases, 1, scheduler=scheduler, progress=stop_at(4))
     assert 4 <= len(caught.value.rows) <= 40
-    assert len(run_batch(task, cases[:2], scheduler=scheduler, bundle=1)) == 2
+    assert len(run_courses(task, cases[:2], 1, scheduler=scheduler)) == 2
 
 
 def test_a_scheduler_that_clears_up_is_asked_again_and_at_last_given_up(scheduler, monkeypatch):
@@ -367,7 +367,7 @@ def test_a_case_that_is_refused_on_a_cluster_says_why(scheduler):
     task, cases = drive(2)
     wrong = [dataclasses.replace(cases[1], amplitude_m=1.0)]
     with pytest.raises(OutOfRange, match=r'above the 1\.6e-07 m that the amplifier reaches'):
-        run_batch(task, wrong, scheduler=scheduler, bundle=1)
+        run_courses(task, wrong, 1, scheduler=scheduler)
 
 
 def test_workers_of_another_version_are_refused(scheduler, monkeypatch):

@@ -1,0 +1,82 @@
+"""Drives that go together in lanes have the bits that each has alone."""
+
+import numpy as np
+import pytest
+
+from stickslip_ros.drive import advance as advance_module
+from stickslip_ros.drive.advance import LANES_MIN, advance, advance_all
+from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.long_step import LANES
+from stickslip_ros.drive.waveform import sawtooth, table
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.parameters import Parameters
+
+pytestmark = pytest.mark.usefixtures('compiled_kernels')
+
+PERIODS = 12
+LINE = {'contact.profile': 'rough_line'}
+WALLS = {'load_cell.contact': 'one_sided', 'load_cell.gap': 2e-7, 'stand.stop_stiffness': 1e6}
+DRIVES = [
+    ({}, sawtooth(0.0, 300.0, 1000.0, 0), 0.0),
+    ({'stand.preload': 0.1, 'runner.damping': 5.0}, sawtooth(0.0, 200.0, 700.0, 0), 0.01),
+    ({'stand.preload': 1.0, 'amplifier.slew_rate': 2e6}, sawtooth(0.0, 300.0, -400.0, 0), -0.02),
+    ({**WALLS, 'stand.travel_max': 1e-6}, sawtooth(0.0, 280.0, 900.0, 0), 0.0),
+    (LINE, sawtooth(0.0, 150.0, 1500.0, 3), 0.0),
+    ({**LINE, 'contact.travel': 0.5}, sawtooth(0.0, 300.0, 800.0, 0), 0.0),
+    ({}, table([(0.0, 0.0), (4e-4, 250.0), (6e-4, 100.0), (1e-3, 0.0)], 0), 0.0),
+    ({'load_cell.contact': 'absent'}, sawtooth(0.0, 260.0, 1000.0, 0), 0.0),
+]
+
+
+def made(changes, wave, load_n):
+    """Give what ``advance`` takes, from rest."""
+    parameters = Parameters().updated(changes)
+    plants = plant_of(parameters)
+    states = state_at_rest(plants, parameters.stand.preload)
+    start_clock(states)
+    return plants, states, wave, load_n, PERIODS * wave.period_s, np.full((PERIODS, 3), np.nan)
+
+
+def bits(record):
+    """Give all fields of a record, without the padding between them."""
+    if record.dtype.names is None:
+        return [record.tobytes()]
+    return [part for name in record.dtype.names for part in bits(record[name])]
+
+
+@pytest.mark.parametrize('count', [LANES, LANES_MIN])
+def test_drives_that_go_together_have_the_bits_that_they_have_alone(count, monkeypatch):
+    assert len(DRIVES) == LANES
+    alone, together = ([made(*drive) for drive in DRIVES[:count]] for _ in range(2))
+    for drive in alone:
+        advance(*drive)
+    in_lanes = []
+    observe_together = advance_module.observe_together
+
+    def noted(drives):
+        in_lanes.append(len(drives))
+        observe_together(drives)
+
+    monkeypatch.setattr(advance_module, 'observe_together', noted)
+    advance_all(together)
+    assert in_lanes == [LANES]
+    for (_, one, *_, ramps), (_, other, *_, others) in zip(alone, together, strict=True):
+        assert bits(one) == bits(other)
+        assert ramps.tobytes() == others.tobytes()
+
+
+def test_a_drive_that_cannot_go_in_lanes_goes_beside_them():
+    changes = [each for each, *_ in DRIVES[: LANES - 1]] + [{'contact.law': 'lugre'}]
+    drives = [(each, *DRIVES[0][1:]) for each in changes]
+    alone, together = ([made(*drive) for drive in drives] for _ in range(2))
+    for drive in alone:
+        advance(*drive)
+    advance_all(together)
+    assert [bits(one[1]) for one in alone] == [bits(other[1]) for other in together]
+
+
+def test_a_drive_that_fails_is_refused_among_others():
+    together = [made(*drive) for drive in DRIVES]
+    together[3][1]['velocity_m_per_s'] = np.nan
+    with pytest.raises(StickSlipError, match=r'time stands still|no longer finite'):
+        advance_all(together)
