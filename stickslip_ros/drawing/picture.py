@@ -100,7 +100,8 @@ def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
         height = FILM_HEIGHT
         foot, runner = (times * scale * each for each in (film.foot_m, film.runner_m))
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{height}" '
+        f'viewBox="0 0 {WIDTH} {height}">',
         f'<title>{TITLE}</title><style>{STYLE}</style>',
         f'{TIP}{_foot(geometry, scale, foot)}</defs>',
         f'<rect width="{WIDTH}" height="{height}" fill="var(--paper)"/>',

@@ -3,6 +3,7 @@
 import math
 from bisect import bisect_right
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from threading import RLock
 from time import monotonic
@@ -21,9 +22,9 @@ from stickslip_ros.panel.curves import (
     Scope,
     curve_of,
 )
-from stickslip_ros.panel.model import EVENTS_SHOWN, View, packed_frame, parsed_event
+from stickslip_ros.panel.model import EVENTS_SHOWN, View, drawing_of, packed_frame, parsed_event
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.runs.recorded_run import recorded_series, timed_messages
+from stickslip_ros.runs.recorded_run import recorded_series, recorded_stand, timed_messages
 from stickslip_ros.units import NANO
 
 SPEEDS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
@@ -60,6 +61,9 @@ class Player:
         recording = Recording(path)
         self._name = path.name
         self._samples = samples_of(recording)
+        self._stand = None
+        with suppress(RecordingError):  # of another program
+            self._stand = recorded_stand(recording)
         self._start_s, self._end_s = self._samples[[0, -1], TIME].tolist()
         self._history = BinHistory(len(self._samples))
         self._history.add_all(self._samples)
@@ -110,9 +114,15 @@ class Player:
             if self._is_shown:
                 return None
             self._is_shown = True
-            last = int(np.searchsorted(self._samples[:, TIME], self._time_s, 'right'))
-            samples = self._samples[max(0, last - KEPT) : last]
-            return packed_frame(self._time_s, samples, self._history, self._scope, self._view)
+            return packed_frame(
+                self._time_s, self._before(), self._history, self._scope, self._view
+            )
+
+    def drawing(self) -> str:
+        """Return the stand in the last cycles before this place; empty if the run has none."""
+        with self._lock:
+            samples = self._before()
+        return '' if self._stand is None else drawing_of(self._stand, samples)
 
     def do(self, wish: Mapping[str, Any]) -> None:
         """Do what somebody at the page wants."""
@@ -132,6 +142,10 @@ class Player:
 
     def close(self) -> None:
         """End; the recording is closed already."""
+
+    def _before(self) -> Array:
+        last = int(np.searchsorted(self._samples[:, TIME], self._time_s, 'right'))
+        return self._samples[max(0, last - KEPT) : last]
 
     def _seek(self, time_s: object) -> None:
         if isinstance(time_s, int | float) and math.isfinite(time_s):

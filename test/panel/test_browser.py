@@ -320,6 +320,19 @@ def test_what_comes_from_ros_is_shown_as_text(page: Page, operate: Callable[[], 
     expect(page.locator('#evil, main img')).to_have_count(0)
 
 
+def test_the_stand_is_shown_and_moves_when_the_drive_does(stage: SimpleNamespace, page: Page):
+    drawing = page.locator('#drawing')
+    expect(drawing).to_be_visible()
+    expect(drawing).to_have_js_property('naturalHeight', 350)
+    page.locator('#sawtooth-frequency').fill('200')
+    send(page, 'Sawtooth forwards', 'sawtooth')
+    expect(drawing).to_have_js_property('naturalHeight', 550)
+    first = drawing.screenshot()
+    page.wait_for_timeout(500)
+    assert drawing.screenshot() != first
+    page.keyboard.press('Escape')
+
+
 def test_every_control_has_a_name_a_tooltip_and_the_focus(page: Page):
     assert page.evaluate(NO_CONTROL_WITHOUT_NAME) == []
 
@@ -335,7 +348,7 @@ def test_the_page_fits_every_width_and_does_not_jump(page: Page, width: int, sch
     before = page.evaluate(BOXES)
     page.keyboard.press('Escape')
     expect(note(page, 'sawtooth')).to_contain_text('ABORTED')
-    assert page.evaluate(BOXES) == before
+    assert page.evaluate(BOXES) == [pytest.approx(box, abs=1) for box in before]
     page.set_viewport_size(tools.WIDE)
 
 
