@@ -165,7 +165,8 @@ class Scope:
         Return the picture of the last cycles.
 
         Samples are rows of COLUMNS. Where the voltage rests but for a tremor, the last picture
-        that had falls is held. Where there was none, or without trigger, the newest samples are shown.
+        that had falls is held. Where there was none, or without trigger, the newest samples are
+        shown.
 
         """
         if not len(samples):

@@ -127,9 +127,11 @@ DATA = (
         'draw a recording against time',
         'Draw a recording: the trace where there is one, else the topics at 1 kHz; below, and '
         'dotted, the commands and the status bits. However many samples there are, no peak is '
-        'lost.',
+        'lost. Of a recording of another program --map says which topic is what.',
         file('the recording'),
         WINDOW,
+        MAP,
+        MAP_FILE,
         output('.png, .svg or .pdf (default: beside the recording, as PNG)'),
         module='recording',
     ),
