@@ -12,7 +12,6 @@ import pytest
 import setuptools
 from hypothesis import HealthCheck, settings
 
-from stickslip_ros.instrument.compilation import compile_kernels
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs.sawtooth_run import SawtoothRun, simulate
 
@@ -67,12 +66,6 @@ def _plain_terminal() -> Iterator[None]:
         for name in WINDOW:
             patch.delenv(name, raising=False)
         yield
-
-
-@pytest.fixture(scope='session')
-def compiled_kernels() -> None:
-    """Compile before a time limit runs, and before a dozen processes would do it at once."""
-    compile_kernels()
 
 
 @pytest.fixture(scope='session')

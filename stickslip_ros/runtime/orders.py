@@ -13,6 +13,7 @@ from stickslip_ros.interface.requests import read_request
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.parameters import to_nanoseconds
 from stickslip_ros.recording.run import RunWriter
+from stickslip_ros.units import NANO
 
 AT_ONCE = -2
 """Due time of what waits for no block: it is done even while simulated time is held."""
@@ -161,6 +162,16 @@ class TimeControl:
             return True
         reached = now_ns + self._block_ns <= self._grant.until_ns
         return reached and self.received >= self._grant.commands
+
+    def state(self, now_ns: int) -> str:
+        """Say what holds simulated time, if anything does."""
+        until_ns, commands = self._grant
+        if self.is_paused or self.is_granted(now_ns):
+            return 'paused' if self.is_paused else 'running'
+        if now_ns + self._block_ns <= until_ns:
+            return f'lockstep, {self.received} of {commands} commands came'
+        far = f'granted to {until_ns * NANO:.9g} s' if until_ns else 'no grant came'
+        return f'lockstep, {far}'
 
     def allows(self, now_ns: int) -> bool:
         """Return whether the block that begins now may be simulated."""

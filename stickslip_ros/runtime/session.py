@@ -80,6 +80,18 @@ class Session:
             return self._orders.held(self.bench.time_ns)
 
     @property
+    def received(self) -> int:
+        """Number of messages on command topics since the activation."""
+        return self._time_control.received
+
+    @property
+    def state(self) -> str:
+        """How far simulated time has come, and what holds it."""
+        now_ns, held = self.bench.time_ns, self.held
+        kernels = f', {held} commands wait for kernels' if held else ''
+        return f'simulated time {now_ns * NANO:.9g} s; {self._time_control.state(now_ns)}{kernels}'
+
+    @property
     def busy_s(self) -> float:
         """How long the present block lasts by now, s; 0 between two blocks."""
         since_s = self._busy_since_s
@@ -174,6 +186,13 @@ class Session:
         with self._changed:
             self._time_control.extend(grant)
             self._changed.notify_all()
+
+    def await_time(self, time_ns: int, timeout_s: float) -> bool:
+        """Wait until a block is over, all of it published; return whether it is, in time."""
+        with self._changed:
+            return self._changed.wait_for(
+                lambda: self.bench.time_ns >= time_ns and self._busy_since_s is None, timeout_s
+            )
 
     def set_paused(self, wanted: bool) -> None:
         """Hold simulated time, from the end of the present tick on, or let it run on."""

@@ -12,7 +12,7 @@ from lifecycle_msgs.srv import ChangeState
 from rcl_interfaces.msg import Log
 from rcl_interfaces.srv import SetParameters
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import SingleThreadedExecutor, TimeoutException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.task import Future
@@ -23,7 +23,7 @@ from stickslip_ros.interface.topics import NODE_NAME, PREFIX, READINGS
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import DriveClient, Handshake
 from stickslip_ros.ros.executable import end_node
-from stickslip_ros.units import NS_PER_S
+from stickslip_ros.units import NANO, NS_PER_S
 
 TIMEOUT_S = 30.0
 LISTEN_DEPTH = 10_000
@@ -38,6 +38,33 @@ def deep_queues(*topics: str) -> dict[str, int]:
 
     """
     return {f'qos_overrides./{topic}.publisher.depth': LISTEN_DEPTH for topic in topics}
+
+
+def settle(
+    executor: SingleThreadedExecutor,
+    wait_s: float = 0.0,
+    is_ending: Callable[[], bool] = lambda: False,
+) -> None:
+    """
+    Run callbacks until none is ready, and within ``wait_s`` of wall-clock time none becomes so.
+
+    rclpy takes a coroutine that waits for ready at any time: where only such ran, none is.
+
+    """
+    unfinished: set[Any] = set()
+    is_idle = False
+    while not (is_idle or is_ending()):
+        is_idle = True
+        try:
+            while not is_ending():  # a round of the executor ends with the exception
+                task, *_ = executor.wait_for_ready_callbacks(timeout_sec=wait_s)
+                task()
+                if task.done():
+                    task.result()  # raises what the callback has raised
+                is_idle = is_idle and task in unfinished and not task.done()
+                unfinished.add(task)
+        except TimeoutException:
+            pass
 
 
 class Operator(DriveClient):
@@ -69,6 +96,8 @@ class Operator(DriveClient):
         Last ``~/info``.
     diagnostics : list of dict
         Decoded ``/diagnostics`` messages: values by the name of the part.
+    tell : callable
+        Returns what stands in the message of a wait that was in vain: the state of the drive.
     check : callable
         Called before every message that is waited for; may raise what ends the wait.
 
@@ -84,6 +113,7 @@ class Operator(DriveClient):
         self.status: int | None = None
         self.diagnostics: list[dict[str, dict[str, str]]] = []
         self.check: Callable[[], None] = stop_if_asked
+        self.tell: Callable[[], str] = lambda: f'simulated time {self.time_ns * NANO:.9g} s'
         self._undated: list[Any] = []
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
@@ -110,7 +140,8 @@ class Operator(DriveClient):
         while not condition():
             self.check()
             if monotonic() > end_s:
-                raise StickSlipError(f'{what} did not come within {timeout_s:g} s')
+                why = f'{what} did not come within {timeout_s:g} s'
+                raise StickSlipError(f'{why}: {self.tell()}')
             self._executor.spin_once(timeout_sec=0.05)
 
     def spin_for(self, simulated_s: float) -> None:
@@ -118,6 +149,10 @@ class Operator(DriveClient):
         self.spin_until(lambda: bool(self.positions), 'position')
         end_ns = self.time_ns + round(simulated_s * NS_PER_S)
         self.spin_until(lambda: self.time_ns >= end_ns, 'position')
+
+    def catch_up(self) -> None:
+        """Handle all that has been heard by now."""
+        settle(self._executor)
 
     def wait_for_drive(self, timeout_s: float = TIMEOUT_S) -> None:
         """Wait until every topic is connected and the drive reports."""

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from stickslip_ros.errors import StickSlipError
@@ -17,10 +18,15 @@ from stickslip_ros.parameters import Scalar
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import open_context
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, end_node
-from stickslip_ros.testing.operator import Operator
+from stickslip_ros.testing.lockstep import Lockstep
+from stickslip_ros.testing.operator import LISTEN_DEPTH, TIMEOUT_S, Operator
+from stickslip_ros.units import NS_PER_S
 
 DOMAINS = range(1, 21)
 SPIN_S = 0.02
+HEARD_MAX = LISTEN_DEPTH // 2
+"""Blocks after which the operator handles what it has heard: more than one message of a topic may
+come in one."""
 
 
 @contextmanager
@@ -112,7 +118,51 @@ class Stand:
         self._thread.start()
         self.context = open_context(domain, namespace)
         self.operator = Operator(self.context, self.drive.get_name())
-        self.operator.check = self._check
+        self.operator.check, self.operator.tell = self._check, self._tell
+        self._spun: dict[Node, SingleThreadedExecutor] = {}
+
+    def run_lockstep(
+        self, node: Node, simulated_s: float, *, timeout_s: float = TIMEOUT_S
+    ) -> None:
+        """
+        Run a node, as it is, beside the drive for so much simulated time.
+
+        The drive, which has ``sim.lockstep``, gets its next block when all callbacks of the node
+        have returned and the services of the drive that it has called have answered. So the
+        outcome depends on neither the machine nor its load: two runs give the same bytes. Nobody
+        else sends commands or grants meanwhile; what the operator has heard is there in the end.
+
+        Parameters
+        ----------
+        node : Node
+            A node of the domain of this stand, whose timers follow ``use_sim_time``; it is spun
+            here alone.
+        simulated_s : float
+            Simulated time from now on, up to the end of a block, s.
+        timeout_s : float
+            Wall-clock time without progress after which it is given up, s.
+
+        Raises
+        ------
+        StickSlipError
+            If there was no progress, with what the node did, and where; or if the outcome would
+            depend on the wall clock.
+
+        """
+        session, executor = self.drive.session, self._spun.get(node)
+        if executor is None:
+            executor = self._spun[node] = SingleThreadedExecutor(context=node.context)
+            executor.add_node(node)
+        end_ns = session.bench.time_ns + round(simulated_s * NS_PER_S)
+        while session.bench.time_ns < end_ns:
+            pause_ns = session.bench.time_ns + HEARD_MAX * session.parameters.block_ns
+            lockstep = Lockstep(self.drive, node, executor)
+            try:
+                lockstep.run(min(pause_ns, end_ns), self._check, timeout_s)
+            finally:
+                if lockstep.is_stuck:
+                    del self._spun[node]  # a callback of it never returns
+            self.operator.catch_up()
 
     def close(self) -> None:
         """End the drive as its executable does, then leave; the second time, nothing."""
@@ -122,14 +172,24 @@ class Stand:
         self._thread.join()
         end_node(self._executor, self.drive)
         self._context.try_shutdown()
+        for node, executor in self._spun.items():
+            executor.remove_node(node)
+            executor.shutdown()
         self.operator.close()
         self.context.try_shutdown()
         # rclpy leaves a lifecycle node in the graph, with its services, until it is collected, or
         # never where a traceback holds it; the next drive would have a twin.
         self.drive._state_machine.destroy_when_not_in_use()  # noqa: SLF001
-        del self.drive, self.operator, self._executor
+        del self.drive, self.operator, self._executor, self._spun
         gc.collect()
         self._check()
+
+    def _tell(self) -> str:
+        """Return how far the drive has come, or why it does not go on."""
+        try:
+            return self.drive.session.state
+        except StickSlipError as error:
+            return str(error)
 
     def _spin(self) -> None:
         try:

@@ -1,0 +1,202 @@
+"""A node of a user and a drive in lockstep: simulated time goes on when its callbacks are done."""
+
+import re
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Thread
+from time import monotonic
+from typing import Any
+from unittest.mock import patch
+
+from rclpy.clock_type import ClockType
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.interface.topics import COMMAND_TOPICS, PREFIX
+from stickslip_ros.ros.client import Handshake
+from stickslip_ros.ros.executable import end_node
+from stickslip_ros.runtime.orders import Grant
+from stickslip_ros.testing.operator import settle
+
+WAIT_S = 0.02
+"""Wall-clock time after which a thread that waits looks round."""
+LEAVE_S = 1.0
+"""Wall-clock time that a callback has to return when the test no longer waits for it."""
+OURS = re.compile(r'[/\\](rclpy|stickslip_ros|threading\.py)')
+"""Files in which no callback of a user stands."""
+
+
+class Lockstep:
+    """
+    A drive in lockstep and the node that controls it, until a simulated time.
+
+    The work is done on a thread of its own, so that a callback that never returns can be told.
+    Inside a process DDS delivers a message before ``publish`` returns: what a block has published
+    waits in the node when the block is over. Only the other way it is counted: the executor of the
+    drive takes commands when it comes to them, and a grant says how many there are.
+
+    """
+
+    def __init__(self, drive: Any, node: Node, executor: SingleThreadedExecutor) -> None:
+        self._drive, self._node, self._executor = drive, node, executor
+        self._session = drive.session
+        self._commands = {
+            drive.resolve_topic_name(topic.name): topic
+            for topic in COMMAND_TOPICS
+            if topic.exists(self._session.parameters)
+        }
+        self._sent = 0  # commands that the drive gets since the activation of the drive
+        self._doing = ''
+        self._is_ending = False
+        self.is_stuck = False  # whether a callback has never returned
+        self._error: BaseException | None = None
+        self._refuse()
+
+    def run(self, end_ns: int, check: Callable[[], None], timeout_s: float) -> None:
+        """Run until a simulated time; refuse to wait longer than a time-out for its progress."""
+        thread = Thread(target=self._work, args=(end_ns,), name='lockstep', daemon=True)
+        seen, since_s = '', monotonic()
+        with self._counted_commands():
+            thread.start()
+            try:
+                while thread.is_alive():
+                    thread.join(WAIT_S)
+                    check()
+                    now = f'{self._doing} {self._session.bench.time_ns}'
+                    if now != seen:
+                        seen, since_s = now, monotonic()
+                    if monotonic() - since_s > timeout_s:
+                        raise StickSlipError(self._why_stuck(thread, timeout_s))
+            finally:
+                self._is_ending = True
+                thread.join(LEAVE_S)
+                self.is_stuck = thread.is_alive()
+        if self._error is not None:
+            raise self._error
+
+    def _refuse(self) -> None:
+        """Refuse what would make the outcome depend on the wall clock, or time stand still."""
+        node, name = self._node, self._node.get_fully_qualified_name()
+        if not self._session.parameters.sim.lockstep:
+            raise StickSlipError("the drive has a pace; start it with {'sim.lockstep': True}")
+        grants = self._drive.resolve_topic_name(f'{PREFIX}grant')
+        if any(publisher.topic_name == grants for publisher in node.publishers):
+            raise StickSlipError(f'{name} sends grants by itself; switch that off, or spin it')
+        domains = [each.context.get_domain_id() for each in (node, self._drive)]
+        if domains[0] != domains[1]:
+            hint = 'make it without rclpy.init, or with context=stand.context'
+            raise StickSlipError(f'{name} is in domain {domains[0]}, not {domains[1]}; {hint}')
+        by_clock = [timer for timer in node.timers if timer.clock.clock_type == ClockType.ROS_TIME]
+        if any(not timer.clock.ros_time_is_active for timer in by_clock):
+            hint = 'set its parameter use_sim_time'
+            raise StickSlipError(f'{name} has timers on wall-clock time; {hint}')
+        if by_clock and not self._session.parameters.sim.publish_clock:
+            hint = "start it with {'sim.publish_clock': True}"
+            raise StickSlipError(f'{name} waits for /clock, which the drive lacks; {hint}')
+
+    @contextmanager
+    def _counted_commands(self) -> Iterator[None]:
+        """Count what anybody in this process sends to the drive."""
+        publish = Publisher.publish
+
+        def count(publisher: Any, message: Any) -> None:
+            topic = self._commands.get(publisher.topic_name)
+            if topic is not None and topic.request != 'grant':
+                self._sent += 1
+            publish(publisher, message)
+
+        with patch.object(Publisher, 'publish', count):
+            yield
+
+    def _work(self, end_ns: int) -> None:
+        try:
+            self._connect()
+            self._doing = 'runs callbacks without end'
+            self._await_callbacks()
+            more = 0  # than were counted
+            while self._session.bench.time_ns < end_ns and not (more or self._is_ending):
+                self._doing = 'waits for the next block'
+                until_ns = self._session.bench.time_ns + self._session.parameters.block_ns
+                self._session.extend_grant(Grant(until_ns, self._sent))
+                while not (self._drive.session.await_time(until_ns, WAIT_S) or self._is_ending):
+                    pass
+                more = self._session.received - self._sent
+                self._doing = 'runs callbacks without end'
+                self._await_callbacks()
+        except BaseException as error:  # noqa: BLE001 - it is raised where the test waits
+            self._error = error
+        else:
+            if more > 0:
+                hint = 'let one node publish, by the publish of its publishers'
+                self._error = StickSlipError(f'{more} commands came from elsewhere; {hint}')
+
+    def _connect(self) -> None:
+        """
+        Wait until node and drive know each other, and what was sent until now has come.
+
+        A helper on a node of its own shakes hands, later than the node was made: nothing of the
+        node is called meanwhile. Of two answers that follow each other, the second comes after
+        all that waited with the drive when it was asked for.
+
+        """
+        helper = Node('lockstep', context=self._node.context)
+        executor = SingleThreadedExecutor(context=self._node.context)
+        executor.add_node(helper)
+        try:
+            while (loose := self._loose_end()) and not self._is_ending:
+                self._doing = f'has no other end on {loose} that fits its type and quality'
+                executor.spin_once(timeout_sec=WAIT_S)
+            before = -1
+            while before != self._session.received and not self._is_ending:
+                before = self._session.received
+                handshake = Handshake(helper, self._drive.get_fully_qualified_name())
+                self._doing = 'waits for an answer of the drive'
+                while not handshake.is_done() and not self._is_ending:
+                    executor.spin_once(timeout_sec=WAIT_S)
+                handshake.close()
+            self._sent = before
+        finally:
+            end_node(executor, helper)
+
+    def _loose_end(self) -> str:
+        """Return a topic or service that node and drive have, and that does not join them yet."""
+        heard = {each.topic_name for each in self._drive.publishers}
+        answered = {each.service_name for each in self._drive.services}
+        node = self._node
+        ends = [
+            *((each.topic_name, each.get_subscription_count())
+              for each in node.publishers if each.topic_name in self._commands),
+            *((each.topic_name, each.get_publisher_count())
+              for each in node.subscriptions if each.topic_name in heard),
+            *((each.service_name, each.service_is_ready())
+              for each in node.clients if each.service_name in answered),
+        ]  # fmt: skip
+        return next((name for name, is_there in ends if not is_there), '')
+
+    def _await_callbacks(self) -> None:
+        """Run the callbacks of the node, also those that wait for an answer of the drive."""
+        settle(self._executor, 0.0, lambda: self._is_ending)
+        answered = {each.service_name for each in self._drive.services}
+        while not self._is_ending:
+            asked = [
+                each.service_name
+                for each in self._node.clients
+                if each.service_name in answered and each._pending_requests  # noqa: SLF001
+            ]
+            if not asked:
+                break
+            self._doing = f'waits for an answer of {asked[0]}'
+            settle(self._executor, WAIT_S, lambda: self._is_ending)
+
+    def _why_stuck(self, thread: Thread, timeout_s: float) -> str:
+        """Return what the node does, in which of its lines, and where simulated time stands."""
+        frame = sys._current_frames().get(thread.ident or 0)  # noqa: SLF001
+        calls = [] if frame is None else traceback.extract_stack(frame)
+        own = [each for each in calls if not OURS.search(each.filename)]
+        at = f', at {own[-1].filename}:{own[-1].lineno}' if own else ''
+        name = self._node.get_fully_qualified_name()
+        return f'{name} {self._doing}{at}, for {timeout_s:g} s; {self._session.state}'
