@@ -25,10 +25,15 @@ from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
 from stickslip_ros.runs.batch import Progress, run_batch
+from stickslip_ros.runs.drawn import Drawn
 from stickslip_ros.tables.experiment import Experiment, Reading
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from stickslip_ros.tables.formats import Table
+
+# ruff: noqa: PLC0415 - its figure and report import this
 
 STARTS_MAX = 1000
 ROUNDS = 6  # searches with ever more cycles, until they suffice at the minimum
@@ -63,8 +68,8 @@ class Minimum:
         return np.array(self.coordinates)
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Drawn):
     """
     What a fit comes to.
 
@@ -111,13 +116,30 @@ class Fit:
         """The free parameters."""
         return estimates_of(self.problem, self.found.place, self.uncertainty)
 
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.fitting.figure import draw_fit
+
+        return draw_fit(self)
+
+    def __repr__(self) -> str:
+        from stickslip_ros.fitting.report import warnings_of
+
+        found = (
+            f'{each.name} {each.value:.6g} ± {each.standard_error:.2g} {each.unit}'.rstrip()
+            for each in self.estimates
+        )
+        return '\n'.join([*found, *(f'warning: {text}' for text in warnings_of(self))])
+
     def _repr_html_(self) -> str:
+        from stickslip_ros.fitting.report import warnings_of
+
         header = ('parameter', 'estimate', 'standard error', '95 % low', '95 % high', 'unit')
         rows = [
             (each.name, each.value, each.standard_error, each.low, each.high, each.unit)
             for each in self.estimates
         ]
-        return html_table('Fit', rows, header)
+        warnings = [(text,) for text in warnings_of(self)]
+        return html_table('Fit', rows, header) + html_table('Warnings', warnings) * bool(warnings)
 
     @property
     def covariance(self) -> Array:
