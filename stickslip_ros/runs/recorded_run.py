@@ -21,7 +21,6 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, TOPICS_RECORD
 from stickslip_ros.recording.series import Series
-from stickslip_ros.runs.mapped import mapped_series
 from stickslip_ros.units import NANO, with_unit
 
 if TYPE_CHECKING:
@@ -139,6 +138,8 @@ class Run:
     def series(self) -> dict[str, Series]:
         """Quantities over time, by the names of the columns of ``frame``."""
         if self.topics:
+            from stickslip_ros.runs.mapped import mapped_series  # noqa: PLC0415 - it reads tables
+
             return mapped_series(self.recording, self.topics)
         return recorded_series(self.recording)
 

@@ -139,6 +139,16 @@ DATA = (
         module='recording',
     ),
     verb(
+        'draw',
+        'draw the stand; of a recording, a film of its last cycles',
+        'Draw a stand to scale, as SVG; of a recording, its last cycles as a film that any '
+        'browser plays. As URDF: frames and bodies for RViz and other programs.',
+        file('a recording (default: the stand of --params and --set)', nargs='?'),
+        output('.svg or .urdf to write', required=True),
+        *of_function('drawing.picture.draw_stand', 'end_s'),
+        *PARAMETERS,
+    ),
+    verb(
         'export',
         'write the quantities of a recording as a table',
         'Write what a recording holds over time as a table, a row for each time, with units in '
