@@ -138,7 +138,7 @@ class Run:
     def series(self) -> dict[str, Series]:
         """Quantities over time, by the names of the columns of ``frame``."""
         if self.topics:
-            from stickslip_ros.runs.mapped import mapped_series  # noqa: PLC0415 - it reads tables
+            from stickslip_ros.runs.mapped import mapped_series  # it reads tables
 
             return mapped_series(self.recording, self.topics)
         return recorded_series(self.recording)
