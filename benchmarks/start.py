@@ -15,21 +15,23 @@ from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
 
 ROOT = Path(__file__).resolve().parent.parent
-IMPORTS = 'import numpy, numba'
-SIMULATE = """
-import sys
-from stickslip_ros.cli.main import main
-sys.exit(main(['simulate', '--preload=0.7', '--amplitude=130e-9', '--steps=200', '--json']))
+ALONE = "import sys; sys.modules['coverage'] = None\n"
+"""Where coverage is installed, numba imports it."""
+IMPORTS = f'{ALONE}import numpy, numba'
+ROS_IMPORTS = f'{ALONE}import rclpy, numba'
+SIMULATE = f"""{ALONE}
+sys.argv = 'stickslip simulate --preload=0.7 --amplitude=130e-9 --steps=200 --json'.split()
+from stickslip_ros.entry import stickslip
+sys.exit(stickslip())
 """
-NODE = """
+NODE = f"""{ALONE}
 import os
-os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
-import rclpy
-from stickslip_ros.ros.node import StickSlipDrive
-rclpy.init(args=['--ros-args', '--log-level', 'error'])
-drive = StickSlipDrive()
-assert drive.session
-os._exit(0)
+sys.argv = ['drive', '--ros-args', '--log-level', 'error']
+from stickslip_ros.entry import drive
+from stickslip_ros.ros import executable
+executable.spin_until_stopped = lambda node, _: node.session and os._exit(0)
+drive()
+os._exit(1)
 """
 """Until the drive is active."""
 COLD_ROUNDS = 2
@@ -114,6 +116,7 @@ def run(sizes: Sizes) -> Outcome:
         processes = {
             'stickslip simulate, kernels cached': Process(SIMULATE, kept),
             'import numpy and numba': Process(IMPORTS, kept),
+            'import rclpy and numba': Process(ROS_IMPORTS, kept),
             'node until active, kernels cached': Process(NODE, kept),
         }
         if sizes.cold:

@@ -1,5 +1,6 @@
 """The executables: each heeds Ctrl-C, and answers --help, before it imports what takes long."""
 
+import gc
 import os
 import sys
 from importlib import import_module
@@ -8,6 +9,9 @@ from itertools import takewhile
 from stickslip_ros.process.signals import run
 
 # ruff: noqa: PLC0415 - that is what this module is for
+
+SELDOM = 20_000
+"""New objects after which a verb looks for garbage: a start makes 200 000 that stay."""
 
 
 def drive() -> int:
@@ -27,6 +31,7 @@ def _run_node(name: str, module: str) -> int:
 
         sys.stdout.write(help_of(name))
         return 0
+    gc.disable()  # until the node is made, see ``run_node``: a seventh of its start
     return int(import_module(f'stickslip_ros.ros.{module}').main())
 
 
@@ -40,6 +45,7 @@ def stickslip() -> int:
 
 
 def _run_verb() -> int:
+    gc.set_threshold(SELDOM)
     from stickslip_ros.cli.main import main
 
     return main()

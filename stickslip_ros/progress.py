@@ -4,28 +4,8 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeRemainingColumn,
-)
-from rich.text import Text
-
 Show = Callable[..., None]
 """Receives how much is done, and of how much, 0 of an unknown amount; and a note, if it likes."""
-
-
-class _RateColumn(ProgressColumn):
-    """Units per second."""
-
-    def render(self, task: Task) -> Text:
-        """Return the rate as text, empty until it is known."""
-        return Text(f'{task.speed:.3g}/s' if task.speed else '')
 
 
 @contextmanager
@@ -37,13 +17,23 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
     done before, and is no part of the rate.
 
     """
+    from rich import progress as r  # noqa: PLC0415 - most work shows none, and it takes long
+    from rich.console import Console  # noqa: PLC0415
+
+    class RateColumn(r.ProgressColumn):
+        """Units per second."""
+
+        def render(self, task: r.Task) -> str:
+            """Return the rate as text, empty until it is known."""
+            return f'{task.speed:.3g}/s' if task.speed else ''
+
     console = Console(file=sys.stderr)
-    bar = Progress(
-        TextColumn('{task.description}'),
-        BarColumn(),
-        MofNCompleteColumn(),
-        _RateColumn(),
-        TimeRemainingColumn(),
+    bar = r.Progress(
+        r.TextColumn('{task.description}'),
+        r.BarColumn(),
+        r.MofNCompleteColumn(),
+        RateColumn(),
+        r.TimeRemainingColumn(),
         console=console,
         transient=True,
         disable=quiet or not (sys.stderr.isatty() or console.is_jupyter),
@@ -62,4 +52,6 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
 
 def progress_of(wanted: bool | Show, what: str) -> AbstractContextManager[Show]:
     """Give what is to be called at every progress: the caller's own, or a bar if one is wanted."""
-    return nullcontext(wanted) if callable(wanted) else shown_progress(what, quiet=not wanted)
+    if callable(wanted):
+        return nullcontext(wanted)
+    return shown_progress(what, quiet=False) if wanted else nullcontext(lambda *_: None)

@@ -12,6 +12,6 @@ def sources_digest(package: Path = PACKAGE) -> str:
     """Return a digest of these sources, 16 hexadecimal digits."""
     digest = hashlib.sha256()
     for folder in FOLDERS:
-        for source in sorted((package / folder).glob('*.py')):
+        for source in sorted((package / folder).rglob('*.py')):
             digest.update(source.read_bytes())
     return digest.hexdigest()[:16]

@@ -86,3 +86,4 @@ def _lines(experiment: Experiment) -> Iterator[str]:
         unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
         yield f'        {each.name} is {each.header!r} {unit}'
     yield from (f'aside   {header!r}' for header in experiment.aside)
+    yield from (f'gap     {text}' for text in experiment.gaps)

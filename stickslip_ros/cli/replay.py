@@ -15,7 +15,10 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.runs.replay import Replay, is_run, read_drive_input, replay, replay_input
+from stickslip_ros.recording.integrity import is_recording
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import RUN_RECORD
+from stickslip_ros.runs.replay import Replay, read_drive_input, replay, replay_input
 from stickslip_ros.tables.experiment import Reading
 from stickslip_ros.units import MN, NM
 
@@ -42,21 +45,16 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
         def show(now_ns: int, end_ns: int) -> None:
             progress(now_ns // 1_000_000, end_ns // 1_000_000)
 
-        if not arguments.topic and is_run(arguments.file):
+        reading = Reading(**said_of_tables(arguments))
+        is_run = not reading.headers and is_recording(arguments.file)
+        if is_run and RUN_RECORD in Recording(arguments.file).metadata:
             return replay(
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
             )
         if arguments.output is None:
             raise WrongKind('--output', 'nothing', 'a file', 'give the recording to write with -o')
         stand = Parameters().updated(changes)
-        given = read_drive_input(
-            arguments.file,
-            stand,
-            arguments.topic,
-            arguments.field,
-            is_foot=arguments.foot,
-            reading=Reading(**said_of_tables(arguments)),
-        )
+        given = read_drive_input(arguments.file, stand, reading)
         return replay_input(given, output, stand, progress=show)
 
 

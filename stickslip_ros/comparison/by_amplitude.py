@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,7 +25,11 @@ from stickslip_ros.runs.sweep import SweepCase, bare_name, run_case
 from stickslip_ros.runs.sweep_table import OF_A_RUN, read_table
 from stickslip_ros.tables.columns import sigma_name
 from stickslip_ros.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, Experiment
+from stickslip_ros.tables.formats import FRAME
 from stickslip_ros.units import NM
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 MODEL, SWEEP = 'model', 'sweep'
 """The first is also the word that stands for the drive in place of a file."""
@@ -85,10 +90,11 @@ def of_experiment(experiment: Experiment) -> PointTable:
     return PointTable(side, columns)
 
 
-def of_sweep(path: Path) -> PointTable:
-    """Return the points of the table that ``stickslip sweep`` wrote."""
-    rows, described = read_table(path)
-    return _of_rows(rows, str(path), SWEEP, described)
+def of_sweep(table: 'Path | DataFrame') -> PointTable:
+    """Return the points of the table of a sweep."""
+    rows, described = read_table(table)
+    origin = str(table) if isinstance(table, Path) else FRAME
+    return _of_rows(rows, origin, SWEEP, described)
 
 
 def of_model(

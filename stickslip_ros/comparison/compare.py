@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from stickslip_ros.comparison import by_amplitude, in_time
 from stickslip_ros.comparison.by_amplitude import PointTable
@@ -14,30 +15,34 @@ from stickslip_ros.comparison.result import (
     Incomparable,
 )
 from stickslip_ros.errors import RecordingError, StickSlipError
-from stickslip_ros.files import read_bytes
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
-from stickslip_ros.recording.integrity import MAGIC
-from stickslip_ros.recording.layout import SUFFIX
+from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import EXPERIMENT_FILE
 from stickslip_ros.runs.batch import Progress
-from stickslip_ros.runs.mapped import is_topic
 from stickslip_ros.runs.recorded_run import Run
-from stickslip_ros.runs.sweep_table import PARQUET, is_sweep
+from stickslip_ros.runs.sweep_table import is_sweep
 from stickslip_ros.tables.experiment import (
     OVER_TIME,
     Experiment,
     Reading,
+    listed_tables,
     parse_experiment,
     read_experiment,
     read_joined,
 )
+from stickslip_ros.tables.formats import FRAME
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from stickslip_ros.tables.formats import Table
 
 
 def compare(
-    a: str | Path | Run | Sequence[str | Path],
-    b: str | Path | Run | Parameters | None = None,
+    a: 'Table | Run | Sequence[Table]',
+    b: 'Table | Run | Parameters | None' = None,
     *,
     headers: Mapping[str, str] | None = None,
     preloads_n: Sequence[float] = (),
@@ -56,9 +61,9 @@ def compare(
 
     Parameters
     ----------
-    a : path-like, Run or sequence of path-like
-        A recording, the table of a sweep, an experiment file, or several of these by amplitude.
-    b : path-like, Run or Parameters, optional
+    a : path-like, Run, DataFrame, or sequence of them
+        A recording, the table of a sweep, an experiment, or several of these by amplitude.
+    b : path-like, Run, DataFrame or Parameters, optional
         Another one; parameters run the model at the points of A; without it a recording is
         compared with the experiment that it carries.
     headers : mapping of str to str, optional
@@ -91,16 +96,13 @@ def compare(
         If one cannot be read, or the two cannot be compared.
 
     """
-    given = [a] if isinstance(a, str | Path | Run) else a
-    paths = [each.path if isinstance(each, Run) else Path(each) for each in given]
-    topics = {name: text for name, text in (headers or {}).items() if is_topic(text)}
-    columns = {name: text for name, text in (headers or {}).items() if name not in topics}
-    reading = Reading(columns, preloads_n, report)
-    reading.check_count(len(paths) + isinstance(b, str | Path | Run))
+    given: list[Any] = [a] if isinstance(a, Run) else listed_tables(a)
+    reading = Reading(headers or {}, preloads_n, report)
+    reading.check_count(len(given) + (b is not None and not isinstance(b, Parameters)))
     first = (
-        _load(paths[0], reading, topics)
-        if len(paths) == 1
-        else by_amplitude.of_experiment(read_joined(paths, reading))
+        _load(given[0], reading)
+        if len(given) == 1
+        else by_amplitude.of_experiment(read_joined(given, reading))
     )
     is_moved = align or shift_s is not None or offset or window_s is not None
     if isinstance(b, Parameters):
@@ -110,9 +112,9 @@ def compare(
         found = by_amplitude.compare(table, model)
         return ComparisonReport(table.side, model.side, AMPLITUDE, found)
     if b is None:
-        second = _attached(paths[0], reading)
+        second = _attached(given[0], reading)
     else:
-        second = _load(b.path if isinstance(b, Run) else Path(b), reading, topics, len(paths))
+        second = _load(Path(b) if isinstance(b, str) else b, reading, len(given))
     if isinstance(first, TimeRun) and isinstance(second, TimeRun):
         alignment = None if shift_s is None else Alignment(shift_s, 'given')
         if window_s is not None:
@@ -149,25 +151,27 @@ def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
 
 
 def _load(
-    path: Path, reading: Reading, topics: Mapping[str, str], number: int = 0
+    given: 'Path | DataFrame | Run', reading: Reading, number: int = 0
 ) -> PointTable | TimeRun:
     """Read a file by what is in it, not by its name."""
-    if path.suffix == PARQUET and path.is_file():
-        return by_amplitude.of_sweep(path)
-    is_recording = path.suffix == SUFFIX or path.is_dir()
-    if is_recording or read_bytes(path, 'check the path', len(MAGIC)) == MAGIC:
-        return in_time.of_recording(Recording(path), topics)
-    if is_sweep(path):
-        return by_amplitude.of_sweep(path)
-    return _of_experiment(read_experiment(path, reading, number=number))
+    if isinstance(given, Run):
+        return in_time.of_recording(given.recording, given.topics or reading.topics)
+    if isinstance(given, Path) and is_recording(given):
+        return in_time.of_recording(Recording(given), reading.topics)
+    if is_sweep(given):
+        return by_amplitude.of_sweep(given)
+    return _of_experiment(read_experiment(given, reading, number=number))
 
 
-def _attached(path: Path, reading: Reading) -> PointTable | TimeRun:
+def _attached(given: 'Path | DataFrame | Run', reading: Reading) -> PointTable | TimeRun:
     """Return the experiment that a recording carries."""
+    hint = 'name B, or the word model'
+    if not isinstance(given, Run | Path):
+        raise RecordingError(FRAME, 'stands alone and is no recording', hint)
+    path = given if isinstance(given, Path) else given.path
     try:
         recording = Recording(path)
     except StickSlipError as error:
-        hint = 'name B, or the word model'
         raise RecordingError(path, f'stands alone and is no recording ({error})', hint) from None
     if EXPERIMENT_FILE not in recording.attachments:
         hint = 'name what to compare it with as B'

@@ -88,12 +88,12 @@ def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
 
 def of_experiment(experiment: Experiment) -> TimeRun:
     """Return the run that an experiment over time holds."""
-    time_s = experiment.columns['time_s']
-    series = {
-        name: Series(time_s, values, TIME_COLUMNS[name].unit, f'{experiment.origin} {name}')
-        for name, values in experiment.columns.items()
-        if name != 'time_s'
-    }
+    time_s, series = experiment.columns['time_s'], {}
+    for name, values in experiment.columns.items():
+        known, unit = ~np.isnan(values), TIME_COLUMNS[name].unit
+        if name != 'time_s' and known.any():
+            origin = f'{experiment.origin} {name}'
+            series[name] = Series(time_s[known], values[known], unit, origin)
     side = Side(experiment.origin, OVER_TIME, len(time_s), {}, None, experiment.notes)
     return TimeRun(side, series)
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from typing import Any, TypeVar, cast
 
 import numba
+import numpy as np
 from numba.core import event
 from numba.core.registry import CPUDispatcher
 
@@ -32,6 +34,16 @@ class EntryPoint(CPUDispatcher):
     def enable_caching(self) -> None:
         """Keep the machine code where the package keeps it."""
         self._cache = KernelCache(self.py_func, 'entry')
+
+    def typeof_pyval(self, val: Any) -> Any:
+        """Return the type of an argument; to make that of a drive takes numba long."""
+        is_plain = isinstance(val, np.ndarray) and val.ndim == 1 and val.flags.carray
+        return _type_of_records(val.dtype) if is_plain else super().typeof_pyval(val)
+
+
+@cache
+def _type_of_records(kind: Any) -> Any:
+    return numba.typeof(np.empty(1, kind))  # type: ignore[no-untyped-call]
 
 
 class InnerKernel(CPUDispatcher):

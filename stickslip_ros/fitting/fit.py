@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,6 +26,9 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
 from stickslip_ros.runs.batch import Progress, run_batch
 from stickslip_ros.tables.experiment import Experiment, Reading
+
+if TYPE_CHECKING:
+    from stickslip_ros.tables.formats import Table
 
 STARTS_MAX = 1000
 ROUNDS = 6  # searches with ever more cycles, until they suffice at the minimum
@@ -173,7 +176,7 @@ class Fit:
 
 
 def fit(
-    experiment: str | Path | Sequence[str | Path],
+    experiment: 'Table | Sequence[Table]',
     free: Sequence[str],
     *,
     headers: Mapping[str, str] | None = None,
@@ -194,7 +197,7 @@ def fit(
 
     Parameters
     ----------
-    experiment : path-like or sequence of path-like
+    experiment : path-like, DataFrame or sequence of them
         Tables of measured forces, as docs/howto/fit.md says.
     free : sequence of str
         Parameters to fit, ``['contact.friction']``.

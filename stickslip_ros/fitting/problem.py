@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,10 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.fitting.free import Free
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs.sawtooth_run import run_drive
-from stickslip_ros.tables.experiment import AS_IT_IS, Reading, read_joined
+from stickslip_ros.tables.experiment import AS_IT_IS, Reading, listed_tables, read_joined
+
+if TYPE_CHECKING:
+    from stickslip_ros.tables.formats import Table
 
 FORCE, FREQUENCY, SIGMA = 'force_n', 'frequency_hz', 'force_sigma_n'
 STEP = 3e-4
@@ -178,7 +181,7 @@ class Problem:
 
 
 def read_points(
-    path: str | Path | Sequence[str | Path],
+    tables: 'Table | Sequence[Table]',
     frequency_hz: float = 1000.0,
     reading: Reading = AS_IT_IS,
     steps: int = 0,
@@ -186,9 +189,9 @@ def read_points(
     """Read an experiment by amplitude; forces were read after so many ``steps``, 0: steady."""
     if steps < 0:
         raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for steady forces')
-    paths = [Path(each) for each in ([path] if isinstance(path, str | Path) else path)]
-    reading.check_count(len(paths))
-    experiment = read_joined(paths, reading, (FORCE,))
+    given = listed_tables(tables)
+    reading.check_count(len(given))
+    experiment = read_joined(given, reading, (FORCE,))
     columns = experiment.columns
     points = Points(
         preload_n=columns['preload_n'],

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.instrument.reports import FIRST_READING, Output, Readings, Status, trace_columns
+from stickslip_ros.instrument.reports import FIRST_READING, Output, Status, trace_columns
 from stickslip_ros.interface.cdr import (
     pack_float64,
     pack_float64_array,
@@ -50,6 +50,7 @@ class Feed:
         rate_hz = parameters.sim.joint_states_rate
         self._joint_period_ns = round(NS_PER_S / rate_hz) if rate_hz else 0
         self._block_ns = parameters.block_ns
+        self._samples = parameters.block_ns // parameters.sample_ns
         self.pending: list[Array] = []  # blocks of the trace that no message has held yet
         self.status: Status | None = None  # the last that a message has held
         self.joint = (0, 0.0)  # ns and m of the last message of the joint, or of the start
@@ -65,19 +66,22 @@ class Feed:
         readings = output.readings
         for event in output.events:
             yield Packed('event', event.time_ns, pack_string(event.to_json()))
-        stamp_ns = time_origin_ns + readings.time_ns
-        last = readings.trace[-1].tolist()
-        for at, (key, frame_id, zeros, _) in enumerate(self._sensors, FIRST_READING):
-            yield Packed(
-                key, readings.time_ns, pack_stamped(stamp_ns, frame_id, (last[at], *zeros))
-            )
-        for key, frame_id, zeros, sees in self._sensors if self._tells_truth else ():
-            numbers = float(readings.truth[sees]), *zeros
-            packed = pack_stamped(stamp_ns, frame_id, numbers)
-            yield Packed(f'truth/{key}', readings.time_ns, packed)
-        period_ns, before_ns = self._joint_period_ns, readings.time_ns - self._block_ns
-        if period_ns and readings.time_ns // period_ns > before_ns // period_ns:
-            yield Packed('joint_states', readings.time_ns, self._pack_joint(readings, stamp_ns))
+        blocks = max(1, len(readings.trace) // self._samples)  # more may have gone together
+        first = len(readings.trace) - 1 - (blocks - 1) * self._samples
+        period_ns, time_ns = self._joint_period_ns, readings.time_ns - blocks * self._block_ns
+        for last in readings.trace[first :: self._samples].tolist():
+            before_ns, time_ns = time_ns, time_ns + self._block_ns
+            stamp_ns = time_origin_ns + time_ns
+            for at, (key, frame_id, zeros, _) in enumerate(self._sensors, FIRST_READING):
+                yield Packed(key, time_ns, pack_stamped(stamp_ns, frame_id, (last[at], *zeros)))
+            for key, frame_id, zeros, sees in self._sensors if self._tells_truth else ():
+                packed = pack_stamped(stamp_ns, frame_id, (float(readings.truth[sees]), *zeros))
+                yield Packed(f'truth/{key}', time_ns, packed)
+            if period_ns and time_ns // period_ns > before_ns // period_ns:
+                reading = last[FIRST_READING : FIRST_READING + 2]
+                yield Packed(
+                    'joint_states', time_ns, self._pack_joint(time_ns, stamp_ns, *reading)
+                )
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
@@ -89,17 +93,17 @@ class Feed:
             self.status = output.status
             yield Packed('status', readings.time_ns, pack_uint32(int(output.status)))
 
-    def _pack_joint(self, readings: Readings, stamp_ns: int) -> bytes:
+    def _pack_joint(self, time_ns: int, stamp_ns: int, position_m: float, force_n: float) -> bytes:
         before_ns, before_m = self.joint
-        self.joint = readings.time_ns, readings.position_m
-        period_s = (readings.time_ns - before_ns) * NANO
+        self.joint = time_ns, position_m
+        period_s = (time_ns - before_ns) * NANO
         return pack_joints(
             JointMessage(
                 stamp_ns,
                 self._stage,
                 (self._joint_name,),
-                (readings.position_m,),
-                ((readings.position_m - before_m) / period_s,),
-                (readings.force_n,),
+                (position_m,),
+                ((position_m - before_m) / period_s,),
+                (force_n,),
             )
         )

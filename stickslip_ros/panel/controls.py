@@ -1,6 +1,8 @@
 """What the page offers: controls from the tables of commands, services and parameters."""
 
+import tempfile
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from stickslip_ros.design.shapes import SHAPES
@@ -11,6 +13,8 @@ from stickslip_ros.interface.messages import INT32, JOINT_STATE, STAMPED_FIELDS
 from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.panel.model import CYCLES, SPANS_S
 from stickslip_ros.parameters import SENSORS, specs
+from stickslip_ros.tables.experiment import OVER_TIME, read_experiment
+from stickslip_ros.tables.formats import READERS
 from stickslip_ros.units import display_unit
 
 WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
@@ -152,6 +156,29 @@ def read_cycles(value: object) -> int:
     if isinstance(value, int | float) and float(value).is_integer() and 0 <= value <= INT32_MAX:
         return int(value)
     raise WrongKind('cycles', value, 'a whole number from 0 on', '0 plays until stopped')
+
+
+def read_waveform(content: bytes, name: str) -> list[list[float]]:
+    """
+    Return rows of time, s, from 0 on, and voltage, V, of a file of the page, of any known form.
+
+    Refuses what ``stickslip import`` refuses; the page has no options, so the header must tell.
+
+    """
+    suffix = Path(name).suffix.lower()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, 'table').with_suffix(suffix if suffix in READERS else '.csv')
+        path.write_bytes(content)
+        try:
+            columns = read_experiment(path, kind=OVER_TIME, measured=['voltage_v']).columns
+        except StickSlipError as error:
+            parts = str(error).replace(f'{path}: ', '').split('; ')
+            kept = [each for each in parts if '--map' not in each]
+            if kept != parts:
+                kept.append('head the columns as time (ms), voltage (V)')
+            raise StickSlipError('; '.join(kept)) from None
+    time_s = columns['time_s'] - columns['time_s'][0]
+    return [list(row) for row in zip(time_s.tolist(), columns['voltage_v'].tolist(), strict=True)]
 
 
 def read_fault(name: object, value: object) -> tuple[str, Any]:

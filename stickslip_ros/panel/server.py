@@ -17,10 +17,11 @@ from typing import Any
 
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
-from tornado.web import Application, HTTPError, StaticFileHandler
+from tornado.web import Application, HTTPError, RequestHandler, StaticFileHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
-from stickslip_ros.errors import OutOfRange
+from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.panel.controls import read_waveform
 from stickslip_ros.panel.model import Source
 from stickslip_ros.process.stopping import stop_if_asked
 
@@ -29,7 +30,7 @@ HOSTS = ('127.0.0.1', 'localhost')
 PERIOD_S = 0.04
 """Time between two pictures, s."""
 MESSAGE_MAX_BYTES = 8 << 20
-"""Longest message of a page: a waveform of 100,000 rows."""
+"""Longest message and file of a page: a waveform of 100,000 rows."""
 PING_S = 10.0
 """Time between two pings; a page that does not answer one is let go, s."""
 PAGE = Path(__file__).parent / 'page'
@@ -125,6 +126,21 @@ class _Socket(WebSocketHandler):
             self.send(picture)
 
 
+class _Waveform(RequestHandler):
+    """What a file of somebody at the page says, as rows that can be sent to a drive."""
+
+    def prepare(self) -> None:
+        if not is_own(self.request, needs_origin=True):
+            raise HTTPError(403)
+
+    async def post(self) -> None:
+        name = self.get_query_argument('name', '')
+        try:
+            self.write({'rows': await asyncio.to_thread(read_waveform, self.request.body, name)})
+        except StickSlipError as error:
+            self.write({'refused': str(error)})
+
+
 class Hub:
     """Sends what a source says to all pages, once made for all of them; the sheet comes first."""
 
@@ -176,6 +192,7 @@ async def _serve(hub: Hub, port: int, on_start: Callable[[str], None]) -> None:
     application = Application(
         [
             (r'/socket', _Socket, {'hub': hub}),
+            (r'/waveform', _Waveform),
             (r'/(.*)', _File, {'path': str(PAGE), 'default_filename': 'index.html'}),
         ],
         websocket_max_message_size=MESSAGE_MAX_BYTES,
@@ -187,7 +204,7 @@ async def _serve(hub: Hub, port: int, on_start: Callable[[str], None]) -> None:
     except (OSError, OverflowError):
         limit = f'taken, or not allowed, on {ADDRESS}'
         raise OutOfRange('port', port, '', limit, 'choose another, or 0 for a free one') from None
-    server = HTTPServer(application)
+    server = HTTPServer(application, max_body_size=MESSAGE_MAX_BYTES)
     listener.setblocking(False)
     server.add_socket(listener)
     on_start(f'http://{ADDRESS}:{listener.getsockname()[1]}/')

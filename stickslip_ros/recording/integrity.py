@@ -15,7 +15,8 @@ from mcap.opcode import Opcode
 from mcap.reader import McapReader, SeekingReader
 
 from stickslip_ros.errors import RecordingError, StickSlipError
-from stickslip_ros.files import readable
+from stickslip_ros.files import read_bytes, readable
+from stickslip_ros.recording.layout import SUFFIX
 
 MAGIC: Final = b'\x89MCAP0\r\n'
 SQLITE_MAGIC: Final = b'SQLite format 3\0'
@@ -37,6 +38,13 @@ DAMAGE: Final = (
 _FOOTER: Final = struct.Struct('<BQQQI')
 _DATA_END: Final = struct.Struct('<BQI')
 _BLOCK_BYTES: Final = 1 << 20
+
+
+def is_recording(path: Path) -> bool:
+    """Return whether a path is that of a recording: a bag, or an MCAP file whatever its name."""
+    if path.is_dir() or path.suffix.lower() == SUFFIX:
+        return True
+    return read_bytes(path, 'check the path', len(MAGIC)) == MAGIC
 
 
 def recover_hint(path: Path) -> str:

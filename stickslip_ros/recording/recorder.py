@@ -2,7 +2,7 @@
 
 import atexit
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Condition, Lock, Thread
@@ -130,29 +130,35 @@ class Recorder:
 
     def put(self, name: str, time_ns: int, data: bytes, *, wait: bool = False) -> bool:
         """Hand over a message, or wait for room; return whether it was taken; else it counts."""
-        channel_id = self._ids.get(name)
-        if channel_id is None:
-            raise UnknownName('recorded topic', name, f'known are {", ".join(self._ids)}')
+        return self.put_all([(name, time_ns, data)], wait=wait) == 1
+
+    def put_all(self, messages: Iterable[tuple[str, int, bytes]], *, wait: bool = False) -> int:
+        """Do the same with several messages; return how many were taken."""
+        taken, queue = 0, self._queue
         with self._lock:
-            if wait:
-                self._changed.wait_for(
-                    lambda: len(self._queue) < self._queue_length or self._has_ended
-                )
-            self._check_time(time_ns)
-            sequence = self._sequences[channel_id - 1]
-            self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
-            if self._has_ended or len(self._queue) >= self._queue_length:
-                self._dropped[channel_id - 1] += 1
-                return False
-            message = Stored(channel_id, time_ns, data, sequence)
-            # Before it is so long: nobody sees a queue above its peak.
-            self.queue_peak = max(self.queue_peak, len(self._queue) + 1)
-            self._queue.append(message)
-            if channel_id in self._latches:
-                self._latched[channel_id] = message
-            if len(self._queue) == self._batch:
-                self._changed.notify_all()
-            return True
+            for name, time_ns, data in messages:
+                channel_id = self._ids.get(name)
+                if channel_id is None:
+                    raise UnknownName('recorded topic', name, f'known are {", ".join(self._ids)}')
+                while wait and len(queue) >= self._queue_length and not self._has_ended:
+                    self._changed.wait()
+                self._check_time(time_ns)
+                sequence = self._sequences[channel_id - 1]
+                self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
+                length = len(queue) + 1
+                if self._has_ended or length > self._queue_length:
+                    self._dropped[channel_id - 1] += 1
+                    continue
+                message = Stored(channel_id, time_ns, data, sequence)
+                # Before it is so long: nobody sees a queue above its peak.
+                self.queue_peak = max(self.queue_peak, length)
+                queue.append(message)
+                if channel_id in self._latches:
+                    self._latched[channel_id] = message
+                if length == self._batch:
+                    self._changed.notify_all()
+                taken += 1
+        return taken
 
     def begin_part(self, time_ns: int, attachments: Attachments | None = None) -> None:
         """

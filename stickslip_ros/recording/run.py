@@ -58,8 +58,8 @@ class RunWriter:
         """Write what is latched, and a state that is not rest: the recording starts now."""
         self.begun_ns = time_ns
         self._begin_part(time_ns, checkpoint)
-        self.write(Packed('info', time_ns, self._info))
-        self.write(Packed('status', time_ns, pack_uint32(int(status))))
+        told = pack_uint32(int(status))
+        self.write(Packed('info', time_ns, self._info), Packed('status', time_ns, told))
         self._part_bytes = 0
 
     def split_if_full(self, time_ns: int, save: Callable[[], bytes]) -> None:
@@ -76,11 +76,13 @@ class RunWriter:
         self.recorder.begin_part(self._time_origin_ns + time_ns, state)
         self._part_start_ns, self._part_bytes = time_ns, 0
 
-    def write(self, packed: Packed) -> None:
-        """Hand one message over."""
-        self._part_bytes += len(packed.data)
-        time_ns = self._time_origin_ns + packed.time_ns
-        self.recorder.put(packed.key, time_ns, packed.data, wait=self.waits)
+    def write(self, *packed: Packed) -> None:
+        """Hand messages over."""
+        self._part_bytes += sum([len(each.data) for each in packed])
+        origin_ns = self._time_origin_ns
+        self.recorder.put_all(
+            [(key, origin_ns + time_ns, data) for key, time_ns, data in packed], wait=self.waits
+        )
 
     def check(self) -> None:
         """Raise the error that has ended the writing, such as a full disk, if any."""
@@ -198,7 +200,8 @@ class ReportingBench:
 
     def report(self, output: Output) -> None:
         """Publish and write what an update of the bench has given."""
-        for packed in self._feed.pack(output, self.time_origin_ns):
-            self._publish(packed)
-            if self.writer is not None:
-                self.writer.write(packed)
+        packed = [*self._feed.pack(output, self.time_origin_ns)]
+        for each in packed:
+            self._publish(each)
+        if self.writer is not None:
+            self.writer.write(*packed)

@@ -5,8 +5,11 @@ import json
 import platform
 from collections.abc import Mapping
 from datetime import datetime, timezone
-from importlib import metadata as installed
 from pathlib import Path
+
+import mcap
+import numba
+import numpy as np
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, RecordingError
@@ -53,12 +56,11 @@ def info_json(parameters: Parameters, time_origin_ns: int) -> str:
 
 def versions() -> dict[str, str]:
     """Return the versions on which the numbers of a run depend."""
-    found = {name: installed.version(name) for name in ('numpy', 'numba', 'mcap')}
     return {
         'stickslip_ros': stickslip_ros.__version__,
         'python': platform.python_version(),
         'machine': platform.machine(),
-        **found,
+        **{each.__name__: each.__version__ for each in (np, numba, mcap)},
     }
 
 

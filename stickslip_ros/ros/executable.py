@@ -101,6 +101,7 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
             sys.stderr.write(f'{name}: {error}\n')
             return REFUSED
         gc.freeze()  # see GarbageFreezer
+        gc.enable()
         with SingleThreadedExecutor() as executor:
             spin_until_stopped(node, executor)
     except KeyboardInterrupt:  # while it compiled

@@ -5,7 +5,6 @@ The results come in the order of the cases and do not depend on who computed the
 
 """
 
-import asyncio
 import importlib
 import os
 import time
@@ -21,6 +20,8 @@ from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.extras import load_extra
 from stickslip_ros.process.stopping import Stopped, stop_if_asked
 from stickslip_ros.runs.journal import Journal
+
+# ruff: noqa: PLC0415 - asyncio takes long to import, and hardly anybody has a cluster
 
 Case = TypeVar('Case')
 Result = TypeVar('Result')
@@ -156,6 +157,8 @@ def _cluster(address: str) -> Iterator[Executor]:
 
 
 def _connect(distributed: Any, address: str) -> Any:
+    import asyncio
+
     async def knock() -> None:
         comm = await distributed.comm.connect(address, timeout=CONNECT_S)
         await comm.close()
@@ -178,6 +181,8 @@ def _connect(distributed: Any, address: str) -> Any:
 
 def _check_workers(client: Any, address: str) -> None:
     """Refuse a cluster without workers, or with another version of the package."""
+    import asyncio
+
     try:
         client.wait_for_workers(1, timeout=WORKERS_S)
     except (TimeoutError, asyncio.TimeoutError):

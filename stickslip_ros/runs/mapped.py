@@ -7,15 +7,10 @@ from stickslip_ros.recording.any_message import numbers_of
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.tables.experiment import TIME_COLUMNS
-from stickslip_ros.tables.units import factor_of
+from stickslip_ros.tables.units import factor_of, in_si
 from stickslip_ros.units import NS_PER_S
 
 EXAMPLE = 'position_m=/rig/encoder.point.x, or "force_n=/rig/cell.data (mN)"'
-
-
-def is_topic(text: str) -> bool:
-    """Return whether a text names a topic; else it is the header of a column."""
-    return text.startswith('/')
 
 
 def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, Series]:
@@ -45,7 +40,7 @@ def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, 
         if factor is None:
             raise WrongKind(f'unit of {name}', unit, f'a unit of {si_unit}', 'say mN, nm, mV ...')
         times_ns, values = numbers_of(recording, topic, said[len(topic) + 1 :])
-        read[name] = times_ns, factor * values, si_unit, f'{recording.path.name} {said}'
+        read[name] = times_ns, in_si(values, factor), si_unit, f'{recording.path.name} {said}'
     start_ns = min(times_ns[0] for times_ns, *_ in read.values())
     return {
         name: Series((times_ns - start_ns) / NS_PER_S, values, unit, origin)

@@ -21,7 +21,6 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, TOPICS_RECORD
 from stickslip_ros.recording.series import Series
-from stickslip_ros.runs.mapped import mapped_series
 from stickslip_ros.units import NANO, with_unit
 
 if TYPE_CHECKING:
@@ -97,7 +96,7 @@ class Run:
     ) -> None:
         self._path = path
         self._result = result
-        self._topics = topics or {}
+        self.topics = topics or {}
         if folder is not None:
             weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
 
@@ -138,8 +137,10 @@ class Run:
     @cached_property
     def series(self) -> dict[str, Series]:
         """Quantities over time, by the names of the columns of ``frame``."""
-        if self._topics:
-            return mapped_series(self.recording, self._topics)
+        if self.topics:
+            from stickslip_ros.runs.mapped import mapped_series  # noqa: PLC0415 - it reads tables
+
+            return mapped_series(self.recording, self.topics)
         return recorded_series(self.recording)
 
     @cached_property
@@ -168,7 +169,7 @@ class Run:
             window = TimeWindow(start_s or 0.0, float('inf') if end_s is None else end_s)
         from stickslip_ros.runs.run_figure import draw_run  # noqa: PLC0415 - it imports this
 
-        return draw_run(self.recording, window)[0]
+        return draw_run(self, window)[0]
 
     def save(self, path: str | Path) -> Path:
         """
@@ -334,7 +335,7 @@ def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
     spans = []
     for bit in Status:
         merged: list[tuple[float, float]] = []  # what follows without a gap is one
-        for (since_s, status), until_s in zip(changes, ends, strict=True):
+        for (since_s, status), until_s in zip(changes, ends, strict=False):  # there may be none
             start_s, end_s = max(since_s, window.start_s), min(until_s, window.end_s)
             if status & bit and merged and start_s <= merged[-1][1]:
                 merged[-1] = merged[-1][0], max(end_s, merged[-1][1])

@@ -12,27 +12,25 @@ import numpy as np
 
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
-from stickslip_ros.files import readable
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Difference, Recording, compare_data, data_digest
 from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES
 from stickslip_ros.recording.storage import CLOSING_RECORD
 from stickslip_ros.runs.batch import Progress
+from stickslip_ros.runs.mapped import mapped_series
 from stickslip_ros.runs.recorded_run import recorded_stand
-from stickslip_ros.runs.sweep_table import PARQUET, read_parquet
 from stickslip_ros.sources import sources_digest
 from stickslip_ros.tables.experiment import AS_IT_IS, OVER_TIME, Reading, read_experiment
 from stickslip_ros.units import NANO, NS_PER_S
 
-MCAP = '.mcap'
 TIME, VOLTAGE, FOOT = 'time_s', 'voltage_v', 'foot_m'
-HINT = f'give {TIME} and {VOLTAGE}, or {TIME} and {FOOT}'
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,48 +195,23 @@ def _span(recording: Recording) -> tuple[int, int]:
     return channel.first_ns, channel.last_ns
 
 
-def is_run(path: Path) -> bool:
-    """Return whether a file is the recording of a run of this package."""
-    if path.suffix.lower() != MCAP and not path.is_dir():
-        return False
-    return RUN_RECORD in Recording(path).metadata
-
-
-def read_drive_input(
-    path: Path,
-    stand: Parameters,
-    topic: str = '',
-    field: str = '',
-    *,
-    is_foot: bool = False,
-    reading: Reading = AS_IT_IS,
-) -> DriveInput:
-    """Read a voltage, or a stroke (``is_foot``: the topic is one), over time."""
-    if readable(path).suffix.lower() == MCAP or path.is_dir():
-        if not topic:
-            hint = 'name the topic of the voltage with --topic'
+def read_drive_input(path: Path, stand: Parameters, reading: Reading = AS_IT_IS) -> DriveInput:
+    """Read a voltage, or a stroke where there is none, over time."""
+    if is_recording(path):
+        topics = {name: text for name, text in reading.topics.items() if name in {VOLTAGE, FOOT}}
+        if not topics:
+            hint = f'say which topic is the voltage: --map {VOLTAGE}=/rig/amplifier.data'
             raise RecordingError(path, 'is no run of this package', hint)
-        series = Recording(path).series(topic, field)
-        columns = {TIME: series.time_s, FOOT if is_foot else VOLTAGE: series.value}
-    elif path.suffix.lower() == PARQUET:
-        table = read_parquet(path, 'check the file')
-        names = [name for name in (TIME, VOLTAGE, FOOT) if name in table.column_names]
-        columns = {name: np.asarray(table[name].to_numpy(), dtype=float) for name in names}
+        found = mapped_series(Recording(path), topics)
+        name = VOLTAGE if VOLTAGE in found else FOOT
+        time_s, values = found[name].time_s, found[name].value
     else:
-        needed = (VOLTAGE, FOOT)
-        columns = read_experiment(path, reading, kind=OVER_TIME, measured=needed).columns
-    if TIME not in columns or (VOLTAGE not in columns and FOOT not in columns):
-        raise RecordingError(path, f'has no {VOLTAGE} and no {FOOT} over {TIME}', HINT)
-    time_s = columns[TIME] - columns[TIME][:1]
+        columns = read_experiment(path, reading, kind=OVER_TIME, measured=(VOLTAGE, FOOT)).columns
+        name = VOLTAGE if VOLTAGE in columns else FOOT
+        is_known = ~np.isnan(columns[name])
+        time_s, values = columns[TIME][is_known], columns[name][is_known]
     if len(time_s) < 2:
         raise RecordingError(path, f'has {len(time_s)} rows', 'give at least two')
-    if VOLTAGE in columns:
-        voltage_v = columns[VOLTAGE]
-    else:
-        voltage_v = stand.amplifier.voltage_min + columns[FOOT] / stand.actuator.gain
-    for name, values in ((TIME, time_s), (VOLTAGE, voltage_v)):
-        bad = np.flatnonzero(~np.isfinite(values))
-        if len(bad):
-            where = f'{path} row {bad[0] + 1}: {name}'
-            raise OutOfRange(where, float(values[bad[0]]), '', 'no number', HINT)
-    return DriveInput(str(path), time_s, voltage_v)
+    if name == FOOT:
+        values = stand.amplifier.voltage_min + values / stand.actuator.gain
+    return DriveInput(str(path), time_s - time_s[0], values)

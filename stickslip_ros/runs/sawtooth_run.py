@@ -246,24 +246,22 @@ def simulate(
     wave = check_request(request, parameters)
     stand = start_on_wave(parameters, wave)
     grid_ns, folder, file = stand.trace_period_ns, None, Path(path) if path else None
-    Bench(stand).update(stand.block_ns)  # compiles, so that wall_s does not: 2 ms
     if file is None and is_recorded:
         folder = Path(tempfile.mkdtemp(prefix='stickslip-'))
         file = folder / 'run.mcap'
     elif file is None:
         grid_ns = stand.block_ns
-        if stand.trace.period <= (spec_of('sim.block').maximum or 0.0):
-            # What nobody records is looked at seldom.
-            stand = stand.updated({'sim.block': stand.trace.period})
-    bench = Bench(stand)
-    start_s = time.perf_counter()
+    joins = is_steered_by_requests(stand, is_recorded=file is not None)
+    bench = Bench(stand.updated({'sim.block': stand.trace.period}) if joins else stand)
     try:
         with (
             progress_of(progress, 'steps') as show,
             RunWriter(file, stand, wait=True) if file else nullcontext() as writer,
         ):
             run = ReportingBench(stand, writer=writer, bench=bench) if writer else bench
-            ramps = _drive(bench, run.update, request, steps, frequency_hz, grid_ns, show)
+            ramps, start_s = _drive(
+                bench, run.update, request, steps, frequency_hz, stand.block_ns, grid_ns, show
+            )
     except BaseException:
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
@@ -281,6 +279,22 @@ def simulate(
         **_read_off(bench.plant, ramps, bench.ledger, wave),
     )
     return Run(file, result, folder)
+
+
+def is_steered_by_requests(stand: Parameters, *, is_recorded: bool) -> bool:
+    """
+    Return whether only requests change what a stand does, so that blocks can go together.
+
+    As many as make a period of the trace give the same bits as one after the other; what a
+    recording says of each must not change on their way.
+
+    """
+    changes = [stand.limits.has_soft_limits, stand.fault.names]
+    if is_recorded:
+        changes += [stand.stand.preload_end, stand.sim.publish_truth, stand.load_cell.range]
+        changes += [stand.interferometer.velocity_max]
+        changes += [stand.record.split_size, stand.record.split_duration]
+    return stand.trace.period <= (spec_of('sim.block').maximum or 0.0) and not any(changes)
 
 
 def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
@@ -303,31 +317,34 @@ def _drive(
     request: Request,
     wanted: int,
     frequency_hz: float,
+    block_ns: int,
     grid_ns: int,
     progress: Progress,
-) -> Array:
+) -> tuple[Array, float]:
     """
-    Update block by block until the wave has ended; return the log of its ramps.
+    Update block by block until the wave has ended; return the log of its ramps, and a time, s.
 
     It ends at a multiple of ``grid_ns``. The blocks of the bench may be longer: it takes them
-    while the end is far.
+    while the end is far. The time is that of the clock after the first block, which compiles.
 
     """
-    short_ns = min(bench.parameters.block_ns, grid_ns)
+    long_ns, start_s = bench.parameters.block_ns, 0.0
     requests, logs, done = [request], list[Array](), 0
     while True:
         stop_if_asked()
         sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz)
-        is_far = sure_s > 2.0 * bench.parameters.sim.block
-        step_ns = bench.parameters.block_ns if is_far else short_ns
+        is_far = sure_s > 2.0 * bench.parameters.sim.block and not requests
+        step_ns = long_ns - bench.time_ns % long_ns if is_far else block_ns
         output = update(bench.time_ns + step_ns, requests)
+        start_s = start_s or time.perf_counter()
         requests = []
         if len(output.ramps):
             logs.append(output.ramps)
             done += len(output.ramps)
             progress(done, wanted)
-        if not output.status & Status.MOVING and bench.time_ns % grid_ns == 0:
-            return np.concatenate(logs)
+        is_moving = output.status & (Status.MOVING | Status.MOVE_DELAYED)
+        if not is_moving and bench.time_ns % grid_ns == 0:
+            return np.concatenate(logs), start_s
         may_end = not wanted and done >= STEADY_STEPS_MIN and len(output.ramps)
         if may_end and (done >= STEADY_STEPS_MAX or is_steady(bench.plant, np.concatenate(logs))):
             requests = [Request('stop')]

@@ -5,7 +5,7 @@ import itertools
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import stickslip_ros
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
@@ -15,6 +15,10 @@ from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
 from stickslip_ros.runs.journal import Row
 from stickslip_ros.runs.sweep import ASKED, COLUMNS, STOP_RULE, bare_name
 from stickslip_ros.tables.experiment import POINT_COLUMNS
+from stickslip_ros.tables.formats import FRAME
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 CSV, PARQUET = '.csv', '.parquet'
 VERSION, PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
@@ -25,6 +29,8 @@ OF_A_RUN = {*COLUMNS, STOP_RULE} - {*ASKED, *MEASURED}
 """Columns that say how a run went; all that are none of these are varied parameters."""
 NUMBERS = {name: POINT_COLUMNS[name] for name in ASKED}
 NUMBERS |= dict.fromkeys(MEASURED, Spec(float, 0.0, '', '', ''))
+INDEX = ('', 'Unnamed: 0')
+"""Names of a column that pandas writes in front, the numbers of the rows, and reads again."""
 AGAIN = 'write the table again with: stickslip sweep'
 
 
@@ -54,8 +60,12 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
             writer.writerows(rows)
 
 
-def is_sweep(path: Path) -> bool:
-    """Tell by its header whether a CSV file is the table of a sweep."""
+def is_sweep(path: 'Path | DataFrame') -> bool:
+    """Tell by its header whether a table is that of a sweep."""
+    if not isinstance(path, Path):
+        return STOP_RULE in path.columns
+    if path.suffix == PARQUET:
+        return STOP_RULE in read_parquet(path, AGAIN).column_names
     try:
         with path.open(newline='', encoding='utf-8') as file:
             below = (line for line in file if not line.startswith(COMMENT))
@@ -64,9 +74,14 @@ def is_sweep(path: Path) -> bool:
         return False
 
 
-def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
-    """Read the table that ``stickslip sweep`` wrote; StickSlipError if it is damaged."""
-    if path.suffix == PARQUET:
+def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] | None]:
+    """Read the table of a sweep; StickSlipError if it is damaged."""
+    rows: list[dict[Any, Any]]
+    if not isinstance(path, Path):
+        known, rows, first = path.attrs.get('parameters'), path.to_dict('records'), 1
+        described = known and {'stickslip_ros': stickslip_ros.__version__, **known}
+        path = Path(FRAME)
+    elif path.suffix == PARQUET:
         table = read_parquet(path, AGAIN)
         metadata = table.schema.metadata or {}
         described = _described({name.decode(): text.decode() for name, text in metadata.items()})
@@ -91,7 +106,11 @@ def read_table(path: Path) -> tuple[list[Row], dict[str, Scalar] | None]:
             raise RecordingError(where, 'has more values than columns', 'take them away')
         place = f'{where}, column'
         checked.append(
-            {name: _value(name, each, f'{place} {name}:') for name, each in row.items()}
+            {
+                name: _value(name, each, f'{place} {name}:')
+                for name, each in row.items()
+                if name not in INDEX
+            }
         )
     return checked, described
 

@@ -33,8 +33,8 @@ USUAL: Mapping[str, tuple[str, ...]] = {
 """Names of quantities in lower case, words separated by one blank."""
 SIGMA = '_sigma_'
 SIGMAS = re.compile(
-    r'\b(sigma|std|sd|stdev|standard (deviation|error)|uncertainty|error|unsicherheit|'
-    r'standardabweichung)\b( of\b)?'
+    r'(\b(sigma|σ|std|sd|stdev|std dev|standard (deviation|error)|uncertainty|err|error|'
+    r'unsicherheit|standardabweichung|fehler)\b|±)( of\b)?'
 )
 LIKELY = {'m': 'nm', 'N': 'mN', 's': 's', 'V': 'V', 'Hz': 'Hz'}
 """Units of which one asks whether they were meant."""
@@ -70,7 +70,7 @@ def find_columns(
     taken = {at for [(at, _)] in found.values()}
     aside = []
     for at, header in enumerate(layout.names):
-        if at in taken or not header:
+        if at in taken or not header.strip():
             continue
         bare, unit = split_unit(header)
         unit = unit or layout.units[at]

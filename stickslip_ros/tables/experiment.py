@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,13 +27,23 @@ from stickslip_ros.tables.columns import (
     suggestion,
     understood,
 )
-from stickslip_ros.tables.formats import as_text
-from stickslip_ros.tables.layout import HEAD_BYTES, TextForm, layout_of, to_number
+from stickslip_ros.tables.formats import FRAME, as_text
+from stickslip_ros.tables.layout import EMPTY, HEAD_BYTES, TextForm, layout_of, to_number
+from stickslip_ros.tables.units import factor_of, in_si, split_unit
+from stickslip_ros.units import quantity
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 Lines = NDArray[np.intp]  # lines of a file, from 1, in which the rows stand
 BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
+FEMTO = 15  # decimals of sums of times, s
 CHUNK_ROWS = 100_000
 """Rows that are read at once: what is kept aside needs memory for so many only."""
+EACH = '*'
+"""Stands for all columns of a table that has one per preload."""
+AMOUNT = re.compile(r'(?<![^\W_])(?<![.,-])(\d+(?:[.,]\d+)?)\s*([kmuµμnp]?N)\b')
+UNIT_WITHIN = re.compile(r'[\[(]([^\[\]()\d]+)[\])]')
 ONE_EACH = 'give one value per column; with decimal commas separate columns by semicolons'
 LARGEST_AMPLITUDE_M = 1e-3
 """Ten times what a piezo stack of ordinary length reaches: above, the unit was another one."""
@@ -81,10 +91,12 @@ class Experiment:
 
     origin: str  # file that it came from
     kind: str  # BY_AMPLITUDE or OVER_TIME
-    columns: dict[str, Array]  # finite numbers in SI units, by column, shape (rows,)
+    # numbers in SI units, by column, shape (rows,); over time not a number where a cell is empty
+    columns: dict[str, Array]
     notes: tuple[str, ...] = ()  # comment lines in front of the header
     understood: tuple[Column, ...] = ()  # which column of the file is which, in which unit
     aside: tuple[str, ...] = ()  # headers of the columns that were not read
+    gaps: tuple[str, ...] = ()  # what was left out, as nothing stands there
 
 
 @dataclass(frozen=True)
@@ -92,7 +104,7 @@ class Reading:
     """What a user says of tables that do not say it themselves."""
 
     # header in the file of some columns, {'force_n': 'Force (mN)'}; the unit in it counts more
-    # than that of the file
+    # than that of the file; of recordings of other programs topic and field
     headers: Mapping[str, str] = field(default_factory=dict)
     # preloads of tables without such a column: one of each table, or one of all
     preloads_n: Sequence[float] = ()
@@ -109,6 +121,16 @@ class Reading:
                 raise UnknownName('column of --map', name, f'known are, {known}')
         for preload_n in self.preloads_n:
             POINT_COLUMNS['preload_n'].check('--preload', preload_n)
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """What was said of recordings: topic and field, ``/rig/cell.wrench.force.x (mN)``."""
+        return {name: text for name, text in self.headers.items() if text.startswith('/')}
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """What was said of tables."""
+        return {name: text for name, text in self.headers.items() if not text.startswith('/')}
 
     def check_count(self, tables: int) -> None:
         """Refuse more preloads than there are tables."""
@@ -128,8 +150,15 @@ class Reading:
 AS_IT_IS = Reading()
 
 
+def listed_tables(given: Any) -> list[Any]:
+    """Return one table, the path of a file or a frame of pandas, or several, as a list."""
+    is_one = isinstance(given, str | Path) or hasattr(given, 'to_csv')
+    tables = [given] if is_one else given
+    return [Path(each) if isinstance(each, str) else each for each in tables]
+
+
 def read_experiment(
-    path: Path,
+    path: 'Path | DataFrame',
     reading: Reading = AS_IT_IS,
     *,
     number: int = 0,
@@ -137,28 +166,34 @@ def read_experiment(
     measured: Sequence[str] = (),
 ) -> Experiment:
     """Read a measured table, its header first; refusals name file, line, and what to do."""
-    origin, content = str(path), as_text(path)
-    source = path if content is None else io.BytesIO(content)
+    content = as_text(path)
+    if not isinstance(path, Path):
+        origin, path = str(path.attrs.get('source', FRAME)), Path(FRAME)
+    else:
+        origin = str(path)
     head = read_bytes(path, 'check the path', HEAD_BYTES + 1) if content is None else content
     layout = layout_of(head[: HEAD_BYTES + 1], origin)
+    source = path if content is None else content
     return _read(source, layout, origin, reading, number, kind, measured)
 
 
 def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -> Experiment:
     """Do what ``read_experiment`` does, with the content of a file."""
-    return _read(
-        io.BytesIO(content), layout_of(content[: HEAD_BYTES + 1], origin), origin, reading
-    )
+    return _read(content, layout_of(content[: HEAD_BYTES + 1], origin), origin, reading)
 
 
 def read_joined(
-    paths: Sequence[Path], reading: Reading = AS_IT_IS, measured: Sequence[str] = ()
+    paths: 'Sequence[Path | DataFrame]', reading: Reading = AS_IT_IS, measured: Sequence[str] = ()
 ) -> Experiment:
     """Read tables by amplitude that have the same columns, one below the other."""
     parts = [
         read_experiment(path, reading, number=at, kind=BY_AMPLITUDE, measured=measured)
         for at, path in enumerate(paths)
     ]
+    return _below_each_other(parts, ', '.join(part.origin for part in parts))
+
+
+def _below_each_other(parts: Sequence[Experiment], origin: str) -> Experiment:
     names = list(parts[0].columns)
     for part in parts:
         for name in dict.fromkeys([*names, *part.columns]):
@@ -167,10 +202,10 @@ def read_joined(
                 hint = 'give files with the same columns'
                 raise RecordingError(without.origin, f'has no {name}, as another file has', hint)
     return Experiment(
-        origin=', '.join(part.origin for part in parts),
+        origin=origin,
         kind=BY_AMPLITUDE,
         columns={name: np.concatenate([part.columns[name] for part in parts]) for name in names},
-        notes=tuple(note for part in parts for note in part.notes),
+        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
     )
 
 
@@ -184,7 +219,7 @@ def write_experiment(experiment: Experiment, path: Path) -> None:
 
 
 def _read(
-    source: Path | io.BytesIO,
+    source: Path | bytes,
     layout: TextForm,
     origin: str,
     reading: Reading,
@@ -194,12 +229,20 @@ def _read(
 ) -> Experiment:
     where = f'{origin}: line {layout.header or layout.first}'
     kind = kind or _kind(layout, reading, where)
-    useless = [f'--map {name}=' for name in reading.headers if name not in COLUMNS[kind]]
+    useless = [f'--map {name}=' for name in reading.columns if name not in COLUMNS[kind]]
     useless += ['--preload'] * bool(reading.preloads_n and kind == OVER_TIME)
     if useless:
         problem = f'{useless[0]} is without effect on an {kind}'
         raise RecordingError(where, problem, 'leave it away')
-    names, aside = find_columns(layout, COLUMNS[kind], reading.headers, where)
+    preloads = _columns_of_preloads(layout, reading, where) if kind == BY_AMPLITUDE else {}
+    if preloads:
+        parts = []
+        for at, of_one in preloads.items():  # a name of one blank is not told as kept aside
+            shown = [' ' if i in preloads and i != at else n for i, n in enumerate(layout.names)]
+            alone = dataclasses.replace(layout, names=tuple(shown))
+            parts.append(_read(source, alone, origin, of_one, 0, kind, measured))
+        return _below_each_other(parts, origin)
+    names, aside = find_columns(layout, COLUMNS[kind], reading.columns, where)
     preload_n = reading.preload_n(number)
     if preload_n is not None and 'preload_n' in names:
         hint = 'leave --preload away, or give as many as there are files'
@@ -208,6 +251,18 @@ def _read(
     _check_there(given, kind, measured or MEASURED[kind], aside, where)
     chosen = understood(names, layout, COLUMNS[kind], where)
     values, lines = _numbers(source, layout, chosen, origin)
+    is_known = {name: ~np.isnan(each) for name, each in values.items()}
+    gaps = [
+        f'{np.sum(~is_known[each.name])} of {len(lines)} rows without {quoted(each.header)} were '
+        f'left out, the first is line {lines[~is_known[each.name]][0]}'
+        for each in chosen
+        if not is_known[each.name].all()
+    ]
+    # By amplitude a row is a point; over time each quantity has samples of its own.
+    needed = values if kind == BY_AMPLITUDE else ['time_s']
+    is_kept = np.all([is_known[name] for name in needed], axis=0)
+    is_kept &= np.any([is_known[name] for name in values if name not in NEEDED[kind]], axis=0)
+    values, lines = {name: each[is_kept] for name, each in values.items()}, lines[is_kept]
     if not len(lines):
         raise RecordingError(where, 'has no values below its header', 'give at least one row')
     for column in chosen:
@@ -222,19 +277,55 @@ def _read(
             raise OutOfRange(place, time_s, 's', limit, hint)
     if preload_n is not None:
         values = {'preload_n': np.full(len(lines), preload_n), **values}
-    firsts = [dataclasses.replace(each, first=float(values[each.name][0])) for each in chosen]
-    notes = (*layout.notes, *(f'column {quoted(each)} was kept aside' for each in aside))
-    experiment = Experiment(origin, kind, values, notes, tuple(firsts), tuple(aside))
+    firsts = [
+        dataclasses.replace(each, first=float(known[0] if len(known) else np.nan))
+        for each in chosen
+        for known in [values[each.name][~np.isnan(values[each.name])]]
+    ]
+    notes = (*layout.notes, *(f'column {quoted(each)} was kept aside' for each in aside), *gaps)
+    experiment = Experiment(origin, kind, values, notes, tuple(firsts), tuple(aside), tuple(gaps))
     if reading.report is not None:
         reading.report(experiment)
     return experiment
+
+
+def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict[int, Reading]:
+    """Return how to read each column of a table that has one per preload, by its place."""
+    if reading.preloads_n or 'preload_n' in reading.headers:
+        return {}
+    found = {}
+    for at, header in enumerate(layout.names):
+        amounts = [' '.join(each).replace(',', '.') for each in AMOUNT.findall(header)]
+        if len(amounts) == 1 and (preload_n := quantity(amounts[0], 'N')):
+            found[at] = preload_n
+    if len(found) < 2 or len(set(found.values())) < len(found):
+        return {}
+    said = {name: text for name, text in reading.headers.items() if text.startswith(EACH)}
+    name, text = next(iter(said.items()), ('', ''))
+    others = {name: text for name, text in reading.headers.items() if name not in said}
+    readings = {}
+    for at, preload_n in found.items():
+        header = layout.names[at]
+        units = (split_unit(text)[1], layout.units[at], *UNIT_WITHIN.findall(header))
+        unit = next(filter(None, units), '')
+        for each in [name] if name else MEASURED[BY_AMPLITUDE]:
+            if factor_of(unit, POINT_COLUMNS[each].unit):
+                headers = {**others, each: f'{header} ({unit})'}
+                readings[at] = dataclasses.replace(
+                    reading, headers=headers, preloads_n=(preload_n,)
+                )
+    if len(readings) < len(found):
+        problem = f'columns {listed(layout.names[at] for at in found)} are of one preload each'
+        hint = f'say what they hold: {map_hint("force_n", EACH, "mN")}'
+        raise RecordingError(where, problem, hint)
+    return readings
 
 
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude, by its columns."""
     for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
         specs = {name: COLUMNS[kind][name] for name in needed}
-        if find_columns(layout, specs, reading.headers, where)[0]:
+        if find_columns(layout, specs, reading.columns, where)[0]:
             return kind
     problem = f'columns {listed(filter(None, layout.names))} tell neither a time nor an amplitude'
     example = next(filter(None, layout.names))
@@ -266,7 +357,7 @@ def _check_there(
 
 
 def _numbers(
-    source: Path | io.BytesIO, layout: TextForm, chosen: Sequence[Column], origin: str
+    source: Path | bytes, layout: TextForm, chosen: Sequence[Column], origin: str
 ) -> tuple[dict[str, Array], Lines]:
     """Return the columns in SI units, and the line of each row; blank lines are no rows."""
     parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
@@ -282,21 +373,21 @@ def _numbers(
         for column in chosen:
             cells = chunk[column.index][kept]
             values = _to_floats(cells, lines[-1], layout.decimal, column, origin)
-            # In SI, 60 nm become the number that 60e-9 is, as a division rounds once.
-            factor, divisor = column.factor, round(1.0 / column.factor)
-            is_exact = divisor and divisor * factor == 1.0
-            parts[column.name].append(values / divisor if is_exact else values * factor)
+            values = in_si(values, column.factor)
+            if column.name == 'time_s' and layout.start_s:
+                values = np.round(layout.start_s + values, FEMTO)
+            parts[column.name].append(values)
     return {name: np.concatenate(each) for name, each in parts.items()}, np.concatenate(lines)
 
 
-def _chunks(source: Path | io.BytesIO, layout: TextForm, origin: str) -> Iterator[tuple[int, Any]]:
+def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tuple[int, Any]]:
     """Yield the line and the cells, as a frame of pandas, of some rows after the other."""
     import pandas as pd  # noqa: PLC0415 - what reads no table does without
 
     line = layout.first
     try:
         with pd.read_csv(
-            source,
+            io.BytesIO(source) if isinstance(source, bytes) else source,
             sep=layout.delimiter,
             decimal=layout.decimal,
             encoding=layout.encoding,
@@ -306,7 +397,7 @@ def _chunks(source: Path | io.BytesIO, layout: TextForm, origin: str) -> Iterato
             skip_blank_lines=False,
             skipinitialspace=True,
             keep_default_na=False,
-            na_values=[''],
+            na_values=[form for each in EMPTY for form in (each, each.upper())],
             float_precision='round_trip',
             chunksize=CHUNK_ROWS,
         ) as chunks:
@@ -330,16 +421,19 @@ def _chunks(source: Path | io.BytesIO, layout: TextForm, origin: str) -> Iterato
 
 
 def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
-    """Return cells as numbers; refuse the first that is none."""
+    """Return cells as numbers, not a number of an empty one; refuse the first that is none."""
     if cells.dtype.kind in 'iuf':
         values = cells.to_numpy(dtype=np.float64)
+        wrong = np.flatnonzero(np.isinf(values))
     else:
-        values = np.array([to_number(str(cell), decimal) for cell in cells])
-    wrong = np.flatnonzero(~np.isfinite(values))
+        texts = [str(cell).strip() for cell in cells]
+        values = np.array([to_number(text, decimal) for text in texts])
+        is_empty = [text.lower() in EMPTY for text in texts]
+        wrong = np.flatnonzero(~np.isfinite(values) & ~np.array(is_empty))
     if len(wrong):
-        [cell] = cells.iloc[wrong[:1]].fillna('')
         where = _place(origin, lines[wrong[0]], column)
-        raise WrongKind(where, str(cell), 'a finite number', 'correct the row or take it away')
+        hint = 'correct the row, or leave the cell empty'
+        raise WrongKind(where, str(cells.iloc[wrong[0]]), 'a finite number', hint)
     return np.asarray(values)
 
 
@@ -359,8 +453,9 @@ def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origi
     where = _place(origin, lines[wrong[0]], column)
     if above[wrong[0]]:
         limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
-        unit = LIKELY[spec.unit]
-        hint = f'is it {unit}? give it by {map_hint(column.name, column.header, unit)}'
+        unit, hint = LIKELY[spec.unit], 'correct the row'
+        if unit != column.unit:
+            hint = f'is it {unit}? give it by {map_hint(column.name, column.header, unit)}'
     elif is_sigma:
         limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
     else:

@@ -13,28 +13,34 @@ from stickslip_ros.files import readable
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+    Table = str | Path | DataFrame
+
 # ruff: noqa: PLC0415 - what reads text does without
 
+FRAME = 'DataFrame'
+"""What stands for the name of a file."""
 Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
 
 
-def as_text(path: Path) -> bytes | None:
+def as_text(path: 'Path | DataFrame') -> bytes | None:
     """
-    Return a table of a known binary format as CSV; None of any other file.
+    Return a frame, or a table of a known binary format, as CSV; None of any other file.
 
     Raises RecordingError if it cannot be read, or holds no columns of one length.
 
     """
-    read = READERS.get(path.suffix.lower())
-    if read is None:
+    if not isinstance(path, Path):
+        frame = path if path.index.name is None else path.reset_index()
+    elif (read := READERS.get(path.suffix.lower())) is None:
         return None
-    try:
-        frame = read(readable(path))
-    except StickSlipError:
-        raise
-    except Exception as error:  # noqa: BLE001 - nobody lists what six libraries raise of bad bytes
-        problem = f'cannot be read as {path.suffix} ({" ".join(str(error).split())[:200]})'
-        raise RecordingError(path, problem, 'check the file, or save it as CSV') from None
+    else:
+        try:
+            frame = read(readable(path))
+        except StickSlipError:
+            raise
+        except Exception as error:  # noqa: BLE001 - nobody lists what six libraries raise
+            problem = f'cannot be read as {path.suffix} ({" ".join(str(error).split())[:200]})'
+            raise RecordingError(path, problem, 'check the file, or save it as CSV') from None
     content: str = frame.to_csv(index=False, header=frame.columns.dtype == object)
     return content.encode()
 

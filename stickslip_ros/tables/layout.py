@@ -27,7 +27,9 @@ NUMBER = {
     '.': re.compile(r'[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?', re.IGNORECASE),
     ',': re.compile(r'[-+]?(\d+|\d*,\d+)(e[-+]?\d+)?', re.IGNORECASE),
 }
-MISSING = {'', '-', 'nan', 'inf', '-inf'}
+EMPTY = ('', '-', '--', 'nan', 'na', 'n/a', '#n/a', '#nv', 'null', 'none')
+"""Cells, in lower case, where a number was not measured."""
+MISSING = {*EMPTY, 'inf', '-inf'}
 """Cells that may stand where numbers stand, and elsewhere."""
 COMMENT = re.compile(r'\s*[#%]+\s*')
 BOMS = {codecs.BOM_UTF8: 'utf-8-sig', codecs.BOM_UTF16_LE: 'utf-16', codecs.BOM_UTF16_BE: 'utf-16'}
@@ -36,6 +38,9 @@ TEXT_HINT = 'save it as text: CSV in UTF-8, one row for each point or sample'
 RECORD_LENGTH = 'record length'
 """First setting of an old Tektronix export: settings in two columns, time and signal beside."""
 TIME_BESIDE = 3  # columns to the left of the time there
+SEQUENCE = 'sequence'
+"""Unit of the first column of a Rigol scope: samples are numbered; the first time and their
+spacing stand behind the units of the channels."""
 TIME_UNIT = 'horizontal units'
 SIGNAL_UNIT = 'vertical units'
 CHANNEL_UNITS = (SIGNAL_UNIT, 'y_unit_label')
@@ -56,6 +61,7 @@ class TextForm:
     header: int  # its line, from 1; 0 if there is none
     first: int  # line of the first row
     notes: tuple[str, ...]  # comment lines above
+    start_s: float = 0.0  # added to times
 
 
 def layout_of(head: bytes, origin: str) -> TextForm:
@@ -81,6 +87,12 @@ def layout_of(head: bytes, origin: str) -> TextForm:
         units = [*[''] * TIME_BESIDE, *(beside.get(key, '') for key in (TIME_UNIT, SIGNAL_UNIT))]
     else:
         first, header, names, units = _below(lines, rows, mask, delimiter, decimal)
+    start_s, below = 0.0, _trimmed(rows[header])
+    if below[:1] and below[0].strip().lower() == SEQUENCE and all(_mask(below[-2:], decimal)):
+        *units, start, spacing = below
+        start_s, first = to_number(start, decimal), header + 1
+        names = ['time', *names[1 : len(units)]]
+        units = [f'{to_number(spacing, decimal)!r} s', *units[1:]]
     width = max(len(names), len(rows[first]))
     if names and len(_trimmed(names)) < len(_trimmed(rows[first])):
         problem = f'has {len(rows[first])} values, the header in line {header} {len(names)} names'
@@ -98,6 +110,7 @@ def layout_of(head: bytes, origin: str) -> TextForm:
         header=header,
         first=first + 1,
         notes=tuple(COMMENT.sub('', note).rstrip() for note in notes if COMMENT.match(note)),
+        start_s=start_s,
     )
 
 

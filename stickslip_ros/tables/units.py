@@ -5,6 +5,9 @@ import re
 from contextlib import suppress
 from functools import cache
 
+import numpy as np
+
+from stickslip_ros.contact.profile import Array
 from stickslip_ros.extras import load_extra
 from stickslip_ros.units import power_of_ten
 
@@ -22,6 +25,8 @@ WORDS = {
     'volt': 'V',
     'hertz': 'Hz',
 }
+DIGITS, WHOLE_END = 23, 2.0**53
+"""Digits of the powers of ten, and end of the whole numbers, that a float holds exactly."""
 BASES = {unit.lower(): unit for unit in SI_UNITS}
 
 
@@ -45,6 +50,25 @@ def factor_of(text: str, si_unit: str) -> float | None:
             if factor := float(quantity.to(si_unit).magnitude):
                 return number * factor
     return None
+
+
+def in_si(values: Array, factor: float) -> Array:
+    """
+    Return numbers times the factor of their unit, shape (n,): 0.817 mN become what 0.000817 is.
+
+    The product of two rounded numbers, 0.817 and 0.001, is another one. Where a number is a
+    fraction of a power of ten, and the unit too, one division rounds once.
+
+    """
+    divisor = float(round(1.0 / factor))
+    if factor == 1.0 or divisor * factor != 1.0:
+        return values * factor
+    found = values / divisor
+    for digits in reversed(range(DIGITS - len(f'{abs(divisor):.0f}'))):  # the fewest count
+        whole = np.rint(10.0**digits * values)
+        is_exact = (whole / 10.0**digits == values) & (np.abs(whole) < WHOLE_END)
+        found = np.where(is_exact, whole / (10.0**digits * divisor), found)
+    return found
 
 
 def unit_of_any(text: str) -> bool:

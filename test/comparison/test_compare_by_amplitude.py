@@ -3,10 +3,12 @@
 import csv
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from stickslip_ros.comparison.compare import compare
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.fitting.problem import read_points
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs.batch import Interrupted
 from stickslip_ros.runs.sawtooth_run import run_drive
@@ -50,7 +52,8 @@ def write_points(path, rows, columns):
 
 
 def compared(a, b, **shift):
-    return compare(a, Parameters() if b == 'model' else b, steps=STEPS, **shift)
+    is_model = isinstance(b, str) and b == 'model'
+    return compare(a, Parameters() if is_model else b, steps=STEPS, **shift)
 
 
 def force_of(comparison):
@@ -73,6 +76,43 @@ def test_smooth_against_rough_is_what_a_direct_calculation_gives(tables, suffix)
     assert told.largest == pytest.approx((b - a)[worst], rel=ROUNDING)
     assert told.largest_at['amplitude_m'] == made['rough'][worst]['amplitude_m']
     assert told.largest_at['preload_n'] == made['rough'][worst]['preload_n']
+
+
+@pytest.mark.parametrize('way', ['frame', 'to_csv', 'to_parquet', 'read again'])
+def test_the_table_of_a_sweep_is_one_in_every_form_that_pandas_gives_it(tables, tmp_path, way):
+    folder, made = tables
+    frame = pd.DataFrame(made['smooth'])
+    given, path = frame, tmp_path / 'frame.csv'
+    if way == 'to_parquet':
+        given = path.with_suffix('.parquet')
+        frame.to_parquet(given)
+    elif way != 'frame':
+        frame.to_csv(path)
+        given = path if way == 'to_csv' else pd.read_csv(path, float_precision='round_trip')
+    told = force_of(compared(folder / 'rough.csv', given)).agreement
+    assert told == force_of(compared(folder / 'rough.csv', folder / 'smooth.csv')).agreement
+    assert compared(given, folder / 'rough.csv').a.kind == 'sweep'
+
+
+def test_a_frame_is_compared_and_fitted_as_its_file_is(tmp_path):
+    frame = pd.DataFrame(
+        {
+            'Preload (N)': [0.1, 0.5, 0.5],
+            'Stroke (nm)': [60.0, 80.0, 90.0],
+            'Force (mN)': [41.4, np.nan, 70.0],
+            'force_err_mN': [2.0, 2.0, 4.0],
+        }
+    )
+    path = tmp_path / 'points.csv'
+    frame.to_csv(path, index=False)
+    told = force_of(compared(frame, 'model')).agreement
+    assert told == force_of(compared(path, 'model')).agreement
+    assert told.points == 2
+    assert told.chi_square.degrees_of_freedom == 2
+    of_frame, of_file = read_points(frame), read_points([path])
+    np.testing.assert_array_equal(of_frame.force_n, of_file.force_n)
+    assert of_frame.sigma_n.tolist() == [2e-3, 4e-3]
+    assert len(read_points([frame, path])) == 4
 
 
 def test_each_preload_has_its_own_numbers_and_saturation(tables):

@@ -237,18 +237,20 @@ def test_a_waveform_of_no_cycles_lasts_until_escape(page: Page):
 
 def test_a_waveform_comes_from_a_file_and_is_drawn_before_it_is_played(page: Page, tmp_path: Path):
     file = tmp_path / 'wave.csv'
-    file.write_text('time_s,voltage_v\n0,0\n0.01,100  # up\n0.02,70\n')
+    file.write_text('time (ms),voltage (V)\n0,0\n10,100\n20,70\n')
     page.locator('#waveform-file').set_input_files(file)
     expect(page.locator('#waveform-shape')).to_have_value('file')
+    control = page.locator('fieldset', has_text='Waveform')
+    expect(control).to_contain_text('wave.csv: 3 rows, 20 ms')
     expect(page.locator('#waveform-cycles')).to_have_value('1')
     send(page, 'Waveform forwards', 'waveform')
     expect(note(page, 'waveform')).to_have_text('DONE')
     await_figure(page, 'voltage', lambda now: now == 70.0)
-    file.write_text('0,0\n1,lots\n')
-    page.locator('#waveform-file').set_input_files(file)
-    expect(page.locator('fieldset', has_text='Waveform')).to_contain_text(
-        'line 2 is not 2 numbers'
-    )
+    wrong = tmp_path / 'wrong.csv'
+    wrong.write_text('time (ms),voltage (V)\n0,0\n1,lots\n2,3\n3,4\n')
+    page.locator('#waveform-file').set_input_files(wrong)
+    expect(control).to_contain_text('wrong.csv: line 3, column voltage (V)')
+    expect(control).to_contain_text('wave.csv: 3 rows, 20 ms')
 
 
 def test_faults_come_by_switch_and_go(page: Page):

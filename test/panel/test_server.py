@@ -107,6 +107,25 @@ def test_a_path_that_no_file_can_have_is_refused_without_a_traceback(
     assert not [record for record in caplog.records if record.exc_info]
 
 
+def posted(port: int, content: bytes, **headers: str) -> tuple[int, dict[str, Any]]:
+    """Hand a file over as a page does; give status and answer."""
+    connection = http.client.HTTPConnection('127.0.0.1', port, timeout=TIMEOUT_S)
+    connection.request('POST', '/waveform?name=wave.csv', content, headers)
+    answer = connection.getresponse()
+    text = answer.read()
+    connection.close()
+    return answer.status, json.loads(text) if answer.status == 200 else {}
+
+
+def test_a_file_of_the_page_comes_back_as_rows_or_with_a_reason(port: int):
+    own = {'Origin': f'http://127.0.0.1:{port}'}
+    table = b'time (ms),voltage (V)\n0,0\n10,100\n'
+    assert posted(port, table, **own) == (200, {'rows': [[0.0, 0.0], [0.01, 100.0]]})
+    assert 'no unit is said' in posted(port, b'time,voltage\n0,0\n10,1\n', **own)[1]['refused']
+    assert posted(port, table, Origin='http://evil.example')[0] == 403
+    assert posted(port, table)[0] == 403
+
+
 def test_the_scripts_of_the_page_import_each_other_in_one_direction():
     imports = {
         path.name: re.findall(r'from \"\./([\w.]+)\"', path.read_text(encoding='utf-8'))

@@ -20,7 +20,8 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording, compare_data
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import ReportingBench, RunWriter
-from stickslip_ros.runs.replay import DriveInput, is_run, read_drive_input, replay, replay_input
+from stickslip_ros.runs.replay import DriveInput, read_drive_input, replay, replay_input
+from stickslip_ros.tables.experiment import Reading
 
 STAND = Parameters()
 TIME_S = np.array([2.0, 2.01, 2.03])
@@ -357,23 +358,29 @@ def test_tables_and_topics_give_the_same_voltages(name: str, values: np.ndarray,
     mcap = mcap_of(tmp_path / 'a.mcap', values.tolist())
     assert_is_the_wave(read_drive_input(csv, STAND))
     assert_is_the_wave(read_drive_input(table, STAND))
-    is_foot = name == 'foot_m'
-    assert_is_the_wave(read_drive_input(mcap, STAND, 'signal', is_foot=is_foot))
-    assert not is_run(mcap)
-    assert not is_run(csv)
+    said = Reading({name: '/lab/signal.data'})
+    assert_is_the_wave(read_drive_input(mcap, STAND, said))
+    nameless = mcap.rename(tmp_path / 'recorded')
+    assert_is_the_wave(read_drive_input(nameless, STAND, said))
+
+
+def test_a_voltage_that_was_not_measured_is_left_out(tmp_path: Path):
+    path = tmp_path / 'a.csv'
+    path.write_text('time_s,voltage_v\n1,10\n1.5,\n2,30\n', encoding='utf-8')
+    given = read_drive_input(path, STAND)
+    assert (given.time_s.tolist(), given.voltage_v.tolist()) == ([0.0, 1.0], [10.0, 30.0])
 
 
 @pytest.mark.parametrize(
     ('times', 'values', 'message'),
     [
-        ([0.0, 1e-3, 1e-3], [1.0, 2.0, 3.0], 'not after that of row 2'),
-        ([0.0, 1e-3, 2e-3], [1.0, float('nan'), 3.0], 'row 2: voltage_v nan is no number'),
-        ([0.0, float('inf'), 2e-3], [1.0, 2.0, 3.0], 'row 2: time_s inf is no number'),
-        ([0.0, 1e-3, 2e-3], [1.0, 1e6, 3.0], 'waveform voltage of row 2 1e'),
+        ([0.0, 1e-3, 1e-3], [1.0, 2.0, 3.0], 'not after the 0.001 s of the row before'),
+        ([0.0, float('inf'), 2e-3], [1.0, 2.0, 3.0], "column time_s: 'inf' is not a finite"),
+        ([0.0, 1e-3, 2e-3], [1.0, 1e5, 3.0], 'waveform voltage of row 2 100000 V'),
         ([0.0], [1.0], 'has 1 rows; give at least two'),
-        ([], [], 'has 0 rows; give at least two'),
+        ([], [], 'has no rows of numbers'),
     ],
-    ids=['not rising', 'no number', 'no time', 'out of range', 'one row', 'empty'],
+    ids=['not rising', 'no time', 'out of range', 'one row', 'empty'],
 )
 def test_what_cannot_be_played_is_refused(
     times: list[float], values: list[float], message: str, tmp_path: Path
@@ -400,9 +407,9 @@ def test_too_many_rows_are_refused_with_the_most_that_go(tmp_path: Path):
     [
         ('a.csv', b'time_s,position_m\n0,0\n1,0\n', 'line 1: there is no voltage_v or foot_m'),
         ('a.csv', b'time_s,voltage_v\n0,1\n0,2\n', 'line 3, column time_s'),
-        ('a.csv', b'time_s,voltage_v\n0,nan\n', 'column voltage_v'),
+        ('a.csv', b'time_s,voltage_v\n0,nan\n', 'has no values'),
         ('a.parquet', b'nonsense', 'cannot be read'),
-        ('a.mcap', b'nonsense', 'name the topic'),
+        ('a.mcap', b'nonsense', 'say which topic'),
     ],
 )
 def test_files_that_are_not_as_they_should_be_are_refused(

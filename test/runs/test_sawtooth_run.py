@@ -28,6 +28,7 @@ from stickslip_ros.runs.sawtooth_run import (
     SawtoothRun,
     force_at_n,
     is_steady,
+    is_steered_by_requests,
     relative_residual,
     run_drive,
     scatter_of,
@@ -395,6 +396,66 @@ def test_two_recordings_of_a_run_differ_only_in_the_wall_clock_time(recorded_run
     runs = [dict(each.metadata[RUN_RECORD], wall_start='') for each in (one, other)]
     assert runs[0] == runs[1]
     assert {**one.metadata, RUN_RECORD: {}} == {**other.metadata, RUN_RECORD: {}}
+
+
+@pytest.mark.parametrize(
+    'settings',
+    [
+        {'capacitive_probe.enabled': True, 'sim.joint_states_rate': 3000.0 / 7.0},
+        {'trace.sample_rate': 1e4, 'sim.block': 1e-4},
+    ],
+)
+def test_blocks_that_go_together_leave_the_bytes_of_blocks_that_go_alone(
+    settings: dict[str, float], monkeypatch, tmp_path
+):
+    stand = Parameters().updated(settings)
+    lengths_ns: list[set[int]] = []
+    for name in ('together', 'alone'):
+        ends_ns: list[int] = [0]
+        update = Bench.update
+
+        def noted(bench: Bench, until_ns: int, *rest: Any, update=update, ends_ns=ends_ns) -> Any:
+            ends_ns.append(until_ns)
+            return update(bench, until_ns, *rest)
+
+        with monkeypatch.context() as patched:
+            patched.setattr(Bench, 'update', noted)
+            if name == 'alone':
+                module = 'stickslip_ros.runs.sawtooth_run'
+                patched.setattr(f'{module}.is_steered_by_requests', lambda *_, **__: False)
+            simulate(stand, voltage_v=87.3, frequency_hz=917.3, steps=73, path=tmp_path / name)
+        lengths_ns.append(set(np.diff(ends_ns).tolist()))
+    assert max(lengths_ns[0]) == stand.trace_period_ns
+    assert lengths_ns[1] == {stand.block_ns}
+    assert rows_of(tmp_path / 'together') == rows_of(tmp_path / 'alone')
+
+
+@pytest.mark.parametrize(
+    'settings',
+    [
+        {'limits.soft_max': 1e-6, 'limits.soft_min': -1e-6},
+        {'load_cell.range': 1e-3},
+        {'interferometer.velocity_max': 1e-6},
+        {'stand.preload_end': 0.7},
+        {'sim.publish_truth': True},
+        {'record.split_duration': 1.0},
+        {'fault.command_delay': 3e-3},
+        {'trace.period': 0.2},
+    ],
+)
+def test_what_may_change_between_two_requests_is_recorded_block_by_block(settings: dict):
+    assert is_steered_by_requests(Parameters(), is_recorded=True)
+    assert not is_steered_by_requests(Parameters().updated(settings), is_recorded=True)
+
+
+def test_a_command_that_comes_late_makes_its_steps_whether_recorded_or_not():
+    late = Parameters().updated({'fault.command_delay': 3e-3})
+    counted = [
+        simulate(late, voltage_v=100.0, steps=30, is_recorded=recorded).result
+        for recorded in (True, False)
+    ]
+    assert [each.steps for each in counted] == [30, 30]
+    assert counted[0].force_mean_n == counted[1].force_mean_n
 
 
 def test_the_recording_holds_what_the_bench_tells(recorded_run, stand):

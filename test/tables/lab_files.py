@@ -1,4 +1,4 @@
-"""One measurement in nine layouts that instruments and spreadsheets write."""
+"""One measurement in ten layouts that instruments and spreadsheets write."""
 
 from collections.abc import Sequence
 
@@ -133,6 +133,12 @@ def keysight() -> bytes:
     return of_lines(['x-axis,1,2', 'second,Volt,Volt', *lines])
 
 
+def rigol() -> bytes:
+    lines = rows(VOLTAGE_V / 100.0, FORCE_N / N_PER_V, delimiter=',')
+    head = ['X,CH1,CH2,Start,Increment,', 'Sequence,Volt,Volt,-1.000000e-03,1.000000e-04']
+    return of_lines([*head, *(f'{number},{line},,' for number, line in enumerate(lines))])
+
+
 LAYOUTS = {
     'own.csv': (own, {}),
     'spreadsheet.csv': (german_spreadsheet, {}),
@@ -142,6 +148,7 @@ LAYOUTS = {
     'labview.lvm': (labview, {}),
     'F0000CH1.CSV': (tektronix_old, {'voltage_v': 'CH1 (100 V)'}),
     'tek0001.csv': (tektronix, SCOPE),
+    'rigol.csv': (rigol, SCOPE),
     'keysight.csv': (keysight, {'voltage_v': '1 (100 V)', 'force_n': '2 (50 mN)'}),
 }
 """Files, how each is made, and what the user must say of it."""

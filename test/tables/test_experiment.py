@@ -76,7 +76,6 @@ def test_every_uncertainty_belongs_to_a_column():
             'preload_n,amplitude_m,force_n,step_length_sigma_m\n1,6e-8,2,2\n',
             "'step_length_sigma_m' is there without 'step_length_m'; add that one",
         ),
-        (f'# a\n{POINTS}1,6e-8,2\n1,6e-8\n', "line 4, column force_n: '' is not a finite number"),
         (
             f'{POINTS}1,6e-8,0,05\n',
             'line 2: has 4 values, the header in line 1 3 names; name every column; with decimal',
@@ -91,7 +90,8 @@ def test_every_uncertainty_belongs_to_a_column():
         ),
         (f'{POINTS}1,6e-8,"0,05"\n', "line 2, column force_n: '0,05' is not a finite number"),
         (f'{POINTS}1,6e-8,x\n1,7e-8,2\n', "line 2, column force_n: 'x' is not a finite number"),
-        (f'{POINTS}1,6e-8,nan\n', "line 2, column force_n: 'nan' is not a finite number"),
+        (f'{POINTS}1,6e-8,inf\n', "line 2, column force_n: 'inf' is not a finite number"),
+        (f'{POINTS}1,6e-8,nan\n', 'line 1: has no values below its header; give at least one row'),
         (
             f'{POINTS}1,30,2\n',
             'amplitude_m: 30 m is above the largest amplitude_m, 0.001 m; is it nm? give it by',

@@ -1,11 +1,13 @@
-"""Tables as laboratories have them: nine layouts, the same numbers; and what is asked."""
+"""Tables as laboratories have them: ten layouts, the same numbers; and what is asked."""
 
+from decimal import Decimal
 from pathlib import Path
 
 import lab_files
 import numpy as np
 import pytest
 
+from stickslip_ros.comparison import in_time
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.fitting.problem import read_points
 from stickslip_ros.parameters import SENSORS
@@ -21,7 +23,7 @@ from stickslip_ros.tables.experiment import (
     read_joined,
     write_experiment,
 )
-from stickslip_ros.tables.units import factor_of
+from stickslip_ros.tables.units import factor_of, in_si
 
 ALIKE = {'force mean', 'fuß', 'fuss', 'frequenz'}
 """Names that the page has in another form."""
@@ -67,6 +69,77 @@ def test_small_ways_of_writing_change_nothing(text: str, encoding: str):
     columns = parse_experiment(text.encode(encoding), 'a.csv').columns
     assert columns['time_s'].tolist() == [0.0, 1.0]
     assert columns['force_n'].tolist() == [1e-3, 2e-3]
+
+
+@pytest.mark.parametrize('cell', ['', '#N/A', '#NV', 'NaN', 'n/a', '-', 'None'])
+def test_a_point_without_a_number_is_left_out_and_counted(cell: str):
+    lines = ['60;18,5;2', f'70;{cell};2', '80;20,5;2', f'90;21;{cell}', f'{cell};22;2']
+    text = 'Hub (nm);Kraft (mN);Kraft err (mN)\n' + '\n'.join(lines)
+    experiment = parse_experiment(text.encode(), 'a.csv', Reading(preloads_n=(0.5,)))
+    assert experiment.columns['force_n'].tolist() == [18.5e-3, 20.5e-3]
+    assert experiment.columns['force_sigma_n'].tolist() == [2e-3, 2e-3]
+    assert experiment.gaps == (
+        "1 of 5 rows without 'Hub (nm)' were left out, the first is line 6",
+        "1 of 5 rows without 'Kraft (mN)' were left out, the first is line 3",
+        "1 of 5 rows without 'Kraft err (mN)' were left out, the first is line 5",
+    )
+    assert set(experiment.gaps) <= set(experiment.notes)
+
+
+def test_over_time_each_quantity_has_samples_of_its_own():
+    text = b'time_s,force_n,position_m\n0,1,\n1,,1e-9\n2,,\n,5,5\n4,2,#N/A\n'
+    experiment = parse_experiment(text, 'a.csv')
+    series = in_time.of_experiment(experiment).series
+    assert series['force_n'].time_s.tolist() == [0.0, 4.0]
+    assert series['force_n'].value.tolist() == [1.0, 2.0]
+    assert series['position_m'].time_s.tolist() == [1.0]
+    assert [each.split()[0] for each in experiment.gaps] == ['1', '2', '3']
+
+
+@pytest.mark.parametrize(
+    ('header', 'said'),
+    [
+        ('Hub (nm);Fp = 100 mN;Fp = 0,25 N', {'force_n': '* (mN)'}),
+        ('Hub;Fp = 100 mN;Fp = 0,25 N\nnm;mN;mN', {}),
+        ('Hub [nm];F [mN] @ 100mN;F [mN] @ 0.25 N', {}),
+        ('Hub [nm];0.1 N;0.25 N', {'force_n': '* (mN)'}),
+    ],
+)
+def test_a_column_per_preload_is_understood(header: str, said: dict[str, str]):
+    text = f'{header}\n60;18,5;20\n70;;30\n'.encode()
+    columns = parse_experiment(text, 'a.csv', Reading(said)).columns
+    assert columns['preload_n'].tolist() == [0.1, 0.25, 0.25]
+    assert columns['amplitude_m'].tolist() == [60e-9, 60e-9, 70e-9]
+    assert columns['force_n'].tolist() == [18.5e-3, 20e-3, 30e-3]
+
+
+def test_a_column_per_preload_in_no_unit_is_asked_for_it():
+    with pytest.raises(StickSlipError) as refusal:
+        parse_experiment(b'Hub (nm);Fp = 100 mN;Fp = 250 mN\n60;18;20\n', 'a.csv')
+    assert str(refusal.value) == (
+        "a.csv: line 1: columns 'Fp = 100 mN', 'Fp = 250 mN' are of one preload each; say what "
+        'they hold: --map force_n="* (mN)"'
+    )
+
+
+@pytest.mark.parametrize(('factor', 'digits'), [(1e-3, 15), (1e-6, 15), (1e-9, 13), (0.05, 13)])
+def test_a_number_in_si_is_that_of_its_decimals(factor: float, digits: int):
+    random = np.random.default_rng(1)
+    texts = [
+        f'{value:.{count}g}'
+        for value, count in zip(
+            random.uniform(-1e3, 1e3, 2000), random.integers(1, digits, 2000), strict=True
+        )
+    ]
+    wanted = [float(Decimal(text) * Decimal(repr(factor))) for text in texts]
+    assert in_si(np.array(texts, dtype=float), factor).tolist() == wanted
+
+
+def test_numbers_are_written_shortest(tmp_path: Path):
+    text = b'preload_n,amplitude_nm,force_mN\n0.1,60.1,0.817\n'
+    path = tmp_path / 'clean.csv'
+    write_experiment(parse_experiment(text, 'a.csv'), path)
+    assert path.read_text().splitlines()[1] == '0.1,6.01e-08,0.000817'
 
 
 def test_a_scope_says_its_columns_and_is_asked_which_they_are(tmp_path: Path):

@@ -127,11 +127,23 @@ DATA = (
         'draw a recording against time',
         'Draw a recording: the trace where there is one, else the topics at 1 kHz; below, and '
         'dotted, the commands and the status bits. However many samples there are, no peak is '
-        'lost.',
+        'lost. Of a recording of another program --map says which topic is what.',
         file('the recording'),
         WINDOW,
+        MAP,
+        MAP_FILE,
         output('.png, .svg or .pdf (default: beside the recording, as PNG)'),
         module='recording',
+    ),
+    verb(
+        'draw',
+        'draw the stand; of a recording, a film of its last cycles',
+        'Draw a stand to scale, as SVG; of a recording, its last cycles as a film that any '
+        'browser plays. As URDF: frames and bodies for RViz and other programs.',
+        file('a recording (default: the stand of --params and --set)', nargs='?'),
+        output('.svg or .urdf to write', required=True),
+        *of_function('drawing.picture.draw_stand', 'end_s'),
+        *PARAMETERS,
     ),
     verb(
         'export',
@@ -160,16 +172,12 @@ DATA = (
         'Without --set, the requests of a recording give the same data again, byte for byte; the '
         'exit status is 1 if they do not. With --set or --params they answer what another stand '
         'would have done. A table of voltages or displacements of the feet over time (see '
-        'docs/howto/compare.md; or Parquet, or a topic of an MCAP file) is played as a waveform.',
+        'docs/howto/compare.md), or a recording of another program with --map, is played as a '
+        'waveform.',
         file('recording, or table of voltages'),
         MAP,
         MAP_FILE,
         output('recording to write'),
-        option(
-            '--topic', 'topic of an MCAP file that gives the voltage', metavar='NAME', default=''
-        ),
-        option('--field', 'field or column of that topic, as voltage', metavar='NAME', default=''),
-        switch('--foot', 'the topic gives the displacement of the feet in m, not a voltage'),
         switch(
             '--from-rest',
             'replay a recording that began in the middle of a run from rest: not the same run',

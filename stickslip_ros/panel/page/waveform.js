@@ -10,8 +10,16 @@ const LANE = { share: 1, unit: "V", factor: 1, least: 1, curves: [{ name: "wave"
 export function addWaveform(made, command) {
   const { shapes, numbers } = command.wave;
   const fields = make("div"), [amplitude, frequency, cycles] = numbers.map((each) => numberField(command, each));
-  const shape = make("select", "", "Shape of one cycle"), [head, file] = fileField(command), canvas = make("canvas");
-  const label = make("label", "shape"), problem = make("output");
+  const shape = make("select", "", "Shape of one cycle"), canvas = make("canvas");
+  const label = make("label", "shape"), problem = make("output"), about = make("output"), file = make("input");
+  const choose = button("Choose file…", "A table with the columns time and voltage, headed with their units", () => {
+    file.value = ""; // the same one may be read again
+    file.click();
+  });
+  file.id = `${command.name}-file`;
+  file.type = "file";
+  file.hidden = true;
+  about.className = "note";
   fields.className = "fields";
   label.htmlFor = shape.id = `${command.name}-shape`;
   shape.append(...[...Object.keys(shapes), FILE].map((each) => make("option", each)));
@@ -62,30 +70,22 @@ export function addWaveform(made, command) {
     plot.draw({ wave: { x, y, base: 0 } }, 0, x.at(-1));
   });
   file.onchange = async () => {
-    if (!file.files.length) return;
-    try {
-      table = rowsOf(await file.files[0].text(), command.numbers.length);
-      shape.value = FILE;
-      if (table.at(-1)[1] !== table[0][1]) cycles.write(1);
-      tell("");
-    } catch (error) {
-      tell(error.message);
-    }
-    file.value = "";
+    const [chosen] = file.files;
+    if (!chosen) return;
+    const address = `waveform?name=${encodeURIComponent(chosen.name)}`;
+    const told = await fetch(address, { method: "POST", body: chosen }).then((answer) => answer.json())
+      .catch(() => ({ refused: "the panel did not take the file; it takes 8 MB at most" }));
+    tell(told.refused ? `${chosen.name}: ${told.refused}` : "");
+    if (told.refused) return;
+    table = told.rows;
+    shape.value = FILE;
+    const [length_s, last_v] = table.at(-1);
+    about.textContent = `${chosen.name}: ${table.length} rows, ${Number((1e3 * length_s).toPrecision(6))} ms`;
+    if (last_v !== table[0][1]) cycles.write(1);
   };
   const numberFields = [amplitude, frequency, cycles].flatMap((each) => each.parts);
-  fields.append(label, shape, make("span"), ...numberFields, head, file);
-  made.append(fields, canvas, inRow(buttons), problem, note(command.name));
-}
-
-function fileField(command) {
-  const made = make("input", "", command.text), label = make("label");
-  label.htmlFor = made.id = `${command.name}-file`;
-  label.textContent = `CSV: ${command.numbers.map((each) => `${each.name} (${each.unit})`).join(", ")}`;
-  made.type = "file";
-  made.className = label.className = "wide";
-  made.accept = ".csv,.txt,text/csv";
-  return [label, made];
+  fields.append(label, shape, choose, ...numberFields, file);
+  made.append(fields, about, canvas, inRow(buttons), problem, note(command.name));
 }
 
 /** Return rows whose times rise: where two are equal, the wave jumps, and takes a share of the cycle for it. */
@@ -97,17 +97,4 @@ function apart(rows, share) {
     moved.push([time + later, height]);
   });
   return moved.map(([time, height]) => [time / (1 + later), height]);
-}
-
-/** Return the rows of a table; a first line may be its head, # begins a remark. */
-function rowsOf(text, width) {
-  const lines = text.split(/\r?\n/).map((line) => line.replace(/#.*/, "").trim())
-    .map((line, index) => [index + 1, line]).filter(([, line]) => line);
-  const parsed = lines.map(([number, line]) => [number, line.split(/[,;\s]+/).map(Number)]);
-  if (parsed.length && parsed[0][1].some(Number.isNaN)) parsed.shift();
-  for (const [number, row] of parsed) {
-    if (row.length !== width || row.some(Number.isNaN)) throw new Error(`line ${number} is not ${width} numbers`);
-  }
-  if (!parsed.length) throw new Error("the file has no rows of numbers");
-  return parsed.map(([, row]) => row);
 }
