@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,7 +19,7 @@ from stickslip_ros.fitting.free import choose_free
 from stickslip_ros.fitting.problem import Points
 from stickslip_ros.fitting.report import as_object, warnings_of
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.sawtooth_run import run_drive
+from stickslip_ros.runs.courses import Course
 
 SHARE = 0.05
 """Of a standard error, that two estimates from the same data may differ by: runs end when they
@@ -61,12 +62,14 @@ def test_what_was_measured_several_times_is_computed_once_and_told_from_the_firs
 ):
     runs, told = list[tuple[object, ...]](), list[tuple[int, int]]()
 
-    def counted(stand: Parameters, amplitude_m: float, frequency_hz: float, cycles: int) -> object:
-        assert len(told) >= len(runs)
-        runs.append((stand, amplitude_m, frequency_hz, cycles))
-        return run_drive(stand, amplitude_m, frequency_hz, cycles)
+    course = problem.force_course
 
-    monkeypatch.setattr(problem, 'run_drive', counted)
+    def counted(stand: Parameters, preload_n: float, *wave: Any) -> Course[float]:
+        assert len(told) >= len(runs) - 2  # the others of three that go together
+        runs.append((stand, *wave))
+        return course(stand, preload_n, *wave)
+
+    monkeypatch.setattr(problem, 'force_course', counted)
     problem.kept_force.cache_clear()
     frame = pd.DataFrame({'preload_n': 0.1, 'amplitude_m': [6e-8, 8e-8, 1e-7] * 2})
     frame['force_n'] = [0.018, 0.021, 0.022, 0.019, 0.020, 0.023]
