@@ -9,7 +9,7 @@ with it the frequency response, depends on the preload but not on the history.
 
 import re
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,7 +26,11 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.linear.sampled import StateSpace, held, read, reduced
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.drawn import Drawn
 from stickslip_ros.units import MICRO
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 INPUTS = ('voltage_v', 'load_n')
 OUTPUTS = ('position_m', 'foot_m')
@@ -43,8 +47,8 @@ class Response(NamedTuple):
     position_m_per_n: Complex
 
 
-@dataclass(frozen=True, eq=False)
-class LinearDrive:
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearDrive(Drawn):
     """
     State space of the stuck drive: x' = A x + B u, y = C x + D u, all in SI units.
 
@@ -91,6 +95,17 @@ class LinearDrive:
         moved: Any = np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B[None])
         matrix: Complex = self.C @ moved + self.D
         return matrix
+
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.linear.bode import BAND, draw_bode  # noqa: PLC0415 - it imports this
+
+        return draw_bode(self, self.resonance_hz * np.array(BAND))
+
+    def __repr__(self) -> str:
+        return (
+            f'LinearDrive: resonance {self.resonance_hz:.5g} Hz, {len(self.states)} states, '
+            f'at {self.at_voltage_v:.4g} V'
+        )
 
     def to_control(
         self, dt: float | None = None, *, sensors: bool = False, order: int | None = None

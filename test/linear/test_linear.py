@@ -10,7 +10,7 @@ import pytest
 
 from stickslip_ros import LinearDrive, StickSlipError, linearise, measure_response
 from stickslip_ros.drive.build import contacts_of, gain_ratios
-from stickslip_ros.linear.bode import bode_rows, draw_bode
+from stickslip_ros.linear.bode import bode_rows
 from stickslip_ros.parameters import Parameters, load_yaml
 
 IDEAL = Parameters()
@@ -178,7 +178,7 @@ def test_phases_lag_without_jumps_and_are_drawn():
     for row in rows[:3]:
         assert row['measured_load_phase_deg'] == pytest.approx(row['load_phase_deg'], abs=0.5)
         assert row['measured_m_per_v'] == pytest.approx(row['position_m_per_v'], rel=AGREEMENT)
-    figure = draw_bode(measured)
+    figure = measured.plot()
     assert [axes.get_ylabel() for axes in figure.axes] == [
         'position (nm/V)', 'position (nm/N)', 'phase (degrees)', 'phase (degrees)'
     ]  # fmt: skip
