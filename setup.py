@@ -115,6 +115,7 @@ setup(
             'pyarrow',
             'pint',
             'tornado',
+            'urdf-parser-py',
         ],
         'lint': [
             'ruff',

@@ -5,6 +5,8 @@ from stickslip_ros.comparison.result import ComparisonReport as ComparisonReport
 from stickslip_ros.contact.hemisphere import presliding as presliding
 from stickslip_ros.contact.mdr import Presliding as Presliding
 from stickslip_ros.contact.spring_contact import SpringContact as SpringContact
+from stickslip_ros.drawing.picture import draw_stand as draw_stand
+from stickslip_ros.drawing.urdf import robot_description as robot_description
 from stickslip_ros.errors import StickSlipError as StickSlipError
 from stickslip_ros.fitting.fit import Fit as Fit
 from stickslip_ros.fitting.fit import fit as fit

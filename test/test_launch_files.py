@@ -4,7 +4,9 @@ import ast
 import importlib.util
 import re
 import runpy
+import shutil
 import sys
+import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
@@ -49,13 +51,14 @@ def table_of(file: Path, name: str) -> dict[str, Any]:
     raise KeyError(name)
 
 
+WHAT = ('package', 'executable')
 ARGUMENTS = table_of(DRIVE, 'ARGUMENTS').keys()
 
 
 def test_all_are_installed_and_shipped(keywords: dict[str, Any]):
     shares = dict(keywords['data_files'])
     assert shares['share/stickslip_ros/launch'] == [f'launch/{file.name}' for file in FILES]
-    assert len(FILES) == 3
+    assert len(FILES) == 4
     manifest = (ROOT / 'MANIFEST.in').read_text(encoding='utf-8')
     assert 'recursive-include launch *.launch.py\n' in manifest
 
@@ -67,13 +70,14 @@ def test_executables_files_and_parameters_that_it_names_exist(
     scripts = {line.split(' = ')[0] for line in keywords['entry_points']['console_scripts']}
     for name, words in calls_of(file):
         if name in ('Node', 'LifecycleNode'):
-            assert ast.literal_eval(words['package']) == keywords['name']
-            assert ast.literal_eval(words['executable']) in scripts
+            package, executable = (ast.literal_eval(words[each]) for each in WHAT)
+            assert executable == package or package == keywords['name']
+            assert executable == package or executable in scripts
     texts = texts_of(file)
-    for name in (text for text in texts if text.endswith(('.yaml', '.launch.py'))):
+    for name in (text for text in texts if text.endswith(('.yaml', '.rviz', '.launch.py'))):
         assert (ROOT / 'config' / name).exists() or (file.parent / name).exists()
     groups = '|'.join({name.partition('.')[0] for name in specs() if '.' in name})
-    named = {text for text in texts if re.fullmatch(rf'(?:{groups})\.\w+', text)}
+    named = {text for text in texts if re.fullmatch(rf'(?:{groups})\.(?!rviz)\w+', text)}
     assert named <= specs().keys()
     assert {'target_frame'} & texts <= declared_by(ControllerParameters).keys()
 
@@ -96,6 +100,7 @@ KINDS = {
     'launch.substitutions': ('LaunchConfiguration',),
     'launch_ros': (),
     'launch_ros.actions': ('LifecycleNode', 'Node'),
+    'launch_ros.parameter_descriptions': ('ParameterValue',),
 }
 
 
@@ -158,11 +163,14 @@ def test_every_argument_that_it_shows_changes_what_is_started(
     plain = launch(file)
     assert plain.shown <= ARGUMENTS
     for name in plain.shown:
-        assert launch(file, **{name: 'true'}).nodes != plain.nodes, name
+        value = str(ROOT / 'config' / 'coupled.yaml') if name == 'params_file' else 'true'
+        assert launch(file, **{name: value}).nodes != plain.nodes, name
 
 
 def test_two_drives_differ_in_names_seeds_and_frames(launch: Callable[..., Launched]):
-    nodes = launch(FILES[-1], log_level='warn', autostart='false').nodes
+    nodes = launch(
+        ROOT / 'launch' / 'two_drives.launch.py', log_level='warn', autostart='false'
+    ).nodes
     for side, seed, (kind, words) in zip(('left', 'right'), '12', nodes, strict=True):
         assert (kind, words['namespace'], words['name']) == (
             'LifecycleNode',
@@ -172,6 +180,26 @@ def test_two_drives_differ_in_names_seeds_and_frames(launch: Callable[..., Launc
         assert words['ros_arguments'] == ['--log-level', 'warn']
         frames = {name: f'{side}/{frame}' for name, frame in table_of(DRIVE, 'FRAMES').items()}
         assert words['parameters'][1] == {'autostart': 'false', 'sim.seed': seed, **frames}
+
+
+@pytest.mark.parametrize('rviz', [None, '/opt/ros/bin/rviz2'])
+def test_the_view_shows_the_bodies_of_the_stand_in_the_frames_of_its_drive(
+    launch: Callable[..., Launched], monkeypatch: pytest.MonkeyPatch, rviz: str | None
+):
+    monkeypatch.setattr(shutil, 'which', lambda name: {'rviz2': rviz}[name])
+    file = ROOT / 'launch' / 'view.launch.py'
+    (_, drive), (_, bodies), *others = launch(
+        file,
+        params_file=str(ROOT / 'config' / 'realistic.yaml'),
+        frame_prefix='left/',
+        namespace='left',
+    ).nodes
+    assert drive['namespace'] == bodies['namespace'] == 'left'
+    [text] = bodies['parameters'][0]['robot_description'].values
+    links = {link.attrib['name'] for link in ET.fromstring(text).iter('link')}
+    frames = table_of(DRIVE, 'FRAMES').values()
+    assert {f'left/{frame}' for frame in frames} <= links
+    assert [words['arguments'][-1] for _, words in others] == ['left/stage_base'] * bool(rviz)
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)

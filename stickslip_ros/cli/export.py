@@ -4,7 +4,7 @@ import argparse
 
 from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer
-from stickslip_ros.errors import RecordingError, WrongKind
+from stickslip_ros.errors import RecordingError, StickSlipError, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.recording.reader import Recording
@@ -23,9 +23,12 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
         raise WrongKind('--output', str(output), f'one of {", ".join(NEEDS)}', 'end its name so')
     if NEEDS[suffix]:
         load_extra(f'a table {suffix}', NEEDS[suffix])
+    topics = said_of_tables(arguments)['headers']
+    if topics and arguments.readings:
+        problem = '--readings are topics of our own recordings, --map names those of others'
+        raise StickSlipError(f'{problem}; leave one of the two away')
     prepare_output(output)
     recording = Recording(arguments.file)
-    topics = said_of_tables(arguments)['headers']
     if topics:
         found = mapped_series(recording, topics)
     else:

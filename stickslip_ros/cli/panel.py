@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer
 from stickslip_ros.extras import load_extra
 
@@ -35,7 +36,7 @@ def panel_verb(arguments: argparse.Namespace) -> Answer:
     else:
         from stickslip_ros.panel.player import Player
 
-        source = Player(file)
+        source = Player(file, said_of_tables(arguments)['headers'])
         first = {'kind': 'recording', **lamps(), 'run': source.overview()}
     serve(source, first, arguments.port, say)
     return Answer(None)

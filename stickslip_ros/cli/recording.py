@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.table import Table
 
+from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.files import make_folder, prepare_output
 from stickslip_ros.parameters import parse_yaml
@@ -68,7 +69,8 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
     if arguments.output:
         prepare_output(picture)
-    plot = run_figure.plot_run(arguments.file, picture, window)
+    topics = said_of_tables(arguments)['headers']
+    plot = run_figure.plot_run(arguments.file, picture, window, topics=topics)
     content = {'picture': str(picture), **dataclasses.asdict(plot)}
     content['commands'] = [command._asdict() for command in plot.commands]
     content['events'] = [event._asdict() for event in plot.events]

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.drawing.film import steep_edges
 from stickslip_ros.instrument.reports import FIRST_READING
 from stickslip_ros.parameters import SENSORS
 
@@ -15,10 +16,6 @@ BINS = 600
 RECENT = (1 << 13, 1 << 15, 1 << 18)
 """Falls are looked for in the last so many samples; where there are too few, in more."""
 KEPT = RECENT[-1]
-HIGH, LOW = 0.75, 0.25
-"""An edge leads from below the one share of the range of the voltage to above the other."""
-STEEP = 0.25
-"""Largest share of a period that the edge takes on which the scope triggers."""
 MARGIN = 0.15
 """Share of a period that is shown before the first and after the last fall."""
 FREE_S = 0.02
@@ -195,28 +192,6 @@ class Scope:
         sample_s = (samples[last, TIME] - samples[first, TIME]) / max(1, last - first)
         self._held = self._held._replace(period_s=period * sample_s)
         return self._held
-
-
-def steep_edges(voltage: Array) -> NDArray[np.intp]:
-    """
-    Return the last sample before each fall of a saw-tooth; of one that runs backwards, each rise.
-
-    Falls are what leads through the middle of the range within STEEP of the time between two.
-
-    """
-    low, high = float(voltage.min()), float(voltage.max())
-    level = (voltage > low + HIGH * (high - low)).astype(np.int8)
-    level -= voltage < low + LOW * (high - low)
-    places = np.flatnonzero(level)
-    level = level[places]
-    changes = np.flatnonzero(level[1:] != level[:-1])
-    begins, ends, falling = places[changes], places[changes + 1], level[changes] > 0
-    found = []
-    for direction in (falling, ~falling):
-        edges, lengths = begins[direction], (ends - begins)[direction]
-        if len(edges) > 1 and np.median(lengths) < STEEP * np.median(np.diff(edges)):
-            found.append((float(np.median(lengths)), edges))
-    return min(found, key=lambda pair: pair[0])[1] if found else np.empty(0, np.intp)
 
 
 def _free(samples: Array, length_s: float) -> Picture:

@@ -22,15 +22,14 @@ from stickslip_ros.panel.curves import (
     curve_of,
 )
 from stickslip_ros.panel.model import EVENTS_SHOWN, View, packed_frame, parsed_event
-from stickslip_ros.recording.reader import Recording
-from stickslip_ros.runs.recorded_run import recorded_series, timed_messages
+from stickslip_ros.runs.recorded_run import RUN_QUANTITIES, Run, timed_messages
 from stickslip_ros.units import NANO
 
 SPEEDS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
 """Simulated seconds per second that can be chosen."""
 
 
-def samples_of(recording: Recording) -> Array:
+def samples_of(run: Run) -> Array:
     """
     Return a run as rows of a trace; what it does not hold is not a number.
 
@@ -38,10 +37,11 @@ def samples_of(recording: Recording) -> Array:
     positions is refused.
 
     """
-    found = recorded_series(recording)
+    found = {name: each for name, each in run.series.items() if name in RUN_QUANTITIES}
     if 'position_m' not in found:
         problem = 'has neither a trace nor positions'
-        raise RecordingError(recording.path, problem, 'choose the recording of a drive')
+        hint = 'of another program, say which topic it is: --map position_m=/rig/encoder.point.x'
+        raise RecordingError(run.path, problem, hint)
     time_s = found['position_m'].time_s
     samples = np.full((len(time_s), len(COLUMNS)), np.nan)
     samples[:, TIME] = time_s
@@ -56,10 +56,11 @@ def samples_of(recording: Recording) -> Array:
 class Player:
     """A recording and the place in it; every page shows the same."""
 
-    def __init__(self, path: Path) -> None:
-        recording = Recording(path)
+    def __init__(self, path: Path, topics: Mapping[str, str] | None = None) -> None:
+        run = Run(path, topics=topics)
+        recording = run.recording
         self._name = path.name
-        self._samples = samples_of(recording)
+        self._samples = samples_of(run)
         self._start_s, self._end_s = self._samples[[0, -1], TIME].tolist()
         self._history = BinHistory(len(self._samples))
         self._history.add_all(self._samples)

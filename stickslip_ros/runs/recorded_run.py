@@ -169,7 +169,7 @@ class Run:
             window = TimeWindow(start_s or 0.0, float('inf') if end_s is None else end_s)
         from stickslip_ros.runs.run_figure import draw_run  # noqa: PLC0415 - it imports this
 
-        return draw_run(self.recording, window)[0]
+        return draw_run(self, window)[0]
 
     def save(self, path: str | Path) -> Path:
         """
@@ -335,7 +335,7 @@ def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
     spans = []
     for bit in Status:
         merged: list[tuple[float, float]] = []  # what follows without a gap is one
-        for (since_s, status), until_s in zip(changes, ends, strict=True):
+        for (since_s, status), until_s in zip(changes, ends, strict=False):  # there may be none
             start_s, end_s = max(since_s, window.start_s), min(until_s, window.end_s)
             if status & bit and merged and start_s <= merged[-1][1]:
                 merged[-1] = merged[-1][0], max(end_s, merged[-1][1])

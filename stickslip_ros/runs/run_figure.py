@@ -17,7 +17,6 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.parameters import SENSORS
-from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.runs.plotting import (
     BLACK,
@@ -29,7 +28,6 @@ from stickslip_ros.runs.plotting import (
     PURPLE,
     SKY_BLUE,
     VERMILION,
-    as_it_is,
     check_picture,
     decimated,
     label_axes,
@@ -43,12 +41,12 @@ from stickslip_ros.runs.recorded_run import (
     BitSpan,
     LoggedCommand,
     LoggedEvent,
+    Run,
     TimeWindow,
     bits_within,
     check_window,
     events_within,
     recorded_commands,
-    recorded_series,
     timed_messages,
 )
 from stickslip_ros.units import NM, display_unit
@@ -111,16 +109,18 @@ def plot_run(
     *,
     title: str = '',
     with_steps: bool = False,
+    topics: Mapping[str, str] | None = None,
 ) -> RunPlot:
     """Draw a recording, or a stretch of it, as ``draw_run`` does into a PNG, SVG or PDF."""
     check_picture(picture)
-    figure, plot = draw_run(Recording(path), window, title=title, with_steps=with_steps)
+    run = Run(path, topics=topics)
+    figure, plot = draw_run(run, window, title=title, with_steps=with_steps)
     save_figure(figure, picture)
     return plot
 
 
 def draw_run(
-    recording: Recording,
+    run: Run,
     window: TimeWindow | None = None,
     *,
     title: str = '',
@@ -130,14 +130,15 @@ def draw_run(
     Draw position, force, voltage and foot of a recording against time.
 
     The trace is drawn, else the topics; without a window the whole run, if wanted with its first
-    steps enlarged above it. Without a title it has the file's name. Raises RecordingError,
-    OutOfRange as ``plot_run``.
+    steps enlarged above it. Raises RecordingError, OutOfRange as ``plot_run``.
 
     """
-    series = recorded_series(recording)
+    recording = run.recording
+    series = {name: each for name, each in run.series.items() if name in RUN_QUANTITIES}
     if not series:
         problem = 'has neither position, force nor voltage'
-        raise RecordingError(recording.path, problem, 'record a run that lasts a while')
+        hint = 'record a run that lasts a while, or say by --map which topic is what'
+        raise RecordingError(recording.path, problem, hint)
     commands = recorded_commands(recording)
     firsts_s = [float(each.time_s[0]) for each in series.values()]
     whole = TimeWindow(
@@ -160,7 +161,7 @@ def draw_run(
     falls_s = fall_times_s(inside['voltage_v']) if with_steps and 'voltage_v' in inside else []
     with_steps = len(falls_s) >= STEPS and {'position_m', 'foot_m'} <= inside.keys()
     enlarged_s = falls_s[:STEPS] if with_steps else []
-    return _draw(plot, inside, enlarged_s, title or as_it_is(recording.path.name)), plot
+    return _draw(plot, inside, enlarged_s, title), plot
 
 
 def fall_times_s(voltage: Series) -> list[float]:
@@ -216,7 +217,7 @@ def _zero_s(span: TimeWindow) -> float:
 
 def _set_time_axis(axes: Axes, span: TimeWindow) -> None:
     zero_s = _zero_s(span)
-    axes.set_xlabel('simulated time' + (f' after {zero_s:.9g} s' if zero_s else ''))
+    axes.set_xlabel('time' + (f' after {zero_s:.9g} s' if zero_s else ''))
     axes.set_xlim(span.start_s - zero_s, span.end_s - zero_s)
     axes.xaxis.set_major_formatter(EngFormatter('s'))
 

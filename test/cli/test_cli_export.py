@@ -42,9 +42,10 @@ def test_readings_are_those_of_the_topics(recorded_run: Run, tmp_path: Path):
     np.testing.assert_array_equal(frame.position_m, position.value)
 
 
-def test_what_is_exported_is_read_again(recorded_run: Run, tmp_path: Path):
-    table = tmp_path / 'run.xlsx'
-    main(['export', str(recorded_run[1]), '-o', str(table)])
+@pytest.mark.parametrize('words', [('run.xlsx',), ('run.csv', '--readings')])
+def test_what_is_exported_is_read_again(recorded_run: Run, tmp_path: Path, words: tuple[str, ...]):
+    table = tmp_path / words[0]
+    main(['export', str(recorded_run[1]), '-o', str(table), *words[1:]])
     assert main(['compare', str(recorded_run[1]), str(table)]) == 0
 
 
@@ -54,6 +55,10 @@ def test_what_is_exported_is_read_again(recorded_run: Run, tmp_path: Path):
         (('-o', 'run.txt'), 'one of .csv, .parquet, .xlsx'),
         (('-o', 'run.csv', '--window', '1ms@9s'), 'has nothing to write'),
         (('-o', 'run.csv', '--map', 'force_n=/x.data'), 'has no topic and field'),
+        (
+            ('--readings', '-o', 'run.csv', '--map', 'force_n=/x.data'),
+            '--map names those of others; leave one of the two away',
+        ),
     ],
 )
 def test_what_cannot_be_written_is_refused(

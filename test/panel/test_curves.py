@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from stickslip_ros.drawing.film import steep_edges
 from stickslip_ros.panel.curves import (
     BINS,
     COLUMNS,
@@ -13,7 +14,6 @@ from stickslip_ros.panel.curves import (
     SampleRing,
     Scope,
     curve_of,
-    steep_edges,
 )
 
 RATE_HZ = 50e3

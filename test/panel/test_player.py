@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from test_model import opened
 
+from stickslip_ros import open_run
 from stickslip_ros.cli.main import main
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.panel import player as panel_player
 from stickslip_ros.panel.player import SPEEDS, Player, samples_of
-from stickslip_ros.recording.reader import Recording
 
 
 @pytest.fixture(scope='module')
@@ -102,13 +102,12 @@ def test_events_and_bits_are_those_of_the_time(recording: Path, clock: Clock):
 
 
 def test_the_overview_spans_the_run(recording: Path):
-    samples, whole = samples_of(Recording(recording)), Player(recording).overview()
+    samples, whole = samples_of(open_run(recording)), Player(recording).overview()
     heights = [point[1] for point in whole['points']]
     assert max(heights) - min(heights) == pytest.approx(np.ptp(samples[:, 3]), rel=1e-4)
     assert whole['name'] == 'run.mcap'
 
 
-def test_a_recording_without_position_is_refused(recording: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(panel_player, 'recorded_series', lambda _: {})
-    with pytest.raises(RecordingError, match='neither a trace nor positions'):
-        Player(recording)
+def test_a_recording_without_position_is_refused(recording: Path):
+    with pytest.raises(RecordingError, match=r'nor positions; .* --map position_m='):
+        Player(recording, {'voltage_v': '/voltage.data'})

@@ -1,5 +1,6 @@
 """Recordings of a real rig: any message, the rig's own topics, clock and zero."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from stickslip_ros import StickSlipError, compare, open_run
 from stickslip_ros.cli.main import main
+from stickslip_ros.panel.player import Player
 from stickslip_ros.runs.sawtooth_run import SawtoothRun
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -91,6 +93,31 @@ def test_clock_and_zero_of_a_rig_are_found_and_told(rig: Path, recorded_run: Run
     assert by_name['force_n'].offset == 0.0
     for each in found.quantities:
         assert each.agreement.relative_rms < 0.05, each.name  # a sample of 40 us lies in the fall
+
+
+def test_a_rig_is_drawn_played_and_drives_the_model(
+    rig: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    said = [word for name, text in TOPICS.items() for word in ('--map', f'{name}={text}')]
+    frame: Any = open_run(rig, topics=TOPICS).frame
+    assert main(['plot', str(rig), *said, '-o', str(tmp_path / 'rig.png'), '--json']) == 0
+    drawn = {each['name']: each for each in json.loads(capsys.readouterr().out)['quantities']}
+    assert drawn.keys() == TOPICS.keys()
+    assert drawn['position_m']['largest'] == frame.position_m.max()
+    overview = Player(rig, TOPICS).overview()
+    heights = [height for _, height in overview['points']]
+    assert max(heights) - min(heights) == pytest.approx(np.ptp(frame.position_m), rel=1e-3)
+    out = tmp_path / 'model.mcap'
+    assert main(['replay', str(rig), *said, '-o', str(out)]) == 0
+    voltage = open_run(out).series['voltage_v']
+    inside = (frame.index > 2e-3) & (frame.index < 12e-3)
+    followed = np.interp(frame.index[inside], voltage.time_s, voltage.value)
+    lag_v = np.abs(followed - frame.voltage_v[inside])
+    assert np.median(lag_v) < 0.02 * np.ptp(frame.voltage_v)
+    assert main(['replay', str(rig), '-o', str(tmp_path / 'b.mcap')]) == 2
+    assert '--map voltage_v=/rig/amplifier.data' in capsys.readouterr().err
+    assert main(['plot', str(rig)]) == 2
+    assert 'say by --map which topic is what' in capsys.readouterr().err
 
 
 def test_a_window_leaves_out_what_is_not_wanted(rig: Path, recorded_run: Run):

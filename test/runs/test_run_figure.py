@@ -28,6 +28,7 @@ from stickslip_ros.runs.recorded_run import (
     bits_within,
     check_window,
     events_within,
+    open_run,
     parse_window,
     recorded_commands,
     recorded_series,
@@ -224,7 +225,7 @@ def test_labels_of_commands_give_way_to_each_other_to_marks_and_to_the_edge(tmp_
             burst = Request('sawtooth', (150.0, 500.0, 1.0))
             level = Request('voltage', (10.0,))
             run.update(time_ms * MS_NS, [burst, level] if time_ms in times_ms else [])
-    figure, _ = draw_run(Recording(path))
+    figure, _ = draw_run(open_run(path))
     figure.draw_without_rendering()
     axes = figure.axes[-1]
     labels = [label.get_window_extent() for label in axes.texts]

@@ -57,7 +57,7 @@ def test_it_is_compared_with_a_run_and_with_a_measured_table(path: Path, tmp_pat
 
 
 def test_the_panel_shows_it_where_it_is_there(path: Path):
-    samples, player = samples_of(Recording(path)), Player(path)
+    samples, player = samples_of(open_run(path)), Player(path)
     player.do({'do': 'seek', 'time_s': 0.01})
     frame = player.frame()
     [size] = struct.unpack('<I', frame[:4])

@@ -127,11 +127,23 @@ DATA = (
         'draw a recording against time',
         'Draw a recording: the trace where there is one, else the topics at 1 kHz; below, and '
         'dotted, the commands and the status bits. However many samples there are, no peak is '
-        'lost.',
+        'lost. Of a recording of another program --map says which topic is what.',
         file('the recording'),
         WINDOW,
+        MAP,
+        MAP_FILE,
         output('.png, .svg or .pdf (default: beside the recording, as PNG)'),
         module='recording',
+    ),
+    verb(
+        'draw',
+        'draw the stand; of a recording, a film of its last cycles',
+        'Draw a stand to scale, as SVG; of a recording, its last cycles as a film that any '
+        'browser plays. As URDF: frames and bodies for RViz and other programs.',
+        file('a recording (default: the stand of --params and --set)', nargs='?'),
+        output('.svg or .urdf to write', required=True),
+        *of_function('drawing.picture.draw_stand', 'end_s'),
+        *PARAMETERS,
     ),
     verb(
         'export',

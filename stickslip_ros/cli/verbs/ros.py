@@ -1,6 +1,6 @@
 """Verbs that run nodes, watch them, or print what they declare."""
 
-from stickslip_ros.cli.options import PARAMETERS, file, folder, option, verb
+from stickslip_ros.cli.options import MAP, MAP_FILE, PARAMETERS, file, folder, option, verb
 
 ROS = (
     verb(
@@ -28,6 +28,8 @@ ROS = (
         'Serve the front panel of a running drive, or of a recording, to a browser on this host, '
         'until Ctrl-C.',
         file('a recording to play; none: attach to a drive', nargs='?'),
+        MAP,
+        MAP_FILE,
         option('--namespace', 'of the drive, as /left', metavar='NAME', default=''),
         option('--port', 'TCP port on 127.0.0.1; 0 takes a free one', int, default=8040),
     ),
