@@ -294,7 +294,7 @@ def _reset(bench: Instrument, accepted: Accepted) -> Result:
 
 
 def _zero_position(bench: Instrument, accepted: Accepted) -> Result:
-    if bench.motion.status & Status.CLOSED_LOOP:
+    if bench.motion.status_bits & Status.CLOSED_LOOP:
         bench.end_move(f'position zeroed by command {accepted.command.number}')
     bench.sensing.interferometer.zero()
     return Result.DONE
