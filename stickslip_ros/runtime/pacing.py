@@ -84,6 +84,7 @@ class Pacer:
         self._overruns_total = 0
         self._behind_s = 0.0
         self._schedstat: int | None = None
+        self._stalls = self._told = Stalls()  # since the start, and of them those reported
         self._lock = threading.Lock()
         self.start()
 
@@ -93,7 +94,6 @@ class Pacer:
             self._held_since_s: float | None = None
             self._deadline_s = self._report_s = time.monotonic()
             self._lateness_s: deque[float] = deque(maxlen=TICKS_KEPT)
-            self._stalls = self._told = Stalls()  # since the start, and of them those reported
             self._noted: Stalls | None = None
 
     @contextmanager
