@@ -76,6 +76,13 @@ class Request:
         return len(self.values) + sum(map(len, (*texts, *self.joints)))
 
 
+class TimedRequest(NamedTuple):
+    """A request and the simulated time from which on it is due, or at which it took effect, ns."""
+
+    time_ns: int
+    request: Request
+
+
 class Instrument(Protocol):
     """What commands act on: a ``Bench``."""
 

@@ -193,7 +193,8 @@ class Motion:
             return
         loop, is_jog = self._loop, self._running.command.name == 'jog'
         needs_renewal = is_jog or (loop is not None and loop.goal.direction != 0)
-        if needs_renewal and observation.time_ns >= self._renewed_ns + self._timeout_ns():
+        timeout_ns = to_nanoseconds(self._parameters.jog.timeout)
+        if needs_renewal and observation.time_ns >= self._renewed_ns + timeout_ns:
             self._come_to_rest('jog.timeout passed without a new command', observation)
         elif loop is not None:
             self._go_on(loop, observation)
@@ -204,9 +205,6 @@ class Motion:
         """Return whether a table is repeated that has begun, or waits for the one before it."""
         wave, has_begun = self.wave, not self.is_new or self.wave.lead_s > 0.0
         return has_begun and repeats(wave) and observation.cycles < wave.cycles
-
-    def _timeout_ns(self) -> int:
-        return to_nanoseconds(self._parameters.jog.timeout)
 
     def end(self, outcome: Outcome, observation: Observation) -> None:
         """End the running move, if there is one, and hold its present voltage."""

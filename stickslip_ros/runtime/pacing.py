@@ -40,7 +40,6 @@ KNOWS_SLICES: Final = platform.machine() == 'x86_64' and (
 )
 """Whether a thread may ask for slices of its own; older kernels take no notice."""
 _SET_TIMER_SLACK: Final = 29
-_GET_TIMER_SLACK: Final = 30
 
 
 class Stalls(NamedTuple):
@@ -223,17 +222,6 @@ def wake_in_time() -> None:
     if attributes is not None and attributes.policy == os.SCHED_OTHER:
         attributes.runtime_ns = round(SLICE_S * NS_PER_S)
         ctypes.CDLL(None).syscall(_SET_ATTRIBUTES, THIS_THREAD, ctypes.byref(attributes), 0)
-
-
-def slice_s(thread: int = THIS_THREAD) -> float | None:
-    """Return the slice of a thread, given its number, s; None where Linux does not tell."""
-    attributes = scheduling(thread)
-    return attributes.runtime_ns / NS_PER_S if attributes and attributes.runtime_ns else None
-
-
-def slack_s() -> float:
-    """Return how much longer a sleep of the calling thread may last, s."""
-    return int(ctypes.CDLL(None).prctl(_GET_TIMER_SLACK)) / NS_PER_S
 
 
 def scheduling(thread: int) -> SchedulingAttributes | None:

@@ -221,12 +221,14 @@ def test_start_forgets_the_time_before_it(clock: Clock):
 
 REPORT = """
 import json, os, sys, threading
-from stickslip_ros.runtime.pacing import wake_in_time, slack_s, slice_s
+from stickslip_ros.runtime.pacing import scheduling, wake_in_time
 {before}
 wake_in_time()
 told = []
 def tell():
-    told.append([sys.getswitchinterval(), slack_s(), slice_s(), os.sched_getscheduler(0)])
+    slack_s = ctypes.CDLL(None).prctl(30) * 1e-9  # PR_GET_TIMERSLACK
+    slice_ns = getattr(scheduling(0), 'runtime_ns', 0)
+    told.append([sys.getswitchinterval(), slack_s, slice_ns * 1e-9, os.sched_getscheduler(0)])
 tell()
 thread = threading.Thread(target=tell)
 thread.start()
