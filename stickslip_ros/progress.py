@@ -53,5 +53,5 @@ def shown_progress(what: str, *, quiet: bool, resumes: bool = False) -> Iterator
 def progress_of(wanted: bool | Show, what: str) -> AbstractContextManager[Show]:
     """Give what is to be called at every progress: the caller's own, or a bar if one is wanted."""
     if callable(wanted):
-        return nullcontext(wanted)
+        return nullcontext(lambda done, total, _note='': wanted(done, total))
     return shown_progress(what, quiet=False) if wanted else nullcontext(lambda *_: None)

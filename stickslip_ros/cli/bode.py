@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stickslip_ros.cli.chosen import chosen_parameters
+from stickslip_ros.cli.chosen import chosen_look, chosen_parameters
 from stickslip_ros.cli.printing import Answer, number, table
 from stickslip_ros.files import prepare_output
-from stickslip_ros.linear.bode import bode_rows, draw_bode
+from stickslip_ros.linear.bode import BAND, bode_rows
 from stickslip_ros.linear.linearise import linearise
 from stickslip_ros.linear.swept_sine import MeasuredResponse, measure_response
 from stickslip_ros.parameters import FREQUENCY
@@ -17,8 +17,7 @@ from stickslip_ros.runs.sweep import parse_floats
 from stickslip_ros.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.units import NM
 
-POINTS, FROM, TO = 25, 0.02, 3.0
-"""How many frequencies are measured by default, from and to which multiple of the resonance."""
+POINTS = 25  # frequencies that are measured by default
 BELOW = 0.9
 """Measurement and closed form are compared below this share of the resonance."""
 
@@ -26,6 +25,7 @@ BELOW = 0.9
 def bode_verb(arguments: argparse.Namespace) -> Answer:
     """Measure the frequency response, write its table and draw it if asked."""
     parameters = chosen_parameters(arguments)
+    look = chosen_look(arguments)
     if arguments.output:
         check_table_path(arguments.output)
     if arguments.figure:
@@ -33,7 +33,7 @@ def bode_verb(arguments: argparse.Namespace) -> Answer:
         prepare_output(arguments.figure)
     if arguments.frequency is None:
         resonance_hz = linearise(parameters, arguments.at_voltage).resonance_hz
-        frequencies = np.geomspace(FROM * resonance_hz, TO * resonance_hz, POINTS)
+        frequencies = resonance_hz * np.geomspace(*BAND, POINTS)
     else:
         frequencies = np.array(parse_floats('--frequency', arguments.frequency, FREQUENCY))
     measured = measure_response(
@@ -47,7 +47,7 @@ def bode_verb(arguments: argparse.Namespace) -> Answer:
     if arguments.output:
         write_table(rows, arguments.output, parameters)
     if arguments.figure:
-        save_figure(draw_bode(measured), arguments.figure)
+        save_figure(measured.plot(**look._asdict()), arguments.figure)
     linear = measured.linear
     content = {
         'at_voltage_v': linear.at_voltage_v,

@@ -1,9 +1,16 @@
 """What a command line chooses: parameters, and lists of quantities."""
 
 import argparse
+from typing import TYPE_CHECKING
 
+from stickslip_ros.errors import UnknownName
 from stickslip_ros.parameters import Parameters, load_values, parse_assignments
 from stickslip_ros.parameters.typed import to_si_list
+
+if TYPE_CHECKING:
+    from stickslip_ros.runs.plotting import Look
+
+COLUMN_MM = 85.0  # width of a column in a journal
 
 
 def to_numbers(name: str, text: str, unit: str = '') -> list[float]:
@@ -25,3 +32,15 @@ def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
         name: value for name, value in vars(arguments).items() if '.' in name and value is not None
     }
     return {**values, **parse_assignments(arguments.assignments), **named}
+
+
+def chosen_look(arguments: argparse.Namespace) -> 'Look':
+    """Return how the figures look that a command line asks for; refuse what is no look."""
+    from stickslip_ros.runs.plotting import look_of  # noqa: PLC0415 - takes long
+
+    styles = {'': None, 'screen': None, 'paper': COLUMN_MM}
+    if arguments.style not in styles:
+        raise UnknownName('style', arguments.style, 'use screen or paper')
+    width_m = arguments.width
+    width_mm = styles[arguments.style] if width_m is None else 1e3 * width_m
+    return look_of(width_mm, arguments.font_size)

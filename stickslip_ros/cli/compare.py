@@ -5,7 +5,7 @@ import shlex
 
 from rich.table import Table
 
-from stickslip_ros.cli.chosen import chosen_parameters
+from stickslip_ros.cli.chosen import chosen_look, chosen_parameters
 from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.comparison.by_amplitude import MODEL
@@ -13,6 +13,7 @@ from stickslip_ros.comparison.compare import compare
 from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import prepare_output
+from stickslip_ros.runs import plotting
 from stickslip_ros.runs.recorded_run import parse_window
 
 SUFFIXES = ('.html', '.htm')
@@ -25,6 +26,7 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
     if len(arguments.files) > 1:
         *files, b = arguments.files
     _check(arguments, b)
+    look = chosen_look(arguments)
     model = {'frequency_hz': arguments.frequency, 'steps': arguments.steps}
     comparison = compare(
         files,
@@ -40,6 +42,8 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
     )
     if arguments.output is not None:
         comparison.save(arguments.output, shlex.join(['stickslip', *arguments.words]))
+    if arguments.figure is not None:
+        plotting.save_figure(comparison.plot(**look._asdict()), arguments.figure)
     parts: list[str | Table] = [
         f'{letter}  {side.origin}: {side.kind}, {side.rows} rows'
         for letter, side in (('A', comparison.a), ('B', comparison.b))
@@ -52,6 +56,8 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
     parts += sentences(comparison)
     if arguments.output is not None:
         parts.append(f'report {arguments.output}')
+    if arguments.figure is not None:
+        parts.append(f'figure {arguments.figure}')
     return Answer(comparison.to_json(), parts)
 
 
@@ -73,5 +79,7 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
         if value and b != MODEL:
             hint = f'write the word {MODEL} for B, or leave it away'
             raise OutOfRange(name, str(value), '', 'without effect on files', hint)
-    if report is not None:
-        prepare_output(report)
+    if arguments.figure is not None:
+        plotting.check_picture(arguments.figure)
+    for path in filter(None, (report, arguments.figure)):
+        prepare_output(path)

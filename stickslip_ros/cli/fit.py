@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from rich.table import Table
 
-from stickslip_ros.cli.chosen import chosen_parameters
+from stickslip_ros.cli.chosen import chosen_look, chosen_parameters
 from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.errors import OutOfRange
@@ -17,13 +17,14 @@ from stickslip_ros.fitting.fit import Fit, fit
 from stickslip_ros.fitting.report import as_object, check_output, warnings_of, write_fit
 from stickslip_ros.parameters import parse_assignments
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.runs.plotting import check_picture
+from stickslip_ros.runs.plotting import check_picture, looking, save_figure
 
 
 def fit_verb(arguments: argparse.Namespace) -> Answer:
     """Fit the parameters, write the files and draw the figure."""
     for path in arguments.output:
         check_output(path)
+    look = chosen_look(arguments)
     if arguments.figure:
         check_picture(arguments.figure)
         prepare_output(arguments.figure)
@@ -57,8 +58,8 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
         write_fit(path, fitted, content, origin)
     files = [*arguments.output]
     if arguments.figure:
-        with shown_progress('drawing', quiet=arguments.json):
-            draw_fit(fitted, arguments.figure, origin, workers)
+        with shown_progress('drawing', quiet=arguments.json), looking(look):
+            save_figure(draw_fit(fitted, workers), arguments.figure)
         files.append(arguments.figure)
     return Answer(content, [*_parts(fitted, coverage), *(f'file    {path}' for path in files)])
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from stickslip_ros.cli.chosen import chosen_parameters
+from stickslip_ros.cli.chosen import chosen_look, chosen_parameters
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, cell_of
 from stickslip_ros.design.picture import draw_search
@@ -25,7 +25,7 @@ from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.runs.journal import Journal
-from stickslip_ros.runs.plotting import check_picture, save_figure
+from stickslip_ros.runs.plotting import check_picture, looking, save_figure
 from stickslip_ros.units import display_unit, with_unit
 
 
@@ -35,6 +35,7 @@ def optimise_verb(arguments: argparse.Namespace) -> Answer:
     if path.suffix != '.csv':
         raise RecordingError(path, 'is no table of a wave', 'let its name end in .csv')
     prepare_output(path)
+    look = chosen_look(arguments)
     if arguments.figure:
         check_picture(arguments.figure)
         prepare_output(arguments.figure)
@@ -68,7 +69,8 @@ def optimise_verb(arguments: argparse.Namespace) -> Answer:
         write(result.shapes[result.best].wave)
         journal.remove()
     if arguments.figure:
-        save_figure(draw_search(result), arguments.figure)
+        with looking(look):
+            save_figure(draw_search(result), arguments.figure)
     return Answer(_content(result, path), _parts(result, path))
 
 

@@ -222,7 +222,17 @@ def folder(default: str = 'runs') -> Option:
 
 
 WORKERS = option('--workers', 'threads (default: one per core)', int, default=0)
-FIGURE = option('--figure', 'draw a figure: .png, .svg or .pdf', to_path)
+LOOK = (
+    option(
+        '--style',
+        'of the figure: screen, or paper, 85 mm wide with letters of 8 pt',
+        metavar='NAME',
+        default='',
+    ),
+    option('--width', 'of the figure, as 170mm; means --style paper', unit='m', metavar='WIDTH'),
+    option('--font-size', 'of its letters, in points', float, 'POINTS'),
+)
+FIGURE = (option('--figure', 'draw a figure: .png, .svg or .pdf', to_path), *LOOK)
 PARAMETERS = (
     many(
         '--params',

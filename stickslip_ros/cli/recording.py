@@ -7,6 +7,7 @@ from typing import Any
 
 from rich.table import Table
 
+from stickslip_ros.cli.chosen import chosen_look
 from stickslip_ros.cli.experiment import said_of_tables
 from stickslip_ros.cli.printing import Answer, table
 from stickslip_ros.files import make_folder, prepare_output
@@ -63,14 +64,15 @@ def describe_recording(recording: Recording) -> dict[str, Any]:
 def plot_verb(arguments: argparse.Namespace) -> Answer:
     """Draw a recording."""
     # Matplotlib and numba, which the other verbs of this module do without.
-    from stickslip_ros.runs import recorded_run, run_figure  # noqa: PLC0415
+    from stickslip_ros.runs import plotting, recorded_run, run_figure  # noqa: PLC0415
 
     window = None if arguments.window is None else recorded_run.parse_window(arguments.window)
     picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
     if arguments.output:
         prepare_output(picture)
     topics = said_of_tables(arguments)['headers']
-    plot = run_figure.plot_run(arguments.file, picture, window, topics=topics)
+    with plotting.looking(chosen_look(arguments)):
+        plot = run_figure.plot_run(arguments.file, picture, window, topics=topics)
     content = {'picture': str(picture), **dataclasses.asdict(plot)}
     content['commands'] = [command._asdict() for command in plot.commands]
     content['events'] = [event._asdict() for event in plot.events]

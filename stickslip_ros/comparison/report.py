@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 import stickslip_ros
 from stickslip_ros.comparison.result import TIME, Compared, ComparisonReport, Part
@@ -19,6 +20,7 @@ from stickslip_ros.runs.plotting import (
     as_it_is,
     curve_style,
     decimated,
+    is_narrow,
     label_axes,
     new_figure,
     svg_of,
@@ -45,7 +47,8 @@ def report_page(comparison: ComparisonReport, command: str) -> str:
     marks = 'solid A, dashed B' if is_over_time else 'points are A, lines B'
     pictures = []
     for quantity in comparison.quantities:
-        svg = base64.b64encode(draw_quantity(comparison, quantity).encode()).decode()
+        figure = draw_comparison(comparison, [quantity])
+        svg = base64.b64encode(svg_of(figure).encode()).decode()
         text = f'Above: {title(quantity)} against {axis}, {marks}. Below: B − A.'
         url = f'data:image/svg+xml;base64,{svg}'
         pictures.append({'title': title(quantity), 'text': text, 'url': url})
@@ -60,10 +63,31 @@ def report_page(comparison: ComparisonReport, command: str) -> str:
     )
 
 
-def draw_quantity(comparison: ComparisonReport, quantity: Compared) -> str:
-    """Return a quantity of a comparison as SVG text, the same bytes for the same numbers."""
-    figure = new_figure(8.0, 6.0)
-    overlay, residuals = figure.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
+def draw_comparison(comparison: ComparisonReport, quantities: Sequence[Compared]) -> Figure:
+    """Draw quantities of a comparison below each other, each with its difference below it."""
+    figure = new_figure(8.0, 3.5 + 2.5 * len(quantities))
+    ratios = (2.0, 1.0) * len(quantities)
+    panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
+    for quantity, overlay, residuals in zip(quantities, panels[::2], panels[1::2], strict=True):
+        _draw_quantity(comparison, quantity, overlay, residuals)
+    along = 'time (s)' if comparison.axis == TIME else 'stroke of the feet (nm)'
+    panels[-1].set_xlabel(along)
+    if max(len(quantity.parts) for quantity in quantities) <= LEGEND_MAX:
+        handles, labels = panels[0].get_legend_handles_labels()
+        order = sorted(range(len(labels)), key=lambda index: labels[index][0])
+        figure.legend(
+            [handles[index] for index in order],
+            [labels[index] for index in order],
+            fontsize='small',
+            ncols=1 if is_narrow() else 2,
+            loc='outside upper center',
+        )
+    return figure
+
+
+def _draw_quantity(
+    comparison: ComparisonReport, quantity: Compared, overlay: Axes, residuals: Axes
+) -> None:
     factor, unit = display_unit(quantity.unit)
     names = []
     for side, each in zip('AB', (comparison.a, comparison.b), strict=True):
@@ -83,20 +107,8 @@ def draw_quantity(comparison: ComparisonReport, quantity: Compared) -> str:
             labels = [f'{name}, {place(part.at)}' for name in names]
             _draw_part(overlay, residuals, part, factor, curve_style(index), labels)
     label_axes(overlay, '', f'{title(quantity)} ({unit})')
-    along = 'time (s)' if comparison.axis == TIME else 'stroke of the feet (nm)'
-    label_axes(residuals, along, f'B − A ({unit})')
+    label_axes(residuals, '', f'B − A ({unit})')
     residuals.axhline(0.0, color=GREY, linewidth=0.8)
-    if len(quantity.parts) <= LEGEND_MAX:
-        handles, labels = overlay.get_legend_handles_labels()
-        order = sorted(range(len(labels)), key=lambda index: labels[index][0])
-        figure.legend(
-            [handles[index] for index in order],
-            [labels[index] for index in order],
-            fontsize='small',
-            ncols=2,
-            loc='outside upper center',
-        )
-    return svg_of(figure)
 
 
 def _draw_part(

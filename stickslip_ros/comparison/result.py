@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,11 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.files import replacing
 from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Scalar
+from stickslip_ros.runs.drawn import Drawn
 from stickslip_ros.units import unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 AMPLITUDE, TIME = 'amplitude_m', 'time_s'  # the two axes along which things are compared
 FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve rises almost straight
@@ -263,8 +267,8 @@ class Compared:
         }
 
 
-@dataclass(frozen=True, eq=False)
-class ComparisonReport:
+@dataclass(frozen=True, eq=False, repr=False)
+class ComparisonReport(Drawn):
     """The whole, along AMPLITUDE or TIME; without an alignment times were taken as they are."""
 
     a: Side
@@ -302,6 +306,16 @@ class ComparisonReport:
         with replacing(path) as part:
             part.write_text(page, encoding='utf-8')
         return path
+
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.comparison.report import draw_comparison
+
+        return draw_comparison(self, self.quantities)
+
+    def __repr__(self) -> str:
+        from stickslip_ros.comparison.words import sentences
+
+        return '\n'.join(sentences(self))
 
     def _repr_html_(self) -> str:
         from stickslip_ros.comparison.words import sections

@@ -144,7 +144,7 @@ def indent(profile: Profile, elasticity: Elasticity, normal_force_n: float) -> I
     return Indentation(normal_force_n, depth_m, float(profile.half_width(depth_m)))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Presliding:
     """
     A contact that is pulled sideways under a constant normal force.
@@ -166,6 +166,12 @@ class Presliding:
     elasticity: Elasticity
     friction: float
     indentation: Indentation
+
+    def __repr__(self) -> str:
+        return (
+            f'Presliding: {self.indentation.normal_force_n:.5g} N, slips at '
+            f'{self.max_displacement_m:.5g} m and {self.max_force_n:.5g} N'
+        )
 
     @property
     def max_displacement_m(self) -> float:

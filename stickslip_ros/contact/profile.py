@@ -1,7 +1,7 @@
 """Profiles on the one-dimensional foundation: what each can tell, power laws, lines of springs."""
 
 from dataclasses import dataclass
-from functools import cached_property, reduce
+from functools import cached_property, lru_cache, reduce
 from typing import Protocol
 
 import numpy as np
@@ -13,7 +13,10 @@ Array = NDArray[np.float64]
 
 NEWTON_ITERATIONS = 60
 """Enough for any start: the function is convex in log-log, so Newton's steps cannot cycle."""
-NEWTON_TOLERANCE = 1e-15
+NEWTON_TOLERANCE = 1e-8
+"""Last change of a logarithm: the next one, about its square, is below rounding."""
+LOG_X: Array = np.linspace(-100.0, 10.0, 2201, dtype=np.float64)
+"""Logarithms of x, m, between which the iteration begins: two steps are then enough."""
 
 
 class Profile(Protocol):
@@ -145,9 +148,8 @@ def _solve_power_sum(
     target = np.asarray(total, dtype=float)
     positive = target > 0.0
     log_target = np.log(np.where(positive, target, 1.0))
-    # No term alone may exceed the total: the smallest single-term solution is an upper bound.
     terms = list(zip(prefactors, exponents, strict=True))
-    log_x = reduce(np.minimum, [(log_target - np.log(q)) / n for q, n in terms])
+    log_x = np.interp(log_target, _log_sums(prefactors, exponents), LOG_X)
     for _ in range(NEWTON_ITERATIONS):
         values = [q * np.exp(n * log_x) for q, n in terms]
         sums = reduce(np.add, values)
@@ -155,9 +157,16 @@ def _solve_power_sum(
         slope = reduce(np.add, slopes) / sums
         change = (np.log(sums) - log_target) / slope
         log_x = log_x - change
-        if (np.abs(change) < NEWTON_TOLERANCE * (1.0 + np.abs(log_x))).all():
+        if (np.abs(change) < NEWTON_TOLERANCE).all():
             break
     return np.where(positive, np.exp(log_x), 0.0)
+
+
+@lru_cache(maxsize=64)
+def _log_sums(prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> Array:
+    """Return the logarithm of a sum of powers at LOG_X; not to be written."""
+    terms = zip(prefactors, exponents, strict=True)
+    return reduce(np.logaddexp, [np.log(q) + n * LOG_X for q, n in terms])
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from stickslip_ros.contact.profile import Array
 
@@ -50,14 +49,33 @@ def spline(
     of the rise, another one those of the fall.
 
     """
-    knots = np.array([times, heights], dtype=np.float64).T
-    top = int(np.argmax(knots[:, HEIGHT]))
-    share = 2 * rows // (len(knots) - 1) + 1
-    between = np.arange(share) / share
-    at = (knots[:-1, TIME, None] + np.diff(knots[:, TIME])[:, None] * between).ravel()
-    up, down = (PchipInterpolator(*part.T) for part in (knots[: top + 1], knots[top:]))
-    height = np.where(at < knots[top, TIME], up(at), down(at))
-    return np.vstack((np.column_stack((at, np.clip(height, 0.0, 1.0))), (1.0, 0.0)))
+    time, height = np.array((times, heights), dtype=np.float64)
+    widths, top, share = np.diff(time), int(np.argmax(height)), 2 * rows // (len(time) - 1) + 1
+    chords = np.diff(height) / widths
+    parts = [_slopes(widths[part], chords[part]) for part in (np.s_[:top], np.s_[top:])]
+    start = np.concatenate([slopes[:-1] for slopes in parts])
+    end = np.concatenate([slopes[1:] for slopes in parts])
+    twist = (start + end - 2.0 * chords) / widths
+    bend = (chords - start) / widths - twist
+    at = time[:-1] + np.outer(np.arange(share) / share, widths)
+    on = at - time[:-1]
+    square = on * on
+    between = height[:-1] + start * on + bend * square + twist / widths * (square * on)
+    curve = np.column_stack((at.T.ravel(), np.clip(between, 0.0, 1.0).T.ravel()))
+    return np.vstack((curve, (1.0, 0.0)))
+
+
+def _slopes(widths: Array, chords: Array) -> Array:
+    """Return the slopes of a PCHIP at its knots: Fritsch and Butland 1984, ends as of Moler."""
+    if len(chords) == 1:
+        return np.repeat(chords, 2)
+    before, after = 2.0 * widths[1:] + widths[:-1], widths[1:] + 2.0 * widths[:-1]
+    with np.errstate(divide='ignore'):  # beside a level chord the slope is 0
+        inner = 1.0 / ((before / chords[:-1] + after / chords[1:]) / (before + after))
+    near, far = np.s_[[0, -1]], np.s_[[1, -2]]
+    steep = (2.0 * widths[near] + widths[far]) * chords[near] - widths[near] * chords[far]
+    ends = np.where(steep * chords[near] > 0.0, steep / (widths[near] + widths[far]), 0.0)
+    return np.concatenate((ends[:1], inner, ends[1:]))
 
 
 def sawtooth(_: int, fall: float) -> Array:

@@ -99,11 +99,12 @@ def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
         times *= max(each for each in (1.0, 2.0, 5.0) if each * times * stroke <= STROKE)
         height = FILM_HEIGHT
         foot, runner = (times * scale * each for each in (film.foot_m, film.runner_m))
+    size = f'width="{WIDTH}" height="{height}"'
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}">',
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {WIDTH} {height}">',
         f'<title>{TITLE}</title><style>{STYLE}</style>',
         f'{TIP}{_foot(geometry, scale, foot)}</defs>',
-        f'<rect width="{WIDTH}" height="{height}" fill="var(--paper)"/>',
+        f'<rect {size} fill="var(--paper)"/>',
         *_side(parameters, geometry, scale, runner),
         *_section(geometry, scale),
         *_contacts(parameters, film),

@@ -1,9 +1,10 @@
 """The stand as a URDF: frames and bodies for RViz, tf2 and what else reads robots."""
 
 import math
-import xml.etree.ElementTree as ET
+from collections.abc import Mapping
+from xml.sax.saxutils import quoteattr
 
-from stickslip_ros.drawing.geometry import DIAGONAL, Geometry, geometry_of
+from stickslip_ros.drawing.geometry import DIAGONAL, geometry_of
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.parameters import Parameters
 
@@ -13,14 +14,16 @@ COLOURS = {
     'ruby': '0.76 0.15 0.18 1',
     'frame': '0.82 0.85 0.88 1',
 }
+Place = tuple[float, float, float]
+HERE: Place = (0.0, 0.0, 0.0)
 
 
 def robot_description(parameters: Parameters) -> str:
     """
     Return the stand as URDF.
 
-    Its frames are those of ``frame_id.*``; its one joint that moves is ``sim.joint_name``, which
-    ``joint_states`` moves. Sizes are those of the drawing: the physics has none.
+    Its frames are those of ``frame_id.*``; the one joint that moves is ``sim.joint_name``, which
+    ``joint_states`` moves, at most as fast as the drive steps. Sizes are those of the drawing.
 
     Parameters
     ----------
@@ -28,53 +31,13 @@ def robot_description(parameters: Parameters) -> str:
         The stand.
 
     """
-    geometry, frames = geometry_of(parameters), parameters.frame_id
-    prefix = frames.stage.rpartition('/')[0]
-    name_of = f'{prefix}/{{}}'.format if prefix else str
-    robot = ET.Element('robot', name='stickslip_stand')
-    for name, colour in COLOURS.items():
-        ET.SubElement(ET.SubElement(robot, 'material', name=name), 'color', rgba=colour)
-    stage, length_m = ET.SubElement(robot, 'link', name=frames.stage), geometry.length_m
-    drop_m = -DIAGONAL * geometry.reach_m - 2.0 * geometry.radius_m
-    table_m = (3.0 * length_m, 0.5 * length_m, 2.0 * geometry.radius_m)
-    _add_box(stage, table_m, 'frame', (0.0, 0.0, drop_m))
-    _add_runner(robot, parameters, geometry)
-    for foot in geometry.feet:
-        body = _add_fixed(
-            robot,
-            frames.stage,
-            name_of(f'foot_{foot.number}'),
-            foot.at(0.5 * geometry.width_m + geometry.radius_m),
-        )
-        _add_shape(body, 'ruby', 'sphere', radius=_text(geometry.radius_m))
-        width_m, long_m = geometry.piezo_m
-        angle = -foot.side * foot.up * 0.25 * math.pi
-        shift_m = 0.5 * DIAGONAL * long_m
-        place = (0.0, foot.side * shift_m, foot.up * shift_m)
-        _add_box(body, (width_m, width_m, long_m), 'piezo', place, angle)
-    cell = _add_fixed(robot, frames.stage, frames.load_cell, (geometry.cell_m, 0.0, 0.0))
-    if parameters.load_cell.contact != 'absent':
-        size_m = geometry.width_m
-        _add_box(cell, (size_m, size_m, size_m), 'frame', (0.5 * size_m, 0.0, 0.0))
-    ET.indent(robot)
-    return ET.tostring(robot, encoding='unicode', xml_declaration=True) + '\n'
-
-
-def _add_runner(robot: ET.Element, parameters: Parameters, geometry: Geometry) -> None:
-    """Add the runner, and the joint along which it goes at most as fast as it can step."""
-    mass_kg, stand, amplifier = parameters.runner.mass, parameters.stand, parameters.amplifier
-    width_m, length_m = geometry.width_m, geometry.length_m
-    link = ET.SubElement(robot, 'link', name=parameters.frame_id.runner)
-    _add_box(link, (length_m, width_m, width_m), 'steel', (0.0, 0.0, 0.0), 0.25 * math.pi)
-    inertial = ET.SubElement(link, 'inertial')
-    ET.SubElement(inertial, 'mass', value=_text(mass_kg))
-    along, across = width_m**2 / 6.0, (length_m**2 + width_m**2) / 12.0
+    geometry, frames, stand = geometry_of(parameters), parameters.frame_id, parameters.stand
+    length_m, width_m, radius_m = geometry.length_m, geometry.width_m, geometry.radius_m
+    piezo_m, piezo_long_m = geometry.piezo_m
+    amplifier, mass_kg = parameters.amplifier, parameters.runner.mass
+    along, across = mass_kg * width_m**2 / 6.0, mass_kg * (length_m**2 + width_m**2) / 12.0
     moments = {'ixx': along, 'iyy': across, 'izz': across, 'ixy': 0.0, 'ixz': 0.0, 'iyz': 0.0}
-    ET.SubElement(inertial, 'inertia', {key: _text(mass_kg * m2) for key, m2 in moments.items()})
-    joint = _add_joint(
-        robot, parameters.sim.joint_name, 'prismatic', parameters.frame_id.stage, link
-    )
-    ET.SubElement(joint, 'axis', xyz='1 0 0')
+    inertia = f'<mass value="{mass_kg:.9g}"/><inertia {_told(moments)}/>'
     stroke_m = parameters.actuator.gain * (amplifier.voltage_max - amplifier.voltage_min)
     limits = {
         'lower': stand.travel_min,
@@ -82,45 +45,69 @@ def _add_runner(robot: ET.Element, parameters: Parameters, geometry: Geometry) -
         'effort': friction_limit_n(parameters),
         'velocity': stroke_m * amplifier.frequency_max,
     }
-    ET.SubElement(joint, 'limit', {name: _text(value) for name, value in limits.items()})
+    slide = f'<axis xyz="1 0 0"/><limit {_told(limits)}/>'
+    table = _box((3.0 * length_m, 0.5 * length_m, 2.0 * radius_m))
+    below_m = -DIAGONAL * geometry.reach_m - 2.0 * radius_m
+    bar = _body(_box((length_m, width_m, width_m)), 'steel', HERE, 0.25 * math.pi)
+    parts = [
+        f'<material name="{name}"><color rgba="{c}"/></material>' for name, c in COLOURS.items()
+    ]
+    parts += [
+        _link(frames.stage, _body(table, 'frame', (0.0, 0.0, below_m))),
+        _link(frames.runner, f'{bar}<inertial>{inertia}</inertial>'),
+        _joint(parameters.sim.joint_name, 'prismatic', frames.stage, frames.runner, slide),
+    ]
+    prefix, slash, _ = frames.stage.rpartition('/')
+    for foot in geometry.feet:
+        away_m = 0.5 * DIAGONAL * piezo_long_m
+        place, roll = (
+            (0.0, foot.side * away_m, foot.up * away_m),
+            -0.25 * math.pi * foot.side * foot.up,
+        )
+        piezo = _body(_box((piezo_m, piezo_m, piezo_long_m)), 'piezo', place, roll)
+        ball = _body(f'<sphere radius="{radius_m:.9g}"/>', 'ruby')
+        name = f'{prefix}{slash}foot_{foot.number}'
+        at = _at(foot.at(0.5 * width_m + radius_m))
+        parts += [
+            _link(name, ball + piezo),
+            _joint(f'{name}_joint', 'fixed', frames.stage, name, at),
+        ]
+    is_there = parameters.load_cell.contact != 'absent'
+    cell = _body(_box((width_m,) * 3), 'frame', (0.5 * width_m, 0.0, 0.0)) if is_there else ''
+    at = _at((geometry.cell_m, 0.0, 0.0))
+    parts += [
+        _link(frames.load_cell, cell),
+        _joint(f'{frames.load_cell}_joint', 'fixed', frames.stage, frames.load_cell, at),
+    ]
+    inside = '\n'.join(f'  {each}' for each in parts)
+    return f'<?xml version="1.0"?>\n<robot name="stickslip_stand">\n{inside}\n</robot>\n'
 
 
-def _add_fixed(
-    robot: ET.Element, parent: str, name: str, place_m: tuple[float, float, float]
-) -> ET.Element:
-    link = ET.SubElement(robot, 'link', name=name)
-    joint = _add_joint(robot, f'{name}_joint', 'fixed', parent, link)
-    ET.SubElement(joint, 'origin', xyz=' '.join(map(_text, place_m)))
-    return link
+def _link(name: str, inside: str) -> str:
+    return f'<link name={quoteattr(name)}>{inside}</link>'
 
 
-def _add_joint(
-    robot: ET.Element, name: str, kind: str, parent: str, child: ET.Element
-) -> ET.Element:
-    joint = ET.SubElement(robot, 'joint', name=name, type=kind)
-    ET.SubElement(joint, 'parent', link=parent)
-    ET.SubElement(joint, 'child', link=child.attrib['name'])
-    return joint
+def _joint(name: str, kind: str, parent: str, child: str, inside: str) -> str:
+    ends = f'<parent link={quoteattr(parent)}/><child link={quoteattr(child)}/>'
+    return f'<joint name={quoteattr(name)} type="{kind}">{ends}{inside}</joint>'
 
 
-def _add_box(
-    link: ET.Element,
-    size_m: tuple[float, float, float],
-    colour: str,
-    place_m: tuple[float, float, float],
-    roll_rad: float = 0.0,
-) -> None:
-    visual = _add_shape(link, colour, 'box', size=' '.join(map(_text, size_m)))
-    rotation = f'{_text(roll_rad)} 0 0'
-    ET.SubElement(visual, 'origin', xyz=' '.join(map(_text, place_m)), rpy=rotation)
+def _body(shape: str, colour: str, place_m: Place = HERE, roll_rad: float = 0.0) -> str:
+    shape = f'{_at(place_m, roll_rad)}<geometry>{shape}</geometry>'
+    return f'<visual>{shape}<material name="{colour}"/></visual>'
 
 
-def _add_shape(link: ET.Element, colour: str, kind: str, **size: str) -> ET.Element:
-    visual = ET.SubElement(link, 'visual')
-    ET.SubElement(ET.SubElement(visual, 'geometry'), kind, size)
-    ET.SubElement(visual, 'material', name=colour)
-    return visual
+def _box(size_m: Place) -> str:
+    return f'<box size="{_row(size_m)}"/>'
 
 
-def _text(value: float) -> str:
-    return f'{value:.9g}'
+def _at(place_m: Place, roll_rad: float = 0.0) -> str:
+    return f'<origin xyz="{_row(place_m)}" rpy="{roll_rad:.9g} 0 0"/>'
+
+
+def _row(values: Place) -> str:
+    return ' '.join(f'{each:.9g}' for each in values)
+
+
+def _told(values: Mapping[str, float]) -> str:
+    return ' '.join(f'{name}="{value:.9g}"' for name, value in values.items())

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -283,24 +283,25 @@ def _kept_contact(
 ) -> Record:
     """Return the six contacts as one, a record of CONTACT; not to be written."""
     contacts = _contacts_at(contact, stand.preload, weight_n)
-    groups = groups_of(contact, weight_n)
-    elasticity = elasticity_of(contact)
+    largest_n = max(stand.preload_limit, stand.preload, stand.preload_end)
     return record(
         CONTACT,
         curve=tabulate(contacts),
-        bank=spring_bank(
-            groups,
-            elasticity,
-            contact.friction,
-            max(stand.preload_limit, stand.preload, stand.preload_end),
-            springs=SPRINGS_IN_ALL // len(groups),
-        ),
+        bank=_kept_bank(contact, weight_n, largest_n),
         law=_law_of(LAW_NUMBERS[contact.law], law, contacts),
         ageing=ageing_of(contact),
-        compliance=contact.friction * elasticity.cattaneo_mindlin,
+        compliance=contact.friction * elasticity_of(contact).cattaneo_mindlin,
         preload_n=stand.preload,
         preload_n_per_s=stand.preload_rate,
     )
+
+
+@lru_cache(maxsize=MODELS_KEPT)
+def _kept_bank(contact: ContactParameters, weight_n: float, preload_max_n: float) -> Record:
+    """Return the springs of all contacts up to a preload, a record of BANK; not to be written."""
+    groups = groups_of(contact, weight_n)
+    springs = SPRINGS_IN_ALL // len(groups)
+    return spring_bank(groups, elasticity_of(contact), contact.friction, preload_max_n, springs)
 
 
 def ageing_of(contact: ContactParameters) -> Record:
@@ -467,7 +468,8 @@ def set_preload(plants: Record, parameters: Parameters, preload_n: float) -> Non
 
 def state_at_rest(plants: Record, preload_n: float) -> Record:
     """Return the drive at rest, with relaxed contacts: an array of one record of STATE."""
-    states = _fresh_states(preload_n).copy()
+    states = _fresh_states().copy()
+    states['preload_n'] = states['contacts']['preload_n'] = preload_n
     states['voltage_v'] = plants['rest_v']
     ageing = plants[0].contacts[ALL].ageing
     if ageing.on:
@@ -481,11 +483,9 @@ def state_at_rest(plants: Record, preload_n: float) -> Record:
     return states
 
 
-@lru_cache(maxsize=MODELS_KEPT)
-def _fresh_states(preload_n: float) -> Record:
-    states = records(STATE, preload_n=preload_n, passes_left=PASSES_MIN)
-    states['contacts'] = fresh_contact(preload_n)
-    return states
+@cache
+def _fresh_states() -> Record:
+    return records(STATE, passes_left=PASSES_MIN, contacts=fresh_contact(0.0))
 
 
 def start_clock(states: Record) -> None:

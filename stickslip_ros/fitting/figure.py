@@ -1,33 +1,32 @@
 """The picture of a fit: measured forces with error bars, the model, and what it misses."""
 
 from functools import partial
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.fitting.fit import Fit
 from stickslip_ros.fitting.problem import model_force_n
 from stickslip_ros.runs.batch import run_batch
 from stickslip_ros.runs.plotting import (
     GREY,
-    check_picture,
     curve_style,
     draw_legend,
     label_axes,
     new_figure,
-    save_figure,
 )
 from stickslip_ros.units import MN, NM
+
+if TYPE_CHECKING:
+    from stickslip_ros.fitting.fit import Fit
 
 CURVE_POINTS = 41
 
 
-def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None:
-    """Draw a fit as PNG, SVG or PDF: the points with error bars, the model, and what it misses."""
-    check_picture(picture)
-    figure = new_figure(8.5, 7.0, title)
+def draw_fit(fit: 'Fit', workers: int = 0) -> Figure:
+    """Draw a fit: the points with error bars, the model, and what it misses."""
+    figure = new_figure(8.5, 7.0)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
     points = fit.problem.points
     pairs = list(zip(points.preload_n.tolist(), points.frequency_hz.tolist(), strict=True))
@@ -55,7 +54,7 @@ def draw_fit(fit: Fit, picture: Path, title: str = '', workers: int = 0) -> None
     label_axes(top, '', 'generated force (mN)')
     draw_legend(top)
     is_known = points.sigma_n is not None
-    missed_label = '(model - measured)/σ' if is_known else 'model - measured (mN)'
+    missed_label = '(model −\nmeasured)/σ' if is_known else 'model −\nmeasured (mN)'
     label_axes(bottom, 'stroke of the feet (nm)', missed_label)
     bottom.axhline(0.0, color=GREY, linewidth=0.8)
-    save_figure(figure, picture)
+    return figure

@@ -1,5 +1,6 @@
 """A fit of the drive to measured forces: the best of many searches, and how good it is."""
 
+import itertools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -13,7 +14,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.extras import load_extra
 from stickslip_ros.fitting.free import Free, choose_free
-from stickslip_ros.fitting.problem import Points, Problem, pose, read_points
+from stickslip_ros.fitting.problem import Points, Problem, pose, read_points, silent
 from stickslip_ros.fitting.statistics import (
     PURPOSE,
     Estimate,
@@ -23,12 +24,17 @@ from stickslip_ros.fitting.statistics import (
 )
 from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.progress import progress_of
+from stickslip_ros.progress import Show, progress_of
 from stickslip_ros.runs.batch import Progress, run_batch
+from stickslip_ros.runs.drawn import Drawn
 from stickslip_ros.tables.experiment import Experiment, Reading
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from stickslip_ros.tables.formats import Table
+
+# ruff: noqa: PLC0415 - its figure and report import this
 
 STARTS_MAX = 1000
 ROUNDS = 6  # searches with ever more cycles, until they suffice at the minimum
@@ -63,8 +69,8 @@ class Minimum:
         return np.array(self.coordinates)
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Drawn):
     """
     What a fit comes to.
 
@@ -111,13 +117,30 @@ class Fit:
         """The free parameters."""
         return estimates_of(self.problem, self.found.place, self.uncertainty)
 
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.fitting.figure import draw_fit
+
+        return draw_fit(self)
+
+    def __repr__(self) -> str:
+        from stickslip_ros.fitting.report import warnings_of
+
+        found = (
+            f'{each.name} {each.value:.6g} ± {each.standard_error:.2g} {each.unit}'.rstrip()
+            for each in self.estimates
+        )
+        return '\n'.join([*found, *(f'warning: {text}' for text in warnings_of(self))])
+
     def _repr_html_(self) -> str:
+        from stickslip_ros.fitting.report import warnings_of
+
         header = ('parameter', 'estimate', 'standard error', '95 % low', '95 % high', 'unit')
         rows = [
             (each.name, each.value, each.standard_error, each.low, each.high, each.unit)
             for each in self.estimates
         ]
-        return html_table('Fit', rows, header)
+        warnings = [(text,) for text in warnings_of(self)]
+        return html_table('Fit', rows, header) + html_table('Warnings', warnings) * bool(warnings)
 
     @property
     def covariance(self) -> Array:
@@ -223,7 +246,8 @@ def fit(
     report : callable, optional
         Called with each ``Experiment`` when it has been read, before anything is computed.
     progress : bool or callable
-        Whether to show how far it has come; or what is called with searches done and in all.
+        Whether to show how far it has come; or what is called with the points computed so far,
+        and 0: nobody knows how many the searches will need.
 
     Raises
     ------
@@ -234,7 +258,7 @@ def fit(
     reading = Reading(headers or {}, preloads_n, report)
     points = read_points(experiment, frequency_hz, reading, steps)
     stand, chosen, notes = choose_free(parameters or Parameters(), free, start, bounds)
-    with progress_of(progress, 'searches') as show:
+    with progress_of(progress, 'points') as show:
         fitted = fit_drive(
             stand, chosen, points, starts=starts, seed=seed, workers=workers, progress=show
         )
@@ -249,11 +273,21 @@ def fit_drive(
     starts: int = 8,
     seed: int = 1,
     workers: int = 0,
-    progress: Progress | None = None,
+    progress: Show | None = None,
 ) -> Fit:
     """Do what ``fit`` does to points that were read, and to what ``choose_free`` returns."""
     started_s = time.perf_counter()
-    problem = pose(parameters, free, points)
+    computed, searched = itertools.count(1), 0
+
+    def tick() -> None:
+        if progress is not None:
+            progress(next(computed), 0, f'{searched} of {starts} searches ended')
+
+    def count(done: int, _: int) -> None:
+        nonlocal searched
+        searched = done
+
+    problem = pose(parameters, free, points, tick)
     if not 1 <= starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'
         raise OutOfRange('number of starts', starts, '', limit, 'change --starts')
@@ -263,7 +297,7 @@ def fit_drive(
         shares = qmc.LatinHypercube(d=len(free), seed=seed).random(starts - 1)
         places += list(qmc.scale(shares, *problem.bounds))
     searches = run_batch(
-        partial(_search_or_nothing, problem), places, workers=workers, progress=progress
+        partial(_search_or_nothing, problem), places, workers=workers, progress=count
     )
     problem, refined, steady = _refine(problem, _best(searches))
     found = refined[-1] if refined else _best(searches)
@@ -278,6 +312,7 @@ def fit_drive(
         problem, more, steady = _refine(wider, beyond)
         refined += [beyond, *more]
         found = refined[-1]
+    problem = replace(problem, tick=silent)
     return Fit(
         problem=problem,
         searches=tuple(searches),

@@ -1,7 +1,7 @@
 """Measured forces, and the drive as a function of its free parameters that is fitted to them."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -36,6 +36,10 @@ SMALLEST_SHARE = 1e-7  # share of the largest force below which no change of a f
 RUNS_KEPT = 4096
 """Runs kept: differences to one side need the forces that the search has just asked for, and all
 synthetic data sets start at the same place."""
+
+
+def silent() -> None:
+    """Tell nobody."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +90,7 @@ class Problem:
     free: tuple[Free, ...]
     points: Points
     cycles: tuple[int, ...]
+    tick: Callable[[], None] = silent  # called whenever a force is known
 
     @property
     def start(self) -> Array:
@@ -128,14 +133,13 @@ class Problem:
     def forces_n(self, coordinates: Array, cycles: Sequence[int] | None = None) -> Array:
         """Return the forces of the model at the measured points, N."""
         there, points = self.stand(coordinates), self.points
-        rows = zip(
-            points.preload_n,
-            points.amplitude_m,
-            points.frequency_hz,
-            cycles or self.cycles,
-            strict=True,
-        )
-        return np.array([model_force_n(there, *map(float, row[:3]), row[3]) for row in rows])
+        where = (points.preload_n, points.amplitude_m, points.frequency_hz)
+        rows = list(zip(*(each.tolist() for each in where), cycles or self.cycles, strict=True))
+        found = {}
+        for row in dict.fromkeys(rows):  # what was measured several times is computed once
+            found[row] = model_force_n(there, *row)
+            self.tick()
+        return np.array([found[row] for row in rows])
 
     def residuals(self, coordinates: Array) -> Array:
         """Return model less measurement, per standard error."""
@@ -167,12 +171,14 @@ class Problem:
         if points.sigma_n is not None:
             least_n = SMALLEST_SHARE * points.largest_n
             tolerance_n = np.maximum(STEADY_SHARE * points.sigma_n, least_n)
+        settings = np.column_stack((points.preload_n, points.amplitude_m, points.frequency_hz))
+        group = np.unique(settings, axis=0, return_inverse=True)[1].ravel()
         cycles = np.array(self.cycles)
         forces_n = self.forces_n(coordinates, tuple(cycles.tolist()))
         while True:
             longer_n = self.forces_n(coordinates, tuple((2 * cycles).tolist()))
             short = np.abs(longer_n - forces_n) > tolerance_n
-            more = short & (cycles < most)
+            more = np.isin(group, group[short]) & (cycles < most)
             if not more.any():
                 found = dataclasses.replace(self, cycles=tuple(cycles.tolist()))
                 return found, not short.any()
@@ -208,7 +214,12 @@ def read_points(
     return points
 
 
-def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Problem:
+def pose(
+    parameters: Parameters,
+    free: tuple[Free, ...],
+    points: Points,
+    tick: Callable[[], None] = silent,
+) -> Problem:
     """Return the problem of a fit, with cycles enough for its starting values."""
     least, what = len(free), 'one for each free parameter'
     if points.sigma_n is None:
@@ -225,7 +236,7 @@ def pose(parameters: Parameters, free: tuple[Free, ...], points: Points) -> Prob
         raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
     counts = points.steps
     cycles = (STEPS_MIN,) * len(points) if counts is None else tuple(counts.tolist())
-    problem = Problem(parameters, free, points, cycles)
+    problem = Problem(parameters, free, points, cycles, tick)
     return problem.steady_at(problem.start)[0]
 
 

@@ -6,12 +6,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.linear.linearise import Complex, LinearDrive
+from stickslip_ros.linear.linearise import Complex, LinearDrive, Response
 from stickslip_ros.linear.swept_sine import MeasuredResponse
 from stickslip_ros.runs.journal import Row
-from stickslip_ros.runs.plotting import GREY, curve_style, draw_legend, label_axes, new_figure
+from stickslip_ros.runs.plotting import GREY, curve_style, label_axes, new_figure
 from stickslip_ros.units import NM
 
+BAND = 0.02, 3.0  # frequencies that are shown by default, as multiples of the resonance
 LINE_POINTS = 2000
 LEAD_RAD = 0.1  # phases are lags but for rounding and creep; none leads by more
 
@@ -49,26 +50,27 @@ def bode_rows(measured: MeasuredResponse) -> list[Row]:
     return [dict(zip(columns, row, strict=True)) for row in values]
 
 
-def draw_bode(measured: MeasuredResponse) -> Figure:
-    """Draw gain and phase from voltage and from load to position."""
-    linear, frequencies = measured.linear, measured.frequency_hz
+def draw_bode(linear: LinearDrive, frequencies: Array, response: Response | None = None) -> Figure:
+    """Draw gain and phase from voltage and from load to position, and what was measured."""
     grid: Array = np.geomspace(frequencies.min(), frequencies.max(), LINE_POINTS)
     closed, sines = curve_style(0).line, curve_style(1).points
     figure = new_figure(10.0, 6.0)
     panels = figure.subplots(2, 2, sharex=True)
     lines, curves = _curves(linear, grid), _curves(linear, frequencies)
     for (gain, phase), line, curve, points in zip(
-        panels.T, lines, curves, measured.response, strict=True
+        panels.T, lines, curves, response or (None, None), strict=True
     ):
         gain.loglog(grid, np.abs(line.response) * NM, **closed, label='closed form')
-        gain.loglog(frequencies, np.abs(points) * NM, **sines, label='swept sine')
         phase.semilogx(grid, line.phase_deg(), **closed)
-        phase.semilogx(frequencies, curve.phase_deg(points), **sines)
-        label_axes(gain, '', f'position (nm/{line.unit})', f'from {line.source} to position')
+        if points is not None:
+            gain.loglog(frequencies, np.abs(points) * NM, **sines, label='swept sine')
+            phase.semilogx(frequencies, curve.phase_deg(points), **sines)
+        label_axes(gain, '', f'position (nm/{line.unit})', f'{line.source} to position')
         label_axes(phase, 'frequency (Hz)', 'phase (degrees)')
         for axes in (gain, phase):
             axes.axvline(linear.resonance_hz, color=GREY, linestyle=':')
-        draw_legend(gain, 'lower left')
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, fontsize='small', ncols=2, loc='outside lower center')
     return figure
 
 

@@ -7,8 +7,9 @@ with it the frequency response, depends on the preload but not on the history.
 
 """
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +24,13 @@ from stickslip_ros.drive.waveform import table
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.extras import load_extra
 from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.linear.sampled import StateSpace, held, read, reduced
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.drawn import Drawn
+from stickslip_ros.units import MICRO
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 INPUTS = ('voltage_v', 'load_n')
 OUTPUTS = ('position_m', 'foot_m')
@@ -40,8 +47,8 @@ class Response(NamedTuple):
     position_m_per_n: Complex
 
 
-@dataclass(frozen=True, eq=False)
-class LinearDrive:
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearDrive(Drawn):
     """
     State space of the stuck drive: x' = A x + B u, y = C x + D u, all in SI units.
 
@@ -59,6 +66,8 @@ class LinearDrive:
         runner touches.
     resonance_hz : float
         Natural frequency of the runner between them.
+    parameters : Parameters
+        The stand.
 
     """
 
@@ -72,6 +81,7 @@ class LinearDrive:
     contact_n_per_m: float
     cell_n_per_m: float
     resonance_hz: float
+    parameters: Parameters = field(repr=False)
 
     def response(self, frequency_hz: ArrayLike) -> Response:
         """Return the response of the runner at frequencies, Hz."""
@@ -86,21 +96,75 @@ class LinearDrive:
         matrix: Complex = self.C @ moved + self.D
         return matrix
 
-    def to_control(self) -> Any:
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.linear.bode import BAND, draw_bode  # noqa: PLC0415 - it imports this
+
+        return draw_bode(self, self.resonance_hz * np.array(BAND))
+
+    def __repr__(self) -> str:
+        return (
+            f'LinearDrive: resonance {self.resonance_hz:.5g} Hz, {len(self.states)} states, '
+            f'at {self.at_voltage_v:.4g} V'
+        )
+
+    def to_control(
+        self, dt: float | None = None, *, sensors: bool = False, order: int | None = None
+    ) -> Any:
         """
-        Return the same as a StateSpace of python-control, with named inputs, outputs and states.
+        Return the same as a StateSpace of python-control, in V, N and um, with named signals.
+
+        Parameters
+        ----------
+        dt : float, optional
+            Time from one command and reading to the next, s, in which voltage and load are held;
+            continuous time if None.
+        sensors : bool
+            Whether the output is what the interferometer reads, with its low-pass, samples of
+            its own and latency, without noise, in place of the true positions.
+        order : int, optional
+            With ``dt``: how many states are left of it, those that matter most. Polynomials of
+            more than about five, as in transfer functions and ``margin``, have no digits left.
 
         Raises
         ------
         MissingExtra
             If python-control is not installed.
+        StickSlipError
+            If readings or an order are asked for without ``dt``, the sensor does not read once
+            per ``dt``, or the order does not fit.
 
         """
         control = load_extra('a system of python-control', 'control')
-        names = {'inputs': INPUTS, 'outputs': OUTPUTS, 'states': self.states}
-        return control.ss(
-            self.A, self.B, self.C, self.D, **{key: list(name) for key, name in names.items()}
+        outputs, states = list(map(_in_um, OUTPUTS)), list(map(_in_um, self.states))
+        scale = np.array([1.0 if each.endswith('_v') else 1.0 / MICRO for each in self.states])
+        system = StateSpace(
+            self.A * scale[:, None] / scale,
+            self.B * scale[:, None],
+            self.C / (MICRO * scale),
+            self.D / MICRO,
         )
+        if dt is None:
+            for name, asked in (('sensors', sensors), ('order', order)):
+                if asked:
+                    limit = 'of a sampled system only'
+                    raise OutOfRange(name, asked, '', limit, 'give dt, as sim.block')
+        elif sensors:
+            system, outputs = read(system, dt, self.parameters), outputs[:1]
+            delays = len(system.A) - len(states) - 1
+            states += ['reading_um', *(f'reading_{k}_um' for k in range(delays))]
+        else:
+            system = held(system, dt)
+        if dt is not None and order is not None:
+            amplifier = self.parameters.amplifier
+            largest = np.array([amplifier.voltage_max - amplifier.voltage_min, 1.0])
+            system, states = reduced(system, order, largest), [f'x_{k}' for k in range(order)]
+        names = {'inputs': list(INPUTS), 'outputs': outputs, 'states': states}
+        return control.ss(*system, 0 if dt is None else dt, **names)
+
+
+def _in_um(name: str) -> str:
+    """Return the name of a state or output with micrometres for its metres."""
+    return re.sub('_m(?=$|_per_s$)', '_um', name)
 
 
 def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> LinearDrive:
@@ -163,6 +227,7 @@ def linear_drive(
         contact_n_per_m=stiffness,
         cell_n_per_m=cell,
         resonance_hz=float(np.sqrt((stiffness + cell) / mass_kg) / (2.0 * np.pi)),
+        parameters=parameters,
     )
 
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -25,6 +26,10 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.runs.batch import run_batch
+from stickslip_ros.runs.drawn import Drawn
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SLIDING_SHARE = 2e-3  # sliding amplitude per maximal presliding of the contact that slips first
 VOLTAGE_SHARE = 2.5e-3
@@ -36,8 +41,8 @@ CYCLES_MIN, CYCLES_MAX, BEATS = 6, 80, 4.0
 BEATS beats with the nearest resonance."""
 
 
-@dataclass(frozen=True, eq=False)
-class MeasuredResponse:
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredResponse(Drawn):
     """
     What sines of small amplitude come to.
 
@@ -63,6 +68,16 @@ class MeasuredResponse:
     voltage_amplitude_v: Array
     load_amplitude_n: Array
     softening: float
+
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.linear.bode import draw_bode  # noqa: PLC0415 - it imports this
+
+        return draw_bode(self.linear, self.frequency_hz, self.response)
+
+    def __repr__(self) -> str:
+        first_hz, last_hz = self.frequency_hz.min(), self.frequency_hz.max()
+        span = f'{len(self.frequency_hz)} frequencies from {first_hz:.5g} to {last_hz:.5g} Hz'
+        return f'MeasuredResponse: {span}, of {self.linear}'
 
     @property
     def deviation(self) -> Response:

@@ -36,6 +36,8 @@ LIMITS = {
     ('preload', 'preload'): (0.0, 'stand.preload_limit'),
 }
 """Lowest and highest value of a number: itself, or the parameter that says it."""
+ENDLESS = {('sawtooth', 'steps'), ('waveform', 'cycles')}
+"""Numbers of which 0 goes on until stopped."""
 STARTS = {
     ('voltage', 'voltage'): 'amplifier.voltage_initial',
     ('sawtooth', 'amplitude'): 'step.amplitude',
@@ -213,7 +215,8 @@ def _number(command: str, label: str) -> dict[str, Any]:
     factor, shown = display_unit(unit)
     low, high = LIMITS.get((command, name), (None, None))
     start = STARTS.get((command, name), 0.0)
-    limits = {'low': low, 'high': high, 'start': start}
+    words = '0: until stopped' if (command, name) in ENDLESS else ''
+    limits = {'low': low, 'high': high, 'start': start, 'words': words}
     return {'name': name, 'unit': shown, 'factor': factor, **limits}
 
 

@@ -16,6 +16,9 @@ BINS = 600
 RECENT = (1 << 13, 1 << 15, 1 << 18)
 """Falls are looked for in the last so many samples; where there are too few, in more."""
 KEPT = RECENT[-1]
+JITTER_V, JITTER = 1.0, 0.03
+"""A voltage rests that changes by less, and by a lesser share of the last saw-tooth: what holds a
+place makes it tremble by tenths of a volt."""
 MARGIN = 0.15
 """Share of a period that is shown before the first and after the last fall."""
 FREE_S = 0.02
@@ -151,6 +154,7 @@ class Scope:
 
     def __init__(self) -> None:
         self._held: Picture | None = None
+        self._jitter_v = 0.0
 
     def clear(self) -> None:
         """Forget the picture that is held."""
@@ -160,8 +164,9 @@ class Scope:
         """
         Return the picture of the last cycles.
 
-        Samples are rows of COLUMNS. Where the voltage rests, the last picture that had falls is
-        held. Where there was none, or without trigger, the newest samples are shown.
+        Samples are rows of COLUMNS. Where the voltage rests but for a tremor, the last picture
+        that had falls is held. Where there was none, or without trigger, the newest samples are
+        shown.
 
         """
         if not len(samples):
@@ -170,7 +175,7 @@ class Scope:
             period_s = self._held.period_s if self._held else FREE_S / cycles
             return _free(samples, cycles * period_s)
         recent = samples[-RECENT[0] :, VOLTAGE]
-        if self._held is not None and recent.min() == recent.max():
+        if self._held is not None and np.ptp(recent) <= self._jitter_v:
             return self._held
         for count in RECENT:
             part = samples[-count:]
@@ -189,6 +194,8 @@ class Scope:
         begin = max(0, first - round(MARGIN * period))
         end = min(len(samples), last + round(MARGIN * period) + 1)
         self._held = _shown(samples, slice(begin, end), first)
+        swing_v = float(np.ptp(samples[begin:end, VOLTAGE]))
+        self._jitter_v = min(JITTER_V, JITTER * swing_v)
         sample_s = (samples[last, TIME] - samples[first, TIME]) / max(1, last - first)
         self._held = self._held._replace(period_s=period * sample_s)
         return self._held

@@ -21,6 +21,7 @@ from stickslip_ros.interface.messages import FLOAT64_ARRAY, ArrayMessage
 from stickslip_ros.interface.topics import NODE_NAME, SERVICES
 from stickslip_ros.panel.controls import read_cycles, read_fault, read_numbers, shown_parameters
 from stickslip_ros.panel.model import ACTIVE, Model, parsed_event
+from stickslip_ros.parameters import specs
 from stickslip_ros.ros.client import DriveClient, command_topic, open_context
 from stickslip_ros.ros.executable import end_node, stay_on_this_host
 from stickslip_ros.ros.interface import SERVICE_TYPES
@@ -87,6 +88,10 @@ class Link:
     def frame(self) -> bytes | None:
         """Return the next picture for the page; None if it is the last one still."""
         return self.model.frame()
+
+    def drawing(self) -> str:
+        """Return the stand in its last cycles as SVG; empty as long as it is not known."""
+        return self.model.drawing()
 
     def do(self, wish: Mapping[str, Any]) -> None:
         """Have the thread do what somebody wants."""
@@ -165,11 +170,12 @@ class Link:
         label = answer.result().current_state.label
         if label != self.model.lifecycle:
             self.model.lifecycle = label
-            names = shown_parameters()
+            names = list(specs())
 
             def take(answer: Future) -> None:
                 values = map(parameter_value_to_python, answer.result().values)
-                self.model.take_parameters(dict(zip(names, values, strict=False)))
+                known = {n: v for n, v in zip(names, values, strict=False) if v is not None}
+                self.model.take_parameters(known, shown_parameters())
 
             request = GetParameters.Request(names=names)
             self._services['get_parameters'].call_async(request).add_done_callback(take)

@@ -4,6 +4,7 @@ import json
 import struct
 from collections import deque
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from threading import RLock
 from time import monotonic
 from typing import Any, Protocol
@@ -11,15 +12,22 @@ from typing import Any, Protocol
 import numpy as np
 
 from stickslip_ros.contact.profile import Array
+from stickslip_ros.drawing.film import film_of
+from stickslip_ros.drawing.picture import stand_svg
+from stickslip_ros.errors import StickSlipError
 from stickslip_ros.panel.curves import (
     COLUMNS,
+    FOOT,
     KEPT,
+    POSITION,
+    RECENT,
     TIME,
+    VOLTAGE,
     BinHistory,
     SampleRing,
     Scope,
 )
-from stickslip_ros.parameters import SENSORS, TRUTH
+from stickslip_ros.parameters import SENSORS, TRUTH, Parameters
 
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04
@@ -47,8 +55,21 @@ class Source(Protocol):
     def do(self, wish: Mapping[str, Any]) -> None:
         """Do what somebody at the page wants."""
 
+    def drawing(self) -> str:
+        """Return the stand in its last cycles as SVG; empty if nothing is known of it."""
+
     def close(self) -> None:
         """End."""
+
+
+def drawing_of(stand: Parameters, samples: Array) -> str:
+    """Return a stand in the last cycles of some samples, or, without any, at rest."""
+    for count in RECENT:
+        trace = samples[-count:, [TIME, VOLTAGE, FOOT, POSITION]].T
+        film = film_of(stand, *trace) if len(samples) else None
+        if film is not None or count >= len(samples):
+            break
+    return stand_svg(stand, film)
 
 
 class View:
@@ -139,6 +160,7 @@ class Model:
             self._events: deque[dict[str, Any]] = deque(maxlen=EVENTS_SHOWN)
             self._parts: dict[str, Any] = {}
             self._parameters: dict[str, Any] = {}
+            self._stand: Parameters | None = None
             self._notes: dict[str, Any] = {}
             self._notes_taken = 0
             self._begin_anew()
@@ -180,10 +202,12 @@ class Model:
         with self._lock:
             self._parts[part] = {'level': level, 'message': message, 'values': dict(values)}
 
-    def take_parameters(self, values: Mapping[str, Any]) -> None:
-        """Take present values of parameters."""
+    def take_parameters(self, values: Mapping[str, Any], shown: Sequence[str]) -> None:
+        """Take present values of all parameters, some of which the page needs."""
         with self._lock:
-            self._parameters.update(values)
+            self._parameters.update({name: values[name] for name in shown if name in values})
+            with suppress(StickSlipError):  # of a drive of another version
+                self._stand = Parameters().updated(values)
 
     def take_pause(self, *, is_paused: bool) -> None:
         """Take what the drive answered; its diagnostics say so later."""
@@ -246,6 +270,12 @@ class Model:
             rows = self._ring.rows
             time_s = float(rows[-1, TIME]) if len(rows) else 0.0
             return packed_frame(time_s, rows, self._history, self._scope, self.view)
+
+    def drawing(self) -> str:
+        """Return the stand in its last cycles as SVG; empty as long as it is not known."""
+        with self._lock:
+            stand, samples = self._stand, self._ring.rows.copy()
+        return '' if stand is None else drawing_of(stand, samples)
 
     def choose(self, wish: Mapping[str, Any]) -> None:
         """Take another picture from now on."""

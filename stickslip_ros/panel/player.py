@@ -3,6 +3,7 @@
 import math
 from bisect import bisect_right
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from threading import RLock
 from time import monotonic
@@ -21,7 +22,7 @@ from stickslip_ros.panel.curves import (
     Scope,
     curve_of,
 )
-from stickslip_ros.panel.model import EVENTS_SHOWN, View, packed_frame, parsed_event
+from stickslip_ros.panel.model import EVENTS_SHOWN, View, drawing_of, packed_frame, parsed_event
 from stickslip_ros.runs.recorded_run import RUN_QUANTITIES, Run, timed_messages
 from stickslip_ros.units import NANO
 
@@ -61,6 +62,9 @@ class Player:
         recording = run.recording
         self._name = path.name
         self._samples = samples_of(run)
+        self._stand = None
+        with suppress(RecordingError):  # of another program
+            self._stand = run.parameters
         self._start_s, self._end_s = self._samples[[0, -1], TIME].tolist()
         self._history = BinHistory(len(self._samples))
         self._history.add_all(self._samples)
@@ -111,9 +115,15 @@ class Player:
             if self._is_shown:
                 return None
             self._is_shown = True
-            last = int(np.searchsorted(self._samples[:, TIME], self._time_s, 'right'))
-            samples = self._samples[max(0, last - KEPT) : last]
-            return packed_frame(self._time_s, samples, self._history, self._scope, self._view)
+            return packed_frame(
+                self._time_s, self._before(), self._history, self._scope, self._view
+            )
+
+    def drawing(self) -> str:
+        """Return the stand in the last cycles before this place; empty if the run has none."""
+        with self._lock:
+            samples = self._before()
+        return '' if self._stand is None else drawing_of(self._stand, samples)
 
     def do(self, wish: Mapping[str, Any]) -> None:
         """Do what somebody at the page wants."""
@@ -133,6 +143,10 @@ class Player:
 
     def close(self) -> None:
         """End; the recording is closed already."""
+
+    def _before(self) -> Array:
+        last = int(np.searchsorted(self._samples[:, TIME], self._time_s, 'right'))
+        return self._samples[max(0, last - KEPT) : last]
 
     def _seek(self, time_s: object) -> None:
         if isinstance(time_s, int | float) and math.isfinite(time_s):

@@ -63,8 +63,8 @@ def _number(digits: str) -> float:
     return int(digits) if len(digits) <= sys.float_info.max_10_exp else float(digits)
 
 
-class _File(StaticFileHandler):
-    """A file of the page; what comes from elsewhere is refused before anything else."""
+class _Part(RequestHandler):
+    """A part of the page; what comes from elsewhere is refused before anything else."""
 
     def prepare(self) -> None:
         if not is_own(self.request, needs_origin=False):
@@ -75,6 +75,24 @@ class _File(StaticFileHandler):
     def set_default_headers(self) -> None:
         for name, value in HEADERS.items():
             self.set_header(name, value)
+
+
+class _File(_Part, StaticFileHandler):
+    """A file of the page."""
+
+
+class _Stand(_Part):
+    """The drawing of the stand as it is now."""
+
+    def initialize(self, source: Source) -> None:
+        self._source = source
+
+    async def get(self) -> None:
+        drawing = await asyncio.to_thread(self._source.drawing)
+        if not drawing:
+            raise HTTPError(404)
+        self.set_header('Content-Type', 'image/svg+xml')
+        self.write(drawing)
 
 
 class _Socket(WebSocketHandler):
@@ -193,6 +211,7 @@ async def _serve(hub: Hub, port: int, on_start: Callable[[str], None]) -> None:
         [
             (r'/socket', _Socket, {'hub': hub}),
             (r'/waveform', _Waveform),
+            (r'/stand.svg', _Stand, {'source': hub.source}),
             (r'/(.*)', _File, {'path': str(PAGE), 'default_filename': 'index.html'}),
         ],
         websocket_max_message_size=MESSAGE_MAX_BYTES,

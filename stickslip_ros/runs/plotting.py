@@ -2,7 +2,10 @@
 
 import io
 import itertools
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import IO, Any, Final, NamedTuple
 
@@ -13,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.errors import UnknownName
+from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.files import replacing
 
 DOTS_PER_INCH: Final = 120
@@ -23,15 +26,79 @@ UNDATED: Final[Mapping[str, Mapping[str, Any]]] = {
     '.pdf': {'CreationDate': None},
 }
 """Kinds of picture, and the metadata without which a kind has the time in it."""
-SAME_NAMES: Final = {'svg.hashsalt': 'stickslip'}
-"""Without it matplotlib names the parts of an SVG at random."""
+SAVED: Final = {'svg.hashsalt': 'stickslip', 'pdf.fonttype': 42, 'ps.fonttype': 42}
+"""Without the first matplotlib names the parts of an SVG at random; the others make the letters
+TrueType, as journals refuse Type 3."""
 
 BLACK, GREY = 'black', '0.4'
 BLUE, VERMILION, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
 ORANGE, SKY_BLUE = '#E69F00', '#56B4E9'
 """Colours that colour-blind people tell apart (Okabe and Ito 2008), without the yellow."""
+MM_PER_INCH: Final = 25.4
+NARROW_MM: Final = 125.0  # width below which labels have shorter lines and axes fewer of them
 MARKER_POINTS: Final = 4.5
 LEGEND_EMS: Final = 3.0
+
+
+class Look(NamedTuple):
+    """How wide a figure is, None if as wide as it likes, and the size of its letters."""
+
+    width_mm: float | None
+    font_pt: float
+
+
+WIDTH_MM: Final = (40.0, 500.0)
+FONT_PT: Final = (4.0, 24.0)
+SCREEN: Final = Look(None, 10.0)
+PRINTED_PT, PRINTED_DOTS_PER_INCH = 8.0, 600
+_look: ContextVar[Look] = ContextVar('look', default=SCREEN)
+
+
+def look_of(width_mm: float | None = None, font_pt: float | None = None) -> Look:
+    """Return a look: that of a page if a width is given, else that of a screen."""
+    for what, value, unit, (low, high) in (
+        ('width of a figure', width_mm, 'mm', WIDTH_MM),
+        ('size of its letters', font_pt, 'pt', FONT_PT),
+    ):
+        if value is not None and not low <= value <= high:
+            limit = f'not from {low:g} to {high:g} {unit}'
+            raise OutOfRange(what, value, unit, limit, 'change it')
+    return Look(width_mm, font_pt or (SCREEN.font_pt if width_mm is None else PRINTED_PT))
+
+
+@contextmanager
+def looking(look: Look) -> Iterator[None]:
+    """Let the figures that are begun meanwhile look so."""
+    before = _look.set(look)
+    try:
+        with mpl.rc_context({'font.size': look.font_pt}):
+            yield
+    finally:
+        _look.reset(before)
+
+
+def is_narrow() -> bool:
+    """Return whether the figures that are begun now have little room for words."""
+    return (_look.get().width_mm or NARROW_MM) < NARROW_MM
+
+
+class LookingFigure(Figure):
+    """A figure that keeps its look: matplotlib makes some of its letters when it is drawn."""
+
+    def __init__(self, look: Look, **how: Any) -> None:
+        self._style = {'font.size': look.font_pt, **SAVED}
+        self._dots = DOTS_PER_INCH if look.width_mm is None else PRINTED_DOTS_PER_INCH
+        super().__init__(**how)
+
+    def draw(self, renderer: Any) -> None:
+        """Draw it in its look."""
+        with mpl.rc_context(self._style):
+            super().draw(renderer)
+
+    def savefig(self, *where: Any, **how: Any) -> None:
+        """Write it in its look, with letters that journals take."""
+        with mpl.rc_context(self._style):
+            super().savefig(*where, **{'dpi': self._dots, **how})
 
 
 class CurveStyle(NamedTuple):
@@ -76,7 +143,12 @@ def curve_style(number: int) -> CurveStyle:
 
 def new_figure(width_inches: float, height_inches: float, title: str = '') -> Figure:
     """Return an empty figure whose axes make room for their labels."""
-    figure = Figure(figsize=(width_inches, height_inches), layout='constrained')
+    look = _look.get()
+    if look.width_mm is not None:
+        ratio = look.width_mm / MM_PER_INCH / width_inches
+        # The height goes with the root: letters do not become as small as the figure does.
+        width_inches, height_inches = ratio * width_inches, math.sqrt(ratio) * height_inches
+    figure = LookingFigure(look, figsize=(width_inches, height_inches), layout='constrained')
     if title:
         figure.suptitle(title)
     return figure
@@ -134,9 +206,7 @@ def svg_of(figure: Figure) -> str:
 
 
 def _save(figure: Figure, file: Path | IO[str], suffix: str) -> None:
-    with mpl.rc_context(SAME_NAMES):
-        metadata = dict(UNDATED[suffix])
-        figure.savefig(file, format=suffix[1:], dpi=DOTS_PER_INCH, metadata=metadata)
+    figure.savefig(file, format=suffix[1:], metadata=dict(UNDATED[suffix]))
 
 
 def decimated(x: Array, y: Array, pixels: int) -> tuple[Array, Array]:

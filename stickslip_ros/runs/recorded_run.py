@@ -138,7 +138,7 @@ class Run:
     def series(self) -> dict[str, Series]:
         """Quantities over time, by the names of the columns of ``frame``."""
         if self.topics:
-            from stickslip_ros.runs.mapped import mapped_series  # noqa: PLC0415 - it reads tables
+            from stickslip_ros.runs.mapped import mapped_series  # it reads tables
 
             return mapped_series(self.recording, self.topics)
         return recorded_series(self.recording)
@@ -154,22 +154,34 @@ class Run:
         """
         return frame_of(self.series, str(self.path))
 
-    def plot(self, start_s: float | None = None, end_s: float | None = None) -> 'Figure':
+    def plot(
+        self,
+        start_s: float | None = None,
+        end_s: float | None = None,
+        *,
+        width_mm: float | None = None,
+        font_pt: float | None = None,
+    ) -> 'Figure':
         """
         Draw the run, or a stretch of it, with its events and status bits.
+
+        With a width it is as a journal prints it: 85 mm are a column, with letters of 8 pt.
 
         Raises
         ------
         RecordingError, OutOfRange
-            If there is nothing to draw, or not in that stretch.
+            If there is nothing to draw, or not in that stretch, or not of such a size.
 
         """
         window = None
         if start_s is not None or end_s is not None:
             window = TimeWindow(start_s or 0.0, float('inf') if end_s is None else end_s)
-        from stickslip_ros.runs.run_figure import draw_run  # noqa: PLC0415 - it imports this
+        # ruff: noqa: PLC0415 - the first takes long, the second imports this
+        from stickslip_ros.runs.plotting import look_of, looking
+        from stickslip_ros.runs.run_figure import draw_run
 
-        return draw_run(self, window)[0]
+        with looking(look_of(width_mm=width_mm, font_pt=font_pt)):
+            return draw_run(self, window)[0]
 
     def save(self, path: str | Path) -> Path:
         """
@@ -221,7 +233,7 @@ def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
 
 def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
     """Return quantities as one table over their times; what is not known then is no number."""
-    import pandas as pd  # noqa: PLC0415 - what has no table does without
+    import pandas as pd
 
     columns = {
         name: pd.Series(each.value, pd.Index(each.time_s, name='time_s'))

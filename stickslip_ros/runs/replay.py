@@ -201,15 +201,14 @@ def read_drive_input(path: Path, stand: Parameters, reading: Reading = AS_IT_IS)
         topics = {name: text for name, text in reading.topics.items() if name in {VOLTAGE, FOOT}}
         if not topics:
             hint = f'say which topic is the voltage: --map {VOLTAGE}=/rig/amplifier.data'
-            raise RecordingError(path, 'is no run of this package', hint)
+            raise RecordingError(path, 'gives no voltage to play', hint)
         found = mapped_series(Recording(path), topics)
         name = VOLTAGE if VOLTAGE in found else FOOT
         time_s, values = found[name].time_s, found[name].value
     else:
         columns = read_experiment(path, reading, kind=OVER_TIME, measured=(VOLTAGE, FOOT)).columns
         name = VOLTAGE if VOLTAGE in columns else FOOT
-        is_known = ~np.isnan(columns[name])
-        time_s, values = columns[TIME][is_known], columns[name][is_known]
+        time_s, values = columns[TIME], columns[name]
     if len(time_s) < 2:
         raise RecordingError(path, f'has {len(time_s)} rows', 'give at least two')
     if name == FOOT:

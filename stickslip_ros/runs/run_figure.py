@@ -30,6 +30,7 @@ from stickslip_ros.runs.plotting import (
     VERMILION,
     check_picture,
     decimated,
+    is_narrow,
     label_axes,
     label_end,
     new_figure,
@@ -57,7 +58,7 @@ COLOURS = {
     'foot_m': PURPLE,
 }
 WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
-LABEL_CHARACTERS = 17  # in a line of an axis label
+LABEL_CHARACTERS = 17, 13  # in a line of an axis label, of a wide and of a narrow figure
 GAP_PX = 3.0  # between a label and what is beside it
 LABELLED_MAX = 12  # commands whose numbers are written; more would hide each other
 FALL_SHARE = 0.5
@@ -187,7 +188,7 @@ def _draw(
     for axes, name in zip(panels, names, strict=False):
         _draw_series(axes, name, series[name], zero_s)
         label = f'{RUN_QUANTITIES[name]} ({display_unit(series[name].unit)[1]})'
-        axes.set_ylabel(fill(label, LABEL_CHARACTERS))
+        axes.set_ylabel(fill(label, LABEL_CHARACTERS[is_narrow()]))
         for group in _in_a_row(plot):  # where a command took effect
             axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
         for shaded in plot.status:
@@ -202,7 +203,8 @@ def _draw(
         axes.sharex(panels[-1])
         axes.tick_params(labelbottom=False)
     if always:
-        panels[-1].set_title(f'all the time: {", ".join(always)}', fontsize='small', loc='right')
+        text = fill(f'all the time: {", ".join(always)}', 40 if is_narrow() else 120)
+        panels[-1].set_title(text, fontsize='small', loc='right')
     _set_time_axis(panels[-1], span)
     if labels:
         figure.draw_without_rendering()  # only then is known where things are
@@ -220,6 +222,8 @@ def _set_time_axis(axes: Axes, span: TimeWindow) -> None:
     axes.set_xlabel('time' + (f' after {zero_s:.9g} s' if zero_s else ''))
     axes.set_xlim(span.start_s - zero_s, span.end_s - zero_s)
     axes.xaxis.set_major_formatter(EngFormatter('s'))
+    if is_narrow():
+        axes.locator_params(axis='x', nbins=4)
 
 
 def _draw_series(axes: Axes, name: str, series: Series, zero_s: float) -> tuple[Array, Array]:

@@ -14,19 +14,10 @@ USUAL: Mapping[str, tuple[str, ...]] = {
     'position_m': ('position', 'pos', 'x', 'displacement', 'weg', 'auslenkung'),
     'voltage_v': ('voltage', 'u', 'v', 'piezo voltage', 'spannung', 'piezospannung'),
     'foot_m': ('foot', 'feet', 'stroke', 'hub', 'fuß', 'fuss'),
-    'preload_n': ('preload', 'normal force', 'vorlast', 'vorspannkraft', 'normalkraft'),
+    'preload_n': ('preload', 'fp', 'normal force', 'vorlast', 'vorspannkraft', 'normalkraft'),
     'amplitude_m': ('amplitude', 'stroke', 'hub'),
     'frequency_hz': ('frequency', 'freq', 'f', 'frequenz'),
-    'force_n': (
-        'force',
-        'f',
-        'load',
-        'load cell',
-        'mean force',
-        'force mean',
-        'generated force',
-        'kraft',
-    ),
+    'force_n': ('force', 'f', 'load', 'load cell', 'generated force', 'kraft'),
     'step_length_m': ('step length', 'step size', 'step', 'schrittlänge', 'schrittweite'),
     **{each.quantity: (each.words,) for each in SENSORS if each.switch},
 }
@@ -34,8 +25,9 @@ USUAL: Mapping[str, tuple[str, ...]] = {
 SIGMA = '_sigma_'
 SIGMAS = re.compile(
     r'(\b(sigma|σ|std|sd|stdev|std dev|standard (deviation|error)|uncertainty|err|error|'
-    r'unsicherheit|standardabweichung|fehler)\b|±)( of\b)?'
+    r'unsicherheit|standardabweichung|fehler)\b|±)( (of|der|des)\b)?'
 )
+MEAN = re.compile(r'\b(mean|average|avg|mittelwert|mittlere)\b( (of|der|des)\b)?')
 LIKELY = {'m': 'nm', 'N': 'mN', 's': 's', 'V': 'V', 'Hz': 'Hz'}
 """Units of which one asks whether they were meant."""
 
@@ -128,7 +120,7 @@ def map_hint(name: str, header: str, unit: str = '') -> str:
 
 def recognised(bare: str, unit: str, specs: Mapping[str, Spec]) -> str | None:
     """Return the quantity that a name means, of two meanings that of its unit."""
-    name = _plain(bare)
+    name = _plain(MEAN.sub('', _plain(bare)))
     quantity = _plain(SIGMAS.sub('', name))
     for target, usual in USUAL.items():
         column = target if quantity == name else sigma_name(target)

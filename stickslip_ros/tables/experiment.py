@@ -258,8 +258,10 @@ def _read(
         for each in chosen
         if not is_known[each.name].all()
     ]
-    # By amplitude a row is a point; over time each quantity has samples of its own.
-    needed = values if kind == BY_AMPLITUDE else ['time_s']
+    # By amplitude a row is a point; over time each quantity has samples of its own, but for one
+    # that is asked for.
+    wanted = [name for name in measured if name in values][:1]
+    needed = values if kind == BY_AMPLITUDE else ['time_s', *wanted]
     is_kept = np.all([is_known[name] for name in needed], axis=0)
     is_kept &= np.any([is_known[name] for name in values if name not in NEEDED[kind]], axis=0)
     values, lines = {name: each[is_kept] for name, each in values.items()}, lines[is_kept]
@@ -298,8 +300,12 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
         amounts = [' '.join(each).replace(',', '.') for each in AMOUNT.findall(header)]
         if len(amounts) == 1 and (preload_n := quantity(amounts[0], 'N')):
             found[at] = preload_n
-    if len(found) < 2 or len(set(found.values())) < len(found):
+    specs = {'preload_n': POINT_COLUMNS['preload_n']}
+    if len(found) < 2 or find_columns(layout, specs, {}, where)[0]:
         return {}
+    if len(set(found.values())) < len(found):
+        problem = f'columns {listed(layout.names[at] for at in found)} name a preload twice'
+        raise RecordingError(where, problem, 'keep one column of each, or a row for each point')
     said = {name: text for name, text in reading.headers.items() if text.startswith(EACH)}
     name, text = next(iter(said.items()), ('', ''))
     others = {name: text for name, text in reading.headers.items() if name not in said}

@@ -9,10 +9,11 @@ from xml.etree import ElementTree as ET
 import pytest
 
 from stickslip_ros.comparison.compare import compare
-from stickslip_ros.comparison.report import draw_quantity, report_page
+from stickslip_ros.comparison.report import draw_comparison, report_page
 from stickslip_ros.comparison.words import sections, sentences
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.plotting import svg_of
 
 NASTY = '<script>alert("1")</script> & \'x\' {{ 7 * 7 }}'
 COMMAND = "stickslip compare 'a <b>.csv' model"
@@ -112,9 +113,9 @@ def test_there_is_a_picture_of_every_quantity_that_needs_nothing_else(comparison
 )
 def test_the_legend_names_the_files(points, runs, origin, shown):
     named = dataclasses.replace(runs, a=dataclasses.replace(runs.a, origin=origin))
-    words = re.findall('<!-- (.*?) -->', draw_quantity(named, named.quantities[0]))
+    words = re.findall('<!-- (.*?) -->', svg_of(named.plot()))
     assert {f'A: {shown}', 'B: run.mcap'} <= set(words)
-    words = re.findall('<!-- (.*?) -->', draw_quantity(points, points.quantities[0]))
+    words = re.findall('<!-- (.*?) -->', svg_of(draw_comparison(points, points.quantities)))
     assert {'B: model, 0.1 N', 'B: model, 0.5 N'} <= set(words)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
 
 from stickslip_ros.design.shapes import SHAPES, spline
 from stickslip_ros.design.waves import KNOTS_MAX, KNOTS_MIN
@@ -43,6 +44,11 @@ def test_a_spline_is_closed_and_monotone_on_either_side_whatever_its_knots(data)
     heights = [0.0, *(up[:-1] / up[-1]), 1.0, *(1.0 - down[:-1] / down[-1]), 0.0]
     rows = spline(times, heights)
     assert_closed_with_one_rise(rows)
+    for part in (np.s_[: rise + 1], np.s_[rise:]):
+        first_s, last_s = times[part][[0, -1]]
+        of_part = rows[(rows[:, 0] >= first_s) & (rows[:, 0] < last_s)]
+        joined = PchipInterpolator(times[part], heights[part])(of_part[:, 0])
+        assert of_part[:, 1].tolist() == np.clip(joined, 0.0, 1.0).tolist()
     for knot in zip(times, heights, strict=True):
         assert np.abs(rows - knot).max(axis=1).min() < 1e-12  # every knot is a corner
 

@@ -73,7 +73,7 @@ def test_the_verb_writes_drawing_film_and_description(tmp_path: Path):
     assert main(['draw', str(run), '-o', str(film)]) == 0
     assert film.read_text(encoding='utf-8').count('<animate') > 10
     assert main(['draw', '--set', 'runner.mass=6g', '-o', str(stand)]) == 0
-    assert '<mass value="0.006" />' in stand.read_text(encoding='utf-8')
+    assert '<mass value="0.006"/>' in stand.read_text(encoding='utf-8')
     assert main(['draw', str(run), '--set', 'runner.mass=6g', '-o', str(film)]) == 2
     assert main(['draw', '-o', str(tmp_path / 'stand.png')]) == 2
 

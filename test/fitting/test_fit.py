@@ -4,18 +4,21 @@ import dataclasses
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from fit_cases import SIGMA_N, TRUTH, exact_points, noisy_points
 from scipy.optimize import curve_fit
 from scipy.stats import binom, chi2
 
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.fitting import problem
 from stickslip_ros.fitting.coverage import binomial_interval, coverage_of
-from stickslip_ros.fitting.fit import Fit, fit_drive
+from stickslip_ros.fitting.fit import Fit, fit, fit_drive
 from stickslip_ros.fitting.free import choose_free
 from stickslip_ros.fitting.problem import Points
 from stickslip_ros.fitting.report import as_object, warnings_of
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.sawtooth_run import run_drive
 
 SHARE = 0.05
 """Of a standard error, that two estimates from the same data may differ by: runs end when they
@@ -51,6 +54,32 @@ def fitted(truth: Parameters, points: Points, names: str = '', starts: int = 1, 
 @pytest.fixture(scope='module')
 def noisy(truth: Parameters) -> Fit:
     return fitted(truth, noisy_points(truth, 1))
+
+
+def test_what_was_measured_several_times_is_computed_once_and_told_from_the_first_run_on(
+    truth: Parameters, monkeypatch: pytest.MonkeyPatch
+):
+    runs, told = list[tuple[object, ...]](), list[tuple[int, int]]()
+
+    def counted(stand: Parameters, amplitude_m: float, frequency_hz: float, cycles: int) -> object:
+        assert len(told) >= len(runs)
+        runs.append((stand, amplitude_m, frequency_hz, cycles))
+        return run_drive(stand, amplitude_m, frequency_hz, cycles)
+
+    monkeypatch.setattr(problem, 'run_drive', counted)
+    problem.model_force_n.cache_clear()
+    frame = pd.DataFrame({'preload_n': 0.1, 'amplitude_m': [6e-8, 8e-8, 1e-7] * 2})
+    frame['force_n'] = [0.018, 0.021, 0.022, 0.019, 0.020, 0.023]
+    frame['force_sigma_n'] = [1e-3, 1e-3, 1e-3, 1e-5, 1e-5, 1e-5]  # these need longer runs
+
+    def show(done: int, total: int) -> None:
+        told.append((done, total))
+
+    found = fit(frame, ['contact.friction'], starts=1, workers=1, progress=show)
+    assert told == [(number, 0) for number in range(1, len(told) + 1)]
+    assert len(set(runs)) == len(runs)
+    assert {each[1] for each in runs} == {6e-8, 8e-8, 1e-7}
+    assert found.problem.cycles[:3] == found.problem.cycles[3:]
 
 
 def values(fit: Fit) -> list[float]:

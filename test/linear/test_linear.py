@@ -10,7 +10,7 @@ import pytest
 
 from stickslip_ros import LinearDrive, StickSlipError, linearise, measure_response
 from stickslip_ros.drive.build import contacts_of, gain_ratios
-from stickslip_ros.linear.bode import bode_rows, draw_bode
+from stickslip_ros.linear.bode import bode_rows
 from stickslip_ros.parameters import Parameters, load_yaml
 
 IDEAL = Parameters()
@@ -122,11 +122,11 @@ def test_python_control_has_the_same_system():
     system = linear.to_control()
     assert isinstance(system, control.StateSpace)
     assert system.input_labels == ['voltage_v', 'load_n']
-    assert system.output_labels == ['position_m', 'foot_m']
-    assert tuple(system.state_labels) == linear.states
+    assert system.output_labels == ['position_um', 'foot_um']
+    assert system.state_labels == ['amplifier_v', 'position_um', 'velocity_um_per_s']
     hertz = np.array([10.0, 9e3, 4e4])
     theirs = system(2j * np.pi * hertz).transpose(2, 0, 1)
-    np.testing.assert_allclose(theirs, linear.matrix(hertz), rtol=1e-9)
+    np.testing.assert_allclose(theirs, 1e6 * linear.matrix(hertz), rtol=1e-9, atol=1e-15)
 
 
 def test_a_missing_python_control_is_named(monkeypatch: pytest.MonkeyPatch):
@@ -178,7 +178,7 @@ def test_phases_lag_without_jumps_and_are_drawn():
     for row in rows[:3]:
         assert row['measured_load_phase_deg'] == pytest.approx(row['load_phase_deg'], abs=0.5)
         assert row['measured_m_per_v'] == pytest.approx(row['position_m_per_v'], rel=AGREEMENT)
-    figure = draw_bode(measured)
+    figure = measured.plot()
     assert [axes.get_ylabel() for axes in figure.axes] == [
         'position (nm/V)', 'position (nm/N)', 'phase (degrees)', 'phase (degrees)'
     ]  # fmt: skip

@@ -166,6 +166,11 @@ def test_a_refusal_appears_beside_its_control_with_its_reason(page: Page):
     page.locator('#position-x').fill('far')
     send(page, 'Send position', 'position')
     expect(note(page, 'position')).to_contain_text('is not a list of numbers')
+    page.reload()
+    expect(page.locator('#events p').first).to_contain_text('INVALID_PARAMETER')
+    expect(note(page, 'sawtooth')).to_have_text('')
+    send(page, 'Steps forwards', 'steps')
+    expect(note(page, 'steps')).to_have_text('DONE')
 
 
 def test_a_jog_lasts_as_long_as_its_button_is_held(page: Page):
@@ -228,6 +233,8 @@ def test_a_waveform_of_a_shape_is_drawn_and_repeats_until_it_has_made_its_cycles
 
 
 def test_a_waveform_of_no_cycles_lasts_until_escape(page: Page):
+    for name in ('Sawtooth', 'Waveform'):
+        expect(page.get_by_role('group', name=name)).to_contain_text('0: until stopped')
     page.locator('#waveform-shape').select_option('cycloid')
     send(page, 'Waveform forwards', 'waveform')
     expect(lamp(page, 'STREAMING')).to_be_visible()
@@ -270,6 +277,8 @@ def test_faults_come_by_switch_and_go(page: Page):
 
 
 def test_time_is_held_and_advanced_by_single_blocks(page: Page):
+    block = page.get_by_role('button', name='Single block')
+    expect(block).to_have_attribute('title', re.compile('not now: it needs Pause'))
     page.get_by_role('button', name='Pause').click()
     expect(page.locator('#word')).to_have_text('paused')
     expect(note(page, 'set_paused')).to_contain_text('paused at')
@@ -298,11 +307,14 @@ def test_the_amplifier_is_switched_off_and_on(page: Page):
 def test_an_inactive_node_takes_no_commands_and_says_so(page: Page):
     page.get_by_role('button', name='Deactivate').click()
     expect(page.locator('#word')).to_have_text('inactive')
-    expect(page.get_by_label('Steps forwards')).to_be_disabled()
+    steps = page.get_by_label('Steps forwards')
+    expect(steps).to_be_disabled()
+    expect(steps).to_have_attribute('title', re.compile('not now: the node is inactive'))
     expect(page.get_by_role('button', name='STOP')).to_be_disabled()
     page.get_by_role('button', name='Activate', exact=True).click()
     expect(page.locator('#word')).to_have_text(RUNS)
-    expect(page.get_by_label('Steps forwards')).to_be_enabled()
+    expect(steps).to_be_enabled()
+    assert 'not now' not in str(steps.get_attribute('title'))
 
 
 def test_what_comes_from_ros_is_shown_as_text(page: Page, operate: Callable[[], Operator]):
@@ -320,6 +332,19 @@ def test_what_comes_from_ros_is_shown_as_text(page: Page, operate: Callable[[], 
     expect(page.locator('#evil, main img')).to_have_count(0)
 
 
+def test_the_stand_is_shown_and_moves_when_the_drive_does(stage: SimpleNamespace, page: Page):
+    drawing = page.locator('#drawing')
+    expect(drawing).to_be_visible()
+    expect(drawing).to_have_js_property('naturalHeight', 350)
+    page.locator('#sawtooth-frequency').fill('200')
+    send(page, 'Sawtooth forwards', 'sawtooth')
+    expect(drawing).to_have_js_property('naturalHeight', 550)
+    first = drawing.screenshot()
+    page.wait_for_timeout(500)
+    assert drawing.screenshot() != first
+    page.keyboard.press('Escape')
+
+
 def test_every_control_has_a_name_a_tooltip_and_the_focus(page: Page):
     assert page.evaluate(NO_CONTROL_WITHOUT_NAME) == []
 
@@ -335,7 +360,7 @@ def test_the_page_fits_every_width_and_does_not_jump(page: Page, width: int, sch
     before = page.evaluate(BOXES)
     page.keyboard.press('Escape')
     expect(note(page, 'sawtooth')).to_contain_text('ABORTED')
-    assert page.evaluate(BOXES) == before
+    assert page.evaluate(BOXES) == [pytest.approx(box, abs=1) for box in before]
     page.set_viewport_size(tools.WIDE)
 
 

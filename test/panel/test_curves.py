@@ -133,6 +133,20 @@ def test_the_last_cycles_are_held_when_the_drive_rests_until_time_starts_anew():
     assert scope.picture(quiet, 3).period_s == 0.0
 
 
+@pytest.mark.parametrize('swing_v', [300.0, 1.0])
+def test_what_trembles_at_rest_is_no_sawtooth_and_a_small_one_after_it_is(swing_v: float):
+    moving, scope = sawtooth_samples(0.2), Scope()
+    moving[:, VOLTAGE] *= swing_v / 300.0
+    held = scope.picture(moving, 3)
+    tremor = sawtooth_samples(0.5, 200.0, start_s=0.2)
+    tremor[:, VOLTAGE] *= 0.6 * min(1.0, 0.03 * swing_v) / 300.0
+    assert scope.picture(np.concatenate([moving, tremor]), 3).at_s == held.at_s
+    assert scope.picture(tremor[-RECENT[0] :], 3).at_s == held.at_s  # also when it is long ago
+    small = sawtooth_samples(0.5, 200.0, start_s=0.2)
+    small[:, VOLTAGE] *= 2.0 * min(1.0, 0.03 * swing_v) / 300.0
+    assert scope.picture(np.concatenate([moving, small]), 3).period_s == pytest.approx(5e-3)
+
+
 def test_without_trigger_the_newest_samples_are_shown():
     samples, scope = sawtooth_samples(0.2), Scope()
     assert scope.picture(samples, 3).period_s > 0.0

@@ -57,6 +57,19 @@ def test_it_begins_at_the_start_and_shows_each_place_once(recording: Path, clock
     assert curves['runner'].shape[1] > 100
 
 
+def test_the_stand_is_drawn_in_the_cycles_before_the_place(recording: Path):
+    player = Player(recording)
+    still = player.drawing()
+    player.do({'do': 'seek', 'time_s': 0.02})
+    early = player.drawing()
+    player.do({'do': 'seek', 'time_s': 0.05})
+    assert '<animate' not in still
+    assert '2 ms in 8 s' in early
+    assert early != player.drawing()
+    player._stand = None  # as of a recording of another program
+    assert player.drawing() == ''
+
+
 @pytest.mark.parametrize('speed', [SPEEDS[0], 0.5, SPEEDS[-1]])
 def test_it_plays_at_the_chosen_speed_to_the_end_and_again(
     recording: Path, clock: Clock, speed: float

@@ -28,13 +28,16 @@ class Told:
 
     def __init__(self) -> None:
         self.wishes: list[Mapping[str, Any]] = []
-        self.is_closed = False
+        self.is_closed, self.drawn = False, ''
 
     def state(self) -> dict[str, Any]:
         return {'wishes': len(self.wishes)}
 
     def frame(self) -> bytes:
         return b'frame'
+
+    def drawing(self) -> str:
+        return self.drawn
 
     def do(self, wish: Mapping[str, Any]) -> None:
         self.wishes.append(wish)
@@ -105,6 +108,15 @@ def test_a_path_that_no_file_can_have_is_refused_without_a_traceback(
     for path in ('/%00', '/panel.js%00', '/../%00', '/socket/%00', '/%ff', '/%ed%a0%80'):
         assert status_of(port, path)[0] == 400
     assert not [record for record in caplog.records if record.exc_info]
+
+
+def test_the_drawing_of_the_stand_is_served_as_soon_as_there_is_one(source: Told, port: int):
+    assert status_of(port, '/stand.svg')[0] == 404
+    source.drawn = '<svg/>'
+    status, answer = status_of(port, '/stand.svg?1')
+    assert (status, answer.getheader('Content-Type')) == (200, 'image/svg+xml')
+    assert answer.getheader('Cache-Control') == 'no-store'
+    assert status_of(port, '/stand.svg', Origin='http://evil.example')[0] == 403
 
 
 def posted(port: int, content: bytes, **headers: str) -> tuple[int, dict[str, Any]]:

@@ -1,10 +1,12 @@
 """The examples of the pages, as they stand there, do what the pages say."""
 
+import importlib
 import json
 import os
 import re
 import runpy
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -28,6 +30,9 @@ HALF_A_ROW_S = 1e-4
 NOISE_M = 1e-9
 HELD_M = 5e-9
 """What docs/howto/position_controller.md promises of the true position."""
+EXAMPLE = DOCS / 'examples' / 'scan_controller'
+PREDICTED_UM = 1e-3
+"""A twentieth of the way of the example; its page says half of that."""
 MOVER = """\
 import json
 
@@ -170,3 +175,27 @@ def test_the_example_of_positioning_holds_what_the_controller_promises(
     assert len(errors_m) == 2  # at the target, and there under a load
     assert max(errors_m) < HELD_M
     assert {'positioning.mcap', 'positioning.png'} <= {each.name for each in tmp_path.iterdir()}
+
+
+def test_the_tests_of_the_example_package_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    project = Path(shutil.copytree(EXAMPLE, tmp_path / 'scan_controller'))
+    monkeypatch.setenv('PYTHONPATH', str(project))
+    assert run_pytest(project).startswith('3 passed, 1 skipped')  # launch_testing has no wheel
+
+
+def test_the_cells_of_the_design_predict_what_the_drive_does(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.syspath_prepend(str(EXAMPLE))
+    monkeypatch.setenv('MPLBACKEND', 'agg')
+    text = (DOCS / 'howto' / 'design_a_controller.md').read_text(encoding='utf-8')
+    names: dict[str, Any] = {}
+    for cell in re.findall(r'```{code-cell}\n(.*?)```', text, re.DOTALL):
+        exec(compile(cell, 'design_a_controller.md', 'exec'), names)
+    plt.close('all')
+    assert abs(names['read_um'] - names['predicted_um']).max() < PREDICTED_UM
+    assert names['margins'][:2] == pytest.approx((8.67, 81.3), rel=1e-2)
+    assert names['late'][:2] == pytest.approx((4.16, 69.9), rel=1e-2)
+    inside = importlib.import_module('scan_controller.loop')
+    for mine, designed in zip(
+        inside.ScanController().system, names['controller'].system, strict=True
+    ):
+        assert (mine == designed).all()

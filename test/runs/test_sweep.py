@@ -133,7 +133,7 @@ def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch)
     monkeypatch.setattr(profile, '_solve_power_sum', noted_and_solved)
 
     def solves_of(**changes):
-        values = {'stand.preload': 0.4321} | {
+        values = {'stand.preload': 0.4321, 'stand.preload_limit': 1.234} | {
             name.replace('_', '.', 1): changes[name] for name in changes
         }
         solved.clear()

@@ -25,7 +25,7 @@ from stickslip_ros.tables.experiment import (
 )
 from stickslip_ros.tables.units import factor_of, in_si
 
-ALIKE = {'force mean', 'fuß', 'fuss', 'frequenz'}
+ALIKE = {'fuß', 'fuss', 'frequenz'}
 """Names that the page has in another form."""
 ROUNDING = 1e-12
 """Of 14 digits in the files."""
@@ -113,6 +113,13 @@ def test_a_column_per_preload_is_understood(header: str, said: dict[str, str]):
     assert columns['force_n'].tolist() == [18.5e-3, 20e-3, 30e-3]
 
 
+def test_a_preload_of_two_columns_or_beside_a_column_of_preloads_is_no_guess():
+    with pytest.raises(StickSlipError, match=r"'std 0\.1 N' name a preload twice; keep"):
+        parse_experiment(b'Hub (nm);F 0.1 N;std 0.1 N\n60;18;20\n', 'a.csv')
+    text = b'Fp (N);Hub (nm);Kraft (mN);CH1 (50 mN);CH2 (20 mN)\n0.5;60;18;1;1\n'
+    assert parse_experiment(text, 'a.csv').columns['force_n'].tolist() == [18e-3]
+
+
 def test_a_column_per_preload_in_no_unit_is_asked_for_it():
     with pytest.raises(StickSlipError) as refusal:
         parse_experiment(b'Hub (nm);Fp = 100 mN;Fp = 250 mN\n60;18;20\n', 'a.csv')
@@ -165,6 +172,11 @@ def test_a_scope_says_its_columns_and_is_asked_which_they_are(tmp_path: Path):
         ('Load cell (gf)', 'force_n', 9.80665e-3),
         ('standard deviation of force (mN)', 'force_sigma_n', 1e-3),
         ('Force error (mN)', 'force_sigma_n', 1e-3),
+        ('F_std_mN', 'force_sigma_n', 1e-3),
+        ('Standardabweichung der Kraft (mN)', 'force_sigma_n', 1e-3),
+        ('std of mean force (mN)', 'force_sigma_n', 1e-3),
+        ('F mean (mN)', 'force_n', 1e-3),
+        ('Mittelwert der Kraft (mN)', 'force_n', 1e-3),
         ('f (kHz)', 'frequency_hz', 1e3),
         ('Frequenz [Hz]', 'frequency_hz', 1.0),
         ('step size (um)', 'step_length_m', 1e-6),

@@ -2,6 +2,7 @@
 
 from stickslip_ros.cli.options import (
     FIGURE,
+    LOOK,
     MAP,
     MAP_FILE,
     OF_FILES,
@@ -60,6 +61,7 @@ DATA = (
         MAP_FILE,
         OF_FILES,
         output('page to read or to print: .html'),
+        *FIGURE,
         either(
             *of_function(COMPARE_IN_PYTHON, 'shift_s', 'align'),
         ),
@@ -112,7 +114,7 @@ DATA = (
             'FILE',
             to_path,
         ),
-        FIGURE,
+        *FIGURE,
         *PARAMETERS,
     ),
     verb(
@@ -133,6 +135,7 @@ DATA = (
         MAP,
         MAP_FILE,
         output('.png, .svg or .pdf (default: beside the recording, as PNG)'),
+        *LOOK,
         module='recording',
     ),
     verb(

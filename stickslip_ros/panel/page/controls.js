@@ -1,6 +1,6 @@
 // Controls, made from what the server says of commands, services and faults.
 
-import { button, DIRECTIONS, ends, inRow, make, note, numberField, resolved, whenStateComes } from "./fields.js";
+import { button, DIRECTIONS, ends, grey, inRow, make, note, numberField, resolved, whenStateComes } from "./fields.js";
 import { wish } from "./socket.js";
 import { addWaveform } from "./waveform.js";
 
@@ -41,10 +41,16 @@ export function addControls(told) {
   document.getElementById("run").replaceChildren(...above.map(serviceButton), notes(above));
 }
 
+/** Return why no command is taken; nothing if one is. */
+const refusal = (state) => (state.lifecycle === "active" ? "" : state.condition.text);
+
 function group(name, text, needsDrive = true) {
   const made = make("fieldset");
   made.append(make("legend", title(name), text));
-  if (needsDrive) whenStateComes((state) => { made.disabled = state.lifecycle !== "active"; });
+  if (needsDrive) whenStateComes((state) => {
+    if (made.disabled === !refusal(state)) made.querySelectorAll("button").forEach((each) => grey(each, refusal(state)));
+    made.disabled = Boolean(refusal(state));
+  });
   return made;
 }
 
@@ -169,8 +175,8 @@ function serviceButton(name) {
   if (name === "stop") made.className = "stop";
   whenStateComes((state) => {
     last = state;
-    const isReady = state.lifecycle === "active";
-    made.disabled = !isReady || (name === "step_simulation" && !SWITCHES.set_paused(state));
+    const needsPause = name === "step_simulation" && !SWITCHES.set_paused(state);
+    grey(made, refusal(state) || (needsPause ? "it needs Pause" : ""));
     if (isSwitch) made.setAttribute("aria-pressed", isOn(state));
   });
   return made;
@@ -193,7 +199,8 @@ function lifecycleControl() {
   const buttons = Object.entries(TRANSITIONS).map(([transition, from]) => {
     const each = button(title(transition), `${transition}: from ${from.join(", ")}`, () =>
       wish({ do: "lifecycle", name: "lifecycle", transition }));
-    whenStateComes((state) => { each.disabled = !from.includes(state.lifecycle); });
+    whenStateComes(({ lifecycle }) =>
+      grey(each, from.includes(lifecycle) ? "" : `the node is ${lifecycle || "not there"}`));
     return each;
   });
   made.append(...pairs(buttons), note("lifecycle"));

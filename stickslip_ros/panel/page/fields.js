@@ -2,7 +2,7 @@
 
 import { grouped } from "./plot.js";
 
-let parameters = {};
+let parameters = {}, drive = null, earlier = 0;
 const updates = [];
 
 /** Return a limit or a first value: itself, or that of the parameter which it names. */
@@ -18,6 +18,10 @@ export function whenStateComes(update) {
 
 export function followState(state) {
   parameters = state.parameters;
+  if (state.drive !== drive) {
+    drive = state.drive;
+    earlier = Math.max(0, ...Object.values(state.notes).map((each) => each.number));
+  }
   for (const update of updates) update(state);
 }
 
@@ -28,7 +32,7 @@ export function make(tag, text = "", title = "") {
   return made;
 }
 
-/** A line beside a control: how what it did has ended. */
+/** A line beside a control: how what it did on this page has ended. */
 export function note(name) {
   const made = make("output");
   made.className = "note";
@@ -36,7 +40,7 @@ export function note(name) {
   let shown = -1;
   whenStateComes((state) => {
     const told = state.notes[name] || { text: "", bad: false, number: 0 };
-    if (told.number === shown) return;
+    if (told.number === shown || (told.number && told.number <= earlier)) return;
     shown = told.number;
     made.textContent = made.title = told.text;
     made.classList.toggle("bad", told.bad);
@@ -47,8 +51,15 @@ export function note(name) {
 export function button(text, about, onclick) {
   const made = make("button", text, about);
   made.type = "button";
+  made.dataset.about = about;
   if (onclick) made.onclick = onclick;
   return made;
+}
+
+/** Grey a button and have it say why; without a reason it is as it was. */
+export function grey(made, why) {
+  made.disabled = Boolean(why);
+  made.title = why ? `${made.dataset.about} – not now: ${why}` : made.dataset.about;
 }
 
 /** Sign, text and name of each direction of a command. */
@@ -68,7 +79,7 @@ export function ends(low, high) {
   return low === -high ? `± ${shown(high)}` : `${low < 0 ? "−" : ""}${shown(low)} to ${shown(high)}`;
 }
 
-export function numberField(command, { name, unit, factor, low, high, start }) {
+export function numberField(command, { name, unit, factor, low, high, start, words }) {
   const id = `${command.name}-${name}`, about = `${command.name}: ${name}${unit && `, ${unit}`}`;
   const label = make("label", name), field = make("input", "", about), range = make("span", unit);
   label.htmlFor = field.id = id;
@@ -80,7 +91,7 @@ export function numberField(command, { name, unit, factor, low, high, start }) {
     const [least, most, first] = [low, high, start].map(resolved);
     if (!field.dataset.touched && first !== null && document.activeElement !== field) field.value = shown(first);
     const isKnown = least !== null && (most !== null || high === null);
-    const text = `${isKnown ? ends(least * factor, most * factor) : ""} ${unit}`.trim();
+    const text = words || `${isKnown ? ends(least * factor, most * factor) : ""} ${unit}`.trim();
     if (range.textContent !== text) range.textContent = text;
   });
   field.addEventListener("input", () => { field.dataset.touched = "yes"; });

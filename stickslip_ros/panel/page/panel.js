@@ -23,6 +23,8 @@ const overview = new Plot(byId("overview"), [
     { name: "position", text: "position", colour: "runner" } ] },
 ]);
 
+const FILM_MS = 8000;
+
 let sheet = null, state = null, whole = null;
 
 function hear(data) {
@@ -93,6 +95,8 @@ byId("triggers").onchange = (event) => wish({ do: "view", triggers: event.target
 byId("drives").onchange = (event) => wish({ do: "attach", drive: event.target.value });
 byId("speed").onchange = (event) => wish({ do: "speed", speed: Number(event.target.value) });
 byId("seek").oninput = (event) => wish({ do: "seek", time_s: Number(event.target.value) });
+byId("seek").onchange = fetchDrawing;
+byId("stand").ontoggle = fetchDrawing;
 byId("play").onclick = () => wish({ do: "play", wanted: !state.player.plays });
 addEventListener("keydown", (event) => {
   if (!sheet) return;
@@ -104,9 +108,20 @@ addEventListener("keydown", (event) => {
   }
 });
 
+// --- once a film
+
+function fetchDrawing() {
+  if (!document.hidden && byId("stand").open) byId("drawing").src = `stand.svg?${performance.now()}`;
+}
+byId("drawing").onload = byId("drawing").onerror = (event) => {
+  byId("stand").hidden = event.type === "error";
+};
+setInterval(fetchDrawing, FILM_MS);
+
 // --- now and then
 
 function showState(told) {
+  if (!state || told.lifecycle !== state.lifecycle || told.drive !== state.drive) setTimeout(fetchDrawing, 500);
   state = told;
   showCondition(state.condition.word, state.condition.text);
   sheet.bits.forEach((each, index) => {

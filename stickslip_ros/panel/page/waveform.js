@@ -1,6 +1,6 @@
 // The control of waveforms: a shape of the literature or a file, drawn before it is played.
 
-import { button, DIRECTIONS, inRow, make, note, numberField, resolved, whenStateComes } from "./fields.js";
+import { button, DIRECTIONS, grey, inRow, make, note, numberField, resolved, whenStateComes } from "./fields.js";
 import { Plot } from "./plot.js";
 import { wish } from "./socket.js";
 
@@ -58,7 +58,7 @@ export function addWaveform(made, command) {
   whenStateComes(() => {
     const isFile = shape.value === FILE;
     for (const each of [amplitude, frequency]) each.field.disabled = isFile;
-    buttons[0].disabled = isFile;
+    grey(buttons[0], isFile ? "a file is played as it is" : "");
     shape.title = isFile ? "Rows of a file" : shapes[shape.value].source;
     const limits = ["amplifier.voltage_min", "amplifier.slew_rate"].map(resolved);
     const inputs = isFile ? [table] : [shape.value, amplitude.read(), frequency.read(), ...limits];

@@ -1,0 +1,1 @@
+"""Holds a stick-slip stage at a position by the voltage of its piezos."""

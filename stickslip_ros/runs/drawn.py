@@ -1,0 +1,35 @@
+"""Results that draw themselves, as wide as a screen or a journal wants them."""
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Drawn:
+    """A result with a figure."""
+
+    def plot(self, *, width_mm: float | None = None, font_pt: float | None = None) -> 'Figure':
+        """
+        Draw it.
+
+        Parameters
+        ----------
+        width_mm : float, optional
+            As a journal prints it: 85 mm are a column, with letters of 8 pt.
+        font_pt : float, optional
+            Size of the letters, in points.
+
+        Raises
+        ------
+        OutOfRange
+            If a figure cannot be so large or so small.
+
+        """
+        from stickslip_ros.runs.plotting import look_of, looking  # noqa: PLC0415 - takes long
+
+        with looking(look_of(width_mm=width_mm, font_pt=font_pt)):
+            return self._draw()
+
+    def _draw(self) -> 'Figure':
+        raise NotImplementedError
