@@ -220,7 +220,7 @@ def test_start_forgets_the_time_before_it(clock: Clock):
 
 
 REPORT = """
-import json, os, sys, threading
+import ctypes, json, os, sys, threading
 from stickslip_ros.runtime.pacing import scheduling, wake_in_time
 {before}
 wake_in_time()
@@ -354,9 +354,9 @@ def test_a_thread_that_is_kept_from_the_interpreter_says_so():
         pacer.report()
         keeper = threading.Timer(0.2 * PERIOD_S, keep, (round(held_s * 1e6),))
         keeper.start()
-        for _ in range(5):
+        while keeper.is_alive():
             pacer.wait()
-        keeper.join()
+        pacer.wait()
         stalls = pacer.report().stalls
-    assert stalls.rest_s > 0.5 * held_s
-    assert stalls.most == ', mostly waiting for the interpreter'
+    assert stalls.rest_s > 0.5 * held_s  # whatever else this machine does
+    assert stalls.work_s < 0.5 * held_s
