@@ -49,6 +49,10 @@ with 0.
 class VerbParser(argparse.ArgumentParser):
     """A parser that says which option a mistyped one may be, before it misses others."""
 
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self._negative_number_matcher = NEGATIVE  # -1kHz too is a value, no option
+
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Refuse an option that is not known; otherwise as ever."""
         for word in takewhile(lambda word: word not in {'--', ROS_ARGS}, args):
@@ -101,7 +105,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     """
     try:
-        parsed = _parse(_join_negative_numbers(sys.argv[1:] if arguments is None else arguments))
+        parsed = _parse(sys.argv[1:] if arguments is None else arguments)
         run_verb = parsed.verb.load()
         begin()
         with _compilation_reported(parsed):
@@ -154,18 +158,6 @@ def _compilation_reported(parsed: argparse.Namespace) -> Iterator[None]:
 
     with compilation_reported(report):
         yield
-
-
-def _join_negative_numbers(words: Sequence[str]) -> list[str]:
-    """Return ``--frequency -1kHz`` as ``--frequency=-1kHz``, which argparse understands."""
-    joined: list[str] = []
-    for word in words:
-        follows_option = bool(joined) and joined[-1].startswith('--') and '=' not in joined[-1]
-        if follows_option and NEGATIVE.fullmatch(word):
-            joined[-1] += f'={word}'
-        else:
-            joined.append(word)
-    return joined
 
 
 def complete() -> None:

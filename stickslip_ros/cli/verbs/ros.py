@@ -1,6 +1,6 @@
 """Verbs that run nodes, watch them, or print what they declare."""
 
-from stickslip_ros.cli.options import MAP, MAP_FILE, PARAMETERS, file, folder, option, verb
+from stickslip_ros.cli.options import MAP, MAP_FILE, PARAMETERS, file, folder, option, switch, verb
 
 ROS = (
     verb(
@@ -21,6 +21,19 @@ ROS = (
         'DIR/demo.png.',
         folder(),
         *PARAMETERS,
+    ),
+    verb(
+        'command',
+        'send a command to a drive, wait for its end (needs rclpy)',
+        'Send a command of the table of topics and services to a running drive, and wait for its '
+        'end: stickslip command sawtooth 300V 500Hz 200, or by name: sawtooth amplitude=300V '
+        'frequency=500Hz steps=200. What the drive refuses is refused with its reason.',
+        option('name', 'voltage, sawtooth, steps, position, load, stop, ...', metavar='NAME'),
+        option('numbers', 'its numbers, in their order or by name', metavar='NUMBER', nargs='*'),
+        option('--cycles', 'of a waveform: how often; 0 repeats', int, default=1),
+        option('--namespace', 'of the drive, as /left', metavar='NAME', default=''),
+        option('--timeout', 'wait so long for a drive', unit='s', default=10.0),
+        switch('--no-wait', 'do not wait for its end'),
     ),
     verb(
         'panel',
