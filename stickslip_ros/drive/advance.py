@@ -130,6 +130,8 @@ def _next_stretch(lanes: Record, i: int, drive: tuple[Any, ...]) -> bool:
     plant, state, stretch_s = plants[0], states[0], lanes.stretch_s[i]
     if stretch_s > 0.0:
         end_stretch(lanes, i, plant, state)
+        if state.passes_left < 0:
+            return False
         ahead = Stretch(
             lanes.start_v[i],
             lanes.rate_v_per_s[i],
