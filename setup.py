@@ -88,7 +88,15 @@ setup(
         'control': ['control'],
         'dask': ['distributed'],
         'design': ['cma'],
-        'docs': ['SALib', 'control', 'furo', 'myst-nb', 'sphinx', 'sphinx-mathjax-offline'],
+        'docs': [
+            'SALib',
+            'control',
+            'furo',
+            'myst-nb',
+            'sphinx',
+            'sphinx-copybutton',
+            'sphinx-mathjax-offline',
+        ],
         # And slippy, which asks for numpy below 1.21: `make foreign` adds it to its last two.
         'evidence': ['ContactMechanics', 'SurfaceTopography', 'tamaas', 'pyfftw', 'tinydb'],
         'formats': ['h5py', 'npTDMS', 'openpyxl'],

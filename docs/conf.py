@@ -25,11 +25,15 @@ extensions = [
 ]
 if find_spec('sphinx-mathjax-offline'):
     extensions.append('sphinx-mathjax-offline')
+if find_spec('sphinx_copybutton'):
+    extensions.append('sphinx_copybutton')
+    copybutton_exclude = '.linenos, .gp, .go'
 source_suffix = {'.md': 'myst-nb' if WITH_NOTEBOOKS else 'markdown', '.rst': 'restructuredtext'}
 root_doc = 'index'
 html_theme = 'furo' if find_spec('furo') else 'sphinx_rtd_theme'
 html_static_path = ['static']
 html_css_files = ['wide.css']
+html_show_search_summary = False  # which a browser does not fetch from file://
 html_title = f'stickslip_ros {release}'
 
 myst_enable_extensions = ['dollarmath']

@@ -72,7 +72,7 @@ def slipping_shares(contacts: list[Presliding], way_m: Array) -> Array:
     for at, place_m in enumerate(way_m):
         held = np.clip(held, place_m - limits, place_m + limits)
         slips = np.abs(place_m - held) >= AT_LIMIT * limits
-        shares[:, at] = np.sum(areas, axis=1, where=slips)
+        shares[:, at] = np.sum(areas, axis=1, where=slips).clip(max=1.0)
     return shares
 
 

@@ -103,6 +103,7 @@ class BinHistory:
         if not len(bins):
             return {}
         x = np.repeat(bins[:, 0] - end_s, 2)
+        x[1::2] += 0.5 * HISTORY_BIN_S
         pairs = np.split(bins[:, 1:], len(SENSORS), axis=1)
         return {
             row.reading: curve_of(x, pair.ravel())
@@ -123,7 +124,8 @@ def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
     """
     Return the curve of samples, thinned to the lowest and highest of BINS where it has more.
 
-    What is not a number is left out unless a bin holds nothing else; there the curve is broken.
+    These stand at the beginning and in the middle of their bin, so that times rise. What is
+    not a number is left out unless a bin holds nothing else; there the curve is broken.
 
     """
     if base is None:
@@ -134,7 +136,9 @@ def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
         place = np.floor((x - x[0]) * (BINS / (x[-1] - x[0])))
         starts = np.append(0, np.flatnonzero(np.diff(place)) + 1)
         pair = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
+        half = 0.5 * (x[-1] - x[0]) / BINS
         x, y = np.repeat(x[starts], 2), np.column_stack(pair).ravel()
+        x[1::2] += half
     return PanelCurve(x.astype(np.float32), y.astype(np.float32), base)
 
 

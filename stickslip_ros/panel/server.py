@@ -87,8 +87,8 @@ class _Stand(_Part):
     def initialize(self, source: Source) -> None:
         self._source = source
 
-    async def get(self) -> None:
-        drawing = await asyncio.to_thread(self._source.drawing)
+    def get(self) -> None:
+        drawing = self._source.drawing()
         if not drawing:
             raise HTTPError(404)
         self.set_header('Content-Type', 'image/svg+xml')
@@ -154,7 +154,9 @@ class _Waveform(RequestHandler):
     async def post(self) -> None:
         name = self.get_query_argument('name', '')
         try:
-            self.write({'rows': await asyncio.to_thread(read_waveform, self.request.body, name)})
+            with suppress(asyncio.CancelledError):  # the panel ends meanwhile
+                rows = await asyncio.to_thread(read_waveform, self.request.body, name)
+                self.write({'rows': rows})
         except StickSlipError as error:
             self.write({'refused': str(error)})
 

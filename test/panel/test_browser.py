@@ -11,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 pytest.importorskip('playwright', reason='no Playwright: pip install playwright')
@@ -21,6 +22,7 @@ from std_msgs.msg import String
 
 from stickslip_ros.cli.panel import NICENESS
 from stickslip_ros.process.signals import STOPPED
+from stickslip_ros.tables.experiment import parse_experiment
 from stickslip_ros.testing import Operator, open_context
 
 pytestmark = pytest.mark.skipif(
@@ -212,7 +214,7 @@ def test_a_slider_a_load_a_preload_and_a_target_are_followed(page: Page):
 
 def ink(page: Page) -> int:
     """Count the pixels of the drawn waveform that are not empty."""
-    return int(page.locator('canvas.wave').evaluate(INK))
+    return int(page.locator('.wave canvas').evaluate(INK))
 
 
 def test_a_waveform_of_a_shape_is_drawn_and_repeats_until_it_has_made_its_cycles(page: Page):
@@ -332,13 +334,59 @@ def test_what_comes_from_ros_is_shown_as_text(page: Page, operate: Callable[[], 
     expect(page.locator('#evil, main img')).to_have_count(0)
 
 
+def test_a_picture_is_read_zoomed_frozen_and_saved(page: Page, tmp_path: Path):
+    page.locator('#sawtooth-frequency').fill('500')
+    send(page, 'Sawtooth forwards', 'sawtooth')
+    expect(page.locator('#trigger')).to_contain_text('500.0 Hz')
+    page.locator('#cycles').select_option('3')
+    over, voltage = page.locator('#scope .u-over').first, page.locator('#scope .u-legend').last
+    page.evaluate('scrollTo(0, 0)')
+    box = over.bounding_box()
+    page.mouse.move(box['x'] + 0.5 * box['width'], box['y'] + 40)
+    expect(page.locator('#scope .u-legend').first).to_contain_text(re.compile(r'at[\d.]+ ms'))
+    expect(voltage).to_contain_text(re.compile(r'voltage \(V\)\d+\.\d'))
+    freeze = page.locator('#scope-tools').get_by_role('button', name='Freeze')
+    freeze.click()
+    expect(freeze).to_have_attribute('aria-pressed', 'true')
+
+    def saved(place: str, kind: str) -> bytes:
+        with page.expect_download() as download:
+            page.locator(f'#{place}-tools').get_by_role('button', name=kind).click()
+        return Path(download.value.path()).read_bytes()
+
+    table = parse_experiment(saved('scope', 'CSV'), 'scope.csv').columns
+    assert {*table} == {'time_s', 'position_m', 'foot_m', 'voltage_v'}
+    assert table['time_s'][[0, -1]] == pytest.approx([-0.3e-3, 6.3e-3], abs=0.1e-3)
+    assert np.ptp(table['voltage_v']) == pytest.approx(300.0, abs=10.0)
+    assert np.ptp(table['foot_m']) == pytest.approx(160e-9, rel=0.05)
+    picture = saved('scope', 'PNG')
+    assert picture[:4] == b'\x89PNG'
+    assert saved('scope', 'PNG') == picture  # frozen
+    page.mouse.move(box['x'] + 0.2 * box['width'], box['y'] + 40)
+    page.mouse.down()
+    page.mouse.move(box['x'] + 0.4 * box['width'], box['y'] + 40, steps=4)
+    page.mouse.up()
+    page.mouse.move(0, 0)
+    zoomed = saved('scope', 'PNG')
+    assert zoomed != picture
+    over.dblclick()
+    page.mouse.move(0, 0)
+    assert saved('scope', 'PNG') == picture
+    freeze.click()
+    page.wait_for_timeout(200)
+    assert saved('scope', 'PNG') != picture
+    history = parse_experiment(saved('history', 'CSV'), 'history.csv').columns
+    assert {'time_s', 'position_m', 'force_n'} <= {*history}
+    page.keyboard.press('Escape')
+
+
 def test_the_stand_is_shown_and_moves_when_the_drive_does(stage: SimpleNamespace, page: Page):
-    drawing = page.locator('#drawing')
+    drawing = page.locator('#drawing svg')
     expect(drawing).to_be_visible()
-    expect(drawing).to_have_js_property('naturalHeight', 350)
+    expect(drawing).to_have_attribute('height', '350')
     page.locator('#sawtooth-frequency').fill('200')
     send(page, 'Sawtooth forwards', 'sawtooth')
-    expect(drawing).to_have_js_property('naturalHeight', 550)
+    expect(drawing).to_have_attribute('height', '550')
     first = drawing.screenshot()
     page.wait_for_timeout(500)
     assert drawing.screenshot() != first

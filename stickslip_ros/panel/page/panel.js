@@ -2,8 +2,8 @@
 // Whatever comes from ROS becomes text, never markup.
 
 import { addControls } from "./controls.js";
-import { followState, make } from "./fields.js";
-import { grouped, Plot } from "./plot.js";
+import { button, followState, make } from "./fields.js";
+import { grouped, Plot, tools } from "./plot.js";
 import { connect, wish } from "./socket.js";
 
 const NM = 1e9, S_PER_NS = 1e-9;
@@ -12,10 +12,10 @@ const byId = (id) => document.getElementById(id);
 
 const scope = new Plot(byId("scope"), [
   { share: 0.66, unit: "nm", factor: NM, least: 10, curves: [
-    { name: "runner", text: "runner", colour: "runner" },
-    { name: "foot", text: "foot", colour: "foot", dash: [6, 3] } ] },
+    { name: "runner", text: "runner", colour: "runner", column: "position" },
+    { name: "foot", text: "foot", colour: "foot", column: "foot", dash: [6, 3] } ] },
   { share: 0.34, unit: "V", factor: 1, least: 10, curves: [
-    { name: "voltage", text: "voltage", colour: "volt" } ] },
+    { name: "voltage", text: "voltage", colour: "volt", column: "voltage" } ] },
 ]);
 const history = new Plot(byId("history"), []);
 const overview = new Plot(byId("overview"), [
@@ -23,7 +23,7 @@ const overview = new Plot(byId("overview"), [
     { name: "position", text: "position", colour: "runner" } ] },
 ]);
 
-const FILM_MS = 8000;
+const FILM_MS = 8000, FRAME_MS = 100;
 
 let sheet = null, state = null, whole = null;
 
@@ -56,8 +56,10 @@ function build(told) {
   byId("figures").prepend(...sheet.sensors.map(figure));
   history.setLanes(sheet.sensors.map((each, at) => ({
     share: 1, unit: each.unit, factor: each.factor, least: LEAST[each.unit],
-    curves: [{ name: each.name, text: each.words.toLowerCase(), colour: COLOURS[at % COLOURS.length] }],
+    curves: [{ name: each.name, text: each.words.toLowerCase(), colour: COLOURS[at % COLOURS.length], column: each.name }],
   })));
+  byId("scope-tools").append(...tools(scope, "oscilloscope", button));
+  byId("history-tools").append(...tools(history, "history", button));
   if (sheet.kind === "drive") addControls(sheet);
   else buildPlayer(sheet.run);
 }
@@ -110,13 +112,27 @@ addEventListener("keydown", (event) => {
 
 // --- once a film
 
-function fetchDrawing() {
-  if (!document.hidden && byId("stand").open) byId("drawing").src = `stand.svg?${performance.now()}`;
+const shadow = byId("drawing").attachShadow({ mode: "open" }), style = new CSSStyleSheet();
+let drawing = null, begun_ms = 0;
+shadow.adoptedStyleSheets = [style];
+
+async function fetchDrawing() {
+  if (document.hidden || !byId("stand").open) return;
+  const answer = await fetch("stand.svg").catch(() => null);
+  if (!answer) return;
+  byId("stand").hidden = !answer.ok;
+  if (!answer.ok) return;
+  const [before, own, behind] = (await answer.text()).split(/<\/?style>/);
+  style.replaceSync(`${own} svg { width: 100%; height: auto; display: block }`);
+  drawing = new DOMParser().parseFromString(before + behind, "image/svg+xml").documentElement;
+  shadow.replaceChildren(drawing);
+  drawing.pauseAnimations(); // a browser would paint it 60 times a second
+  begun_ms = performance.now();
 }
-byId("drawing").onload = byId("drawing").onerror = (event) => {
-  byId("stand").hidden = event.type === "error";
-};
 setInterval(fetchDrawing, FILM_MS);
+setInterval(() => {
+  if (drawing && byId("stand").open) drawing.setCurrentTime((performance.now() - begun_ms) / 1000);
+}, FRAME_MS);
 
 // --- now and then
 

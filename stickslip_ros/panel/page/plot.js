@@ -1,13 +1,11 @@
-// Curves on a canvas: lanes above one another, with one time axis.
+// Curves over time, in lanes above one another: with a cursor, zoom, freeze, and as CSV and PNG.
 
-const LEFT = 58, RIGHT = 10, TOP = 4, BOTTOM = 20, GAP = 10;
+/* global uPlot */
+const LEFT = 58, RIGHT = 26, TOP = 6, BOTTOM = 22; // px
 const SHRINK = 0.55; // share of the axis below which it becomes shorter: it shall not flicker
-
-/** Return a step of 1, 2 or 5 times a power of ten that divides a range into about so many. */
-function niceStep(range, count) {
-  const raw = range / count, power = 10 ** Math.floor(Math.log10(raw));
-  return [1, 2, 5, 10].find((each) => each * power >= raw) * power;
-}
+const ZOOM_PX = 5; // shortest way of the pointer that means a zoom
+const FONT = "11px system-ui, 'DejaVu Sans', sans-serif";
+const SI = { nm: "m", mN: "n", V: "v" }; // ends of the columns of a CSV
 
 function label(value, step) {
   const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
@@ -21,164 +19,191 @@ export function grouped(digits) {
 }
 
 export class Plot {
-  /** lanes: [{share, unit, factor, curves: [{name, text, colour, dash}]}] */
-  constructor(canvas, lanes) {
-    this.canvas = canvas;
+  /** lanes: [{share, unit, factor, least, curves: [{name, text, colour, dash, column}]}] */
+  constructor(box, lanes) {
+    this.box = box;
+    this.isFrozen = false;
+    this.zoom = this.last = null;
+    this.plots = [];
     this.setLanes(lanes);
-    this.last = null;
-    new ResizeObserver(() => this.redraw()).observe(canvas);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.redraw());
+    new ResizeObserver(() => this.rebuild()).observe(box);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.rebuild());
   }
 
   /** Those of which no curve is drawn leave their room to the others. */
   setLanes(lanes) {
     this.lanes = lanes.map((each) => ({ ...each, low: NaN, high: NaN }));
+    this.rebuild();
+  }
+
+  rebuild() {
+    for (const each of this.plots) each.destroy();
+    this.plots = [];
+    this.redraw();
   }
 
   redraw() {
-    if (this.last) this.draw(...this.last);
+    if (this.last) this.show(...this.last);
   }
 
   /** curves: {name: {x, y, base}}; start and end on their axis of x; mark: an x, or null. */
   draw(curves, start, end, mark = null) {
+    if (!this.isFrozen) this.show(curves, start, end, mark);
+  }
+
+  show(curves, start, end, mark) {
     this.last = [curves, start, end, mark];
-    const { canvas } = this, scale = window.devicePixelRatio || 1;
-    const width = canvas.clientWidth, height = canvas.clientHeight;
-    if (!width || !height) return;
-    if (canvas.width !== Math.round(width * scale) || canvas.height !== Math.round(height * scale)) {
-      canvas.width = Math.round(width * scale);
-      canvas.height = Math.round(height * scale);
-    }
-    const pen = canvas.getContext("2d");
-    pen.setTransform(scale, 0, 0, scale, 0, 0);
-    pen.clearRect(0, 0, width, height);
-    pen.font = "11px system-ui, 'DejaVu Sans', sans-serif";
-    const style = getComputedStyle(canvas);
-    const colour = (name) => style.getPropertyValue(`--${name}`);
-    const across = (x) => LEFT + ((x - start) / (end - start)) * (width - LEFT - RIGHT);
+    if (this.zoom && (this.zoom[0] > end || this.zoom[1] < start)) this.zoom = null;
     const lanes = this.lanes.filter((lane) => lane.curves.some((each) => curves[each.name]));
-    const shares = lanes.reduce((sum, lane) => sum + lane.share, 0);
-    const room = height - TOP - BOTTOM - GAP * (lanes.length - 1);
-    let top = TOP;
-    for (const lane of lanes) {
-      const box = { top, bottom: top + room * lane.share / shares };
-      this.lane(pen, lane, curves, box, across, width, colour);
-      top = box.bottom + GAP;
+    if (!lanes.length || !this.box.clientWidth || !this.box.clientHeight) return;
+    if (lanes.length !== this.plots.length) {
+      for (const each of this.plots) each.destroy();
+      const shares = lanes.reduce((sum, lane) => sum + lane.share, 0), room = this.box.clientHeight - BOTTOM;
+      this.plots = lanes.map((lane, at) => this.build(lane, room * lane.share / shares, at === lanes.length - 1));
     }
-    this.times(pen, start, end, across, height, colour);
-    if (mark !== null) {
-      pen.strokeStyle = colour("faint");
-      pen.setLineDash([3, 3]);
-      pen.beginPath();
-      pen.moveTo(across(mark), TOP);
-      pen.lineTo(across(mark), height - BOTTOM);
-      pen.stroke();
-      pen.setLineDash([]);
-    }
+    lanes.forEach((lane, at) => {
+      const shown = lane.curves.map((each) => curves[each.name]), { x } = shown.find(Boolean);
+      this.plots[at].setData([x, ...shown.map((each) => Array.from(each ? each.y : x, (y) =>
+        (!each || Number.isNaN(y) ? null : (y + each.base) * lane.factor)))]);
+    });
   }
 
-  lane(pen, lane, curves, box, across, width, colour) {
-    const [low, high] = this.range(lane, curves);
-    const down = (y) => box.bottom - ((y - low) / (high - low)) * (box.bottom - box.top);
-    const step = niceStep(high - low, Math.max(2, (box.bottom - box.top) / 34));
-    pen.lineWidth = 1;
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    for (let y = Math.ceil(low / step) * step; y <= high + step * 1e-6; y += step) {
-      pen.strokeStyle = colour("grid");
-      pen.beginPath();
-      pen.moveTo(LEFT, down(y));
-      pen.lineTo(width - RIGHT, down(y));
-      pen.stroke();
-      pen.fillStyle = colour("faint");
-      pen.fillText(label(y, step), LEFT - 6, Math.min(Math.max(down(y), box.top + 5), box.bottom - 5));
-    }
+  build(lane, height, isLast) {
+    const style = getComputedStyle(this.box), colour = (name) => style.getPropertyValue(`--${name}`);
+    const axis = { stroke: colour("faint"), font: FONT, ticks: { show: false } };
+    const inTime = () => (this.last[2] - this.last[1] < 0.5 ? [1e3, "ms"] : [1, "s"]);
+    const value = (plot, y) => (y === null ? "" : label(y, (lane.high - lane.low) / 1000));
+    return new uPlot({
+      width: this.box.clientWidth,
+      height: height + (isLast ? BOTTOM : 0),
+      padding: [TOP, RIGHT, TOP, 0],
+      cursor: {
+        y: false,
+        sync: { key: this.box.id },
+        drag: { setScale: false },
+        bind: { dblclick: () => () => this.zoomTo(null) },
+      },
+      scales: {
+        x: { time: false, range: () => this.zoom || [this.last[1], this.last[2]] },
+        y: { range: (plot, low, high) => this.range(lane, low, high) },
+      },
+      axes: [
+        { ...axis, show: isLast, size: BOTTOM, grid: { show: false }, values: (plot, places, ...[, , step]) =>
+          places.map((x, at) => label(x * inTime()[0], step * inTime()[0])
+            + (at === places.length - 1 ? ` ${inTime()[1]}` : "")) },
+        { ...axis, size: LEFT, gap: 6, space: 34, grid: { stroke: colour("grid"), width: 1 },
+          values: (plot, places, ...[, , step]) => places.map((y) => label(y, step)) },
+      ],
+      series: [
+        { label: "at", value: (plot, x) => (x === null ? "" : `${label(x * inTime()[0], 1e-3)} ${inTime()[1]}`) },
+        ...lane.curves.map((each) => ({
+          label: `${each.text} (${lane.unit})`, stroke: colour(each.colour), width: 1.6, dash: each.dash, pxAlign: 0,
+          points: { show: false }, value,
+        })),
+      ],
+      hooks: {
+        setSelect: [(plot) => this.zoomBy(plot)],
+        draw: [(plot) => this.drawMark(plot, colour("faint"))],
+      },
+    }, null, this.box);
+  }
+
+  /** Zoom to what was drawn by the pointer. */
+  zoomBy(plot) {
+    const { left, width } = plot.select;
+    if (width < ZOOM_PX) return;
+    const ends = [left, left + width].map((each) => plot.posToVal(each, "x"));
+    plot.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+    this.zoomTo(ends);
+  }
+
+  zoomTo(ends) {
+    this.zoom = ends;
+    this.redraw();
+  }
+
+  drawMark({ ctx: pen, bbox, valToPos }, colour) {
+    const mark = this.last[3];
+    if (mark === null) return;
+    const x = valToPos(mark, "x", true);
+    if (x < bbox.left || x > bbox.left + bbox.width) return;
     pen.save();
-    pen.beginPath();
-    pen.rect(LEFT, box.top - 2, width - LEFT - RIGHT, box.bottom - box.top + 4);
-    pen.clip();
-    for (const each of lane.curves) {
-      const curve = curves[each.name];
-      if (curve) this.curve(pen, curve, lane.factor, across, down, colour(each.colour), each.dash);
-    }
-    pen.restore();
-    let left = LEFT + 8;
-    pen.textAlign = "left";
-    for (const each of lane.curves) {
-      const text = `${each.text} (${lane.unit})`, long = pen.measureText(text).width;
-      pen.fillStyle = colour("card");
-      pen.globalAlpha = 0.85;
-      pen.fillRect(left - 4, box.top + 1, long + 34, 16);
-      pen.globalAlpha = 1;
-      pen.strokeStyle = colour(each.colour);
-      pen.lineWidth = 2;
-      pen.setLineDash(each.dash || []);
-      pen.beginPath();
-      pen.moveTo(left, box.top + 9);
-      pen.lineTo(left + 20, box.top + 9);
-      pen.stroke();
-      pen.setLineDash([]);
-      pen.fillStyle = colour("ink");
-      pen.fillText(text, left + 25, box.top + 9);
-      left += long + 44;
-    }
-  }
-
-  curve(pen, { x, y, base }, factor, across, down, colour, dash) {
     pen.strokeStyle = colour;
-    pen.lineWidth = 1.6;
-    pen.lineJoin = "round";
-    pen.setLineDash(dash || []);
+    pen.setLineDash([3, 3]);
     pen.beginPath();
-    let isBroken = true;
-    for (let i = 0; i < x.length; i++) {
-      if (Number.isNaN(y[i])) {
-        isBroken = true;
-        continue;
-      }
-      const place = [across(x[i]), down((y[i] + base) * factor)];
-      if (isBroken) pen.moveTo(...place);
-      else pen.lineTo(...place);
-      isBroken = false;
-    }
+    pen.moveTo(x, bbox.top);
+    pen.lineTo(x, bbox.top + bbox.height);
     pen.stroke();
-    pen.setLineDash([]);
+    pen.restore();
   }
 
   /** Return the ends of a lane's axis: whole steps, which move only if they must. */
-  range(lane, curves) {
-    let low = Infinity, high = -Infinity;
-    for (const { name } of lane.curves) {
-      const { y, base } = curves[name] || { y: [], base: 0 };
-      for (const each of y) {
-        if (Number.isNaN(each)) continue;
-        low = Math.min(low, (each + base) * lane.factor);
-        high = Math.max(high, (each + base) * lane.factor);
-      }
-    }
-    if (low > high) [low, high] = [0, 1];
+  range(lane, low, high) {
+    if (low === null || high === null) [low, high] = [0, 1];
     const room = Math.max(0.08 * (high - low), lane.least / 2);
     const [wantedLow, wantedHigh] = [low - room, high + 2.2 * room];
     const fits = low >= lane.low && high <= lane.high;
     if (!fits || wantedHigh - wantedLow < SHRINK * (lane.high - lane.low)) {
-      const step = niceStep(wantedHigh - wantedLow, 10);
+      const raw = (wantedHigh - wantedLow) / 10, power = 10 ** Math.floor(Math.log10(raw));
+      const step = [1, 2, 5, 10].find((each) => each * power >= raw) * power;
       lane.low = Math.floor(wantedLow / step) * step;
       lane.high = Math.ceil(wantedHigh / step) * step;
     }
     return [lane.low, lane.high];
   }
 
-  times(pen, start, end, across, height, colour) {
-    const [factor, unit] = end - start < 0.5 ? [1e3, "ms"] : [1, "s"];
-    const step = niceStep((end - start) * factor, 8);
-    pen.textAlign = "center";
-    pen.textBaseline = "top";
-    pen.fillStyle = colour("faint");
-    for (let x = Math.ceil((start * factor) / step) * step; x <= end * factor + step * 1e-6; x += step) {
-      const isLast = x + step > end * factor + step * 1e-6;
-      const text = label(x, step) + (isLast ? ` ${unit}` : "");
-      const place = Math.min(across(x / factor), across(end) - pen.measureText(text).width / 2);
-      pen.fillText(text, place, height - BOTTOM + 6);
-    }
+  /** Return the points of the picture, in SI units, as stickslip import reads them. */
+  csv() {
+    const [curves] = this.last, shown = this.lanes.flatMap((lane) => lane.curves
+      .filter((each) => curves[each.name]).map((each) => ({ ...curves[each.name], column: each.column, unit: SI[lane.unit] })));
+    const rows = Array.from(shown[0].x, (x, at) => [x.toPrecision(7), ...shown.map(({ y, base }) => y[at] + base)]
+      .map((each) => Number(Number(each).toPrecision(9))));
+    return [["time_s", ...shown.map(({ column, unit }) => `${column}_${unit}`)], ...rows].join("\n") + "\n";
   }
+
+  /** Return the picture on one canvas, with the names of its curves. */
+  canvas() {
+    const parts = this.plots.map((each) => each.ctx.canvas), whole = document.createElement("canvas");
+    const style = getComputedStyle(this.box), scale = parts[0].width / this.box.clientWidth;
+    whole.width = parts[0].width;
+    whole.height = parts.reduce((sum, each) => sum + each.height, 0);
+    const pen = whole.getContext("2d");
+    pen.fillStyle = style.getPropertyValue("--card");
+    pen.fillRect(0, 0, whole.width, whole.height);
+    pen.font = `${11 * scale}px sans-serif`;
+    let top = 0;
+    this.plots.forEach((plot, at) => {
+      pen.drawImage(parts[at], 0, top);
+      let left = (LEFT + 8) * scale;
+      for (const { label: name, stroke } of plot.series.slice(1)) {
+        pen.fillStyle = stroke(plot);
+        pen.fillText(name, left, top + 18 * scale);
+        left += pen.measureText(name).width + 16 * scale;
+      }
+      top += parts[at].height;
+    });
+    return whole;
+  }
+}
+
+/** Return buttons that freeze a plot and save what it shows. */
+export function tools(plot, name, button) {
+  const save = (blob, end) => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = `${name}.${end}`;
+    link.click();
+    URL.revokeObjectURL(link.href);
+  };
+  const freeze = button("Freeze", "Hold this picture; drag in it to zoom, double-click for all of it", () => {
+    plot.isFrozen = !plot.isFrozen;
+    freeze.setAttribute("aria-pressed", plot.isFrozen);
+  });
+  freeze.setAttribute("aria-pressed", false);
+  return [
+    freeze,
+    button("CSV", "Save the points of the picture as a table", () =>
+      plot.last && save(new Blob([plot.csv()], { type: "text/csv" }), "csv")),
+    button("PNG", "Save the picture", () => plot.last && plot.canvas().toBlob((blob) => save(blob, "png"))),
+  ];
 }

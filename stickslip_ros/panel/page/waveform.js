@@ -10,7 +10,7 @@ const LANE = { share: 1, unit: "V", factor: 1, least: 1, curves: [{ name: "wave"
 export function addWaveform(made, command) {
   const { shapes, numbers } = command.wave;
   const fields = make("div"), [amplitude, frequency, cycles] = numbers.map((each) => numberField(command, each));
-  const shape = make("select", "", "Shape of one cycle"), canvas = make("canvas");
+  const shape = make("select", "", "Shape of one cycle"), box = make("div");
   const label = make("label", "shape"), problem = make("output"), about = make("output"), file = make("input");
   const choose = button("Choose file…", "A table with the columns time and voltage, headed with their units", () => {
     file.value = ""; // the same one may be read again
@@ -23,16 +23,16 @@ export function addWaveform(made, command) {
   fields.className = "fields";
   label.htmlFor = shape.id = `${command.name}-shape`;
   shape.append(...[...Object.keys(shapes), FILE].map((each) => make("option", each)));
-  canvas.className = "wave";
-  canvas.setAttribute("role", "img");
-  canvas.setAttribute("aria-label", "One cycle of the waveform");
+  box.className = "plot wave";
+  box.setAttribute("role", "img");
+  box.setAttribute("aria-label", "One cycle of the waveform");
   problem.className = "note bad";
   const tell = (text) => {
     problem.textContent = text;
     problem.hidden = !text;
   };
   tell("");
-  const plot = new Plot(canvas, [LANE]);
+  const plot = new Plot(box, [LANE]);
   let table = null, drawn = [];
 
   /** Return the rows of time and voltage that a button would send; none while a field is not a number. */
@@ -85,7 +85,7 @@ export function addWaveform(made, command) {
   };
   const numberFields = [amplitude, frequency, cycles].flatMap((each) => each.parts);
   fields.append(label, shape, choose, ...numberFields, file);
-  made.append(fields, about, canvas, inRow(buttons), problem, note(command.name));
+  made.append(fields, about, box, inRow(buttons), problem, note(command.name));
 }
 
 /** Return rows whose times rise: where two are equal, the wave jumps, and takes a share of the cycle for it. */
