@@ -130,10 +130,11 @@ clean: ## remove environments, builds, caches and recorded runs
 
 define make-venv
 	@$(PYTHON) -c 'import sys; v = sys.version_info[:2]; (3, 10) <= v <= (3, 13) or sys.exit(f"Python {v[0]}.{v[1]} has no ROS 2 wheels; use PYTHON=python3.10 to 3.13")'
-	@echo "making $(@D) for $(DISTRO): about a minute, once; then the kernels are compiled"
+	@echo "1 of 3: making $(@D) for $(DISTRO), once"
 	@$(PYTHON) -m venv --clear $(@D)
 	@$(@D)/bin/python $(PIP) install $(shell grep -E '^(pip|setuptools|wheel)==' $(LOCK))
-	@$(@D)/bin/python $(PIP) install --no-build-isolation $(^:%=-r %)
+	@echo "2 of 3: installing the $(shell cat $(^) | grep -c ==) packages of $(^), about a minute"
+	@$(@D)/bin/python $(PIP:--quiet=) install --no-build-isolation $(^:%=-r %)
 	@touch $@
 endef
 
@@ -160,5 +161,6 @@ $(VENV)/project.stamp: $(VENV)/lock.stamp setup.py setup.cfg package.xml
 # What the digest of kernel_cache.py is made of. Where make takes kernels for older than they are,
 # the verb finds nothing to do.
 $(VENV)/kernels.stamp: $(VENV)/project.stamp $(wildcard $(addprefix stickslip_ros/,contact/*.py drive/*.py instrument/*.py))
+	@echo "3 of 3: compiling the kernels, about a minute, once; they are kept"
 	@$(BIN)/stickslip compile
 	@touch $@

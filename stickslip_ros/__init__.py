@@ -56,4 +56,4 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """List the public names, whatever is loaded."""
-    return sorted({*PUBLIC, *(name for name in globals() if name.startswith('__'))})
+    return sorted([*PUBLIC, '__version__'])

@@ -16,25 +16,29 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Output
 from stickslip_ros.parameters import Parameters, to_nanoseconds
-from stickslip_ros.units import MICRO, NANO
+from stickslip_ros.units import NANO
 
 VOLTAGE, STEPS = 'voltage', 'steps'
 EPISODE_ACTIONS = 1000
 SEEDS = 1 << 31
-LARGEST = np.array([1e6, 1e3, 2.0, 1e6])
-"""Bounds of an observation: 1 m, 1 kN, twice the range of the amplifier; none comes near them."""
+LARGEST = 1e4
+"""Bound of a normalised observation, which is about 1; a runner that goes far away stays at it."""
+RGB_ARRAY = 'rgb_array'
+HEIGHT, WIDTH, VIEW = 64, 256, 2.0
+"""Pixels of a picture, and what its half shows, in largest targets."""
+STAGE, RUNNER, TARGET, BAR = (235, 235, 235), (90, 90, 90), (200, 60, 40), (40, 100, 200)
 
-Observation = NDArray[np.float64]
+Observation = NDArray[np.float32]
 
 
 class StickSlipEnv(gymnasium.Env[Observation, Any]):
     """
     One drive; every action lasts the same simulated time.
 
-    The observation is what the sensors read at its end: position (um), force (N),
-    voltage (share of the range of the amplifier) and target (um). The reward is minus the
-    distance of the position reading from the target, in um. An episode does not end by itself;
-    ``gymnasium.make`` cuts it off after 1000 actions.
+    The observation is what the sensors read at its end, each about 1 at most: position (per
+    largest target), force (per preload), voltage (-1 to 1, the range of the amplifier), and
+    target minus position (per largest target). The reward is minus the size of the last one. An
+    episode does not end by itself; ``gymnasium.make`` cuts it off after 1000 actions.
 
     Parameters
     ----------
@@ -42,30 +46,39 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
         The stand; by default that of the paper without a load cell. ``sim.seed`` is drawn anew
         for every episode.
     actions : str
-        ``voltage``: a number from 0 to 1, the share of the range of the amplifier, for one block
-        (by default 1 ms); ``steps``: 0, 1 or 2, a step backwards, none, or a step forwards, for
+        ``voltage``: a number from -1 to 1, the range of the amplifier, for one block (by default
+        1 ms); ``steps``: 0, 1 or 2, a step backwards, none, or a step forwards, for
         the time of a step. Steps in one direction follow each other without a pause.
     target_max_m : float
         Targets are drawn from minus to plus this, m.
+    render_mode : str, optional
+        ``rgb_array``: ``render`` returns a picture of runner, target and voltage.
 
     Raises
     ------
     OutOfRange
-        If the kind of actions is not known.
+        If the kind of actions or of pictures is not known.
 
     """
 
-    metadata: dict[str, Any] = {'render_modes': []}  # noqa: RUF012 - as Gymnasium declares it
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as Gymnasium declares it
+        'render_modes': [RGB_ARRAY],
+        'render_fps': 50,
+    }
 
     def __init__(
         self,
         parameters: Parameters | None = None,
         actions: str = VOLTAGE,
         target_max_m: float = 1e-6,
+        render_mode: str | None = None,
     ) -> None:
+        limit = 'not one of the kinds'
         if actions not in (VOLTAGE, STEPS):
-            limit = 'not one of the kinds'
             raise OutOfRange('actions', actions, '', limit, f'use {VOLTAGE} or {STEPS}')
+        if render_mode not in (None, RGB_ARRAY):
+            raise OutOfRange('render_mode', render_mode, '', limit, f'use {RGB_ARRAY}')
+        self.render_mode = render_mode
         free = Parameters().updated({'load_cell.contact': 'absent'})
         self.parameters = free if parameters is None else parameters
         self.target_m = 0.0
@@ -73,9 +86,10 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
         amplifier = self.parameters.amplifier
         self._zero_v = amplifier.voltage_min
         self._range_v = amplifier.voltage_max - amplifier.voltage_min
-        self.observation_space = gymnasium.spaces.Box(-LARGEST, LARGEST, dtype=np.float64)
+        self._seen: Observation = np.zeros(4, np.float32)
+        self.observation_space = gymnasium.spaces.Box(-LARGEST, LARGEST, (4,), np.float32)
         self.action_space: gymnasium.Space[Any] = (
-            gymnasium.spaces.Box(0.0, 1.0, (1,), np.float64)
+            gymnasium.spaces.Box(-1.0, 1.0, (1,), np.float32)
             if actions == VOLTAGE
             else gymnasium.spaces.Discrete(3)
         )
@@ -102,13 +116,30 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
         if self._bench is None:
             raise gymnasium.error.ResetNeeded('call reset first')
         if isinstance(self.action_space, gymnasium.spaces.Box):
-            share = min(max(float(np.asarray(action).item()), 0.0), 1.0)
+            share = 0.5 + 0.5 * min(max(float(np.asarray(action).item()), -1.0), 1.0)
             request = Request('voltage', (self._zero_v + share * self._range_v,))
             output = self._bench.update(self._bench.time_ns + self.parameters.block_ns, [request])
         else:
             output = self._step(self._bench, int(action) - 1)
         observation, info = self._observe(output)
-        return observation, -abs(info['error_m']) / MICRO, False, False, info
+        return observation, -abs(info['error_m']) / self._target_max_m, False, False, info
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return a picture, shape (64, 256, 3), if ``render_mode`` asks for one."""
+        if self.render_mode is None:
+            return None
+        position, _, voltage, error = self._seen
+        picture: NDArray[np.uint8] = np.full((HEIGHT, WIDTH, 3), 255, np.uint8)
+
+        def fill(low: float, high: float, rows: slice, colour: tuple[int, int, int]) -> None:
+            ends = np.clip(np.array([low, high]) / VIEW, -1.0, 1.0) * (WIDTH - 1) // 2 + WIDTH // 2
+            picture[rows, int(ends[0]) : int(ends[1]) + 1] = colour
+
+        fill(-VIEW, VIEW, slice(40, 48), STAGE)
+        fill(position - 0.3, position + 0.3, slice(24, 40), RUNNER)
+        fill(position + error, position + error, slice(12, 48), TARGET)
+        fill(-VIEW, VIEW * voltage, slice(56, 62), BAR)
+        return picture
 
     def _step(self, bench: Bench, direction: int) -> Output:
         """Make a step, or rest as long, to its last sample: the next step joins its end."""
@@ -133,14 +164,18 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
     def _observe(self, output: Output) -> tuple[Observation, dict[str, Any]]:
         readings = output.readings
         share = (readings.voltage_v - self._zero_v) / self._range_v
-        position_um, target_um = readings.position_m / MICRO, self.target_m / MICRO
+        error_m = readings.position_m - self.target_m
         info = {
             'time_s': readings.time_ns * NANO,
-            'error_m': readings.position_m - self.target_m,
+            'error_m': error_m,
             'truth_position_m': readings.truth_position_m,
             'status': int(output.status),
         }
-        return np.array([position_um, readings.force_n, share, target_um]), info
+        position, error = readings.position_m / self._target_max_m, -error_m / self._target_max_m
+        force = readings.force_n / self.parameters.stand.preload
+        seen = np.clip([position, force, 2.0 * share - 1.0, error], -LARGEST, LARGEST)
+        self._seen = seen.astype(np.float32)
+        return self._seen.copy(), info
 
 
 gymnasium.register(

@@ -1,6 +1,7 @@
 """The Gymnasium environment: its checker, its numbers, its seeds."""
 
 import re
+import runpy
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +31,7 @@ def episode(env: Any, actions: Any, seed: int) -> Any:
 
 @pytest.mark.parametrize('actions', [VOLTAGE, STEPS])
 def test_the_checker_of_gymnasium_passes(actions: str):
-    check_env(gymnasium.make(NAME, actions=actions).unwrapped, skip_render_check=True)
+    check_env(gymnasium.make(NAME, actions=actions, render_mode='rgb_array').unwrapped)
 
 
 def test_steps_are_those_of_a_bench():
@@ -41,8 +42,8 @@ def test_steps_are_those_of_a_bench():
     for row, steps in zip(seen, sent, strict=True):
         requests = [Request('steps', (steps,))] if steps else []
         readings = bench.update(bench.time_ns + FREE.block_ns, requests).readings
-        np.testing.assert_allclose(row[0], 1e6 * readings.position_m, rtol=1e-12)
-        assert row[1] == readings.force_n
+        np.testing.assert_allclose(row[0], 1e6 * readings.position_m, rtol=1e-6)
+        assert row[1] == np.float32(readings.force_n / FREE.stand.preload)
     assert seen[20][0] > 1.0
     assert seen[-1][0] < seen[20][0]
 
@@ -70,20 +71,36 @@ def test_steps_one_by_one_go_as_far_as_all_at_once(frequency_hz: float, sent: tu
 def test_a_voltage_is_a_share_of_the_range_and_bounded():
     env = StickSlipEnv(FREE.updated({'amplifier.voltage_max': 150.0}))
     env.reset(seed=SEED)
-    for share in (0.37, 1.0, 7.5):
+    for share in (-0.37, 1.0, 7.5):
         for _ in range(3):
             observation, reward, *_, info = env.step(np.array([share]))
+        assert observation.dtype == np.float32
         assert observation[2] == pytest.approx(min(share, 1.0), abs=1e-3)
-        assert reward == -abs(observation[0] - observation[3])
-        assert info['error_m'] == pytest.approx(1e-6 * (observation[0] - observation[3]))
+        assert reward == pytest.approx(-abs(observation[3]))
+        assert info['error_m'] == pytest.approx(-1e-6 * observation[3])
+        assert env.target_m == pytest.approx(1e-6 * (observation[0] + observation[3]))
+
+
+def test_the_picture_shows_runner_target_and_voltage():
+    env = StickSlipEnv(FREE, render_mode='rgb_array')
+    env.reset(seed=SEED, options={'target_m': -0.5e-6})
+    env.step(np.array([0.0]))
+    picture = env.render()
+    runner, target = (
+        np.flatnonzero((picture[row] == colour).all(axis=1)).mean()
+        for row, colour in ((30, (90, 90, 90)), (16, (200, 60, 40)))
+    )
+    assert (runner - target) / 256 == pytest.approx(0.125 + 0.5 * 0.08 / 4.0, abs=0.02)
+    assert (picture[58] == (40, 100, 200)).all(axis=1).sum() == pytest.approx(128, abs=3)
+    assert StickSlipEnv(FREE).render() is None
 
 
 def test_an_integrating_controller_reaches_a_target_within_the_scan_range():
     env = StickSlipEnv()
     observation, _ = env.reset(seed=SEED, options={'target_m': 61.3e-9})
-    share = 0.0
+    share = -1.0
     for _ in range(300):
-        share += 0.5 * (observation[3] - observation[0])
+        share += observation[3]
         observation, reward, *_ = env.step(np.array([share]))
     assert reward > -0.002
 
@@ -93,7 +110,7 @@ def test_seeds_decide_noise_and_target():
     first, again, other = (episode(env, [2, 2, 1], seed) for seed in (SEED, SEED, SEED + 1))
     np.testing.assert_array_equal(first, again)
     assert not np.array_equal(first[:, 0], other[:, 0])
-    assert first[0][3] != other[0][3]
+    assert first[0].sum() != other[0].sum()
 
 
 def test_episodes_are_cut_off_and_vector_environments_work():
@@ -113,8 +130,18 @@ def test_the_example_of_the_documentation_reaches_its_target(capsys: pytest.Capt
     assert abs(float(capsys.readouterr().out.split()[0])) < 100.0
 
 
+def test_the_example_learns_to_come_to_a_target(capsys: pytest.CaptureFixture[str]):
+    example = runpy.run_path(str(Path(__file__).parents[1] / 'docs' / 'examples' / 'learn.py'))
+    before_m, after_m = example['main'](generations=6)
+    assert before_m > 20e-9
+    assert after_m < 5e-9
+    assert len(capsys.readouterr().out.splitlines()) == 7
+
+
 def test_what_it_does_not_know_is_refused():
     with pytest.raises(StickSlipError, match='use voltage or steps'):
         StickSlipEnv(actions='force')
+    with pytest.raises(StickSlipError, match='use rgb_array'):
+        StickSlipEnv(render_mode='human')
     with pytest.raises(gymnasium.error.ResetNeeded):
         StickSlipEnv().step(np.array([0.5]))

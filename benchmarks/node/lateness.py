@@ -10,6 +10,9 @@ from stickslip_ros.units import MICRO
 
 Window = dict[str, float]
 """Ticks, mean, 99th percentile and maximum of lateness (us), overruns, of about one second."""
+STALLS = 'work_ms', 'processor_ms', 'rest_ms'
+"""Where the time of overruns went, as the node tells: it computed, waited for a processor, for
+anything else, mostly the interpreter."""
 
 
 def windows_of(lateness_s: Sequence[float], period_s: float) -> list[Window]:
@@ -36,6 +39,7 @@ def windows_of_diagnostics(parts: Sequence[dict[str, str]]) -> list[Window]:
             'ticks': int(part['ticks']),
             'overruns': int(part['overruns']),
             **{name: float(part[f'lateness_{name}']) for name in ('mean_us', 'p99_us', 'max_us')},
+            **{name: float(part[f'overruns_{name}']) for name in STALLS},
         }
         for part in parts
         if int(part['ticks'])
@@ -50,13 +54,15 @@ def summary(windows: Sequence[Window]) -> Row:
 
     """
     ticks = sum(window['ticks'] for window in windows)
+    nan = float('nan')
     if not ticks:
-        nan = float('nan')
-        return {'mean_us': nan, 'p99_us': nan, 'max_us': nan, 'ticks': 0, 'overruns': 0}
+        none: Row = {'mean_us': nan, 'p99_us': nan, 'max_us': nan, 'ticks': 0, 'overruns': 0}
+        return none | dict.fromkeys(STALLS, nan)
     return {
         'mean_us': sum(window['mean_us'] * window['ticks'] for window in windows) / ticks,
         'p99_us': float(np.median([window['p99_us'] for window in windows])),
         'max_us': max(window['max_us'] for window in windows),
         'ticks': int(ticks),
         'overruns': int(sum(window['overruns'] for window in windows)),
+        **{name: sum(window.get(name, nan) for window in windows) for name in STALLS},
     }

@@ -10,8 +10,6 @@ from stickslip_ros.parameters.typed import to_si_list
 if TYPE_CHECKING:
     from stickslip_ros.runs.plotting import Look
 
-COLUMN_MM = 85.0  # width of a column in a journal
-
 
 def to_numbers(name: str, text: str, unit: str = '') -> list[float]:
     """Return the quantities of a list with commas, in an SI unit; refuse what is none."""
@@ -36,9 +34,9 @@ def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
 
 def chosen_look(arguments: argparse.Namespace) -> 'Look':
     """Return how the figures look that a command line asks for; refuse what is no look."""
-    from stickslip_ros.runs.plotting import look_of  # noqa: PLC0415 - takes long
+    from stickslip_ros.runs.plotting import WIDTH, look_of  # noqa: PLC0415 - takes long
 
-    styles = {'': None, 'screen': None, 'paper': COLUMN_MM}
+    styles = {'': None, 'screen': None, 'paper': float(WIDTH.default)}
     if arguments.style not in styles:
         raise UnknownName('style', arguments.style, 'use screen or paper')
     width_m = arguments.width

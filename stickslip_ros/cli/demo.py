@@ -28,6 +28,7 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.runs.run_figure import plot_run
+from stickslip_ros.runtime.pacing import Stalls
 from stickslip_ros.testing import Operator, deep_queues, open_context
 from stickslip_ros.units import NANO
 
@@ -64,6 +65,10 @@ class DemoSummary:
     lateness_p99_us: float
     lateness_max_us: float
     overruns: int  # ticks that began more than a period late
+    # where their time went: the drive computed, waited for a processor, for the interpreter
+    overruns_work_ms: float
+    overruns_processor_ms: float
+    overruns_rest_ms: float
     behind_s: float  # fall of simulated time behind the clock: ticks too late to be made up
     dropped: int  # messages that the recorder lost
     unheard: int  # recorded readings that did not reach the operator
@@ -97,6 +102,9 @@ class DemoSummary:
         if self.behind_s > 0.0:
             fell = f'simulated time fell {self.behind_s:.2g} s behind the clock'
             pace = f'this machine was too busy for real time: {fell}'
+        if self.overruns:
+            parts_ms = self.overruns_work_ms, self.overruns_processor_ms, self.overruns_rest_ms
+            pace += f'; {self.overruns} ticks began late{Stalls(*parts_ms).most}'
         lost = f'{self.unheard} readings did not reach the operator, but are recorded'
         return f'{pace}; {lost if self.unheard else "nothing was lost"}'
 
@@ -135,6 +143,9 @@ def _told(summary: DemoSummary, picture: Path) -> Iterator[str | Table]:
         ('  of 99 in 100, less than', f'{summary.lateness_p99_us:.0f}', 'us'),
         ('  largest', f'{summary.lateness_max_us:.0f}', 'us'),
         ('ticks that began more than a period late', summary.overruns),
+        ('  of their time the drive computed', f'{summary.overruns_work_ms:.1f}', 'ms'),
+        ('  it waited for a processor', f'{summary.overruns_processor_ms:.1f}', 'ms'),
+        ('  for anything else, mostly the interpreter', f'{summary.overruns_rest_ms:.1f}', 'ms'),
         ('messages dropped by the recorder', summary.dropped),
         ('positions on the topic that equal the recorded ones', equal),
         ('positions on the topic that differ from them', summary.positions_altered),
@@ -321,6 +332,10 @@ def _summarise(
         lateness_p99_us=max(float(t['lateness_p99_us']) for t in times),
         lateness_max_us=max(float(t['lateness_max_us']) for t in times),
         overruns=int(times[-1]['overruns_total']),
+        **{
+            name: sum(float(each[name]) for each in times)
+            for name in ('overruns_work_ms', 'overruns_processor_ms', 'overruns_rest_ms')
+        },
         behind_s=float(times[-1]['behind_s']),
         dropped=sum(channel.gaps for channel in recording.channels),
         unheard=unheard,

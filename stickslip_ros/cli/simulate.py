@@ -60,7 +60,9 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         f'preload {result.preload_n:g} N, stroke {result.amplitude_m * NM:.4g} nm '
         f'({result.voltage_v:.4g} V), {result.frequency_hz:g} Hz'
     )
-    return Answer(result, [table(title, _rows(result))])
+    held = 'the runner is fixed to the load cell: its steps end; --no-load-cell lets it go'
+    note = [held] if parameters.load_cell.contact == 'attached' else []
+    return Answer(result, [table(title, _rows(result)), *note])
 
 
 def _rows(result: SawtoothRun) -> Iterator[tuple[object, ...]]:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -318,10 +319,10 @@ class ComparisonReport(Drawn):
         return '\n'.join(sentences(self))
 
     def _repr_html_(self) -> str:
-        from stickslip_ros.comparison.words import sections
+        from stickslip_ros.comparison.words import sections, sentences
 
         tables = [html_table(title, rows, header) for title, header, rows in sections(self)]
-        return '\n'.join(tables)
+        return '\n'.join([*tables, *(f'<p>{escape(text)}</p>' for text in sentences(self))])
 
     def to_json(self) -> dict[str, Any]:
         """Return what JSON can say."""

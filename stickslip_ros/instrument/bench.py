@@ -356,7 +356,7 @@ class Bench:
         """State of the drive now, bit by bit."""
         bits = (
             self.sensing.status_bits
-            | int(self.motion.status)
+            | self.motion.status_bits
             | MOVE_DELAYED * bool(self._delayed)
             | AMPLIFIER_ENABLED * self._is_powered()
             | LOADED * (self.stand.load_n != 0.0)

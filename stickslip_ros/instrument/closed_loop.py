@@ -243,32 +243,21 @@ class ClosedLoop:
     def _failure(self, observation: Observation) -> Outcome | None:
         if math.isnan(observation.position_m):
             return Outcome(Result.NO_SENSOR, 'the position reading is not a number')
-        return (
-            self._lags(observation) or self._is_late(observation) or self._is_blocked(observation)
-        )
-
-    def _lags(self, observation: Observation) -> Outcome | None:
         limit_m = self._parameters.limits.following_error
         lag_m = abs(self._set_point_m - observation.position_m)
         velocity_m_per_s = self._parameters.closed_loop.velocity
         follows = self.holds or self.goal.direction or velocity_m_per_s > 0.0
-        if not limit_m or not follows or lag_m <= limit_m:
-            return None
-        why = f'{lag_m:.4g} m from the set point, above limits.following_error {limit_m:g} m'
-        return Outcome(Result.FOLLOWING_LIMIT_REACHED, why)
-
-    def _is_late(self, observation: Observation) -> Outcome | None:
+        if limit_m and follows and lag_m > limit_m:
+            why = f'{lag_m:.4g} m from the set point, above limits.following_error {limit_m:g} m'
+            return Outcome(Result.FOLLOWING_LIMIT_REACHED, why)
         timeout_s = self._parameters.closed_loop.timeout
         is_timed = not (self.holds or self.goal.direction)
-        if not is_timed or observation.time_ns - self._start_ns <= to_nanoseconds(timeout_s):
-            return None
-        error_m = self._target_m - observation.position_m
-        why = f'{error_m:.4g} m are left after closed_loop.timeout, {timeout_s:g} s'
-        return Outcome(Result.TIMEOUT, why)
-
-    def _is_blocked(self, observation: Observation) -> Outcome | None:
+        if is_timed and observation.time_ns - self._start_ns > to_nanoseconds(timeout_s):
+            error_m = self._target_m - observation.position_m
+            why = f'{error_m:.4g} m are left after closed_loop.timeout, {timeout_s:g} s'
+            return Outcome(Result.TIMEOUT, why)
         time_ns = observation.time_ns - self._progress_ns
-        if not self._loop.is_coarse or time_ns <= self._blocked_ns:
-            return None
-        why = f'no progress for {time_ns * NANO:.3g} s at {observation.position_m:.6g} m'
-        return Outcome(Result.END_STOP_REACHED, why)
+        if self._loop.is_coarse and time_ns > self._blocked_ns:
+            why = f'no progress for {time_ns * NANO:.3g} s at {observation.position_m:.6g} m'
+            return Outcome(Result.END_STOP_REACHED, why)
+        return None

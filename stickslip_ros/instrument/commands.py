@@ -76,6 +76,13 @@ class Request:
         return len(self.values) + sum(map(len, (*texts, *self.joints)))
 
 
+class TimedRequest(NamedTuple):
+    """A request and the simulated time from which on it is due, or at which it took effect, ns."""
+
+    time_ns: int
+    request: Request
+
+
 class Instrument(Protocol):
     """What commands act on: a ``Bench``."""
 
@@ -294,7 +301,7 @@ def _reset(bench: Instrument, accepted: Accepted) -> Result:
 
 
 def _zero_position(bench: Instrument, accepted: Accepted) -> Result:
-    if bench.motion.status & Status.CLOSED_LOOP:
+    if bench.motion.status_bits & Status.CLOSED_LOOP:
         bench.end_move(f'position zeroed by command {accepted.command.number}')
     bench.sensing.interferometer.zero()
     return Result.DONE

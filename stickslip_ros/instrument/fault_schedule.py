@@ -4,12 +4,11 @@ import difflib
 import math
 from collections import deque
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
 from stickslip_ros.files import read_text
-from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.commands import Request, TimedRequest
 from stickslip_ros.parameters import Scalar, read_yaml, spec_of, specs, to_nanoseconds
 
 PREFIX = 'fault.'
@@ -18,24 +17,16 @@ FAULTS = tuple(name for name, spec in specs().items() if spec.live)
 FORM = 'write - {at: 0.5, set: {fault.interferometer: freeze}} or - {at: 1.0, clear: true}'
 
 
-@dataclass(frozen=True)
-class Entry:
-    """A request and the simulated time from which on it is due, ns."""
-
-    at_ns: int
-    request: Request
-
-
 class FaultSchedule:
     """The faults still to come, given in any order; those of equal times keep theirs."""
 
-    def __init__(self, entries: Iterable[Entry] = ()) -> None:
-        self._waiting = deque(sorted(entries, key=lambda entry: entry.at_ns))
+    def __init__(self, entries: Iterable[TimedRequest] = ()) -> None:
+        self._waiting = deque(sorted(entries, key=lambda entry: entry.time_ns))
 
     def due(self, now_ns: int) -> list[Request]:
         """Return what has become due, each entry once, in the order of their times."""
         found = []
-        while self._waiting and self._waiting[0].at_ns <= now_ns:
+        while self._waiting and self._waiting[0].time_ns <= now_ns:
             found.append(self._waiting.popleft().request)
         return found
 
@@ -79,15 +70,15 @@ def parse_schedule(text: str, origin: str) -> FaultSchedule:
     )
 
 
-def _entry(item: object, place: str) -> Entry:
+def _entry(item: object, place: str) -> TimedRequest:
     if not isinstance(item, dict) or set(item) not in ({'at', 'set'}, {'at', 'clear'}):
         raise WrongKind(place, item, 'a time with either set or clear', FORM)
     at_ns = _time_ns(item['at'], f'{place}: at')
     if 'clear' not in item:
-        return Entry(at_ns, Request('fault', settings=_settings(item['set'], place)))
+        return TimedRequest(at_ns, Request('fault', settings=_settings(item['set'], place)))
     if item['clear'] is not True:
         raise WrongKind(f'{place}: clear', item['clear'], 'true', 'write clear: true')
-    return Entry(at_ns, Request('clear_faults'))
+    return TimedRequest(at_ns, Request('clear_faults'))
 
 
 def _time_ns(value: object, name: str) -> int:

@@ -10,6 +10,8 @@ from stickslip_ros.instrument.closed_loop import ClosedLoop, Goal, Observation, 
 from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
+MOVING, STREAMING = int(Status.MOVING), int(Status.STREAMING)
+CLOSED_LOOP, IN_POSITION = int(Status.CLOSED_LOOP), int(Status.IN_POSITION)
 FAILURES = {
     Result.RANGE_LIMIT_REACHED: Status.RANGE_LIMIT_REACHED,
     Result.END_STOP_REACHED: Status.END_STOP_REACHED,
@@ -117,20 +119,17 @@ class Motion:
         return self._running is not None
 
     @property
-    def status(self) -> Status:
-        """Bits that moves set."""
-        status = self._failed
+    def status_bits(self) -> int:
+        """Bits of Status that moves set."""
+        bits = int(self._failed)
         loop, running = self._loop, self._running
         if running is None:
-            return status
+            return bits
         if loop is None or not loop.holds:
-            status |= Status.MOVING
+            bits |= MOVING
         if loop is not None:
-            status |= Status.CLOSED_LOOP
-            status |= Status.IN_POSITION if loop.in_position else Status(0)
-        if running.command.name == 'waveform':
-            status |= Status.STREAMING
-        return status
+            bits |= CLOSED_LOOP | IN_POSITION * loop.in_position
+        return bits | STREAMING * (running.command.name == 'waveform')
 
     def start(self, command: Identity, wave: Wave, observation: Observation) -> None:
         """Follow a wave in place of the running move; a table, at the end of a cycle of one."""
@@ -194,7 +193,8 @@ class Motion:
             return
         loop, is_jog = self._loop, self._running.command.name == 'jog'
         needs_renewal = is_jog or (loop is not None and loop.goal.direction != 0)
-        if needs_renewal and observation.time_ns >= self._renewed_ns + self._timeout_ns():
+        timeout_ns = to_nanoseconds(self._parameters.jog.timeout)
+        if needs_renewal and observation.time_ns >= self._renewed_ns + timeout_ns:
             self._come_to_rest('jog.timeout passed without a new command', observation)
         elif loop is not None:
             self._go_on(loop, observation)
@@ -205,9 +205,6 @@ class Motion:
         """Return whether a table is repeated that has begun, or waits for the one before it."""
         wave, has_begun = self.wave, not self.is_new or self.wave.lead_s > 0.0
         return has_begun and repeats(wave) and observation.cycles < wave.cycles
-
-    def _timeout_ns(self) -> int:
-        return to_nanoseconds(self._parameters.jog.timeout)
 
     def end(self, outcome: Outcome, observation: Observation) -> None:
         """End the running move, if there is one, and hold its present voltage."""

@@ -10,18 +10,17 @@ from stickslip_ros.instrument import sensors
 from stickslip_ros.instrument.reports import FIRST_READING, Readings
 from stickslip_ros.instrument.sensors.interferometer import Interferometer
 from stickslip_ros.instrument.sensors.reader import Reader
-from stickslip_ros.parameters import SENSORS, FaultParameters, Parameters, Sensor
+from stickslip_ros.parameters import SENSORS, FaultParameters, Parameters
 from stickslip_ros.units import NANO
 
-
-def _class_of(row: Sensor) -> type[Reader]:
-    """Return what reads a sensor: LoadCell of ``load_cell`` for LoadCellParameters."""
-    module = import_module(f'{sensors.__name__}.{row.name}')
-    found: type[Reader] = getattr(module, row.group.__name__.removesuffix('Parameters'))
-    return found
-
-
-CLASSES = {row.name: _class_of(row) for row in SENSORS}
+CLASSES: dict[str, type[Reader]] = {
+    row.name: getattr(
+        import_module(f'{sensors.__name__}.{row.name}'),
+        row.group.__name__.removesuffix('Parameters'),
+    )
+    for row in SENSORS
+}
+"""What reads each sensor: LoadCell of ``load_cell`` for LoadCellParameters."""
 
 
 @entry_point

@@ -82,17 +82,17 @@ class SimulatedStand:
     @property
     def voltage_v(self) -> float:
         """Output of the amplifier, V."""
-        return float(self.states['voltage_v'].item())
+        return float(self._voltage.item())
 
     @property
     def cycle(self) -> int:
         """Ramps of the wave that are over."""
-        return int(self.states['clock']['cycle'].item())
+        return int(self._clock.item()[1])
 
     @property
     def ramp_s(self) -> float:
         """Time since the present ramp of the wave began, s."""
-        return float(self.states['clock']['ramp_s'].item())
+        return float(self._clock.item()[0])
 
     @property
     def is_separate(self) -> bool:
@@ -102,17 +102,23 @@ class SimulatedStand:
     @property
     def is_preloaded(self) -> bool:
         """Whether the preload has come to the wanted one."""
-        return bool(self.states['preload_n'].item() == self.wanted_n)
+        return bool(self._preload.item() == self.wanted_n)
 
     def to_rest(self) -> None:
         """Go back to the state at the start, without faults."""
         stand = self.parameters.stand
         self.plants = self.plants_at_rest.copy()
-        self.states = state_at_rest(self.plants, stand.preload)
+        self._look_at(state_at_rest(self.plants, stand.preload))
         self.load_n = 0.0
         self.wanted_n = stand.preload
         if stand.preload_end:
             self.change_preload(stand.preload_end)
+
+    def _look_at(self, states: Record) -> None:
+        """Take states; what is asked for in every block is found once."""
+        self.states = states
+        self._clock, self._voltage = states['clock'], states['voltage_v']
+        self._preload = states['preload_n']
 
     def change_preload(self, preload_n: float) -> None:
         """Let the springs take over, and go to another preload, N."""
@@ -121,7 +127,8 @@ class SimulatedStand:
 
     def recall(self, values: dict[str, Any], faults: FaultParameters, *, is_powered: bool) -> None:
         """Remember what was read from a file; the plant at rest becomes what it was."""
-        vars(self).update({name: each for name, each in values.items() if name != 'is_separate'})
+        self.load_n, self.wanted_n = values['load_n'], values['wanted_n']
+        self._look_at(values['states'])
         check_load(self.parameters, self.load_n)
         stand, plant = self.parameters.stand, self.plants[0]
         if (values['is_separate'] or faults.dead_foot) and not plant.separate:
@@ -177,5 +184,4 @@ class SimulatedStand:
         now = self.cycle
         if cycle == now:
             return NO_RAMPS
-        ramps: Array = self._ramps[np.arange(cycle, now) % len(self._ramps)]
-        return ramps
+        return self._ramps.take(range(cycle, now), axis=0, mode='wrap')

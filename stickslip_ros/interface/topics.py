@@ -171,8 +171,9 @@ TOPICS = (
           overridable=QUEUED),
     Topic('~/info', m.STRING, LATCHED, 'JSON: parameters, units, versions, time origin'),
     Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', SELDOM,
-          'real-time factor, lateness, overruns, refusals, recorder, faults; 1 Hz of wall-clock '
-          'time, and at once when a fault comes or goes', recorded=False),
+          'real-time factor, lateness, overruns and why (computing, waiting for a processor or '
+          'the interpreter; nan where Linux does not tell), refusals, recorder, faults; 1 Hz of '
+          'wall-clock time, and at once when a fault comes or goes', recorded=False),
     Topic('/clock', 'rosgraph_msgs/msg/Clock', SELDOM,
           'simulated time, once per sim.block', recorded=False, switches=('sim.publish_clock',),
           overridable=STREAMED),

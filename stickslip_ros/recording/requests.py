@@ -2,10 +2,9 @@
 
 import json
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.commands import Request, TimedRequest
 from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.channels import Channel, Qos, name_in_file
@@ -13,13 +12,6 @@ from stickslip_ros.interface.requests import NOTES, read_request
 from stickslip_ros.interface.topics import COMMAND_TOPICS, TOPICS
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TOPICS_RECORD
-
-
-class TimedRequest(NamedTuple):
-    """A request and the simulated time at which it took effect, ns."""
-
-    time_ns: int
-    request: Request
 
 
 def channels_of(recording: Recording) -> dict[str, Channel]:

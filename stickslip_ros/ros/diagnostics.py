@@ -11,7 +11,7 @@ from stickslip_ros.ros.connections import Connections
 from stickslip_ros.runtime.pacing import PaceReport
 from stickslip_ros.runtime.session import Session
 from stickslip_ros.runtime.worker import Faults
-from stickslip_ros.units import MICRO, NANO
+from stickslip_ros.units import MICRO, MILLI, NANO
 
 FACTOR_SHARE = 0.9
 """Share of the wanted real-time factor below which a report is an error."""
@@ -93,6 +93,9 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'ticks': str(report.ticks),
         'overruns': str(report.overruns),
         'overruns_total': str(report.overruns_total),
+        'overruns_work_ms': f'{report.stalls.work_s / MILLI:.3f}',
+        'overruns_processor_ms': f'{report.stalls.processor_s / MILLI:.3f}',
+        'overruns_rest_ms': f'{report.stalls.rest_s / MILLI:.3f}',
         'behind_s': f'{report.behind_s:.6f}',
         'paused': str(session.is_paused).lower(),
     }
@@ -101,7 +104,8 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
     if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
         level, message = ERROR, f'real-time factor {kept} instead of {wanted:g}'
     elif report.overruns:
-        level, message = WARN, f'{report.overruns} of {report.ticks} ticks late'
+        level = WARN
+        message = f'{report.overruns} of {report.ticks} ticks late{report.stalls.most}'
     # Set back here: what the report says is whether a preload was on its way since the last one.
     ramped, session.worker.preload_ramped = session.worker.preload_ramped, False
     if ramped and level != OK:

@@ -10,22 +10,7 @@ class Drawn:
     """A result with a figure."""
 
     def plot(self, *, width_mm: float | None = None, font_pt: float | None = None) -> 'Figure':
-        """
-        Draw it.
-
-        Parameters
-        ----------
-        width_mm : float, optional
-            As a journal prints it: 85 mm are a column, with letters of 8 pt.
-        font_pt : float, optional
-            Size of the letters, in points.
-
-        Raises
-        ------
-        OutOfRange
-            If a figure cannot be so large or so small.
-
-        """
+        """Draw it; with a width as a journal prints it, 85 mm a column, in letters of 8 pt."""
         from stickslip_ros.runs.plotting import look_of, looking  # noqa: PLC0415 - takes long
 
         with looking(look_of(width_mm=width_mm, font_pt=font_pt)):

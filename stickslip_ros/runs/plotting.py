@@ -16,8 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.errors import OutOfRange, UnknownName
+from stickslip_ros.errors import UnknownName
 from stickslip_ros.files import replacing
+from stickslip_ros.parameters import Spec
 
 DOTS_PER_INCH: Final = 120
 UNDATED: Final[Mapping[str, Mapping[str, Any]]] = {
@@ -47,23 +48,20 @@ class Look(NamedTuple):
     font_pt: float
 
 
-WIDTH_MM: Final = (40.0, 500.0)
-FONT_PT: Final = (4.0, 24.0)
+WIDTH: Final = Spec(float, 85.0, 'mm', '', 'width of a figure', 40.0, 500.0)
+LETTERS: Final = Spec(float, 8.0, 'pt', '', 'size of the letters', 4.0, 24.0)
 SCREEN: Final = Look(None, 10.0)
-PRINTED_PT, PRINTED_DOTS_PER_INCH = 8.0, 600
+PRINTED_DOTS_PER_INCH: Final = 600
 _look: ContextVar[Look] = ContextVar('look', default=SCREEN)
 
 
 def look_of(width_mm: float | None = None, font_pt: float | None = None) -> Look:
     """Return a look: that of a page if a width is given, else that of a screen."""
-    for what, value, unit, (low, high) in (
-        ('width of a figure', width_mm, 'mm', WIDTH_MM),
-        ('size of its letters', font_pt, 'pt', FONT_PT),
-    ):
-        if value is not None and not low <= value <= high:
-            limit = f'not from {low:g} to {high:g} {unit}'
-            raise OutOfRange(what, value, unit, limit, 'change it')
-    return Look(width_mm, font_pt or (SCREEN.font_pt if width_mm is None else PRINTED_PT))
+    for spec, value in ((WIDTH, width_mm), (LETTERS, font_pt)):
+        if value is not None:
+            spec.check(spec.text, value)
+    usual_pt = SCREEN.font_pt if width_mm is None else float(LETTERS.default)
+    return Look(width_mm, font_pt or usual_pt)
 
 
 @contextmanager

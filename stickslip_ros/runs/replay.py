@@ -13,13 +13,13 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.instrument.commands import Request, TimedRequest, check_request
 from stickslip_ros.interface.topics import recorded_channels
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Difference, Recording, compare_data, data_digest
-from stickslip_ros.recording.requests import TimedRequest, channels_of, recorded_requests
+from stickslip_ros.recording.requests import channels_of, recorded_requests
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, RUN_RECORD, SOURCES
 from stickslip_ros.recording.storage import CLOSING_RECORD

@@ -85,6 +85,8 @@ class Orders:
 
     def take(self, now_ns: int) -> list[Order]:
         """Take what is due at a simulated time, need not wait and was not withdrawn."""
+        if not self._waiting:
+            return []
         due: list[Order] = []
         later: list[Order] = []
         for order, waits in self._with_waits():

@@ -9,9 +9,10 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from stickslip_ros.units import NS_PER_S
 
 TICKS_KEPT = 100_000
 """Ticks that a report looks back on, at most."""
+SCHEDSTAT = '/proc/thread-self/schedstat'
+"""Where Linux tells of a thread, in ns: its time on a processor, its waiting for one; slices."""
 LAG_MAX_S = 0.1
 """Lag that is caught up; beyond it the deadlines are moved and simulated time stays behind."""
 
@@ -37,7 +40,20 @@ KNOWS_SLICES: Final = platform.machine() == 'x86_64' and (
 )
 """Whether a thread may ask for slices of its own; older kernels take no notice."""
 _SET_TIMER_SLACK: Final = 29
-_GET_TIMER_SLACK: Final = 30
+
+
+class Stalls(NamedTuple):
+    """Where the time of ticks that began too late went; not a number where Linux does not tell."""
+
+    work_s: float = math.nan  # the thread computed
+    processor_s: float = math.nan  # it waited for a processor
+    rest_s: float = math.nan  # it waited for something else, mostly for the interpreter
+
+    @property
+    def most(self) -> str:
+        """In words what took most of it; empty where nothing did, or nobody knows."""
+        words = 'computing', 'waiting for a processor', 'waiting for the interpreter'
+        return f', mostly {words[int(np.argmax(self))]}' if sum(self) > 0.0 else ''
 
 
 @dataclass(frozen=True)
@@ -54,6 +70,7 @@ class PaceReport:
     overruns_total: int  # since the start
     behind_s: float  # by which deadlines were moved since the start: too large to catch up
     missing_s: float  # simulated time that there would be more at the wanted pace; not below 0
+    stalls: Stalls  # of the overruns
 
 
 class Pacer:
@@ -65,6 +82,8 @@ class Pacer:
         self._period_s = block_s / real_time_factor if real_time_factor > 0.0 else 0.0
         self._overruns_total = 0
         self._behind_s = 0.0
+        self._schedstat: int | None = None
+        self._stalls = self._told = Stalls()  # since the start, and of them those reported
         self._lock = threading.Lock()
         self.start()
 
@@ -74,6 +93,34 @@ class Pacer:
             self._held_since_s: float | None = None
             self._deadline_s = self._report_s = time.monotonic()
             self._lateness_s: deque[float] = deque(maxlen=TICKS_KEPT)
+            self._noted: Stalls | None = None
+
+    @contextmanager
+    def accounted(self) -> Iterator[None]:
+        """Meanwhile note, in the thread that waits, where the time of late ticks goes."""
+        try:
+            self._schedstat = os.open(SCHEDSTAT, os.O_RDONLY)
+        except OSError:
+            yield
+            return
+        if int(os.pread(self._schedstat, 64, 0).split()[2]):  # else this Linux does not count
+            self._stalls = self._told = Stalls(0.0, 0.0, 0.0)
+        try:
+            yield
+        finally:
+            closed, self._schedstat = self._schedstat, None
+            os.close(closed)
+
+    def _account(self, now_s: float, pause_s: float, *, is_late: bool) -> None:
+        """Note what the thread has done since the tick before: ``rest_s`` is all time but that."""
+        if self._schedstat is None:
+            return
+        processor_s = int(os.pread(self._schedstat, 64, 0).split()[1]) / NS_PER_S
+        before, self._noted = self._noted, Stalls(time.thread_time(), processor_s, now_s)
+        if is_late and before is not None:
+            work_s, processor_s, all_s = np.subtract(self._noted, before)
+            rest_s = max(0.0, all_s - max(0.0, pause_s) - work_s - processor_s)
+            self._stalls = Stalls(*np.add(self._stalls, (work_s, processor_s, rest_s)).tolist())
 
     def hold(self) -> None:
         """Note that the loop stands still on purpose from now on; the second time, nothing."""
@@ -83,11 +130,12 @@ class Pacer:
 
     def resume(self) -> None:
         """Begin deadlines anew after a hold, which is no lateness; without one, nothing."""
+        if self._held_since_s is None:
+            return
         with self._lock:
-            if self._held_since_s is not None:
-                self._deadline_s = time.monotonic()
-                self._report_s += self._deadline_s - self._held_since_s
-                self._held_since_s = None
+            self._deadline_s = time.monotonic()
+            self._report_s += self._deadline_s - self._held_since_s
+            self._held_since_s = self._noted = None
 
     def wait(self, sleep: Callable[[float], None] = time.sleep) -> None:
         """Sleep until the next deadline, unless ``sleep`` ends early; note how late it is then."""
@@ -98,7 +146,9 @@ class Pacer:
         pause_s = self._deadline_s - time.monotonic()
         if pause_s > 0.0:
             sleep(pause_s)
-        late_s = max(0.0, time.monotonic() - self._deadline_s)
+        now_s = time.monotonic()
+        late_s = max(0.0, now_s - self._deadline_s)
+        self._account(now_s, pause_s, is_late=late_s > self._period_s)
         self._overruns_total += late_s > self._period_s  # first: a report reads it last
         self._lateness_s.append(late_s)
         if late_s > max(LAG_MAX_S, 2.0 * self._period_s):
@@ -115,6 +165,8 @@ class Pacer:
                 self._held_since_s = now_s
             self._report_s = now_s
             ticks, self._lateness_s = self._lateness_s, deque(maxlen=TICKS_KEPT)
+            stalls = self._stalls
+            told, self._told = self._told, stalls
         lateness = np.array(ticks)
         simulated_s = len(lateness) * self._block_s
         late = lateness if len(lateness) else np.array([math.nan])
@@ -128,6 +180,7 @@ class Pacer:
             overruns_total=self._overruns_total,
             behind_s=self._behind_s,
             missing_s=max(0.0, elapsed_s * self.real_time_factor - simulated_s),
+            stalls=Stalls(*np.subtract(stalls, told).tolist()),
         )
 
 
@@ -167,17 +220,6 @@ def wake_in_time() -> None:
     if attributes is not None and attributes.policy == os.SCHED_OTHER:
         attributes.runtime_ns = round(SLICE_S * NS_PER_S)
         ctypes.CDLL(None).syscall(_SET_ATTRIBUTES, THIS_THREAD, ctypes.byref(attributes), 0)
-
-
-def slice_s(thread: int = THIS_THREAD) -> float | None:
-    """Return the slice of a thread, given its number, s; None where Linux does not tell."""
-    attributes = scheduling(thread)
-    return attributes.runtime_ns / NS_PER_S if attributes and attributes.runtime_ns else None
-
-
-def slack_s() -> float:
-    """Return how much longer a sleep of the calling thread may last, s."""
-    return int(ctypes.CDLL(None).prctl(_GET_TIMER_SLACK)) / NS_PER_S
 
 
 def scheduling(thread: int) -> SchedulingAttributes | None:

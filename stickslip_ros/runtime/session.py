@@ -66,6 +66,7 @@ class Session:
         self._due: list[Order] = []
         self._is_ending = self._has_started = False
         self._busy_since_s: float | None = None
+        self._pausing = 0  # calls that wait for the end of the present block
         self._thread: threading.Thread | None = None
 
     @property
@@ -199,9 +200,12 @@ class Session:
         with self._changed:
             self._time_control.is_paused = wanted
             self._changed.notify_all()
-            if wanted and not self._changed.wait_for(
+            self._pausing += wanted
+            has_ended = not wanted or self._changed.wait_for(
                 lambda: self._busy_since_s is None, HOLD_TIMEOUT_S
-            ):
+            )
+            self._pausing -= wanted
+            if not has_ended:
                 raise StickSlipError(f'the present block has not ended in {HOLD_TIMEOUT_S:g} s')
 
     def step(self) -> 'Future[None]':
@@ -280,27 +284,8 @@ class Session:
 
     def _run(self) -> None:
         try:
-            while True:
-                with self._changed:
-                    while (turn := self._next_turn()) is None:
-                        self.pacer.hold()
-                        self._changed.wait()
-                    if turn is Turn.END:
-                        break
-                    self._busy_since_s = time.monotonic()
-                if turn is Turn.SERVE:
-                    self.worker.serve(self._due)
-                elif turn is Turn.STEP:
-                    self.worker.advance(self._due)
-                    self._steps.popleft().set_result(None)
-                else:
-                    self.pacer.resume()
-                    self.worker.advance(self._due)
-                self._due = []
-                self._busy_since_s = None
-                self._notify()
-                if turn is Turn.ADVANCE:
-                    self.pacer.wait(self._sleep)
+            with self.pacer.accounted():
+                self._go_on()
         except BaseException as error:
             self._fail(error)
             if not isinstance(error, StickSlipError):
@@ -308,6 +293,30 @@ class Session:
         finally:
             self._busy_since_s = None
             self._notify()
+
+    def _go_on(self) -> None:
+        while True:
+            with self._changed:
+                while (turn := self._next_turn()) is None:
+                    self.pacer.hold()
+                    self._changed.wait()
+                if turn is Turn.END:
+                    return
+                self._busy_since_s = time.monotonic()
+            if turn is Turn.SERVE:
+                self.worker.serve(self._due)
+            elif turn is Turn.STEP:
+                self.worker.advance(self._due)
+                self._steps.popleft().set_result(None)
+            else:
+                self.pacer.resume()
+                self.worker.advance(self._due)
+            self._due = []
+            self._busy_since_s = None
+            if self._pausing:
+                self._notify()
+            if turn is Turn.ADVANCE:
+                self.pacer.wait(self._sleep)
 
     def _fail(self, error: BaseException) -> None:
         """Answer every order that will never be carried out, and report the failure."""

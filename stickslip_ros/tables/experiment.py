@@ -166,14 +166,12 @@ def read_experiment(
     measured: Sequence[str] = (),
 ) -> Experiment:
     """Read a measured table, its header first; refusals name file, line, and what to do."""
-    content = as_text(path)
-    if not isinstance(path, Path):
-        origin, path = str(path.attrs.get('source', FRAME)), Path(FRAME)
-    else:
-        origin = str(path)
-    head = read_bytes(path, 'check the path', HEAD_BYTES + 1) if content is None else content
+    source = as_text(path)
+    origin = str(path) if isinstance(path, Path) else path.attrs.get('source', FRAME)
+    head = source
+    if isinstance(head, Path):
+        head = read_bytes(head, 'check the path', HEAD_BYTES + 1)
     layout = layout_of(head[: HEAD_BYTES + 1], origin)
-    source = path if content is None else content
     return _read(source, layout, origin, reading, number, kind, measured)
 
 
@@ -280,9 +278,9 @@ def _read(
     if preload_n is not None:
         values = {'preload_n': np.full(len(lines), preload_n), **values}
     firsts = [
-        dataclasses.replace(each, first=float(known[0] if len(known) else np.nan))
+        dataclasses.replace(each, first=float(found[np.argmax(~np.isnan(found))]))
         for each in chosen
-        for known in [values[each.name][~np.isnan(values[each.name])]]
+        for found in [values[each.name]]
     ]
     notes = (*layout.notes, *(f'column {quoted(each)} was kept aside' for each in aside), *gaps)
     experiment = Experiment(origin, kind, values, notes, tuple(firsts), tuple(aside), tuple(gaps))

@@ -22,9 +22,9 @@ FRAME = 'DataFrame'
 Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
 
 
-def as_text(path: 'Path | DataFrame') -> bytes | None:
+def as_text(path: 'Path | DataFrame') -> Path | bytes:
     """
-    Return a frame, or a table of a known binary format, as CSV; None of any other file.
+    Return a frame, or a table of a known binary format, as CSV; of a text its path.
 
     Raises RecordingError if it cannot be read, or holds no columns of one length.
 
@@ -32,7 +32,7 @@ def as_text(path: 'Path | DataFrame') -> bytes | None:
     if not isinstance(path, Path):
         frame = path if path.index.name is None else path.reset_index()
     elif (read := READERS.get(path.suffix.lower())) is None:
-        return None
+        return path
     else:
         try:
             frame = read(readable(path))

@@ -20,7 +20,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import NODE_NAME
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE, stay_on_this_host
-from stickslip_ros.runtime.pacing import KNOWS_SLICES, SLICE_S, slice_s
+from stickslip_ros.runtime.pacing import KNOWS_SLICES, SLICE_S, scheduling
 from stickslip_ros.units import NANO
 
 
@@ -114,7 +114,8 @@ def test_what_wakes_the_drive_has_short_slices(start: Callable, meet: Callable):
     process = start(*DRIVE)
     meet()
     threads = list(Path(f'/proc/{process.pid}/task').iterdir())
-    prompt = {each for each in threads if slice_s(int(each.name)) == pytest.approx(SLICE_S)}
+    told = {each: scheduling(int(each.name)) for each in threads}
+    prompt = {each for each in threads if told[each] and told[each].runtime_ns == SLICE_S * 1e9}
     names = {each: each / 'comm' for each in threads if each.exists()}
     assert {each for each in names if names[each].read_text().startswith('dds')} < prompt
     assert end(process, signal.SIGINT)[0] == 0

@@ -19,7 +19,7 @@ from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import RunWriter
 from stickslip_ros.ros.diagnostics import pace_status, recorder_status
 from stickslip_ros.runtime.orders import NEXT_BLOCK, Order
-from stickslip_ros.runtime.pacing import PaceReport
+from stickslip_ros.runtime.pacing import PaceReport, Stalls
 from stickslip_ros.runtime.session import Session
 
 pytestmark = pytest.mark.usefixtures('frequent_diagnostics')
@@ -33,6 +33,9 @@ TIME_KEYS = {
     'ticks',
     'overruns',
     'overruns_total',
+    'overruns_work_ms',
+    'overruns_processor_ms',
+    'overruns_rest_ms',
     'behind_s',
     'stamps_behind_s',
     'paused',
@@ -142,6 +145,7 @@ PACE = PaceReport(
     overruns_total=0,
     behind_s=0.0,
     missing_s=0.0,
+    stalls=Stalls(),
 )
 
 
@@ -169,7 +173,8 @@ def test_stamps_that_are_far_from_the_time_of_the_system_are_a_warning(
     session, now_ns = Session(Parameters(), lambda _: None), time.time_ns()
     monkeypatch.setattr(time, 'time_ns', lambda: now_ns)
     said = []
-    for behind_s, changes in ((0.49, {}), (113.0, {}), (-2.0, {}), (113.0, {'overruns': 9})):
+    late: dict[str, Any] = {'overruns': 9, 'stalls': Stalls(2e-3, 30e-3, 1e-3)}
+    for behind_s, changes in ((0.49, {}), (113.0, {}), (-2.0, {}), (113.0, late)):
         session.worker.time_origin_ns = now_ns - round(behind_s * 1e9)
         status = pace_status('x', replace(PACE, **changes), session)
         said.append((status.level, status.message))
@@ -180,7 +185,7 @@ def test_stamps_that_are_far_from_the_time_of_the_system_are_a_warning(
         (ok, 'in time'),
         (warn, behind),
         (warn, f"stamps are 2.0 s ahead of the system's time, {hint}"),
-        (warn, f'9 of 1000 ticks late; {behind}'),
+        (warn, f'9 of 1000 ticks late, mostly waiting for a processor; {behind}'),
     ]
 
 

@@ -102,12 +102,12 @@ def test_a_style_is_typed_and_what_is_none_is_refused(
     assert f'figure {picture}' in capsys.readouterr().out
     for words, told in (
         (['--style', 'poster'], "style 'poster' is not known; use screen or paper"),
-        (['--width', '85'], 'width of a figure 85000 mm is not from 40 to 500 mm'),
-        (['--font-size', '80'], 'size of its letters 80 pt is not from 4 to 24 pt'),
+        (['--width', '85'], 'width of a figure 85000 mm is above the maximum 500 mm'),
+        (['--font-size', '80'], 'size of the letters 80 pt is above the maximum 24 pt'),
     ):
         assert main(['plot', str(recorded_run[1]), *words]) == 2
         assert told in capsys.readouterr().err
-    with pytest.raises(StickSlipError, match='not from 40 to 500 mm'):
+    with pytest.raises(StickSlipError, match='below the minimum 40 mm'):
         linearise(Parameters()).plot(width_mm=0.085)
 
 
@@ -117,4 +117,6 @@ def test_results_say_in_a_line_what_they_are(table: Path):
     assert repr(fitted).startswith('contact.friction 0.2')
     assert 'warning: p-value' in repr(fitted)
     assert 'the model misses the points' in fitted._repr_html_()
-    assert repr(compare(table, Parameters(), steps=20)).startswith('Over 4 points the force of B')
+    compared = compare(table, Parameters(), steps=20)
+    assert repr(compared).startswith('Over 4 points the force of B')
+    assert '<p>Chi-square of the force is ' in compared._repr_html_()
