@@ -19,7 +19,7 @@ import math
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart
+from stickslip_ros.contact.kernel import entry_point, kernel, kernel_within
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import remembers_turns
@@ -178,7 +178,7 @@ def takes_only_long_steps(plants: Record, states: Record) -> bool:
     return bool(plants['only_long_steps'].item() and not states['contacts']['on_springs'][0, ALL])
 
 
-@kernel
+@kernel_within
 def advance_stretch(
     plant: Record,
     state: Record,
@@ -226,7 +226,7 @@ def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
     return longest_s if foot_m_per_s * longest_s <= travel_m else travel_m / foot_m_per_s
 
 
-@kernel_apart
+@kernel_within
 def take_short_steps(
     plant: Record,
     state: Record,
