@@ -12,7 +12,7 @@ from stickslip_ros.comparison.result import (
     Incomparable,
     Part,
     Side,
-    Steps,
+    StepStatistics,
 )
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.parameters import Scalar, parse_yaml
@@ -146,7 +146,7 @@ def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, 
     return tuple(found)
 
 
-def steps_of(run: TimeRun) -> Steps | None:
+def steps_of(run: TimeRun) -> StepStatistics | None:
     """
     Return the steps of the second half of a run, from ramp to ramp of its voltage.
 
@@ -176,7 +176,7 @@ def steps_of(run: TimeRun) -> Steps | None:
     is_alike = np.abs(periods_s / np.median(periods_s) - 1.0) <= PERIOD_SLACK
     steps_m = np.diff(places_m)[is_alike]
     steps_m = steps_m[len(steps_m) // 2 :]
-    return Steps(len(steps_m), float(np.mean(steps_m)), *scatter_of(steps_m))
+    return StepStatistics(len(steps_m), float(np.mean(steps_m)), *scatter_of(steps_m))
 
 
 def _finite(series: Series) -> Series:

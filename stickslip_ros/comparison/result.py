@@ -173,7 +173,7 @@ def _chi_square(difference: Array, sigmas: Sequence[Array | None]) -> ChiSquare 
 
 
 @dataclass(frozen=True)
-class Steps:
+class StepStatistics:
     """Net motion of a runner from one period of the voltage to the next."""
 
     count: int
@@ -277,7 +277,9 @@ class ComparisonReport(Drawn):
     axis: str
     quantities: tuple[Compared, ...]
     alignment: Alignment | None = None
-    steps: tuple[Steps, Steps] | None = None  # of A and B, if both have a periodic voltage
+    steps: tuple[StepStatistics, StepStatistics] | None = (
+        None  # of A and B, if both have a periodic voltage
+    )
 
     @property
     def differences(self) -> tuple[NamedDifference, ...]:

@@ -96,6 +96,16 @@ def kernel_apart(function: Function) -> Function:
     return _compile(function, InnerKernel, OPTIONS | FOR_KERNELS | {'forceinline': False})
 
 
+def kernel_within(function: Function) -> Function:
+    """
+    Compile a function as a part of the kernel that calls it: for long code with one caller.
+
+    A kernel of its own would be optimised alone, and once more in each kernel above it.
+
+    """
+    return cast('Function', numba.njit(inline='always')(function))
+
+
 def entry_point(function: Function) -> Function:
     """Compile a function, or another time a kernel, for Python as well as for kernels."""
     return _compile(in_python(function), EntryPoint, OPTIONS)

@@ -11,7 +11,7 @@ rival laws know only the friction limit.
 """
 
 from stickslip_ros.contact.ageing import AGEING, friction_ratio, older, slip_speed
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.contact.kernel import kernel, kernel_apart, kernel_within
 from stickslip_ros.contact.laws import COULOMB, LAW, MDR, deflect
 from stickslip_ros.contact.memory import (
     MEMORY,
@@ -84,23 +84,12 @@ def remembers_turns(contact: Record, state: Record) -> bool:
     return contact.law.number == MDR and not state.on_springs
 
 
-@kernel
+@kernel_apart
 def react(contact: Record, state: Record, u_m: float, dt_s: float, holding_n: float) -> None:
     """
-    Move a contact by one step.
+    Move a contact by one step, to a relative displacement of the runner against the feet, u_m.
 
-    Parameters
-    ----------
-    contact : record of CONTACT
-        Constants.
-    state : record of CONTACT_STATE
-        Changed in place.
-    u_m : float
-        Relative displacement of the runner against the feet at the end of the step, m.
-    dt_s : float
-        Time of the step, s.
-    holding_n : float
-        Force that would keep the contact from sliding, N; for Coulomb's law.
+    The holding force would keep the contact from sliding: it is for Coulomb's law.
 
     """
     if remembers_turns(contact, state):
@@ -141,7 +130,7 @@ def answer_towards(contact: Record, state: Record, direction: float) -> float:
     return stick_stiffness(contact, state)
 
 
-@kernel
+@kernel_within
 def next_preload(contact: Record, preload_n: float, dt_s: float) -> float:
     """Return the preload after a step towards the wanted one, N."""
     largest_n = contact.preload_n_per_s * dt_s
@@ -151,7 +140,7 @@ def next_preload(contact: Record, preload_n: float, dt_s: float) -> float:
     return preload_n + (largest_n if gap_n > 0.0 else -largest_n)
 
 
-@kernel
+@kernel_within
 def _react_by_springs(
     contact: Record, state: Record, u_m: float, dt_s: float, preload_n: float
 ) -> None:
@@ -188,7 +177,7 @@ def _react_by_springs(
     set_memory(memory, u_m, sense * curve.force_max_n, sense, lost_j, virgin_loss_j)
 
 
-@kernel
+@kernel_within
 def _react_by_law(
     contact: Record,
     state: Record,

@@ -54,6 +54,8 @@ TRAVEL_MARGIN = 0.7
 """The longest step per that at the start of roughness that travels: twice the stiffness."""
 TREADS_PER_STEP = 8
 """Levels of the converter in the longest step from which on its staircase is a straight line."""
+LOW_TREAD = 1e-4
+"""One is enough of levels that move the feet by less than this share of the presliding range."""
 STANDARD_GRAVITY_M_PER_S2 = 9.80665
 MODELS_KEPT = 64
 """Contact models kept for the next drive: a sweep over amplitudes has one for each preload."""
@@ -123,7 +125,9 @@ def _set_longest_step(plant: Record, parameters: Parameters) -> None:
     if parameters.contact.travel:  # which may be stiffer elsewhere
         longest_s *= TRAVEL_MARGIN
     plant['dt_s'] = min(parameters.sim.dt, longest_s)
-    plant['tread_s'] = plant['dt_s'] / TREADS_PER_STEP
+    rise_m = plant['gain_m_per_v'] * plant['amplifier']['resolution_v']
+    is_low = rise_m < LOW_TREAD * plant['contacts'][ALL]['curve']['limit_m']
+    plant['tread_s'] = plant['dt_s'] / (1 if is_low else TREADS_PER_STEP)
 
 
 def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float) -> float:

@@ -7,7 +7,7 @@ To the rest of the drive they are one contact against the mean foot, with the su
 
 from typing import Any, NamedTuple
 
-from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart
+from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart, kernel_within
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import U, move, set_memory
 from stickslip_ros.contact.reaction import (
@@ -19,6 +19,7 @@ from stickslip_ros.contact.reaction import (
 )
 from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.travel import lay, place_of
+from stickslip_ros.contact.virgin import virgin_force
 from stickslip_ros.drive.records import ALL, CONTACTS, FEET
 
 SLIPPING = 1e-9
@@ -67,7 +68,9 @@ def way_on(path: Any, time_s: float) -> float:
 
 @kernel
 def mean_path(plant: Record, state: Record, path: Path) -> Path:
-    """Return how all feet go on the average: dead ones stay."""
+    """Return how all feet go on the average, which a frame feels: dead ones stay."""
+    if not plant.frame.exists:
+        return path
     speed, speeding = 0.0, 0.0
     for k in moving(plant):
         way = way_of(plant, state, path, k)
@@ -88,10 +91,19 @@ def mean_place(plant: Record, state: Record) -> float:
 
 @kernel
 def move_contacts(
-    plant: Record, state: Record, position_m: float, foot_m: float, dt_s: float, holding_n: float
+    plant: Record,
+    state: Record,
+    position_m: float,
+    foot_m: float,
+    dt_s: float,
+    holding_n: float,
+    stays: bool,
 ) -> float:
     """
     Let all contacts answer; return the force with which they drag the mean foot back, N.
+
+    Turning points remember nothing of a place where the contact only ``stays`` for a look: the
+    middle of a step.
 
     Runner and mean foot are where they are against the frame at the end of the time. The work of
     the feet is that force times the way of the mean foot. The holding force would keep the
@@ -101,17 +113,24 @@ def move_contacts(
     """
     drag_n, total_n, preload_n = 0.0, 0.0, 0.0
     for k in moving(plant):
-        contact = state.contacts[k]
-        ratio = ratio_of(plant, k)
+        contact, foot, ratio = state.contacts[k], state.feet[k], ratio_of(plant, k)
         place_m = state.offsets_m[k] + ratio * foot_m
         if bends(plant):
             drag_n += ratio * plant.piezo.stack_n_per_m * (state.places_m[k] - place_m)
             place_m = state.places_m[k]
-        react(plant.contacts[k], contact, position_m - place_m, dt_s, holding_n)
+        u_m = position_m - place_m
+        travel_m = foot.unfold * (u_m - foot.origin_m)
+        if 0.0 <= travel_m < foot.room_m and (stays or foot.fold * contact.memory.sense > 0.0):
+            foot.load_n = foot.base_n + foot.fold * virgin_force(plant.contacts[k].curve, travel_m)
+            if not stays:
+                contact.memory.u_m, contact.memory.force_n = u_m, foot.load_n
+        else:
+            react(plant.contacts[k], contact, u_m, dt_s, holding_n)
+            foot.load_n, foot.room_m = contact.memory.force_n, 0.0
         state.places_m[k] = place_m
         if not bends(plant):
-            drag_n += ratio * contact.memory.force_n
-        total_n += contact.memory.force_n
+            drag_n += ratio * foot.load_n
+        total_n += foot.load_n
         preload_n = contact.preload_n
     state.contact_n = total_n
     state.preload_n = preload_n
@@ -161,7 +180,7 @@ def lay_contacts(plant: Record, state: Record) -> None:
             lay_contact(plant, state, k)
 
 
-@kernel
+@kernel_within
 def stored_by_feet(plant: Record, state: Record) -> float:
     """Return the elastic energy in the contacts of all feet, J."""
     energy_j = 0.0
@@ -170,7 +189,7 @@ def stored_by_feet(plant: Record, state: Record) -> float:
     return energy_j
 
 
-@kernel
+@kernel_within
 def lost_by_feet(plant: Record, state: Record) -> float:
     """Return the friction loss in the contacts of all feet, J."""
     energy_j = 0.0
@@ -219,6 +238,7 @@ def divide_among_feet(plants: Record, states: Record) -> None:
             if plant.contacts[ALL].law.number == MDR:
                 force_n = _divide_springs(plant, state, k)
             set_memory(contact.memory, whole.memory.u_m, force_n, whole.memory.sense, 0.0, 0.0)
+        state.feet[k].load_n = contact.memory.force_n
         state.places_m[k] = state.foot_m
         state.offsets_m[k] = 0.0
         total_n += contact.memory.force_n
@@ -228,7 +248,7 @@ def divide_among_feet(plants: Record, states: Record) -> None:
     state.contact_n = total_n
 
 
-@kernel
+@kernel_within
 def _repeat_turns(curve: Record, memory: Record, whole: Record) -> None:
     """Repeat the turning points of another contact with a fresh one."""
     origin_m = whole.turns[0, U]
@@ -239,7 +259,7 @@ def _repeat_turns(curve: Record, memory: Record, whole: Record) -> None:
     move(curve, memory, whole.u_m)
 
 
-@kernel
+@kernel_within
 def _divide_springs(plant: Record, state: Record, k: int) -> float:
     """Give a foot its share of the springs of its group; return their force, N."""
     group = plant.groups[k]

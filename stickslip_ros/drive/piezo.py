@@ -29,22 +29,12 @@ def foot_displacement(plant: Record, voltage_v: float) -> float:
 
 
 class Ring(NamedTuple):
-    """
-    What a free oscillator makes of displacement and velocity in one step.
+    """What a free oscillator makes of displacement and velocity in one step."""
 
-    Attributes
-    ----------
-    m_per_m, m_per_m_per_s : float
-        Displacement after a displacement of 1, and after a velocity of 1.
-    m_per_s_per_m, m_per_s_per_m_per_s : float
-        The same for the velocity.
-
-    """
-
-    m_per_m: float
-    m_per_m_per_s: float
-    m_per_s_per_m: float
-    m_per_s_per_m_per_s: float
+    m_per_m: float  # Displacement after a displacement of 1
+    m_per_m_per_s: float  # Displacement after a velocity of 1
+    m_per_s_per_m: float  # Velocity after a displacement of 1
+    m_per_s_per_m_per_s: float  # Velocity after a velocity of 1
 
 
 @kernel

@@ -13,7 +13,7 @@ first of them turns, where a loop closes, and where a wall is met.
 import math
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel, kernel_apart
+from stickslip_ros.contact.kernel import kernel, kernel_apart, kernel_within
 from stickslip_ros.contact.laws import COULOMB
 from stickslip_ros.contact.memory import branch_towards, stiffness_on
 from stickslip_ros.contact.reaction import answer_towards, remembers_turns
@@ -76,26 +76,12 @@ the errors of realistic stands are the same, at 9 % more steps."""
 
 
 class Pace(NamedTuple):
-    """
-    What all steps of one length share.
+    """What all steps of one length share."""
 
-    Attributes
-    ----------
-    half_s : float
-        Half their length.
-    slack_m : float
-        Way by which a turn may come late.
-    settling : float
-        Share of its way that the low-pass of the amplifier goes in half a step.
-    ring : Ring
-        What the resonance of the piezo does in half a step.
-
-    """
-
-    half_s: float
-    slack_m: float
-    settling: float
-    ring: Ring
+    half_s: float  # Half their length
+    slack_m: float  # Way by which a turn may come late
+    settling: float  # Share of its way that the low-pass of the amplifier goes in half a step
+    ring: Ring  # What the resonance of the piezo does in half a step
 
 
 @kernel
@@ -115,7 +101,7 @@ def may_pass(state: Record) -> bool:
     return bool(state.passes_left >= 0)
 
 
-@kernel
+@kernel_within
 def step(
     plant: Record, state: Record, from_v: float, to_v: float, load_n: float, pace: Pace
 ) -> None:
@@ -146,30 +132,16 @@ def step(
 
 
 class Ahead(NamedTuple):
-    """
-    What holds and drags the runner in the next step.
+    """What holds and drags the runner in the next step."""
 
-    Attributes
-    ----------
-    tangent, driven : float
-        Stiffness of all contacts against the runner, N/m; against the mean foot.
-    drag_n : float
-        Force with which the contacts drag the mean foot back now.
-    held_n_per_m : float
-        Stiffness of load cell and walls.
-    lasts_s : float
-        Time for which all of it lasts.
-
-    """
-
-    tangent: float
-    driven: float
-    drag_n: float
-    held_n_per_m: float
-    lasts_s: float
+    tangent: float  # Stiffness of all contacts against the runner, N/m
+    driven: float  # The same against the mean foot
+    drag_n: float  # Force with which the contacts drag the mean foot back now
+    held_n_per_m: float  # Stiffness of load cell and walls
+    lasts_s: float  # Time for which all of it lasts
 
 
-@kernel
+@kernel_within
 def _look_ahead(
     plant: Record,
     state: Record,
@@ -185,7 +157,8 @@ def _look_ahead(
     past, past_rate = speed - sway.speed, speeding - sway.speeding
     tangent, driven, drag_n = 0.0, 0.0, 0.0
     for k in moving(plant):
-        contact, own, ratio = plant.contacts[k], state.contacts[k], ratio_of(plant, k)
+        contact, own, foot = plant.contacts[k], state.contacts[k], state.feet[k]
+        ratio = ratio_of(plant, k)
         way = way_of(plant, state, path, k)
         against, against_rate = past - way.speed, past_rate - way.speeding
         turns_now = against * against < 2.0 * slack_m * abs(against_rate)
@@ -196,13 +169,16 @@ def _look_ahead(
         if remembers_turns(contact, own):
             branch = branch_towards(contact.curve, own.memory, direction)
             stiffness = stiffness_on(contact.curve, branch, own.memory.u_m)
+            foot.origin_m, foot.base_n = branch.origin_m, branch.force_n
+            foot.fold, foot.unfold = branch.sense * branch.fold, branch.sense * branch.unfold
+            foot.room_m = min(branch.unfold * branch.reach_m, contact.curve.limit_m)
             lasts_s = time_to_close(branch, own.memory.u_m, against, against_rate, lasts_s)
         else:
-            stiffness = answer_towards(contact, own, direction)
+            stiffness, foot.room_m = answer_towards(contact, own, direction), 0.0
         tangent += stiffness
         driven += ratio * stiffness
         if bends(plant):
-            state.feet[k].stiffness = stiffness
+            foot.stiffness = stiffness
             bent_m = state.places_m[k] - state.offsets_m[k] - ratio * state.foot_m
             drag_n += ratio * plant.piezo.stack_n_per_m * bent_m
         else:
@@ -236,7 +212,7 @@ def _look_ahead(
     return Ahead(tangent, driven, drag_n, held_n_per_m, lasts_s)
 
 
-@kernel
+@kernel_within
 def _go(
     plant: Record, state: Record, path: Path, load_n: float, longest_s: float, slack_m: float
 ) -> float:
@@ -268,7 +244,7 @@ def _go(
     return ahead.lasts_s
 
 
-@kernel
+@kernel_within
 def _swing(
     plant: Record,
     state: Record,
@@ -283,20 +259,11 @@ def _swing(
     pull: float,
     load_n: float,
 ) -> None:
-    """
-    Move all for the time that lies ahead.
-
-    The runner goes on the tangent of its contacts, which drive it by what is ``driven`` along the
-    way ``pulled``.
-
-    """
+    """Move all for the time ahead, the runner by what is ``driven`` along the way ``pulled``."""
     frame, start_m, before_n = plant.frame, state.position_m, state.contact_n
     tangent, driven, h_s, half_s = ahead.tangent, ahead.driven, ahead.lasts_s, 0.5 * ahead.lasts_s
-    speed, per_kg, gamma = (
-        state.velocity_m_per_s,
-        body.per_kg,
-        body.damping_n_s_per_m * body.per_kg,
-    )
+    speed, per_kg = state.velocity_m_per_s, body.per_kg
+    gamma = body.damping_n_s_per_m * per_kg
 
     # The exact motion on that stiffness, in two halves.
     drive = driven * pulled.speed + tangent * sway.speed
@@ -310,7 +277,7 @@ def _swing(
     foot_m = state.foot_m + way_on(path, half_s)
     middle_m = start_m + run.middle_m
     frame_m = frame_after(plant, sway, mean, centre.middle_m, half_s)
-    middle_drag_n = move_contacts(plant, state, middle_m - frame_m, foot_m, half_s, 0.0)
+    middle_drag_n = move_contacts(plant, state, middle_m - frame_m, foot_m, half_s, 0.0, True)
     middle_n = state.contact_n
     missed_n = middle_n - before_n - tangent * run.middle_m + driven * way_on(pulled, half_s)
     missed_1 = (missed_n + tangent * way_on(sway, half_s)) * per_kg
@@ -325,7 +292,7 @@ def _swing(
 
     foot_m, position_m = state.foot_m + way_on(path, h_s), start_m + run.end_m
     frame_m = frame_after(plant, sway, mean, centre.end_m, h_s)
-    end_drag_n = move_contacts(plant, state, position_m - frame_m, foot_m, half_s, 0.0)
+    end_drag_n = move_contacts(plant, state, position_m - frame_m, foot_m, half_s, 0.0, False)
     missed_n = state.contact_n - before_n - tangent * run.end_m + driven * way_on(pulled, h_s)
     missed_2 = (missed_n + tangent * way_on(sway, h_s)) * per_kg
     if plant.walls.exist:
@@ -386,7 +353,7 @@ def _go_rigidly(
         way_m = speed * whole.impulse + pull * whole.step
         end_speed = speed * whole.velocity + pull * whole.impulse
     position_m = start_m + way_m
-    move_contacts(plant, state, position_m, state.foot_m + foot_m, h_s, end_n)
+    move_contacts(plant, state, position_m, state.foot_m + foot_m, h_s, end_n, False)
     state.sums.feet_work_j -= 0.5 * (pull_n + state.contact_n) * foot_m
     middle_m = start_m + 0.5 * way_m - 0.125 * h_s * (end_speed - speed)
     middle_speed = 1.5 * way_m / h_s - 0.25 * (speed + end_speed)

@@ -213,8 +213,16 @@ FOOT = kind(
     before_n=FLOAT,
     n_per_s=FLOAT,
     missed=FLOAT,
+    load_n=FLOAT,  # Its load where its contact was looked up last
+    # Branch on which its contact goes on: force = base_n + fold T_v(unfold (u - origin_m)) while
+    # the argument of T_v is between 0 and room_m; 0 where no branch is known
+    origin_m=FLOAT,
+    base_n=FLOAT,
+    fold=FLOAT,
+    unfold=FLOAT,
+    room_m=FLOAT,
 )
-"""A foot with a mass on a stack that its load bends."""
+"""A foot, or all as one. Its velocity and the way are of feet that bend their stacks."""
 
 STATE = kind(
     clock=CLOCK,  # Place in the wave
@@ -236,7 +244,7 @@ STATE = kind(
     preload_n=FLOAT,  # Present preload
     sums=SUMS,  # Energy and position integrals
     piezo=PIEZO_STATE,  # What amplifier and piezo remember
-    feet=(FOOT, (CONTACTS,)),  # Those that bend their stacks
+    feet=(FOOT, (CONTACTS,)),
     # Displacement of each foot against the frame, and what of it does not follow the piezo
     places_m=(FLOAT, (CONTACTS,)),
     offsets_m=(FLOAT, (CONTACTS,)),

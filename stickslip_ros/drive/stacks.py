@@ -69,7 +69,7 @@ def recoil_of(
         if part > 0:
             speed = foot.middle_m_per_s if part == 1 else foot.end_m_per_s
         bent_m = state.places_m[k] - state.offsets_m[k] - ratio_of(plant, k) * foot_m
-        force_n = state.contacts[k].memory.force_n - piezo.stack_n_per_m * bent_m
+        force_n = foot.load_n - piezo.stack_n_per_m * bent_m
         pull += force_n / piezo.foot_kg - 2.0 * piezo.damping_ratio * piezo.omega_per_s * speed
         mean_speed += speed / len(moving(plant))
     share = frame.feet_share
@@ -94,7 +94,7 @@ def place_at_end(plant: Record, state: Record, ring: Ring, recoil: float, h_s: f
     """Bring the feet to the end of the step, with what loads and recoil in its middle add."""
     for k in moving(plant):
         foot = state.feet[k]
-        missed = state.contacts[k].memory.force_n - foot.before_n - 0.5 * h_s * foot.n_per_s
+        missed = foot.load_n - foot.before_n - 0.5 * h_s * foot.n_per_s
         foot.missed = missed / plant.piezo.foot_kg - recoil
         foot.middle_m_per_s += SIXTH * h_s * foot.missed
         state.places_m[k] = foot.end_m + 4.0 * SIXTH * h_s * ring.m_per_m_per_s * foot.missed
@@ -107,7 +107,7 @@ def end_of_feet(plant: Record, state: Record, ring: Ring, recoil: float, h_s: fl
     square = 0.0
     for k in moving(plant):
         foot = state.feet[k]
-        missed = state.contacts[k].memory.force_n - foot.before_n - h_s * foot.n_per_s
+        missed = foot.load_n - foot.before_n - h_s * foot.n_per_s
         kick = 4.0 * ring.m_per_s_per_m_per_s * foot.missed + missed / piezo.foot_kg - recoil
         speed = foot.end_m_per_s + SIXTH * h_s * kick
         square += foot.m_per_s * foot.m_per_s + speed * speed

@@ -8,7 +8,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS, IDEAL_KERNELS = 184 + 3 * len(SENSORS), 81 + 3 * len(SENSORS)
+KERNELS, IDEAL_KERNELS = 160 + 3 * len(SENSORS), 74 + 3 * len(SENSORS)
 """What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet;
 of a sensor its loop, low-pass and display, at least."""
 REPORT_EVERY = 20

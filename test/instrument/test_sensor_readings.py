@@ -261,7 +261,9 @@ SETTINGS = st.fixed_dictionaries(
     optional={
         parameter: _values(spec)
         for parameter, spec in specs().items()
-        if parameter.startswith(tuple(SENSORS)) and spec.kind is float
+        if parameter.startswith(tuple(SENSORS))
+        and spec.kind is float
+        and parameter != 'load_cell.resonance'  # a mass of the drive, 0 or from 1 Hz on
     },
 )
 
