@@ -8,7 +8,7 @@ import pytest
 from rclpy.serialization import serialize_message
 
 from benchmarks.node.drift import drift_of
-from benchmarks.node.lateness import summary, windows_of, windows_of_diagnostics
+from benchmarks.node.lateness import STALLS, summary, windows_of, windows_of_diagnostics
 from benchmarks.node.listener import Stamps
 from benchmarks.node.process import cpu_clock_of
 from benchmarks.node.soak import excess_of, growth_of
@@ -94,8 +94,10 @@ def test_no_tick_is_left_out_and_nothing_is_no_window():
 def test_reports_without_ticks_do_not_count():
     told = {'ticks': '10', 'overruns': '2', 'lateness_mean_us': '1.5'}
     told |= {'lateness_p99_us': '3.0', 'lateness_max_us': '4.0'}
+    told |= {f'overruns_{name}': '0.5' for name in STALLS}
     assert windows_of_diagnostics([told, told | {'ticks': '0', 'lateness_mean_us': 'nan'}]) == [
         {'ticks': 10, 'overruns': 2, 'mean_us': 1.5, 'p99_us': 3.0, 'max_us': 4.0}
+        | dict.fromkeys(STALLS, 0.5)
     ]
 
 

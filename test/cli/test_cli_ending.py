@@ -80,6 +80,7 @@ MOMENTS: list[tuple[list[str], Reached]] = [
     (['compare', 'points.csv', 'model', '--steps', LOST_STEPS], has_looked(50)),
     (['fit', 'points.csv', '--free', 'contact.friction', '--starts', '1000'], has_looked(50)),
     (['drive'], knows_signals),
+    (['command', 'sawtooth', '300', '500', '0'], knows_signals),  # waits for a drive
     (['demo', '--output', '.'], has_written('demo.mcap')),
     (['panel', '--port', '0'], has_looked(5)),
     (['replay', 'voltage.csv', '-o', 'again.mcap'], has_written('again.mcap', 300_000)),
@@ -91,6 +92,7 @@ MOMENTS: list[tuple[list[str], Reached]] = [
 
 QUICK = {
     'contact',
+    'draw',
     'import',
     'export',
     'info',

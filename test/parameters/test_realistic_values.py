@@ -21,18 +21,20 @@ def written(path: Path) -> dict[str, object]:
 
 
 def comments(path: Path) -> dict[str, str]:
-    """Give, for every line with a value, the last comment above it within its group."""
+    """Give, for every line with a value, the comment above it within its group."""
     found: dict[str, str] = {}
     group = comment = ''
+    goes_on = False  # whether the line before was a comment too
     for line in path.read_text().splitlines():
         text = line.strip()
         indent = len(line) - len(line.lstrip())
         if indent == INDENT_OF_GROUP:
             group, comment = text.rstrip(':'), ''
         elif text.startswith('#'):
-            comment = text
+            comment = f'{comment} {text}' if goes_on else text
         elif indent == INDENT_OF_VALUE:
             found[f'{group}.{text.partition(":")[0]}'] = comment
+        goes_on = text.startswith('#')
     return found
 
 
