@@ -30,7 +30,7 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.runs.batch import Interrupted, executor_of, run_courses
-from stickslip_ros.runs.courses import Course, bundle_for
+from stickslip_ros.runs.courses import Course
 from stickslip_ros.runs.journal import Journal, JournalIdentity
 
 RIVAL = 'sawtooth'  # the shape against which a gain is counted
@@ -268,8 +268,9 @@ def _costs(
         for number, place in zip(numbers, places, strict=True)
         if not isinstance(cost := known.get(number), float) or not math.isfinite(cost)
     }
-    task, bundle = partial(search.cost, space), bundle_for(search.stand)
-    costs = run_courses(task, list(todo.values()), bundle, executor=executor)
+    # One at a time: a wave of many rows has a corner every few steps, where lanes do not pay.
+    task = partial(search.cost, space)
+    costs = run_courses(task, list(todo.values()), 1, executor=executor)
     for number, cost in zip(todo, costs, strict=True):
         known[number] = cost
         if journal:
@@ -283,8 +284,7 @@ def _checked(
     """Check every shape and the plain saw-tooth; play the best and its rival elsewhere."""
     space = search.spaces[RIVAL]
     shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
-    task, bundle = partial(check, search), bundle_for(search.stand)
-    checks = run_courses(task, list(shapes.values()), bundle, executor=executor)
+    checks = run_courses(partial(check, search), list(shapes.values()), 1, executor=executor)
     shapes = dict(zip(shapes, checks, strict=True))
     result = SearchResult(search, shapes, {})
     stands = unseen_stands(search)
