@@ -134,6 +134,7 @@ def test_where_nothing_can_be_kept_the_verb_says_so_and_fails(monkeypatch, capsy
     monkeypatch.setattr(
         compilation, 'compile_kernels', lambda: entry_point(lambda value: 2.0 * value)(1.5)
     )
+    monkeypatch.setattr(compilation, 'compile_lanes', lambda: None)
     assert main(['compile']) == 1
     why, progress = capsys.readouterr().err.splitlines()
     assert why.endswith('set NUMBA_CACHE_DIR')
