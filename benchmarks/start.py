@@ -110,7 +110,8 @@ def run_python(code: str, tree: Path, cache: Path | None) -> tuple[float, str]:
 
 def run(sizes: Sizes) -> Outcome:
     """Time whole processes."""
-    with tempfile.TemporaryDirectory() as folder:
+    # A node that has just ended may still be writing its log
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         kept = Path(folder, 'kept') if sizes.cold else None
         emptied = Path(folder, 'emptied')
         processes = {
