@@ -205,7 +205,7 @@ def test_a_drive_with_a_pace_is_refused(start_drive: Callable):
 def test_a_wait_that_was_in_vain_says_what_holds_the_drive(start_drive: Callable):
     stand = start_drive(LOCKSTEP)
     wait = partial(stand.operator.spin_until, lambda: False, 'the end', SOON_S)
-    held = 'the end did not come within 0.3 s: simulated time 0 s; lockstep, '
+    held = f'the end did not come within {SOON_S:g} s: simulated time 0 s; lockstep, '
     with pytest.raises(StickSlipError, match=f'{held}no grant came'):
         wait()
     stand.operator.command('grant', (5 * BLOCK_S, 3))
