@@ -10,7 +10,6 @@ from stickslip_ros.design.steady_cycle import CHANGE, SteadyCycle, measure
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.courses import Course
 from stickslip_ros.runs.zero_amplitude import STEP_MIN_M
 
 COST_MAX = 1e9  # cost of a wave that does not move the runner forwards
@@ -146,7 +145,7 @@ class Worth:
 
 def assess(
     goal: WaveGoal, stand: Parameters, rows: Array, *, change: float = CHANGE, looks: bool = False
-) -> Course[Worth]:
+) -> Worth:
     """
     Say what a wave, rows of time (s) and voltage (V), is worth on a stand.
 
@@ -158,10 +157,9 @@ def assess(
     sign = -1.0 if goal.backwards else 1.0
     on_stand = stand.updated(cell_of(goal, stand))
     loads_n = objective.loads(goal.load_n, friction_limit_n(stand))
-    runs = []
-    for load_n in loads_n:
-        run = yield from measure(on_stand, rows, -sign * load_n, change=change, looks=looks)
-        runs.append(run)
+    runs = [
+        measure(on_stand, rows, -sign * load_n, change=change, looks=looks) for load_n in loads_n
+    ]
     cycles = [
         replace(run, speed_m_per_s=sign * run.speed_m_per_s, force_n=sign * run.force_n)
         for run in runs

@@ -7,7 +7,6 @@ from stickslip_ros.design.objectives import COST_MAX, OBJECTIVES
 from stickslip_ros.design.search import RIVAL, SearchResult
 from stickslip_ros.design.steady_cycle import CONTACT
 from stickslip_ros.drive.advance import FOOT, POSITION, TIME, VOLTAGE
-from stickslip_ros.runs.courses import alone
 from stickslip_ros.runs.plotting import GREY, curve_style, draw_legend, label_axes, new_figure
 from stickslip_ros.units import NM, display_unit
 
@@ -20,8 +19,9 @@ def draw_search(result: SearchResult) -> Figure:
     voltage, motion, contact, history = figure.subplots(2, 2).flat
     for number, shape in enumerate(dict.fromkeys((result.best, RIVAL))):
         style = curve_style(number).line
-        wave, stand = result.shapes[shape].wave, result.search.stand
-        [worth] = alone(result.search.worths(wave, [stand], looks=True))
+        [worth] = result.search.worths(
+            result.shapes[shape].wave, [result.search.stand], looks=True
+        )
         trace = worth.cycle.trace
         time_ms = 1e3 * trace[:, TIME]
         voltage.plot(time_ms, trace[:, VOLTAGE], **style, label=shape)

@@ -29,8 +29,7 @@ from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.extras import load_extra
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import Stopped
-from stickslip_ros.runs.batch import Interrupted, executor_of, run_courses
-from stickslip_ros.runs.courses import Course
+from stickslip_ros.runs.batch import Interrupted, executor_of, run_batch
 from stickslip_ros.runs.journal import Journal, JournalIdentity
 
 RIVAL = 'sawtooth'  # the shape against which a gain is counted
@@ -111,19 +110,15 @@ class WaveSearch:
         *,
         curve_rows: int = CURVE_ROWS,
         **how: Any,
-    ) -> Course[list[Worth]]:
+    ) -> list[Worth]:
         """Return what a wave is worth on stands; ``how`` as ``assess`` takes it."""
         rows = wave.rows(self.stand, backwards=self.goal.backwards, curve_rows=curve_rows)
         preload = {'stand.preload': wave.preload_n}
-        worths = []
-        for stand in stands:
-            worth = yield from assess(self.goal, stand.updated(preload), rows, **how)
-            worths.append(worth)
-        return worths
+        return [assess(self.goal, stand.updated(preload), rows, **how) for stand in stands]
 
-    def cost(self, space: Space, place: Array) -> Course[float]:
+    def cost(self, space: Space, place: Array) -> float:
         """Return what a search makes small."""
-        worths = yield from self.worths(space.wave(place), self.judges)
+        worths = self.worths(space.wave(place), self.judges)
         return RULES[self.rule]([worth.cost for worth in worths])
 
     def gain(self, value: float, rival: float) -> float:
@@ -268,9 +263,7 @@ def _costs(
         for number, place in zip(numbers, places, strict=True)
         if not isinstance(cost := known.get(number), float) or not math.isfinite(cost)
     }
-    # One at a time: a wave of many rows has a corner every few steps, where lanes do not pay.
-    task = partial(search.cost, space)
-    costs = run_courses(task, list(todo.values()), 1, executor=executor)
+    costs = run_batch(partial(search.cost, space), list(todo.values()), executor=executor)
     for number, cost in zip(todo, costs, strict=True):
         known[number] = cost
         if journal:
@@ -284,22 +277,21 @@ def _checked(
     """Check every shape and the plain saw-tooth; play the best and its rival elsewhere."""
     space = search.spaces[RIVAL]
     shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
-    checks = run_courses(partial(check, search), list(shapes.values()), 1, executor=executor)
+    checks = run_batch(partial(check, search), list(shapes.values()), executor=executor)
     shapes = dict(zip(shapes, checks, strict=True))
     result = SearchResult(search, shapes, {})
     stands = unseen_stands(search)
     waves = shapes[result.best].wave, shapes[RIVAL].wave
 
-    def gain_on(stand: Parameters) -> Course[float]:
-        [best] = yield from search.worths(waves[0], [stand])
-        [rival] = yield from search.worths(waves[1], [stand])
-        return search.gain(best.value, rival.value)
+    def gain_on(stand: Parameters) -> float:
+        value, rival = (search.worths(wave, [stand])[0].value for wave in waves)
+        return search.gain(value, rival)
 
-    gains = run_courses(gain_on, list(stands.values()), 1, executor=executor)
+    gains = run_batch(gain_on, list(stands.values()), executor=executor)
     return replace(result, unseen=dict(zip(stands, gains, strict=True)))
 
 
-def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
+def check(search: WaveSearch, found: ShapeResult) -> ShapeResult:
     """
     Return what was found with the value of its wave, and the error of that.
 
@@ -308,9 +300,8 @@ def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
     """
     stand, wave = search.stand, found.wave
     finer = stand.updated({'sim.dt': stand.sim.dt / FINER})
-    [worth] = yield from search.worths(wave, [stand])
-    how: Any = {'curve_rows': FINER * CURVE_ROWS, 'change': CHANGE / STEADIER}
-    [fine] = yield from search.worths(wave, [finer], **how)
+    [worth] = search.worths(wave, [stand])
+    [fine] = search.worths(wave, [finer], curve_rows=FINER * CURVE_ROWS, change=CHANGE / STEADIER)
     error = abs(fine.value - worth.value)
     return replace(found, value=worth.value, error=error, meets=worth.meets)
 

@@ -19,7 +19,7 @@ from stickslip_ros.drive.records import ALL
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
-from stickslip_ros.runs.courses import Course, cycles_of
+from stickslip_ros.runs.courses import alone, cycles_of
 from stickslip_ros.runs.sawtooth_run import force_at_n
 
 WINDOW = 20  # cycles of a mean; two means one after the other tell whether a drive is steady
@@ -53,7 +53,7 @@ def measure(
     *,
     change: float = CHANGE,
     looks: bool = False,
-) -> Course[SteadyCycle]:
+) -> SteadyCycle:
     """
     Play a wave from rest until the drive is steady, 400 cycles at most, and look at a cycle.
 
@@ -72,7 +72,7 @@ def measure(
     while not steady and cycles < CYCLES_MAX:
         stop_if_asked()
         before_m, before_j = mean_m, float(states['sums']['feet_work_j'].item())
-        ramps = yield from cycles_of(plants, states, wave, WINDOW, load_n)
+        ramps = alone(cycles_of(plants, states, wave, WINDOW, load_n))
         step_m = float(ramps[-1, RAMP_END] - ramps[0, RAMP_END]) / (WINDOW - 1)
         mean_m = step_m if is_free else float(ramps[:, RAMP_MEAN].mean())
         steady = abs(mean_m - before_m) <= max(change * abs(mean_m), RESOLUTION_M)

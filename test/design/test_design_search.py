@@ -27,7 +27,6 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs import batch
 from stickslip_ros.runs.batch import executor_of
-from stickslip_ros.runs.courses import alone
 from stickslip_ros.runs.journal import Journal
 
 pytestmark = pytest.mark.usefixtures('compiled_kernels')
@@ -125,7 +124,7 @@ def test_a_stopped_search_has_its_best_wave(monkeypatch):
         optimise(long, workers=1, progress=lambda *how_far: done.append(how_far))
     number, cost = done[-1]
     assert 1 < number < 5000
-    [worth] = alone(long.worths(stopped.value.wave, [STAND]))
+    [worth] = long.worths(stopped.value.wave, [STAND])
     assert worth.cost == cost < done[0][1]
 
 
@@ -134,11 +133,10 @@ def test_several_stands_judge_by_their_mean_or_by_the_worst():
     mean, worst = (
         dataclasses.replace(SPEED, stands=3, spread=0.2, rule=rule) for rule in ('mean', 'worst')
     )
-    worths = alone(mean.worths(space.wave(space.start), mean.judges))
-    costs = [worth.cost for worth in worths]
-    assert len(set(costs)) == 3
-    assert alone(mean.cost(space, space.start)) == fmean(costs)
-    assert alone(worst.cost(space, space.start)) == max(costs)
+    alone = [worth.cost for worth in mean.worths(space.wave(space.start), mean.judges)]
+    assert len(set(alone)) == 3
+    assert mean.cost(space, space.start) == fmean(alone)
+    assert worst.cost(space, space.start) == max(alone)
 
 
 def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
@@ -157,8 +155,7 @@ def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
     assert set(result.unseen) == set(stands) > {'damping 20 N s/m', 'rough lines'}
     elsewhere = stands['amplifier of 50 kHz']
     assert elsewhere.amplifier.bandwidth == 50e3
-    worths = (alone(SMALL.worths(one.wave, [elsewhere])) for one in (best, rival))
-    values = [worth.value for [worth] in worths]
+    values = [SMALL.worths(one.wave, [elsewhere])[0].value for one in (best, rival)]
     gain = values[0] / values[1] - 1.0
     assert result.unseen['amplifier of 50 kHz'] == pytest.approx(gain)
 
