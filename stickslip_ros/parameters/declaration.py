@@ -6,6 +6,7 @@ import difflib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
@@ -226,6 +227,7 @@ class Checked:
         return changed
 
     @classmethod
+    @cache
     def group(cls) -> str:
         """Name of the group: LoadCellParameters declares ``load_cell.*``."""
         stem = cls.__name__.removesuffix('Parameters')
