@@ -78,7 +78,8 @@ class RunWriter:
 
     def write(self, *packed: Packed) -> None:
         """Hand messages over."""
-        self._part_bytes += sum([len(each.data) for each in packed])
+        if self._record.split_size:
+            self._part_bytes += sum([len(each.data) for each in packed])
         origin_ns = self._time_origin_ns
         self.recorder.put_all(
             [(key, origin_ns + time_ns, data) for key, time_ns, data in packed], wait=self.waits
