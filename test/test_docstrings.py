@@ -7,7 +7,7 @@ import pytest
 import stickslip_ros
 
 FINDER = doctest.DocTestFinder(recurse=False)
-NAMES = {name: getattr(stickslip_ros, name) for name in stickslip_ros.PUBLIC}
+NAMES = {name: getattr(stickslip_ros, name) for name in stickslip_ros.__all__}
 EXAMPLES = {
     name: test
     for name, public in NAMES.items()
