@@ -131,6 +131,13 @@ def run_drive(
     StickSlipError
         If amplitude, frequency or steps are refused, or the integration has failed.
 
+    Examples
+    --------
+    >>> free = Parameters().updated({'load_cell.contact': 'absent'})
+    >>> run = run_drive(free, amplitude_m=160e-9, frequency_hz=500.0)
+    >>> f'{1e9 * run.step_length_m:.1f} nm'
+    '98.1 nm'
+
     """
     return alone(drive_course(parameters, amplitude_m, frequency_hz, steps, load_n=load_n))
 
@@ -217,6 +224,15 @@ def simulate(
     ------
     StickSlipError
         If wave, frequency or steps are refused, or the recording cannot be written.
+
+    Examples
+    --------
+    >>> stand = Parameters().updated({'stand.preload': 0.25})
+    >>> run = simulate(stand, amplitude_m=60e-9, frequency_hz=500.0, steps=40)
+    >>> f'{1e3 * run.force_mean_n:.1f} mN'
+    '22.7 mN'
+    >>> list(run.frame)
+    ['position_m', 'force_n', 'voltage_v', 'foot_m']
 
     """
     given = (amplitude_m, voltage_v, waveform)
