@@ -115,8 +115,7 @@ def frame_field(frame_id: str) -> bytes:
 
 def pack_joints(message: m.JointMessage) -> bytes:
     """Pack a ``sensor_msgs/msg/JointState``."""
-    stamp_s, rest_ns = divmod(message.stamp_ns, NS_PER_S)
-    body = struct.pack('<iI', stamp_s, rest_ns) + _text_field(message.frame_id)
+    body = pack_stamp(message.stamp_ns)[len(HEADER) :] + _text_field(message.frame_id)
     body += _padding(len(body), 4) + struct.pack('<I', len(message.names))
     for name in message.names:
         body += _padding(len(body), 4) + _text_field(name)

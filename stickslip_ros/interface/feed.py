@@ -88,9 +88,8 @@ class Feed:
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
-            block = np.concatenate(self.pending)
+            table = pack_float64_array(np.concatenate(self.pending), self._labels)
             self.pending.clear()
-            table = pack_float64_array(block, self._labels)
             yield Packed('trace', readings.time_ns, table)
         if output.status != self.status:
             self.status = output.status
@@ -99,14 +98,6 @@ class Feed:
     def _pack_joint(self, time_ns: int, stamp_ns: int, position_m: float, force_n: float) -> bytes:
         before_ns, before_m = self.joint
         self.joint = time_ns, position_m
-        period_s = (time_ns - before_ns) * NANO
-        return pack_joints(
-            JointMessage(
-                stamp_ns,
-                self._stage,
-                (self._joint_name,),
-                (position_m,),
-                ((position_m - before_m) / period_s,),
-                (force_n,),
-            )
-        )
+        velocity_m_per_s = (position_m - before_m) / ((time_ns - before_ns) * NANO)
+        numbers = (position_m,), (velocity_m_per_s,), (force_n,)
+        return pack_joints(JointMessage(stamp_ns, self._stage, (self._joint_name,), *numbers))

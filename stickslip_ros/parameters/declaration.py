@@ -1,12 +1,10 @@
 """What a parameter is: kind, unit, bounds, source; and the check of a value where it enters."""
 
-import copy
 import dataclasses
 import difflib
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
@@ -221,13 +219,12 @@ class Checked:
 
     def with_checked(self: Group, values: Mapping[str, object]) -> Group:
         """Return a copy with values that their declarations have let pass already."""
-        changed = copy.copy(self)
-        changed.__dict__.update(values)
+        changed = object.__new__(type(self))
+        changed.__dict__.update(self.__dict__, **values)
         changed.check_together()
         return changed
 
     @classmethod
-    @cache
     def group(cls) -> str:
         """Name of the group: LoadCellParameters declares ``load_cell.*``."""
         stem = cls.__name__.removesuffix('Parameters')

@@ -69,8 +69,7 @@ class Worker(ReportingBench):
         now_ns = self.bench.time_ns
         self._carry_out(orders, self._schedule.due(now_ns))
         output = self.advance_bench(now_ns + self._block_ns)
-        if int(output.status) & PRELOADING:
-            self.preload_ramped = True
+        self.preload_ramped |= bool(int(output.status) & PRELOADING)
         if self._keeps_clock:  # before the readings
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))

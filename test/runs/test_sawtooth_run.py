@@ -189,7 +189,8 @@ def test_progress_is_told_up_to_the_number_of_steps(stand):
     ran(
         stand, voltage_v=300.0, steps=12, progress=lambda done, wanted: told.append((done, wanted))
     )
-    assert told == [(steps, 12) for steps in range(1, 13)]
+    assert told == sorted(set(told))
+    assert told[-1] == (12, 12)
     told.clear()
     ran(stand, voltage_v=300.0, progress=lambda done, wanted: told.append((done, wanted)))
     assert {wanted for _, wanted in told} == {0}
