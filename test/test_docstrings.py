@@ -7,7 +7,7 @@ import pytest
 import stickslip_ros
 
 FINDER = doctest.DocTestFinder(recurse=False)
-NAMES = {name: getattr(stickslip_ros, name) for name in stickslip_ros.__all__}
+NAMES = {name: getattr(stickslip_ros, name) for name in dir(stickslip_ros) if name[0] != '_'}
 EXAMPLES = {
     name: test
     for name, public in NAMES.items()
