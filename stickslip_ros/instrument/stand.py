@@ -87,12 +87,12 @@ class SimulatedStand:
     @property
     def cycle(self) -> int:
         """Ramps of the wave that are over."""
-        return int(self._clock.item()[1])
+        return int(self._cycle.item())
 
     @property
     def ramp_s(self) -> float:
         """Time since the present ramp of the wave began, s."""
-        return float(self._clock.item()[0])
+        return float(self._ramp.item())
 
     @property
     def is_separate(self) -> bool:
@@ -117,8 +117,8 @@ class SimulatedStand:
     def _look_at(self, states: Record) -> None:
         """Take states; what is asked for in every block is found once."""
         self.states = states
-        self._clock, self._voltage = states['clock'], states['voltage_v']
-        self._preload = states['preload_n']
+        self._cycle, self._ramp = states['clock']['cycle'], states['clock']['ramp_s']
+        self._voltage, self._preload = states['voltage_v'], states['preload_n']
 
     def change_preload(self, preload_n: float) -> None:
         """Let the springs take over, and go to another preload, N."""

@@ -162,14 +162,9 @@ class ReportingBench:
     def save(self) -> bytes:
         """Return a checkpoint of the bench, with what was reported and what not yet."""
         feed = self._feed
-        time_ns, position_m = feed.joint
-        return self.bench.save(
-            {
-                PENDING: np.concatenate([np.empty((0, self._columns)), *feed.pending]),
-                STATUS: feed.status,
-                JOINT: {'time_ns': time_ns, 'position_m': position_m},
-            }
-        )
+        pending = np.concatenate([np.empty((0, self._columns)), *feed.pending])
+        joint = dict(zip(('time_ns', 'position_m'), feed.joint, strict=True))
+        return self.bench.save({PENDING: pending, STATUS: feed.status, JOINT: joint})
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """Do what ``Bench.update`` does, publish and write it; raise what has ended the file."""

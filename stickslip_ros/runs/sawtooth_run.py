@@ -131,6 +131,13 @@ def run_drive(
     StickSlipError
         If amplitude, frequency or steps are refused, or the integration has failed.
 
+    Examples
+    --------
+    >>> free = Parameters().updated({'load_cell.contact': 'absent'})
+    >>> run = run_drive(free, amplitude_m=160e-9, frequency_hz=500.0)
+    >>> f'{1e9 * run.step_length_m:.1f} nm'
+    '98.1 nm'
+
     """
     return alone(drive_course(parameters, amplitude_m, frequency_hz, steps, load_n=load_n))
 
@@ -216,6 +223,15 @@ def simulate(
     ------
     StickSlipError
         If wave, frequency or steps are refused, or the recording cannot be written.
+
+    Examples
+    --------
+    >>> stand = Parameters().updated({'stand.preload': 0.25})
+    >>> run = simulate(stand, amplitude_m=60e-9, frequency_hz=500.0, steps=40)
+    >>> f'{1e3 * run.force_mean_n:.1f} mN'
+    '22.7 mN'
+    >>> list(run.frame)
+    ['position_m', 'force_n', 'voltage_v', 'foot_m']
 
     """
     given = (amplitude_m, voltage_v, waveform)
@@ -326,8 +342,8 @@ def _drive(
     requests, logs, done = [request], list[Array](), 0
     while True:
         stop_if_asked()
-        sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz)
-        is_far = sure_s > 2.0 * bench.parameters.sim.block and not requests
+        sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz) - bench.stand.ramp_s
+        is_far = sure_s > bench.parameters.sim.block and not requests
         step_ns = long_ns - bench.time_ns % long_ns if is_far else block_ns
         output = update(bench.time_ns + step_ns, requests)
         start_s = start_s or time.perf_counter()
