@@ -1,16 +1,15 @@
 """``stickslip command``: one command to a running drive, over topics, and its end."""
 
 import argparse
-import math
 import re
 from collections.abc import Sequence
 from typing import Any
 
 from stickslip_ros.cli.printing import Answer
-from stickslip_ros.errors import StickSlipError, UnknownName, WrongKind
-from stickslip_ros.instrument.commands import COMMANDS, FAULT, JOINT, SET_BOOL, Command
+from stickslip_ros.errors import StickSlipError, UnknownName
+from stickslip_ros.instrument.commands import COMMANDS, FAULT, SET_BOOL
 from stickslip_ros.instrument.reports import Result, Status
-from stickslip_ros.parameters.typed import to_si
+from stickslip_ros.interface.requests import typed_numbers
 from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.testing import Operator, open_context
 from stickslip_ros.units import MICRO, NANO
@@ -26,7 +25,7 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
     if command is None or command.name == FAULT:
         known = ', '.join(name for name in COMMANDS if name != FAULT)
         raise UnknownName('command', arguments.name, f'use {known}')
-    numbers = numbers_of(command, arguments.numbers)
+    numbers = typed_numbers(command, arguments.numbers)
     stay_on_this_host()
     context = open_context(namespace=arguments.namespace)
     operator = Operator(context)
@@ -92,25 +91,3 @@ def ends(events: Sequence[dict[str, Any]], name: str, *, is_moving: bool) -> lis
         elif event['command'] == name and number in (None, event['number']):
             return [event]
     return []
-
-
-def numbers_of(command: Command, words: Sequence[str]) -> list[float]:
-    """Return the numbers of a command as they are typed: in their order, or by name."""
-    labels = [label.partition(' ')[::2] for label in command.numbers]
-    wanted = ', '.join(command.numbers) or 'no numbers'
-    hint = f'{command.name} takes {wanted}' + ', row after row' * command.is_table
-    count = max(len(words), len(labels)) if command.is_table else len(labels)
-    rest = {JOINT: math.nan}.get(command.name, 0.0 if command.frame else None)
-    numbers: list[float | None] = [rest] * count
-    for k, word in enumerate(words):
-        name, equals, text = word.rpartition('=')
-        by_name = (place for place, label in enumerate(labels) if label[0] == name)
-        place = next(by_name, count) if equals else k
-        if place >= count:
-            raise WrongKind(f'{command.name} number', word, 'one of its numbers', hint)
-        label, unit = labels[place % len(labels)]
-        is_bare = unit[:1].isdigit()  # wanted 0 or 1
-        numbers[place] = to_si(f'{command.name} {label}', text, '' if is_bare else unit)
-    if None in numbers:
-        raise WrongKind(f'{command.name} numbers', list(words), 'all of them', hint)
-    return [number for number in numbers if number is not None]

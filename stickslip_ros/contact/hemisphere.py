@@ -43,6 +43,11 @@ def presliding(parameters: Parameters, *, normal_force_n: float) -> Presliding:
     OutOfRange
         If the force does not press.
 
+    Examples
+    --------
+    >>> presliding(Parameters(), normal_force_n=0.1)
+    Presliding: 0.1 N, slips at 4.9368e-08 m and 0.03 N
+
     """
     contact = parameters.contact
     elasticity = elasticity_of(contact)

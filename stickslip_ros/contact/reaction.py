@@ -16,13 +16,12 @@ from stickslip_ros.contact.laws import COULOMB, LAW, MDR, deflect
 from stickslip_ros.contact.memory import (
     MEMORY,
     U,
-    fresh_memory,
     lost_energy,
     move,
     set_memory,
     stored_energy,
 )
-from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind, record
+from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind
 from stickslip_ros.contact.springs import (
     BANK,
     SLIP_SLACK,
@@ -65,17 +64,13 @@ CONTACT_STATE = kind(
 """What a contact remembers."""
 
 
-def fresh_contact(preload_n: float) -> Record:
-    """Return what a contact without shear remembers, a record of CONTACT_STATE."""
-    memory = fresh_memory()
-    return record(
-        CONTACT_STATE,
-        memory=memory,
-        preload_n=preload_n,
-        age_s=1.0,
-        slip_m_per_s=1.0,
-        friction_ratio=1.0,
-    )
+def relax(contacts: Record, preload_n: float) -> Record:
+    """Let new contacts, of zeros and of CONTACT_STATE, be without shear; return them."""
+    contacts['memory']['sense'] = 1.0
+    contacts['preload_n'] = preload_n
+    for name in ('age_s', 'slip_m_per_s', 'friction_ratio'):
+        contacts[name] = 1.0
+    return contacts
 
 
 @kernel

@@ -32,6 +32,12 @@ class SpringContact:
     OutOfRange
         If the largest force does not press, or the profile is too short for it.
 
+    Examples
+    --------
+    >>> contact = SpringContact(Parameters(), normal_force_max_n=0.2)
+    >>> [f'{1e3 * contact.move(5e-9, 0.1):.2f} mN' for _ in range(3)]
+    ['5.76 mN', '10.97 mN', '15.62 mN']
+
     """
 
     def __init__(self, parameters: Parameters, normal_force_max_n: float) -> None:

@@ -72,6 +72,12 @@ def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
     RecordingError
         If a run has no trace, or no two cycles of a saw-tooth.
 
+    Examples
+    --------
+    >>> picture = draw_stand(Parameters())
+    >>> picture[:4], 'F' in picture
+    ('<svg', True)
+
     """
     if isinstance(stand, Parameters):
         return Drawing(stand_svg(stand))

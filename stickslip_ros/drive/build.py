@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from functools import cache, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.laws import LAW, LAW_NUMBERS, MDR
 from stickslip_ros.contact.mdr import Presliding, presliding
 from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.reaction import CONTACT, fresh_contact
+from stickslip_ros.contact.reaction import CONTACT, relax
 from stickslip_ros.contact.record import Record, record, records
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
 from stickslip_ros.contact.travel import NOWHERE
@@ -274,11 +274,10 @@ def walls_of(parameters: Parameters) -> Record:
 
 
 def all_contacts(parameters: Parameters) -> Record:
-    """Return the constants of the six contacts as one, a record of CONTACT."""
-    kept = _kept_contact(
+    """Return the constants of the six contacts as one, a record of CONTACT; not to be written."""
+    return _kept_contact(
         parameters.contact, parameters.friction_law, parameters.stand, weight_of(parameters)
     )
-    return kept.copy()
 
 
 @lru_cache(maxsize=MODELS_KEPT)
@@ -472,9 +471,10 @@ def set_preload(plants: Record, parameters: Parameters, preload_n: float) -> Non
 
 def state_at_rest(plants: Record, preload_n: float) -> Record:
     """Return the drive at rest, with relaxed contacts: an array of one record of STATE."""
-    states = _fresh_states().copy()
-    states['preload_n'] = states['contacts']['preload_n'] = preload_n
-    states['voltage_v'] = plants['rest_v']
+    states = records(
+        STATE, passes_left=PASSES_MIN, preload_n=preload_n, voltage_v=plants['rest_v']
+    )
+    relax(states['contacts'], preload_n)
     ageing = plants[0].contacts[ALL].ageing
     if ageing.on:
         contacts, rest_s, slip_m_per_s = states[0].contacts, ageing.rest_s, ageing.cutoff_m_per_s
@@ -485,11 +485,6 @@ def state_at_rest(plants: Record, preload_n: float) -> Record:
         divide_among_feet(plants, states)
     rest_piezo(plants[0], states[0]['piezo'])
     return states
-
-
-@cache
-def _fresh_states() -> Record:
-    return records(STATE, passes_left=PASSES_MIN, contacts=fresh_contact(0.0))
 
 
 def start_clock(states: Record) -> None:

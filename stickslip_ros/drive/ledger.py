@@ -1,6 +1,6 @@
 """Where the energy went: every term computed on its own, so that the sum is a test."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.record import Record
@@ -11,8 +11,7 @@ from stickslip_ros.drive.runner import cell_energy, stops_energy
 from stickslip_ros.drive.stacks import stacks_energy
 
 
-@dataclass(frozen=True)
-class EnergyLedger:
+class EnergyLedger(NamedTuple):
     """
     Energy of the drive since its start, J.
 
@@ -61,33 +60,27 @@ class EnergyLedger:
         return self.feet_work_j + self.load_work_j - found_j - lost_j
 
 
+@entry_point
 def take_ledger(plants: Record, states: Record) -> EnergyLedger:
     """Compute every term of the balance, from arrays of one plant and one state."""
-    plant, state = plants[0], states[0]
-    stored_j, lost_j = energies_of_contacts(plants, states)
+    plant, state, sums = plants[0], states[0], states[0].sums
+    lay_contacts(plant, state)
     button_j = plant.button.mass_kg * state.button_m_per_s * state.button_m_per_s
-    button_j = 0.5 * float(button_j + plant.button.n_per_m * state.button_m * state.button_m)
+    button_j = 0.5 * (button_j + plant.button.n_per_m * state.button_m * state.button_m)
     return EnergyLedger(
-        feet_work_j=float(state.sums.feet_work_j),
-        load_work_j=float(state.sums.load_work_j),
-        kinetic_j=float(0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s),
+        feet_work_j=sums.feet_work_j,
+        load_work_j=sums.load_work_j,
+        kinetic_j=0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s,
         cell_j=cell_energy(plant, state.position_m) + button_j,
-        contact_stored_j=stored_j,
-        contact_lost_j=lost_j,
-        damping_lost_j=float(state.sums.damping_lost_j),
+        contact_stored_j=stored_by_feet(plant, state),
+        contact_lost_j=lost_by_feet(plant, state),
+        damping_lost_j=sums.damping_lost_j,
         stops_j=stops_energy(plant, state.position_m),
-        stuck_lost_j=float(state.sums.stuck_lost_j),
-        frame_j=frame_energy(plants, states),
-        stacks_j=stacks_energy(plants, states),
-        stand_lost_j=float(state.sums.stand_lost_j),
+        stuck_lost_j=sums.stuck_lost_j,
+        frame_j=frame_energy(plant, state),
+        stacks_j=stacks_energy(plant, state),
+        stand_lost_j=sums.stand_lost_j,
     )
-
-
-@entry_point
-def energies_of_contacts(plants: Record, states: Record) -> tuple[float, float]:
-    """Return the elastic energy in the contacts, and the friction loss in them so far, J."""
-    lay_contacts(plants[0], states[0])
-    return stored_by_feet(plants[0], states[0]), lost_by_feet(plants[0], states[0])
 
 
 @kernel

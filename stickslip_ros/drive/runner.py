@@ -7,7 +7,7 @@ A load cell, fixed or touched, and end stops.
 
 import math
 
-from stickslip_ros.contact.kernel import in_python, kernel
+from stickslip_ros.contact.kernel import kernel, kernel_within
 from stickslip_ros.contact.record import Record
 
 
@@ -42,19 +42,21 @@ def wall_force(plant: Record, position_m: float) -> float:
     return plant.walls.cell_n_per_m * pressed_m + stops_force(plant, position_m)
 
 
+@kernel_within
 def cell_energy(plant: Record, position_m: float) -> float:
     """Return the elastic energy of the load cell, J."""
     pressed_m = max(position_m - plant.walls.gap_m, 0.0)
     one_sided_j = 0.5 * plant.walls.cell_n_per_m * pressed_m * pressed_m
-    return float(0.5 * plant.cell_n_per_m * position_m * position_m + one_sided_j)
+    return 0.5 * plant.cell_n_per_m * position_m * position_m + one_sided_j
 
 
+@kernel_within
 def stops_energy(plant: Record, position_m: float) -> float:
     """Return the elastic energy of the end stops, J."""
     if plant.walls.stop_n_per_m == 0.0:
         return 0.0
-    force_n = in_python(stops_force)(plant, position_m)
-    return float(0.5 * force_n * force_n / plant.walls.stop_n_per_m)
+    force_n = stops_force(plant, position_m)
+    return 0.5 * force_n * force_n / plant.walls.stop_n_per_m
 
 
 @kernel

@@ -8,7 +8,7 @@ oscillator does, along a straight line.
 
 """
 
-from stickslip_ros.contact.kernel import entry_point, kernel
+from stickslip_ros.contact.kernel import kernel, kernel_within
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.feet import Path, bends, moving, ratio_of, way_on
 from stickslip_ros.drive.frame import holding_force
@@ -130,10 +130,9 @@ def note_ringing(plant: Record, state: Record) -> None:
     state.piezo.ring_m_per_s = ring_m_per_s
 
 
-@entry_point
-def stacks_energy(plants: Record, states: Record) -> float:
+@kernel_within
+def stacks_energy(plant: Record, state: Record) -> float:
     """Return the energy of bent stacks, and of the motion of feet against their centre of mass."""
-    plant, state = plants[0], states[0]
     if not bends(plant):
         return 0.0
     doubled_j, momentum = 0.0, 0.0

@@ -77,6 +77,14 @@ class Bench:
     beside : tree
         What was kept beside it in the checkpoint that it comes from; not checked yet.
 
+    Examples
+    --------
+    >>> parameters = Parameters()
+    >>> bench = Bench(parameters)
+    >>> output = bench.update(parameters.block_ns, [Request('voltage', (100.0,))])
+    >>> [event.result.name for event in output.events]
+    ['DONE']
+
     """
 
     REMEMBERED: ClassVar[Mapping[str, Any]] = {

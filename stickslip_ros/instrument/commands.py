@@ -238,19 +238,19 @@ def _numbers_of(request: Request, command: Command) -> Sequence[float]:
         raise WrongKind(request.name, list(values[:8]), expected, hint)
     for label, value in zip(labels, values, strict=True):
         if not math.isfinite(value):
-            name = _full_name(request.name, label)
+            name = number_name(request.name, label)
             raise WrongKind(name, value, 'a finite number', 'send a number')
     if not command.frame:
         return values
     for label, value in zip(labels[1:], values[1:], strict=True):
         if value != 0.0:
-            name, unit = _full_name(request.name, label), label.partition(' ')[2]
+            name, unit = number_name(request.name, label), label.partition(' ')[2]
             hint = 'set it to 0: the runner moves along x only'
             raise OutOfRange(name, value, unit, 'not 0', hint)
     return values[:1]
 
 
-def _full_name(command: str, label: str) -> str:
+def number_name(command: str, label: str) -> str:
     """Return the name of a number in a message: ``sawtooth amplitude``, but ``voltage``."""
     name = label.partition(' ')[0]
     return name if name == command else f'{command} {name}'

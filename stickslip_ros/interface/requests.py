@@ -1,6 +1,7 @@
 """Requests as messages: to bytes and back."""
 
 import json
+import math
 from array import array
 from collections.abc import Sequence
 from typing import Any
@@ -8,7 +9,13 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.instrument.commands import WAVEFORM_ROWS_MAX, Request
+from stickslip_ros.instrument.commands import (
+    JOINT,
+    WAVEFORM_ROWS_MAX,
+    Command,
+    Request,
+    number_name,
+)
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import (
@@ -22,6 +29,7 @@ from stickslip_ros.interface.cdr import (
 )
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
+from stickslip_ros.parameters.typed import to_si
 from stickslip_ros.units import NS_PER_S
 
 NAME_MAX = 1000
@@ -90,6 +98,28 @@ def pack_command(
         rows = numbers.reshape(-1, len(topic.numbers))
         return pack_float64_array(rows, ('row', columns), front)
     return pack_float64_array(numbers, (columns,), front)
+
+
+def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
+    """Return the numbers of a command as they are typed: in their order, or by name."""
+    labels = [label.partition(' ')[::2] for label in command.numbers]
+    wanted = ', '.join(command.numbers) or 'no numbers'
+    hint = f'{command.name} takes {wanted}' + ', row after row' * command.is_table
+    count = max(len(words), len(labels)) if command.is_table else len(labels)
+    rest = {JOINT: math.nan}.get(command.name, 0.0 if command.frame else None)
+    numbers: list[float | None] = [rest] * count
+    for k, word in enumerate(words):
+        name, equals, text = word.rpartition('=')
+        by_name = (place for place, label in enumerate(labels) if label[0] == name)
+        place = next(by_name, count) if equals else k
+        if place >= count:
+            raise WrongKind(f'{command.name} number', word, 'one of its numbers', hint)
+        label, unit = labels[place % len(labels)]
+        is_bare = unit[:1].isdigit()  # wanted 0 or 1
+        numbers[place] = to_si(number_name(command.name, label), text, '' if is_bare else unit)
+    if None in numbers:
+        raise WrongKind(f'{command.name} numbers', list(words), 'all of them', hint)
+    return [number for number in numbers if number is not None]
 
 
 def _column(label: str) -> str:

@@ -189,6 +189,11 @@ def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> Line
     StickSlipError
         If the amplifier cannot give the voltage, or the contacts obey another friction law.
 
+    Examples
+    --------
+    >>> linearise(Parameters().updated({'stand.preload': 0.25}))
+    LinearDrive: resonance 8078.1 Hz, 2 states, at 150 V
+
     """
     return linear_drive(parameters, *drive_at(parameters, at_voltage_v))
 

@@ -133,12 +133,12 @@ def curve_of(x: Array, y: Array, base: float | None = None) -> PanelCurve:
         base = float(finite[0]) if len(finite) else 0.0
     y = y - base
     if len(x) > 2 * BINS:
-        place = np.floor((x - x[0]) * (BINS / (x[-1] - x[0])))
+        width = (x[-1] - x[0]) / BINS
+        place = np.minimum(np.floor((x - x[0]) / width), BINS - 1)
         starts = np.append(0, np.flatnonzero(np.diff(place)) + 1)
         pair = np.fmin.reduceat(y, starts), np.fmax.reduceat(y, starts)
-        half = 0.5 * (x[-1] - x[0]) / BINS
-        x, y = np.repeat(x[starts], 2), np.column_stack(pair).ravel()
-        x[1::2] += half
+        x, y = np.repeat(x[0] + width * place[starts], 2), np.column_stack(pair).ravel()
+        x[1::2] += 0.5 * width
     return PanelCurve(x.astype(np.float32), y.astype(np.float32), base)
 
 

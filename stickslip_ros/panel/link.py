@@ -16,9 +16,11 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.task import Future
 
 from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.instrument.commands import COMMANDS
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import FLOAT64_ARRAY, ArrayMessage
-from stickslip_ros.interface.topics import NODE_NAME, SERVICES
+from stickslip_ros.interface.requests import typed_numbers
+from stickslip_ros.interface.topics import NODE_NAME, SERVICES, Topic
 from stickslip_ros.panel.controls import read_cycles, read_fault, read_numbers, shown_parameters
 from stickslip_ros.panel.model import ACTIVE, Model, parsed_event
 from stickslip_ros.parameters import specs
@@ -69,6 +71,7 @@ class Link:
         self._wake = self._node.create_guard_condition(self._do_wishes)
         self._acts: dict[str, Callable[[Mapping[str, Any]], None]] = {
             'command': self._command,
+            'line': self._do_line,
             'service': self._call,
             'fault': self._set_fault,
             'lifecycle': self._change_state,
@@ -213,11 +216,19 @@ class Link:
 
     def _command(self, wish: Mapping[str, Any]) -> None:
         topic = command_topic(str(wish.get('name')), but='grant')
-        numbers = read_numbers(topic, wish.get('values'))
+        self._send(topic, read_numbers(topic, wish.get('values')), wish.get('cycles', 1))
+
+    def _do_line(self, wish: Mapping[str, Any]) -> None:
+        """Send a command and its numbers, as ``stickslip command`` takes them."""
+        name, *words = str(wish.get('text', '')).split() or ['']
+        topic = command_topic(name, but='grant')
+        self._send(topic, typed_numbers(COMMANDS[topic.request], words), 1)
+
+    def _send(self, topic: Topic, numbers: list[float], cycles: object) -> None:
         if self.model.lifecycle != ACTIVE:
             raise StickSlipError(f'not sent: {self.model.condition()[1]}')
         self.model.note(topic.request, '')
-        self._drive.command(topic.request, numbers, read_cycles(wish.get('cycles', 1)))
+        self._drive.command(topic.request, numbers, read_cycles(cycles))
 
     def _call(self, wish: Mapping[str, Any]) -> None:
         name = str(wish.get('name'))

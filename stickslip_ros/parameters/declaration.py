@@ -1,6 +1,5 @@
 """What a parameter is: kind, unit, bounds, source; and the check of a value where it enters."""
 
-import copy
 import dataclasses
 import difflib
 import math
@@ -220,8 +219,8 @@ class Checked:
 
     def with_checked(self: Group, values: Mapping[str, object]) -> Group:
         """Return a copy with values that their declarations have let pass already."""
-        changed = copy.copy(self)
-        changed.__dict__.update(values)
+        changed = object.__new__(type(self))
+        changed.__dict__.update(self.__dict__, **values)
         changed.check_together()
         return changed
 

@@ -19,7 +19,7 @@ from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START
 from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
-from stickslip_ros.drive.ledger import EnergyLedger, energies_of_contacts, take_ledger
+from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.drive.runner import cell_force
 from stickslip_ros.drive.waveform import mean_rise_v
@@ -131,6 +131,13 @@ def run_drive(
     StickSlipError
         If amplitude, frequency or steps are refused, or the integration has failed.
 
+    Examples
+    --------
+    >>> free = Parameters().updated({'load_cell.contact': 'absent'})
+    >>> run = run_drive(free, amplitude_m=160e-9, frequency_hz=500.0)
+    >>> f'{1e9 * run.step_length_m:.1f} nm'
+    '98.1 nm'
+
     """
     return alone(drive_course(parameters, amplitude_m, frequency_hz, steps, load_n=load_n))
 
@@ -157,22 +164,21 @@ def drive_course(
     if parameters.stand.preload_end:
         change_preload(plants, states, parameters, parameters.stand.preload_end)
     start_clock(states)
-    most, loss_j = steps or STEADY_STEPS_MAX, 0.0
+    most, loss_j, ledger = steps or STEADY_STEPS_MAX, 0.0, take_ledger(plants, states)
     ramps: Array = np.empty((0, 3))
     while len(ramps) < most and (steps or not is_steady(plants[0], ramps)):
         stop_if_asked()
         cycles = min(STEADY_WINDOW, most - len(ramps))
-        _, before_j = energies_of_contacts(plants, states)
         more = yield from cycles_of(plants, states, wave, cycles, load_n)
         ramps = np.concatenate((ramps, more))
-        _, after_j = energies_of_contacts(plants, states)
-        loss_j = float(after_j - before_j) / cycles
+        before_j, ledger = ledger.contact_lost_j, take_ledger(plants, states)
+        loss_j = (ledger.contact_lost_j - before_j) / cycles
     return DriveRun(
         preload_n=float(states['preload_n'].item()),
         amplitude_m=amplitude_m,
         frequency_hz=frequency_hz,
         energy_loss_per_step_j=loss_j,
-        **_read_off(plants[0], ramps, take_ledger(plants, states), wave),
+        **_read_off(plants[0], ramps, ledger, wave),
     )
 
 
@@ -217,6 +223,15 @@ def simulate(
     ------
     StickSlipError
         If wave, frequency or steps are refused, or the recording cannot be written.
+
+    Examples
+    --------
+    >>> stand = Parameters().updated({'stand.preload': 0.25})
+    >>> run = simulate(stand, amplitude_m=60e-9, frequency_hz=500.0, steps=40)
+    >>> f'{1e3 * run.force_mean_n:.1f} mN'
+    '22.7 mN'
+    >>> list(run.frame)
+    ['position_m', 'force_n', 'voltage_v', 'foot_m']
 
     """
     given = (amplitude_m, voltage_v, waveform)

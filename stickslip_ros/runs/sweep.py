@@ -178,6 +178,12 @@ def sweep(
     StickSlipError
         If a name, a value or a combination is refused.
 
+    Examples
+    --------
+    >>> table = sweep(Parameters(), {'stand.preload': [0.25, 0.5], 'amplitude_m': [60e-9, 120e-9]})
+    >>> [f'{1e3 * force_n:.1f} mN' for force_n in table['force_mean_n']]
+    ['20.7 mN', '92.5 mN', '4.1 mN', '119.3 mN']
+
     """
     if 'amplitude_m' not in values:
         raise WrongKind('values', sorted(values), 'a sweep', 'give amplitude_m, the stroke in m')

@@ -179,6 +179,12 @@ def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: floa
         Net force, without elastic following, that counts as force, N; 0 is 1 % of the friction
         limit. The amplitude is found by bisection to 1/512 of the largest stroke.
 
+    Examples
+    --------
+    >>> onset_m = force_onset_m(Parameters(), frequency_hz=200.0)
+    >>> f'{1e9 * onset_m:.0f} nm'
+    '69 nm'
+
     """
     return alone(onset_course(parameters, frequency_hz, threshold_n))
 

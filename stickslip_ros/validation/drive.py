@@ -9,7 +9,7 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN
 from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
-from stickslip_ros.drive.ledger import energies_of_contacts
+from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.waveform import sawtooth
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs.courses import alone, cycles_of
@@ -38,8 +38,8 @@ def _motion(voltage_v: float, load_n: float, *changes: tuple[str, float | str]) 
     frequency_hz = float(np.copysign(FREQUENCY_HZ, voltage_v))
     wave = sawtooth(0.0, abs(voltage_v), frequency_hz, CYCLES + 1)
     ramps = alone(cycles_of(plants, states, wave, CYCLES, load_n))
-    _, lost_j = energies_of_contacts(plants, states)
-    return CycleMotion(ramps[:, RAMP_MEAN], ramps[:, RAMP_END], float(lost_j))
+    lost_j = take_ledger(plants, states).contact_lost_j
+    return CycleMotion(ramps[:, RAMP_MEAN], ramps[:, RAMP_END], lost_j)
 
 
 def motion(voltage_v: float, load_n: float = 0.0, **changes: Any) -> CycleMotion:

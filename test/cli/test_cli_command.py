@@ -5,10 +5,11 @@ from typing import Any
 
 import pytest
 
-from stickslip_ros.cli.command import ends, numbers_of
+from stickslip_ros.cli.command import ends
 from stickslip_ros.cli.main import main
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import COMMANDS
+from stickslip_ros.interface.requests import typed_numbers
 
 FREE = {'load_cell.contact': 'absent', 'runner.damping': 5.0}
 
@@ -79,16 +80,16 @@ def test_without_a_drive_that_is_said(
 )
 def test_numbers_that_do_not_fit_are_refused(name: str, words: list[str], told: str):
     with pytest.raises(StickSlipError, match=told):
-        numbers_of(COMMANDS[name], words)
+        typed_numbers(COMMANDS[name], words)
 
 
 def test_numbers_are_read_in_order_and_by_name():
-    assert numbers_of(COMMANDS['position'], ['x=-2um']) == [-2e-6, 0.0, 0.0]
-    assert numbers_of(COMMANDS['waveform'], ['0', '0', '2ms', '30V']) == [0.0, 0.0, 2e-3, 30.0]
-    joint = numbers_of(COMMANDS['joint'], ['velocity=20um/s'])
+    assert typed_numbers(COMMANDS['position'], ['x=-2um']) == [-2e-6, 0.0, 0.0]
+    assert typed_numbers(COMMANDS['waveform'], ['0', '0', '2ms', '30V']) == [0.0, 0.0, 2e-3, 30.0]
+    joint = typed_numbers(COMMANDS['joint'], ['velocity=20um/s'])
     assert joint[0] != joint[0]
     assert joint[1] == pytest.approx(20e-6)
-    assert numbers_of(COMMANDS['enable_amplifier'], ['1']) == [1.0]
+    assert typed_numbers(COMMANDS['enable_amplifier'], ['1']) == [1.0]
 
 
 def test_a_command_that_there_is_not_is_refused(capsys: Any):

@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 
 from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.reaction import contact_lost, contact_stored, fresh_contact, react
+from stickslip_ros.contact.reaction import (
+    CONTACT_STATE,
+    contact_lost,
+    contact_stored,
+    react,
+    relax,
+)
+from stickslip_ros.contact.record import record
 from stickslip_ros.drive.build import all_contacts
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
@@ -34,8 +41,8 @@ class Slider:
 
     def __init__(self, rate: float = A, ageing: float = B) -> None:
         values = {'contact.friction_rate': rate, 'contact.friction_ageing': ageing}
-        self.model = all_contacts(Parameters().updated(values))
-        self.state = fresh_contact(0.5)
+        self.model = all_contacts(Parameters().updated(values)).copy()
+        self.state = relax(record(CONTACT_STATE), 0.5)
         self.state.on_springs, self.state.slip_m_per_s = True, CUTOFF
 
     def settle(self, speed_m_per_s: float) -> float:

@@ -7,7 +7,8 @@ import pytest
 
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import move
-from stickslip_ros.contact.reaction import fresh_contact, react, switch_to_springs
+from stickslip_ros.contact.reaction import CONTACT_STATE, react, relax, switch_to_springs
+from stickslip_ros.contact.record import record
 from stickslip_ros.contact.springs import move_springs
 from stickslip_ros.drive.build import all_contacts
 from stickslip_ros.parameters import Parameters
@@ -28,7 +29,8 @@ SUMS = 1e-11
 @pytest.mark.parametrize('preload_n', [0.1, 0.5, 1.0, 2.0])
 def test_no_force_jumps_at_a_hand_over(preload_n):
     model = all_contacts(Parameters().updated({'stand.preload': preload_n}))
-    contact, limit_n = fresh_contact(preload_n), 0.3 * 2.0 * math.sqrt(2.0) * preload_n
+    contact = relax(record(CONTACT_STATE), preload_n)
+    limit_n = 0.3 * 2.0 * math.sqrt(2.0) * preload_n
     for turn in random_turns(20140, 60):
         place_m = 1.2 * turn * model.curve.limit_m
         move(model.curve, contact.memory, place_m)

@@ -12,7 +12,7 @@ from stickslip_ros.contact.roughness import line_power, rough_line
 from stickslip_ros.contact.travel import AMPLITUDE, ANGLE, RING, window_profile
 from stickslip_ros.contact.virgin import TABLE_ERROR, tabulate
 from stickslip_ros.drive.build import groups_of, plant_of, state_at_rest
-from stickslip_ros.drive.ledger import energies_of_contacts
+from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters
@@ -35,7 +35,7 @@ def laid(stand, place):
     plants = plant_of(stand)
     states = state_at_rest(plants, stand.stand.preload)
     states['contacts']['window_m'] = place * lines_of(stand.contact).spacing_m
-    energies_of_contacts(plants, states)
+    take_ledger(plants, states)
     return plants[0]
 
 
@@ -60,7 +60,7 @@ def test_whoever_goes_away_and_back_finds_the_same_surface():
     seen: dict[int, bytes] = {}
     for place in (*PLACES, *reversed(PLACES)):
         states['contacts']['window_m'][0, ALL] = place * lines_of(contact).spacing_m
-        energies_of_contacts(plants, states)
+        take_ledger(plants, states)
         curve = plants[0].contacts[ALL].curve.tobytes()
         assert seen.setdefault(place, curve) == curve
     assert len(set(seen.values())) == len(PLACES)

@@ -19,6 +19,7 @@ from stickslip_ros.drive.waveform import level, sawtooth
 
 cell_force = in_python(cell_force)
 stops_force = in_python(stops_force)
+cell_energy, stops_energy = in_python(cell_energy), entry_point(stops_energy)
 virgin_force = entry_point(virgin_force)
 
 MASS_KG, CELL_N_PER_M = 3e-3, 1e5

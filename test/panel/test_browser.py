@@ -35,7 +35,8 @@ WATCHDOG_MS = 1500.0
 RUNS = re.compile('running|late|waiting')
 """Conditions of a drive that is active, on however busy a machine."""
 SIGNED = re.compile(r'[+−][\d\u2009]+\.\d')
-NO_CONTROL_WITHOUT_NAME = """() => [...document.querySelectorAll('button, input, select')]
+CONTROLS = 'button, input, select, textarea'
+NO_CONTROL_WITHOUT_NAME = f"""() => [...document.querySelectorAll('{CONTROLS}')]
     .filter((each) => each.offsetParent)
     .filter((each) => !each.title && !each.closest('[title]')
         || !(each.getAttribute('aria-label') || each.textContent || (each.labels || []).length)
@@ -262,6 +263,57 @@ def test_a_waveform_comes_from_a_file_and_is_drawn_before_it_is_played(page: Pag
     expect(control).to_contain_text('wave.csv: 3 rows, 20 ms')
 
 
+def test_a_script_goes_line_by_line_is_noted_saved_and_ends_at_a_refusal(
+    page: Page, tmp_path: Path
+):
+    lines, told = page.get_by_label('Commands of the script'), note(page, 'script-line')
+
+    def play(text: str, ending: str) -> list[str]:
+        """Run a script to its end; return what the newest events say, the newest first."""
+        lines.fill(text)
+        page.get_by_role('button', name='Run', exact=True).click()
+        expect(told).to_have_text(re.compile(ending))
+        return [each.strip() for each in page.locator('#events p').all_inner_texts()]
+
+    events = play('sawtooth 300V 250 20 # ahead\n\nwait 0.3\nsteps -15', '^done$')
+    (back, *steps), (ahead, *sawtooth) = (
+        re.fullmatch(r'([\d.]+) s ?(\w+) \d+ (DONE, .*)', each).groups() for each in events[:2]
+    )
+    assert (steps, sawtooth) == (['steps', 'DONE, 15 steps'], ['sawtooth', 'DONE, 20 steps'])
+    assert float(back) - float(ahead) > 0.3
+
+    play(
+        'voltage 30\nvoltage 301V\nvoltage 60',
+        '^ended at line 2: INVALID_PARAMETER: voltage 301 V is above',
+    )
+    play('steps few', '^ended at line 1: steps .few. is not a finite number')
+    play('wait long', '^ended at line 1: wait takes a time in s')
+    lines.fill('sawtooth 100 250 0')
+    page.get_by_role('button', name='Run', exact=True).click()
+    expect(lamp(page, 'MOVING')).to_be_visible()
+    page.keyboard.press('Escape')
+    expect(told).to_have_text(re.compile('STOP|stopped'))
+    expect(lamp(page, 'MOVING')).to_have_count(0)
+
+    lines.fill('')
+    page.get_by_role('button', name='Note', exact=True).click()
+    page.locator('#steps-steps').fill('3')
+    send(page, 'Steps forwards', 'steps')
+    page.get_by_role('button', name='Store place').click()
+    expect(lines).to_have_value(re.compile(r'^steps 3\nposition -?[\d.]+nm$'))
+    with page.expect_download() as saved:
+        page.get_by_role('button', name='Save', exact=True).click()
+    saved.value.save_as(tmp_path / 'script.txt')
+    text = (tmp_path / 'script.txt').read_text()
+    page.reload()
+    expect(lines).to_have_value(text)
+    lines.fill('')
+    with page.expect_file_chooser() as chooser:
+        page.get_by_role('button', name='Open…').click()
+    chooser.value.set_files(tmp_path / 'script.txt')
+    expect(lines).to_have_value(text)
+
+
 def test_faults_come_by_switch_and_go(page: Page):
     page.locator('#fault\\.interferometer').select_option('dropout')
     expect(lamp(page, 'FAULT')).to_be_visible()
@@ -374,9 +426,19 @@ def test_a_picture_is_read_zoomed_frozen_and_saved(page: Page, tmp_path: Path):
     over.dblclick()
     page.mouse.move(0, 0)
     assert saved('scope', 'PNG') == picture
+    reference = page.locator('#scope-tools').get_by_role('button', name='Reference')
+    reference.click()  # keeps the run of 300 V
     freeze.click()
+    page.locator('#sawtooth-amplitude').fill('150')
+    send(page, 'Sawtooth forwards', 'sawtooth')
+    expect(page.locator('#events p').first).to_contain_text('ABORTED')
     page.wait_for_timeout(200)
-    assert saved('scope', 'PNG') != picture
+    freeze.click()
+    behind = saved('scope', 'PNG')
+    assert behind != picture
+    reference.click()
+    assert saved('scope', 'PNG') != behind  # frozen: only the reference is gone
+    freeze.click()
     history = parse_experiment(saved('history', 'CSV'), 'history.csv').columns
     assert {'time_s', 'position_m', 'force_n'} <= {*history}
     page.keyboard.press('Escape')

@@ -47,12 +47,23 @@ def test_a_ring_keeps_the_last_rows_in_order(sizes: list[int]):
     assert len(ring.rows) == 0
 
 
+@pytest.mark.parametrize('count', [2 * BINS + 1, 1995, 2000, 2003, 12_345])
+def test_times_of_a_curve_rise_however_few_samples_a_bin_has(count: int):
+    rng = np.random.default_rng(count)
+    x = np.cumsum(0.5 + rng.random(count)) * 5e-3
+    curve = curve_of(x - x[-1], rng.random(count))
+    assert (np.diff(curve.x) > 0.0).all()
+    assert len(curve.x) <= 2 * BINS
+    assert curve.x[0] == pytest.approx(x[0] - x[-1])
+    assert curve.x[-1] <= 0.0
+
+
 def test_a_curve_of_many_samples_keeps_every_peak_and_is_short():
     x = np.arange(200_000) / 200e3
     y = np.array(np.sin(7.0 * x))
     y[123_456], y[17] = 50.0, -50.0
     curve = curve_of(x, y)
-    assert len(curve.x) == len(curve.y) <= 2 * (BINS + 1)
+    assert len(curve.x) == len(curve.y) <= 2 * BINS
     assert np.max(curve.y) + curve.base == pytest.approx(50.0, rel=ROUNDING)
     assert np.min(curve.y) + curve.base == pytest.approx(-50.0, rel=ROUNDING)
     assert curve.x[np.argmax(curve.y)] == pytest.approx(x[123_456], abs=1.5 / BINS)

@@ -42,6 +42,22 @@ def test_commands_are_carried_out_and_refusals_come_back(stand: Stand, link: Lin
     wait(lambda told: note(told, 'voltage')['text'] == 'DONE')
 
 
+@pytest.mark.parametrize(
+    ('line', 'why'),
+    [
+        ('grant 1 1', "command 'grant' is not known; use voltage, "),
+        ('', "command '' is not known"),
+        ('sawtooth 300', 'sawtooth takes amplitude V, frequency Hz, steps'),
+        ('load 5V', "load force.x '5V' is not a finite number in N"),
+    ],
+)
+def test_a_line_that_is_no_command_is_refused_beside_its_script(
+    link: Link, wait: Wait, line: str, why: str
+):
+    link.do({'do': 'line', 'name': 'script', 'text': line})
+    wait(lambda told: why in note(told, 'script')['text'])
+
+
 def test_services_faults_and_states_are_switched(stand: Stand, link: Link, wait: Wait):
     wait(lambda told: word(told) in ACTIVE)
     link.do({'do': 'service', 'name': 'set_paused', 'wanted': True})
@@ -71,6 +87,8 @@ def test_what_no_page_of_ours_wishes_is_passed_over(stand: Stand, link: Link, wa
         {},
         {'do': 'shutdown'},
         {'do': 'command'},
+        {'do': 'line'},
+        {'do': 'line', 'text': ['steps', 3]},
         {'do': 'command', 'name': 'grant', 'values': [1, 1]},
         {'do': 'service', 'name': 'change_state'},
         {'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'shutdown'},

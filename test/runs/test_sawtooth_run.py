@@ -244,7 +244,7 @@ def test_the_residual_is_relative_to_the_work_of_the_feet():
     ledger = EnergyLedger(10.0, 1.0, 2.0, 3.0, 1.0, 3.0, 1.0)
     assert ledger.residual_j == 1.0
     assert relative_residual(ledger) == 0.1
-    assert relative_residual(dataclasses.replace(ledger, feet_work_j=0.0)) == 0.0
+    assert relative_residual(ledger._replace(feet_work_j=0.0)) == 0.0
 
 
 def test_a_stroke_is_turned_into_volts(stand):

@@ -1,6 +1,7 @@
 // Controls, made from what the server says of commands, services and faults.
 
 import { button, DIRECTIONS, ends, grey, inRow, make, note, numberField, resolved, whenStateComes } from "./fields.js";
+import { addScript, noteCommand } from "./script.js";
 import { wish } from "./socket.js";
 import { addWaveform } from "./waveform.js";
 
@@ -34,7 +35,7 @@ export function addControls(told) {
   for (const each of columns) each.className = "column";
   const commands = sheet.commands.map(commandControl);
   columns[0].append(...commands.slice(0, COMMANDS_LEFT));
-  columns[1].append(...commands.slice(COMMANDS_LEFT), standControl(), lifecycleControl());
+  columns[1].append(...commands.slice(COMMANDS_LEFT), scriptControl(), standControl(), lifecycleControl());
   document.getElementById("controls").replaceChildren(...columns);
   document.getElementById("faults").replaceChildren(faultControl());
   const above = ABOVE.filter((name) => sheet.services[name]);
@@ -64,8 +65,10 @@ function notes(names) {
 // --- commands
 
 function commandControl(command) {
-  const made = group(command.name, command.text), send = (values) =>
+  const made = group(command.name, command.text), send = (values) => {
     wish({ do: "command", name: command.name, values });
+    if (command.way === "form") noteCommand(command.name, values);
+  };
   if (command.way === "wave") addWaveform(made, command);
   else {
     const fields = make("div"), numbers = command.numbers.map((each) => numberField(command, each));
@@ -179,6 +182,12 @@ function serviceButton(name) {
     grey(made, refusal(state) || (needsPause ? "it needs Pause" : ""));
     if (isSwitch) made.setAttribute("aria-pressed", isOn(state));
   });
+  return made;
+}
+
+function scriptControl() {
+  const made = group("script", "commands one after another");
+  addScript(made);
   return made;
 }
 

@@ -23,7 +23,7 @@ export class Plot {
   constructor(box, lanes) {
     this.box = box;
     this.isFrozen = false;
-    this.zoom = this.last = null;
+    this.zoom = this.last = this.reference = null;
     this.plots = [];
     this.setLanes(lanes);
     new ResizeObserver(() => this.rebuild()).observe(box);
@@ -103,6 +103,7 @@ export class Plot {
       ],
       hooks: {
         setSelect: [(plot) => this.zoomBy(plot)],
+        drawAxes: [(plot) => this.drawReference(plot, lane, colour)],
         draw: [(plot) => this.drawMark(plot, colour("faint"))],
       },
     }, null, this.box);
@@ -120,6 +121,25 @@ export class Plot {
   zoomTo(ends) {
     this.zoom = ends;
     this.redraw();
+  }
+
+  /** Draw the curves that were kept, on the axes of those of now. */
+  drawReference({ ctx: pen, bbox, valToPos }, lane, colour) {
+    if (!this.reference) return;
+    pen.save();
+    pen.beginPath();
+    pen.rect(bbox.left, bbox.top, bbox.width, bbox.height);
+    pen.clip();
+    pen.globalAlpha = 0.4;
+    pen.lineWidth = 1.6 * devicePixelRatio;
+    for (const { name, colour: own } of lane.curves) {
+      const { x, y, base } = this.reference[name] || { x: [] };
+      pen.strokeStyle = colour(own);
+      pen.beginPath();
+      x.forEach((each, at) => pen.lineTo(valToPos(each, "x", true), valToPos((y[at] + base) * lane.factor, "y", true)));
+      pen.stroke();
+    }
+    pen.restore();
   }
 
   drawMark({ ctx: pen, bbox, valToPos }, colour) {
@@ -140,6 +160,13 @@ export class Plot {
   /** Return the ends of a lane's axis: whole steps, which move only if they must. */
   range(lane, low, high) {
     if (low === null || high === null) [low, high] = [0, 1];
+    for (const { name } of lane.curves) {
+      const { y, base } = this.reference?.[name] || { y: [] };
+      for (const each of y) if (!Number.isNaN(each)) {
+        low = Math.min(low, (each + base) * lane.factor);
+        high = Math.max(high, (each + base) * lane.factor);
+      }
+    }
     const room = Math.max(0.08 * (high - low), lane.least / 2);
     const [wantedLow, wantedHigh] = [low - room, high + 2.2 * room];
     const fits = low >= lane.low && high <= lane.high;
@@ -186,15 +213,23 @@ export class Plot {
   }
 }
 
-/** Return buttons that freeze a plot and save what it shows. */
+/** Have the browser save a file. */
+export function saveAs(blob, name) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+
+/** Return buttons that freeze a plot, keep its curves for reference, and save what it shows. */
 export function tools(plot, name, button) {
-  const save = (blob, end) => {
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(blob);
-    link.download = `${name}.${end}`;
-    link.click();
-    URL.revokeObjectURL(link.href);
-  };
+  const reference = button("Reference", "Keep these curves, pale, behind those that follow; again: without", () => {
+    plot.reference = plot.reference || !plot.last ? null : plot.last[0];
+    reference.setAttribute("aria-pressed", plot.reference !== null);
+    plot.redraw();
+  });
+  reference.setAttribute("aria-pressed", false);
   const freeze = button("Freeze", "Hold this picture; drag in it to zoom, double-click for all of it", () => {
     plot.isFrozen = !plot.isFrozen;
     freeze.setAttribute("aria-pressed", plot.isFrozen);
@@ -202,8 +237,9 @@ export function tools(plot, name, button) {
   freeze.setAttribute("aria-pressed", false);
   return [
     freeze,
+    reference,
     button("CSV", "Save the points of the picture as a table", () =>
-      plot.last && save(new Blob([plot.csv()], { type: "text/csv" }), "csv")),
-    button("PNG", "Save the picture", () => plot.last && plot.canvas().toBlob((blob) => save(blob, "png"))),
+      plot.last && saveAs(new Blob([plot.csv()], { type: "text/csv" }), `${name}.csv`)),
+    button("PNG", "Save the picture", () => plot.last && plot.canvas().toBlob((blob) => saveAs(blob, `${name}.png`))),
   ];
 }
