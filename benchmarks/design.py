@@ -1,7 +1,6 @@
 """The search for a wave: evaluations per second, and what a second worker gains."""
 
 from collections.abc import Mapping
-from concurrent.futures import Executor
 from functools import partial
 
 import numpy as np
@@ -11,9 +10,8 @@ from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
 from stickslip_ros.design.objectives import WaveGoal
 from stickslip_ros.design.search import WaveSearch, evaluations
-from stickslip_ros.design.waves import SPLINE
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.batch import executor_of
+from stickslip_ros.runs.batch import Pool, pool_of
 
 RINGS: Mapping[str, object] = {'actuator.resonance': 150e3, 'actuator.damping_ratio': 0.1}
 CASES: tuple[tuple[str, Mapping[str, object]], ...] = (
@@ -24,8 +22,8 @@ CASES: tuple[tuple[str, Mapping[str, object]], ...] = (
 )
 
 
-def _tried(search: WaveSearch, executor: Executor) -> list[object]:
-    return list(evaluations(search, search.spaces[SPLINE], 0, executor))
+def _tried(search: WaveSearch, pool: Pool) -> list[object]:
+    return list(evaluations(search, [(space, 0) for space in search.spaces.values()], pool))
 
 
 def run(sizes: Sizes) -> Outcome:
@@ -36,10 +34,9 @@ def run(sizes: Sizes) -> Outcome:
         search = WaveSearch(
             WaveGoal(objective), stand, (1000.0, 1000.0), (0.5, 0.5), evaluations=sizes.evaluations
         )
-        with executor_of(1) as one, executor_of(2) as two:
+        with pool_of(1) as one, pool_of(2) as two:
             programs = [
-                Program(partial(_tried, search, workers), sizes.evaluations)
-                for workers in (one, two)
+                Program(partial(_tried, search, workers), search.total) for workers in (one, two)
             ]
             times = in_turn(programs, sizes)
         efficiency = 0.5 * times.ratios(0, 1)
@@ -58,7 +55,7 @@ def run(sizes: Sizes) -> Outcome:
         'Evaluations of a search for a wave',
         rows,
         notes=[
-            f'splines of 8 knots, 0.5 N, 1 kHz, the first {sizes.evaluations} evaluations',
-            'efficiency of two workers, which wait for each other after a generation of 12 waves',
+            f'0.5 N, 1 kHz, {sizes.evaluations} evaluations of each shape; splines of 8 knots',
+            'efficiency of two workers, which wait for each other after a generation of all',
         ],
     )

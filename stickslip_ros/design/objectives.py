@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from statistics import mean
 
 from stickslip_ros.contact.profile import Array
@@ -10,6 +10,7 @@ from stickslip_ros.design.steady_cycle import CHANGE, SteadyCycle, measure
 from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.runs.courses import Course
 from stickslip_ros.runs.zero_amplitude import STEP_MIN_M
 
 COST_MAX = 1e9  # cost of a wave that does not move the runner forwards
@@ -144,26 +145,19 @@ class Worth:
 
 
 def assess(
-    goal: WaveGoal, stand: Parameters, rows: Array, *, change: float = CHANGE, looks: bool = False
-) -> Worth:
+    goal: WaveGoal, stand: Parameters, rows: Array, change: float = CHANGE
+) -> Course[Worth]:
     """
-    Say what a wave, rows of time (s) and voltage (V), is worth on a stand.
+    Say what a wave, as ``measure`` takes it, is worth on a stand.
 
-    The load cell is fixed, taken away or, if one-sided, touched, as the goal wants; ``change`` and
-    ``looks`` are those of ``measure``.
+    The load cell is fixed, taken away or, if one-sided, touched, as the goal wants.
 
     """
     objective = OBJECTIVES[goal.objective]
-    sign = -1.0 if goal.backwards else 1.0
-    on_stand = stand.updated(cell_of(goal, stand))
-    loads_n = objective.loads(goal.load_n, friction_limit_n(stand))
-    runs = [
-        measure(on_stand, rows, -sign * load_n, change=change, looks=looks) for load_n in loads_n
-    ]
-    cycles = [
-        replace(run, speed_m_per_s=sign * run.speed_m_per_s, force_n=sign * run.force_n)
-        for run in runs
-    ]
+    on_stand, cycles = stand.updated(cell_of(goal, stand)), list[SteadyCycle]()
+    for load_n in objective.loads(goal.load_n, friction_limit_n(stand)):
+        sense = -1.0 if goal.backwards else 1.0
+        cycles.append((yield from measure(on_stand, rows, load_n, sense, change)))
     advances = objective.is_largest or cycles[0].step_m > STEP_MIN_M
     value = objective.value(cycles) if advances else math.nan
     if not math.isfinite(value):

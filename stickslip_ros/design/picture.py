@@ -7,6 +7,7 @@ from stickslip_ros.design.objectives import COST_MAX, OBJECTIVES
 from stickslip_ros.design.search import RIVAL, SearchResult
 from stickslip_ros.design.steady_cycle import CONTACT
 from stickslip_ros.drive.advance import FOOT, POSITION, TIME, VOLTAGE
+from stickslip_ros.runs.courses import alone
 from stickslip_ros.runs.plotting import GREY, curve_style, draw_legend, label_axes, new_figure
 from stickslip_ros.units import NM, display_unit
 
@@ -19,10 +20,9 @@ def draw_search(result: SearchResult) -> Figure:
     voltage, motion, contact, history = figure.subplots(2, 2).flat
     for number, shape in enumerate(dict.fromkeys((result.best, RIVAL))):
         style = curve_style(number).line
-        [worth] = result.search.worths(
-            result.shapes[shape].wave, [result.search.stand], looks=True
-        )
-        trace = worth.cycle.trace
+        wave, stand = result.shapes[shape].wave, result.search.stand
+        [worth] = alone(result.search.worths(wave, [stand]))
+        trace = worth.cycle.trace(contacts=True)
         time_ms = 1e3 * trace[:, TIME]
         voltage.plot(time_ms, trace[:, VOLTAGE], **style, label=shape)
         for column, width in ((FOOT, 0.7), (POSITION, 2.0)):

@@ -8,12 +8,12 @@ integration, and the best wave is tried on stands that no search has seen.
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Executor
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from hashlib import sha256
-from itertools import product
+from itertools import islice, product
+from operator import itemgetter
 from statistics import fmean
 from typing import Any
 
@@ -29,7 +29,8 @@ from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.extras import load_extra
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import Stopped
-from stickslip_ros.runs.batch import Interrupted, executor_of, run_batch
+from stickslip_ros.runs.batch import Interrupted, Pool, pool_of, run_courses
+from stickslip_ros.runs.courses import Course, bundle_for
 from stickslip_ros.runs.journal import Journal, JournalIdentity
 
 RIVAL = 'sawtooth'  # the shape against which a gain is counted
@@ -107,18 +108,19 @@ class WaveSearch:
         self,
         wave: PeriodicWave,
         stands: Sequence[Parameters],
-        *,
         curve_rows: int = CURVE_ROWS,
-        **how: Any,
-    ) -> list[Worth]:
-        """Return what a wave is worth on stands; ``how`` as ``assess`` takes it."""
+        change: float = CHANGE,
+    ) -> Course[list[Worth]]:
+        """Return what a wave is worth on stands; ``change`` is that of ``measure``."""
         rows = wave.rows(self.stand, backwards=self.goal.backwards, curve_rows=curve_rows)
-        preload = {'stand.preload': wave.preload_n}
-        return [assess(self.goal, stand.updated(preload), rows, **how) for stand in stands]
+        preload, worths = {'stand.preload': wave.preload_n}, list[Worth]()
+        for stand in stands:
+            worths.append((yield from assess(self.goal, stand.updated(preload), rows, change)))
+        return worths
 
-    def cost(self, space: Space, place: Array) -> float:
+    def cost(self, wave: PeriodicWave) -> Course[float]:
         """Return what a search makes small."""
-        worths = self.worths(space.wave(place), self.judges)
+        worths = yield from self.worths(wave, self.judges)
         return RULES[self.rule]([worth.cost for worth in worths])
 
     def gain(self, value: float, rival: float) -> float:
@@ -190,36 +192,60 @@ def optimise(
     """Search every shape and the spline, check what was found, and try the best elsewhere."""
     spaces, done = search.spaces, 0
     shapes = {name: ShapeResult(space.wave(space.start)) for name, space in spaces.items()}
+    searches = list(product(spaces, range(search.seed, search.seed + search.seeds)))
+    histories = [list[float]() for _ in searches]
     try:
-        with executor_of(workers, scheduler) as executor:
-            for (name, space), seed in product(spaces.items(), range(search.seeds)):
-                history, found = list[float](), shapes[name]
-                for place, cost in evaluations(
-                    search, space, search.seed + seed, executor, journal
-                ):
-                    if cost < found.cost:
-                        found.wave, found.cost = space.wave(place), cost
-                    history.append(min([cost, *history[-1:]]))
-                    done += 1
-                    if progress is not None:
-                        progress(done, min(one.cost for one in shapes.values()))
-                if not found.history or history[-1] < found.history[-1]:
-                    found.history = history
+        with pool_of(workers, scheduler) as pool:
+            asked = [(spaces[name], seed) for name, seed in searches]
+            for number, wave, cost in evaluations(search, asked, pool, journal):
+                found, history = shapes[searches[number][0]], histories[number]
+                if cost < found.cost:
+                    found.wave, found.cost = wave, cost
+                history.append(min([cost, *history[-1:]]))
+                done += 1
+                if progress is not None:
+                    progress(done, min(one.cost for one in shapes.values()))
+            for (name, _), history in zip(searches, histories, strict=True):
+                found = shapes[name]
                 found.costs.append(history[-1])
-            return _checked(search, shapes, executor)
+                found.history = min(found.history or history, history, key=itemgetter(-1))
+            return _checked(search, shapes, pool)
     except Interrupted:
         best = min(shapes.values(), key=lambda one: one.cost)
         raise SearchStopped(best.wave, done) from None
 
 
 def evaluations(
-    search: WaveSearch, space: Space, seed: int, executor: Executor, journal: Journal | None = None
-) -> Iterator[tuple[Array, float]]:
-    """Try the start, then generation by generation, from anew where CMA-ES has converged."""
+    search: WaveSearch,
+    searches: Sequence[tuple[Space, int]],
+    pool: Pool,
+    journal: Journal | None = None,
+) -> Iterator[tuple[int, PeriodicWave, float]]:
+    """Try waves of spaces, each with a seed, generation by generation; all go at the same time."""
+    asked_for = f'{stickslip_ros.__version__} {search.goal} {search.rule} {search.judges}'
+    heads = [f'{asked_for} {space}' for space, _ in searches]
+    going = [_generations(search, *each) for each in searches]
+    asked = [next(places) for places in going]
+    while any(asked):
+        todo = [(number, place) for number, places in enumerate(asked) for place in places]
+        waves = [searches[number][0].wave(place) for number, place in todo]
+        texts = [f'{heads[number]} {place.tolist()}' for number, place in todo]
+        known = _costs(search, dict(zip(texts, waves, strict=True)), pool, journal)
+        costs = [known[text] for text in texts]
+        yield from zip((number for number, _ in todo), waves, costs, strict=True)
+        answers = iter(costs)
+        for number, places in enumerate(asked):
+            if places:
+                asked[number] = going[number].send(list(islice(answers, len(places))))
+
+
+def _generations(
+    search: WaveSearch, space: Space, seed: int
+) -> Generator[list[Array], list[float], None]:
+    """Ask for costs of the start, then of generations, from anew where CMA-ES has converged."""
     cma = load_extra('the search for a wave', 'cma')
     rng, start, left = np.random.default_rng(seed), space.start, search.evaluations - 1
-    costs_of = partial(_costs, search, space, executor, journal)
-    yield start, costs_of([start])[0]
+    yield [start]
     if len(start) == 1:  # CMA-ES wants two dimensions: a space ignores the second one
         start = np.append(start, 0.5)
     population = 4 + int(3.0 * np.log(len(start)))
@@ -234,11 +260,8 @@ def evaluations(
         options['popsize'] = population
         strategy = cma.CMAEvolutionStrategy(begin, SPREAD, options)
         while not strategy.stop():
-            if not left:
-                return
             asked = strategy.ask()
-            costs = costs_of(asked[:left])
-            yield from zip(asked, costs, strict=False)
+            costs = yield asked[:left]
             left -= len(costs)
             if len(costs) == population:
                 strategy.tell(asked, costs)
@@ -246,52 +269,42 @@ def evaluations(
 
 
 def _costs(
-    search: WaveSearch,
-    space: Space,
-    executor: Executor,
-    journal: Journal | None,
-    places: Sequence[Array],
-) -> list[float]:
-    """Return the costs of places; what the journal remembers is not computed again."""
-    asked = f'{stickslip_ros.__version__} {search.goal} {search.rule} {search.judges} {space}'
-    texts = (f'{asked} {place.tolist()}' for place in places)
-    numbers = [int(sha256(text.encode()).hexdigest(), 16) % NUMBERS for text in texts]
+    search: WaveSearch, waves: Mapping[str, PeriodicWave], pool: Pool, journal: Journal | None
+) -> dict[str, float]:
+    """Return the costs of waves; what the journal remembers is not computed again."""
+    numbers = {text: int(sha256(text.encode()).hexdigest(), 16) % NUMBERS for text in waves}
     rows = journal.rows if journal else {}
-    known: dict[int, Any] = {n: rows[n].get('cost') for n in numbers if n in rows}
-    todo = {
-        number: place
-        for number, place in zip(numbers, places, strict=True)
-        if not isinstance(cost := known.get(number), float) or not math.isfinite(cost)
-    }
-    costs = run_batch(partial(search.cost, space), list(todo.values()), executor=executor)
-    for number, cost in zip(todo, costs, strict=True):
-        known[number] = cost
+    known: dict[str, Any] = {text: rows.get(n, {}).get('cost') for text, n in numbers.items()}
+    todo = [text for text, c in known.items() if not isinstance(c, float) or not math.isfinite(c)]
+    asked, bundle = [waves[text] for text in todo], bundle_for(search.stand)
+    costs = run_courses(search.cost, asked, bundle, pool=pool)
+    for text, cost in zip(todo, costs, strict=True):
+        known[text] = cost
         if journal:
-            journal.append(number, {'cost': cost})
-    return [known[number] for number in numbers]
+            journal.append(numbers[text], {'cost': cost})
+    return known
 
 
-def _checked(
-    search: WaveSearch, searched: Mapping[str, ShapeResult], executor: Executor
-) -> SearchResult:
+def _checked(search: WaveSearch, searched: Mapping[str, ShapeResult], pool: Pool) -> SearchResult:
     """Check every shape and the plain saw-tooth; play the best and its rival elsewhere."""
-    space = search.spaces[RIVAL]
+    space, bundle = search.spaces[RIVAL], bundle_for(search.stand)
     shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
-    checks = run_batch(partial(check, search), list(shapes.values()), executor=executor)
+    checks = run_courses(partial(check, search), list(shapes.values()), bundle, pool=pool)
     shapes = dict(zip(shapes, checks, strict=True))
     result = SearchResult(search, shapes, {})
     stands = unseen_stands(search)
     waves = shapes[result.best].wave, shapes[RIVAL].wave
 
-    def gain_on(stand: Parameters) -> float:
-        value, rival = (search.worths(wave, [stand])[0].value for wave in waves)
-        return search.gain(value, rival)
+    def gain_on(stand: Parameters) -> Course[float]:
+        [best] = yield from search.worths(waves[0], [stand])
+        [rival] = yield from search.worths(waves[1], [stand])
+        return search.gain(best.value, rival.value)
 
-    gains = run_batch(gain_on, list(stands.values()), executor=executor)
+    gains = run_courses(gain_on, list(stands.values()), bundle, pool=pool)
     return replace(result, unseen=dict(zip(stands, gains, strict=True)))
 
 
-def check(search: WaveSearch, found: ShapeResult) -> ShapeResult:
+def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
     """
     Return what was found with the value of its wave, and the error of that.
 
@@ -300,8 +313,8 @@ def check(search: WaveSearch, found: ShapeResult) -> ShapeResult:
     """
     stand, wave = search.stand, found.wave
     finer = stand.updated({'sim.dt': stand.sim.dt / FINER})
-    [worth] = search.worths(wave, [stand])
-    [fine] = search.worths(wave, [finer], curve_rows=FINER * CURVE_ROWS, change=CHANGE / STEADIER)
+    [worth] = yield from search.worths(wave, [stand])
+    [fine] = yield from search.worths(wave, [finer], FINER * CURVE_ROWS, CHANGE / STEADIER)
     error = abs(fine.value - worth.value)
     return replace(found, value=worth.value, error=error, meets=worth.meets)
 

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart, kernel_within
+from stickslip_ros.contact.kernel import entry_point, kernel, kernel_within
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import remembers_turns
@@ -53,7 +53,7 @@ from stickslip_ros.drive.piezo import fastest_m_per_s
 from stickslip_ros.drive.plant import may_pass, pace_of, step
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.drive.runner import cell_force
-from stickslip_ros.drive.waveform import ramp_is_over
+from stickslip_ros.drive.waveform import ramp_is_over, row_at
 from stickslip_ros.errors import StickSlipError
 
 RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
@@ -123,7 +123,7 @@ def _observe(lanes: Record, drives: tuple[Any, ...]) -> None:
         long_steps(lanes, drives)
 
 
-@kernel_apart
+@kernel
 def _next_stretch(lanes: Record, i: int, drive: tuple[Any, ...]) -> bool:
     """End a stretch, if there was one, and begin the next; return whether there is one."""
     plants, states, wave, _, sample_s, truth, ramps = drive
@@ -153,7 +153,8 @@ def _next_stretch(lanes: Record, i: int, drive: tuple[Any, ...]) -> bool:
         allow_passes(plant, state, len(wave.rows), sample_s)
     if not may_pass(state):
         return False
-    ahead = stretch_ahead(plant, wave, state.clock, state.voltage_v)
+    lanes.row[i] = row_at(wave.rows, state.clock.ramp_s, lanes.row[i])
+    ahead = stretch_ahead(plant, wave, state.clock, state.voltage_v, lanes.row[i])
     lanes.target_v[i], lanes.slope_v_per_s[i] = ahead.target_v, ahead.slope_v_per_s
     lanes.caught_s[i], stretch_s = ahead.caught_s, min(lanes.remaining_s[i], ahead.lasts_s)
     begin_stretch(lanes, i, plant, state, ahead.start_v, ahead.rate_v_per_s, stretch_s)
@@ -186,12 +187,15 @@ def observe(
     """
     plant, state = plants[0], states[0]
     lay_contacts(plant, state)
+    row = 0
     for i in range(len(truth)):
         remaining_s = sample_s
         allow_passes(plant, state, len(wave.rows), sample_s)
         while remaining_s > 0.0 and may_pass(state):
             before_v = state.voltage_v
-            ahead = stretch_ahead(plant, wave, state.clock, slewed_voltage(plant, state))
+            row = row_at(wave.rows, state.clock.ramp_s, row)
+            slewed_v = slewed_voltage(plant, state)
+            ahead = stretch_ahead(plant, wave, state.clock, slewed_v, row)
             settled_s = time_to_settle(plant, wave, before_v, ahead.start_v, ahead.rate_v_per_s)
             stretch_s = min(remaining_s, ahead.lasts_s, settled_s)
             advance_stretch(plant, state, ahead.start_v, ahead.rate_v_per_s, load_n, stretch_s)
@@ -200,7 +204,7 @@ def observe(
             if is_direct(plant):
                 fall_is_over = has_caught_up(plant, ahead, state.voltage_v, stretch_s)
             else:
-                fall_is_over = is_fall_over(plant, wave, state, before_v, stretch_s)
+                fall_is_over = is_fall_over(plant, wave, state, row, before_v, stretch_s)
             advance_clock(wave, state, stretch_s, fall_is_over, ramps)
             remaining_s -= stretch_s
         _sample(plant, state, truth, i)

@@ -53,9 +53,9 @@ class Stretch(NamedTuple):
 
 
 @kernel
-def stretch_ahead(plant: Record, wave: Wave, clock: Record, output_v: float) -> Stretch:
+def stretch_ahead(plant: Record, wave: Wave, clock: Record, output_v: float, row: int) -> Stretch:
     """Return how the output, now at a voltage before the low-pass, runs on to its next corner."""
-    target_v, slope_v_per_s, corner_s = wanted(plant, wave, clock)
+    target_v, slope_v_per_s, corner_s = wanted(plant, wave, clock, row)
     start_v, rate_v_per_s, caught_s = follow(
         plant, output_v, target_v, slope_v_per_s, clock.ramp_s
     )
@@ -83,9 +83,9 @@ def clamp(plant: Record, voltage_v: float) -> float:
 
 
 @kernel
-def wanted(plant: Record, wave: Wave, clock: Record) -> tuple[float, float, float]:
+def wanted(plant: Record, wave: Wave, clock: Record, row: int = 0) -> tuple[float, float, float]:
     """Return the input of the amplifier: voltage (V), its slope (V/s), time to a corner (s)."""
-    target_v, slope_v_per_s, corner_s = target(wave, clock)
+    target_v, slope_v_per_s, corner_s = target(wave, clock, row)
     if not plant.amplifier.on:
         return plant.voltage_min_v, 0.0, corner_s
     if plant.amplifier.resolution_v > 0.0:
@@ -168,10 +168,10 @@ def time_to_settle(
 
 @kernel
 def is_fall_over(
-    plant: Record, wave: Wave, after: Record, before_v: float, stretch_s: float
+    plant: Record, wave: Wave, after: Record, row: int, before_v: float, stretch_s: float
 ) -> bool:
     """Return whether a fall has ended in a stretch, behind a converter or a low-pass."""
-    target_v, slope_v_per_s, _ = target(wave, after.clock)
+    target_v, slope_v_per_s, _ = target(wave, after.clock, row)
     lag_v = slope_v_per_s * plant.amplifier.tau_s
     end_v = clamp(plant, target_v + slope_v_per_s * stretch_s)
     gap_v = _fall_gap(plant, wave)

@@ -44,7 +44,7 @@ two microseconds, and their work is an integral over that range."""
 SLOPE_STEPS_MIN = 6.0
 """Long steps in which feet that follow a steep slope cross the presliding range, at least."""
 
-COUNTS = 'runs may_be_cut rests walled passes_left samples'
+COUNTS = 'runs may_be_cut rests walled passes_left samples row'
 FLOATS = (
     # Of plant and load; gamma is damping per mass, 1/s
     'per_kg damping_n_s_per_m gamma cell_n_per_m gain_m_per_v rest_v load_n '

@@ -111,35 +111,37 @@ def missing(wave: Wave, share: float, seed: int) -> Wave:
 
 
 @kernel
-def target(wave: Wave, clock: Record) -> tuple[float, float, float]:
+def target(wave: Wave, clock: Record, near: int = 0) -> tuple[float, float, float]:
     """Return the commanded voltage (V), its slope (V/s) and the time to its next corner (s)."""
     if clock.cycle >= wave.cycles:
         return wave.start_v, 0.0, math.inf
-    if len(wave.rows) > 0:
-        return _target_of_table(wave.rows, clock.ramp_s)
+    time_s, rows = clock.ramp_s, wave.rows
+    if len(rows) > 0:
+        row = row_at(rows, time_s, near)
+        start_s, start_v, end_s = rows[row, TIME], rows[row, VOLTAGE], rows[row + 1, TIME]
+        slope_v_per_s = (rows[row + 1, VOLTAGE] - start_v) / (end_s - start_s)
+        return start_v + slope_v_per_s * (time_s - start_s), slope_v_per_s, end_s - time_s
     if wave.missed_share > 0.0 and is_missed(wave, clock.cycle):
-        return wave.start_v, 0.0, wave.period_s - clock.ramp_s
+        return wave.start_v, 0.0, wave.period_s - time_s
     slope_v_per_s = wave.rise_v / wave.period_s
-    return wave.start_v + slope_v_per_s * clock.ramp_s, slope_v_per_s, wave.period_s - clock.ramp_s
+    return wave.start_v + slope_v_per_s * time_s, slope_v_per_s, wave.period_s - time_s
 
 
 @kernel
-def _target_of_table(rows: Array, time_s: float) -> tuple[float, float, float]:
-    """Return voltage, slope and time to the next row, within a table."""
+def row_at(rows: Array, time_s: float, near: int) -> int:
+    """Return the last row of a table, but its end, that a time has reached; near one, if it is."""
     low, high = 0, len(rows) - 2
+    if near > 0 and rows[near, TIME] - time_s <= CORNER_S:
+        while near < high and rows[near + 1, TIME] - time_s <= CORNER_S:
+            near += 1
+        return near
     while low < high:
         middle = (low + high + 1) // 2
         if rows[middle, TIME] - time_s <= CORNER_S:
             low = middle
         else:
             high = middle - 1
-    start_s, start_v = rows[low, TIME], rows[low, VOLTAGE]
-    slope_v_per_s = (rows[low + 1, VOLTAGE] - start_v) / (rows[low + 1, TIME] - start_s)
-    return (
-        start_v + slope_v_per_s * (time_s - start_s),
-        slope_v_per_s,
-        rows[low + 1, TIME] - time_s,
-    )
+    return low
 
 
 @kernel

@@ -79,10 +79,7 @@ class RunWriter:
     def write(self, *packed: Packed) -> None:
         """Hand messages over."""
         self._part_bytes += sum([len(each.data) for each in packed])
-        origin_ns = self._time_origin_ns
-        self.recorder.put_all(
-            [(key, origin_ns + time_ns, data) for key, time_ns, data in packed], wait=self.waits
-        )
+        self.recorder.put_all(packed, self._time_origin_ns, wait=self.waits)
 
     def check(self) -> None:
         """Raise the error that has ended the writing, such as a full disk, if any."""

@@ -11,11 +11,11 @@ import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, wait
-from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import partial
 from itertools import islice
 from queue import Empty, SimpleQueue
-from typing import Any, TypeVar, cast
+from typing import Any, NamedTuple, TypeVar, cast
 
 import stickslip_ros
 from stickslip_ros.errors import OutOfRange, StickSlipError
@@ -39,6 +39,13 @@ CONNECT_S = 10.0  # time that a scheduler has to answer, s
 WORKERS_S = 10.0  # time that it has to get its first worker, s
 
 
+class Pool(NamedTuple):
+    """Workers of many batches."""
+
+    executor: Executor
+    workers: int  # Their number
+
+
 class Interrupted(Stopped):
     """Somebody stopped a batch with Ctrl-C; ``rows`` has the finished cases by their number."""
 
@@ -55,7 +62,7 @@ def run_batch(
     journal: Journal | None = None,
     workers: int = 0,
     scheduler: str = '',
-    executor: Executor | None = None,
+    pool: Pool | None = None,
     progress: Progress | None = None,
     bundle: int = 0,
 ) -> list[Result]:
@@ -63,7 +70,7 @@ def run_batch(
     Run a task for every case and return the rows in the order of the cases.
 
     Cases of the journal are not run again; the others are appended to it as they end. They run in
-    as many threads as there are ``workers`` (0: one per core), in an ``executor`` of many batches,
+    as many threads as there are ``workers`` (0: one per core), in a ``pool`` of many batches,
     or on the workers of a Dask ``scheduler``, then the task must be a function of a module.
 
     What is done is kept if Interrupted is raised (after Ctrl-C, as soon as the begun cases heed
@@ -86,13 +93,11 @@ def run_batch(
     try:
         show(len(rows), len(cases))
         if todo:
-            chosen = nullcontext(executor) if executor else executor_of(workers, scheduler)
-            with chosen as to_use:
-                share = math.ceil(len(todo) / (workers or len(os.sched_getaffinity(0))))
-                size = max(1, min(bundle, share))
+            with nullcontext(pool) if pool else pool_of(workers, scheduler) as (executor, many):
+                size = max(1, min(bundle, math.ceil(len(todo) / many)))
                 parts = (todo[first : first + size] for first in range(0, len(todo), size))
                 given = ((part, [cases[index] for index in part]) for part in parts)
-                _run(to_use, partial(_results, task, bool(bundle)), given, keep)
+                _run(executor, partial(_results, task, bool(bundle)), given, keep)
     except KeyboardInterrupt:
         raise Interrupted(rows, len(cases), journal) from None
     return [rows[index] for index in range(len(cases))]
@@ -106,14 +111,15 @@ def run_courses(
     return run_batch(task, cases, bundle=bundle, **how)
 
 
-def executor_of(workers: int, scheduler: str = '') -> AbstractContextManager[Executor]:
+@contextmanager
+def pool_of(workers: int, scheduler: str = '') -> Iterator[Pool]:
     """Return threads or a Dask cluster, as ``run_batch`` takes them; a context ends them."""
     if not 0 <= workers <= WORKERS_MAX:
         limit = f'not from 0 to {WORKERS_MAX}'
         raise OutOfRange('number of workers', workers, '', limit, '0 takes one per core')
-    if scheduler:
-        return _cluster(scheduler)
-    return ThreadPoolExecutor(workers or len(os.sched_getaffinity(0)))
+    many = workers or len(os.sched_getaffinity(0))
+    with _cluster(scheduler) if scheduler else ThreadPoolExecutor(many) as executor:
+        yield executor if isinstance(executor, Pool) else Pool(executor, many)
 
 
 def _results(task: Callable[[Any], Any], in_courses: bool, cases: list[Any]) -> list[Any]:
@@ -169,13 +175,13 @@ class ClusterError(StickSlipError):
 
 
 @contextmanager
-def _cluster(address: str) -> Iterator[Executor]:
+def _cluster(address: str) -> Iterator[Pool]:
     distributed = load_extra('a Dask scheduler', 'distributed')
     client = _connect(distributed, address)
     again = 'start it again, then the same command: what is done is kept'
     try:
         _check_workers(client, address)
-        yield client.get_executor(pure=False)
+        yield Pool(client.get_executor(pure=False), sum(client.nthreads().values()))
     except CancelledError:
         raise ClusterError(address, 'went away', again) from None
     except distributed.KilledWorker:

@@ -26,7 +26,8 @@ from stickslip_ros.design.waves import SPLINE
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.runs import batch
-from stickslip_ros.runs.batch import executor_of
+from stickslip_ros.runs.batch import pool_of
+from stickslip_ros.runs.courses import alone
 from stickslip_ros.runs.journal import Journal
 
 pytestmark = pytest.mark.usefixtures('compiled_kernels')
@@ -37,18 +38,18 @@ SMALL = dataclasses.replace(SPEED, knots=6, evaluations=12)
 
 
 def tried(workers=1, seed=7, search=SPEED, shape=SPLINE, journal=None):
-    with executor_of(workers) as executor:
-        found = evaluations(search, search.spaces[shape], seed, executor, journal)
-        return [(place.tolist(), cost) for place, cost in found]
+    with pool_of(workers) as pool:
+        found = evaluations(search, [(search.spaces[shape], seed)], pool, journal)
+        return [(wave, cost) for _, wave, cost in found]
 
 
 def count_costs(monkeypatch):
     asked: list[object] = []
     cost = WaveSearch.cost
 
-    def counted(search, space, place):
-        asked.append(place)
-        return cost(search, space, place)
+    def counted(search, wave):
+        asked.append(wave)
+        return cost(search, wave)
 
     monkeypatch.setattr(WaveSearch, 'cost', counted)
     return asked
@@ -114,7 +115,7 @@ def test_a_stopped_search_has_its_best_wave(monkeypatch):
     looks = itertools.count()
 
     def stop_after_a_while():
-        if next(looks) > 300:
+        if next(looks) > 10:
             raise KeyboardInterrupt
 
     monkeypatch.setattr(batch, 'stop_if_asked', stop_after_a_while)
@@ -124,19 +125,20 @@ def test_a_stopped_search_has_its_best_wave(monkeypatch):
         optimise(long, workers=1, progress=lambda *how_far: done.append(how_far))
     number, cost = done[-1]
     assert 1 < number < 5000
-    [worth] = long.worths(stopped.value.wave, [STAND])
+    [worth] = alone(long.worths(stopped.value.wave, [STAND]))
     assert worth.cost == cost < done[0][1]
 
 
 def test_several_stands_judge_by_their_mean_or_by_the_worst():
-    space = SPEED.spaces[SPLINE]
+    wave = SPEED.spaces[SPLINE].wave(SPEED.spaces[SPLINE].start)
     mean, worst = (
         dataclasses.replace(SPEED, stands=3, spread=0.2, rule=rule) for rule in ('mean', 'worst')
     )
-    alone = [worth.cost for worth in mean.worths(space.wave(space.start), mean.judges)]
-    assert len(set(alone)) == 3
-    assert mean.cost(space, space.start) == fmean(alone)
-    assert worst.cost(space, space.start) == max(alone)
+    worths = alone(mean.worths(wave, mean.judges))
+    costs = [worth.cost for worth in worths]
+    assert len(set(costs)) == 3
+    assert alone(mean.cost(wave)) == fmean(costs)
+    assert alone(worst.cost(wave)) == max(costs)
 
 
 def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
@@ -155,7 +157,8 @@ def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
     assert set(result.unseen) == set(stands) > {'damping 20 N s/m', 'rough lines'}
     elsewhere = stands['amplifier of 50 kHz']
     assert elsewhere.amplifier.bandwidth == 50e3
-    values = [SMALL.worths(one.wave, [elsewhere])[0].value for one in (best, rival)]
+    worths = (alone(SMALL.worths(one.wave, [elsewhere])) for one in (best, rival))
+    values = [worth.value for [worth] in worths]
     gain = values[0] / values[1] - 1.0
     assert result.unseen['amplifier of 50 kHz'] == pytest.approx(gain)
 
