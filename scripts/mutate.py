@@ -191,8 +191,8 @@ MUTATIONS = (
     ),
     Mutation(
         'energy of the end stops twice', 'drive/runner.py',
-        'float(0.5 * force_n * force_n / plant.walls.stop_n_per_m)',
-        'float(force_n * force_n / plant.walls.stop_n_per_m)',
+        'return 0.5 * force_n * force_n / plant.walls.stop_n_per_m',
+        'return force_n * force_n / plant.walls.stop_n_per_m',
     ),
     Mutation(
         'current limit over six capacitances', 'drive/build.py',

@@ -1,6 +1,7 @@
 """Which sources decide the numbers of a run: other ones may round differently."""
 
 import hashlib
+from functools import cache
 from pathlib import Path
 from typing import Final
 
@@ -8,6 +9,7 @@ FOLDERS: Final = ('contact', 'drive', 'instrument')
 PACKAGE: Final = Path(__file__).resolve().parent
 
 
+@cache
 def sources_digest(package: Path = PACKAGE) -> str:
     """Return a digest of these sources, 16 hexadecimal digits."""
     digest = hashlib.sha256()

@@ -44,6 +44,9 @@ class EntryPoint(CPUDispatcher):
 
     def typeof_pyval(self, val: Any) -> Any:
         """Return the type of an argument; to make that of a drive takes numba long."""
+        if type(val) is tuple:
+            each = tuple(map(self.typeof_pyval, val))
+            return types.BaseTuple.from_types(each)  # type: ignore[no-untyped-call]
         is_plain = isinstance(val, np.ndarray) and val.ndim == 1 and val.flags.carray
         return _type_of_records(val.dtype) if is_plain else super().typeof_pyval(val)
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, reduce
+from operator import add
 from typing import Protocol
 
 import numpy as np
@@ -152,9 +153,9 @@ def _solve_power_sum(
     log_x = np.interp(log_target, _log_sums(prefactors, exponents), LOG_X)
     for _ in range(NEWTON_ITERATIONS):
         values = [q * np.exp(n * log_x) for q, n in terms]
-        sums = reduce(np.add, values)
+        sums = reduce(add, values)
         slopes = [n * v for v, (_, n) in zip(values, terms, strict=True)]
-        slope = reduce(np.add, slopes) / sums
+        slope = reduce(add, slopes) / sums
         change = (np.log(sums) - log_target) / slope
         log_x = log_x - change
         if (np.abs(change) < NEWTON_TOLERANCE).all():

@@ -126,16 +126,17 @@ def _assemble(stiffness: Array, scale: float, width_m: float) -> Record:
     half_slope = 0.5 * (end - start) / width_m
     gains_j = width_m * (force_n[:-1] + width_m * (start / 2.0 + width_m * half_slope / 3.0))
     energy_j = np.concatenate(([0.0], np.cumsum(gains_j)))
-    cells = np.column_stack((force_n[:-1], start, half_slope, energy_j[:-1]))
-    return record(
+    curve = record(
         CURVE,
-        cells=cells,
         cells_per_m=1.0 / width_m,
         core_m=width_m,
         limit_m=width_m * len(start),
         force_max_n=force_n[-1],
         energy_max_j=energy_j[-1],
     )
+    for column, values in enumerate((force_n[:-1], start, half_slope, energy_j[:-1])):
+        curve.cells[:, column] = values
+    return curve
 
 
 @kernel

@@ -12,42 +12,24 @@ from stickslip_ros.drive.stacks import stacks_energy
 
 
 class EnergyLedger(NamedTuple):
-    """
-    Energy of the drive since its start, J.
+    """Energy of the drive since its start, J."""
 
-    Attributes
-    ----------
-    feet_work_j, load_work_j : float
-        Work of the feet and of the external load: put in.
-    kinetic_j, cell_j, contact_stored_j : float
-        Energy in the runner's motion, the load cell, the springs of the contacts.
-    contact_lost_j, damping_lost_j : float
-        Energy lost by slip in the contacts and by viscous damping.
-    stops_j : float
-        Energy in the springs of the end stops.
-    stuck_lost_j : float
-        Kinetic energy lost when the runner got stuck.
-    frame_j : float
-        Energy of the frame: that of the motion of its centre of mass, feet included, and of its
-        spring.
-    stacks_j : float
-        Energy of bent stacks, and of the feet on them that move against their centre of mass.
-    stand_lost_j : float
-        Energy lost in the damping of frame, feet and load button, and in impacts.
-
-    """
-
-    feet_work_j: float
+    feet_work_j: float  # Put in, as work of the feet and of the external load
     load_work_j: float
+    # Energy in the motion of the runner, in the load cell, in the springs of the contacts
     kinetic_j: float
     cell_j: float
     contact_stored_j: float
-    contact_lost_j: float
+    contact_lost_j: float  # Lost by slip in the contacts, and by viscous damping
     damping_lost_j: float
-    stops_j: float = 0.0
-    stuck_lost_j: float = 0.0
+    stops_j: float = 0.0  # Energy in the springs of the end stops
+    stuck_lost_j: float = 0.0  # Kinetic energy lost when the runner got stuck
+    # Energy of the frame: that of the motion of its centre of mass, feet included, and of its
+    # spring
     frame_j: float = 0.0
+    # Energy of bent stacks, and of the feet on them that move against their centre of mass
     stacks_j: float = 0.0
+    # Energy lost in the damping of frame, feet and load button, and in impacts
     stand_lost_j: float = 0.0
 
     @property

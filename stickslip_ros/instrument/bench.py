@@ -231,8 +231,9 @@ class Bench:
         trace = self.stand.advance(self.motion.wave, samples)
         self.time_ns = until_ns
         readings = self.sensing.read(trace, until_ns, self.stand.voltage_v, self.faults)
-        if self.motion.is_running:
-            self.motion.watch(self._observe())
+        motion = self.motion
+        if motion.is_running and (motion.is_steered or self.stand.has_arrived(motion.wave)):
+            motion.watch(self._observe())
         if self._preloading is not None and self.stand.is_preloaded:
             self._end_preloading(Result.DONE)
         events, self._events = tuple(self._events), []

@@ -119,6 +119,12 @@ class Motion:
         return self._running is not None
 
     @property
+    def is_steered(self) -> bool:
+        """Whether it may change or end before its wave has: closed loop, jog, soft limits."""
+        jogs = self._running is not None and self._running.command.name == 'jog'
+        return jogs or self._loop is not None or self._parameters.limits.has_soft_limits
+
+    @property
     def status_bits(self) -> int:
         """Bits of Status that moves set."""
         bits = int(self._failed)

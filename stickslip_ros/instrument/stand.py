@@ -41,8 +41,6 @@ class SimulatedStand:
         What does not change while the drive runs, but for preload and faults.
     states : array of one record of STATE
         What does.
-    plants_at_rest : array of one record of PLANT
-        The plant as it is after a reset, without faults.
     load_n : float
         External force on the runner, N.
     wanted_n : float
@@ -62,7 +60,6 @@ class SimulatedStand:
 
     def __init__(self, parameters: Parameters) -> None:
         self.parameters = parameters
-        self.plants_at_rest = plant_of(parameters)
         ramps = math.ceil(parameters.sim.block * parameters.amplifier.frequency_max) + 1
         self._ramps = np.zeros((ramps, 3))
         self._sample_s = parameters.sample_ns * NANO
@@ -87,12 +84,12 @@ class SimulatedStand:
     @property
     def cycle(self) -> int:
         """Ramps of the wave that are over."""
-        return int(self._clock.item()[1])
+        return int(self._cycle.item())
 
     @property
     def ramp_s(self) -> float:
         """Time since the present ramp of the wave began, s."""
-        return float(self._clock.item()[0])
+        return float(self._ramp.item())
 
     @property
     def is_separate(self) -> bool:
@@ -107,7 +104,7 @@ class SimulatedStand:
     def to_rest(self) -> None:
         """Go back to the state at the start, without faults."""
         stand = self.parameters.stand
-        self.plants = self.plants_at_rest.copy()
+        self.plants = plant_of(self.parameters)
         self._look_at(state_at_rest(self.plants, stand.preload))
         self.load_n = 0.0
         self.wanted_n = stand.preload
@@ -117,8 +114,8 @@ class SimulatedStand:
     def _look_at(self, states: Record) -> None:
         """Take states; what is asked for in every block is found once."""
         self.states = states
-        self._clock, self._voltage = states['clock'], states['voltage_v']
-        self._preload = states['preload_n']
+        self._cycle, self._ramp = states['clock']['cycle'], states['clock']['ramp_s']
+        self._voltage, self._preload = states['voltage_v'], states['preload_n']
 
     def change_preload(self, preload_n: float) -> None:
         """Let the springs take over, and go to another preload, N."""

@@ -33,6 +33,8 @@ _pack_float64: Final = struct.Struct('<4sd').pack
 _pack_int32: Final = struct.Struct('<4si').pack
 _pack_uint32: Final = struct.Struct('<4sI').pack
 _pack_words: Final = struct.Struct('<II').pack
+_pack_stamp: Final = struct.Struct('<4siI').pack
+pack_number: Final = struct.Struct('<d').pack  # a number behind a header, aligned
 
 
 def pack_float64(value: float) -> bytes:
@@ -95,14 +97,25 @@ def pack_stamped(stamp_ns: int, frame_id: str, values: Sequence[float]) -> bytes
         Three coordinates, m; or three forces, N, and three torques, N m.
 
     """
-    pack, size, text = _stamped(frame_id, len(values))
-    return pack(HEADER, *divmod(stamp_ns, NS_PER_S), size, text, *values)
+    numbers = struct.pack(f'<{len(values)}d', *values)
+    return pack_stamp(stamp_ns) + frame_field(frame_id) + numbers
+
+
+def pack_stamp(stamp_ns: int) -> bytes:
+    """Pack a ``rosgraph_msgs/msg/Clock``, or the start of a message that has a header."""
+    return _pack_stamp(HEADER, *divmod(stamp_ns, NS_PER_S))
+
+
+@lru_cache(maxsize=CACHED_HEADS)
+def frame_field(frame_id: str) -> bytes:
+    """Give the frame of a ``std_msgs/msg/Header`` behind its stamp, and the padding of numbers."""
+    text = _text_field(frame_id)
+    return text + _padding(8 + len(text), 8)
 
 
 def pack_joints(message: m.JointMessage) -> bytes:
     """Pack a ``sensor_msgs/msg/JointState``."""
-    stamp_s, rest_ns = divmod(message.stamp_ns, NS_PER_S)
-    body = struct.pack('<iI', stamp_s, rest_ns) + _text_field(message.frame_id)
+    body = pack_stamp(message.stamp_ns)[len(HEADER) :] + _text_field(message.frame_id)
     body += _padding(len(body), 4) + struct.pack('<I', len(message.names))
     for name in message.names:
         body += _padding(len(body), 4) + _text_field(name)
@@ -192,14 +205,6 @@ def _array_head(
         body += _padding(len(body), 4) + _pack_words(size, stride)
     body += _padding(len(body), 4) + _pack_words(0, prod(sizes))
     return HEADER + body + (_padding(len(body), 8) if prod(sizes) else b'')
-
-
-@lru_cache(maxsize=CACHED_HEADS)
-def _stamped(frame_id: str, count: int) -> tuple[Callable[..., bytes], int, bytes]:
-    """Give what packs a std_msgs/Header in `frame_id` and `count` numbers behind it."""
-    text = _text_field(frame_id)[4:]
-    fill = len(_padding(12 + len(text), 8))
-    return struct.Struct(f'<4siII{len(text)}s{fill}x{count}d').pack, len(text), text
 
 
 class _Cursor:

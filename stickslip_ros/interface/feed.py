@@ -8,10 +8,12 @@ import numpy as np
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.instrument.reports import FIRST_READING, Output, Status, trace_columns
 from stickslip_ros.interface.cdr import (
+    frame_field,
     pack_float64,
     pack_float64_array,
     pack_joints,
-    pack_stamped,
+    pack_number,
+    pack_stamp,
     pack_string,
     pack_uint32,
 )
@@ -39,8 +41,8 @@ class Feed:
         self._sensors = [
             (
                 row.reading,
-                getattr(parameters.frame_id, row.frame),
-                (0.0,) * (len(STAMPED_FIELDS[READING_TYPES[row.unit][0]]) - 1),
+                frame_field(getattr(parameters.frame_id, row.frame)),
+                bytes(8 * len(STAMPED_FIELDS[READING_TYPES[row.unit][0]]) - 8),  # the zeros
                 TRUTH.index(row.sees),
             )
             for row in parameters.sensors
@@ -72,10 +74,11 @@ class Feed:
         for last in readings.trace[first :: self._samples].tolist():
             before_ns, time_ns = time_ns, time_ns + self._block_ns
             stamp_ns = time_origin_ns + time_ns
-            for at, (key, frame_id, zeros, _) in enumerate(self._sensors, FIRST_READING):
-                yield Packed(key, time_ns, pack_stamped(stamp_ns, frame_id, (last[at], *zeros)))
-            for key, frame_id, zeros, sees in self._sensors if self._tells_truth else ():
-                packed = pack_stamped(stamp_ns, frame_id, (float(readings.truth[sees]), *zeros))
+            stamp = pack_stamp(stamp_ns)
+            for at, (key, frame, zeros, _) in enumerate(self._sensors, FIRST_READING):
+                yield Packed(key, time_ns, stamp + frame + pack_number(last[at]) + zeros)
+            for key, frame, zeros, sees in self._sensors if self._tells_truth else ():
+                packed = stamp + frame + pack_number(readings.truth[sees]) + zeros
                 yield Packed(f'truth/{key}', time_ns, packed)
             if period_ns and time_ns // period_ns > before_ns // period_ns:
                 reading = last[FIRST_READING : FIRST_READING + 2]
@@ -85,9 +88,8 @@ class Feed:
         self.pending.append(readings.trace)
         if readings.time_ns % self._period_ns == 0:
             yield Packed('voltage', readings.time_ns, pack_float64(readings.voltage_v))
-            block = np.concatenate(self.pending)
+            table = pack_float64_array(np.concatenate(self.pending), self._labels)
             self.pending.clear()
-            table = pack_float64_array(block, self._labels)
             yield Packed('trace', readings.time_ns, table)
         if output.status != self.status:
             self.status = output.status
@@ -96,14 +98,6 @@ class Feed:
     def _pack_joint(self, time_ns: int, stamp_ns: int, position_m: float, force_n: float) -> bytes:
         before_ns, before_m = self.joint
         self.joint = time_ns, position_m
-        period_s = (time_ns - before_ns) * NANO
-        return pack_joints(
-            JointMessage(
-                stamp_ns,
-                self._stage,
-                (self._joint_name,),
-                (position_m,),
-                ((position_m - before_m) / period_s,),
-                (force_n,),
-            )
-        )
+        velocity_m_per_s = (position_m - before_m) / ((time_ns - before_ns) * NANO)
+        numbers = (position_m,), (velocity_m_per_s,), (force_n,)
+        return pack_joints(JointMessage(stamp_ns, self._stage, (self._joint_name,), *numbers))

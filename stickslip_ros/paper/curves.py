@@ -98,7 +98,8 @@ def quasi_static_zero_m(parameters: Parameters) -> float:
     below_m, above_m = 0.0, max_presliding_m(parameters)[1]
     for _ in range(PRESLIDING_HALVINGS):
         middle_m = 0.5 * (below_m + above_m)
-        force_n = sum(float(contact.tangential_force(middle_m)) for contact in contacts)
+        each_n = {contact: float(contact.tangential_force(middle_m)) for contact in set(contacts)}
+        force_n = sum(each_n[contact] for contact in contacts)
         below_m, above_m = (middle_m, above_m) if force_n < half_n else (below_m, middle_m)
     return below_m + above_m
 

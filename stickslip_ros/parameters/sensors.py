@@ -8,6 +8,7 @@ from the row. What the sensor computes stands in the module of its name in ``ins
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange
@@ -38,7 +39,7 @@ class Sensor:
     label: str  # The reading in words
     largest: float  # No reading and no jump is larger, in its unit
 
-    @property
+    @cached_property
     def name(self) -> str:
         """Name of its parameters, its faults, and its module: ``load_cell``."""
         return self.group.group()

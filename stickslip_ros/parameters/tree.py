@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from itertools import compress
+from operator import attrgetter
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.notebook import html_table
@@ -117,7 +118,7 @@ class Parameters(Checked):
 
     def flat(self) -> dict[str, Scalar]:
         """Return ``{'group.name': value}`` in the order of declaration."""
-        return {name: _get(self, name) for name in specs()}
+        return dict(zip(_SPECS, _values_of(self), strict=True))
 
     def updated(self, values: Mapping[str, object]) -> 'Parameters':
         """
@@ -179,13 +180,6 @@ def parse_assignments(
     return pairs
 
 
-def _get(parameters: Parameters, name: str) -> Scalar:
-    value: object = parameters
-    for part in name.split('.'):
-        value = getattr(value, part)
-    return value  # type: ignore[return-value]
-
-
 def _check_multiple(name: str, period_ns: int, of_name: str, of_ns: int) -> None:
     if period_ns % of_ns:
         limit = f'not a multiple of one {of_name}, {of_ns} ns'
@@ -193,3 +187,4 @@ def _check_multiple(name: str, period_ns: int, of_name: str, of_ns: int) -> None
 
 
 _SPECS = declared_by(Parameters)
+_values_of = attrgetter(*_SPECS)

@@ -8,6 +8,7 @@ of base 60, aliases.
 
 import json
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -55,23 +56,24 @@ def describe(spec: Spec, *, limits: bool = True) -> str:
 
 def dump_yaml(parameters: Parameters, heading: str) -> str:
     """Return a ROS parameter file; ``heading`` gives the comments at its top, without ``#``."""
-    return '\n'.join(_lines(parameters, heading)) + '\n'
-
-
-def _lines(parameters: Parameters, heading: str) -> Iterator[str]:
-    yield from (f'# {line}'.rstrip() for line in heading.splitlines())
-    yield f'{ANY_NODE}:'
-    yield f'  {ROS_KEY}:'
+    lines = [f'# {line}'.rstrip() for line in heading.splitlines()]
+    lines += [f'{ANY_NODE}:', f'  {ROS_KEY}:']
     flat = parameters.flat()
+    lines += [before + format_value(flat[name]) for name, before in _before_values().items()]
+    return '\n'.join(lines) + '\n'
+
+
+@cache
+def _before_values() -> dict[str, str]:
+    """Return what a file says before the value of each parameter: group, comment, name."""
+    found: dict[str, str] = {}
     current = ''
     for name, spec in specs().items():
         group, _, leaf = name.rpartition('.')
-        if group != current:
-            yield f'    {group}:'
-            current = group
-        indent = '      ' if group else '    '
-        yield f'{indent}# {describe(spec)}'
-        yield f'{indent}{leaf}: {format_value(flat[name])}'
+        indent, head = ('      ', f'    {group}:\n') if group else ('    ', '')
+        told = f'{indent}# {describe(spec)}\n{indent}{leaf}: '
+        found[name], current = (told if group == current else head + told), group
+    return found
 
 
 def load_yaml(*paths: str | Path) -> Parameters:

@@ -132,21 +132,24 @@ class Recorder:
         """Hand over a message, or wait for room; return whether it was taken; else it counts."""
         return self.put_all([(name, time_ns, data)], wait=wait) == 1
 
-    def put_all(self, messages: Iterable[tuple[str, int, bytes]], *, wait: bool = False) -> int:
-        """Do the same with several messages; return how many were taken."""
-        taken, queue = 0, self._queue
+    def put_all(
+        self, messages: Iterable[tuple[str, int, bytes]], origin_ns: int = 0, *, wait: bool = False
+    ) -> int:
+        """Do the same with several messages, timed from an origin; return how many were taken."""
+        taken, queue, ids = 0, self._queue, self._ids
         with self._lock:
-            for name, time_ns, data in messages:
-                channel_id = self._ids.get(name)
+            for name, since_ns, data in messages:
+                time_ns, channel_id = origin_ns + since_ns, ids.get(name)
                 if channel_id is None:
                     raise UnknownName('recorded topic', name, f'known are {", ".join(self._ids)}')
                 while wait and len(queue) >= self._queue_length and not self._has_ended:
                     self._changed.wait()
-                self._check_time(time_ns)
+                if time_ns != self._last_ns:
+                    self._check_time(time_ns)
                 sequence = self._sequences[channel_id - 1]
                 self._sequences[channel_id - 1] = (sequence + 1) & _SEQUENCE_MASK
                 length = len(queue) + 1
-                if self._has_ended or length > self._queue_length:
+                if length > self._queue_length or self._has_ended:
                     self._dropped[channel_id - 1] += 1
                     continue
                 message = Stored(channel_id, time_ns, data, sequence)

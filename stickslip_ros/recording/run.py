@@ -79,10 +79,7 @@ class RunWriter:
     def write(self, *packed: Packed) -> None:
         """Hand messages over."""
         self._part_bytes += sum([len(each.data) for each in packed])
-        origin_ns = self._time_origin_ns
-        self.recorder.put_all(
-            [(key, origin_ns + time_ns, data) for key, time_ns, data in packed], wait=self.waits
-        )
+        self.recorder.put_all(packed, self._time_origin_ns, wait=self.waits)
 
     def check(self) -> None:
         """Raise the error that has ended the writing, such as a full disk, if any."""
@@ -162,14 +159,9 @@ class ReportingBench:
     def save(self) -> bytes:
         """Return a checkpoint of the bench, with what was reported and what not yet."""
         feed = self._feed
-        time_ns, position_m = feed.joint
-        return self.bench.save(
-            {
-                PENDING: np.concatenate([np.empty((0, self._columns)), *feed.pending]),
-                STATUS: feed.status,
-                JOINT: {'time_ns': time_ns, 'position_m': position_m},
-            }
-        )
+        pending = np.concatenate([np.empty((0, self._columns)), *feed.pending])
+        joint = dict(zip(('time_ns', 'position_m'), feed.joint, strict=True))
+        return self.bench.save({PENDING: pending, STATUS: feed.status, JOINT: joint})
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """Do what ``Bench.update`` does, publish and write it; raise what has ended the file."""

@@ -1,6 +1,5 @@
 """The file of a run: its name, and what it says of itself."""
 
-import dataclasses
 import json
 import platform
 from collections.abc import Mapping
@@ -112,7 +111,7 @@ def open_recorder(
         'wall_start': datetime.now(timezone.utc).strftime(WALL_TIME),
     }
     topics = {
-        name_in_file(key): json.dumps({'topic': channel.topic, **dataclasses.asdict(channel.qos)})
+        name_in_file(key): json.dumps({'topic': channel.topic, **vars(channel.qos)})
         for key, channel in channels.items()
     }
     experiment = {}

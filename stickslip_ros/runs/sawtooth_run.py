@@ -342,8 +342,8 @@ def _drive(
     requests, logs, done = [request], list[Array](), 0
     while True:
         stop_if_asked()
-        sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz)
-        is_far = sure_s > 2.0 * bench.parameters.sim.block and not requests
+        sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz) - bench.stand.ramp_s
+        is_far = sure_s > bench.parameters.sim.block and not requests
         step_ns = long_ns - bench.time_ns % long_ns if is_far else block_ns
         output = update(bench.time_ns + step_ns, requests)
         start_s = start_s or time.perf_counter()

@@ -93,7 +93,7 @@ class Pacer:
             self._held_since_s: float | None = None
             self._deadline_s = self._report_s = time.monotonic()
             self._lateness_s: deque[float] = deque(maxlen=TICKS_KEPT)
-            self._noted: Stalls | None = None
+            self._noted: tuple[bytes, float] | None = None  # of the tick before: counts, time
 
     @contextmanager
     def accounted(self) -> Iterator[None]:
@@ -115,11 +115,13 @@ class Pacer:
         """Note what the thread has done since the tick before: ``rest_s`` is all time but that."""
         if self._schedstat is None:
             return
-        processor_s = int(os.pread(self._schedstat, 64, 0).split()[1]) / NS_PER_S
-        before, self._noted = self._noted, Stalls(time.thread_time(), processor_s, now_s)
+        if pause_s <= 0.0:
+            time.thread_time()  # Linux counts up to now where this is asked, or the thread sleeps
+        before, self._noted = self._noted, (os.pread(self._schedstat, 64, 0), now_s)
         if is_late and before is not None:
-            work_s, processor_s, all_s = np.subtract(self._noted, before)
-            rest_s = max(0.0, all_s - max(0.0, pause_s) - work_s - processor_s)
+            counts = [[int(ns) for ns in each[0].split()[:2]] for each in (before, self._noted)]
+            work_s, processor_s = np.diff(counts, axis=0)[0] / NS_PER_S
+            rest_s = max(0.0, now_s - before[1] - max(0.0, pause_s) - work_s - processor_s)
             self._stalls = Stalls(*np.add(self._stalls, (work_s, processor_s, rest_s)).tolist())
 
     def hold(self) -> None:

@@ -1,6 +1,5 @@
 """The work of a drive, block by block: orders, bench, topics and recording; without threads."""
 
-import struct
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,12 +9,11 @@ from stickslip_ros.instrument.bench import start_bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.fault_schedule import FaultSchedule, read_schedule
 from stickslip_ros.instrument.reports import Event, Result, Status
-from stickslip_ros.interface.cdr import HEADER, pack_string
+from stickslip_ros.interface.cdr import pack_stamp, pack_string
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.run import Publish, ReportingBench, RunWriter
 from stickslip_ros.runtime.orders import Order
-from stickslip_ros.units import NS_PER_S
 
 PRELOADING = int(Status.PRELOADING)
 UNTROUBLED = (Result.DONE, Result.ABORTED)
@@ -71,12 +69,10 @@ class Worker(ReportingBench):
         now_ns = self.bench.time_ns
         self._carry_out(orders, self._schedule.due(now_ns))
         output = self.advance_bench(now_ns + self._block_ns)
-        if int(output.status) & PRELOADING:
-            self.preload_ramped = True
+        self.preload_ramped |= bool(int(output.status) & PRELOADING)
         if self._keeps_clock:  # before the readings
             time_ns = output.readings.time_ns
-            stamp = divmod(self.time_origin_ns + time_ns, NS_PER_S)
-            self._publish(Packed('clock', time_ns, struct.pack('<4siI', HEADER, *stamp)))
+            self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))
         for event in output.events:
             if event.result not in UNTROUBLED:
                 self._callbacks.on_refusal(event)
