@@ -133,17 +133,24 @@ class Problem:
 
     def forces_n(self, coordinates: Array, cycles: Sequence[int] | None = None) -> Array:
         """Return the forces of the model at the measured points, N."""
-        there, points = self.stand(coordinates), self.points
+        [force_n] = self._all_forces_n([coordinates], cycles)
+        return force_n
+
+    def _all_forces_n(
+        self, coordinates: Sequence[Array], cycles: Sequence[int] | None = None
+    ) -> list[Array]:
+        """Return those of several coordinates; all their runs go together."""
+        points = self.points
         where = (points.preload_n, points.amplitude_m, points.frequency_hz)
         rows = list(zip(*(each.tolist() for each in where), cycles or self.cycles, strict=True))
-        kept = {row: kept_force(there, *row) for row in rows}  # measured again: computed once
-        new = [row for row, force_n in kept.items() if not force_n]
-        found_n = together(force_course(there, *row) for row in new)
-        for row, force_n in zip(new, found_n, strict=True):
-            kept[row].append(force_n)
+        runs = [(there, *row) for there in map(self.stand, coordinates) for row in rows]
+        kept = {run: kept_force(*run) for run in runs}  # measured again: computed once
+        new = [run for run, force_n in kept.items() if not force_n]
+        for run, force_n in zip(new, together(force_course(*run) for run in new), strict=True):
+            kept[run].append(force_n)
         for _ in kept:
             self.tick()
-        return np.array([kept[row][0] for row in rows])
+        return np.split(np.array([kept[run][0] for run in runs]), len(coordinates))
 
     def residuals(self, coordinates: Array) -> Array:
         """Return model less measurement, per standard error."""
@@ -157,15 +164,16 @@ class Problem:
         A search does with steps to one side; central ones are for the errors of a fit.
 
         """
-        columns = []
+        ends = list[Array]()
         for index, (lower, upper) in enumerate(zip(*self.bounds, strict=True)):
             below, above = coordinates.copy(), coordinates.copy()
             above[index] = min(coordinates[index] + STEP, upper)
             if central or above[index] < coordinates[index] + STEP:
                 below[index] = max(coordinates[index] - STEP, lower)
-            change_n = self.forces_n(above) - self.forces_n(below)
-            columns.append(change_n / (above[index] - below[index]) / self.points.scale_n)
-        return np.column_stack(columns)
+            ends += below, above
+        changes_n = np.diff(self._all_forces_n(ends), axis=0)[::2]
+        ways = np.diff(ends, axis=0)[::2].sum(axis=1)
+        return np.column_stack(list(changes_n / ways[:, np.newaxis] / self.points.scale_n))
 
     def steady_at(self, coordinates: Array) -> tuple['Problem', bool]:
         """Return the problem with as many cycles as a stand needs, and whether they suffice."""
