@@ -21,7 +21,7 @@ booked as friction. Turning points know one coefficient only: such a contact sta
 
 import math
 
-from stickslip_ros.contact.kernel import kernel, kernel_within
+from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind
 
 AGEING = kind(
@@ -45,7 +45,7 @@ def friction_ratio(ageing: Record, age_s: float, slip_m_per_s: float) -> float:
     return max(ratio + ageing.age_share * math.log(v0 * age_s / ageing.distance_m), 0.0)
 
 
-@kernel_within
+@kernel
 def slip_speed(
     ageing: Record, slip_m_per_s: float, way_m: float, lag_m: float, dt_s: float
 ) -> float:

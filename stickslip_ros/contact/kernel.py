@@ -7,7 +7,10 @@ from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
+from llvmlite.binding import parse_assembly
 from numba.core import cgutils, event, types
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic
 from numba.np.numpy_support import from_dtype
@@ -26,13 +29,40 @@ OPTIONS: dict[str, Any] = {
 """Without the GIL; IEEE division; calls folded into the loop; without numba's memory runtime,
 which spends two thirds of the time on counting references."""
 
-FOR_KERNELS: dict[str, Any] = {'no_cpython_wrapper': True, 'no_cfunc_wrapper': True}
-"""Without the code that takes arguments from Python: for a hundred fields of records it takes
-longer to compile than the kernel."""
-
-
 ALIGNED = 64
 """Bytes between which a record on the stack begins: a line of the cache."""
+
+
+class _Part(JITCodeLibrary):
+    """
+    The code of a kernel that only kernels call: it is optimised in entry points, not before.
+
+    Of machine code it has only the places in which numba keeps what exceptions need.
+
+    """
+
+    def _optimize_final_module(self) -> None: ...
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+        whole = self._get_module_for_linking().global_variables
+        places = [str(each) for each in whole if each.name.startswith('_ZN08NumbaEnv')]
+        self._final_module = parse_assembly('\n'.join(places))
+        super()._finalize_final_module()
+
+
+class _PartCompiler(Compiler):
+    def __init__(self, typing: Any, target: Any, _: Any, *rest: Any) -> None:
+        library = _Part(target.codegen(), 'kernel')
+        library.enable_object_caching()
+        super().__init__(typing, target, library, *rest)
+
+
+FOR_KERNELS: dict[str, Any] = dict.fromkeys(('no_cpython_wrapper', 'no_cfunc_wrapper'), True)
+FOR_KERNELS['pipeline_class'] = _PartCompiler
+"""Without the code that takes arguments from Python: for a hundred fields of records it takes
+longer to compile than the kernel. Optimised on each level, all kernels took half as long again."""
 
 
 class EntryPoint(CPUDispatcher):
@@ -46,14 +76,14 @@ class EntryPoint(CPUDispatcher):
         """Return the type of an argument; to make that of a drive takes numba long."""
         if type(val) is tuple:
             each = tuple(map(self.typeof_pyval, val))
-            return types.BaseTuple.from_types(each)  # type: ignore[no-untyped-call]
+            return types.BaseTuple.from_types(each)
         is_plain = isinstance(val, np.ndarray) and val.ndim == 1 and val.flags.carray
         return _type_of_records(val.dtype) if is_plain else super().typeof_pyval(val)
 
 
 @cache
 def _type_of_records(kind: Any) -> Any:
-    return numba.typeof(np.empty(1, kind))  # type: ignore[no-untyped-call]
+    return numba.typeof(np.empty(1, kind))
 
 
 class InnerKernel(CPUDispatcher):
@@ -79,7 +109,7 @@ def not_for_python(inner: Any) -> str:
 
 def kernel(function: Function) -> Function:
     """
-    Compile a function to machine code for other kernels, with the same options everywhere.
+    Compile a function for other kernels, with the same options everywhere.
 
     Kernels take SI floats, records, and NamedTuples of a few numbers, and never raise. They cannot
     allocate: without the memory runtime a kernel that tries to does not compile. Python calls an
@@ -97,16 +127,6 @@ def kernel_apart(function: Function) -> Function:
 
     """
     return _compile(function, InnerKernel, OPTIONS | FOR_KERNELS | {'forceinline': False})
-
-
-def kernel_within(function: Function) -> Function:
-    """
-    Compile a function as a part of the kernel that calls it: for long code with one caller.
-
-    A kernel of its own would be optimised alone, and once more in each kernel above it.
-
-    """
-    return cast('Function', numba.njit(inline='always')(function))
 
 
 def entry_point(function: Function) -> Function:
@@ -128,10 +148,9 @@ def on_stack(of: Kind) -> Callable[[], Any]:
     @intrinsic
     def zeros(_: Any) -> Any:
         def make(context: Any, builder: Any, *_: Any) -> Any:
-            helper: Any = cgutils
-            room = helper.alloca_once(builder, context.get_data_type(record))
+            room = cgutils.alloca_once(builder, context.get_data_type(record))
             room.align = ALIGNED
-            helper.memset(builder, room, context.get_constant(types.intp, of.itemsize), 0)
+            cgutils.memset(builder, room, context.get_constant(types.intp, of.itemsize), 0)
             return room
 
         return record(), make

@@ -117,11 +117,12 @@ def _package() -> Path:
 
 
 def _name() -> str:
-    return f'stickslip_ros-{_digest(_package())}'
+    return f'stickslip_ros-{sources_digest(_package())}'
 
 
-_digest = lru_cache(maxsize=1)(sources_digest)
-_digest(_package())  # now, and not at the first kernel: sources may change while a program runs
+sources_digest(
+    _package()
+)  # now, and not at the first kernel: sources may change while a program runs
 
 
 def _make(folder: Path) -> None:

@@ -14,7 +14,7 @@ taken exactly, so the stiffest bristles cannot make a step unstable.
 
 import math
 
-from stickslip_ros.contact.kernel import kernel, kernel_within
+from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.record import COUNT, FLOAT, Record, kind
 
 MDR, COULOMB, DAHL, LUGRE, EPM = range(5)
@@ -37,7 +37,7 @@ LAW = kind(
 """Constants of a friction law."""
 
 
-@kernel_within
+@kernel
 def steady_deflection(law: Record, coulomb_n: float, v_m_per_s: float) -> float:
     """Return g(v) = |z_ss|, the deflection of steady sliding, m."""
     if law.number == DAHL:
@@ -47,7 +47,7 @@ def steady_deflection(law: Record, coulomb_n: float, v_m_per_s: float) -> float:
     return coulomb_n * (1.0 + (law.static_ratio - 1.0) * decay) / law.bristle_n_per_m
 
 
-@kernel_within
+@kernel
 def plastic_share(law: Record, z_m: float, v_m_per_s: float, steady_m: float) -> float:
     """Return alpha: 0 where bristles are elastic, 1 where they slide; 1 but for EPM."""
     if law.number != EPM:

@@ -17,7 +17,7 @@ forgotten.
 import math
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel, kernel_within
+from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind, record
 from stickslip_ros.contact.virgin import virgin_energy, virgin_force, virgin_stiffness
@@ -101,7 +101,7 @@ def move(curve: Record, memory: Record, u_m: float) -> None:
     memory.u_m = u_m
 
 
-@kernel_within
+@kernel
 def _follow_virgin(curve: Record, memory: Record, u_m: float) -> float:
     """Return the force on the virgin curve, N: in full slip, past its end, its origin slides."""
     offset_m = u_m - memory.turns[0, U]
@@ -131,7 +131,7 @@ def branch_loss(curve: Record, depth: int, travel_m: float) -> float:
     return 4.0 * virgin_energy(curve, half_m) - 2.0 * half_m * force_n
 
 
-@kernel_within
+@kernel
 def _reverse(curve: Record, memory: Record, u_m: float) -> None:
     """Turn round: remember the turning point, unless the branch is still in its linear core."""
     travel_m = abs(memory.u_m - memory.turns[memory.depth, U])
@@ -147,7 +147,7 @@ def _reverse(curve: Record, memory: Record, u_m: float) -> None:
     _resume(curve, memory, memory.depth - 1)
 
 
-@kernel_within
+@kernel
 def _push(curve: Record, memory: Record) -> None:
     """Put the present point on the stack and start a branch in the other direction."""
     turns = memory.turns
@@ -164,7 +164,7 @@ def _push(curve: Record, memory: Record) -> None:
     memory.base_j = 0.0
 
 
-@kernel_within
+@kernel
 def _close_loop(curve: Record, memory: Record) -> None:
     """Wipe out the innermost loop and resume the branch that it interrupted."""
     depth = memory.depth
@@ -181,7 +181,7 @@ def _resume(curve: Record, memory: Record, older: int) -> None:
     memory.depth = older
 
 
-@kernel_within
+@kernel
 def _forget(curve: Record, memory: Record) -> None:
     """Halve a full stack by forgetting the pairs of turning points that matter least."""
     turns = memory.turns
@@ -197,7 +197,7 @@ def _forget(curve: Record, memory: Record) -> None:
     memory.error_n = max(memory.error_n, 2.0 * allowance_n / 4.0)
 
 
-@kernel_within
+@kernel
 def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
     """
     Drop pairs of inner turning points, keeping each known force error within the allowance.
@@ -299,7 +299,7 @@ def force_ahead(curve: Record, memory: Record, branch: Branch, u_m: float) -> fl
     return _force_after_closing(curve, memory, u_m)
 
 
-@kernel_within
+@kernel
 def _force_after_closing(curve: Record, memory: Record, u_m: float) -> float:
     """Return the force at a displacement that lies beyond the closing of at least one loop, N."""
     direction = 1.0 if u_m > memory.u_m else -1.0
@@ -349,7 +349,7 @@ def stored_energy(curve: Record, memory: Record) -> float:
     return energy_j + _energy_between(curve, half_m, curve.limit_m, 0.0, memory.u_m - turns[0, U])
 
 
-@kernel_within
+@kernel
 def _energy_between(
     curve: Record, inner_m: float, outer_m: float, slope: float, shift_m: float
 ) -> float:

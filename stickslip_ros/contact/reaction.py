@@ -11,7 +11,7 @@ rival laws know only the friction limit.
 """
 
 from stickslip_ros.contact.ageing import AGEING, friction_ratio, older, slip_speed
-from stickslip_ros.contact.kernel import kernel, kernel_apart, kernel_within
+from stickslip_ros.contact.kernel import kernel, kernel_apart
 from stickslip_ros.contact.laws import COULOMB, LAW, MDR, deflect
 from stickslip_ros.contact.memory import (
     MEMORY,
@@ -125,7 +125,7 @@ def answer_towards(contact: Record, state: Record, direction: float) -> float:
     return stick_stiffness(contact, state)
 
 
-@kernel_within
+@kernel
 def next_preload(contact: Record, preload_n: float, dt_s: float) -> float:
     """Return the preload after a step towards the wanted one, N."""
     largest_n = contact.preload_n_per_s * dt_s
@@ -135,7 +135,7 @@ def next_preload(contact: Record, preload_n: float, dt_s: float) -> float:
     return preload_n + (largest_n if gap_n > 0.0 else -largest_n)
 
 
-@kernel_within
+@kernel
 def _react_by_springs(
     contact: Record, state: Record, u_m: float, dt_s: float, preload_n: float
 ) -> None:
@@ -172,7 +172,7 @@ def _react_by_springs(
     set_memory(memory, u_m, sense * curve.force_max_n, sense, lost_j, virgin_loss_j)
 
 
-@kernel_within
+@kernel
 def _react_by_law(
     contact: Record,
     state: Record,

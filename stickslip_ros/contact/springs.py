@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel, kernel_within
+from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.mdr import Elasticity
 from stickslip_ros.contact.memory import elongation
 from stickslip_ros.contact.profile import Array, Profile
@@ -408,7 +408,7 @@ def load_springs(
     move_springs(bank, springs, 0.5 * (low_m + high_m), preload_n, preload_n, 1.0, 1.0)
 
 
-@kernel_within
+@kernel
 def _shifted_sum(bank: Record, forces_n: Array, preload_n: float, shift_m: float) -> float:
     """Return what the sum of the forces would be after a common displacement, N."""
     total_n = 0.0

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import entry_point, kernel, kernel_within
+from stickslip_ros.contact.kernel import entry_point, kernel
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import remembers_turns
@@ -253,7 +253,7 @@ def takes_only_long_steps(plants: Record, states: Record) -> bool:
     return bool(plants['only_long_steps'].item() and not states['contacts']['on_springs'][0, ALL])
 
 
-@kernel_within
+@kernel
 def advance_stretch(
     plant: Record,
     state: Record,
@@ -274,7 +274,7 @@ def advance_stretch(
         take_short_steps(plant, state, start_v, rate_v_per_s, load_n, stretch_s)
 
 
-@kernel_within
+@kernel
 def take_short_steps(
     plant: Record,
     state: Record,

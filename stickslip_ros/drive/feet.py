@@ -7,7 +7,7 @@ To the rest of the drive they are one contact against the mean foot, with the su
 
 from typing import Any, NamedTuple
 
-from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart, kernel_within
+from stickslip_ros.contact.kernel import entry_point, kernel, kernel_apart
 from stickslip_ros.contact.laws import MDR
 from stickslip_ros.contact.memory import U, move, set_memory
 from stickslip_ros.contact.reaction import (
@@ -180,7 +180,7 @@ def lay_contacts(plant: Record, state: Record) -> None:
             lay_contact(plant, state, k)
 
 
-@kernel_within
+@kernel
 def stored_by_feet(plant: Record, state: Record) -> float:
     """Return the elastic energy in the contacts of all feet, J."""
     energy_j = 0.0
@@ -189,7 +189,7 @@ def stored_by_feet(plant: Record, state: Record) -> float:
     return energy_j
 
 
-@kernel_within
+@kernel
 def lost_by_feet(plant: Record, state: Record) -> float:
     """Return the friction loss in the contacts of all feet, J."""
     energy_j = 0.0
@@ -248,7 +248,7 @@ def divide_among_feet(plants: Record, states: Record) -> None:
     state.contact_n = total_n
 
 
-@kernel_within
+@kernel
 def _repeat_turns(curve: Record, memory: Record, whole: Record) -> None:
     """Repeat the turning points of another contact with a fresh one."""
     origin_m = whole.turns[0, U]
@@ -259,7 +259,7 @@ def _repeat_turns(curve: Record, memory: Record, whole: Record) -> None:
     move(curve, memory, whole.u_m)
 
 
-@kernel_within
+@kernel
 def _divide_springs(plant: Record, state: Record, k: int) -> float:
     """Give a foot its share of the springs of its group; return their force, N."""
     group = plant.groups[k]

@@ -10,7 +10,7 @@ has the term -r M x_s'' instead, which is infinite at each corner of the voltage
 
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel, kernel_within
+from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.feet import Path, bends, mean_place, way_on
 from stickslip_ros.drive.oscillator import SIXTH, Halves, swing_twice
@@ -114,7 +114,7 @@ def move_frame(
     state.centre_m_per_s = centre_m_per_s
 
 
-@kernel_within
+@kernel
 def frame_energy(plant: Record, state: Record) -> float:
     """Return the energy of the motion of the centre of mass, and of the spring of the frame, J."""
     frame, frame_m = plant.frame, frame_place(plant, state)

@@ -19,7 +19,7 @@ turning points are looked up lane by lane between these. Each drive has the bits
 import math
 from typing import Any
 
-from stickslip_ros.contact.kernel import kernel, kernel_apart, on_stack
+from stickslip_ros.contact.kernel import kernel, on_stack
 from stickslip_ros.contact.memory import Branch, branch_towards, force_ahead, move, stiffness_on
 from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind
 from stickslip_ros.drive.amplifier import clamp
@@ -206,7 +206,7 @@ def holding_stiffness(plant: Record, state: Record, speeding: float, h_s: float)
     return held_n_per_m
 
 
-@kernel_apart
+@kernel
 def _cut(lanes: Record, i: int, plant: Record) -> None:
     """End the step where sliding turns, a loop closes or a wall is met, if that is within it."""
     speed, speeding, jerk, h_s = lanes.speed[i], lanes.speeding[i], lanes.jerk[i], lanes.h_s[i]

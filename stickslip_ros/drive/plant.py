@@ -13,7 +13,7 @@ first of them turns, where a loop closes, and where a wall is met.
 import math
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel, kernel_apart, kernel_within
+from stickslip_ros.contact.kernel import kernel, kernel_apart
 from stickslip_ros.contact.laws import COULOMB
 from stickslip_ros.contact.memory import branch_towards, stiffness_on
 from stickslip_ros.contact.reaction import answer_towards, remembers_turns
@@ -101,7 +101,7 @@ def may_pass(state: Record) -> bool:
     return bool(state.passes_left >= 0)
 
 
-@kernel_within
+@kernel
 def step(
     plant: Record, state: Record, from_v: float, to_v: float, load_n: float, pace: Pace
 ) -> None:
@@ -141,7 +141,7 @@ class Ahead(NamedTuple):
     lasts_s: float  # Time for which all of it lasts
 
 
-@kernel_within
+@kernel
 def _look_ahead(
     plant: Record,
     state: Record,
@@ -212,7 +212,7 @@ def _look_ahead(
     return Ahead(tangent, driven, drag_n, held_n_per_m, lasts_s)
 
 
-@kernel_within
+@kernel
 def _go(
     plant: Record, state: Record, path: Path, load_n: float, longest_s: float, slack_m: float
 ) -> float:
@@ -244,7 +244,7 @@ def _go(
     return ahead.lasts_s
 
 
-@kernel_within
+@kernel
 def _swing(
     plant: Record,
     state: Record,

@@ -7,7 +7,7 @@ A load cell, fixed or touched, and end stops.
 
 import math
 
-from stickslip_ros.contact.kernel import kernel, kernel_within
+from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.record import Record
 
 
@@ -42,7 +42,7 @@ def wall_force(plant: Record, position_m: float) -> float:
     return plant.walls.cell_n_per_m * pressed_m + stops_force(plant, position_m)
 
 
-@kernel_within
+@kernel
 def cell_energy(plant: Record, position_m: float) -> float:
     """Return the elastic energy of the load cell, J."""
     pressed_m = max(position_m - plant.walls.gap_m, 0.0)
@@ -50,7 +50,7 @@ def cell_energy(plant: Record, position_m: float) -> float:
     return 0.5 * plant.cell_n_per_m * position_m * position_m + one_sided_j
 
 
-@kernel_within
+@kernel
 def stops_energy(plant: Record, position_m: float) -> float:
     """Return the elastic energy of the end stops, J."""
     if plant.walls.stop_n_per_m == 0.0:

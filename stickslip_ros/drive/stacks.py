@@ -8,7 +8,7 @@ oscillator does, along a straight line.
 
 """
 
-from stickslip_ros.contact.kernel import kernel, kernel_within
+from stickslip_ros.contact.kernel import kernel
 from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.feet import Path, bends, moving, ratio_of, way_on
 from stickslip_ros.drive.frame import holding_force
@@ -130,7 +130,7 @@ def note_ringing(plant: Record, state: Record) -> None:
     state.piezo.ring_m_per_s = ring_m_per_s
 
 
-@kernel_within
+@kernel
 def stacks_energy(plant: Record, state: Record) -> float:
     """Return the energy of bent stacks, and of the motion of feet against their centre of mass."""
     if not bends(plant):

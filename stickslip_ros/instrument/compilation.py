@@ -8,9 +8,10 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS, IDEAL_KERNELS = 160 + 3 * len(SENSORS), 74 + 3 * len(SENSORS)
+KERNELS, IDEAL_KERNELS = 188 + 3 * len(SENSORS), 81 + 3 * len(SENSORS)
 """What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet;
 of a sensor its loop, low-pass and display, at least."""
+LANES_KERNELS = 13  # what lanes of several drives take besides
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
 
@@ -50,7 +51,9 @@ def needs_all_kernels(parameters: Parameters) -> bool:
     return not plant_of(parameters)[0].only_long_steps
 
 
-def progress_reporter(say: Callable[[str], None], kernels: int = KERNELS) -> Callable[[int], None]:
+def progress_reporter(
+    say: Callable[[str], None], kernels: int = KERNELS + LANES_KERNELS
+) -> Callable[[int], None]:
     """
     Return a listener for ``compilation_reported`` that puts the progress into lines.
 

@@ -16,12 +16,12 @@ from stickslip_ros.cli.main import main
 from stickslip_ros.contact import kernel_cache
 from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.kernel_cache import Folders
-from stickslip_ros.instrument.compilation import IDEAL_KERNELS, KERNELS
+from stickslip_ros.instrument.compilation import IDEAL_KERNELS, KERNELS, LANES_KERNELS
 
 BIN = Path(sys.executable).parent
 REALISTIC = str(Path(__file__).parents[2] / 'config/realistic.yaml')
 LINE = 'compiling kernels, once: ({done}) of {kernels}'
-OF_ALL = LINE.format(done=r'\d+', kernels=KERNELS)
+OF_ALL = LINE.format(done=r'\d+', kernels=KERNELS + LANES_KERNELS)
 OF_IDEAL = LINE.format(done=r'\d+', kernels=IDEAL_KERNELS)
 TIMEOUT_S = 280.0
 """Long enough for a cold start beside other processes; the tests do not judge by it."""
@@ -65,12 +65,13 @@ def cold_demo(run: Callable) -> Any:
 
 
 @pytest.fixture(scope='module')
-def all_kept(run: Callable, cold_demo: Any) -> None:
+def all_kept(run: Callable, cold_demo: Any, files: Callable[[], list[Path]]) -> None:
     """Compile what the ideal drive of the demo does not need."""
     assert run('compile').returncode == 0
+    assert len(files()) == KERNELS + LANES_KERNELS
 
 
-@pytest.fixture
+@pytest.fixture(scope='module')
 def files(environment: dict[str, str]) -> Callable[[], list[Path]]:
     return lambda: sorted(Path(environment['NUMBA_CACHE_DIR']).rglob('*.nbc'))
 

@@ -21,7 +21,7 @@ from numba.core.caching import FunctionCache
 from stickslip_ros.contact import kernel_cache
 from stickslip_ros.contact.kernel import entry_point, in_python, kernel
 from stickslip_ros.contact.kernel_cache import CONFIG, Folders, cache_folders, why_not_kept
-from stickslip_ros.sources import FOLDERS
+from stickslip_ros.sources import FOLDERS, sources_digest
 
 BIN = Path(sys.executable).parent
 MINE = os.geteuid()
@@ -33,7 +33,7 @@ KEPT = '*.twice-*.nbc'
 
 def fresh_folders() -> Folders:
     """Ask again for what a program asks once."""
-    kernel_cache._digest.cache_clear()
+    sources_digest.cache_clear()
     folders: Folders = cache_folders.__wrapped__()
     return folders
 

@@ -12,7 +12,12 @@ from stickslip_ros.contact.kernel_cache import Folders
 from stickslip_ros.instrument import compilation
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.compilation import KERNELS, REPORT_EVERY, progress_reporter
+from stickslip_ros.instrument.compilation import (
+    KERNELS,
+    LANES_KERNELS,
+    REPORT_EVERY,
+    progress_reporter,
+)
 from stickslip_ros.instrument.reports import Result
 from stickslip_ros.parameters import Parameters, load_yaml
 
@@ -76,7 +81,8 @@ def test_it_is_told_how_many_kernels_were_compiled(monkeypatch):
         assert four_times(1.5) == 6.0
         assert four_times(2.5) == 10.0
     assert 'set NUMBA_CACHE_DIR' in lines.pop(0)
-    assert lines == [f'compiling kernels, once: {done} of {KERNELS}' for done in (0, 1)]
+    kernels = KERNELS + LANES_KERNELS
+    assert lines == [f'compiling kernels, once: {done} of {kernels}' for done in (0, 1)]
 
 
 def test_it_is_not_told_too_often():
