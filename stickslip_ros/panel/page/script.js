@@ -42,7 +42,8 @@ export function addScript(made) {
     lines.oninput();
   };
 
-  const time = () => Number(document.getElementById("time").textContent);
+  const time = () => Number(document.getElementById("time").textContent); // may lag behind events
+  const now = () => Math.max(time(), 1e-9 * (state.events.at(-1)?.time_ns ?? 0));
   const key = (event) => `${event.command} ${event.number}`;
   const refusal = () => state.notes[NAME] || { number: 0 };
   const show = (text, isBad = false) => {
@@ -54,7 +55,7 @@ export function addScript(made) {
   const begin = ([number, text]) => {
     const [name, seconds] = text.split(/\s+/), isWait = name === "wait";
     known = new Set(state.events.map(key));
-    waiting = { number, name, until: isWait ? time() + Number(seconds) : null, noted: refusal().number };
+    waiting = { number, name, until: isWait ? now() + Number(seconds) : null, noted: refusal().number };
     show(`line ${number}: ${text}`);
     if (!isWait) wish({ do: "line", name: NAME, text });
     else if (!(seconds >= 0)) fail("wait takes a time in s, such as wait 0.5");
