@@ -120,9 +120,8 @@ def _name() -> str:
     return f'stickslip_ros-{sources_digest(_package())}'
 
 
-sources_digest(
-    _package()
-)  # now, and not at the first kernel: sources may change while a program runs
+# Now, and not at the first kernel: sources may change while a program runs.
+sources_digest(_package())
 
 
 def _make(folder: Path) -> None:
