@@ -43,8 +43,8 @@ demo: $(VENV)/kernels.stamp ## run the instrument once: runs/demo.mcap and runs/
 	$(BIN)/stickslip demo $(ARGS)
 	@echo 'next: make panel, to see it move and to move it in the browser' >&2
 
-panel: $(VENV)/kernels.stamp ## a drive and its front panel in the browser, until Ctrl-C; ARGS='--port 0'
-	@$(BIN)/drive --ros-args --log-level warn & drive=$$!; \
+panel: $(VENV)/kernels.stamp ## a drive, its runner free, and its front panel in the browser, until Ctrl-C; ARGS='--port 0'
+	@$(BIN)/drive --ros-args --log-level warn -p load_cell.contact:=absent & drive=$$!; \
 	trap 'kill $$drive 2> /dev/null; wait $$drive' EXIT; trap : INT TERM; \
 	$(BIN)/stickslip panel $(ARGS) || test $$? -eq 130
 
@@ -69,7 +69,7 @@ evidence: $(VENV)/kernels.stamp ## make the references of the self-test anew, fa
 	PYTHONPATH=test $(BIN)/python -m evidence
 	$(if $(filter --foreign,$(ARGS)),$(MAKE) foreign)
 
-foreign: $(CODES)/lock.stamp ## ask codes that others wrote: stickslip_ros/validation/foreign.csv
+foreign: $(CODES)/lock.stamp ## ask codes that others wrote: stickslip_ros/lab/validation/foreign.csv
 	PYTHONPATH="$(CURDIR)/test:$(CURDIR)" OMP_NUM_THREADS=1 $(CODES)/bin/python -m evidence.foreign
 
 same: $(VENV)/kernels.stamp ## record the same runs on a commit and here, compare the bytes; ARGS=COMMIT
@@ -89,7 +89,7 @@ lint-format: $(VENV)/project.stamp
 
 lint-types: $(VENV)/project.stamp
 	$(BIN)/mypy
-	$(BIN)/mypy --explicit-package-bases test/*/conftest.py
+	$(BIN)/mypy --explicit-package-bases test/*/conftest.py test/lab/*/conftest.py
 
 lint-imports: $(VENV)/project.stamp
 	$(BIN)/lint-imports
@@ -158,9 +158,9 @@ $(VENV)/project.stamp: $(VENV)/lock.stamp setup.py setup.cfg package.xml
 	@$(BIN)/python $(PIP) install --no-deps --no-build-isolation --editable .
 	@touch $@
 
-# What the digest of kernel_cache.py is made of. Where make takes kernels for older than they are,
+# What the digest of kernels/cache.py is made of. Where make takes kernels for older than they are,
 # the verb finds nothing to do.
-$(VENV)/kernels.stamp: $(VENV)/project.stamp $(wildcard $(addprefix stickslip_ros/,contact/*.py drive/*.py instrument/*.py))
+$(VENV)/kernels.stamp: $(VENV)/project.stamp $(wildcard $(addprefix stickslip_ros/,kernels/*.py contact/*.py drive/*.py instrument/*.py))
 	@echo "3 of 3: compiling the kernels, about a minute, once; they are kept"
 	@$(BIN)/stickslip compile
 	@touch $@

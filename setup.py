@@ -61,9 +61,10 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed', '*.pyi'],
-        f'{NAME}.comparison': ['templates/*.html'],
-        f'{NAME}.panel': ['page/*'],
-        f'{NAME}.validation': ['*.csv'],
+        f'{NAME}.lab.comparison': ['templates/*.html'],
+        f'{NAME}.lab.panel': ['page/*'],
+        f'{NAME}.lab.runs': ['*.mplstyle'],
+        f'{NAME}.lab.validation': ['*.csv'],
     },
     data_files=data_files,
     python_requires='>=3.10',
@@ -77,8 +78,7 @@ setup(
         'jinja2',
         'pandas',
         'PyYAML',
-        'mcap>=1.5',
-        'mcap-ros2-support',
+        'mcap>=1.5',  # brings lz4 and zstandard
         'rich',
     ],
     extras_require={
@@ -113,6 +113,7 @@ setup(
             'cma',
             'control',
             'hypothesis',
+            'mcap-ros2-support',
             'rosbags',
             'distributed',
             'gymnasium',
@@ -137,9 +138,8 @@ setup(
     },
     entry_points={
         'console_scripts': [
-            'stickslip = stickslip_ros.entry:stickslip',
-            'drive = stickslip_ros.entry:drive',
-            'position_controller = stickslip_ros.entry:position_controller',
+            'stickslip = stickslip_ros.lab.cli.start:stickslip',
+            'drive = stickslip_ros.ros.start:drive',
         ],
     },
     zip_safe=False,  # numba keeps its compiled kernels beside the source

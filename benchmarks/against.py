@@ -5,31 +5,31 @@ import subprocess
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.clock import Array
 from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
 from benchmarks.start import NODE, ROOT, SIMULATE, ProgramError, run_python
+from stickslip_ros.arrays import Array
 
 COMPILE = """
 import sys
-from stickslip_ros.cli.main import main
+from stickslip_ros.lab.cli.main import main
 sys.exit(main(['compile', '--json']))
 """
 DRIVE = """
 from benchmarks.case import Ours, standard_case
 WORK = 200
-run = Ours(standard_case({changes}), WORK)
+run = Ours(standard_case(), WORK)
 """
 BENCH = """
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.sawtooth_run import voltage_for
+from stickslip_ros.lab.runs.sawtooth_run import voltage_for
 WORK = 200
 parameters = Parameters().updated({'stand.preload': 0.7})
 bench = Bench(parameters)
@@ -51,32 +51,16 @@ calls = math.ceil({least_s} / (seconds(1) * WORK))
 print(sorted(seconds(calls) for _ in range(5))[2])
 """
 """Prints the median processor time per unit of work, s; ``run`` has compiled before."""
-COLD_ROUNDS = 2
-WARM_ROUNDS = 5
+COLD_ROUNDS, WARM_ROUNDS = 2, 5
 
 
-@dataclass(frozen=True)
-class Measure:
-    """
-    Something that both trees do.
-
-    Attributes
-    ----------
-    name : str
-        What it is.
-    code : str
-        A Python program.
-    empties : bool
-        Whether its kernel cache is empty; else the tree has filled it before.
-    prints : bool
-        Whether the program prints the seconds that count; else all of its processor time does.
-
-    """
+class Measure(NamedTuple):
+    """A Python program that both trees run."""
 
     name: str
     code: str
-    empties: bool = False
-    prints: bool = False
+    empties: bool = False  # whether its kernel cache is empty; else the tree has filled it before
+    prints: bool = False  # whether it prints the seconds that count; else all of its time does
 
 
 def measures(sizes: Sizes) -> list[Measure]:
@@ -87,34 +71,16 @@ def measures(sizes: Sizes) -> list[Measure]:
         Measure('simulate, empty cache', SIMULATE, empties=True),
         Measure('node until active, empty cache', NODE, empties=True),
     ]
-    warm = [
+    return cold * sizes.cold + [
         Measure('simulate', SIMULATE),
         Measure('node until active', NODE),
-        Measure('drive, default step, a cycle', DRIVE.format(changes='{}') + timed, prints=True),
-        Measure(
-            'drive, sim.dt=5e-6, a cycle',
-            DRIVE.format(changes="{'sim.dt': 5e-6}") + timed,
-            prints=True,
-        ),
+        Measure('drive, default step, a cycle', DRIVE + timed, prints=True),
         Measure('Bench.update with sensors, a block of 1 ms', BENCH + timed, prints=True),
     ]
-    return [*cold, *warm] if sizes.cold else warm
 
 
 def run(commit: str, sizes: Sizes, root: Path = ROOT) -> Outcome:
-    """
-    Compare this tree, as it is, with a commit.
-
-    Parameters
-    ----------
-    commit : str
-        What ``commit_of`` gave.
-    sizes : Sizes
-        Rounds, and whether to compile.
-    root : Path
-        This tree.
-
-    """
+    """Compare this tree, as it is, with a commit that ``commit_of`` gave."""
     rows: list[Row] = []
     notes = [
         'processor seconds, medians; ratio: of this tree to the commit, of each round',
@@ -123,10 +89,9 @@ def run(commit: str, sizes: Sizes, root: Path = ROOT) -> Outcome:
     ]
     with tempfile.TemporaryDirectory() as folder, tree_of(root, commit, Path(folder)) as other:
         for measure in measures(sizes):
-            most = COLD_ROUNDS if measure.empties else WARM_ROUNDS
             trees = {'this tree': root, 'the commit': other}
             try:
-                seconds = _in_turn(measure, trees, Path(folder), min(sizes.rounds, most))
+                seconds = _in_turn(measure, trees, Path(folder), sizes.rounds)
             except ProgramError as error:
                 notes.append(f'{measure.name}: left out: {error}')
                 continue
@@ -168,6 +133,7 @@ def tree_of(root: Path, commit: str, folder: Path) -> Iterator[Path]:
 
 def _in_turn(measure: Measure, trees: dict[str, Path], folder: Path, rounds: int) -> Array:
     """Return processor seconds, shape (rounds, trees), of A B A B ..."""
+    rounds = min(rounds, COLD_ROUNDS if measure.empties else WARM_ROUNDS)
     seconds = np.empty((rounds, len(trees)))
     for i in range(rounds if measure.empties else rounds + 1):
         for j, (name, tree) in enumerate(trees.items()):

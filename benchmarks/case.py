@@ -5,13 +5,13 @@ from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.clock import Array
+from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import RAMP_MEAN, advance
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.ledger import take_ledger
 from stickslip_ros.drive.waveform import sawtooth
+from stickslip_ros.lab.runs.sawtooth_run import relative_residual, voltage_for
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.sawtooth_run import relative_residual, voltage_for
 
 PRELOAD_N = 0.7
 AMPLITUDE_M = 130e-9
@@ -30,17 +30,7 @@ def standard_case(changes: Mapping[str, object] | None = None) -> Parameters:
 
 
 class Ours:
-    """
-    The drive alone: ``advance`` over some cycles, from rest.
-
-    Parameters
-    ----------
-    parameters : Parameters
-        The stand.
-    cycles : int
-        Cycles of the saw-tooth.
-
-    """
+    """The drive alone: ``advance`` over some cycles of the saw-tooth, from rest."""
 
     def __init__(self, parameters: Parameters, cycles: int) -> None:
         self.plants = plant_of(parameters)
@@ -64,11 +54,6 @@ class Ours:
     def energy_residual(self) -> float:
         """Return what the energy balance of the last run misses, relative to the feet's work."""
         return abs(relative_residual(take_ledger(self.plants, self._states)))
-
-
-def last_error(forces_n: Array, reference_n: Array) -> float:
-    """Return the error of the mean force of the last cycle, relative to the reference."""
-    return abs(float(forces_n[-1] / reference_n[-1]) - 1.0)
 
 
 def worst_error(forces_n: Array, reference_n: Array) -> float:

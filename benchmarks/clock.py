@@ -4,28 +4,16 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.sizes import Sizes
+from stickslip_ros.arrays import Array
 
-Array = NDArray[np.float64]
 
-
-@dataclass(frozen=True)
-class Program:
-    """
-    Something to time.
-
-    Attributes
-    ----------
-    run : callable
-        Does the work once.
-    work : float
-        How much work that is: simulated seconds, moves, ...; times are given per unit of it.
-
-    """
+class Program(NamedTuple):
+    """Something to time: what does the work once, and how much that is, as simulated seconds."""
 
     run: Callable[[], object]
     work: float
@@ -33,17 +21,7 @@ class Program:
 
 @dataclass(frozen=True)
 class Times:
-    """
-    Times of several programs that ran in turn.
-
-    Attributes
-    ----------
-    seconds : array, shape (programs, rounds)
-        Wall-clock seconds per unit of work.
-    cpu_seconds : array, shape (programs, rounds)
-        Processor seconds of this process, all threads together, per unit of work.
-
-    """
+    """Seconds per unit of work, by the clock and of the processor, shape (programs, rounds)."""
 
     seconds: Array
     cpu_seconds: Array
@@ -51,10 +29,6 @@ class Times:
     def median(self, program: int) -> float:
         """Return the median time of a program per unit of work, s."""
         return float(np.median(self.seconds[program]))
-
-    def cores(self, program: int) -> float:
-        """Return how many cores a program was given; fewer than it has threads if others ran."""
-        return float(np.median(self.cpu_seconds[program] / self.seconds[program]))
 
     def ratios(self, program: int, other: int = 0) -> Array:
         """Return how many times longer a program took than another, in each round."""
@@ -71,13 +45,7 @@ class Times:
 
 
 def in_turn(programs: Sequence[Program], sizes: Sizes) -> Times:
-    """
-    Run programs in turn.
-
-    Each is run once beforehand, which compiles it, and a second time, if ``sizes.least_s`` is not
-    0, to find out how often it must be repeated to take that long.
-
-    """
+    """Run programs in turn, after a first run, which compiles; quick ones are repeated."""
     for program in programs:
         program.run()
     calls = [_calls(program, sizes.least_s) for program in programs]

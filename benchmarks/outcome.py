@@ -7,19 +7,7 @@ Row = dict[str, str | float]
 
 @dataclass(frozen=True)
 class Verdict:
-    """
-    A target and what became of it.
-
-    Attributes
-    ----------
-    target : str
-        What was wanted, in words.
-    wanted, found : float
-        Numbers.
-    at_most : bool
-        Whether ``wanted`` is an upper limit.
-
-    """
+    """A target in words, what was wanted at least, or at most, and what was found."""
 
     target: str
     wanted: float
@@ -34,21 +22,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Outcome:
-    """
-    The tables of one benchmark.
-
-    Attributes
-    ----------
-    title : str
-        What is compared.
-    rows : list of dict
-        All with the same keys.
-    verdicts : list of Verdict
-        Targets.
-    notes : list of str
-        What the reader must know.
-
-    """
+    """The table of one benchmark: rows with the same keys, targets, what the reader must know."""
 
     title: str
     rows: list[Row]

@@ -19,12 +19,12 @@ from rich.console import Console
 from rich.table import Table
 
 import stickslip_ros
+from benchmarks.against import git
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.wishes import wishes_of
 
 FOLDER = Path(__file__).resolve().parent
-RESULTS = FOLDER / 'results.json'
-README = FOLDER / 'README.md'
+RESULTS, README = FOLDER / 'results.json', FOLDER / 'README.md'
 BEGIN, END = '<!-- results: written by `make bench` -->', '<!-- end of the results -->'
 
 
@@ -58,22 +58,7 @@ def show(outcome: Outcome, console: Console) -> None:
     for note in outcome.notes:
         console.print(f'  {note}', style='dim', highlight=False)
     for verdict in outcome.verdicts:
-        console.print(f'  {_verdict_text(asdict(verdict) | {"met": verdict.met})}')
-
-
-def show_kept(console: Console, path: Path = RESULTS) -> None:
-    """Print the tables of the results file."""
-    kept = json.loads(path.read_text(encoding='utf-8'))
-    console.print(_heading(kept))
-    for name, entry in (kept['benchmarks'] | kept['long']).items():
-        if 'commit' in entry:
-            console.print('', _heading(entry), sep='\n')
-        rows = [{k: math.nan if v is None else v for k, v in row.items()} for row in entry['rows']]
-        verdicts = [
-            Verdict(*(each[key] for key in ('target', 'wanted', 'found', 'at_most')))
-            for each in entry['verdicts']
-        ]
-        show(Outcome(f'{name}: {entry["title"]}', rows, verdicts, entry['notes']), console)
+        console.print(f'  {_words_of(verdict)}')
 
 
 def circumstances() -> dict[str, Any]:
@@ -92,15 +77,6 @@ def circumstances() -> dict[str, Any]:
     }
 
 
-def no_results() -> dict[str, Any]:
-    """Return results without any benchmark: those of every run, and those of long runs."""
-    return {
-        **dict.fromkeys(('date', 'machine', 'commit', 'versions')),
-        'benchmarks': {},
-        'long': {},
-    }
-
-
 def entry_of(outcome: Outcome, seconds: float) -> dict[str, Any]:
     """Return what the results hold of one benchmark."""
     return {
@@ -110,32 +86,6 @@ def entry_of(outcome: Outcome, seconds: float) -> dict[str, Any]:
         'verdicts': [asdict(v) | {'met': v.met} for v in outcome.verdicts],
         'notes': outcome.notes,
     }
-
-
-def keep(
-    results: Mapping[str, Any], *, is_whole: bool, path: Path = RESULTS, readme: Path = README
-) -> None:
-    """
-    Put results into the results file and the README.
-
-    Parameters
-    ----------
-    results : mapping
-        Of a run.
-    is_whole : bool
-        Whether all benchmarks were run; otherwise only the long ones among them are kept. Long
-        ones that were not run stay as they are.
-    path, readme : Path
-        The files.
-
-    """
-    if not is_whole and not results['long']:
-        return
-    kept = json.loads(path.read_text(encoding='utf-8'))
-    long = kept.get('long', {}) | results['long']
-    merged = dict(results if is_whole else kept) | {'long': dict(sorted(long.items()))}
-    write_results(merged, path)
-    write_readme(merged, readme)
 
 
 def write_results(results: Mapping[str, Any], path: Path) -> None:
@@ -153,7 +103,7 @@ def write_readme(results: Mapping[str, Any], path: Path = README) -> None:
 
 def markdown_of(results: Mapping[str, Any]) -> str:
     """Return a table of what users want, and the targets that are missed, as Markdown."""
-    entries = (results['benchmarks'] | results['long']).items()
+    entries = results['benchmarks'].items()
     targets = [(name, verdict) for name, entry in entries for verdict in entry['verdicts']]
     missed = Counter(name for name, verdict in targets if not verdict['met'])
     return '\n'.join(
@@ -190,11 +140,10 @@ def _markdown_table(rows: Sequence[Mapping[str, Any]]) -> list[str]:
     return [f'| {" | ".join(line)} |' for line in (head, marks, *cells)] + ['']
 
 
-def _verdict_text(verdict: Mapping[str, Any]) -> str:
-    sign = '<=' if verdict['at_most'] else '>='
-    state = 'met' if verdict['met'] else 'MISSED'
-    wanted, found = text_of(verdict['wanted']), text_of(verdict['found'])
-    return f'{state}: {verdict["target"]}: {found} (wanted {sign} {wanted})'
+def _words_of(verdict: Verdict) -> str:
+    sign, state = '<=' if verdict.at_most else '>=', 'met' if verdict.met else 'MISSED'
+    wanted, found = text_of(verdict.wanted), text_of(verdict.found)
+    return f'{state}: {verdict.target}: {found} (wanted {sign} {wanted})'
 
 
 def _machine() -> dict[str, str | float | None]:
@@ -209,15 +158,10 @@ def _machine() -> dict[str, str | float | None]:
 def _commit() -> str:
     """Return the commit that was run; a tree with changes is marked."""
     try:
-        head = _git('rev-parse', '--short=12', 'HEAD')
-        return head + (' with changes' if _git('status', '--porcelain') else '')
+        head = git(FOLDER, 'rev-parse', '--short=12', 'HEAD')
+        return head + (' with changes' if git(FOLDER, 'status', '--porcelain') else '')
     except (OSError, subprocess.CalledProcessError):
         return 'unknown'
-
-
-def _git(*words: str) -> str:
-    done = subprocess.run(['git', *words], cwd=FOLDER, check=True, capture_output=True, text=True)
-    return done.stdout.strip()
 
 
 def _processor() -> str:

@@ -3,8 +3,7 @@ The algorithm of the paper (Section 3.4), written plainly.
 
 Every spring of every contact is checked in every time step: it sticks, or slips at mu f_z. The
 runner (Eq. 20) is stepped by velocity Verlet with a fixed small step; the ramps and falls of the
-saw-tooth begin and end with a step. Once vectorised over the springs in NumPy, once spring by
-spring, for numba to compile.
+saw-tooth begin and end with a step.
 
 """
 
@@ -16,16 +15,16 @@ import numba
 import numpy as np
 
 from benchmarks.case import AMPLITUDE_M, PERIOD_S
-from benchmarks.clock import Array
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact.hemisphere import elasticity_of
 from stickslip_ros.contact.mdr import Elasticity, Presliding
 from stickslip_ros.contact.profile import LineProfile, PowerProfile
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.parameters import Parameters
 
-SIX, GROUPS, HALVES = 'six contacts', 'two groups', 'two groups, half of each'
-"""Which springs are stepped: all; those of one upper and one lower contact, the others being
-equal to them; only those on one side of the middle, the others being equal to them."""
+SIX, HALVES = 'six contacts', 'two groups, half of each'
+"""Which springs are stepped: all; or those of one upper and one lower contact, on one side of the
+middle, as the others are equal to them."""
 UPPER, LOWER = 0, 2
 BISECTIONS = 100
 
@@ -33,38 +32,18 @@ Loop = Callable[[Array, Array, Array, float, float, Array, Array], None]
 
 
 class Springs(NamedTuple):
-    """
-    The springs in contact.
-
-    Attributes
-    ----------
-    shear_n_per_m, limit_n : array, shape (springs,)
-        Tangential stiffness G* dx, and the force mu f_z at which a spring slips.
-
-    """
+    """The springs in contact: stiffness G* dx, and the force mu f_z at which they slip."""
 
     shear_n_per_m: Array
     limit_n: Array
 
 
 class Grid(NamedTuple):
-    """
-    How finely the paper's algorithm computes.
+    """How finely the paper's algorithm computes."""
 
-    Attributes
-    ----------
-    springs : int
-        Springs per contact; 0 for a rough line, which has its own.
-    step_s : float
-        Time step on the ramp.
-    fall_steps : int
-        Steps in one fall.
-
-    """
-
-    springs: int
-    step_s: float
-    fall_steps: int
+    springs: int  # per contact; 0 for a rough line, which has its own
+    step_s: float  # on the ramp
+    fall_steps: int  # in one fall
 
     def cost(self) -> float:
         """Return springs times steps of a cycle, up to a factor."""
@@ -129,13 +108,10 @@ def _loaded(pressed_m: Array, dx_m: float, elasticity: Elasticity, friction: flo
 
 def path_of(parameters: Parameters, grid: Grid, cycles: int) -> Array:
     """
-    Return the motion of the feet, stretch by stretch.
+    Return the motion of the feet, stretch by stretch, shape (2 cycles - 1, 4).
 
-    Returns
-    -------
-    array, shape (2 cycles - 1, 4)
-        Foot displacement at the start and at the end, m; number of steps; their length, s. The
-        first cycle has no fall, then fall and ramp alternate.
+    Foot displacement at the start and at the end, m; number of steps; their length, s. The first
+    cycle has no fall, then fall and ramp alternate.
 
     """
     rise_v = AMPLITUDE_M / parameters.actuator.gain
@@ -147,12 +123,6 @@ def path_of(parameters: Parameters, grid: Grid, cycles: int) -> Array:
         steps = math.ceil(time_s / grid.step_s)
         ramps.append((start_m, AMPLITUDE_M, steps, time_s / steps))
     return np.array([ramps[0]] + [fall, ramps[1]] * (cycles - 1))
-
-
-def mean_forces(parameters: Parameters, integrals: Array) -> Array:
-    """Return the mean force of every cycle, N, from the integral of x after every stretch."""
-    ends = np.concatenate(([0.0], integrals[::2]))
-    return np.asarray(parameters.load_cell.stiffness * np.diff(ends) / PERIOD_S)
 
 
 def spring_by_spring(
@@ -183,51 +153,6 @@ def spring_by_spring(
         integrals[s] = integral
 
 
-def all_springs_at_once(
-    shear: Array, limit: Array, q: Array, mass: float, cell: float, path: Array, integrals: Array
-) -> None:
-    """Step the drive in NumPy, as one writes it."""
-    q = np.zeros_like(q)
-    x = v = force = u = integral = 0.0
-    for s, (start, end, steps, dt) in enumerate(path.tolist()):
-        for i in range(1, int(steps) + 1):
-            v += 0.5 * dt * (-cell * x - force) / mass
-            integral += 0.5 * dt * x
-            x += dt * v
-            integral += 0.5 * dt * x
-            du = x - (start + (end - start) * (i / steps)) - u
-            u += du
-            q = np.clip(q + shear * du, -limit, limit)
-            force = float(np.sum(q))
-            v += 0.5 * dt * (-cell * x - force) / mass
-        integrals[s] = integral
-
-
-def all_springs_in_place(
-    shear: Array, limit: Array, q: Array, mass: float, cell: float, path: Array, integrals: Array
-) -> None:
-    """Step the drive in NumPy; nothing is allocated for the springs in the loop."""
-    q[:] = 0.0
-    moved = np.empty_like(q)
-    lower = -limit
-    x = v = force = u = integral = 0.0
-    for s, (start, end, steps, dt) in enumerate(path.tolist()):
-        for i in range(1, int(steps) + 1):
-            v += 0.5 * dt * (-cell * x - force) / mass
-            integral += 0.5 * dt * x
-            x += dt * v
-            integral += 0.5 * dt * x
-            du = x - (start + (end - start) * (i / steps)) - u
-            u += du
-            np.multiply(shear, du, out=moved)
-            q += moved
-            np.maximum(q, lower, out=q)
-            np.minimum(q, limit, out=q)
-            force = float(q.sum())
-            v += 0.5 * dt * (-cell * x - force) / mass
-        integrals[s] = integral
-
-
 # No cache: numba's does not tell the two apart.
 compiled: Loop = numba.njit()(spring_by_spring)
 """One spring after the other, in the order written."""
@@ -236,23 +161,7 @@ vectorised: Loop = numba.njit(fastmath=True)(spring_by_spring)
 
 
 class Rival:
-    """
-    The paper's algorithm on the standard case.
-
-    Parameters
-    ----------
-    loop : callable
-        ``compiled``, ``vectorised``, ``all_springs_at_once`` or ``all_springs_in_place``.
-    parameters : Parameters
-        The stand.
-    springs : Springs
-        What is stepped.
-    grid : Grid
-        Time steps.
-    cycles : int
-        Cycles of the saw-tooth.
-
-    """
+    """The paper's algorithm over some cycles of the saw-tooth: ``compiled`` or ``vectorised``."""
 
     def __init__(
         self, loop: Loop, parameters: Parameters, springs: Springs, grid: Grid, cycles: int
@@ -269,4 +178,5 @@ class Rival:
         """Run, and return the mean force of every cycle, N."""
         mass_kg, cell = self._parameters.runner.mass, self._parameters.load_cell.stiffness
         self._loop(*self._springs, self._forces_n, mass_kg, cell, self._path, self._integrals)
-        return mean_forces(self._parameters, self._integrals)
+        ends = np.concatenate(([0.0], self._integrals[::2]))
+        return np.asarray(cell * np.diff(ends) / PERIOD_S)

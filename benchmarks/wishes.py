@@ -11,40 +11,22 @@ class Wish(NamedTuple):
 
     what: str
     benchmark: str
-    ours: dict[str, str]
-    """Cells that tell our row."""
-    column: str
-    """What is shown of both rows, unless a number of its own stands for the limit."""
+    ours: dict[str, str]  # cells that tell our row
+    column: str  # what is shown of both rows
     unit: str
     rival: dict[str, str]
     said: str
-    ratio: Callable[[Row, Row], float]
-    """Time or cost of ours over that of the other: of the two rows."""
+    ratio: Callable[[Row, Row], float]  # of the two rows: time or cost of ours over the other's
 
 
-def told(column: str) -> Callable[[Row, Row], float]:
-    """Take the ratio that stands in the row of the other."""
-    return lambda _, other: other[column]
+def longer(us: Row, it: Row) -> float:
+    """Return how much more processor time ours takes."""
+    return float(us['processor_seconds'] / it['processor_seconds'])
 
 
-def inverse(column: str) -> Callable[[Row, Row], float]:
-    """Take one over the ratio that stands in the row of the other."""
-    return lambda _, other: 1.0 / other[column]
-
-
-def over(column: str) -> Callable[[Row, Row], float]:
-    """Divide what both rows have in a column."""
-    return lambda ours, other: ours[column] / other[column]
-
-
-def own(column: str) -> Callable[[Row, Row], float]:
-    """Take the ratio that stands in our row."""
-    return lambda ours, _: ours[column]
-
-
-def slower(ours: Row, other: Row) -> float:
-    """Return how much more time ours takes, of rows that tell speeds."""
-    return float(other['times_real_time'] / ours['times_real_time'])
+def slower(us: Row, it: Row) -> float:
+    """Return the same of rows that tell speeds."""
+    return float(it['times_real_time'] / us['times_real_time'])
 
 
 X_REAL, OURS = 'times real time', {'program': 'ours'}
@@ -53,54 +35,52 @@ NODE, KEPT = {'program': 'the node'}, {'program': 'message objects, kept'}
 IMPORTS, ROS_IMPORTS = ({'process': f'import {name} and numba'} for name in ('numpy', 'rclpy'))
 AS_DRIVE = {'program': 'drive.advance', 'longest_step': '5 us'}
 WISHES = (
-    Wish('simulate the drive', 'paper', OURS, 'times_real_time', X_REAL,
-         COMPILED | {'springs_stepped': 'six contacts, 360'},
-         "the paper's algorithm, compiled", inverse('ratio')),
-    Wish('the same', 'paper', OURS, 'times_real_time', X_REAL,
-         SIMD | {'springs_stepped': 'two groups, half of each, 60'},
-         'its shortest form, eight springs an instruction', inverse('ratio')),
+    Wish('simulate the drive', 'paper', OURS, 'times_real_time', X_REAL, COMPILED,
+         "the paper's algorithm, compiled", lambda _, it: 1.0 / it['ratio']),
+    Wish('the same', 'paper', OURS, 'times_real_time', X_REAL, SIMD,
+         'its shortest form, eight springs an instruction', lambda _, it: 1.0 / it['ratio']),
     Wish('six rough lines', 'paper-line', OURS, 'times_real_time', X_REAL, SIMD,
-         "the paper's algorithm, eight springs an instruction", inverse('ratio')),
+         "the paper's algorithm, eight springs an instruction", lambda _, it: 1.0 / it['ratio']),
     Wish('simulate at the default step', 'c', OURS | {'longest_step': '5 us'}, 'times_real_time',
          X_REAL, {'program': 'C', 'longest_step': '5 us'}, 'our algorithm in C',
-         told('ours_over_this')),
+         lambda _, it: it['ours_over_this']),
     Wish('simulate with sensors', 'speed', {'program': 'simulate, no file'}, 'times_real_time',
          X_REAL, AS_DRIVE, 'the drive alone', slower),
     Wish('simulate and record', 'speed', {'program': 'simulate'}, 'times_real_time', X_REAL,
          AS_DRIVE, 'the drive alone', slower),
     Wish('another friction law', 'lugre', OURS, 'times_real_time', X_REAL,
-         {'program': 'scipy LSODA'}, 'LuGre by LSODA of scipy', inverse('ratio')),
+         {'program': 'scipy LSODA'}, 'LuGre by LSODA of scipy', lambda _, it: 1.0 / it['ratio']),
     Wish('record', 'node-recording', {'program': 'the node, recording'}, 'cpu_percent',
-         '% of a core', NODE, 'the node without', told('recording_over_this')),
+         '% of a core', NODE, 'the node without', lambda _, it: it['recording_over_this']),
     Wish('sweep, preloads shared by 8', 'sweeps', {'sweep': 'one for every 8 cases'},
-         'cpu_ms_per_case', 'ms a case', {}, 'the drive alone', own('ratio')),
+         'cpu_ms_per_case', 'ms a case', {}, 'the drive alone', lambda us, _: us['ratio']),
     Wish('sweep, a preload each', 'sweeps', {'sweep': 'a new preload for every case'},
-         'cpu_ms_per_case', 'ms a case', {}, 'the drive alone', own('ratio')),
+         'cpu_ms_per_case', 'ms a case', {}, 'the drive alone', lambda us, _: us['ratio']),
     Wish('run the node', 'node-cpu', NODE, 'cpu_percent', '% of a core', KEPT,
-         'a bare loop that publishes the same', told('node_over_this')),
+         'a bare loop that publishes the same', lambda _, it: it['node_over_this']),
     Wish('ticks on time', 'node-lateness', NODE, 'mean_us', 'us late', KEPT, 'the same loop',
-         told('node_over_this_mean')),
+         lambda _, it: it['node_over_this_mean']),
     Wish('command to effect', 'node-latency', NODE, 'median_ms', 'ms',
-         {'program': 'bare echo'}, 'a bare echo', told('node_over_this_median')),
+         {'program': 'bare echo'}, 'a bare echo', lambda _, it: it['node_over_this_median']),
     Wish('lockstep', 'node-lockstep', {'program': 'the node and its LockstepClient'},
          'round_trips_per_s', 'round trips a second',
          {'program': 'bare ping-pong, with all messages of the node'}, 'a bare ping-pong',
-         inverse('node_over_this')),
+         lambda _, it: 1.0 / it['node_over_this']),
     Wish('start, `simulate`', 'start', {'process': 'stickslip simulate, kernels cached'},
          'processor_seconds', 's', IMPORTS, 'import of numpy and numba',
-         over('processor_seconds')),
+         longer),
     Wish('start, the node', 'start', {'process': 'node until active, kernels cached'},
          'processor_seconds', 's', ROS_IMPORTS, 'import of rclpy and numba',
-         over('processor_seconds')),
+         longer),
     Wish('first start, the node', 'start', {'process': 'node until active, empty cache'},
          'processor_seconds', 's', {'process': 'node until active, kernels cached'},
-         'a later start', over('processor_seconds')),
+         'a later start', longer),
     Wish('search a wave, two workers', 'optimise', {'objective': 'force'}, 'two_workers_per_s',
          'evaluations a second', {}, 'twice one worker',
-         lambda ours, _: 1.0 / ours['efficiency']),
-    Wish('learn, Gymnasium', 'gym', {'actions': 'voltage', 'program': 'gymnasium.Env.step'},
-         'steps_per_s', 'steps a second', {'actions': 'voltage', 'program': 'Bench.update'},
-         'the bench alone', own('ratio')),
+         lambda us, _: 1.0 / us['efficiency']),
+    Wish('learn, Gymnasium', 'gym', {'program': 'gymnasium.Env.step'},
+         'steps_per_s', 'steps a second', {'program': 'Bench.update'},
+         'the bench alone', lambda us, _: us['ratio']),
 )  # fmt: skip
 
 

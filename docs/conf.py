@@ -1,13 +1,16 @@
 """How Sphinx builds these pages: `make docs`; rosdoc2 reads the same file."""
 
 import os
+import re
 from importlib.util import find_spec
 from pathlib import Path
 
 from pygments.lexers.special import TextLexer
 
 import stickslip_ros
-from stickslip_ros.cli.main import VERBS, build_parser
+from stickslip_ros.lab.cli.main import VERBS, build_parser
+from stickslip_ros.parameters.tree import Parameters, specs
+from stickslip_ros.parameters.yaml_form import format_value
 
 WITH_NOTEBOOKS = find_spec('myst_nb') is not None
 
@@ -36,7 +39,7 @@ html_css_files = ['wide.css']
 html_show_search_summary = False  # which a browser does not fetch from file://
 html_title = f'stickslip_ros {release}'
 
-myst_enable_extensions = ['dollarmath']
+myst_enable_extensions = ['attrs_inline', 'dollarmath']
 myst_heading_anchors = 3
 nb_execution_mode = 'force'
 nb_execution_in_temp = True
@@ -67,8 +70,29 @@ def add_help_of_verbs(_app, page, source):
     source[0] += '\n' + '\n'.join(parts)
 
 
+def add_parameters(_app, page, source):
+    """Append to the page of the parameters a table of each group; each parameter is an anchor."""
+    if page != 'reference/parameters':
+        return
+    defaults, group = Parameters().flat(), None
+    for name, spec in specs().items():
+        if (of := name.rpartition('.')[0]) != group:
+            group = of
+            source[0] += f'\n## {group or "node"}\n\n| parameter | default | bounds | meaning |\n'
+            source[0] += '|---|---|---|---|\n'
+        default = f'`{format_value(defaults[name])}` {spec.unit}'.rstrip()
+        bounds = ', '.join(f'`{each}`' for each in spec.choices or ())
+        if spec.minimum is not None:
+            bounds = f'{spec.minimum:g} to {spec.maximum:g}'
+        told = f'{spec.text.replace("|", "&#124;")} ({spec.source})'
+        anchor = re.sub('[._]', '-', name)  # as docutils would make of it
+        source[0] += f'| `{name}`{{#{anchor}}} | {default} | {bounds} | {told} |\n'
+
+
 def setup(app):
     """Register what is built with the pages."""
     app.add_lexer('csv', TextLexer)
     app.connect('source-read', add_help_of_verbs)
-    app.connect('env-get-outdated', lambda *_: ['reference/verbs'])  # its help is in the code
+    app.connect('source-read', add_parameters)
+    in_the_code = ['reference/verbs', 'reference/parameters']
+    app.connect('env-get-outdated', lambda *_: in_the_code)

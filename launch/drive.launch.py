@@ -17,9 +17,11 @@ ARGUMENTS = {
     'record': ('', f'true or false: record from the activation on; {IN_FILE}'),
     'seed': ('', f'sim.seed; {IN_FILE}'),
     'frame_prefix': ('', f'what stands before the names of frames; {IN_FILE}'),
+    'respawn': ('false', 'true or false: start the drive again when its process has ended'),
     'log_level': ('info', 'debug, info, warn, error or fatal'),
 }
 """Default and meaning of each argument."""
+RESPAWN_DELAY_S = 2.0
 FRAMES = {
     'frame_id.stage': 'stage_base',
     'frame_id.runner': 'runner',
@@ -37,8 +39,15 @@ def generate_launch_description() -> LaunchDescription:
 
 
 def start_drive(context: LaunchContext) -> list[LifecycleNode]:
-    """Return the drive with what the arguments say; they outrank the file."""
+    """
+    Return the drive with what the arguments say; they outrank the file.
+
+    A file that is not there is refused: launch_ros would start the drive without it.
+
+    """
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    if not Path(given['params_file']).is_file():
+        raise FileNotFoundError(f'params_file {given["params_file"]!r} is no file; check the path')
     parameters = {
         'autostart': given['autostart'],
         'record.on_start': given['record'],
@@ -54,6 +63,8 @@ def start_drive(context: LaunchContext) -> list[LifecycleNode]:
         name=given['name'],
         parameters=[given['params_file'], chosen],
         ros_arguments=['--log-level', given['log_level']],
+        respawn=given['respawn'] == 'true',
+        respawn_delay=RESPAWN_DELAY_S,
         output='screen',
     )
     return [drive]

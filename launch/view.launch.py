@@ -5,7 +5,7 @@ import shutil
 from pathlib import Path
 
 from launch import LaunchContext, LaunchDescription
-from launch.actions import IncludeLaunchDescription, OpaqueFunction
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -17,10 +17,18 @@ RVIZ = Path(__file__).parents[1] / 'config' / 'stand.rviz'
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the drive, what publishes its frames, and RViz where there is one."""
-    return LaunchDescription(
-        [IncludeLaunchDescription(str(DRIVE)), OpaqueFunction(function=start_view)]
-    )
+    """
+    Return what publishes the frames of the drive, RViz where there is one, and the drive.
+
+    The drive comes last: what refuses to start leaves no drive behind.
+
+    """
+    arguments = [
+        DeclareLaunchArgument(name, default_value=default, description=text)
+        for name, (default, text) in runpy.run_path(str(DRIVE))['ARGUMENTS'].items()
+    ]
+    view = OpaqueFunction(function=start_view)
+    return LaunchDescription([*arguments, view, IncludeLaunchDescription(str(DRIVE))])
 
 
 def start_view(context: LaunchContext) -> list[Node]:

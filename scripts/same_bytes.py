@@ -126,7 +126,7 @@ def record_all(tree: Path, folder: Path, *, with_node: bool) -> None:
     (folder / 'node').mkdir(parents=True)
     domain = str(DOMAINS[0] + os.getpid() % len(DOMAINS))
     environment = os.environ | {'PYTHONPATH': str(tree), 'ROS_DOMAIN_ID': domain}
-    code = 'import sys; from stickslip_ros.cli.main import main; sys.exit(main(sys.argv[1:]))'
+    code = 'import sys; from stickslip_ros.lab.cli.main import main; sys.exit(main(sys.argv[1:]))'
     stickslip = [sys.executable, '-c', code]
 
     def run(*command: str) -> None:

@@ -20,10 +20,10 @@ ROOT = Path(__file__).resolve().parents[1]
 DIST = ROOT / 'dist'
 SHIPPED = (
     'stickslip_ros/py.typed',
-    'stickslip_ros/comparison/templates/comparison.html',
-    'stickslip_ros/panel/page/panel.js',
-    'stickslip_ros/validation/foreign.csv',
-    'stickslip_ros/validation/references.csv',
+    'stickslip_ros/lab/comparison/templates/comparison.html',
+    'stickslip_ros/lab/panel/page/panel.js',
+    'stickslip_ros/lab/validation/foreign.csv',
+    'stickslip_ros/lab/validation/references.csv',
     'share/stickslip_ros/package.xml',
     'share/stickslip_ros/config/test_stand.yaml',
     'share/stickslip_ros/launch/drive.launch.py',

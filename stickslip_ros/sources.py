@@ -5,7 +5,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-FOLDERS: Final = ('contact', 'drive', 'instrument')
+FOLDERS: Final = ('kernels', 'contact', 'drive', 'instrument')
 PACKAGE: Final = Path(__file__).resolve().parent
 
 

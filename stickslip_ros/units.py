@@ -1,7 +1,7 @@
 """Powers of ten, units as they are typed and displayed, and the nanoseconds of ROS."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
 NANO: Final = 1e-9
@@ -26,6 +26,16 @@ PREFIXES: Final[Mapping[str, int]] = {
     'G': 9,
 }
 """Powers of ten before a unit."""
+TYPED: Final[Mapping[str, str]] = {
+    'm': 'nm, um, mm or m',
+    'N': 'uN, mN, N or kN',
+    'V': 'mV, V or kV',
+    's': 'us, ms or s',
+    'Hz': 'Hz, kHz or MHz',
+    'm/s': 'nm/s, um/s, mm/s or m/s',
+    'V/s': 'V/us, V/ms or V/s',
+}
+"""SI units of what people type most, and the units of the same kind that a refusal names."""
 _PARTS = re.compile(r'[^\W\d_]+|[^\s*·]')
 _QUANTITY = re.compile(r'([-+]?(?:\d+\.?\d*|\.\d+))(?:e([-+]?\d{1,9}))?\s*(.*)', re.IGNORECASE)
 
@@ -98,6 +108,18 @@ def power_of_ten(unit: str, si_unit: str) -> int | None:
         power += sign * (PREFIXES[prefix] - known)
         sign = {'/': -1, 'sqrt': 0}.get(of_ours, sign)
     return power
+
+
+def joined(words: Sequence[str]) -> list[str]:
+    """Return typed words, a unit joined with the number before it: of ``60 nm`` one."""
+    found: list[str] = []
+    for word in words:
+        behind = found and quantity(re.split('[=:,@]', found[-1])[-1], '') is not None
+        if behind and any(power_of_ten(word, unit) is not None for unit in TYPED):
+            found[-1] += word
+        else:
+            found.append(word)
+    return found
 
 
 def quantity(text: str, si_unit: str) -> float | None:

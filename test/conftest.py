@@ -12,8 +12,9 @@ import pytest
 import setuptools
 from hypothesis import HealthCheck, settings
 
+from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.sawtooth_run import SawtoothRun, simulate
 
 # The same examples in every run and on every machine, however slow it is: a failure found once
 # is found again, and a first call that compiles a kernel fails no deadline.

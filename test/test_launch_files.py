@@ -14,7 +14,8 @@ from typing import Any
 
 import pytest
 
-from stickslip_ros.parameters import ControllerParameters, declared_by, specs
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.parameters import specs
 
 ROOT = Path(__file__).resolve().parents[1]
 FILES = sorted((ROOT / 'launch').glob('*.launch.py'))
@@ -58,7 +59,7 @@ ARGUMENTS = table_of(DRIVE, 'ARGUMENTS').keys()
 def test_all_are_installed_and_shipped(keywords: dict[str, Any]):
     shares = dict(keywords['data_files'])
     assert shares['share/stickslip_ros/launch'] == [f'launch/{file.name}' for file in FILES]
-    assert len(FILES) == 4
+    assert len(FILES) == 3
     manifest = (ROOT / 'MANIFEST.in').read_text(encoding='utf-8')
     assert 'recursive-include launch *.launch.py\n' in manifest
 
@@ -79,7 +80,6 @@ def test_executables_files_and_parameters_that_it_names_exist(
     groups = '|'.join({name.partition('.')[0] for name in specs() if '.' in name})
     named = {text for text in texts if re.fullmatch(rf'(?:{groups})\.(?!rviz)\w+', text)}
     assert named <= specs().keys()
-    assert {'target_frame'} & texts <= declared_by(ControllerParameters).keys()
 
 
 def test_a_prefix_stands_before_the_frames_that_are_declared():
@@ -188,18 +188,28 @@ def test_the_view_shows_the_bodies_of_the_stand_in_the_frames_of_its_drive(
 ):
     monkeypatch.setattr(shutil, 'which', lambda name: {'rviz2': rviz}[name])
     file = ROOT / 'launch' / 'view.launch.py'
-    (_, drive), (_, bodies), *others = launch(
+    (_, bodies), *others, (_, drive) = launch(
         file,
         params_file=str(ROOT / 'config' / 'realistic.yaml'),
         frame_prefix='left/',
         namespace='left',
     ).nodes
+    assert drive['package'] == 'stickslip_ros'  # last: what is missing leaves no drive behind
     assert drive['namespace'] == bodies['namespace'] == 'left'
     [text] = bodies['parameters'][0]['robot_description'].values
     links = {link.attrib['name'] for link in ET.fromstring(text).iter('link')}
     frames = table_of(DRIVE, 'FRAMES').values()
     assert {f'left/{frame}' for frame in frames} <= links
     assert [words['arguments'][-1] for _, words in others] == ['left/stage_base'] * bool(rviz)
+
+
+@pytest.mark.parametrize('file', FILES, ids=lambda file: file.name)
+def test_a_file_of_parameters_that_is_not_there_starts_nothing(
+    launch: Callable[..., Launched], file: Path, tmp_path: Path
+):
+    missing = str(tmp_path / 'none.yaml')
+    with pytest.raises((FileNotFoundError, RecordingError), match=missing):
+        launch(file, params_file=missing)
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)

@@ -105,5 +105,5 @@ def test_plotjuggler_finds_a_size_for_each_of_its_plots():
 def test_layouts_and_page_template_are_installed(keywords):
     config = dict(keywords['data_files'])['share/stickslip_ros/config']
     assert {FOXGLOVE, PLOTJUGGLER, 'config/test_stand.yaml'} <= set(config)
-    [pattern] = keywords['package_data']['stickslip_ros.comparison']
-    assert list((ROOT / 'stickslip_ros' / 'comparison').glob(pattern))
+    [pattern] = keywords['package_data']['stickslip_ros.lab.comparison']
+    assert list((ROOT / 'stickslip_ros' / 'lab' / 'comparison').glob(pattern))

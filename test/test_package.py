@@ -79,7 +79,7 @@ def test_every_folder_with_modules_is_a_package(keywords):
 
 def test_console_scripts_lead_to_callables(keywords):
     scripts = dict(line.split(' = ') for line in keywords['entry_points']['console_scripts'])
-    assert scripts.keys() == {'stickslip', 'drive', 'position_controller'}
+    assert scripts.keys() == {'stickslip', 'drive'}
     for target in scripts.values():
         module, _, function = target.partition(':')
         assert callable(getattr(importlib.import_module(module), function))
@@ -89,7 +89,6 @@ def test_a_wheel_brings_a_launcher_for_every_console_script():
     launchers = sorted((ROOT / 'scripts/ros2run').iterdir())
     assert [launcher.name for launcher in launchers] == [
         'drive',
-        'position_controller',
         'stickslip',
     ]
     assert all(os.access(launcher, os.X_OK) for launcher in launchers)
@@ -118,12 +117,7 @@ def test_what_is_installed_is_declared_for_ros_too(keywords, manifest):
     keys = {
         element.text: element.get('version_gte', '') for element in manifest.iter('exec_depend')
     }
-    brought_by = {
-        'PyYAML': 'python3-yaml',
-        'mcap': 'mcap-ros2-support',
-        'mcap-ros2-support': 'mcap-ros2-support',
-        'zstandard': 'mcap-ros2-support',
-    }
+    brought_by = {'PyYAML': 'python3-yaml', 'mcap': 'mcap-ros2-support'}
     for requirement in keywords['install_requires'] + keywords['extras_require']['panel']:
         name, _, oldest = requirement.partition('>=')
         key = f'python3-{name}'

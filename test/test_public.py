@@ -24,12 +24,12 @@ from stickslip_ros import (
     simulate,
     sweep,
 )
-from stickslip_ros.cli.main import main
 from stickslip_ros.interface.cdr import pack_float64, pack_stamped
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.messages import FLOAT64, WRENCH_STAMPED
+from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.recording.recorder import Recorder
-from stickslip_ros.runs.sawtooth_run import run_drive
 
 PUBLIC = vars(stickslip_ros)['PUBLIC']
 ROOT = Path(stickslip_ros.__file__).parent
@@ -83,9 +83,12 @@ def test_a_run_is_that_of_the_command_line(run: Run, capsys: pytest.CaptureFixtu
 
 def test_a_run_that_is_not_recorded_has_a_result_and_no_file(run: Run, tmp_path: Path):
     given: Any = {'amplitude_m': AMPLITUDE_M, 'frequency_hz': FREQUENCY_HZ, 'steps': STEPS}
-    silent = simulate(Parameters(), **given, is_recorded=False)
+    silent = simulate(**given, is_recorded=False)
     assert silent.force_mean_n == run.force_mean_n
     assert 'force_mean_n' in silent._repr_html_()
+    assert re.fullmatch(
+        r'Run\(\d+ steps of .* [nu]m, mean force .* mN; not recorded\)', repr(silent)
+    )
     with pytest.raises(StickSlipError, match='the run was not recorded; simulate with'):
         silent.save(tmp_path / 'run.mcap')
 
@@ -93,6 +96,7 @@ def test_a_run_that_is_not_recorded_has_a_result_and_no_file(run: Run, tmp_path:
 def test_a_run_can_be_recorded_where_one_likes(tmp_path: Path):
     path = tmp_path / 'run.mcap'
     assert simulate(Parameters(), voltage_v=300.0, steps=1, path=path).path == path
+    assert repr(open_run(path)) == f'Run({path})'
     with pytest.raises(StickSlipError, match='it exists'):
         simulate(Parameters(), voltage_v=300.0, steps=1, path=path)
 
@@ -227,8 +231,8 @@ def test_files_that_tell_little_are_compared_and_fitted_with_what_is_said_of_the
     agreement = compare(paths, stand, steps=STEPS, **said).quantities[0].agreement
     assert agreement.points == 4
     assert agreement.largest == pytest.approx(0.0, abs=1e-12)
-    points = fit(paths, ['contact.friction'], starts=1, **said).problem.points
-    assert list(points.preload_n) == [0.1, 0.1, 0.5, 0.5]
+    points = fit(paths, ['contact.friction'], starts=1, **said).experiments
+    assert [one.settings['stand.preload'] for one in points] == [0.1, 0.1, 0.5, 0.5]
     for read in (lambda: compare(paths[0], stand, **said), lambda: fit(paths[0], [], **said)):
         with pytest.raises(StickSlipError, match='above the number of tables, 1'):
             read()

@@ -1,13 +1,15 @@
 """The worked example of the start runs as it stands; what the pages name exists."""
 
 import re
+import runpy
 import shlex
 from pathlib import Path
 
 import pytest
 
-from stickslip_ros.cli.main import build_parser, main
 from stickslip_ros.interface.topics import TOPICS
+from stickslip_ros.lab.cli.main import build_parser, main
+from stickslip_ros.parameters.tree import specs
 
 ROOT = Path(__file__).resolve().parents[1]
 START = ROOT / 'docs' / 'start' / 'first_steps.md'
@@ -112,6 +114,16 @@ def test_every_topic_that_is_played_or_recorded_on_the_page_of_recordings_exists
     assert {topic.full_name() for topic in TOPICS if topic.is_command} >= {
         word for words in commands if words[2] == 'play' for word in words if word in named
     }
+
+
+def test_every_parameter_has_an_anchor_on_the_site():
+    site = runpy.run_path(str(ROOT / 'docs' / 'conf.py'))
+    text = ['']
+    site['add_parameters'](None, 'reference/parameters', text)
+    anchors = re.findall(r'^\| `([\w.]+)`\{#([a-z-]+)\} \|', text[0], re.MULTILINE)
+    assert [name for name, _ in anchors] == list(specs())
+    assert dict(anchors)['contact.line_seed'] == 'contact-line-seed'
+    assert len({anchor for _, anchor in anchors}) == len(anchors)
 
 
 @pytest.mark.parametrize('page', PAGES, ids=lambda page: page.name)

@@ -20,7 +20,6 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.contact.record import FLOAT
 from stickslip_ros.drive.advance import FOOT, TIME
 from stickslip_ros.drive.records import STATE
 from stickslip_ros.errors import StickSlipError
@@ -29,6 +28,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.sensing import CLASSES
 from stickslip_ros.instrument.state_tree import COUNTS, LARGEST, WHOLE, without_gaps
+from stickslip_ros.kernels.record import FLOAT
 from stickslip_ros.parameters import Parameters, load_yaml
 from stickslip_ros.recording.run import ReportingBench
 

@@ -6,7 +6,6 @@ A process that commands a voltage and waits until the position shows it.
 """
 
 import time
-from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -21,88 +20,53 @@ from benchmarks.node.process import serve
 from benchmarks.node.spinning import TIMEOUT_S, ros
 
 VOLTAGES_V = (0.0, 50.0)
-REST_READINGS, PLACE_READINGS = 300, 100
-"""Readings to wait for after a command; the last of them tell a place. They are counted, for after
-a stall 200 may be older than the command: those in the queues of both sides."""
+MOVED_M = 6e-9
+"""A quarter of the move of the node; far above the noise of its readings."""
 ATTEMPTS = 10
 """Commands are lost until the program knows who commands, under load for seconds."""
 SETTLE_S = 0.012
 """Pause between commands; a random share of a block is added, so that they come at any phase."""
 BLOCK_S = 1e-3
 EFFECT_TIMEOUT_S = 1.0
-NOISES = 6.0
-"""A quarter of the move must be larger than so many standard deviations of the readings."""
 
 
 class Commander:
-    """
-    Publisher of ``command/voltage`` and subscription to ``position``, in one thread.
-
-    Parameters
-    ----------
-    node : Node
-        Has both.
-
-    """
+    """Publisher of ``command/voltage`` and subscription to ``position``, in one thread."""
 
     def __init__(self, node: Node) -> None:
-        self._node = node
         profile = QoSProfile(depth=100)
         self._publisher = node.create_publisher(Float64, 'command/voltage', profile)
         node.create_subscription(PointStamped, 'position', self._take, profile)
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(node)
-        self._readings: deque[tuple[float, float]] = deque(maxlen=PLACE_READINGS)
-        self._taken = 0
+        self._reading: tuple[float, float] | None = None  # when it came, s, and what it says, m
 
     def measure(self, commands: int, seed: int) -> dict[str, Any]:
         """Command some steps to and fro; return the delay of each and how many had no effect."""
-        self._connect()
-        random = np.random.default_rng(seed)
-        threshold_m = self._threshold()
-        delays_s, lost = [], 0
-        for number in range(commands):
+        self._wait_for(self._publisher.get_subscription_count, 'a program that takes commands')
+        random, number = np.random.default_rng(seed), 0
+        while number < ATTEMPTS and self._delay(number) is None:
+            number += 1
+        delays_s = []
+        for _ in range(commands):
+            number += 1
             self._spin(SETTLE_S + random.uniform(0.0, BLOCK_S))
-            delay_s = self._delay(VOLTAGES_V[(number + 1) % 2], threshold_m)
-            if delay_s is None:
-                lost += 1
-            else:
-                delays_s.append(delay_s)
-        return {'delays_s': delays_s, 'lost': lost, 'threshold_m': threshold_m}
+            delays_s.append(self._delay(number))
+        found_s = [delay_s for delay_s in delays_s if delay_s is not None]
+        return {'delays_s': found_s, 'lost': commands - len(found_s)}
 
-    def _connect(self) -> None:
-        self._wait_for(
-            lambda: self._publisher.get_subscription_count() and self._readings,
-            'a program that takes commands and gives positions',
-        )
-
-    def _threshold(self) -> float:
-        """Return a quarter of the whole move; it ends at the first voltage."""
-        for _ in range(ATTEMPTS):
-            places_m = [self._place(voltage_v) for voltage_v in (*VOLTAGES_V, VOLTAGES_V[0])]
-            threshold_m = 0.25 * abs(float(np.mean(places_m[1]) - np.mean(places_m[2])))
-            noise_m = float(np.std(places_m[2]))
-            if threshold_m > NOISES * noise_m:
-                return threshold_m
-        raise ValueError(f'a move of {4.0 * threshold_m} m is lost in noise of {noise_m} m')
-
-    def _place(self, voltage_v: float) -> list[float]:
-        """Command a voltage; return readings of the position at rest, m."""
-        self._publisher.publish(Float64(data=voltage_v))
-        enough = self._taken + REST_READINGS
-        self._wait_for(lambda: self._taken >= enough, f'{REST_READINGS} positions')
-        return [reading_m for _, reading_m in self._readings]
-
-    def _delay(self, voltage_v: float, threshold_m: float) -> float | None:
-        self._wait_for(lambda: self._readings, 'a position')
-        _, before_m = self._readings[-1]
-        self._readings.clear()
-        begin_s = time.monotonic()
-        self._publisher.publish(Float64(data=voltage_v))
+    def _delay(self, number: int) -> float | None:
+        """Command the voltage of this number; return the time until the position shows it."""
+        self._reading = None
+        self._wait_for(lambda: self._reading, 'a position')
+        assert self._reading is not None
+        before_m, begin_s = self._reading[1], time.monotonic()
+        self._publisher.publish(Float64(data=VOLTAGES_V[number % 2]))
         while time.monotonic() < begin_s + EFFECT_TIMEOUT_S:
             self._executor.spin_once(timeout_sec=0.01)
-            if self._readings and abs(self._readings[-1][1] - before_m) > threshold_m:
-                return self._readings[-1][0] - begin_s
+            came_s, reading_m = self._reading
+            if abs(reading_m - before_m) > MOVED_M:
+                return came_s - begin_s
         return None
 
     def _wait_for(self, condition: Callable[[], object], what: str) -> None:
@@ -118,15 +82,13 @@ class Commander:
             self._executor.spin_once(timeout_sec=left_s)
 
     def _take(self, message: PointStamped) -> None:
-        self._readings.append((time.monotonic(), message.point.x))
-        self._taken += 1
+        self._reading = time.monotonic(), message.point.x
 
 
 def main() -> None:
     """Measure until nobody asks any more."""
     with ros():
-        commander = Commander(Node('commander'))
-        serve({'measure': commander.measure})
+        serve(Commander(Node('commander')))
 
 
 if __name__ == '__main__':

@@ -1,50 +1,24 @@
 """Processor time and lateness of the node at 1 kHz, against bare loops that publish the same."""
 
-from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from collections.abc import Sequence
 from functools import lru_cache, partial
 
 import numpy as np
 
-from benchmarks.clock import Array
 from benchmarks.node.lateness import summary
-from benchmarks.node.programs import BareLoop, Drive, Program, Turn, in_turn, opened
+from benchmarks.node.programs import BareLoop, Drive, Turn, run_in_turn
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
+from stickslip_ros.arrays import Array
 
-DRIVE = 'the node'
-OBJECTS, FRESH, PACKED = 'message objects, kept', 'message objects, new', 'bytes, packed once'
-PLAIN = 'message objects, kept; untuned'
-TIMER, SILENCE = 'message objects, kept; rclpy timer', 'no messages, no subscriber'
-FORMS = {
-    OBJECTS: (),
-    FRESH: ('--messages', 'fresh'),
-    PACKED: ('--messages', 'packed'),
-    PLAIN: ('--plain',),
-    TIMER: ('--pace', 'timer'),
-    SILENCE: ('--messages', 'none'),
-}
+DRIVE, KEPT = 'the node', 'message objects, kept'
 AIM = 1.5
-ABOUT_LATENESS = (
-    (
-        'p99: median of the percentiles of about a second each; overruns: ticks more than a '
-        'period late; ratios: medians of those of the turns'
-    ),
-    'untuned: without the short slices, exact sleeps and kept objects that the node asks for',
-)
-
-Turns = dict[str, list[Turn]]
 
 
 @lru_cache
-def measured(sizes: Sizes) -> Turns:
+def measured(sizes: Sizes) -> dict[str, list[Turn]]:
     """Run all programs in turn; both tables come from this one run."""
-    makers: list[Callable[[], Program]] = [lambda: Drive(DRIVE)]
-    makers += [partial(BareLoop, name, *FORMS[name]) for name in FORMS]
-    with ExitStack() as stack:
-        programs = opened(stack, makers)
-        turns = in_turn(programs, sizes.node_rounds, sizes.settle_s, sizes.turn_s)
-    return {program.name: its for program, its in zip(programs, turns, strict=True)}
+    return run_in_turn([partial(Drive, DRIVE), partial(BareLoop, KEPT)], sizes)
 
 
 def run_cpu(sizes: Sizes) -> Outcome:
@@ -64,7 +38,7 @@ def run_cpu(sizes: Sizes) -> Outcome:
                 **spread('node_over_this', ours / cpu),
             }
         )
-        if name in {OBJECTS, FRESH}:
+        if name != DRIVE:
             what = f'processor time of the node over that of a bare loop, {name} (aim)'
             verdicts.append(Verdict(what, AIM, _median(ours / cpu), at_most=True))
     return Outcome(
@@ -85,17 +59,7 @@ def run_cpu(sizes: Sizes) -> Outcome:
 
 def run_lateness(sizes: Sizes) -> Outcome:
     """Compare how late ticks begin."""
-    turns = {name: its for name, its in measured(sizes).items() if name != TIMER}
-    return Outcome(
-        'Lateness of ticks at 1 kHz: absolute deadlines and time.sleep in all of them',
-        lateness_rows(turns),
-        [],
-        ['from the same turns as node-cpu; of the node, its own diagnostics', *ABOUT_LATENESS],
-    )
-
-
-def lateness_rows(turns: Turns) -> list[Row]:
-    """Return how late the ticks of programs began, and ratios of the node to each."""
+    turns = measured(sizes)
     by_turn = {name: [summary(turn.windows) for turn in its] for name, its in turns.items()}
     rows: list[Row] = []
     for name, its in by_turn.items():
@@ -105,7 +69,18 @@ def lateness_rows(turns: Turns) -> list[Row]:
             for key in ('mean', 'p99', 'max')
         }
         rows.append({'program': name, **whole, **ratios})
-    return rows
+    return Outcome(
+        'Lateness of ticks at 1 kHz: absolute deadlines and time.sleep in all of them',
+        rows,
+        [],
+        [
+            'from the same turns as node-cpu; of the node, its own diagnostics',
+            (
+                'p99: median of the percentiles of about a second each; overruns: ticks more '
+                'than a period late; ratios: medians of those of the turns'
+            ),
+        ],
+    )
 
 
 def spread(name: str, ratios: Array) -> Row:

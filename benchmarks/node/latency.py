@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.clock import Array
+from benchmarks.node.commander import MOVED_M
 from benchmarks.node.process import Helper
 from benchmarks.node.programs import BareLoop, Drive, Program, opened
 from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
+from stickslip_ros.arrays import Array
 from stickslip_ros.units import MILLI, NANO
 
 MODULE = 'benchmarks.node.commander'
@@ -38,8 +39,7 @@ def run(sizes: Sizes) -> Outcome:
         [
             (
                 'wall-clock time in the process of the operator, from before the publishing to '
-                'the callback of the first position that is a quarter of the whole move away '
-                f'({answers[0][0]["threshold_m"] / NANO:.2g} nm of the node)'
+                f'the callback of the first position that is {MOVED_M / NANO:g} nm away'
             ),
             (
                 'commands come at random phases of the tick: the wait for it is half a block on '

@@ -3,16 +3,13 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.outcome import Row
+from stickslip_ros.arrays import Array
 from stickslip_ros.units import MICRO
 
 Window = dict[str, float]
 """Ticks, mean, 99th percentile and maximum of lateness (us), overruns, of about one second."""
-STALLS = 'work_ms', 'processor_ms', 'rest_ms'
-"""Where the time of overruns went, as the node tells: it computed, waited for a processor, for
-anything else, mostly the interpreter."""
 
 
 def windows_of(lateness_s: Sequence[float], period_s: float) -> list[Window]:
@@ -22,7 +19,7 @@ def windows_of(lateness_s: Sequence[float], period_s: float) -> list[Window]:
     return [_window(each, period_s) for each in np.array_split(late_s, windows) if len(each)]
 
 
-def _window(late_s: NDArray[np.float64], period_s: float) -> Window:
+def _window(late_s: Array, period_s: float) -> Window:
     return {
         'ticks': len(late_s),
         'mean_us': float(np.mean(late_s)) / MICRO,
@@ -39,7 +36,6 @@ def windows_of_diagnostics(parts: Sequence[dict[str, str]]) -> list[Window]:
             'ticks': int(part['ticks']),
             'overruns': int(part['overruns']),
             **{name: float(part[f'lateness_{name}']) for name in ('mean_us', 'p99_us', 'max_us')},
-            **{name: float(part[f'overruns_{name}']) for name in STALLS},
         }
         for part in parts
         if int(part['ticks'])
@@ -54,15 +50,13 @@ def summary(windows: Sequence[Window]) -> Row:
 
     """
     ticks = sum(window['ticks'] for window in windows)
-    nan = float('nan')
     if not ticks:
-        none: Row = {'mean_us': nan, 'p99_us': nan, 'max_us': nan, 'ticks': 0, 'overruns': 0}
-        return none | dict.fromkeys(STALLS, nan)
+        nan = float('nan')
+        return {'mean_us': nan, 'p99_us': nan, 'max_us': nan, 'ticks': 0, 'overruns': 0}
     return {
         'mean_us': sum(window['mean_us'] * window['ticks'] for window in windows) / ticks,
         'p99_us': float(np.median([window['p99_us'] for window in windows])),
         'max_us': max(window['max_us'] for window in windows),
         'ticks': int(ticks),
         'overruns': int(sum(window['overruns'] for window in windows)),
-        **{name: sum(window.get(name, nan) for window in windows) for name in STALLS},
     }

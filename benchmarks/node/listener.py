@@ -5,7 +5,6 @@ A process that listens to every topic of a program, and starts and stops a drive
 
 """
 
-import struct
 import time
 from functools import partial
 from typing import Any
@@ -21,59 +20,13 @@ from benchmarks.node.spinning import ros, spinning, wait_for
 from stickslip_ros.interface.topics import NODE_NAME, READINGS
 from stickslip_ros.ros.client import Handshake
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
-from stickslip_ros.units import NS_PER_S
 
 DEPTH = 10_000
-STAMP = struct.Struct('<4xiI')
 SETTLE_S = 0.2
-WINDOW_S = 0.1
-STAMPED = ('position', 'force')
-
-
-class Stamps:
-    """
-    What the stamps of a topic say: how many are missing, how simulated time runs.
-
-    Attributes
-    ----------
-    messages, missing : int
-        Those that came, and the holes between them, in units of ``block_ns``.
-    minima_s : dict of int to float
-        Least delay, arrival minus stamp since the first one, in each tenth of a second.
-
-    """
-
-    def __init__(self, block_ns: int) -> None:
-        self._block_ns = block_ns
-        self._last_ns: int | None = None
-        self._first_s, self._first_ns = 0.0, 0
-        self.messages = 0
-        self.missing = 0
-        self.minima_s: dict[int, float] = {}
-
-    def add(self, stamp_ns: int, arrival_s: float) -> None:
-        """Note a message."""
-        if self._last_ns is None:
-            self._first_s, self._first_ns = arrival_s, stamp_ns
-        else:
-            self.missing += abs((stamp_ns - self._last_ns) // self._block_ns - 1)
-        self._last_ns = stamp_ns
-        self.messages += 1
-        window = int((arrival_s - self._first_s) / WINDOW_S)
-        delay_s = arrival_s - (stamp_ns - self._first_ns) / NS_PER_S
-        self.minima_s[window] = min(delay_s, self.minima_s.get(window, delay_s))
 
 
 class Listener:
-    """
-    Subscriptions to all topics that a drive publishes; a bare loop has the same names.
-
-    Parameters
-    ----------
-    node : Node
-        Has the subscriptions.
-
-    """
+    """Subscriptions to all topics that a drive publishes; a bare loop has the same names."""
 
     def __init__(self, node: Node) -> None:
         self._node = node
@@ -93,14 +46,13 @@ class Listener:
         )
         self._handshake = Handshake(node, NODE_NAME)  # the last: it vouches for what was before
 
-    def reset(self, block_ns: int = 1_000_000) -> None:
+    def reset(self) -> None:
         """Begin to count anew."""
         self._since_s = time.monotonic()
         self._messages = 0
         self._bytes = 0
-        self._counts: dict[str, int] = {}
+        self._has_position = False
         self._parts: dict[str, list[dict[str, str]]] = {}
-        self._stamps = {key: Stamps(block_ns) for key in STAMPED}
 
     def report(self) -> dict[str, Any]:
         """Return what came since the last reset."""
@@ -109,9 +61,6 @@ class Listener:
         return {
             'messages_per_s': self._messages / elapsed_s,
             'bytes_per_s': self._bytes / elapsed_s,
-            'counts': dict(self._counts),
-            'missing': sum(each.missing for each in self._stamps.values()),
-            'delays_s': list(self._stamps['position'].minima_s.values()),
             'diagnostics': {part: list(values) for part, values in parts},
         }
 
@@ -122,7 +71,7 @@ class Listener:
 
     def wait_for_position(self) -> None:
         """Wait for a position since the last reset."""
-        wait_for(lambda: self._counts.get('position'), 'a position')
+        wait_for(lambda: self._has_position, 'a position')
 
     def wait_for_ticks(self) -> None:
         """Wait until the drive has reported its time: later reports hold nothing of its start."""
@@ -149,11 +98,7 @@ class Listener:
     def _take(self, key: str, data: bytes) -> None:
         self._messages += 1
         self._bytes += len(data)
-        self._counts[key] = self._counts.get(key, 0) + 1
-        stamps = self._stamps.get(key)
-        if stamps is not None:
-            seconds, nanoseconds = STAMP.unpack_from(data)
-            stamps.add(seconds * NS_PER_S + nanoseconds, time.monotonic())
+        self._has_position |= key == 'position'
 
     def _take_diagnostics(self, message: DiagnosticArray) -> None:
         for status in message.status:
@@ -169,17 +114,7 @@ def main() -> None:
         node = Node('listener')
         listener = Listener(node)
         with spinning(node):
-            serve(
-                {
-                    'reset': listener.reset,
-                    'report': listener.report,
-                    'wait_for_publishers': listener.wait_for_publishers,
-                    'wait_for_position': listener.wait_for_position,
-                    'wait_for_ticks': listener.wait_for_ticks,
-                    'change_state': listener.change_state,
-                    'move': listener.move,
-                }
-            )
+            serve(listener)
 
 
 if __name__ == '__main__':

@@ -1,4 +1,4 @@
-"""Processes of a benchmark, and what they cost: processor time and resident memory."""
+"""Processes of a benchmark, and the processor time that they take."""
 
 import itertools
 import json
@@ -8,16 +8,14 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 END_TIMEOUT_S = 30.0
-PAGE_BYTES = os.sysconf('SC_PAGE_SIZE')
 FIRST_DOMAIN, DOMAINS = 81, 21
-TAIL_CHARACTERS = 2000
 ANSWER = 'answer: '
 
 _lanes = itertools.count()
@@ -38,24 +36,12 @@ class Lane:
 
 
 class Process:
-    """
-    A Python process that talks to no other host.
+    """A Python process with these words, whose nodes live in a lane; it talks to no other host."""
 
-    Parameters
-    ----------
-    words : sequence of str
-        Arguments of the interpreter.
-    lane : Lane
-        Where its nodes live.
-    before : sequence of str
-        What starts the interpreter, if anything does.
-
-    """
-
-    def __init__(self, words: Sequence[str], lane: Lane, before: Sequence[str] = ()) -> None:
+    def __init__(self, words: Sequence[str], lane: Lane) -> None:
         self._errors = tempfile.TemporaryFile('w+', encoding='utf-8')  # noqa: SIM115 - close()
         self._process = subprocess.Popen(
-            [*before, sys.executable, *words],
+            [sys.executable, *words],
             cwd=ROOT,
             env=os.environ
             | {
@@ -69,24 +55,14 @@ class Process:
             text=True,
         )
 
-    @property
-    def pid(self) -> int:
-        """Number of the process."""
-        return self._process.pid
-
     def cpu_s(self) -> float:
         """Return the processor time of all its threads so far, user and system, s."""
-        return time.clock_gettime(cpu_clock_of(self.pid))
-
-    def resident_bytes(self) -> int:
-        """Return the memory that it holds."""
-        pages = Path(f'/proc/{self.pid}/statm').read_text(encoding='ascii').split()[1]
-        return int(pages) * PAGE_BYTES
+        return time.clock_gettime(cpu_clock_of(self._process.pid))
 
     def fail(self, what: str) -> RuntimeError:
         """Return an error with what the process said last."""
         self._errors.seek(0)
-        said = self._errors.read()[-TAIL_CHARACTERS:]
+        said = self._errors.read()[-2000:]
         return RuntimeError(f'{what} ({self._process.args!r}):\n{said}')
 
     def end(self) -> None:
@@ -132,11 +108,11 @@ class Helper(Process):
             self._process.stdin.close()
 
 
-def serve(handlers: Mapping[str, Callable[..., Any]]) -> None:
-    """Answer the questions of a `Helper` until nobody asks any more."""
+def serve(served: object) -> None:
+    """Answer the questions of a `Helper`, by methods of an object, until nobody asks any more."""
     for line in sys.stdin:
         question = json.loads(line)
-        answer = handlers[question.pop('do')](**question)
+        answer = getattr(served, question.pop('do'))(**question)
         sys.stdout.write(f'{ANSWER}{json.dumps(answer)}\n')
         sys.stdout.flush()
 

@@ -1,68 +1,40 @@
 """The programs that are compared: the drive and bare loops, each with a listener of its own."""
 
-import shutil
-import subprocess
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from benchmarks.node.lateness import Window, windows_of_diagnostics
 from benchmarks.node.process import Helper, Lane, Process
+from benchmarks.sizes import Sizes
 
 MOVE = (300.0, 50.0, 0.0)
 """The saw-tooth that a moving drive performs: V, Hz, steps (0: until it is stopped)."""
-UNTUNED = """
-import sys
-from unittest.mock import patch
-from rclpy.lifecycle import ManagedEntity
-from stickslip_ros.process.signals import run
-from stickslip_ros.ros import executable, node
-with (
-    patch.object(executable, 'wake_in_time'),
-    patch.object(executable.gc, 'freeze'),
-    patch.object(node, 'GarbageFreezer', ManagedEntity),
-):
-    sys.exit(run('drive', node.main, is_node=True))
-"""
-"""The executable without what lets it wake up in time; a name that has moved since is an error."""
 CONFIGURE, ACTIVATE, DEACTIVATE = 1, 3, 4
 """Numbers of lifecycle_msgs/Transition."""
 
 
-@dataclass(frozen=True)
-class Turn:
-    """
-    What one turn of a program came to.
+class Turn(NamedTuple):
+    """What one turn of a program came to."""
 
-    Attributes
-    ----------
-    cpu : float
-        Processor seconds of its process per second.
-    windows : list of Window
-        Lateness of its ticks.
-    heard : dict
-        The listener's report.
-
-    """
-
-    cpu: float
-    windows: list[Window]
-    heard: dict[str, Any]
+    cpu: float  # processor seconds of its process per second
+    windows: list[Window]  # lateness of its ticks
+    heard: dict[str, Any]  # the listener's report
 
 
 class Program(ABC):
     """A process that publishes readings, between ``start`` and ``stop``."""
 
-    lane: Lane
     process: Process
-    listener: Helper
 
     def __init__(self, name: str) -> None:
         self.name = name
         self.lane = Lane()
+        self.listener = Helper(
+            ['-m', 'benchmarks.node.listener', *self.lane.ros_arguments], self.lane
+        )
 
     @abstractmethod
     def wait(self) -> None:
@@ -110,32 +82,17 @@ class Program(ABC):
 
 
 class Drive(Program):
-    """
-    The node, as its executable; parameters are given by name.
-
-    It moves from its first start on if ``moves``; it asks for timely wake-ups if ``tuned``;
-    ``before`` is what its command begins with, such as ``chrt``.
-
-    """
+    """The node, as its executable, with parameters by name; it may move from its first start."""
 
     def __init__(
-        self,
-        name: str,
-        parameters: Mapping[str, object] | None = None,
-        *,
-        moves: bool = True,
-        tuned: bool = True,
-        before: Sequence[str] = (),
+        self, name: str, parameters: Mapping[str, object] | None = None, *, moves: bool = True
     ) -> None:
         super().__init__(name)
         self._moves = moves
-        words = ['-p', 'autostart:=false']
-        for parameter, value in (parameters or {}).items():
+        words = ['-m', 'stickslip_ros.ros.node', *self.lane.ros_arguments]
+        for parameter, value in {'autostart': 'false', **(parameters or {})}.items():
             words += ['-p', f'{parameter}:={value}']
-        program = ['-m', 'stickslip_ros.ros.node'] if tuned else ['-c', UNTUNED]
-        main = [*program, *self.lane.ros_arguments, *words]
-        self.process = Process(main, self.lane, before)
-        self.listener = listener_in(self.lane)
+        self.process = Process(words, self.lane)
 
     def wait(self) -> None:
         """Configure the drive, which loads its kernels."""
@@ -178,13 +135,10 @@ class BareLoop(Program):
         super().__init__(name)
         words = ['-m', 'benchmarks.node.bare_loop', *options, *self.lane.ros_arguments]
         self.process = Helper(words, self.lane)
-        self.listener = listener_in(self.lane)
-        self._is_silent = 'none' in options
 
     def wait(self) -> None:
         """Wait until the listener knows the loop."""
-        if not self._is_silent:
-            self.listener.ask('wait_for_publishers')
+        self.listener.ask('wait_for_publishers')
 
     def start(self) -> None:
         """Start the loop."""
@@ -195,27 +149,14 @@ class BareLoop(Program):
         self.process.ask('stop')
 
     def reset(self) -> None:
-        """Begin to count anew; nothing is heard of a loop that is silent."""
-        if not self._is_silent:
-            super().reset()
+        """Begin to count anew."""
+        super().reset()
         self.process.ask('windows')
 
     def windows(self) -> list[Window]:
         """Return what the loop noted."""
         windows: list[Window] = self.process.ask('windows')
         return windows
-
-
-def listener_in(lane: Lane) -> Helper:
-    """Start a listener."""
-    return Helper(['-m', 'benchmarks.node.listener', *lane.ros_arguments], lane)
-
-
-def may_begin_with(words: Sequence[str]) -> bool:
-    """Return whether commands may begin with these words; ``chrt --fifo`` needs a privilege."""
-    if shutil.which(words[0]) is None:
-        return False
-    return not subprocess.run([*words, 'true'], capture_output=True, check=False).returncode
 
 
 def opened(stack: ExitStack, makers: Sequence[Callable[[], Program]]) -> list[Program]:
@@ -235,12 +176,12 @@ def _close(programs: Sequence[Program]) -> None:
         program.close()
 
 
-def in_turn(
-    programs: Sequence[Program], rounds: int, settle_s: float, turn_s: float
-) -> list[list[Turn]]:
-    """Run programs in turn, A B A B ...; return the turns of each."""
-    turns: list[list[Turn]] = [[] for _ in programs]
-    for _ in range(rounds):
-        for program, its in zip(programs, turns, strict=True):
-            its.append(program.turn(settle_s, turn_s))
+def run_in_turn(makers: Sequence[Callable[[], Program]], sizes: Sizes) -> dict[str, list[Turn]]:
+    """Run programs in turn, A B A B ...; return the turns of each by its name."""
+    with ExitStack() as stack:
+        programs = opened(stack, makers)
+        turns: dict[str, list[Turn]] = {program.name: [] for program in programs}
+        for _ in range(sizes.node_rounds):
+            for program in programs:
+                turns[program.name].append(program.turn(sizes.settle_s, sizes.turn_s))
     return turns

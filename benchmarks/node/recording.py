@@ -1,8 +1,6 @@
-"""Recording of 100 kS/s and four channels: cost and losses, against not recording and a rival."""
+"""Recording of 100 kS/s and four channels: what it costs, and what is lost."""
 
 import tempfile
-from collections.abc import Callable
-from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
@@ -10,7 +8,7 @@ import numpy as np
 
 from benchmarks.node.cpu import spread
 from benchmarks.node.lateness import summary
-from benchmarks.node.programs import BareLoop, Drive, Program, Turn, in_turn, opened
+from benchmarks.node.programs import Drive, run_in_turn
 from benchmarks.outcome import Outcome, Row, Verdict
 from benchmarks.sizes import Sizes
 from stickslip_ros.recording.reader import Recording
@@ -18,48 +16,47 @@ from stickslip_ros.recording.storage import CLOSING_RECORD
 
 RATE_HZ = 100e3
 BLOCK_S = 1e-3
-NODE, NODE_RECORDS = 'the node', 'the node, recording'
-BARE, BARE_RECORDS = 'bare loop', 'bare loop, writing with mcap_ros2 in its thread'
-RIVAL_FILE = 'bare.mcap'
+NODE, RECORDS = 'the node', 'the node, recording'
 
 
 def run(sizes: Sizes) -> Outcome:
     """Compare with and without recording."""
-    with tempfile.TemporaryDirectory() as folder, ExitStack() as stack:
-        runs: dict[str, Callable[[], Program]] = {
-            NODE: partial(Drive, NODE, {'trace.sample_rate': RATE_HZ}),
-            NODE_RECORDS: partial(
-                Drive,
-                NODE_RECORDS,
-                {
-                    'trace.sample_rate': RATE_HZ,
-                    'record.on_start': 'true',
-                    'record.directory': folder,
-                },
-            ),
-            BARE: partial(BareLoop, BARE, '--rate-hz', str(RATE_HZ)),
-            BARE_RECORDS: partial(
-                BareLoop,
-                BARE_RECORDS,
-                *('--rate-hz', str(RATE_HZ), '--record', str(Path(folder, RIVAL_FILE))),
-            ),
-        }
-        programs = opened(stack, list(runs.values()))
-        turns = dict(
-            zip(
-                runs,
-                in_turn(programs, sizes.node_rounds, sizes.settle_s, sizes.turn_s),
-                strict=True,
-            )
-        )
-        stack.close()
+    with tempfile.TemporaryDirectory() as folder:
+        trace: dict[str, object] = {'trace.sample_rate': RATE_HZ}
+        record = {'record.on_start': 'true', 'record.directory': folder}
+        makers = partial(Drive, NODE, trace), partial(Drive, RECORDS, {**trace, **record})
+        turns = run_in_turn(makers, sizes)
         files = sorted(Path(folder).glob('run_*.mcap'))
-        rates = {
-            NODE_RECORDS: float(np.median([rate_of(path) for path in files])),
-            BARE_RECORDS: rate_of(Path(folder, RIVAL_FILE)),
-        }
+        rate = float(np.median([rate_of(path) for path in files]))
         lost = sum(map(lost_in, files))
-    return _outcome(sizes, turns, rates, lost)
+    ours = np.array([turn.cpu for turn in turns[RECORDS]])
+    rows: list[Row] = []
+    for name, its in turns.items():
+        late = summary([window for turn in its for window in turn.windows])
+        rows.append(
+            {
+                'program': name,
+                'cpu_percent': 100.0 * float(np.median([turn.cpu for turn in its])),
+                **spread('recording_over_this', ours / [turn.cpu for turn in its]),
+                'p99_late_us': late['p99_us'],
+                'overruns': late['overruns'],
+                'sent_MB_per_s': float(np.median([t.heard['bytes_per_s'] for t in its])) * 1e-6,
+                'file_MB_per_s': rate * 1e-6 if name == RECORDS else np.nan,
+            }
+        )
+    told = [turn.heard['diagnostics'].get('recorder', []) for turn in turns[RECORDS]]
+    peak = max((int(part['queue_peak']) for parts in told for part in parts), default=0)
+    return Outcome(
+        'Recording of 100 kS/s, four channels and their time, 1 kHz readings; zstd',
+        rows,
+        [Verdict('messages lost in the recordings of the node', 0, lost, at_most=True)],
+        [
+            (
+                f'{sizes.node_rounds} turns of {sizes.turn_s:g} s; the node writes on a thread of '
+                f'its own; its queue held at most {peak} messages of the 20000 that it may hold'
+            )
+        ],
+    )
 
 
 def rate_of(path: Path) -> float:
@@ -75,40 +72,3 @@ def lost_in(path: Path) -> int:
     account = recording.metadata[CLOSING_RECORD]
     dropped = sum(int(n) for what, n in account.items() if what.startswith('dropped'))
     return max(gaps, dropped)
-
-
-def _outcome(
-    sizes: Sizes, turns: dict[str, list[Turn]], rates: dict[str, float], lost: int
-) -> Outcome:
-    ours = np.array([turn.cpu for turn in turns[NODE_RECORDS]])
-    rows: list[Row] = []
-    for name, its in turns.items():
-        late = summary([window for turn in its for window in turn.windows])
-        rows.append(
-            {
-                'program': name,
-                'cpu_percent': 100.0 * float(np.median([turn.cpu for turn in its])),
-                **spread('recording_over_this', ours / [turn.cpu for turn in its]),
-                'p99_late_us': late['p99_us'],
-                'overruns': late['overruns'],
-                'sent_MB_per_s': float(np.median([t.heard['bytes_per_s'] for t in its])) * 1e-6,
-                'file_MB_per_s': rates.get(name, np.nan) * 1e-6,
-            }
-        )
-    told = [turn.heard['diagnostics'].get('recorder', []) for turn in turns[NODE_RECORDS]]
-    peak = max((int(part['queue_peak']) for parts in told for part in parts), default=0)
-    return Outcome(
-        'Recording of 100 kS/s, four channels and their time, 1 kHz readings; zstd',
-        rows,
-        [Verdict('messages lost in the recordings of the node', 0, lost, at_most=True)],
-        [
-            (
-                f'{sizes.node_rounds} turns of {sizes.turn_s:g} s; the node writes on a thread of '
-                f'its own; its queue held at most {peak} messages of the 20000 that it may hold'
-            ),
-            (
-                'a recorded second of the bare loop holds what a second of the node holds; its '
-                'trace comes from tables'
-            ),
-        ],
-    )

@@ -56,8 +56,3 @@ def wait_for(condition: Callable[[], object], what: str, timeout_s: float = TIME
         if time.monotonic() > end_s:
             raise TimeoutError(f'{what} did not come in {timeout_s:g} s')
         time.sleep(POLL_S)
-
-
-def own_words() -> list[str]:
-    """Return the words of the command line that are not for ROS."""
-    return sys.argv[1 : sys.argv.index('--ros-args')]

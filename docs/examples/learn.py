@@ -32,7 +32,7 @@ def distance_m(env, weights, seed):
 def main(generations=15):
     """Learn; return the mean distance before and after, over targets that were not learned."""
     env = gymnasium.make(
-        'stickslip_ros.gym:StickSlip-v0', parameters=STAND, target_max_m=TARGET_MAX_M
+        'stickslip_ros.lab.gym:StickSlip-v0', parameters=STAND, target_max_m=TARGET_MAX_M
     )
     random = np.random.default_rng(1)
     mean, spread = np.zeros(5), np.ones(5)

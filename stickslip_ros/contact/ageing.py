@@ -21,8 +21,8 @@ booked as friction. Turning points know one coefficient only: such a contact sta
 
 import math
 
-from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import FLAG, FLOAT, Record, kind
 
 AGEING = kind(
     on=FLAG,  # Whether the coefficient changes at all

@@ -4,18 +4,18 @@ from functools import lru_cache
 
 import numpy as np
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact import mdr
 from stickslip_ros.contact.mdr import Elasticity, Presliding, effective_elasticity
 from stickslip_ros.contact.profile import (
-    Array,
     LineProfile,
     Profile,
     line_profile,
     rough_profile,
     smooth_profile,
 )
-from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.roughness import Spectrum, rough_line, rough_prefactor_1d
+from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import ContactParameters, Parameters
 
 PROFILES_KEPT = 64

@@ -14,8 +14,8 @@ taken exactly, so the stiffest bristles cannot make a step unstable.
 
 import math
 
-from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.record import COUNT, FLOAT, Record, kind
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import COUNT, FLOAT, Record, kind
 
 MDR, COULOMB, DAHL, LUGRE, EPM = range(5)
 LAW_NUMBERS = {'mdr': MDR, 'coulomb': COULOMB, 'dahl': DAHL, 'lugre': LUGRE, 'epm': EPM}

@@ -12,7 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from stickslip_ros.contact.profile import Array, Profile
+from stickslip_ros.arrays import Array
+from stickslip_ros.contact.profile import Profile
 from stickslip_ros.errors import OutOfRange
 
 INDENTATIONS_KEPT = 64

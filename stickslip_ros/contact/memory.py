@@ -17,10 +17,10 @@ forgotten.
 import math
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind, record
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact.virgin import virgin_energy, virgin_force, virgin_stiffness
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
 
 CAPACITY = 1024
 """Turning points that a stack holds."""
@@ -264,23 +264,17 @@ class Branch(NamedTuple):
 
 
 @kernel
-def present_branch(memory: Record) -> Branch:
-    """Return the branch on which the contact is."""
-    turns, depth, sense = memory.turns, memory.depth, memory.sense
-    if depth == 0:
-        return Branch(turns[0, U], 0.0, sense, 1.0, 1.0, math.inf)
-    return Branch(turns[depth, U], turns[depth, FORCE], sense, 2.0, 0.5, loop_length(turns, depth))
-
-
-@kernel
 def branch_towards(curve: Record, memory: Record, direction: float) -> Branch:
     """Return the branch along which the contact goes if it moves in a direction now."""
-    present = present_branch(memory)
-    travel_m = abs(memory.u_m - present.origin_m)
-    if direction * memory.sense >= 0.0 or travel_m <= present.fold * curve.core_m:
-        return present
-    reach_m = 2.0 * travel_m if memory.depth == 0 else travel_m
-    return Branch(memory.u_m, memory.force_n, -memory.sense, 2.0, 0.5, reach_m)
+    turns, depth, sense = memory.turns, memory.depth, memory.sense
+    origin_m, fold = turns[depth, U], 1.0 if depth == 0 else 2.0
+    travel_m = abs(memory.u_m - origin_m)
+    if direction * sense < 0.0 and travel_m > fold * curve.core_m:
+        reach_m = 2.0 * travel_m if depth == 0 else travel_m
+        return Branch(memory.u_m, memory.force_n, -sense, 2.0, 0.5, reach_m)
+    if depth == 0:
+        return Branch(origin_m, 0.0, sense, 1.0, 1.0, math.inf)
+    return Branch(origin_m, turns[depth, FORCE], sense, 2.0, 0.5, loop_length(turns, depth))
 
 
 @kernel

@@ -6,11 +6,9 @@ from operator import add
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
-
-Array = NDArray[np.float64]
 
 NEWTON_ITERATIONS = 60
 """Enough for any start: the function is convex in log-log, so Newton's steps cannot cycle."""

@@ -11,7 +11,6 @@ rival laws know only the friction limit.
 """
 
 from stickslip_ros.contact.ageing import AGEING, friction_ratio, older, slip_speed
-from stickslip_ros.contact.kernel import kernel, kernel_apart
 from stickslip_ros.contact.laws import COULOMB, LAW, MDR, deflect
 from stickslip_ros.contact.memory import (
     MEMORY,
@@ -21,7 +20,6 @@ from stickslip_ros.contact.memory import (
     set_memory,
     stored_energy,
 )
-from stickslip_ros.contact.record import FLAG, FLOAT, Record, kind
 from stickslip_ros.contact.springs import (
     BANK,
     SLIP_SLACK,
@@ -32,6 +30,8 @@ from stickslip_ros.contact.springs import (
     stored_in_springs,
 )
 from stickslip_ros.contact.virgin import CURVE, virgin_energy
+from stickslip_ros.kernels.kernel import kernel, kernel_apart
+from stickslip_ros.kernels.record import FLAG, FLOAT, Record, kind
 
 ARRIVAL_SLACK = 1e-6
 """Share of a step by which a preload may miss its end, for the rounding of many steps."""

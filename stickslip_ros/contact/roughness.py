@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
 
 ROUNDING = 1e-9

@@ -1,8 +1,6 @@
 """One hemisphere that remembers how it was pressed and pulled, for scripts."""
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.record import record
 from stickslip_ros.contact.springs import (
     SPRINGS_IN_ALL,
     SPRINGS_STATE,
@@ -11,6 +9,8 @@ from stickslip_ros.contact.springs import (
     spring_bank,
 )
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import record
 from stickslip_ros.parameters import Parameters
 
 _move = entry_point(move_springs)

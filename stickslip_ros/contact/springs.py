@@ -19,11 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact.mdr import Elasticity
 from stickslip_ros.contact.memory import elongation
-from stickslip_ros.contact.profile import Array, Profile
-from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind, record
+from stickslip_ros.contact.profile import Profile
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
 
 SPRINGS_IN_ALL = 128
 """Springs of all groups together: so many keep real time while the preload changes."""

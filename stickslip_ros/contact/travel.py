@@ -18,13 +18,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel, kernel_apart
-from stickslip_ros.contact.profile import Array, LineProfile, line_profile
-from stickslip_ros.contact.record import COUNT, FLAG, FLOAT, Record, kind, record
+from stickslip_ros.arrays import Array
+from stickslip_ros.contact.profile import LineProfile, line_profile
 from stickslip_ros.contact.roughness import Spectrum, line_power, rough_line
 from stickslip_ros.contact.springs import GROUPS_MAX
 from stickslip_ros.contact.virgin import CELLS
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.kernels.kernel import kernel, kernel_apart
+from stickslip_ros.kernels.record import COUNT, FLAG, FLOAT, Record, kind, record
 from stickslip_ros.parameters import ContactParameters
 
 TILE = 64
@@ -92,13 +93,14 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
 
     """
     spacing_m = contact.line_length / contact.line_points
-    waves = _waves(spectrum, contact)
+    power_m2 = line_power(spectrum, contact.line_length, contact.line_points)
+    waves = _waves(contact.travel * power_m2, contact)
     places_m = spacing_m * (np.arange(contact.line_points // 2) + 0.5)
     rises_m = places_m**2 / contact.radius
-    variance_m2 = np.interp(places_m, *_structure(waves, spacing_m, contact.line_length))
-    is_wide = (rises_m > WIDE * np.sqrt(contact.travel * variance_m2)) & (
-        places_m >= WIDTH_MIN * contact.radius
-    )
+    # Of the spectrum, not of the waves that were drawn: all seeds have windows of one width.
+    covariance_m2 = contact.line_points * np.fft.irfft(power_m2, contact.line_points)
+    change_m = np.sqrt(2.0 * (covariance_m2[0] - covariance_m2[: len(places_m)]))
+    is_wide = (rises_m > WIDE * change_m) & (places_m >= WIDTH_MIN * contact.radius)
     half = int(np.argmax(is_wide)) + 1 if is_wide.any() else len(places_m)
     half = TILE // 2 * min(math.ceil(2 * half / TILE), 2 * len(places_m) // TILE)
     if not 0 < 2 * half <= WINDOW_MAX:
@@ -130,9 +132,9 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
     return track
 
 
-def _waves(spectrum: Spectrum, contact: ContactParameters) -> Array:
+def _waves(power_m2: Array, contact: ContactParameters) -> Array:
     """
-    Return the waves of the runner's line, a row of ``waves`` for each.
+    Return the waves of the runner's line of a power, a row of ``waves`` for each.
 
     Notes
     -----
@@ -140,21 +142,13 @@ def _waves(spectrum: Spectrum, contact: ContactParameters) -> Array:
     many. One wave stands for all of a bin, with their power and a random length among theirs.
 
     """
-    power = contact.travel * line_power(spectrum, contact.line_length, contact.line_points)
-    modes = np.flatnonzero(power)
+    modes = np.flatnonzero(power_m2)
     edges = np.unique(np.rint(np.geomspace(modes[0], modes[-1] + 1, WAVES + 1)).astype(int))
-    amplitude_m = 2.0 * np.sqrt(np.add.reduceat(power, edges[:-1]))
+    amplitude_m = 2.0 * np.sqrt(np.add.reduceat(power_m2, edges[:-1]))
     bounds = np.clip(edges - 0.5, modes[0], modes[-1])
     shares = np.random.default_rng((contact.line_seed, STREAM, 0)).uniform(size=len(amplitude_m))
     angle = 2.0 * np.pi / contact.line_points * (bounds[:-1] + shares * np.diff(bounds))
     return np.column_stack((amplitude_m, angle, np.cos(angle), np.sin(angle)))
-
-
-def _structure(waves: Array, spacing_m: float, length_m: float) -> tuple[Array, Array]:
-    """Return distances, m, and the mean square change of height over them, m^2, per travel."""
-    distances_m = np.geomspace(spacing_m, length_m, 200, dtype=np.float64)
-    turns = np.outer(distances_m / spacing_m, waves[:, ANGLE])
-    return distances_m, (1.0 - np.cos(turns)) @ waves[:, AMPLITUDE] ** 2
 
 
 def window_profile(track: Record, foot: int, place: int = 0) -> LineProfile:

@@ -15,10 +15,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact.mdr import Presliding
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import FLOAT, Record, kind, record
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import FLOAT, Record, kind, record
 
 CELLS = 4096
 """Cells of a table; the force is then exact to TABLE_ERROR of its maximum."""

@@ -21,22 +21,19 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import entry_point, kernel
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact.laws import MDR
-from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import remembers_turns
-from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.amplifier import (
     Stretch,
     clamp,
     has_caught_up,
     is_direct,
     is_fall_over,
-    slewed_voltage,
     stretch_ahead,
     time_to_settle,
 )
-from stickslip_ros.drive.feet import bends, lay_contacts, mean_place
+from stickslip_ros.drive.feet import bends, mean_place
 from stickslip_ros.drive.frame import frame_place
 from stickslip_ros.drive.long_step import (
     LANES,
@@ -53,8 +50,11 @@ from stickslip_ros.drive.piezo import fastest_m_per_s
 from stickslip_ros.drive.plant import may_pass, pace_of, step
 from stickslip_ros.drive.records import ALL, Wave
 from stickslip_ros.drive.runner import cell_force
+from stickslip_ros.drive.travel import lay_contacts
 from stickslip_ros.drive.waveform import ramp_is_over, row_at
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.kernels.kernel import entry_point, kernel
+from stickslip_ros.kernels.record import Record
 
 RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
 """Columns of the log of ramps: position after the fall, mean and final position, m."""
@@ -194,7 +194,7 @@ def observe(
         while remaining_s > 0.0 and may_pass(state):
             before_v = state.voltage_v
             row = row_at(wave.rows, state.clock.ramp_s, row)
-            slewed_v = slewed_voltage(plant, state)
+            slewed_v = state.piezo.slewed_v if plant.amplifier.tau_s > 0.0 else before_v
             ahead = stretch_ahead(plant, wave, state.clock, slewed_v, row)
             settled_s = time_to_settle(plant, wave, before_v, ahead.start_v, ahead.rate_v_per_s)
             stretch_s = min(remaining_s, ahead.lasts_s, settled_s)
@@ -232,18 +232,19 @@ def advance(
     observe_samples(plants, states, wave, load_n, duration_s, np.empty((1, FORCE + 1)), ramps)
 
 
-def advance_all(drives: Sequence[tuple[Record, Record, Wave, float, float, Array]]) -> None:
-    """Advance LANES drives at most, each as ``advance`` would, whose parameters they are."""
+def observe_all(
+    drives: Sequence[tuple[Record, Record, Wave, float, float, Array, Array]],
+) -> None:
+    """Do for LANES drives at most what ``observe_samples`` does; they are its parameters."""
     lanes = [drive for drive in drives if takes_only_long_steps(*drive[:2])]
     if len(lanes) < LANES_MIN:
         lanes = []
     for drive in drives:
         if not any(drive is each for each in lanes):
-            advance(*drive)
+            observe_samples(*drive)
     if lanes:
-        asked = [(*each[:5], np.empty((1, FORCE + 1)), each[5]) for each in lanes]
-        idle = (*asked[0][:4], -1.0, *asked[0][5:])
-        observe_together((*asked, *[idle] * (LANES - len(asked))))
+        idle = (*lanes[0][:4], -1.0, *lanes[0][5:])
+        observe_together((*lanes, *[idle] * (LANES - len(lanes))))
         for drive in lanes:
             check_motion(drive[1], drive[3])
 

@@ -8,10 +8,10 @@ In this order: the digital-to-analogue converter, range and slew rate, the low-p
 import math
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import in_python, kernel
-from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import target
+from stickslip_ros.kernels.kernel import in_python, kernel
+from stickslip_ros.kernels.record import Record
 
 SETTLED_V = 1e-9
 """A gap smaller than this is rounding: half an attometre at the foot."""
@@ -61,12 +61,6 @@ def stretch_ahead(plant: Record, wave: Wave, clock: Record, output_v: float, row
     )
     lasts_s = min(corner_s, caught_s)
     return Stretch(start_v, rate_v_per_s, target_v, slope_v_per_s, caught_s, lasts_s)
-
-
-@kernel
-def slewed_voltage(plant: Record, state: Record) -> float:
-    """Return the output of the amplifier before its low-pass, V."""
-    return state.piezo.slewed_v if plant.amplifier.tau_s > 0.0 else state.voltage_v
 
 
 @kernel

@@ -6,20 +6,18 @@ from functools import lru_cache
 
 import numpy as np
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact.ageing import AGEING, friction_ratio
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
-from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.laws import LAW, LAW_NUMBERS, MDR
 from stickslip_ros.contact.mdr import Presliding, presliding
-from stickslip_ros.contact.profile import Array
 from stickslip_ros.contact.reaction import CONTACT, relax
-from stickslip_ros.contact.record import Record, record, records
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
 from stickslip_ros.contact.travel import NOWHERE
 from stickslip_ros.contact.virgin import tabulate, tabulate_each
 from stickslip_ros.drive.advance import PASSES_MIN
 from stickslip_ros.drive.amplifier import is_direct
-from stickslip_ros.drive.feet import divide_among_feet, switch_all_to_springs
+from stickslip_ros.drive.division import divide_among_feet, switch_all_to_springs
 from stickslip_ros.drive.piezo import rest_piezo
 from stickslip_ros.drive.records import (
     ALL,
@@ -34,6 +32,8 @@ from stickslip_ros.drive.records import (
     WALLS,
 )
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.kernels.kernel import in_python
+from stickslip_ros.kernels.record import Record, record, records
 from stickslip_ros.parameters import (
     ContactParameters,
     FrictionLawParameters,
@@ -149,9 +149,9 @@ def longest_step_s(parameters: Parameters, contact: Record, cell_n_per_m: float)
         between_per_s = math.sqrt(omega_per_s**2 + contact_n_per_m / frame_kg)
         loss_per_s = 2.0 * parameters.frame.damping_ratio * frame_per_s
         fastest_per_s = max(fastest_per_s, between_per_s, frame_per_s, loss_per_s)
-    if parameters.actuator.mass and parameters.actuator.resonance:
+    if parameters.actuator.stiffness:
         # No foot has more than a quarter of the stiffness of all.
-        foot_per_s = math.sqrt(0.25 * contact_n_per_m / parameters.actuator.mass)
+        foot_per_s = math.sqrt(0.25 * contact_n_per_m / parameters.actuator.foot_mass)
         fastest_per_s = max(fastest_per_s, foot_per_s)
     cell, button_per_s = parameters.load_cell, 2.0 * math.pi * parameters.load_cell.resonance
     if cell.contact == 'one_sided':
@@ -190,9 +190,10 @@ def piezo_of(parameters: Parameters) -> Record:
     plays = setting.plays if setting.hysteresis else 0
     weight = setting.hysteresis * (plays + 1) / ((plays + 1) ** 2 // 4) if plays else 0.0
     omega_per_s = 2.0 * math.pi * setting.resonance
-    if setting.mass and setting.resonance and parameters.contact.law == 'coulomb':
+    if setting.stiffness and parameters.contact.law == 'coulomb':
         limit = "not 0 under Coulomb's law, which does not say how feet share a load"
-        raise OutOfRange('actuator.mass', setting.mass, 'kg', limit, 'take another contact.law')
+        hint = 'take another contact.law'
+        raise OutOfRange('actuator.stiffness', setting.stiffness, 'N/m', limit, hint)
     return record(
         PIEZO,
         linear=1.0 - 0.5 * weight * plays,
@@ -202,8 +203,8 @@ def piezo_of(parameters: Parameters) -> Record:
         creep=setting.creep,
         omega_per_s=omega_per_s,
         damping_ratio=setting.damping_ratio,
-        foot_kg=setting.mass,
-        stack_n_per_m=setting.mass * omega_per_s**2,
+        foot_kg=setting.foot_mass,
+        stack_n_per_m=setting.stiffness,
     )
 
 
@@ -229,12 +230,12 @@ def button_of(parameters: Parameters) -> Record:
 
 def frame_of(parameters: Parameters) -> Record:
     """Return the frame."""
-    setting, feet_kg = parameters.frame, FEET * parameters.actuator.mass
+    setting, feet_kg = parameters.frame, FEET * parameters.actuator.foot_mass
     if not setting.mass:
         return record(FRAME)
     if feet_kg >= setting.mass:
         limit = f'not above the mass of its six feet, {feet_kg:g} kg'
-        hint = 'raise it, or lower actuator.mass'
+        hint = 'raise it, or make the feet lighter'
         raise OutOfRange('frame.mass', setting.mass, 'kg', limit, hint)
     if parameters.contact.law == 'coulomb':
         limit = "not 0 under Coulomb's law, which gives a moving frame no force at rest"

@@ -1,11 +1,11 @@
 """Faults of the drive that come and go while it runs."""
 
 from stickslip_ros.contact.laws import COULOMB
-from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.build import separate_feet, set_ideal
-from stickslip_ros.drive.feet import divide_among_feet
+from stickslip_ros.drive.division import divide_among_feet
 from stickslip_ros.drive.records import ALL
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import Parameters
 
 

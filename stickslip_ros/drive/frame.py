@@ -8,32 +8,28 @@ has the term -r M x_s'' instead, which is infinite at each corner of the voltage
 
 """
 
-from typing import NamedTuple
-
-from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.feet import Path, bends, mean_place, way_on
-from stickslip_ros.drive.oscillator import SIXTH, Halves, swing_twice
-
-
-class Sway(NamedTuple):
-    """Displacement of the frame, m, its velocity, m/s, and acceleration, m/s^2."""
-
-    frame_m: float
-    speed: float
-    speeding: float
+from stickslip_ros.drive.feet import bends, mean_place, moving, way_of
+from stickslip_ros.drive.oscillator import SIXTH, add_at_end, add_in_middle, swing_twice
+from stickslip_ros.drive.stride import way_on
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import Record
 
 
 @kernel
-def sway_of(plant: Record, state: Record, mean: Path) -> Sway:
-    """Return how the frame moves now, under a mean foot that goes on in a way."""
-    frame = plant.frame
+def feel(plant: Record, state: Record, stride: Record) -> None:
+    """Note where the frame is, and how it moves under feet that go on as they do."""
+    frame, feet, sway = plant.frame, stride.feet, stride.sway
     if not frame.exists:
-        return Sway(0.0, 0.0, 0.0)
-    frame_m = frame_place(plant, state)
-    speed = state.centre_m_per_s - frame.feet_share * mean.speed
-    force_n = state.contact_n - holding_force(frame, frame_m, speed)
-    return Sway(frame_m, speed, force_n * frame.per_kg - frame.feet_share * mean.speeding)
+        return
+    feet.speed = feet.speeding = 0.0
+    for k in moving(plant):
+        speed, speeding = way_of(plant, state, stride.path, k)
+        feet.speed += speed / len(moving(plant))
+        feet.speeding += speeding / len(moving(plant))
+    stride.frame_m = frame_place(plant, state)
+    sway.speed = state.centre_m_per_s - frame.feet_share * feet.speed
+    force_n = state.contact_n - holding_force(frame, stride.frame_m, sway.speed)
+    sway.speeding = force_n * frame.per_kg - frame.feet_share * feet.speeding
 
 
 @kernel
@@ -51,67 +47,72 @@ def holding_force(frame: Record, frame_m: float, speed: float) -> float:
 
 
 @kernel
-def centre_ahead(
-    plant: Record, state: Record, mean: Path, sway: Sway, n_per_s: float, half_s: float
-) -> Halves:
-    """Return the way of the centre of mass while the force of the contacts grows at a rate."""
-    frame = plant.frame
+def jerk_of_frame(plant: Record, stride: Record) -> float:
+    """Return how the acceleration of the frame grows, m/s^3; 0 of a rigid one."""
+    n_per_s = stride.tangent * stride.runner.speed - stride.drive.speed
+    n_per_s -= holding_force(plant.frame, stride.sway.speed, stride.sway.speeding)
+    return n_per_s * plant.frame.per_kg
+
+
+@kernel
+def swing(plant: Record, state: Record, stride: Record) -> None:
+    """Let the centre of mass go exactly while the force of the contacts grows."""
+    frame, feet, centre, half_s = plant.frame, stride.feet, stride.centre, 0.5 * stride.lasts_s
+    stride.grows_n_per_s = stride.tangent * stride.runner.speed - stride.drive.speed
     if not frame.exists:
-        return Halves(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    share = frame.feet_share
-    omega_squared, gamma = (
-        frame.held_n_per_m * frame.per_kg,
-        frame.damping_n_s_per_m * frame.per_kg,
-    )
-    speed = state.centre_m_per_s
-    pull = sway.speeding + share * mean.speeding + gamma * speed
-    rate = n_per_s * frame.per_kg + share * (omega_squared * mean.speed + gamma * mean.speeding)
-    jerk = share * omega_squared * mean.speeding
-    return swing_twice(omega_squared, gamma, half_s, speed, pull, rate, jerk)
+        return
+    share, omega_squared = frame.feet_share, frame.held_n_per_m * frame.per_kg
+    gamma, speed = frame.damping_n_s_per_m * frame.per_kg, state.centre_m_per_s
+    rate = omega_squared * feet.speed + gamma * feet.speeding
+    centre.omega_squared, centre.gamma, centre.speed = omega_squared, gamma, speed
+    centre.pull = stride.sway.speeding + share * feet.speeding + gamma * speed
+    centre.pull_rate = stride.grows_n_per_s * frame.per_kg + share * rate
+    centre.pull_jerk = share * omega_squared * feet.speeding
+    swing_twice(centre, half_s)
+    stride.frame_middle_m = stride.frame_m + centre.middle_m - share * way_on(feet, half_s)
 
 
 @kernel
-def frame_after(plant: Record, sway: Sway, mean: Path, centre_m: float, time_s: float) -> float:
-    """Return the displacement of the frame when its centre of mass has gone a way, m."""
-    return sway.frame_m + centre_m - plant.frame.feet_share * way_on(mean, time_s)
+def pass_middle(plant: Record, _state: Record, stride: Record) -> None:
+    """Add what the force of the contacts has missed in the middle."""
+    frame, centre, h_s = plant.frame, stride.centre, stride.lasts_s
+    if not frame.exists:
+        return
+    missed_n = stride.middle_n - stride.before_n - 0.5 * h_s * stride.grows_n_per_s
+    add_in_middle(centre, missed_n * frame.per_kg, h_s)
+    feet_m = frame.feet_share * way_on(stride.feet, h_s)
+    stride.frame_end_m = stride.frame_m + centre.end_m - feet_m
 
 
 @kernel
-def move_frame(
-    plant: Record,
-    state: Record,
-    mean: Path,
-    sway: Sway,
-    centre: Halves,
-    centre_m_per_s: float,
-    h_s: float,
-    before_n: float,
-    middle_n: float,
-) -> None:
+def arrive(plant: Record, state: Record, stride: Record) -> None:
     """
-    Move the frame by a step, with the forces of the contacts before it and in its middle.
+    Move the frame to the end.
 
     Energy is booked by Simpson's rule: what its damping loses, and the work that the feet do as
     the table holds back a part of what accelerates them; stacks that bend do theirs elsewhere.
 
     """
-    frame, half_s = plant.frame, 0.5 * h_s
+    frame, feet, centre, h_s = plant.frame, stride.feet, stride.centre, stride.lasts_s
+    if not frame.exists:
+        return
+    missed_n = state.contact_n - stride.before_n - h_s * stride.grows_n_per_s
+    add_at_end(centre, missed_n * frame.per_kg, h_s)
     share, work_w, square = frame.feet_share, 0.0, 0.0
-    for weight, time_s, centre_m, centre_w, contact_n in (
-        (1.0, 0.0, 0.0, state.centre_m_per_s, before_n),
-        (4.0, half_s, centre.middle_m, centre.middle_m_per_s, middle_n),
-        (1.0, h_s, centre.end_m, centre_m_per_s, state.contact_n),
+    for weight, time_s, frame_m, centre_w, contact_n in (
+        (1.0, 0.0, stride.frame_m, centre.speed, stride.before_n),
+        (4.0, 0.5 * h_s, stride.frame_middle_m, centre.middle_m_per_s, stride.middle_n),
+        (1.0, h_s, stride.frame_end_m, centre.end_m_per_s, state.contact_n),
     ):
-        foot_speed = mean.speed + time_s * mean.speeding
+        foot_speed = feet.speed + time_s * feet.speeding
         speed = centre_w - share * foot_speed
-        frame_m = frame_after(plant, sway, mean, centre_m, time_s)
         work_w += weight * foot_speed * (contact_n - holding_force(frame, frame_m, speed))
         square += weight * speed * speed
     if not bends(plant):
         state.sums.feet_work_j += SIXTH * h_s * share * work_w
     state.sums.stand_lost_j += SIXTH * h_s * frame.damping_n_s_per_m * square
     state.centre_m += centre.end_m
-    state.centre_m_per_s = centre_m_per_s
+    state.centre_m_per_s = centre.end_m_per_s
 
 
 @kernel

@@ -2,13 +2,13 @@
 
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import entry_point, kernel
-from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.feet import lay_contacts, lost_by_feet, stored_by_feet
+from stickslip_ros.drive.feet import lost_by_feet, stored_by_feet
 from stickslip_ros.drive.frame import frame_energy
-from stickslip_ros.drive.oscillator import SIXTH
 from stickslip_ros.drive.runner import cell_energy, stops_energy
 from stickslip_ros.drive.stacks import stacks_energy
+from stickslip_ros.drive.travel import lay_contacts
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import Record
 
 
 class EnergyLedger(NamedTuple):
@@ -63,24 +63,3 @@ def take_ledger(plants: Record, states: Record) -> EnergyLedger:
         stacks_j=stacks_energy(plant, state),
         stand_lost_j=sums.stand_lost_j,
     )
-
-
-@kernel
-def book(
-    plant: Record,
-    state: Record,
-    h_s: float,
-    load_n: float,
-    position_m: float,
-    velocity_m_per_s: float,
-    middle_m: float,
-    middle_m_per_s: float,
-) -> None:
-    """Add one step to the integrals but the work of the feet, each by Simpson's rule."""
-    sums = state.sums
-    v_0, v_half, v_1 = state.velocity_m_per_s, middle_m_per_s, velocity_m_per_s
-    mean_square = (v_0 * v_0 + 4.0 * v_half * v_half + v_1 * v_1) * SIXTH
-    mean_m = (state.position_m + 4.0 * middle_m + position_m) * SIXTH
-    sums.load_work_j += load_n * (position_m - state.position_m)
-    sums.damping_lost_j += plant.damping_n_s_per_m * mean_square * h_s
-    sums.position_m_s += mean_m * h_s

@@ -16,24 +16,25 @@ turning points are looked up lane by lane between these. Each drive has the bits
 
 """
 
-import math
 from typing import Any
 
-from stickslip_ros.contact.kernel import kernel, on_stack
 from stickslip_ros.contact.memory import Branch, branch_towards, force_ahead, move, stiffness_on
-from stickslip_ros.contact.record import COUNT, FLOAT, Kind, Record, kind
 from stickslip_ros.drive.amplifier import clamp
-from stickslip_ros.drive.feet import arrest
 from stickslip_ros.drive.oscillator import SIXTH, propagator
 from stickslip_ros.drive.records import ALL
-from stickslip_ros.drive.runner import next_wall, wall_force, wall_stiffness
+from stickslip_ros.drive.runner import (
+    RESTING,
+    holding_stiffness,
+    missed_by_walls,
+    time_to_wall,
+    wall_force,
+)
+from stickslip_ros.drive.travel import arrest
+from stickslip_ros.kernels.kernel import kernel, on_stack
+from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind
 
 LANES = 8
 """Drives that go together: half as many take the same time, twice as many twice the time."""
-RESTING = 1e-3
-"""A sliding velocity below this share of what the step will add to it is no motion yet, a loop
-that closes within this share of the step closes at once, and a wall in this share of the way of
-the step has been met."""
 NEWTON_STEPS = 1
 """One is enough: with three the worst error of 120 cases changes in its eleventh digit."""
 STEP_SLACK = 1e-9
@@ -197,16 +198,6 @@ def _find_branch(lanes: Record, i: int, plant: Record, state: Record) -> None:
 
 
 @kernel
-def holding_stiffness(plant: Record, state: Record, speeding: float, h_s: float) -> float:
-    """Return the stiffness with which load cell and walls hold the runner in a step, N/m."""
-    held_n_per_m = plant.cell_n_per_m
-    if plant.walls.exist:
-        way_m = h_s * (state.velocity_m_per_s + 0.5 * h_s * speeding)
-        held_n_per_m += wall_stiffness(plant, state.position_m + RESTING * way_m)
-    return held_n_per_m
-
-
-@kernel
 def _cut(lanes: Record, i: int, plant: Record) -> None:
     """End the step where sliding turns, a loop closes or a wall is met, if that is within it."""
     speed, speeding, jerk, h_s = lanes.speed[i], lanes.speeding[i], lanes.jerk[i], lanes.h_s[i]
@@ -251,9 +242,10 @@ def _swing(lanes: Record, drives: Any) -> None:
             middle_m, curve = lanes.u_m[i] + lanes.y_middle[i], plant.contacts[ALL].curve
             lanes.middle_n[i] = force_ahead(curve, memory, _branch(lanes, i), middle_m)
             if plant.walls.exist:
-                lanes.missed_by_walls[i] = missed_by_walls(
+                missed_n = missed_by_walls(
                     plant, lanes.held_n_per_m[i], lanes.position_m[i], lanes.middle_m[i]
                 )
+                lanes.missed_by_walls[i] = missed_n * plant.per_kg
 
 
 @kernel
@@ -282,9 +274,10 @@ def _arrive(lanes: Record, drives: Any) -> None:
             lanes.u_m[i], lanes.end_n[i] = memory.u_m, memory.force_n
             if plant.walls.exist:
                 lanes.wall_n[i] = wall_force(plant, next_m)
-                lanes.missed_by_walls[i] = missed_by_walls(
+                missed_n = missed_by_walls(
                     plant, lanes.held_n_per_m[i], lanes.position_m[i], next_m
                 )
+                lanes.missed_by_walls[i] = missed_n * plant.per_kg
     for i in range(len(lanes.h_s)):
         h_s, before_n, end_n = lanes.h_s[i], lanes.contact_n[i], lanes.end_n[i]
         missed_n = end_n - before_n - lanes.tangent[i] * lanes.y_end[i]
@@ -337,36 +330,4 @@ def time_to_close(
     if gap_m >= longest_s * (speed + 0.5 * longest_s * speeding) or speed <= 0.0:
         return longest_s
     time_s = gap_m / speed
-    time_s -= (time_s * (speed + 0.5 * time_s * speeding) - gap_m) / (speed + time_s * speeding)
     return time_s if RESTING * longest_s < time_s < longest_s else longest_s
-
-
-@kernel
-def time_to_wall(
-    plant: Record,
-    position_m: float,
-    speed: float,
-    speeding: float,
-    jerk: float,
-    longest_s: float,
-) -> float:
-    """Return when the runner meets or leaves a wall, s; the longest time if it does not."""
-    way_m = longest_s * (speed + 0.5 * longest_s * speeding)
-    sense = 1.0 if way_m >= 0.0 else -1.0
-    gap_m = sense * (next_wall(plant, position_m + RESTING * way_m, sense) - position_m)
-    if gap_m >= sense * way_m:
-        return longest_s
-    speed, speeding, jerk = sense * speed, sense * speeding, sense * jerk
-    time_s = 2.0 * gap_m / (speed + math.sqrt(max(speed * speed + 2.0 * speeding * gap_m, 0.0)))
-    slope = speed + time_s * (speeding + 0.5 * time_s * jerk)
-    if slope > 0.0:
-        way_m = time_s * (speed + 0.5 * time_s * (speeding + SIXTH * 2.0 * time_s * jerk))
-        time_s -= (way_m - gap_m) / slope
-    return time_s if RESTING * longest_s < time_s < longest_s else longest_s
-
-
-@kernel
-def missed_by_walls(plant: Record, held_n_per_m: float, from_m: float, to_m: float) -> float:
-    """Return the acceleration by walls that their stiffness at the start of a step misses."""
-    grown_n = wall_force(plant, to_m) - wall_force(plant, from_m)
-    return (grown_n - (held_n_per_m - plant.cell_n_per_m) * (to_m - from_m)) * plant.per_kg

@@ -2,7 +2,8 @@
 
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import FLOAT, Record, kind
 
 SIXTH = 1.0 / 6.0
 # 1/(n (n-1)) of the power series: a multiplication is many times faster than a division.
@@ -42,15 +43,27 @@ class Propagator(NamedTuple):
     ramp: float
 
 
-class Halves(NamedTuple):
-    """Way of an oscillator from its start; the last two are as in Propagator, of a half step."""
-
-    middle_m: float
-    middle_m_per_s: float
-    end_m: float
-    end_m_per_s: float
-    velocity: float
-    impulse: float
+SWING = kind(
+    # Now: velocity and its derivatives; the pull on it per mass and its derivatives
+    speed=FLOAT,
+    speeding=FLOAT,
+    jerk=FLOAT,
+    pull=FLOAT,
+    pull_rate=FLOAT,
+    pull_jerk=FLOAT,
+    omega_squared=FLOAT,
+    gamma=FLOAT,
+    # Its way from the start, and its velocity, in the middle and at the end
+    middle_m=FLOAT,
+    middle_m_per_s=FLOAT,
+    end_m=FLOAT,
+    end_m_per_s=FLOAT,
+    # As in Propagator, of half the stride; the acceleration that the pull missed in the middle
+    velocity=FLOAT,
+    impulse=FLOAT,
+    missed=FLOAT,
+)
+"""A body on a damped spring in a stride."""
 
 
 @kernel
@@ -86,18 +99,18 @@ def propagator(omega_squared: float, gamma: float, h_s: float) -> Propagator:
 
 
 @kernel
-def swing_twice(
-    omega_squared: float,
-    gamma: float,
-    half_s: float,
-    speed: float,
-    pull: float,
-    pull_rate: float,
-    pull_jerk: float,
-) -> Halves:
-    """Return the exact way of an oscillator under a pull that is a parabola of time."""
+def swing_twice(body: Record, half_s: float) -> None:
+    """Let a body go exactly, in two halves, under a pull that is a parabola of time."""
+    omega_squared, gamma, speed = body.omega_squared, body.gamma, body.speed
+    pull, pull_rate, pull_jerk = body.pull, body.pull_rate, body.pull_jerk
     half = propagator(omega_squared, gamma, half_s)
-    curved = _response_to_square(omega_squared, gamma, half_s)
+    # The response to an acceleration of t^2/2: a series of the time, as in the propagator.
+    z, y = omega_squared * half_s * half_s, gamma * half_s
+    c5 = -y / 5.0
+    c6 = -(5.0 * y * c5 + z) / 30.0
+    c7 = -(6.0 * y * c6 + z * c5) / 42.0
+    c8 = -(7.0 * y * c7 + z * c6) / 56.0
+    curved = (1.0 + c5 + c6 + c7 + c8) / 24.0 * (half_s * half_s) * (half_s * half_s)
     y_1 = speed * half.impulse + pull * half.step + pull_rate * half.ramp + pull_jerk * curved
     w_1 = speed * half.velocity + pull * half.impulse + pull_rate * half.step
     w_1 += pull_jerk * half.ramp
@@ -105,34 +118,19 @@ def swing_twice(
     rate_1 = pull_rate + half_s * pull_jerk
     y_2 = y_1 + w_1 * half.impulse + pull_1 * half.step + rate_1 * half.ramp + pull_jerk * curved
     w_2 = w_1 * half.velocity + pull_1 * half.impulse + rate_1 * half.step + pull_jerk * half.ramp
-    return Halves(y_1, w_1, y_2, w_2, half.velocity, half.impulse)
+    body.middle_m, body.middle_m_per_s, body.end_m, body.end_m_per_s = y_1, w_1, y_2, w_2
+    body.velocity, body.impulse = half.velocity, half.impulse
 
 
 @kernel
-def _response_to_square(omega_squared: float, gamma: float, h_s: float) -> float:
-    """Return what ``propagator`` would, under an acceleration of t^2/2: a series of h, s^4."""
-    z, y = omega_squared * h_s * h_s, gamma * h_s
-    c5 = -y / 5.0
-    c6 = -(5.0 * y * c5 + z) / 30.0
-    c7 = -(6.0 * y * c6 + z * c5) / 42.0
-    c8 = -(7.0 * y * c7 + z * c6) / 56.0
-    return (1.0 + c5 + c6 + c7 + c8) / 24.0 * (h_s * h_s) * (h_s * h_s)
+def add_in_middle(body: Record, missed: float, h_s: float) -> None:
+    """Add what an acceleration adds that was missed, by its value in the middle."""
+    body.missed = missed
+    body.middle_m_per_s += SIXTH * h_s * missed
+    body.end_m += 4.0 * SIXTH * h_s * body.impulse * missed
 
 
 @kernel
-def corrected(course: Halves, missed: float, h_s: float) -> Halves:
-    """Return a course with what a pull adds that was missed, by its value in the middle."""
-    return Halves(
-        course.middle_m,
-        course.middle_m_per_s + SIXTH * h_s * missed,
-        course.end_m + 4.0 * SIXTH * h_s * course.impulse * missed,
-        course.end_m_per_s,
-        course.velocity,
-        course.impulse,
-    )
-
-
-@kernel
-def end_speed(course: Halves, missed: float, missed_end: float, h_s: float) -> float:
-    """Return the velocity at the end with what such a pull adds, by Simpson's rule, m/s."""
-    return course.end_m_per_s + SIXTH * h_s * (4.0 * course.velocity * missed + missed_end)
+def add_at_end(body: Record, missed: float, h_s: float) -> None:
+    """Add to the velocity at the end what it adds, by Simpson's rule."""
+    body.end_m_per_s += SIXTH * h_s * (4.0 * body.velocity * body.missed + missed)

@@ -11,10 +11,10 @@ straight within a step, but for what creep (1e-5 of itself) sees of the way with
 import math
 from typing import NamedTuple
 
-from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import Record
+from stickslip_ros.arrays import Array
 from stickslip_ros.drive.records import DECADES
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import Record
 
 CREEP_FASTEST_S = 1e-2
 """Time constant of the fastest element of creep; each of the others is ten times slower."""

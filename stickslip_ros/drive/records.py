@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact.reaction import CONTACT, CONTACT_STATE
-from stickslip_ros.contact.record import COUNT, FLAG, FLOAT, kind
 from stickslip_ros.contact.travel import TRACK
+from stickslip_ros.kernels.record import COUNT, FLAG, FLOAT, kind
 
 ENDLESS = 1 << 62
 """Cycles of a wave that runs until it is replaced."""

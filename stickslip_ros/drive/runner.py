@@ -1,14 +1,21 @@
 """
 The runner and the springs that it meets: m x'' = -k x - c x' + F_r + F_ext (Eq. 20).
 
-A load cell, fixed or touched, and end stops.
+A load cell, fixed or touched, and end stops; what it does in a stride.
 
 """
 
 import math
 
-from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.record import Record
+from stickslip_ros.drive.oscillator import SIXTH, add_at_end, add_in_middle, swing_twice
+from stickslip_ros.drive.stride import way_on
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import Record
+
+RESTING = 1e-3
+"""A sliding velocity below this share of what the step will add to it is no motion yet, a loop
+that closes within this share of the step closes at once, and a wall in this share of the way of
+the step has been met."""
 
 
 @kernel
@@ -60,30 +67,162 @@ def stops_energy(plant: Record, position_m: float) -> float:
 
 
 @kernel
-def wall_stiffness(plant: Record, position_m: float) -> float:
-    """Return the stiffness of all one-sided springs that are pressed at a position, N/m."""
-    walls = plant.walls
-    stiffness = walls.cell_n_per_m if position_m > walls.gap_m else 0.0
-    if position_m > walls.high_m or position_m < walls.low_m:
-        stiffness += walls.stop_n_per_m
-    return stiffness
-
-
-@kernel
-def next_wall(plant: Record, position_m: float, direction: float) -> float:
-    """Return the next place in a direction at which a one-sided spring is touched or left, m."""
-    walls = plant.walls
-    nearest_m = direction * math.inf
-    for place_m in (walls.gap_m, walls.low_m, walls.high_m):
-        if 0.0 < direction * (place_m - position_m) < direction * (nearest_m - position_m):
-            nearest_m = place_m
-    return nearest_m
-
-
-@kernel
 def force_on_runner(plant: Record, position_m: float, contact_n: float, load_n: float) -> float:
     """Return load cell, end stops, contacts and external load together, N; damping is apart."""
     force_n = load_n - contact_n - plant.cell_n_per_m * position_m
     if plant.walls.exist:
         force_n -= wall_force(plant, position_m)
     return force_n
+
+
+@kernel
+def holding_stiffness(plant: Record, state: Record, speeding: float, h_s: float) -> float:
+    """Return the stiffness with which load cell and walls hold the runner in a step, N/m."""
+    held_n_per_m, walls = plant.cell_n_per_m, plant.walls
+    if walls.exist:
+        way_m = h_s * (state.velocity_m_per_s + 0.5 * h_s * speeding)
+        position_m = state.position_m + RESTING * way_m
+        pressed_n_per_m = walls.cell_n_per_m if position_m > walls.gap_m else 0.0
+        if position_m > walls.high_m or position_m < walls.low_m:
+            pressed_n_per_m += walls.stop_n_per_m
+        held_n_per_m += pressed_n_per_m
+    return held_n_per_m
+
+
+@kernel
+def time_to_wall(
+    plant: Record,
+    position_m: float,
+    speed: float,
+    speeding: float,
+    jerk: float,
+    longest_s: float,
+) -> float:
+    """Return when the runner meets or leaves a wall, s; the longest time if it does not."""
+    way_m = longest_s * (speed + 0.5 * longest_s * speeding)
+    sense = 1.0 if way_m >= 0.0 else -1.0
+    gap_m, touched_m = math.inf, RESTING * abs(way_m)
+    for place_m in (plant.walls.gap_m, plant.walls.low_m, plant.walls.high_m):
+        ahead_m = sense * (place_m - position_m)
+        if touched_m < ahead_m < gap_m:
+            gap_m = ahead_m
+    if gap_m >= sense * way_m:
+        return longest_s
+    speed, speeding, jerk = sense * speed, sense * speeding, sense * jerk
+    time_s = 2.0 * gap_m / (speed + math.sqrt(max(speed * speed + 2.0 * speeding * gap_m, 0.0)))
+    slope = speed + time_s * (speeding + 0.5 * time_s * jerk)
+    if slope > 0.0:
+        way_m = time_s * (speed + 0.5 * time_s * (speeding + SIXTH * 2.0 * time_s * jerk))
+        time_s -= (way_m - gap_m) / slope
+    return time_s if RESTING * longest_s < time_s < longest_s else longest_s
+
+
+@kernel
+def missed_by_walls(plant: Record, held_n_per_m: float, from_m: float, to_m: float) -> float:
+    """Return the force of walls that their stiffness at the start of a step misses, N."""
+    grown_n = wall_force(plant, to_m) - wall_force(plant, from_m)
+    return grown_n - (held_n_per_m - plant.cell_n_per_m) * (to_m - from_m)
+
+
+@kernel
+def feel(plant: Record, state: Record, stride: Record) -> None:
+    """Note what moves as the runner, and its acceleration; one that is stuck has none."""
+    runner, per_kg = stride.runner, 0.0 if plant.stuck else plant.per_kg
+    stride.per_kg = per_kg = per_kg / (1.0 + stride.others_kg * per_kg)
+    force_n = force_on_runner(plant, state.position_m, state.contact_n, stride.load_n)
+    runner.pull = (force_n + stride.others_n) * per_kg
+    runner.gamma = (plant.damping_n_s_per_m + stride.others_n_s_per_m) * per_kg
+    runner.speed = state.velocity_m_per_s
+    runner.speeding = runner.pull - runner.gamma * runner.speed
+
+
+@kernel
+def look_ahead(plant: Record, state: Record, stride: Record) -> None:
+    """Note how stiffly it is held, and how its acceleration changes."""
+    runner = stride.runner
+    stride.held_n_per_m = holding_stiffness(plant, state, runner.speeding, stride.longest_s)
+    held_n_per_m = stride.held_n_per_m + stride.others_n_per_m + stride.tangent
+    runner.omega_squared = held_n_per_m * stride.per_kg
+    _drag_along(stride)
+    runner.jerk = runner.pull_rate - runner.omega_squared * runner.speed
+    runner.jerk = runner.jerk - runner.gamma * runner.speeding
+
+
+@kernel
+def _drag_along(stride: Record) -> None:
+    """Note how the contacts would pull on a runner at rest, dragged by feet and frame."""
+    tangent, driven, pulled, sway = stride.tangent, stride.driven, stride.pulled, stride.sway
+    stride.drive.speed = driven * pulled.speed + tangent * sway.speed
+    stride.drive.speeding = driven * pulled.speeding + tangent * sway.speeding
+    stride.runner.pull_rate = stride.drive.speed * stride.per_kg
+    stride.runner.pull_jerk = stride.drive.speeding * stride.per_kg
+
+
+@kernel
+def cut(plant: Record, state: Record, stride: Record) -> None:
+    """End the stride where the runner meets or leaves a wall."""
+    runner, lasts_s = stride.runner, stride.lasts_s
+    if plant.walls.exist:
+        stride.lasts_s = time_to_wall(
+            plant, state.position_m, runner.speed, runner.speeding, runner.jerk, lasts_s
+        )
+
+
+@kernel
+def swing(_plant: Record, _state: Record, stride: Record) -> None:
+    """Let it go exactly on the stiffness ahead."""
+    _drag_along(stride)
+    swing_twice(stride.runner, 0.5 * stride.lasts_s)
+
+
+@kernel
+def pass_middle(plant: Record, state: Record, stride: Record) -> None:
+    """Add what its stiffness has missed of contacts and walls in the middle."""
+    runner, h_s = stride.runner, stride.lasts_s
+    add_in_middle(runner, -_missed(plant, state, stride, runner.middle_m, 0.5 * h_s), h_s)
+
+
+@kernel
+def _missed(plant: Record, state: Record, stride: Record, way_m: float, time_s: float) -> float:
+    """Return the acceleration that its stiffness misses after a way and a time, m/s^2."""
+    missed_n = state.contact_n - stride.before_n - stride.tangent * way_m
+    missed_n = missed_n + stride.driven * way_on(stride.pulled, time_s)
+    missed = (missed_n + stride.tangent * way_on(stride.sway, time_s)) * stride.per_kg
+    if plant.walls.exist:
+        start_m = state.position_m
+        walls_n = missed_by_walls(plant, stride.held_n_per_m, start_m, start_m + way_m)
+        missed += walls_n * stride.per_kg
+    return missed
+
+
+@kernel
+def arrive(plant: Record, state: Record, stride: Record) -> None:
+    """Add what it has missed at the end, book the stride, let runner and mean foot be there."""
+    runner, start_m, h_s = stride.runner, state.position_m, stride.lasts_s
+    add_at_end(runner, -_missed(plant, state, stride, runner.end_m, h_s), h_s)
+    end_m, speed = start_m + runner.end_m, runner.end_m_per_s
+    middle_m, middle_m_per_s = start_m + runner.middle_m, runner.middle_m_per_s
+    book(plant, state, h_s, stride.load_n, end_m, speed, middle_m, middle_m_per_s)
+    state.foot_m += way_on(stride.path, h_s)
+    state.position_m, state.velocity_m_per_s = end_m, speed
+
+
+@kernel
+def book(
+    plant: Record,
+    state: Record,
+    h_s: float,
+    load_n: float,
+    position_m: float,
+    velocity_m_per_s: float,
+    middle_m: float,
+    middle_m_per_s: float,
+) -> None:
+    """Add one step to the integrals but the work of the feet, each by Simpson's rule."""
+    sums = state.sums
+    v_0, v_half, v_1 = state.velocity_m_per_s, middle_m_per_s, velocity_m_per_s
+    mean_square = (v_0 * v_0 + 4.0 * v_half * v_half + v_1 * v_1) * SIXTH
+    mean_m = (state.position_m + 4.0 * middle_m + position_m) * SIXTH
+    sums.load_work_j += load_n * (position_m - state.position_m)
+    sums.damping_lost_j += plant.damping_n_s_per_m * mean_square * h_s
+    sums.position_m_s += mean_m * h_s

@@ -8,40 +8,59 @@ oscillator does, along a straight line.
 
 """
 
-from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.record import Record
-from stickslip_ros.drive.feet import Path, bends, moving, ratio_of, way_on
-from stickslip_ros.drive.frame import holding_force
+from stickslip_ros.drive.feet import bends, moving, ratio_of
+from stickslip_ros.drive.frame import frame_place, holding_force
 from stickslip_ros.drive.oscillator import SIXTH
-from stickslip_ros.drive.piezo import Ring, free_ring, swing_along
+from stickslip_ros.drive.piezo import free_ring, swing_along
+from stickslip_ros.drive.stride import way_on
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import Record
 
 
 @kernel
-def feet_ahead(
-    plant: Record, state: Record, path: Path, recoil: float, past_speed: float, h_s: float
-) -> Ring:
-    """
-    Let the feet go ahead in a step; return what half of it rings.
+def feel(plant: Record, state: Record, stride: Record) -> None:
+    """Let the feet go as if their loads stayed: the contacts look where they go."""
+    if not bends(plant):
+        return
+    for k in moving(plant):
+        state.feet[k].stiffness = 0.0
+    stride.frame_m = frame_place(plant, state)
+    stride.recoil = _recoil(plant, state, stride, 0.0)
+    swing(plant, state, stride)
 
-    The frame has an acceleration, and loads grow as the stiffness of the contacts says with which
-    the runner goes past the frame at a speed.
 
-    """
-    piezo, half_s = plant.piezo, 0.5 * h_s
+@kernel
+def look_ahead(plant: Record, state: Record, stride: Record) -> None:
+    """Note how all feet pull on the runner by the stiffness of their contacts, N/s and N/s^2."""
+    if not bends(plant):
+        return
+    stride.driven, stride.pulled.speed, stride.pulled.speeding = 1.0, 0.0, 0.0
+    for k in moving(plant):
+        foot = state.feet[k]
+        stride.pulled.speed += foot.stiffness * foot.speed
+        stride.pulled.speeding += foot.stiffness * foot.speeding
+
+
+@kernel
+def swing(plant: Record, state: Record, stride: Record) -> None:
+    """Let the feet go, with loads that grow as the runner goes past that stiffness."""
+    if not bends(plant):
+        return
+    piezo, h_s, half_s = plant.piezo, stride.lasts_s, 0.5 * stride.lasts_s
     ring = free_ring(piezo.omega_per_s, piezo.damping_ratio, half_s)
-    inert_m = recoil / (piezo.omega_per_s * piezo.omega_per_s)
+    stride.ring_m, stride.ring_m_per_s = ring.m_per_m_per_s, ring.m_per_s_per_m_per_s
+    inert_m = stride.recoil / (piezo.omega_per_s * piezo.omega_per_s)
+    past_speed = stride.runner.speed - stride.sway.speed
     for k in moving(plant):
         foot, start_m, ratio = state.feet[k], state.places_m[k], ratio_of(plant, k)
-        bent_m = state.contacts[k].memory.force_n / piezo.stack_n_per_m - inert_m
-        foot.n_per_s = foot.stiffness * (past_speed - foot.speed)
-        grows_m = foot.n_per_s / piezo.stack_n_per_m
-        drive_0 = state.offsets_m[k] + ratio * state.foot_m + bent_m
-        drive_1 = drive_0 + ratio * way_on(path, half_s) + grows_m * half_s
-        drive_2 = drive_0 + ratio * way_on(path, h_s) + grows_m * h_s
-        speed = foot.m_per_s
         foot.before_n = state.contacts[k].memory.force_n
+        foot.n_per_s = foot.stiffness * (past_speed - foot.speed)
+        bent_m, grows_m = foot.before_n / piezo.stack_n_per_m, foot.n_per_s / piezo.stack_n_per_m
+        drive_0 = state.offsets_m[k] + ratio * state.foot_m + (bent_m - inert_m)
+        drive_1 = drive_0 + ratio * way_on(stride.path, half_s) + grows_m * half_s
+        drive_2 = drive_0 + ratio * way_on(stride.path, h_s) + grows_m * h_s
         foot.middle_m, foot.middle_m_per_s = swing_along(
-            piezo, start_m, speed, drive_0, drive_1, ring, half_s
+            piezo, start_m, foot.m_per_s, drive_0, drive_1, ring, half_s
         )
         foot.end_m, foot.end_m_per_s = swing_along(
             piezo, foot.middle_m, foot.middle_m_per_s, drive_1, drive_2, ring, half_s
@@ -49,29 +68,33 @@ def feet_ahead(
         bow_m = (foot.end_m - foot.middle_m) - (foot.middle_m - start_m)
         foot.speeding = bow_m / (half_s * half_s)
         foot.speed = (foot.end_m - start_m) / h_s - half_s * foot.speeding
-    return ring
+    look_ahead(plant, state, stride)
 
 
 @kernel
-def recoil_of(
-    plant: Record, state: Record, part: int, foot_m: float, frame_m: float, centre_w: float
-) -> float:
+def _recoil(plant: Record, state: Record, stride: Record, time_s: float) -> float:
     """
-    Return the acceleration of the frame, m/s^2, at the start, middle or end of a step: 0, 1, 2.
+    Return the acceleration of the frame, m/s^2, at the start, in the middle or at the end.
 
     What the frame gets from its feet it gives them back: both follow from one equation.
 
     """
     piezo, frame, pull, mean_speed = plant.piezo, plant.frame, 0.0, 0.0
+    foot_m = state.foot_m + way_on(stride.path, time_s)
+    starts, ends = time_s == 0.0, time_s == stride.lasts_s
     for k in moving(plant):
         foot = state.feet[k]
-        speed = foot.m_per_s
-        if part > 0:
-            speed = foot.middle_m_per_s if part == 1 else foot.end_m_per_s
+        speed = foot.end_m_per_s if ends else foot.middle_m_per_s
+        speed = foot.m_per_s if starts else speed
         bent_m = state.places_m[k] - state.offsets_m[k] - ratio_of(plant, k) * foot_m
         force_n = foot.load_n - piezo.stack_n_per_m * bent_m
         pull += force_n / piezo.foot_kg - 2.0 * piezo.damping_ratio * piezo.omega_per_s * speed
         mean_speed += speed / len(moving(plant))
+    frame_m, centre_w = stride.frame_middle_m, stride.centre.middle_m_per_s
+    if starts:
+        frame_m, centre_w = stride.frame_m, state.centre_m_per_s
+    elif ends:
+        frame_m, centre_w = stride.frame_end_m, stride.centre.end_m_per_s
     share = frame.feet_share
     held_n = holding_force(frame, frame_m, centre_w - share * mean_speed)
     own = (state.contact_n - held_n) * frame.per_kg
@@ -79,36 +102,31 @@ def recoil_of(
 
 
 @kernel
-def pulled_by_feet(plant: Record, state: Record) -> Path:
-    """Return how all feet pull, N/s and N/s^2."""
-    n_per_s, n_per_s2 = 0.0, 0.0
-    for k in moving(plant):
-        foot = state.feet[k]
-        n_per_s += foot.stiffness * foot.speed
-        n_per_s2 += foot.stiffness * foot.speeding
-    return Path(n_per_s, n_per_s2)
-
-
-@kernel
-def place_at_end(plant: Record, state: Record, ring: Ring, recoil: float, h_s: float) -> None:
-    """Bring the feet to the end of the step, with what loads and recoil in its middle add."""
+def pass_middle(plant: Record, state: Record, stride: Record) -> None:
+    """Add to the end of the feet what loads and recoil have missed in the middle."""
+    if not bends(plant):
+        return
+    h_s = stride.lasts_s
+    recoil = _recoil(plant, state, stride, 0.5 * h_s) - stride.recoil
     for k in moving(plant):
         foot = state.feet[k]
         missed = foot.load_n - foot.before_n - 0.5 * h_s * foot.n_per_s
         foot.missed = missed / plant.piezo.foot_kg - recoil
         foot.middle_m_per_s += SIXTH * h_s * foot.missed
-        state.places_m[k] = foot.end_m + 4.0 * SIXTH * h_s * ring.m_per_m_per_s * foot.missed
+        foot.end_m += 4.0 * SIXTH * h_s * stride.ring_m * foot.missed
 
 
 @kernel
-def end_of_feet(plant: Record, state: Record, ring: Ring, recoil: float, h_s: float) -> None:
-    """Add what loads and recoil at the end add to the velocities, and book their damping."""
-    piezo = plant.piezo
-    square = 0.0
+def arrive(plant: Record, state: Record, stride: Record) -> None:
+    """Add to their velocities what they have missed at the end, and book their damping."""
+    if not bends(plant):
+        return
+    piezo, h_s, square = plant.piezo, stride.lasts_s, 0.0
+    recoil = _recoil(plant, state, stride, h_s) - stride.recoil
     for k in moving(plant):
         foot = state.feet[k]
         missed = foot.load_n - foot.before_n - h_s * foot.n_per_s
-        kick = 4.0 * ring.m_per_s_per_m_per_s * foot.missed + missed / piezo.foot_kg - recoil
+        kick = 4.0 * stride.ring_m_per_s * foot.missed + missed / piezo.foot_kg - recoil
         speed = foot.end_m_per_s + SIXTH * h_s * kick
         square += foot.m_per_s * foot.m_per_s + speed * speed
         square += 4.0 * foot.middle_m_per_s * foot.middle_m_per_s
@@ -120,6 +138,8 @@ def end_of_feet(plant: Record, state: Record, ring: Ring, recoil: float, h_s: fl
 @kernel
 def note_ringing(plant: Record, state: Record) -> None:
     """Let the piezo remember the largest ringing of a foot: the length of steps follows it."""
+    if not bends(plant):
+        return
     ring_m = ring_m_per_s = 0.0
     for k in moving(plant):
         wanted_m = state.offsets_m[k] + ratio_of(plant, k) * state.foot_m

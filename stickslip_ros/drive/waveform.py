@@ -5,10 +5,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import Record
+from stickslip_ros.arrays import Array
 from stickslip_ros.drive.records import ENDLESS, Wave
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import Record
 
 CORNER_S = 1e-15
 """A corner nearer than this has been reached: rounding, no time of the drive."""

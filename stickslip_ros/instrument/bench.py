@@ -6,7 +6,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
-from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.ledger import EnergyLedger
 from stickslip_ros.drive.waveform import can_be_played
 from stickslip_ros.errors import OutOfRange, StickSlipError
@@ -20,7 +19,9 @@ from stickslip_ros.instrument.reports import Event, Identity, Output, Result, St
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import SimulatedStand
 from stickslip_ros.instrument.state_tree import UNCHECKED, read, refusal
+from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
+from stickslip_ros.units import NANO, with_unit
 
 MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
 LOADED, REFUSED = int(Status.LOADED), int(Status.REFUSED)
@@ -123,6 +124,13 @@ class Bench:
         self._last_refused = False
         self._told_bits, self._told_status = 0, Status(0)
         self.apply_faults(self.faults)
+
+    def __repr__(self) -> str:
+        bits = [bit.name for bit in Status if bit.name and bit & self.status]
+        position = with_unit(float(self.state['position_m']), 'm')
+        voltage = with_unit(self.stand.voltage_v, 'V')
+        at = f'{self.time_ns * NANO:.9g} s'
+        return f'Bench(at {at}: runner at {position}, {voltage}, {", ".join(bits)})'
 
     @property
     def replaced(self) -> int:
@@ -232,7 +240,7 @@ class Bench:
         self.time_ns = until_ns
         readings = self.sensing.read(trace, until_ns, self.stand.voltage_v, self.faults)
         motion = self.motion
-        if motion.is_running and (motion.is_steered or self.stand.has_arrived(motion.wave)):
+        if motion.is_running and (motion.may_end_early or self.stand.has_arrived(motion.wave)):
             motion.watch(self._observe())
         if self._preloading is not None and self.stand.is_preloaded:
             self._end_preloading(Result.DONE)

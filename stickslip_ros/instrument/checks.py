@@ -5,7 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import slew_of
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level, sawtooth, table

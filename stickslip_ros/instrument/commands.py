@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, UnknownName, WrongKind
 from stickslip_ros.instrument import checks
 from stickslip_ros.instrument.closed_loop import Observation
@@ -26,7 +26,8 @@ from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 FLOAT64, INT32 = 'std_msgs/msg/Float64', 'std_msgs/msg/Int32'
 FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
 JOINT_STATE = 'sensor_msgs/msg/JointState'
-POINT, WRENCH = 'geometry_msgs/msg/PointStamped', 'geometry_msgs/msg/WrenchStamped'
+POINT_STAMPED = 'geometry_msgs/msg/PointStamped'
+WRENCH_STAMPED = 'geometry_msgs/msg/WrenchStamped'
 TRIGGER, SET_BOOL = 'std_srvs/srv/Trigger', 'std_srvs/srv/SetBool'
 WAVEFORM_ROWS_MAX = 100_000
 """Rows that a message may have; a measured voltage that is replayed from a file may be longer."""
@@ -342,7 +343,7 @@ _ROWS = (
             'rows of time s, voltage V; times rise from 0, straight lines in between; at most '
             f'{WAVEFORM_ROWS_MAX} rows; played once, or as often as the size of a first axis '
             'labelled cycle says (0: until stopped)', is_table=True),
-    Command('position', POINT, ('x m', 'y m', 'z m'), checks.check_position, _approach,
+    Command('position', POINT_STAMPED, ('x m', 'y m', 'z m'), checks.check_position, _approach,
             'closed loop: point.x, m; coarse steps, then fine scan, then hold; the rest must be '
             '0; in frame_id.stage, or no frame',
             frame='stage'),
@@ -350,8 +351,8 @@ _ROWS = (
             check_joints, _pursue,
             'sim.joint_name in closed loop: position, m, or without one velocity, m/s; empty and '
             '.nan are not commanded, effort is refused'),
-    Command('load', WRENCH, ('force.x N', 'force.y N', 'force.z N',
-                             'torque.x N m', 'torque.y N m', 'torque.z N m'),
+    Command('load', WRENCH_STAMPED, ('force.x N', 'force.y N', 'force.z N',
+                                     'torque.x N m', 'torque.y N m', 'torque.z N m'),
             checks.check_load, _load,
             'external force on the runner, N: force.x, positive along +x; the rest must be 0; '
             'in frame_id.runner, or no frame',
@@ -377,3 +378,12 @@ _ROWS = (
 # fmt: on
 COMMANDS: Mapping[str, Command] = {command.name: command for command in _ROWS}
 """Every command by its name; in lockstep, commands of one block are carried out in this order."""
+
+
+def typed_command(name: str) -> Command:
+    """Return a command by its name, or by its first word: ``zero``, ``tare``; refuse another."""
+    offered = {each.name: each for each in COMMANDS.values() if each.interface}
+    by_word = {each.partition('_')[0]: command for each, command in offered.items()}
+    if name not in offered and name not in by_word:
+        raise UnknownName('command', name, f'use {", ".join(offered)}')
+    return {**by_word, **offered}[name]

@@ -2,15 +2,14 @@
 
 from collections.abc import Callable
 
-from stickslip_ros.contact.kernel_cache import note_all_kept, why_not_kept
-from stickslip_ros.drive.build import plant_of
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.kernels.cache import why_not_kept
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS, IDEAL_KERNELS = 188 + 3 * len(SENSORS), 81 + 3 * len(SENSORS)
-"""What ``compile_kernels`` and ``compile_ideal_kernels`` compile where nothing is compiled yet;
-of a sensor its loop, low-pass and display, at least."""
+KERNELS = 185 + 3 * len(SENSORS)
+"""What ``compile_kernels`` compiles where nothing is compiled yet; of a sensor its loop, low-pass
+and display, at least."""
 LANES_KERNELS = 13  # what lanes of several drives take besides
 REPORT_EVERY = 20
 """Kernels after which the progress of the compilation is logged again."""
@@ -25,7 +24,8 @@ def compile_kernels() -> None:
     still. The kernels are the same for every stand.
 
     """
-    bench = compile_ideal_kernels()
+    bench = Bench(Parameters().updated({row.switch: True for row in SENSORS if row.switch}))
+    bench.update(bench.parameters.block_ns)
     for request in (
         Request('preload', (bench.parameters.stand.preload,)),
         Request('fault', settings=(('fault.dead_foot', 1),)),
@@ -33,22 +33,6 @@ def compile_kernels() -> None:
         bench.accept(request)
     bench.update(2 * bench.parameters.block_ns)
     _ = bench.ledger
-    note_all_kept()
-
-
-def compile_ideal_kernels() -> Bench:
-    """Do the same for the kernels of an ideal drive and of all sensors; return the bench."""
-    switches = {row.switch: True for row in SENSORS if row.switch}
-    bench = Bench(Parameters().updated(switches))
-    bench.update(bench.parameters.block_ns)
-    return bench
-
-
-def needs_all_kernels(parameters: Parameters) -> bool:
-    """Return whether a stand needs more than the kernels of an ideal drive, from its start on."""
-    if parameters.stand.preload_end or parameters.fault.schedule or parameters.fault.names:
-        return True
-    return not plant_of(parameters)[0].only_long_steps
 
 
 def progress_reporter(

@@ -119,10 +119,13 @@ class Motion:
         return self._running is not None
 
     @property
-    def is_steered(self) -> bool:
+    def _is_jog(self) -> bool:
+        return self._running is not None and self._running.command.name == 'jog'
+
+    @property
+    def may_end_early(self) -> bool:
         """Whether it may change or end before its wave has: closed loop, jog, soft limits."""
-        jogs = self._running is not None and self._running.command.name == 'jog'
-        return jogs or self._loop is not None or self._parameters.limits.has_soft_limits
+        return self._is_jog or self._loop is not None or self._parameters.limits.has_soft_limits
 
     @property
     def status_bits(self) -> int:
@@ -197,7 +200,7 @@ class Motion:
             return
         if self._stop_beyond_soft_limit(observation):
             return
-        loop, is_jog = self._loop, self._running.command.name == 'jog'
+        loop, is_jog = self._loop, self._is_jog
         needs_renewal = is_jog or (loop is not None and loop.goal.direction != 0)
         timeout_ns = to_nanoseconds(self._parameters.jog.timeout)
         if needs_renewal and observation.time_ns >= self._renewed_ns + timeout_ns:

@@ -3,9 +3,9 @@
 import json
 from dataclasses import dataclass
 from enum import Enum, IntFlag
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.arrays import Array
 from stickslip_ros.parameters import TRUTH, Parameters
 
 FIRST_READING = TRUTH.index('foot') + 1
@@ -131,6 +131,28 @@ class Event:
         if self.stamp_ns:
             content['stamp_ns'] = self.stamp_ns
         return json.dumps(content)
+
+
+_KINDS: dict[str, type] = {
+    **dict.fromkeys(('message', 'result', 'command'), str),
+    **dict.fromkeys(('number', 'steps', 'time_ns', 'stamp_ns'), int),
+}
+EVENT_MAX = 10_000
+"""Characters of an event: its message quotes of a long value the beginning."""
+INT64_END = 2**63
+
+
+def read_event(text: str) -> dict[str, Any] | None:
+    """Return what a text of ``~/event`` says, by names of `Event`; None if it is none of ours."""
+    try:
+        told = json.loads(text if len(text) <= EVENT_MAX else '')
+        event = {name: told[name] for name in _KINDS if name != 'stamp_ns' or name in told}
+    except (ValueError, RecursionError, TypeError, KeyError):
+        return None
+    for name, value in event.items():
+        if type(value) is not _KINDS[name] or (type(value) is int and abs(value) >= INT64_END):
+            return None
+    return event
 
 
 class Readings(NamedTuple):

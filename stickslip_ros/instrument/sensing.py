@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, ClassVar
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.arrays import Array
 from stickslip_ros.instrument import sensors
 from stickslip_ros.instrument.reports import FIRST_READING, Readings
 from stickslip_ros.instrument.sensors.interferometer import Interferometer
 from stickslip_ros.instrument.sensors.reader import Reader
+from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.parameters import SENSORS, FaultParameters, Parameters
 from stickslip_ros.units import NANO
 

@@ -6,8 +6,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import Record
+from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import observe_samples
 from stickslip_ros.drive.amplifier import has_arrived
 from stickslip_ros.drive.build import (
@@ -25,6 +24,7 @@ from stickslip_ros.drive.records import STATE, Wave
 from stickslip_ros.drive.waveform import missing
 from stickslip_ros.instrument.checks import check_load, check_preload
 from stickslip_ros.instrument.reports import trace_columns
+from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import TRUTH, FaultParameters, Parameters
 from stickslip_ros.units import NANO
 

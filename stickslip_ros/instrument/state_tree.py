@@ -26,11 +26,11 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 import numpy as np
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact.memory import CAPACITY
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import COUNT, FLAG, FLOAT
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL
 from stickslip_ros.errors import WrongKind
+from stickslip_ros.kernels.record import COUNT, FLAG, FLOAT
 
 UNCHECKED = 'unchecked'
 ANY_FLOAT = Annotated[float, UNCHECKED]

@@ -15,8 +15,8 @@ from math import prod
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.interface import messages as m
 from stickslip_ros.units import NS_PER_S
@@ -58,7 +58,7 @@ def pack_string(text: str) -> bytes:
 
 
 def pack_float64_array(
-    values: NDArray[np.float64], labels: Sequence[str], front: tuple[tuple[str, int], ...] = ()
+    values: Array, labels: Sequence[str], front: tuple[tuple[str, int], ...] = ()
 ) -> bytes:
     """
     Pack a ``std_msgs/msg/Float64MultiArray`` in row-major order.

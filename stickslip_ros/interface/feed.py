@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip_ros.contact.profile import Array
+from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.reports import FIRST_READING, Output, Status, trace_columns
 from stickslip_ros.interface.cdr import (
     frame_field,

@@ -2,19 +2,18 @@
 
 from typing import Final, NamedTuple, TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import UnknownName, WrongKind
+from stickslip_ros.instrument import commands
 
-FLOAT64: Final = 'std_msgs/msg/Float64'
-INT32: Final = 'std_msgs/msg/Int32'
+FLOAT64: Final = commands.FLOAT64
+INT32: Final = commands.INT32
+FLOAT64_ARRAY: Final = commands.FLOAT64_ARRAY
+POINT_STAMPED: Final = commands.POINT_STAMPED
+WRENCH_STAMPED: Final = commands.WRENCH_STAMPED
+JOINT_STATE: Final = commands.JOINT_STATE
 UINT32: Final = 'std_msgs/msg/UInt32'
 STRING: Final = 'std_msgs/msg/String'
-FLOAT64_ARRAY: Final = 'std_msgs/msg/Float64MultiArray'
-POINT_STAMPED: Final = 'geometry_msgs/msg/PointStamped'
-WRENCH_STAMPED: Final = 'geometry_msgs/msg/WrenchStamped'
-JOINT_STATE: Final = 'sensor_msgs/msg/JointState'
 
 STAMPED_FIELDS: Final = {
     POINT_STAMPED: ('x', 'y', 'z'),
@@ -23,8 +22,6 @@ STAMPED_FIELDS: Final = {
 """Numbers behind the header of each type that has one."""
 JOINT_UNITS: Final = {'position': 'm', 'velocity': 'm/s', 'effort': 'N'}
 """Units of the numbers of a joint that slides, in their order."""
-UNITS: Final = {'voltage': 'V', 'preload': 'N', 'jog': '1/s'}
-"""Units of plain numbers, by the last part of their topic: such messages carry none themselves."""
 
 
 class ArrayMessage(NamedTuple):
@@ -48,7 +45,7 @@ class ArrayMessage(NamedTuple):
 
     labels: tuple[str, ...]
     sizes: tuple[int, ...]
-    data: NDArray[np.float64]
+    data: Array
     strides: tuple[int, ...] = ()
     offset: int = 0
 
@@ -160,6 +157,7 @@ def find_quantity(topic: str, type_name: str, field: str) -> Quantity:
 
 def _unit(topic: str, field: str) -> str:
     if field == 'data':
-        return UNITS.get(topic.rpartition('/')[2], '')
+        command = commands.COMMANDS.get(topic.rpartition('/')[2])  # that of a reading is the same
+        return command.numbers[0].partition(' ')[2] if command and command.numbers else ''
     units = {'force': 'N', 'torque': 'N m', **JOINT_UNITS}
     return units.get(field.partition('.')[0], 'm')

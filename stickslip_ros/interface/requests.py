@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from array import array
 from collections.abc import Sequence
 from typing import Any
@@ -42,7 +43,7 @@ CYCLE = 'cycle'
 """Label of a first axis of a table, whose size is how often it is played."""
 NOTES = 'request'
 """Key of the topic that reports every other request."""
-INT32_MAX = 2**31 - 1
+INT32_MAX, UINT32_MAX = 2**31 - 1, 2**32 - 1
 
 
 def pack_request(request: Request, time_ns: int) -> Packed:
@@ -80,12 +81,26 @@ def pack_command(
     cycles : int
         Of a table: how often it is played; 0 repeats until replaced.
 
+    Raises
+    ------
+    WrongKind
+        If these are no numbers, or the message has not as many.
+    OutOfRange
+        If one is not whole, or too large, where the message holds 32 bits.
+
     """
-    numbers = np.ravel(values)
+    wanted = f'send {", ".join(topic.numbers)}'
+    try:
+        numbers = np.ravel(np.asarray(values, dtype=np.float64))
+    except (TypeError, ValueError, OverflowError):
+        raise WrongKind(topic.request, values, 'a list of numbers', wanted) from None
+    if topic.type_name != m.FLOAT64_ARRAY and not 1 <= len(numbers) <= len(topic.numbers):
+        few = numbers[:8].tolist()
+        raise WrongKind(topic.request, few, f'1 to {len(topic.numbers)} numbers', wanted)
     if topic.type_name == m.FLOAT64:
         return pack_float64(*numbers)
     if topic.type_name == m.INT32:
-        return pack_int32(int(*numbers))
+        return pack_int32(_whole(topic.request, numbers[0], -INT32_MAX - 1, INT32_MAX))
     if topic.type_name in m.STAMPED_FIELDS:
         rest = (0.0,) * (len(topic.numbers) - len(numbers))
         return pack_stamped(stamp_ns, frame_id, (*numbers, *rest))
@@ -93,15 +108,31 @@ def pack_command(
         arrays = ((float(number),) for number in numbers)
         return pack_joints(m.JointMessage(stamp_ns, frame_id, (), *arrays))
     columns = ','.join(map(_column, topic.numbers))
-    front = () if cycles == 1 else ((CYCLE, cycles),)
+    front = () if cycles == 1 else ((CYCLE, _whole(CYCLE + 's', cycles, 0, UINT32_MAX)),)
     if topic.is_table and len(numbers) % len(topic.numbers) == 0:
         rows = numbers.reshape(-1, len(topic.numbers))
         return pack_float64_array(rows, ('row', columns), front)
     return pack_float64_array(numbers, (columns,), front)
 
 
+def _whole(name: str, value: Any, low: int, high: int) -> int:
+    """Return a number as its field of 32 bits holds it; refuse a fraction, and one beyond."""
+    try:
+        if low <= float(value) <= high and float(value).is_integer():
+            return int(float(value))
+    except (TypeError, ValueError, OverflowError):
+        pass
+    limit = f'not a whole number from {low} to {high}'
+    raise OutOfRange(name, value, '', limit, 'round it, or bring it into these limits')
+
+
 def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
-    """Return the numbers of a command as they are typed: in their order, or by name."""
+    """
+    Return the numbers of a command as they are typed: in their order, or by name.
+
+    A comma between digits is a decimal point.
+
+    """
     labels = [label.partition(' ')[::2] for label in command.numbers]
     wanted = ', '.join(command.numbers) or 'no numbers'
     hint = f'{command.name} takes {wanted}' + ', row after row' * command.is_table
@@ -116,6 +147,7 @@ def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
             raise WrongKind(f'{command.name} number', word, 'one of its numbers', hint)
         label, unit = labels[place % len(labels)]
         is_bare = unit[:1].isdigit()  # wanted 0 or 1
+        text = re.sub(r'(?<=\d),(?=\d)', '.', text)
         numbers[place] = to_si(number_name(command.name, label), text, '' if is_bare else unit)
     if None in numbers:
         raise WrongKind(f'{command.name} numbers', list(words), 'all of them', hint)

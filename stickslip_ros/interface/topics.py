@@ -11,6 +11,7 @@ from stickslip_ros.parameters import SENSORS, Parameters, Sensor, spec_of
 
 NODE_NAME = 'stickslip_drive'
 PREFIX = 'command/'
+TRACE = 'trace'
 
 COMMAND = Qos(depth=100)
 STREAM = Qos(depth=100)
@@ -92,6 +93,11 @@ class Topic:
         """Return whether the topic is offered under these parameters."""
         return not self.switches or all(map(parameters.flat().get, self.switches))
 
+    def is_recorded(self, parameters: Parameters) -> bool:
+        """Return whether recordings hold the topic under these parameters."""
+        is_wanted = self.key != TRACE or parameters.record.trace
+        return self.recorded and is_wanted and self.exists(parameters)
+
     def offered_qos(self, parameters: Parameters) -> Qos:
         """Return the quality of service under these parameters: a stream keeps `KEPT_S`."""
         if not self.pace:
@@ -149,7 +155,7 @@ TOPICS = (
     ) for row in SENSORS),
     Topic('voltage', m.FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period',
           pace='trace.period', overridable=STREAMED),
-    Topic('trace', m.FLOAT64_ARRAY, STREAM,
+    Topic(TRACE, m.FLOAT64_ARRAY, STREAM,
           f'oscilloscope: rows of {", ".join(trace_columns(Parameters()))}, then of sensors that '
           'are enabled, at trace.sample_rate; one block per trace.period',
           pace='trace.period', overridable=STREAMED),
@@ -172,8 +178,9 @@ TOPICS = (
     Topic('~/info', m.STRING, LATCHED, 'JSON: parameters, units, versions, time origin'),
     Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', SELDOM,
           'real-time factor, lateness, overruns and why (computing, waiting for a processor or '
-          'the interpreter; nan where Linux does not tell), refusals, recorder, faults; 1 Hz of '
-          'wall-clock time, and at once when a fault comes or goes', recorded=False),
+          'the interpreter; nan where Linux does not tell), refusals, recorder, faults; in every '
+          'state, 1 Hz of wall-clock time, and at once when a fault comes or goes',
+          recorded=False),
     Topic('/clock', 'rosgraph_msgs/msg/Clock', SELDOM,
           'simulated time, once per sim.block', recorded=False, switches=('sim.publish_clock',),
           overridable=STREAMED),
@@ -220,5 +227,5 @@ def recorded_channels(
             topic.full_name(namespace, node_name), topic.type_name, topic.offered_qos(parameters)
         )
         for topic in TOPICS
-        if topic.recorded and topic.exists(parameters)
+        if topic.is_recorded(parameters)
     }

@@ -1,6 +1,5 @@
 """Every number that can be set: declared once, with unit, bounds and source."""
 
-from stickslip_ros.parameters.controller import ControllerParameters, controller_parameters
 from stickslip_ros.parameters.declaration import (
     AMPLITUDE,
     FREQUENCY,
@@ -49,7 +48,6 @@ __all__ = [
     'TRUTH',
     'AmplifierParameters',
     'ContactParameters',
-    'ControllerParameters',
     'FaultParameters',
     'FrictionLawParameters',
     'InterferometerParameters',
@@ -60,7 +58,6 @@ __all__ = [
     'Spec',
     'StandParameters',
     'Unchosen',
-    'controller_parameters',
     'declared_by',
     'describe',
     'dump_yaml',

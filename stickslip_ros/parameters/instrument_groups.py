@@ -22,7 +22,8 @@ class SimParameters(Checked):
     dt: float = quantity(
         5e-6,
         's',
-        'longest step; shorter if the runner swings fast, in falls, on springs, for rival laws',
+        'longest time step; shorter where the runner swings fast, in falls, on springs and under '
+        'rival laws',
         bounds=(1e-8, 2e-5),
     )
     block: float = quantity(
@@ -37,6 +38,12 @@ class SimParameters(Checked):
         '',
         'simulated seconds per wall-clock second; 0 is as fast as possible',
         bounds=(0.0, 1000.0),
+    )
+    lag_max: float = quantity(
+        60.0,
+        's',
+        'lag behind the wanted pace that is made up by running faster; a longer one is given up',
+        bounds=(0.0, 3600.0),
     )
     publish_clock: bool = switch(
         False, 'publish simulated time on /clock; not together with use_sim_time'
@@ -108,7 +115,7 @@ class ClosedLoopParameters(Checked):
     velocity: float = quantity(
         0.0,
         'm/s',
-        'velocity of the way to the target; 0 is as fast as the steps go',
+        'velocity at which the set point goes to the target; 0 is as fast as the steps go',
         bounds=(0.0, 1.0),
     )
     gain: float = quantity(
@@ -187,7 +194,7 @@ class RecordParameters(Checked):
 
     on_start: bool = switch(False, 'record from the activation on')
     directory: str = words('runs', 'folder of the recordings')
-    name: str = words('', 'file name; empty names it after date and time')
+    name: str = words('', 'file name; empty names it after date, time and namespace')
     format: str = choice(
         'file',
         ('file', 'bag'),
@@ -201,7 +208,7 @@ class RecordParameters(Checked):
         bounds=(10, 10_000_000),
     )
     flush_period: float = quantity(
-        1.0, 's', 'what is older, by the clock, is safe on the disk', bounds=(0.01, 60.0)
+        1.0, 's', 'age, by the clock, at which a message is on the disk', bounds=(0.01, 60.0)
     )
     split_size: int = count(
         0,
@@ -215,6 +222,12 @@ class RecordParameters(Checked):
         'simulated time after which the run goes on in a next file; 0: never',
         bounds=(0.0, 1e9),
     )
+    keep_parts: int = count(
+        0,
+        'last parts of a run that are kept; older ones are deleted; 0: all',
+        bounds=(0, 1_000_000),
+    )
+    trace: bool = switch(True, 'record the trace, which takes most of the size')
     experiment: str = words(
         '', 'CSV of an experiment that each recording carries, to be compared with it'
     )

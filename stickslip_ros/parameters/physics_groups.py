@@ -18,6 +18,8 @@ from stickslip_ros.units import GIGA
 
 SLOWEST_HZ = 1.0
 """Lowest bandwidth of the amplifier, and lowest resonance of the piezo, if there is one."""
+SOFTEST_N_PER_M = 1e5
+"""Softest stack: a twentieth of the contact on it, which it leaves 5 % of the motion."""
 
 PAPER_RMS_HEIGHT = 1.1221e-6
 PAPER_PREFACTOR = 4.4478e-4
@@ -83,7 +85,8 @@ class ContactParameters(Checked):
     travel: float = quantity(
         0.0,
         '',
-        'rough line: share of the mean square roughness that is on the runner and travels with it',
+        'rough line: share of the mean square roughness that is on the runner and travels with '
+        'it; the surfaces of the paper speak for 1',
         bounds=(0.0, 1.0),
     )
     friction: float = quantity(
@@ -320,7 +323,7 @@ class ActuatorParameters(Checked):
     hysteresis: float = quantity(
         0.0,
         '',
-        'opening of the loop of the whole voltage range, in the middle, per stroke; 0 is none',
+        'width of the loop over the whole voltage range, in its middle, per stroke; 0 is none',
         bounds=(0.0, 0.4),
     )
     plays: int = count(8, 'play operators that make up the hysteresis', bounds=(1, 64))
@@ -330,16 +333,22 @@ class ActuatorParameters(Checked):
     resonance: float = quantity(
         0.0,
         'Hz',
-        'first resonance of the piezo under its hemisphere; 0 is a massless piezo',
+        'resonance of the piezo with its hemisphere, without load; 0: it follows the voltage',
         bounds=(0.0, 1e7),
     )
     damping_ratio: float = quantity(
         0.05, '', 'damping ratio of that resonance', bounds=(0.001, 10.0)
     )
+    stiffness: float = quantity(
+        0.0,
+        'N/m',
+        'stiffness of the piezo under a foot: blocking force per stroke; 0: no load bends it',
+        bounds=(0.0, 1e12),
+    )
     mass: float = quantity(
         0.0,
         'kg',
-        'mass of a foot: hemisphere and what moves with it of its piezo; 0 is none',
+        'mass of a foot without a resonance, for the frame; else stiffness and resonance say it',
         bounds=(0.0, 1.0),
     )
     gain_tolerance: float = quantity(
@@ -350,5 +359,21 @@ class ActuatorParameters(Checked):
     )
 
     def check_together(self) -> None:
-        """Refuse a resonance so low that the way of the feet is lost in rounding."""
+        """Refuse a resonance that rounding takes, stacks softer than contacts, a mass twice."""
         refuse_below_unless_zero('actuator.resonance', self.resonance, SLOWEST_HZ, 'Hz')
+        refuse_below_unless_zero('actuator.stiffness', self.stiffness, SOFTEST_N_PER_M, 'N/m')
+        if self.stiffness and not self.resonance:
+            limit, hint = 'without a mass while actuator.resonance is 0 Hz', 'set that too'
+            raise OutOfRange('actuator.stiffness', self.stiffness, 'N/m', limit, hint)
+        if self.mass and self.resonance:
+            limit = f'that of a foot without a resonance, and this has {self.resonance:g} Hz'
+            stiffness = self.mass * (2.0 * math.pi * self.resonance) ** 2
+            hint = f'set it to 0, and actuator.stiffness to {stiffness:.4g} N/m'
+            raise OutOfRange('actuator.mass', self.mass, 'kg', limit, hint)
+
+    @property
+    def foot_mass(self) -> float:
+        """Mass of a foot, kg: hemisphere and what moves with it of its piezo."""
+        if not self.stiffness:
+            return self.mass
+        return self.stiffness / (2.0 * math.pi * self.resonance) ** 2

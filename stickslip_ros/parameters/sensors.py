@@ -84,7 +84,7 @@ class LoadCellParameters(Checked):
         2e3, 'Hz', 'first-order low-pass of force and noise; 0 is none', bounds=(0.0, 1e7)
     )
     gap: float = quantity(
-        0.0, 'm', 'one_sided: way of the runner until it touches the load cell', bounds=(0.0, 1.0)
+        0.0, 'm', 'one_sided: distance of the runner from the load cell', bounds=(0.0, 1.0)
     )
     resonance: float = quantity(
         0.0,
@@ -98,13 +98,13 @@ class LoadCellParameters(Checked):
     restitution: float = quantity(
         0.0,
         '',
-        'one_sided with a mass: share of the velocity that an impact turns round; 0: none',
+        'one_sided with a mass: velocity after an impact per velocity before; 0: no bounce',
         bounds=(0.0, 1.0),
     )
     hysteresis: float = quantity(
         0.0,
         '',
-        'opening of the loop of the whole range, in the middle, per range; 0 is none',
+        'width of the loop over the whole range, in its middle, per range; 0 is none',
         bounds=(0.0, 0.4),
     )
     drift: float = quantity(0.0, 'N/s', 'steady drift of the zero', bounds=(-1e3, 1e3))
@@ -130,7 +130,7 @@ class InterferometerParameters(Checked):
     reference: str = choice(
         'table',
         ('table', 'frame'),
-        'what stands still for it: the table, or the frame of frame.mass',
+        'what it measures against: the table, or the frame of frame.mass',
     )
     noise_density: float = quantity(
         1e-12, 'm/sqrt(Hz)', 'one-sided density of the white noise', bounds=(0.0, 1e-3)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.units import quantity
+from stickslip_ros.units import TYPED, quantity
 
 EXAMPLES = {
     '': '0.5 or 60e-9',
@@ -29,7 +29,8 @@ def to_si(name: str, text: str, unit: str) -> float:
     """
     number = quantity(text, unit)
     if number is None or not math.isfinite(number):
-        expected = f'a finite number in {unit}' if unit else 'a finite number'
+        has_kind = unit and number is None
+        expected = f'a number in {TYPED.get(unit, unit)}' if has_kind else 'a finite number'
         raise WrongKind(name, text, expected, f'give one such as {_example(unit)}')
     return number
 

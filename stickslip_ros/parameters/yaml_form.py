@@ -21,8 +21,6 @@ from stickslip_ros.parameters.tree import Parameters, specs
 
 ROS_KEY = 'ros__parameters'
 ANY_NODE = '/**'
-CONTROLLER = 'position_controller'
-"""Node whose section may stand in the file of a drive, and is passed over."""
 NUMBERS = ('tag:yaml.org,2002:int', 'tag:yaml.org,2002:float')
 HINT = 'compare it with config/test_stand.yaml'
 
@@ -110,11 +108,10 @@ def _values(document: object, origin: str) -> dict[str, object]:
         if not isinstance(body, dict) or set(body) != {ROS_KEY}:
             hint = f'{origin} needs {ROS_KEY}: right below a node name'
             raise UnknownName('section', node, hint)
-        if node.rpartition('/')[2] != CONTROLLER:
-            sections[node] = _flat(body[ROS_KEY], origin)
+        sections[node] = _flat(body[ROS_KEY], origin)
     values = sections.pop(ANY_NODE, {})
     if len(sections) > 1:
-        problem = f'is for several drives: {" and ".join(sections)}'
+        problem = f'is for several nodes: {" and ".join(sections)}'
         raise RecordingError(origin, problem, f'keep one, or {ANY_NODE} for what all share')
     for own in sections.values():
         values |= own

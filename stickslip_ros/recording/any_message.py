@@ -1,27 +1,56 @@
-"""Numbers of messages of any type, decoded by the definition that a recording carries of it."""
+"""Numbers of messages of any type, read by the definition that a recording carries of it."""
 
 import re
-from collections.abc import Iterator
-from functools import reduce
-from typing import Any
+from collections.abc import Sequence
+from contextlib import suppress
+from itertools import islice
+from pathlib import Path
+from typing import Any, Final
 
 import numpy as np
-from mcap_ros2.decoder import DecoderFactory
+from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
-from stickslip_ros.errors import RecordingError, UnknownName
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
 from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.recording.chunks import (
+    MESSAGE_HEAD,
+    TIME_MAX_NS,
+    ChunkMessages,
+    Places,
+    gather,
+)
+from stickslip_ros.recording.definition import (
+    ALIGNMENT,
+    ArrayOf,
+    Definitions,
+    Kind,
+    Number,
+    Struct,
+    leaves,
+    then,
+    way_to,
+)
 from stickslip_ros.recording.integrity import open_whole
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.units import NS_PER_S
 
-PARTS = re.compile(r'([^\W\d]\w*)((?:\[\d+\])*)')
+PART: Final = re.compile(r'([^\W\d]\w*)((?:\[\d+\])*)')
 """A name in the path of a field, and the places in the arrays behind it: ``position[0]``."""
+ORDERS: Final = {0: '>', 1: '<'}
+"""What numpy calls the byte orders of plain CDR, by the first two bytes of a message."""
+HEAD_BYTES: Final = 4
+LENGTHS_MAX: Final = 100_000
+"""Lengths that a message may say of itself before the number; each is a step for all messages."""
+BLOCK: Final = 1 << 18
+"""Messages that are read side by side: so many bound the memory that it takes."""
+LENGTH_BYTES: Final = 8  # of a record, in front of it
+LISTED, LEAVES = 20, 1000
+"""Numbers of a message that a refusal names, and fields among which it looks for them."""
 
 
-def numbers_of(
-    recording: Recording, topic: str, field: str
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def numbers_of(recording: Recording, topic: str, field: str) -> tuple[NDArray[np.int64], Array]:
     """
     Return the time, ns, and one number of each message of a topic, in the order of time.
 
@@ -30,64 +59,169 @@ def numbers_of(
     a message is damaged, or there is none; UnknownName: no such field, or it is no number.
 
     """
-    rows = list(_rows(recording, topic, field))
-    if not rows:
-        raise RecordingError(recording.path, f'has no message on {topic}', 'name another topic')
-    times, values = zip(*rows, strict=True)
-    times_ns = np.array(times, dtype=np.int64)
-    order = np.argsort(times_ns, kind='stable')
-    return times_ns[order], np.array(values, dtype=np.float64)[order]
-
-
-def _rows(recording: Recording, topic: str, field: str) -> Iterator[tuple[int, float]]:
-    path = _path(topic, field)
+    found: list[tuple[Places, Array]] = []
     for file in recording.files:
-        decoders: Any = DecoderFactory()  # it knows types by numbers that each file gives anew
         with open_whole(file) as reader:
-            for schema, channel, message in reader.iter_messages([topic]):
-                stop_if_asked()
-                decode = decoders.decoder_for(channel.message_encoding, schema)
-                if decode is None:
-                    hint = 'record it with ros2 bag record -s mcap, or convert it'
-                    problem = f'has no definition of {topic} that ROS 2 writes'
-                    raise RecordingError(file, problem, hint)
-                decoded = decode(message.data)
-                stamp = getattr(getattr(decoded, 'header', None), 'stamp', None)
-                stamp_ns = stamp.sec * NS_PER_S + stamp.nanosec if stamp else 0
-                yield stamp_ns or message.log_time, _number(decoded, path, topic, field)
+            fields: dict[int, Field] = {}
+            for piece in reader.pieces([topic]):
+                for key in np.unique(piece.channels).tolist():
+                    stop_if_asked()
+                    if key not in fields:
+                        channel = reader.summary.channels[key]
+                        schema = reader.summary.schemas.get(channel.schema_id)
+                        fields[key] = Field(file, channel, schema, field)
+                    places = np.flatnonzero(piece.channels == key)
+                    blocks = (places[at : at + BLOCK] for at in range(0, len(places), BLOCK))
+                    found += [fields[key].read(piece, block) for block in blocks]
+    if not found:
+        raise RecordingError(recording.path, f'has no message on {topic}', 'name another topic')
+    times_ns, values = map(np.concatenate, zip(*found, strict=True))
+    order = np.argsort(times_ns, kind='stable')
+    return times_ns[order], values[order]
+
+
+class Field:
+    """A number of the messages of a channel, and their stamp if they have one."""
+
+    def __init__(self, file: Path, channel: Channel, schema: Schema | None, field: str) -> None:
+        self._file, self._topic, self._field = file, channel.topic, field
+        path = _path(channel.topic, field)
+        hint = 'record it with ros2 bag record -s mcap, or convert it'
+        if not schema or (channel.message_encoding, schema.encoding) != ('cdr', 'ros2msg'):
+            problem = f'has no definition of {channel.topic} that ROS 2 writes'
+            raise RecordingError(file, problem, hint)
+        try:
+            kind = Definitions(schema.name, schema.data.decode()).struct(schema.name)
+        except ValueError as error:
+            problem = f'has a definition of {channel.topic} that cannot be read: {error}'
+            raise RecordingError(file, problem, hint) from None
+        try:
+            self._value = way_to(kind, path)
+        except (LookupError, ValueError):
+            some = islice(leaves(kind), LEAVES)
+            known = [name for name, leaf in some if isinstance(leaf, Number)]
+            told = ', '.join([*known[:LISTED], *['...'] * (len(known) > LISTED)]) or 'none'
+            told = f'its numbers are {told}'
+            raise UnknownName(f'field of {channel.topic}', field, told) from None
+        self._stamp = None
+        with suppress(LookupError):
+            self._stamp = [way_to(kind, ('header', 'stamp', name)) for name in ('sec', 'nanosec')]
+
+    def read(self, piece: ChunkMessages, places: Places) -> tuple[Places, Array]:
+        """Return time, ns, and number of some messages; ValueError if one is damaged."""
+        starts, times_ns = piece.starts[places], piece.times_ns[places]
+        ends = starts + gather(piece.data, starts - LENGTH_BYTES, '<i8')
+        starts = starts + MESSAGE_HEAD.size
+        if np.any(ends - starts < HEAD_BYTES):
+            raise ValueError(f'a message on {self._topic} is shorter than its head')
+        representations = gather(piece.data, starts, '>u2')
+        values = np.empty(len(starts))
+        for each in np.unique(representations).tolist():
+            if each not in ORDERS:
+                raise ValueError(f'a message on {self._topic} is no plain CDR but {each:#06x}')
+            these = representations == each
+            bodies = Bodies(piece.data, starts[these] + HEAD_BYTES, ends[these], ORDERS[each])
+            try:
+                values[these] = bodies.number(*self._value)
+            except IndexError as error:
+                raise UnknownName(f'field of {self._topic}', self._field, str(error)) from None
+            if self._stamp:
+                stamps_ns = self._to_ns(*(bodies.number(*way) for way in self._stamp))
+                times_ns[these] = np.where(stamps_ns == 0, times_ns[these], stamps_ns)
+        return times_ns, values
+
+    def _to_ns(self, seconds: NDArray[Any], nanoseconds: NDArray[Any]) -> Places:
+        """Return stamps; RecordingError if one is no time."""
+        are_whole = seconds.dtype.kind in 'iu' and nanoseconds.dtype.kind in 'iu'
+        wrong = (seconds < 0) | (seconds >= TIME_MAX_NS // NS_PER_S)
+        wrong |= (nanoseconds < 0) | (nanoseconds >= NS_PER_S) | (not are_whole)
+        if wrong.any():
+            at = int(np.argmax(wrong))
+            problem = f'has the stamp {seconds[at]} s {nanoseconds[at]} ns on {self._topic}'
+            hint = 'write whole seconds and nanoseconds below 1e9, or 0 for the time of the file'
+            raise RecordingError(self._file, problem, hint)
+        return seconds.astype(np.int64) * NS_PER_S + nanoseconds.astype(np.int64)
+
+
+class Bodies:
+    """
+    What several messages of one type and byte order hold, read side by side.
+
+    Places are counted from behind the head of a message, as alignment is. What a message is too
+    short for is a ValueError.
+
+    """
+
+    def __init__(self, data: bytes, starts: Places, ends: Places, order: str) -> None:
+        self._data, self._starts, self._sizes, self._order = data, starts, ends - starts, order
+        self._at = np.zeros_like(starts)
+
+    def number(self, before: Sequence[Kind | int], dtype: str) -> NDArray[Any]:
+        """Return a number behind what stands before it; IndexError if an array is too short."""
+        self._at, self._lengths_left = np.zeros_like(self._starts), LENGTHS_MAX
+        for each in before:
+            if isinstance(each, Kind):
+                self._skip(each)
+            elif (shortest := self._read('u4').min()) <= each:
+                raise IndexError(f'a message has {shortest} in that array')
+        return self._read(dtype)
+
+    def _read(self, dtype: str) -> NDArray[Any]:
+        size = np.dtype(dtype).itemsize
+        self._advance(-self._at % size + size)
+        return gather(self._data, self._starts + self._at - size, self._order + dtype)
+
+    def _advance(self, by: Places) -> None:
+        self._at = self._at + by
+        if np.any(self._at > self._sizes):
+            raise ValueError('a message ends before its fields do')
+
+    def _skip(self, kind: Kind) -> None:
+        if kind.width is not None:
+            self._advance(np.array(kind.width)[self._at % ALIGNMENT])
+        elif isinstance(kind, Struct):
+            for _, each in kind.fields:
+                self._skip(each)
+        elif isinstance(kind, ArrayOf):
+            is_said = kind.count is None
+            counts = self._length() if is_said else np.full_like(self._at, kind.count)
+            self._skip_each(kind.element, counts)
+        else:
+            self._advance(self._length())
+
+    def _length(self) -> Places:
+        """Read a length, of which there may not be too many: each is a step for all messages."""
+        stop_if_asked()
+        self._lengths_left -= 1
+        if self._lengths_left < 0:
+            limit = f'above the maximum {LENGTHS_MAX}'
+            hint = 'name a field that stands further in front'
+            raise OutOfRange('number of lengths', LENGTHS_MAX + 1, '', limit, hint)
+        return self._read('u4').astype(np.int64)
+
+    def _skip_each(self, element: Kind, counts: Places) -> None:
+        """Pass over as many of a kind as each message has."""
+        if element.width is not None:
+            at, power = self._at, element.width
+            for bit in range(int(counts.max()).bit_length()):
+                at = at + np.where(counts >> bit & 1, np.array(power)[at % ALIGNMENT], 0)
+                power = then(power, power)
+            self._advance(at - self._at)
+            return
+        for number in range(int(counts.max())):
+            more = counts > number
+            starts, sizes = self._starts[more], self._sizes[more]
+            part = Bodies(self._data, starts, starts + sizes, self._order)
+            part._at, part._lengths_left = self._at[more], self._lengths_left
+            part._skip(element)
+            self._at[more], self._lengths_left = part._at, part._lengths_left
 
 
 def _path(topic: str, field: str) -> list[str | int]:
     """Return the names and places on the way to a number."""
     path: list[str | int] = []
     for part in field.split('.'):
-        if (found := PARTS.fullmatch(part)) is None:
+        if (found := PART.fullmatch(part)) is None:
             raise UnknownName(f'field of {topic}', field, 'write it as point.x or position[0]')
         path += [found[1], *map(int, re.findall(r'\d+', found[2]))]
     return path
-
-
-def _number(decoded: Any, path: list[str | int], topic: str, field: str) -> float:
-    try:
-        value = reduce(_step, path, decoded)
-    except (AttributeError, IndexError, TypeError):
-        value = None
-    if isinstance(value, int | float):
-        return float(value)
-    known = ', '.join(_numbers_in(decoded)) or 'none'
-    raise UnknownName(f'field of {topic}', field, f'its numbers are {known}')
-
-
-def _step(value: Any, part: str | int) -> Any:
-    return value[part] if isinstance(part, int) else getattr(value, part)
-
-
-def _numbers_in(value: Any, name: str = '') -> Iterator[str]:
-    """Yield the paths of the numbers of a message; of an array the first."""
-    if isinstance(value, int | float):
-        yield name
-    elif isinstance(value, list | tuple):
-        yield from _numbers_in(value[0], f'{name}[0]') if value else ()
-    else:
-        for each in getattr(value, '__slots__', ()):
-            yield from _numbers_in(getattr(value, each), f'{name}.{each}' if name else each)

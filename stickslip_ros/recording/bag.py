@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path, PurePath
 from typing import Any, Final
 
@@ -9,6 +10,8 @@ import yaml
 from mcap.records import Channel, Schema
 
 from stickslip_ros.errors import RecordingError
+from stickslip_ros.files import read_text
+from stickslip_ros.parameters import read_yaml
 from stickslip_ros.recording.integrity import (
     convert_hint,
     open_whole,
@@ -106,7 +109,12 @@ def _describe(paths: Sequence[Path]) -> dict[str, Any]:
 
 def _topic(channel: Channel, schema: Schema | None) -> dict[str, Any]:
     """Describe a topic of which no message is counted yet."""
-    profiles = yaml.safe_load(channel.metadata.get('offered_qos_profiles', '')) or []
+    profiles: Any = None
+    with suppress(RecordingError):
+        text = channel.metadata.get('offered_qos_profiles', '')
+        profiles = read_yaml(text, channel.topic, 'record it anew')
+    if not isinstance(profiles, list) or not all(isinstance(each, dict) for each in profiles):
+        profiles = []  # rosbag2 takes its default for it
     for profile in profiles:
         for key, words in _WORDS.items():
             value = profile.get(key)
@@ -134,12 +142,13 @@ def bag_parts(path: Path) -> list[Path]:
             hint = recover_hint(path)
         raise RecordingError(path, problem, hint)
     try:
-        text = (path / METADATA_FILE).read_text(encoding='utf-8')
-        description = yaml.safe_load(text)[ROOT]
+        text = read_text(path / METADATA_FILE, recover_hint(path), recover_hint(path))
+        description: Any = read_yaml(text, str(path / METADATA_FILE), recover_hint(path))
+        description = description[ROOT]
         storage = description['storage_identifier']
         names = [PurePath(name).name for name in description['relative_file_paths']]
         mode = str(description.get('compression_mode') or 'none').lower()
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, yaml.YAMLError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
         problem = f'its {METADATA_FILE} cannot be read ({type(error).__name__} {error})'
         raise RecordingError(path, ' '.join(problem.split()), recover_hint(path)) from error
     if storage != _STORAGE:

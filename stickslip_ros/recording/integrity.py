@@ -12,13 +12,12 @@ from typing import BinaryIO, Final
 import zstandard
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.reader import McapReader, SeekingReader
 
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import read_bytes, readable
+from stickslip_ros.recording.chunks import MAGIC, ChunkReader
 from stickslip_ros.recording.layout import SUFFIX
 
-MAGIC: Final = b'\x89MCAP0\r\n'
 SQLITE_MAGIC: Final = b'SQLite format 3\0'
 PROFILE: Final = 'ros2'
 CRC_BYTES: Final = 4
@@ -66,7 +65,7 @@ def sqlite_refusal(path: Path) -> RecordingError:
 
 
 @contextmanager
-def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[McapReader]:
+def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[ChunkReader]:
     """
     Open a recording, and give the reader's complaints about its bytes as RecordingError.
 
@@ -94,7 +93,7 @@ def open_whole(path: Path, *, checks_data: bool = False) -> Iterator[McapReader]
                     raise _damaged(path, 'the checksum of its data is wrong')
             size_bytes = stream.seek(0, os.SEEK_END)
             stream.seek(0)
-            yield SeekingReader(stream, validate_crcs=True, record_size_limit=size_bytes)
+            yield ChunkReader(stream, size_bytes, summary_start)
         except StickSlipError:
             raise
         except DAMAGE as error:

@@ -17,6 +17,7 @@ class FileForm:
     chunk_size_bytes: int = 512 * 1024  # before compression; a chunk ends sooner by the clock
     flush_period_s: float = 1.0  # what is older than this, by the clock, is on the disk
     in_parts: bool = False  # whether a run can have several files
+    keep_parts: int = 0  # how many of these are kept; 0 is all
     bag: bool = False  # whether to make a directory with metadata.yaml, as rosbag2 does
 
 
@@ -39,7 +40,7 @@ class Layout:
             return cls(folder, folder, stem, numbered=True, bag=True)
         return cls(path, path.parent, stem, numbered=split, bag=False)
 
-    def part(self, number: int) -> Path:
+    def part(self, number: int | str) -> Path:
         """Return the path of a file, counted from 0."""
         if not self.numbered:
             return self.path

@@ -29,9 +29,14 @@ from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.bag import bag_parts
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
-from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN
+from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
 from stickslip_ros.recording.series import Series, split_columns
-from stickslip_ros.recording.storage import CLOSING_RECORD, FOLLOWED_BY, PART_RECORD
+from stickslip_ros.recording.storage import (
+    CLOSING_RECORD,
+    FIRST_PART,
+    FOLLOWED_BY,
+    PART_RECORD,
+)
 from stickslip_ros.units import NANO, NS_PER_S
 
 INFO_ENDING: Final = '/info'
@@ -95,6 +100,11 @@ class Recording:
         for file in self.files:
             closing = self._describe(file).get(CLOSING_RECORD, {})
         self._repeats = PART_RECORD in self.metadata
+        if self._repeats and not self.path.exists():  # by the name that parts share
+            layout = Layout.plan(self.path, split=True)
+            oldest = layout.part(self.metadata[PART_RECORD].get(FIRST_PART, 0))
+            if self.files[0] not in (layout.part(0), oldest):
+                raise _missing_part(oldest)
         follower = closing.get(FOLLOWED_BY, '')
         if follower and self.path not in self.files:
             raise _missing_part(self.files[-1].with_name(follower))
@@ -129,12 +139,12 @@ class Recording:
         if said is None:  # somebody else may have recorded the first ~/info
             texts = [name for name, kind in self.types.items() if kind == STRING]
             infos = [name for name in texts if name.endswith(INFO_ENDING)]
-            for kind, _, message in self._stored(infos, log_time_order=True) if infos else ():
-                with suppress(ValueError, TypeError, KeyError, RecordingError):
-                    return int(json.loads(str(unpack(kind, message.data)))[TIME_ORIGIN])
+            for kind, _, message in self._stored(infos, in_time_order=True) if infos else ():
+                with suppress(ValueError, TypeError, KeyError, RecursionError, RecordingError):
+                    return to_time_ns(json.loads(str(unpack(kind, message.data)))[TIME_ORIGIN])
             return 0
         try:
-            return int(said)
+            return to_time_ns(said)
         except ValueError:
             problem, hint = f'has the time origin {said!r}', 'record with a drive of this package'
             raise RecordingError(self.path, problem, hint) from None
@@ -209,24 +219,24 @@ class Recording:
 
     def records(self, topics: list[str] | None = None) -> Iterator[tuple[str, Stored]]:
         """Give topic and message of some topics or all, in the order of the file, unopened."""
-        for _, topic, message in self._stored(topics, log_time_order=False):
+        for _, topic, message in self._stored(topics, in_time_order=False):
             yield topic, message
 
     def _read(self, topics: list[str]) -> Iterator[tuple[str, int, Message]]:
-        for type_name, topic, message in self._stored(topics, log_time_order=True):
+        for type_name, topic, message in self._stored(topics, in_time_order=True):
             time_ns = message.log_time - self.time_origin_ns
             yield topic, time_ns, unpack(type_name, message.data)
 
     def _stored(
-        self, topics: list[str] | None, *, log_time_order: bool
+        self, topics: list[str] | None, *, in_time_order: bool
     ) -> Iterator[tuple[str, str, Stored]]:
         """Give type, topic and message, file by file, without what a part only repeats."""
         last: dict[str, int] = {}
         for file in self.files:
             before = dict(last) if self._repeats else {}
             with open_whole(file) as reader:
-                for schema, channel, message in reader.iter_messages(
-                    topics, log_time_order=log_time_order
+                for schema, channel, message in reader.messages(
+                    topics, in_time_order=in_time_order
                 ):
                     stop_if_asked()
                     if before.pop(channel.topic, None) == message.sequence:
@@ -246,7 +256,8 @@ def _find_parts(path: Path) -> list[Path]:
         return [path]
     layout = Layout.plan(path, split=True)
     parts = layout.parts()
-    for number, part in enumerate(parts):
+    first = int(parts[0].stem.rpartition('_')[2]) if parts else 0
+    for number, part in enumerate(parts, first):
         if part != layout.part(number):
             raise _missing_part(layout.part(number))
     return parts or [path]

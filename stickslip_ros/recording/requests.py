@@ -22,7 +22,7 @@ def channels_of(recording: Recording) -> dict[str, Channel]:
         for name, text in recording.metadata.get(TOPICS_RECORD, {}).items():
             content, topic = json.loads(text), topics[name]
             channels[topic.key] = Channel(content.pop('topic'), topic.type_name, Qos(**content))
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         channels = {}
     if 'position' not in channels or NOTES not in channels:
         problem = 'does not say which topic is which'
@@ -43,7 +43,7 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
                 note = json.loads(text)
                 settings = tuple(note['settings'].items())
                 request = Request(note['name'], tuple(note['values']), settings)
-            except (ValueError, KeyError, TypeError, AttributeError):
+            except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
                 problem = f'holds a request that cannot be read: {text[:80]}'
                 hint = 'record with a drive of this package'
                 raise RecordingError(recording.path, problem, hint) from None

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip_ros.contact.record import FLOAT
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Output, Status, trace_columns
@@ -16,6 +15,7 @@ from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.feed import Feed, Packed
 from stickslip_ros.interface.requests import BY_TOPIC, pack_request
 from stickslip_ros.interface.topics import recorded_channels
+from stickslip_ros.kernels.record import FLOAT
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, info_json, open_recorder
 
@@ -46,6 +46,7 @@ class RunWriter:
     ) -> None:
         channels = recorded_channels(parameters) if channels is None else channels
         self.waits = wait
+        self._held = channels.keys()
         self.begun_ns = 0  # simulated time
         self._time_origin_ns = time_origin_ns
         self._info = pack_string(info_json(parameters, time_origin_ns))
@@ -77,9 +78,10 @@ class RunWriter:
         self._part_start_ns, self._part_bytes = time_ns, 0
 
     def write(self, *packed: Packed) -> None:
-        """Hand messages over."""
-        self._part_bytes += sum([len(each.data) for each in packed])
-        self.recorder.put_all(packed, self._time_origin_ns, wait=self.waits)
+        """Hand over those messages that the recording holds."""
+        held = [each for each in packed if each.key in self._held]
+        self._part_bytes += sum([len(each.data) for each in held])
+        self.recorder.put_all(held, self._time_origin_ns, wait=self.waits)
 
     def check(self) -> None:
         """Raise the error that has ended the writing, such as a full disk, if any."""

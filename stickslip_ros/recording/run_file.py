@@ -16,6 +16,7 @@ from stickslip_ros.files import read_bytes
 from stickslip_ros.instrument.reports import Status, trace_columns
 from stickslip_ros.interface.channels import Channel, name_in_file
 from stickslip_ros.parameters import Parameters, dump_yaml, specs
+from stickslip_ros.recording.chunks import TIME_MAX_NS
 from stickslip_ros.recording.layout import SUFFIX, FileForm
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.sources import sources_digest
@@ -53,6 +54,14 @@ def info_json(parameters: Parameters, time_origin_ns: int) -> str:
     )
 
 
+def to_time_ns(said: object) -> int:
+    """Return a time that a file gives as a whole number of ns; ValueError if it is none."""
+    time_ns = int(str(said))
+    if not 0 <= time_ns <= TIME_MAX_NS:
+        raise ValueError(f'{said} ns is outside of 0 to {TIME_MAX_NS} ns')
+    return time_ns
+
+
 def versions() -> dict[str, str]:
     """Return the versions on which the numbers of a run depend."""
     return {
@@ -63,11 +72,12 @@ def versions() -> dict[str, str]:
     }
 
 
-def run_path(parameters: Parameters) -> Path:
-    """Return the path of a new recording: the given name, or one after date and time."""
+def run_path(parameters: Parameters, namespace: str = '') -> Path:
+    """Return the path of a new recording: the given name, or date, time and namespace."""
     name = parameters.record.name
     if not name:
-        name = f'run_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}'
+        drive = namespace.rstrip('/').replace('/', '_')
+        name = f'run_{datetime.now(timezone.utc):%Y%m%dT%H%M%S_%f}{drive}'
     problems = {
         'it contains a separator of folders': '/' in name or '\\' in name,
         'it contains a character that cannot be printed': not name.isprintable(),
@@ -127,6 +137,11 @@ def open_recorder(
             limit = f'below record.{least_name} {least:g} {unit}'
             hint = f'raise it, lower record.{least_name}, or give 0 to never split'
             raise OutOfRange(f'record.{name}', value, unit, limit, hint)
+    in_parts = record.split_size > 0 or record.split_duration > 0.0
+    if record.keep_parts and not in_parts:
+        limit = 'not possible for a run in one part'
+        hint = 'give record.split_size or record.split_duration, or 0 to keep all'
+        raise OutOfRange('record.keep_parts', record.keep_parts, '', limit, hint)
     return Recorder(
         path,
         channels,
@@ -139,7 +154,8 @@ def open_recorder(
             compression=record.compression,
             chunk_size_bytes=record.chunk_size,
             flush_period_s=record.flush_period,
-            in_parts=record.split_size > 0 or record.split_duration > 0.0,
+            in_parts=in_parts,
+            keep_parts=record.keep_parts,
             bag=record.format == 'bag',
         ),
         queue_length=parameters.record.queue_length,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.interface.messages import ArrayMessage
 
@@ -20,8 +20,8 @@ class Series:
     """A quantity sampled at rising times."""
 
     # times in s; finite, never falling. Two samples of one instant are a jump, shape (n,)
-    time_s: NDArray[np.float64]
-    value: NDArray[np.float64]  # the quantity in `unit`, shape (n,)
+    time_s: Array
+    value: Array  # the quantity in `unit`, shape (n,)
     unit: str  # SI unit; empty for a pure number
     origin: str  # where the samples come from, for a legend or an error message
 

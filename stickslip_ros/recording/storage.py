@@ -20,6 +20,8 @@ from stickslip_ros.recording.layout import FileForm, Layout
 CLOSING_RECORD: Final = 'stickslip_recorder'
 """Metadata record with which a finished file says what it holds and what was lost."""
 PART_RECORD: Final = 'stickslip_part'  # metadata record in which a part says which one it is
+FIRST_PART: Final = 'first'
+"""Entry of that record: number of the oldest part that is kept beside it."""
 FOLLOWED_BY: Final = 'followed_by'
 """Entry of a part's closing record: the file in which the run goes on, or nothing."""
 SECURE_AFTER: Final = 1 / 2
@@ -204,7 +206,12 @@ class RunFiles:
         """Make the next file."""
         metadata = {**self._metadata, **file_metadata()}
         if self._layout.numbered:
-            metadata[PART_RECORD] = {'run': self._layout.stem, 'part': str(self.parts)}
+            keep = self._form.keep_parts or self.parts + 1
+            metadata[PART_RECORD] = {
+                'run': self._layout.stem,
+                'part': str(self.parts),
+                FIRST_PART: str(max(0, self.parts + 1 - keep)),
+            }
         path = self._layout.part(self.parts)
         file = McapFile(path, self._channels, self._form, metadata, attachments)
         self.parts += 1
@@ -233,6 +240,8 @@ class RunFiles:
                 following.abandon()
                 raise
             self._file = following
+            if 0 < self._form.keep_parts < self.parts:
+                self._layout.part(self.parts - self._form.keep_parts - 1).unlink(missing_ok=True)
         for message in mark.repeated:
             self._file.write(message)
             self.stored += 1

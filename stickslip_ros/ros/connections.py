@@ -32,6 +32,8 @@ REFUSALS = (RuntimeError, ValueError, TypeError, ParameterException, InvalidQosO
 """What rclpy raises when it does not take an override."""
 SHARED = ('diagnostics', 'joint_states')
 """Keys of the topics on which every node may publish."""
+ALWAYS = 'diagnostics'
+"""Key of the topic on which a node publishes in every state."""
 ATTEMPTS = 2
 """How often a message is given to the network, which may give up in a process that is held up."""
 
@@ -48,13 +50,14 @@ class Connections:
         self._node = node
         self._on_message = on_message
         self._overrides = overrides
-        self._offered: dict[str, Any] = {}
         # Endpoints of others with which a quality of service did not agree, by topic.
         self.incompatible: Counter[str] = Counter()
         # Messages since the configuration that the network did not take, by key of the topic.
         self.unsent: Counter[str] = Counter()
         # Who else has the name of the node or publishes its readings, in words.
         self.conflicts: list[str] = []
+        [always] = [topic for topic in TOPICS if topic.key == ALWAYS]
+        self._offered: dict[str, Any] = {ALWAYS: self._open(always, Parameters())}
 
     def fit(self, parameters: Parameters) -> bool:
         """Return whether exactly the topics that exist under these parameters are offered."""
@@ -71,7 +74,7 @@ class Connections:
         self.incompatible.clear()
         self.unsent.clear()
         for topic in TOPICS:
-            if topic.exists(parameters):
+            if topic.exists(parameters) and topic.key != ALWAYS:
                 self._offered[topic.key] = self._open(topic, parameters)
         for name in self._overrides:  # of the names that were given at the start
             if not self._node.has_parameter(name):
@@ -79,18 +82,18 @@ class Connections:
                 raise UnknownName('override', name, hint)
 
     def release(self) -> None:
-        """Take every topic away."""
+        """Take every topic away but one."""
         for topic in TOPICS:
-            entity = self._offered.pop(topic.key, None)
-            if entity is None:
+            if topic.key == ALWAYS or topic.key not in self._offered:
                 continue
+            entity = self._offered.pop(topic.key)
             if topic.is_command:
                 self._node.destroy_subscription(entity)
             else:
                 self._node.destroy_lifecycle_publisher(entity)
 
     def publish(self, packed: Packed) -> None:
-        """Publish a packed message, if its topic is offered and the node active."""
+        """Publish a packed message, if its topic is offered and the state allows it."""
         publisher = self._offered.get(packed.key)
         if publisher is None:
             return
@@ -129,7 +132,7 @@ class Connections:
                 node.get_logger().warning(each)
         self.conflicts = seen
 
-    def channels(self) -> dict[str, Channel]:
+    def channels(self, parameters: Parameters) -> dict[str, Channel]:
         """Return what a recording holds: names and quality of service as they are, by key."""
         return {
             topic.key: Channel(
@@ -138,17 +141,18 @@ class Connections:
                 to_qos(self._offered[topic.key].qos_profile),
             )
             for topic in TOPICS
-            if topic.recorded and topic.key in self._offered
+            if topic.is_recorded(parameters)
         }
 
     def _open(self, topic: Topic, parameters: Parameters) -> Any:
         """Make the publisher or the subscription of a topic."""
+        node = self._node
 
         def note_incompatible(event: Any) -> None:
             self.incompatible[topic.name] = event.total_count
             policy = qos_policy_name_from_kind(event.last_policy_kind)
             other = 'publisher' if topic.is_command else 'subscription'
-            self._node.get_logger().warning(
+            node.get_logger().warning(
                 f'a {other} on {topic.name} does not fit its {policy}: nothing passes between them'
             )
 
@@ -162,10 +166,10 @@ class Connections:
         try:
             if not topic.is_command:
                 events = PublisherEventCallbacks(incompatible_qos=note_incompatible)
-                return self._node.create_lifecycle_publisher(
-                    message_type, topic.name, profile, event_callbacks=events, **options
-                )
-            return self._node.create_subscription(
+                is_always = topic.key == ALWAYS
+                make = node.create_publisher if is_always else node.create_lifecycle_publisher
+                return make(message_type, topic.name, profile, event_callbacks=events, **options)
+            return node.create_subscription(
                 message_type,
                 topic.name,
                 partial(self._on_message, topic),

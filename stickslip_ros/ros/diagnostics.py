@@ -1,8 +1,11 @@
 """Diagnostics: lateness, refusals, faults, connections, state of the recording."""
 
+import math
+import shutil
 import threading
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 
@@ -21,6 +24,9 @@ BLOCK_MAX_S = 1.0
 """Wall-clock time above which a block of the drive is an error, while it lasts."""
 STAMPS_OFF_MAX_S = 0.5
 """Distance of stamps from the system's time above which a report is a warning."""
+FULL_SOON_S, RATE_OVER_S = 3600.0, 10.0
+"""Time that a disk has room for, below which a report is a warning, at the rate over at least so
+long: a file begins with its parameters."""
 QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
@@ -96,6 +102,7 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'overruns_work_ms': f'{report.stalls.work_s / MILLI:.3f}',
         'overruns_processor_ms': f'{report.stalls.processor_s / MILLI:.3f}',
         'overruns_rest_ms': f'{report.stalls.rest_s / MILLI:.3f}',
+        'lag_s': f'{report.lag_s:.6f}',
         'behind_s': f'{report.behind_s:.6f}',
         'paused': str(session.is_paused).lower(),
     }
@@ -103,6 +110,8 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
     missing_blocks = report.missing_s / session.parameters.sim.block
     if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
         level, message = ERROR, f'real-time factor {kept} instead of {wanted:g}'
+    elif report.lag_s > STAMPS_OFF_MAX_S:
+        level, message = WARN, f'{report.lag_s:.1f} s late, which is being made up'
     elif report.overruns:
         level = WARN
         message = f'{report.overruns} of {report.ticks} ticks late{report.stalls.most}'
@@ -110,15 +119,22 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
     ramped, session.worker.preload_ramped = session.worker.preload_ramped, False
     if ramped and level != OK:
         message += '; a preload on its way steps every spring'
+    problems = []
+    if report.given_up_s:
+        lag_max_s = session.parameters.sim.lag_max
+        lost = f'{report.given_up_s:.1f} s of simulated time given up'
+        problems.append(f'{lost}: the lag was above sim.lag_max, {lag_max_s:g} s')
     if (behind_s := session.stamps_behind_s) is not None:
         values['stamps_behind_s'] = f'{behind_s:.6f}'
-        if abs(behind_s) > STAMPS_OFF_MAX_S and not session.is_paused:
-            where = 'behind' if behind_s > 0.0 else 'ahead of'
-            off = f"stamps are {abs(behind_s):.1f} s {where} the system's time"
-            remedy = 'deactivate, clean up, configure and activate the node'
-            off += f', more than {STAMPS_OFF_MAX_S:g} s; {remedy}'
-            level, message = max(level, WARN), off if level == OK else f'{message}; {off}'
-    return _status(f'{name}: time', level, message, values)
+        off_s = behind_s - report.lag_s
+        if abs(off_s) > STAMPS_OFF_MAX_S and not session.is_paused:
+            where = 'behind' if off_s > 0.0 else 'ahead of'
+            off = f"stamps are {abs(off_s):.1f} s {where} the system's time, more than"
+            problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s; deactivate and activate the node')
+    if problems:
+        told = [] if level == OK else [message]
+        level, message = max(level, WARN), '; '.join([*told, *problems])
+    return _status(name, 'time', level, message, values)
 
 
 def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticStatus:
@@ -131,17 +147,13 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
         'messages_refused': str(refusals.messages),
         'setpoints_replaced': str(session.bench.replaced),
     }
-    title = f'{name}: drive'
     if session.failure is not None:
-        return _status(title, ERROR, f'stopped: {session.failure}', values)
+        return _status(name, 'drive', ERROR, f'stopped: {session.failure}', values)
     if late := long_block(session):
-        return _status(title, ERROR, late, values)
-    if held := session.held:
-        why = f'{held} commands wait for kernels, which are being compiled'
-        return _status(title, WARN, why, values)
+        return _status(name, 'drive', ERROR, late, values)
     if news:
-        return _status(title, WARN, f'{news} refused since the last report', values)
-    return _status(title, OK, 'running', values)
+        return _status(name, 'drive', WARN, f'{news} refused since the last report', values)
+    return _status(name, 'drive', OK, 'running', values)
 
 
 def long_block(session: Session) -> str:
@@ -156,7 +168,7 @@ def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
     """Return what is broken."""
     values = {fault: str(value) for fault, value in faults.items()}
     message = ', '.join(faults) or 'none'
-    return _status(f'{name}: faults', WARN if faults else OK, message, values)
+    return _status(name, 'faults', WARN if faults else OK, message, values)
 
 
 def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
@@ -171,20 +183,19 @@ def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
     if unsent:
         problems.append(f'{sum(unsent.values())} messages not sent since the configuration')
     message = '; '.join(problems) or 'compatible'
-    return _status(f'{name}: connections', WARN if problems else OK, message, values)
+    return _status(name, 'connections', WARN if problems else OK, message, values)
 
 
 def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     """Return the state of the recording."""
-    title = f'{name}: recorder'
     writer = session.worker.writer or session.worker.failed_writer
     if writer is None:
-        return _status(title, OK, 'not recording', {})
+        return _status(name, 'recorder', OK, 'not recording', {})
     recorder, length = writer.recorder, session.parameters.record.queue_length
-    queued, dropped = recorder.queued, recorder.dropped
+    queued, dropped, size_bytes = recorder.queued, recorder.dropped, recorder.size_bytes
     values = {
         'file': str(recorder.path),
-        'size_bytes': str(recorder.size_bytes),
+        'size_bytes': str(size_bytes),
         'written': str(recorder.written),
         'queued': str(queued),
         'queue_peak': str(recorder.queue_peak),
@@ -192,17 +203,44 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
         'dropped': str(dropped),
     }
     if recorder.error is not None:
-        return _status(title, ERROR, f'stopped: {recorder.error}', values)
-    values['length_s'] = f'{(session.bench.time_ns - writer.begun_ns) * NANO:.3f}'
+        return _status(name, 'recorder', ERROR, f'stopped: {recorder.error}', values)
+    length_s = (session.bench.time_ns - writer.begun_ns) * NANO
+    values['length_s'] = f'{length_s:.3f}'
     if dropped:
-        return _status(title, ERROR, f'{dropped} dropped', values)
+        return _status(name, 'recorder', ERROR, f'{dropped} dropped', values)
     if queued > QUEUE_SHARE * length and not writer.waits:
-        return _status(title, WARN, f'queue {queued} of {length}', values)
-    return _status(title, OK, 'recording', values)
+        return _status(name, 'recorder', WARN, f'queue {queued} of {length}', values)
+    free_bytes = math.inf
+    with suppress(OSError):
+        free_bytes = shutil.disk_usage(recorder.path.parent).free
+    rate = size_bytes / max(length_s, RATE_OVER_S)  # in bytes per second
+    if free_bytes < FULL_SOON_S * rate and not session.parameters.record.keep_parts:
+        left_min = free_bytes / rate / 60.0
+        why = f'recording; at {MICRO * rate:.2g} MB/s the disk is full in {left_min:.0f} min'
+        return _status(name, 'recorder', WARN, why, values)
+    return _status(name, 'recorder', OK, 'recording', values)
 
 
-def _status(name: str, level: bytes, message: str, values: dict[str, str]) -> DiagnosticStatus:
+def idle_status(name: str, state: str, trouble: str) -> DiagnosticStatus:
+    """Return the state of a node whose drive does not run, and the trouble that is why, if any."""
+    level, message = (ERROR, f'{state}; {trouble}') if trouble else (OK, state)
+    return _status(name, 'drive', level, message, {})
+
+
+def compiling_status(name: str, line: str) -> DiagnosticStatus:
+    """Return how far the kernels of a drive are."""
+    return _status(name, 'drive', WARN, line, {})
+
+
+def _status(
+    name: str, part: str, level: bytes, message: str, values: dict[str, str]
+) -> DiagnosticStatus:
+    """Return the status of a part of a drive, by the full name of its node."""
     pairs = [KeyValue(key=key, value=value) for key, value in values.items()]
     return DiagnosticStatus(
-        level=level, name=name, message=message, hardware_id='virtual', values=pairs
+        level=level,
+        name=f'{name.lstrip("/")}: {part}',
+        message=message,
+        hardware_id=f'virtual {name}',
+        values=pairs,
     )

@@ -4,6 +4,7 @@ import gc
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,13 +13,16 @@ import rclpy
 from rcl_interfaces.msg import SetParametersResult
 from rcl_interfaces.srv import SetParameters, SetParametersAtomically
 from rclpy.executors import Executor, SingleThreadedExecutor
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleState, ManagedEntity, TransitionCallbackReturn
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.service import Service
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 
 import stickslip_ros
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import StickSlipError, quoted
 from stickslip_ros.process.signals import CUT, ENDED, RECOVER, REFUSED, begin, leave
 from stickslip_ros.process.stopping import (
     StillBusy,
@@ -62,7 +66,20 @@ def guard_services(node: Node) -> None:
 
 
 def _call_guarded(node: Node, service: Service, callback: Any, request: Any, response: Any) -> Any:
-    """Answer a request; of what rclpy raises the answer is that nothing has succeeded."""
+    """
+    Answer a request; of what rclpy raises the answer is that nothing has succeeded.
+
+    rclpy sets parameters one after the other, so values that only fit together would be refused or
+    half taken, by their order. So all of a request are tried together first; where that is
+    refused, each is set or refused by itself.
+
+    """
+    if isinstance(request, SetParameters.Request) and request.parameters:
+        with suppress(Exception):
+            together = [Parameter.from_parameter_msg(each) for each in request.parameters]
+            result = node.set_parameters_atomically(together)
+            if result.successful:
+                return SetParameters.Response(results=[result] * len(together))
     try:
         return callback(request, response)
     except Exception as error:  # noqa: BLE001 - rclpy may raise what it likes
@@ -91,11 +108,10 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
     stay_on_this_host()
     try:
         stop_if_asked()
+        words = list(sys.argv if arguments is None else arguments)
         try:
-            rclpy.init(
-                args=None if arguments is None else list(arguments),
-                signal_handler_options=SignalHandlerOptions.NO,
-            )
+            _refuse_others(words)
+            rclpy.init(args=words, signal_handler_options=SignalHandlerOptions.NO)
             node = make()
         except (StickSlipError, RuntimeError) as error:  # the base of RCLError
             sys.stderr.write(f'{name}: {error}\n')
@@ -111,6 +127,19 @@ def run_node(name: str, make: Callable[[], Node], arguments: Sequence[str] | Non
     finally:
         rclpy.try_shutdown()
     return ENDED
+
+
+def _refuse_others(words: list[str]) -> None:
+    """Refuse words that ROS would leave to the program, which heeds none, or cannot read."""
+    hint = 'parameters and names stand behind --ros-args, see --help'
+    try:
+        [_, *others] = remove_ros_args(words)
+    except rclpy_implementation.UnknownROSArgsError as error:
+        raise StickSlipError(f'{error} is not known to ROS; {hint}') from None
+    except UnicodeEncodeError as error:
+        raise StickSlipError(f'{quoted(error.object)} is not text in UTF-8; write it so') from None
+    if others:
+        raise StickSlipError(f'{quoted(others[0])} is not known; {hint}')
 
 
 def end_node(executor: Executor, *nodes: Node) -> None:

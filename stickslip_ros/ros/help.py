@@ -1,17 +1,11 @@
-"""The help of the executables, before anything is imported that takes long."""
+"""The help of the executable, before anything is imported that takes long."""
 
-from stickslip_ros.parameters import (
-    ControllerParameters,
-    declared_by,
-    describe,
-    format_value,
-    specs,
-)
+from stickslip_ros.parameters import describe, format_value, specs
 
 HELP = """\
-usage: {name} [-h] [--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] ...]
+usage: drive [-h] [--ros-args [-p NAME:=VALUE] [--params-file FILE] [-r FROM:=TO] ...]
 
-{text}
+The virtual stick-slip drive, a lifecycle node that configures and activates itself.
 It runs until Ctrl-C, SIGTERM or SIGHUP (a closed terminal). Exit status: 0 ended so, 2 a parameter
 was refused, 3 closing was cut short.
 
@@ -23,23 +17,11 @@ was refused, 3 closing was cut short.
 
 parameters, with their defaults:
 """
-PROGRAMS = {
-    'drive': (
-        'The virtual stick-slip drive, a lifecycle node that configures and activates itself.',
-        specs(),
-    ),
-    'position_controller': (
-        'Brings the runner of a drive to the last ~/target and holds it there, over topics only.',
-        declared_by(ControllerParameters),
-    ),
-}
-"""What each executable is, and its parameters."""
 
 
-def help_of(name: str) -> str:
-    """Return the help of an executable."""
-    text, declared = PROGRAMS[name]
-    return HELP.format(name=name, text=text) + ''.join(
+def help_text() -> str:
+    """Return it."""
+    return HELP + ''.join(
         f'  {each}:={format_value(spec.default)}\n      {describe(spec)}\n'
-        for each, spec in declared.items()
+        for each, spec in specs().items()
     )

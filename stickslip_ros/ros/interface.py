@@ -1,33 +1,21 @@
 """The declared topics and services as ROS types and quality of service."""
 
+from importlib import import_module
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PointStamped, WrenchStamped
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
-from std_msgs.msg import Float64, Float64MultiArray, Int32, String, UInt32
-from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.interface.channels import Qos
+from stickslip_ros.interface.topics import SERVICES, TOPICS
 
-MESSAGE_TYPES: dict[str, Any] = {
-    'std_msgs/msg/Float64': Float64,
-    'std_msgs/msg/Float64MultiArray': Float64MultiArray,
-    'std_msgs/msg/Int32': Int32,
-    'std_msgs/msg/String': String,
-    'std_msgs/msg/UInt32': UInt32,
-    'geometry_msgs/msg/PointStamped': PointStamped,
-    'geometry_msgs/msg/WrenchStamped': WrenchStamped,
-    'sensor_msgs/msg/JointState': JointState,
-    'diagnostic_msgs/msg/DiagnosticArray': DiagnosticArray,
-    'rosgraph_msgs/msg/Clock': Clock,
-}
-SERVICE_TYPES: dict[str, Any] = {
-    'std_srvs/srv/SetBool': SetBool,
-    'std_srvs/srv/Trigger': Trigger,
-}
+
+def _class_of(type_name: str) -> Any:
+    package, kind, name = type_name.split('/')
+    return getattr(import_module(f'{package}.{kind}'), name)
+
+
+MESSAGE_TYPES = {topic.type_name: _class_of(topic.type_name) for topic in TOPICS}
+SERVICE_TYPES = {service.type_name: _class_of(service.type_name) for service in SERVICES}
 
 
 def to_profile(qos: Qos) -> QoSProfile:

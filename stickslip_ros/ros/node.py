@@ -16,15 +16,16 @@ from rclpy.parameter import Parameter
 from rclpy.serialization import serialize_message
 from rclpy.service import Service
 
-from stickslip_ros.contact.kernel import compilation_reported
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.instrument.compilation import progress_reporter
+from stickslip_ros.instrument.compilation import KERNELS, progress_reporter
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
+from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.requests import receive_request
 from stickslip_ros.interface.topics import NODE_NAME, Topic
+from stickslip_ros.kernels.kernel import compilation_reported
 from stickslip_ros.parameters import Parameters, format_value
 from stickslip_ros.process.signals import run
 from stickslip_ros.process.stopping import StillBusy
@@ -45,7 +46,6 @@ from stickslip_ros.ros.parameter_bridge import (
     live_settings,
     read_parameters,
 )
-from stickslip_ros.runtime.kernels import kernels_for
 from stickslip_ros.runtime.orders import AT_ONCE, read_grant
 from stickslip_ros.runtime.session import Session, await_reply, require
 from stickslip_ros.runtime.worker import Callbacks
@@ -101,7 +101,9 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self.get_logger().info(describe_node(self))
         self._topics = Connections(self, self._on_message, overrides)
         self._offered_services: list[Service] = []
-        self._timer: Any = None
+        self._trouble = ''  # why the drive does not run, unless nobody wants it to
+        clock = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock)
         self._failed = self.create_guard_condition(self._leave_active)
         self._logged_block_ns = -1
         self.add_on_set_parameters_callback(
@@ -124,16 +126,12 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self._session = self._build(read_parameters(self))
             self._topics.offer(self._session.parameters)
         except StickSlipError as error:
-            self.get_logger().error(f'not configured: {error}')
             self._release()
-            return FAILURE
+            return self._refuse(f'not configured: {error}')
         acts = {'set_recording': self._set_recording, 'clear_faults': self._clear_faults}
         refuse = self._refusals.refuse
         self._offered_services = offer_services(self, lambda: self.session, refuse, acts)
-        clock = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = self.create_timer(
-            DIAGNOSTICS_PERIOD_S, self._publish_diagnostics, clock=clock
-        )
+        self._trouble = ''
         return super().on_configure(state)
 
     @logs_failure
@@ -142,8 +140,7 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         try:
             session = self._up_to_date()
         except StickSlipError as error:
-            self.get_logger().error(f'not activated: {error}')
-            return FAILURE
+            return self._refuse(f'not activated: {error}')
         result = super().on_activate(state)
         session.fix_time_origin(follows_clock=bool(self.get_parameter(SIM_TIME).value))
         info = info_json(session.parameters, session.worker.time_origin_ns)
@@ -151,27 +148,35 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         self._topics.publish(Packed('status', 0, pack_uint32(int(session.worker.status))))
         try:
             if session.parameters.record.on_start:
-                session.exchange_recording(session.open_recording(self._topics.channels()))
+                session.exchange_recording(session.open_recording(*self._recorded(session)))
         except StickSlipError as error:
-            self.get_logger().error(f'not activated: {error}')
             super().on_deactivate(state)
-            return FAILURE
+            return self._refuse(f'not activated: {error}')
         session.start()
-        self._active = session
+        self._active, self._trouble = session, ''
         self.get_logger().info(_describe_run(self, session.parameters, session.bench))
         return result
 
+    def _refuse(self, why: str) -> TransitionCallbackReturn:
+        """Refuse a transition, in the log now and in the diagnostics from now on."""
+        self.get_logger().error(why)
+        self._trouble = why
+        return FAILURE
+
     def _build(self, parameters: Parameters) -> Session:
-        report = progress_reporter(self.get_logger().warning, kernels_for(parameters))
+        def report(line: str) -> None:
+            self.get_logger().warning(line)
+            self._send_diagnostics(diagnostics.compiling_status(self._full_name, line))
+
         callbacks = Callbacks(
             on_faults=lambda faults: self._send_diagnostics(
-                [diagnostics.fault_status(self._full_name, faults)]
+                diagnostics.fault_status(self._full_name, faults)
             ),
             on_lost_recording=self._on_lost_recording,
             on_refusal=self._refusals.note,
             on_failure=self._on_failure,
         )
-        with compilation_reported(report):
+        with compilation_reported(progress_reporter(report, KERNELS)):
             return Session(parameters, self._topics.publish, callbacks)
 
     def _up_to_date(self) -> Session:
@@ -181,7 +186,6 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         old = self._session
         if old is None or old.failure is not None or differ_when_built(old.parameters, parameters):
             new = self._build(parameters)  # a refused one leaves the old one as it is
-            self._give_up_drive()
             old = self._session = new
         if not self._topics.fit(parameters):
             self._topics.offer(parameters)
@@ -218,24 +222,15 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
 
         """
         self._halt()
-        self._give_up_drive()
         super().destroy_node()
         if self._stuck:
             raise self._stuck[0]
 
-    def _give_up_drive(self) -> None:
-        if self._session is not None:
-            self._session.kernels.release()
-        self._session = None
-
     def _release(self) -> None:
-        self._give_up_drive()
+        self._session = None
         self._topics.release()
         while self._offered_services:
             self.destroy_service(self._offered_services.pop())
-        if self._timer is not None:
-            self.destroy_timer(self._timer)
-            self._timer = None
 
     def _halt(self) -> bool:
         """Stop the drive, finish its recording; return whether the drive was well."""
@@ -247,7 +242,9 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             with suppress(StickSlipError):  # a failed recording has been reported
                 session.close_recording(writer, self.get_logger())
         if isinstance(session.failure, StillBusy):
-            self.get_logger().error(f'the drive is left alone: {session.failure}')
+            self.get_logger().error(
+                f'the drive could not be stopped and is abandoned: {session.failure}'
+            )
             self._stuck.append(session.failure)
         return session.failure is None
 
@@ -255,9 +252,10 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
         """Report at once that the drive has failed, on its thread; the executor does the rest."""
         session = self._session
         if session is not None:
-            self.get_logger().error(f'the drive has stopped: {session.failure}')
+            self._trouble = f'the drive has stopped: {session.failure}'
+            self.get_logger().error(self._trouble)
             self._send_diagnostics(
-                [diagnostics.drive_status(self._full_name, session, self._refusals)]
+                diagnostics.drive_status(self._full_name, session, self._refusals)
             )
         self._failed.trigger()
 
@@ -305,41 +303,48 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
 
     def _set_recording(self, session: Session, request: Any) -> str:
         if request.data:
-            return session.start_recording(self._topics.channels())
+            return session.start_recording(*self._recorded(session))
         return session.end_recording(self.get_logger())
+
+    def _recorded(self, session: Session) -> tuple[dict[str, Channel], str]:
+        """Return what a recording of this node holds, and its namespace."""
+        return self._topics.channels(session.parameters), self.get_namespace()
 
     def _on_lost_recording(self, writer: RunWriter) -> None:
         why = f'{writer.recorder.path} has stopped: {writer.recorder.error}'
         self.get_logger().error(f'{why}; the drive goes on')
         if self._session is not None:
-            self._send_diagnostics([diagnostics.recorder_status(self._full_name, self._session)])
+            self._send_diagnostics(diagnostics.recorder_status(self._full_name, self._session))
 
     def _publish_diagnostics(self) -> None:
         self._refusals.begin_report()
-        session = self._active
+        session, name = self._active, self._full_name
         if session is None:
+            state = self._state_machine.current_state[1]
+            self._send_diagnostics(diagnostics.idle_status(name, state, self._trouble))
             return
         self._topics.check_graph()
-        name = self._full_name
         late = diagnostics.long_block(session)
         if late and session.bench.time_ns != self._logged_block_ns:  # once, while it lasts
             self._logged_block_ns = session.bench.time_ns
             self.get_logger().error(late)
+        report = session.pacer.report()
+        pace = diagnostics.pace_status(name, report, session)
+        if report.given_up_s:
+            self.get_logger().warning(pace.message)
         self._send_diagnostics(
-            [
-                diagnostics.pace_status(name, session.pacer.report(), session),
-                diagnostics.drive_status(name, session, self._refusals),
-                diagnostics.fault_status(name, session.worker.faults),
-                diagnostics.recorder_status(name, session),
-                diagnostics.connection_status(name, self._topics),
-            ]
+            pace,
+            diagnostics.drive_status(name, session, self._refusals),
+            diagnostics.fault_status(name, session.worker.faults),
+            diagnostics.recorder_status(name, session),
+            diagnostics.connection_status(name, self._topics),
         )
 
     @property
     def _full_name(self) -> str:
-        return str(self.get_fully_qualified_name()).lstrip('/')
+        return str(self.get_fully_qualified_name())
 
-    def _send_diagnostics(self, status: list[DiagnosticStatus]) -> None:
+    def _send_diagnostics(self, *status: DiagnosticStatus) -> None:
         array = DiagnosticArray(status=status)
         array.header.stamp = self.get_clock().now().to_msg()
         self._topics.publish(Packed('diagnostics', 0, serialize_message(array)))

@@ -15,12 +15,9 @@ from rclpy.parameter import Parameter
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.parameters import (
-    ControllerParameters,
     Parameters,
     Scalar,
     Spec,
-    controller_parameters,
-    declared_by,
     describe,
     spec_of,
     specs,
@@ -61,23 +58,6 @@ def declare_parameters(node: Node) -> Parameters:
     """
     parameters = Parameters().updated(given_values(node))
     declare(node, specs(), parameters.flat())
-    return parameters
-
-
-def declare_controller_parameters(node: Node) -> ControllerParameters:
-    """
-    Declare every parameter of the position controller on a node, and refuse as above.
-
-    Parameters of the drive are passed over: the file of a stand may be given to both nodes.
-
-    """
-    declared = declared_by(ControllerParameters)
-    given = given_values(node)
-    for name in given.keys() & specs().keys():
-        node.undeclare_parameter(name)
-        del given[name]
-    parameters = controller_parameters(given)
-    declare(node, declared, {name: getattr(parameters, name) for name in declared})
     return parameters
 
 

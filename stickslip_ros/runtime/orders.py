@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -23,9 +23,6 @@ LEAST_NUMBERS = 100
 """Numbers whose memory an order takes besides its own."""
 
 _RANKS = {topic.request: rank for rank, topic in enumerate(COMMAND_TOPICS)}
-
-MustWait = Callable[[Request | None, bool], bool]
-"""Whether a request must wait for more than its time, given whether one before it does."""
 
 
 @dataclass
@@ -68,11 +65,10 @@ class Orders:
 
     """
 
-    def __init__(self, *, by_topic: bool, must_wait: MustWait = lambda *_: False) -> None:
+    def __init__(self, *, by_topic: bool) -> None:
         self._waiting: deque[Order] = deque()
         self.numbers = 0  # how many the waiting orders hold, each order at least LEAST_NUMBERS
         self._by_topic = by_topic
-        self._must_wait = must_wait
 
     def __iter__(self) -> Iterator[Order]:
         return iter(tuple(self._waiting))
@@ -84,29 +80,18 @@ class Orders:
         return order
 
     def take(self, now_ns: int) -> list[Order]:
-        """Take what is due at a simulated time, need not wait and was not withdrawn."""
+        """Take what is due at a simulated time and was not withdrawn."""
         if not self._waiting:
             return []
         due: list[Order] = []
         later: list[Order] = []
-        for order, waits in self._with_waits():
-            (due if order.due_ns <= now_ns and not waits else later).append(order)
+        for order in self._waiting:
+            (due if order.due_ns <= now_ns else later).append(order)
         self._waiting = deque(later)
         self.numbers -= sum(order.numbers for order in due)
         if self._by_topic:
             due.sort(key=lambda order: order.rank)
         return [order for order in due if order.reply.set_running_or_notify_cancel()]
-
-    def held(self, now_ns: int) -> int:
-        """Return how many are due but must wait for more than their time."""
-        return sum(waits and order.due_ns <= now_ns for order, waits in self._with_waits())
-
-    def _with_waits(self) -> Iterator[tuple[Order, bool]]:
-        after = False
-        for order in self:
-            waits = self._must_wait(order.request, after)
-            after = after or waits
-            yield order, waits
 
     def withdraw_all(self) -> None:
         """Cancel everything; recordings that were to begin are closed."""

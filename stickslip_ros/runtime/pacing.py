@@ -22,8 +22,6 @@ TICKS_KEPT = 100_000
 """Ticks that a report looks back on, at most."""
 SCHEDSTAT = '/proc/thread-self/schedstat'
 """Where Linux tells of a thread, in ns: its time on a processor, its waiting for one; slices."""
-LAG_MAX_S = 0.1
-"""Lag that is caught up; beyond it the deadlines are moved and simulated time stays behind."""
 
 SWITCH_S: Final = 5e-5
 """Longest time that a callback may hold the interpreter while the drive's tick is due."""
@@ -68,20 +66,29 @@ class PaceReport:
     overruns: int  # ticks that began more than a period late
     ticks: int
     overruns_total: int  # since the start
-    behind_s: float  # by which deadlines were moved since the start: too large to catch up
+    lag_s: float  # how late the next tick is by now; it is being made up
+    given_up_s: float  # lag that is not made up, being above the largest one
+    behind_s: float  # all that was given up since the start
     missing_s: float  # simulated time that there would be more at the wanted pace; not below 0
     stalls: Stalls  # of the overruns
 
 
 class Pacer:
-    """Holds a loop to absolute deadlines; the real-time factor 0 is as fast as possible."""
+    """
+    Holds a loop to absolute deadlines; the real-time factor 0 is as fast as possible.
 
-    def __init__(self, block_s: float, real_time_factor: float) -> None:
+    A lag is made up: the next ticks begin at once. One above ``lag_max_s``, or two ticks if that
+    is longer, is given up: deadlines begin anew.
+
+    """
+
+    def __init__(self, block_s: float, real_time_factor: float, lag_max_s: float) -> None:
         self.real_time_factor = real_time_factor
         self._block_s = block_s
         self._period_s = block_s / real_time_factor if real_time_factor > 0.0 else 0.0
+        self._lag_max_s = max(lag_max_s, 2.0 * self._period_s)
         self._overruns_total = 0
-        self._behind_s = 0.0
+        self._behind_s = self._behind_told_s = 0.0
         self._schedstat: int | None = None
         self._stalls = self._told = Stalls()  # since the start, and of them those reported
         self._lock = threading.Lock()
@@ -131,12 +138,13 @@ class Pacer:
                 self._held_since_s = time.monotonic()
 
     def resume(self) -> None:
-        """Begin deadlines anew after a hold, which is no lateness; without one, nothing."""
+        """Move deadlines by a hold, which is no lateness; without one, do nothing."""
         if self._held_since_s is None:
             return
         with self._lock:
-            self._deadline_s = time.monotonic()
-            self._report_s += self._deadline_s - self._held_since_s
+            held_s = time.monotonic() - self._held_since_s
+            self._deadline_s += held_s
+            self._report_s += held_s
             self._held_since_s = self._noted = None
 
     def wait(self, sleep: Callable[[float], None] = time.sleep) -> None:
@@ -153,7 +161,7 @@ class Pacer:
         self._account(now_s, pause_s, is_late=late_s > self._period_s)
         self._overruns_total += late_s > self._period_s  # first: a report reads it last
         self._lateness_s.append(late_s)
-        if late_s > max(LAG_MAX_S, 2.0 * self._period_s):
+        if late_s > self._lag_max_s:
             self._deadline_s += late_s
             self._behind_s += late_s
 
@@ -169,6 +177,9 @@ class Pacer:
             ticks, self._lateness_s = self._lateness_s, deque(maxlen=TICKS_KEPT)
             stalls = self._stalls
             told, self._told = self._told, stalls
+            behind_s, before_s = self._behind_s, self._behind_told_s
+            self._behind_told_s = behind_s
+            lag_s = now_s - self._deadline_s - self._period_s if self._period_s else 0.0
         lateness = np.array(ticks)
         simulated_s = len(lateness) * self._block_s
         late = lateness if len(lateness) else np.array([math.nan])
@@ -180,7 +191,9 @@ class Pacer:
             overruns=int(np.count_nonzero(lateness > self._period_s)) if self._period_s else 0,
             ticks=len(lateness),
             overruns_total=self._overruns_total,
-            behind_s=self._behind_s,
+            lag_s=max(0.0, lag_s),
+            given_up_s=behind_s - before_s,
+            behind_s=behind_s,
             missing_s=max(0.0, elapsed_s * self.real_time_factor - simulated_s),
             stalls=Stalls(*np.subtract(stalls, told).tolist()),
         )

@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.compilation import compile_kernels
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import StillBusy
 from stickslip_ros.recording.run import Publish, RunWriter
 from stickslip_ros.recording.run_file import run_path
-from stickslip_ros.runtime.kernels import Kernels
 from stickslip_ros.runtime.orders import AT_ONCE, NEXT_BLOCK, Grant, Order, Orders, TimeControl
 from stickslip_ros.runtime.pacing import Pacer
 from stickslip_ros.runtime.worker import NOBODY, Callbacks, Worker
@@ -50,21 +50,20 @@ class Session:
     ) -> None:
         self.parameters = parameters
         lockstep = parameters.sim.lockstep
-        self.pacer = Pacer(
-            parameters.sim.block, 0.0 if lockstep else parameters.sim.real_time_factor
-        )
+        pace = 0.0 if lockstep else parameters.sim.real_time_factor
+        self.pacer = Pacer(parameters.sim.block, pace, parameters.sim.lag_max)
         self.failure: BaseException | None = None  # why there will be no further tick
         self._on_failure = callbacks.on_failure
         self._changed = threading.Condition()
-        self.kernels = Kernels(parameters, self._notify)
+        compile_kernels()  # all: nothing is compiled while a drive keeps a pace
         # Other threads may read the state of worker and bench, but change nothing.
         self.worker = Worker(parameters, publish, callbacks)
         self.bench = self.worker.bench
         self._time_control = TimeControl(parameters.block_ns, lockstep=lockstep)
-        self._orders = Orders(by_topic=lockstep, must_wait=self.kernels.must_wait)
+        self._orders = Orders(by_topic=lockstep)
         self._steps: deque[Future[None]] = deque()
         self._due: list[Order] = []
-        self._is_ending = self._has_started = False
+        self._is_ending = False
         self._busy_since_s: float | None = None
         self._pausing = 0  # calls that wait for the end of the present block
         self._thread: threading.Thread | None = None
@@ -75,12 +74,6 @@ class Session:
         return self._time_control.is_paused
 
     @property
-    def held(self) -> int:
-        """Number of commands that wait for kernels that are being compiled."""
-        with self._changed:
-            return self._orders.held(self.bench.time_ns)
-
-    @property
     def received(self) -> int:
         """Number of messages on command topics since the activation."""
         return self._time_control.received
@@ -88,9 +81,8 @@ class Session:
     @property
     def state(self) -> str:
         """How far simulated time has come, and what holds it."""
-        now_ns, held = self.bench.time_ns, self.held
-        kernels = f', {held} commands wait for kernels' if held else ''
-        return f'simulated time {now_ns * NANO:.9g} s; {self._time_control.state(now_ns)}{kernels}'
+        now_ns = self.bench.time_ns
+        return f'simulated time {now_ns * NANO:.9g} s; {self._time_control.state(now_ns)}'
 
     @property
     def busy_s(self) -> float:
@@ -106,14 +98,12 @@ class Session:
 
     def fix_time_origin(self, *, follows_clock: bool) -> None:
         """
-        Let stamps begin now, as `has_system_time` says; once the drive has started, nothing.
+        Let stamps begin now, as `has_system_time` says.
 
         A reading is published when its block begins: its stamp, the end of the block, shall not
         lie in the future.
 
         """
-        if self._has_started:
-            return
         self.worker.time_origin_ns = 0
         if has_system_time(self.parameters, follows_clock=follows_clock):
             ahead_ns = self.bench.time_ns + self.parameters.block_ns
@@ -121,7 +111,7 @@ class Session:
 
     def start(self) -> None:
         """Begin to tick, neither paused nor granted anything."""
-        self._is_ending, self._has_started = False, True
+        self._is_ending = False
         self._time_control.restart()
         self.pacer.start()
         self._thread = threading.Thread(target=self._run, name='stickslip drive', daemon=True)
@@ -220,7 +210,7 @@ class Session:
             self._changed.notify_all()
             return reply
 
-    def open_recording(self, channels: Mapping[str, Channel]) -> RunWriter:
+    def open_recording(self, channels: Mapping[str, Channel], namespace: str = '') -> RunWriter:
         """
         Start the file of a recording; one whose drive need not keep a pace loses nothing.
 
@@ -228,18 +218,18 @@ class Session:
 
         """
         return RunWriter(
-            run_path(self.parameters).absolute(),
+            run_path(self.parameters, namespace).absolute(),
             self.parameters,
             wait=self.pacer.real_time_factor == 0.0,
             channels=channels,
             time_origin_ns=self.worker.time_origin_ns,
         )
 
-    def start_recording(self, channels: Mapping[str, Channel]) -> str:
+    def start_recording(self, channels: Mapping[str, Channel], namespace: str = '') -> str:
         """Record from now on; return the path."""
         if self.worker.writer is not None:
             raise StickSlipError('already recording')
-        writer = self.open_recording(channels)
+        writer = self.open_recording(channels, namespace)
         try:
             await_reply(self.exchange_recording(writer))
         except StickSlipError:
@@ -336,9 +326,6 @@ class Session:
         now_ns = self.bench.time_ns
         if self._is_ending:
             return Turn.END
-        is_paced = self.pacer.real_time_factor > 0.0  # else nothing may depend on compiling
-        if not (is_paced or self.kernels.are_ready) and self._orders.held(now_ns):
-            return None
         if self._time_control.allows(now_ns):
             self._due = self._orders.take(now_ns)
             return Turn.ADVANCE

@@ -1,8 +1,17 @@
 """For tests of controllers: a drive beside the test, an operator, lockstep, pytest fixtures."""
 
-from stickslip_ros.ros.client import Commands, Handshake, LockstepClient, open_context, stamp_ns
-from stickslip_ros.testing.operator import Operator, deep_queues
-from stickslip_ros.testing.stand import Stand, reserve_domain
+from stickslip_ros.extras import needs_ros
+
+with needs_ros('stickslip_ros.testing'):
+    from stickslip_ros.ros.client import (
+        Commands,
+        Handshake,
+        LockstepClient,
+        open_context,
+        stamp_ns,
+    )
+    from stickslip_ros.testing.operator import Operator, deep_queues
+    from stickslip_ros.testing.stand import Stand, reserve_domain
 
 __all__ = [
     'Commands',

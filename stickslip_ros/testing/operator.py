@@ -19,6 +19,7 @@ from rclpy.task import Future
 from std_srvs.srv import SetBool, Trigger
 
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.interface.topics import NODE_NAME, PREFIX, READINGS
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.ros.client import DriveClient, Handshake
@@ -259,7 +260,7 @@ class Operator(DriveClient):
         self.received[key] += 1
         match key:
             case 'event':
-                self.events.append(json.loads(message.data))
+                self.events += filter(None, [read_event(message.data)])
             case 'request':
                 self.requests.append(json.loads(message.data))
             case 'status':

@@ -31,8 +31,8 @@ def ros_domain() -> Iterator[int]:
 def compiled_kernels(pytestconfig: pytest.Config) -> None:
     """Compile what is not kept yet before the first drive, and so before any time limit."""
     # Tests without a drive do without the kernels.
-    from stickslip_ros.contact.kernel import compilation_reported  # noqa: PLC0415
     from stickslip_ros.instrument.compilation import compile_kernels  # noqa: PLC0415
+    from stickslip_ros.kernels.kernel import compilation_reported  # noqa: PLC0415
 
     terminal = pytestconfig.pluginmanager.getplugin('terminalreporter')
 

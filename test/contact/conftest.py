@@ -6,8 +6,8 @@ import pytest
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
 from stickslip_ros.contact.mdr import Elasticity, Presliding, presliding
-from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.virgin import tabulate
+from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import ContactParameters
 
 LOWER_N = math.sqrt(2.0) / 4.0

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.contact.memory import CAPACITY, fresh_memory
-from stickslip_ros.contact.record import Record
-from stickslip_ros.validation.contacts import follow, follow_energies
+from stickslip_ros.kernels.record import Record
+from stickslip_ros.lab.validation.contacts import follow, follow_energies
 
 
 class Sample(NamedTuple):

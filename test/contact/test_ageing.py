@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.reaction import (
     CONTACT_STATE,
     contact_lost,
@@ -13,9 +12,10 @@ from stickslip_ros.contact.reaction import (
     react,
     relax,
 )
-from stickslip_ros.contact.record import record
 from stickslip_ros.drive.build import all_contacts
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import record
 from stickslip_ros.parameters import Parameters
 
 react = entry_point(react)

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import move
 from stickslip_ros.contact.reaction import CONTACT_STATE, react, relax, switch_to_springs
-from stickslip_ros.contact.record import record
 from stickslip_ros.contact.springs import move_springs
 from stickslip_ros.drive.build import all_contacts
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import record
+from stickslip_ros.lab.validation.bank import random_turns
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.validation.bank import random_turns
 
 move_springs = entry_point(move_springs)
 move = entry_point(move)

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.laws import DAHL, EPM, LUGRE, deflect
-from stickslip_ros.validation.laws import (
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.lab.validation.laws import (
     COULOMB_N,
     SIGMA_0,
     benchmark_law,

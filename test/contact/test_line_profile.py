@@ -14,15 +14,15 @@ from stickslip_ros.contact.hemisphere import (
     profile_of,
     rough_line_profile,
 )
-from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.mdr import indent, presliding
 from stickslip_ros.contact.profile import LineProfile, line_profile, smooth_profile
 from stickslip_ros.contact.roughness import Spectrum, rough_line
 from stickslip_ros.contact.virgin import CELLS, tabulate, virgin_force
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import ContactParameters, Parameters
-from stickslip_ros.runs.sawtooth_run import simulate
 
 virgin_force = entry_point(virgin_force)
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from guide import Guide
 
-from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.memory import U, fresh_memory, lost_energy, move, set_memory
 from stickslip_ros.contact.virgin import virgin_force
+from stickslip_ros.kernels.kernel import entry_point
 
 virgin_force = entry_point(virgin_force)
 move = entry_point(move)

@@ -8,10 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip_ros.contact.hemisphere import elasticity_of, profile_of
-from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.mdr import indent, presliding
 from stickslip_ros.contact.memory import fresh_memory, lost_energy, move, stored_energy
-from stickslip_ros.contact.record import record
 from stickslip_ros.contact.springs import (
     BANK_ERROR,
     Group,
@@ -25,6 +23,8 @@ from stickslip_ros.contact.springs import (
     stored_in_springs,
 )
 from stickslip_ros.contact.virgin import tabulate
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import record
 from stickslip_ros.parameters import ContactParameters
 
 depth_at = entry_point(depth_at)

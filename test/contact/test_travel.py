@@ -5,9 +5,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of, spectrum_of
 from stickslip_ros.contact.mdr import presliding
-from stickslip_ros.contact.profile import Array, LineProfile, line_profile
+from stickslip_ros.contact.profile import LineProfile, line_profile
 from stickslip_ros.contact.roughness import line_power, rough_line
 from stickslip_ros.contact.travel import AMPLITUDE, ANGLE, RING, window_profile
 from stickslip_ros.contact.virgin import TABLE_ERROR, tabulate
@@ -20,6 +21,8 @@ from stickslip_ros.parameters import Parameters
 TRAVELS = Parameters().updated({'contact.profile': 'rough_line', 'contact.travel': 1.0})
 PLACES = (0, 1, -1, 63, 64, 5_000, -131_072, 600_000)
 """Springs; the last is 4.6 mm away, the travel of the stand is 5."""
+WIDTH = 11_328
+"""Springs of a window of TRAVELS, whose spectrum alone decides it."""
 ROUNDING = 1e-12
 SAMPLING = 0.1
 """Relative error of a mean over six lines of a millimetre."""
@@ -92,6 +95,27 @@ def test_the_curve_at_a_place_is_that_of_the_sorted_heights_there(place, separat
         assert missed[:, 1].max() < 2e-3  # of a spring that is counted in the next cell
 
 
+@pytest.mark.parametrize('seed', [1, 29, 52, 102, 197])
+def test_windows_are_as_wide_whatever_waves_a_seed_draws_and_whatever_share_of_them_travels(seed):
+    widths = {
+        int(lines_of(TRAVELS.updated(changes | {'contact.line_seed': seed}).contact).springs)
+        for changes in ({}, {'contact.travel': 0.05})
+    }
+    assert widths == {WIDTH}
+
+
+@pytest.mark.parametrize('seed', [315, 476])
+def test_a_window_holds_all_springs_that_touch_where_peaks_lie_far_out(seed):
+    contact = TRAVELS.updated({'contact.line_seed': seed, 'contact.travel': 0.05}).contact
+    track, points = lines_of(contact), contact.line_points
+    places_m = track.spacing_m * (np.arange(points) - 0.5 * points + 0.5)
+    line_m = rough_line(spectrum_of(contact), contact.line_length, points, seed)
+    profile = line_profile(places_m**2 / contact.radius + line_m, float(track.spacing_m))
+    depth_m = profile.depth_for(np.sqrt(2.0) / (2.0 * elasticity_of(contact).normal_pa))  # 2 N
+    farthest_m = np.abs(places_m[profile.heights_m < depth_m]).max()
+    assert 0.05 * contact.radius < farthest_m < 0.8 * 0.5 * track.springs * track.spacing_m
+
+
 def test_the_waves_have_the_power_and_the_cut_offs_of_the_periodic_line():
     contact, spectrum = TRAVELS.contact, spectrum_of(TRAVELS.contact)
     track = lines_of(contact)
@@ -110,19 +134,22 @@ def test_the_waves_have_the_power_and_the_cut_offs_of_the_periodic_line():
         assert found == pytest.approx(expected, rel=SAMPLING)
 
 
-@pytest.mark.parametrize('distance', [16, 128, 1024])
-def test_heights_differ_over_a_distance_as_those_of_the_periodic_line(distance):
+def test_heights_differ_over_a_distance_as_those_of_the_periodic_line():
     contact = TRAVELS.updated({'contact.travel': 1.0}).contact
     track, spectrum = lines_of(contact), spectrum_of(contact)
     fixed_m = track.fixed_m[0, : track.springs]
+
+    def differences_m2(line_m):
+        return [np.mean((line_m[each:] - line_m[:-each]) ** 2) for each in (16, 128, 1024)]
+
     found, expected = [], []
     for foot in range(6):
         line_m = rough_line(spectrum, contact.line_length, contact.line_points, foot)
-        expected.append(np.mean((line_m[distance:] - line_m[:-distance]) ** 2))
-        for place in range(0, 110_000, 11_000):
-            line_m = heights_m(track, foot, place) - fixed_m
-            found.append(np.mean((line_m[distance:] - line_m[:-distance]) ** 2))
-    assert np.mean(found) == pytest.approx(np.mean(expected), rel=2.0 * SAMPLING)
+        expected.append(differences_m2(line_m))
+        places = range(0, 110_000, 11_000)
+        found += [differences_m2(heights_m(track, foot, place) - fixed_m) for place in places]
+    mean, wanted = np.mean(found, axis=0), np.mean(expected, axis=0)
+    assert mean.tolist() == pytest.approx(wanted.tolist(), rel=2.0 * SAMPLING)
 
 
 def test_the_foot_keeps_its_share_of_the_roughness():

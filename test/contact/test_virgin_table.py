@@ -3,8 +3,6 @@
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.record import Record
 from stickslip_ros.contact.virgin import (
     CELLS,
     TABLE_ERROR,
@@ -13,6 +11,8 @@ from stickslip_ros.contact.virgin import (
     virgin_force,
     virgin_stiffness,
 )
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import Record
 
 ROUNDING = 1e-12
 """Sums over the cells of a table."""

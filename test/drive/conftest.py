@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.record import Record
 from stickslip_ros.drive.advance import advance
 from stickslip_ros.drive.build import (
     plant_of,
@@ -14,9 +13,10 @@ from stickslip_ros.drive.build import (
     start_clock,
     state_at_rest,
 )
-from stickslip_ros.drive.feet import divide_among_feet
+from stickslip_ros.drive.division import divide_among_feet
 from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
 from stickslip_ros.drive.records import ALL, Wave
+from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import Parameters
 
 

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.contact.kernel_cache import CONFIG
 from stickslip_ros.drive.advance import advance
 from stickslip_ros.drive.build import plant_of, state_at_rest
 from stickslip_ros.drive.waveform import missing, sawtooth
+from stickslip_ros.kernels.cache import CONFIG
 from stickslip_ros.parameters import Parameters
 
 PLAIN = {'runner.damping': 80.0, 'sim.dt': 1e-6, 'stand.preload': 0.1}
@@ -26,7 +26,7 @@ EVERYTHING = {
     'load_cell.restitution': 0.5,
     'frame.mass': 0.02,
     'frame.resonance': 1e4,
-    'actuator.mass': 1e-4,
+    'actuator.stiffness': 4e7,
     'stand.stop_stiffness': 1e6,
 }
 

@@ -6,14 +6,14 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.record import record
 from stickslip_ros.drive.advance import PASSES_MIN, check_motion
 from stickslip_ros.drive.amplifier import follow, low_pass, time_to_settle, wanted
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.records import ALL, CLOCK
 from stickslip_ros.drive.waveform import level, sawtooth, table
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import record
 from stickslip_ros.parameters import Parameters
 
 follow = entry_point(follow)

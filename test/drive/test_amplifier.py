@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.record import record
 from stickslip_ros.drive.advance import RAMP_MEAN, RAMP_START, advance_stretch
 from stickslip_ros.drive.amplifier import (
     ARRIVED_SHARE,
@@ -22,6 +20,8 @@ from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.piezo import foot_displacement
 from stickslip_ros.drive.records import CLOCK
 from stickslip_ros.drive.waveform import level, sawtooth
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import record
 from stickslip_ros.parameters import Parameters
 
 clamp = entry_point(clamp)

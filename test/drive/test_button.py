@@ -9,7 +9,7 @@ from stickslip_ros.drive.advance import FORCE, RAMP_END, RAMP_MEAN, observe_samp
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.linear.linearise import linearise
+from stickslip_ros.lab.linear.linearise import linearise
 from stickslip_ros.parameters import Parameters
 
 WAVE = sawtooth(0.0, 287.3, 1153.4, 0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.drive import advance as advance_module
-from stickslip_ros.drive.advance import LANES_MIN, advance, advance_all
+from stickslip_ros.drive.advance import LANES_MIN, observe_all, observe_samples
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.drive.waveform import sawtooth, table
@@ -29,12 +29,13 @@ DRIVES = [
 
 
 def made(changes, wave, load_n):
-    """Give what ``advance`` takes, from rest."""
+    """Give what ``observe_samples`` takes, from rest."""
     parameters = Parameters().updated(changes)
     plants = plant_of(parameters)
     states = state_at_rest(plants, parameters.stand.preload)
     start_clock(states)
-    return plants, states, wave, load_n, PERIODS * wave.period_s, np.full((PERIODS, 3), np.nan)
+    ramps, truth = np.full((PERIODS, 3), np.nan), np.full((1, 5), np.nan)
+    return plants, states, wave, load_n, PERIODS * wave.period_s, truth, ramps
 
 
 def bits(record):
@@ -49,7 +50,7 @@ def test_drives_that_go_together_have_the_bits_that_they_have_alone(count, monke
     assert len(DRIVES) == LANES
     alone, together = ([made(*drive) for drive in DRIVES[:count]] for _ in range(2))
     for drive in alone:
-        advance(*drive)
+        observe_samples(*drive)
     in_lanes = []
     observe_together = advance_module.observe_together
 
@@ -58,7 +59,7 @@ def test_drives_that_go_together_have_the_bits_that_they_have_alone(count, monke
         observe_together(drives)
 
     monkeypatch.setattr(advance_module, 'observe_together', noted)
-    advance_all(together)
+    observe_all(together)
     assert in_lanes == [LANES]
     for (_, one, *_, ramps), (_, other, *_, others) in zip(alone, together, strict=True):
         assert bits(one) == bits(other)
@@ -70,8 +71,8 @@ def test_a_drive_that_cannot_go_in_lanes_goes_beside_them():
     drives = [(each, *DRIVES[0][1:]) for each in changes]
     alone, together = ([made(*drive) for drive in drives] for _ in range(2))
     for drive in alone:
-        advance(*drive)
-    advance_all(together)
+        observe_samples(*drive)
+    observe_all(together)
     assert [bits(one[1]) for one in alone] == [bits(other[1]) for other in together]
 
 
@@ -79,4 +80,4 @@ def test_a_drive_that_fails_is_refused_among_others():
     together = [made(*drive) for drive in DRIVES]
     together[3][1]['velocity_m_per_s'] = np.nan
     with pytest.raises(StickSlipError, match=r'time stands still|no longer finite'):
-        advance_all(together)
+        observe_all(together)

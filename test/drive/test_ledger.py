@@ -43,8 +43,9 @@ def test_the_balance_closes_at_least_with_the_third_power_of_the_step(damping, p
     assert residuals[0] / residuals[1] > 8.0**3
 
 
-@pytest.mark.parametrize('damping', [0.0, 80.0])
-def test_the_motion_is_of_fourth_order_in_the_step(damping, drive):
+@pytest.mark.parametrize(('damping', 'error'), [(0.0, 6e-6), (80.0, 1.5e-6)])
+def test_the_motion_is_of_fourth_order_in_the_step(damping, error, drive):
+    """The errors of 4 us are twice those found; a step that drops a term may keep its order."""
     means_m = [
         drive(stand__preload=0.7, runner__damping=damping, sim__dt=dt_s)
         .start(sawtooth(0.0, 243.75, 1000.0, 0), [RUN_S])
@@ -53,6 +54,7 @@ def test_the_motion_is_of_fourth_order_in_the_step(damping, drive):
     ]
     errors_m = np.abs(np.array(means_m[:-1]) - means_m[-1])
     assert ORDER_4[0] < errors_m[0] / errors_m[1] < ORDER_4[1]
+    assert errors_m[1] < error * means_m[-1]
 
 
 @pytest.mark.parametrize(('damping', 'preload_n'), [(0.0, 0.5), (80.0, 0.1), (80.0, 1.0)])

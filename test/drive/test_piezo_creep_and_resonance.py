@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.record import record
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.piezo import displace, free_ring, prepare_piezo, rest_piezo
 from stickslip_ros.drive.records import PIEZO_STATE
 from stickslip_ros.drive.waveform import level
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import record
 from stickslip_ros.parameters import Parameters
 
 displace = entry_point(displace)

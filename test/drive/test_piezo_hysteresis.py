@@ -5,11 +5,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.record import record
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.piezo import hysteresis, rest_piezo
 from stickslip_ros.drive.records import PIEZO_STATE
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import record
 from stickslip_ros.parameters import Parameters
 
 hysteresis = entry_point(hysteresis)

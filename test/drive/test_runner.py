@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.kernel import entry_point, in_python
 from stickslip_ros.contact.virgin import virgin_force
 from stickslip_ros.drive.advance import RAMP_MEAN
 from stickslip_ros.drive.records import ALL
@@ -16,6 +15,7 @@ from stickslip_ros.drive.runner import (
     stops_force,
 )
 from stickslip_ros.drive.waveform import level, sawtooth
+from stickslip_ros.kernels.kernel import entry_point, in_python
 
 cell_force = in_python(cell_force)
 stops_force = in_python(stops_force)

@@ -8,15 +8,17 @@ from stickslip_ros.drive.build import contacts_of, plant_of
 from stickslip_ros.drive.faults import apply_faults
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.linear.linearise import linearise
+from stickslip_ros.lab.linear.linearise import linearise
 from stickslip_ros.parameters import Parameters
 
 WAVE = sawtooth(0.0, 287.3, 1153.4, 0)
 SOFT = {
-    'actuator__mass': 3.6e-5, 'actuator__resonance': 1.5e5, 'actuator__damping_ratio': 0.1
+    'actuator__stiffness': 3.2e7, 'actuator__resonance': 1.5e5, 'actuator__damping_ratio': 0.1
 }  # fmt: skip
-STACK_N_PER_M = 3.6e-5 * (2.0 * np.pi * 1.5e5) ** 2
-"""32 N/um."""
+STACK_N_PER_M = 3.2e7
+FOOT_KG = STACK_N_PER_M / (2.0 * np.pi * 1.5e5) ** 2
+LIGHT = {'frame__mass': 60.0 * FOOT_KG, 'frame__resonance': 1e4}
+"""A frame of which the feet are a tenth."""
 RESIDUAL = 1e-4
 
 
@@ -33,17 +35,18 @@ def test_a_load_at_rest_bends_each_stack_by_force_per_stiffness(drive):
 
 
 def test_stiffer_stacks_come_ever_nearer_to_feet_that_no_load_bends(drive):
-    rings = {name: each for name, each in SOFT.items() if name != 'actuator__mass'}
+    rings = SOFT | {'actuator__stiffness': 0.0}
     deaf = drive(**rings, sim__dt=6e-7).start(WAVE, [3e-3]).ramps[2, RAMP_MEAN]
     off = []
-    for kg in (3.6e-5, 3.6e-3, 3.6e-1):
-        machine = drive(**SOFT | {'actuator__mass': kg}, sim__dt=6e-7).start(WAVE, [3e-3])
+    for stiffer in (1.0, 1e2, 1e4):
+        changed = {'actuator__stiffness': stiffer * STACK_N_PER_M}
+        machine = drive(**SOFT | changed, sim__dt=6e-7).start(WAVE, [3e-3])
         off.append(abs(machine.ramps[2, RAMP_MEAN] / deaf - 1.0))
     assert off[1] < 0.05 * off[0]
     assert off[2] < 1e-3 * off[0] + 1e-6
 
 
-@pytest.mark.parametrize('frame', [{}, {'frame__mass': 0.02, 'frame__resonance': 1e4}])
+@pytest.mark.parametrize('frame', [{}, {'frame__mass': 0.02, 'frame__resonance': 1e4}, LIGHT])
 def test_the_error_falls_with_the_step_and_the_balance_closes(frame, drive):
     ends_m = []
     for dt_s in (1e-5, 5e-6, 1.25e-6, 3e-7):
@@ -55,6 +58,18 @@ def test_the_error_falls_with_the_step_and_the_balance_closes(frame, drive):
     assert errors[1] / errors[2] > 4.0**2
 
 
+def test_the_balance_closes_while_the_feet_of_a_light_frame_fall(drive):
+    """There the motion of their centre of mass, which the frame has, is a tenth of theirs."""
+    machine = drive(**SOFT, **LIGHT, sim__dt=6e-7).start(WAVE, [3.0 / 1153.4])
+    fastest_j = 0.0
+    for _ in range(20):
+        machine.run(WAVE, [2e-7])
+        speeds = machine.state.feet['m_per_s'][1:]
+        fastest_j = max(fastest_j, 0.5 * FOOT_KG * float(np.sum(speeds**2)))
+        assert abs(machine.residual) < RESIDUAL
+    assert fastest_j > 0.1 * machine.ledger.feet_work_j
+
+
 @pytest.mark.parametrize('frame', [{}, {'frame.mass': 1e-3, 'frame.resonance': 1e4}])
 def test_the_linear_drive_has_the_poles_of_the_bodies_on_their_springs(frame):
     values = {name.replace('__', '.'): each for name, each in SOFT.items()}
@@ -63,7 +78,7 @@ def test_the_linear_drive_has_the_poles_of_the_bodies_on_their_springs(frame):
     each = [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
     bodies = ['runner', *range(6), *(['frame'] if kg else [])]
     n, own = len(bodies), (2.0 * np.pi * 1e4) ** 2 * kg
-    mass = np.diag([3e-3, *[3.6e-5] * 6, *([kg - 6 * 3.6e-5] if kg else [])])
+    mass = np.diag([3e-3, *[FOOT_KG] * 6, *([kg - 6 * FOOT_KG] if kg else [])])
     spring, damper = np.zeros((n, n)), np.zeros((n, n))
     spring[0, 0] += 1e5
     for k in range(1, 7):
@@ -71,7 +86,7 @@ def test_the_linear_drive_has_the_poles_of_the_bodies_on_their_springs(frame):
         ends = (k, 7) if kg else (k,)
         pattern = np.array([[1, -1], [-1, 1]]) if kg else np.ones((1, 1))
         spring[np.ix_(ends, ends)] += STACK_N_PER_M * pattern
-        damper[np.ix_(ends, ends)] += 0.2 * 2.0 * np.pi * 1.5e5 * 3.6e-5 * pattern
+        damper[np.ix_(ends, ends)] += 0.2 * 2.0 * np.pi * 1.5e5 * FOOT_KG * pattern
     if kg:
         spring[7, 7] += own
         damper[7, 7] += 2.0 * 0.01 * 2.0 * np.pi * 1e4 * kg
@@ -95,6 +110,21 @@ def test_a_dead_foot_bends_on_and_follows_again(drive):
 
 
 def test_bending_under_coulombs_rigid_law_is_refused():
-    values = {'actuator.mass': 1e-4, 'actuator.resonance': 1e5, 'contact.law': 'coulomb'}
+    values = {'actuator.stiffness': 4e7, 'actuator.resonance': 1e5, 'contact.law': 'coulomb'}
     with pytest.raises(OutOfRange, match='Coulomb'):
         plant_of(Parameters().updated(values))
+
+
+@pytest.mark.parametrize(
+    ('values', 'told'),
+    [
+        ({'mass': 3.6e-5, 'resonance': 1.5e5}, r'mass .* set it to 0, and .*stiffness to 3\.198e'),
+        ({'stiffness': 3.2e7}, r'stiffness .* without a mass while actuator\.resonance is 0'),
+        ({'stiffness': 32.0, 'resonance': 1.5e5}, r'stiffness 32 N/m is between 0 and 1'),
+    ],
+)
+def test_a_stack_is_its_stiffness_and_its_resonance_and_softer_than_contacts_it_is_none(
+    values, told
+):
+    with pytest.raises(OutOfRange, match=told):
+        Parameters().updated({f'actuator.{name}': value for name, value in values.items()})

@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.record import record
 from stickslip_ros.drive.amplifier import has_arrived
 from stickslip_ros.drive.records import CLOCK, ENDLESS
 from stickslip_ros.drive.waveform import (
@@ -19,6 +17,8 @@ from stickslip_ros.drive.waveform import (
     table,
     target,
 )
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import record
 
 ramp_is_over = entry_point(ramp_is_over)
 target = entry_point(target)

@@ -4,12 +4,12 @@ import math
 
 import pytest
 
-from stickslip_ros.contact.kernel import in_python
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, plant_of, weight_of
 from stickslip_ros.drive.records import ALL
+from stickslip_ros.kernels.kernel import in_python
+from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.runs.sawtooth_run import run_drive
 
 WEIGHT_N = 3e-3 * 9.80665
 ROUNDING = 1e-9

@@ -16,11 +16,12 @@ from evidence import (
     spring_bank,
     spring_drive,
     springs,
+    travelling,
 )
 from evidence.group import Group, csv_text
 from evidence.page import PAGE, families_table, spheres_table, with_table
-from stickslip_ros.validation.references import TABLES, Reference, read_references
-from stickslip_ros.validation.self_test import validate
+from stickslip_ros.lab.validation.references import TABLES, Reference, read_references
+from stickslip_ros.lab.validation.self_test import validate
 
 MODULES = (
     contact_groups,
@@ -31,6 +32,7 @@ MODULES = (
     spring_bank,
     laws,
     spring_drive,
+    travelling,
 )
 FAMILIES = (
     'Normal load',
@@ -47,6 +49,7 @@ FAMILIES = (
     'Spring bank',
     'Friction laws',
     'Drive',
+    'Travelling roughness',
 )
 """In the order of the table, in which the codes of others come last."""
 GROUPS: tuple[Group, ...] = tuple(

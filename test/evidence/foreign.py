@@ -1,10 +1,10 @@
 """
 ``make foreign``: ask codes that others wrote; their answers are references of the self-test.
 
-Writes stickslip_ros/validation/foreign.csv. tamaas and ContactMechanics press the smooth and the
-rough body of closed_forms.py on a half-space without images, slippy pulls at them; tamaas presses
-random rough spheres; SurfaceTopography fits exponents. Of the package only the random lines and
-surfaces are used. Minutes on one core.
+Writes stickslip_ros/lab/validation/foreign.csv. tamaas and ContactMechanics press the smooth and
+the rough body of closed_forms.py on a half-space without images, slippy pulls at them; tamaas
+presses random rough spheres; SurfaceTopography fits exponents. Of the package only the random
+lines and surfaces are used. Minutes on one core.
 """
 
 import sys
@@ -41,8 +41,8 @@ from evidence.group import csv_text
 from evidence.half_space import GAPS, smooth_gap
 from evidence.roughness import HURSTS
 from stickslip_ros.contact.roughness import Spectrum, rough_surface
-from stickslip_ros.validation.references import TABLES, Reference, case_of
-from stickslip_ros.validation.roughness import LENGTH_M, line_and_surface
+from stickslip_ros.lab.validation.references import TABLES, Reference, case_of
+from stickslip_ros.lab.validation.roughness import LENGTH_M, line_and_surface
 
 MESH = 2e-5, 'its mesh of 256 x 256'
 ELEMENTS = 3e-3, 'its elements in contact, counted: each is 1 % of the radius wide'

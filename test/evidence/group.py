@@ -12,7 +12,7 @@ import numba
 import numpy as np
 import scipy
 
-from stickslip_ros.validation.references import Reference, arguments_of, case_of
+from stickslip_ros.lab.validation.references import Reference, arguments_of, case_of
 
 NUMPY = f'numpy {np.__version__}, scipy {scipy.__version__}'
 NUMBA = f'numba {numba.__version__}, {NUMPY}'

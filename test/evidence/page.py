@@ -4,13 +4,13 @@ import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from stickslip_ros.validation.contacts import depth_m, normal_stiffness_n_per_m
-from stickslip_ros.validation.references import TABLES, read_references
-from stickslip_ros.validation.report import markdown_row
-from stickslip_ros.validation.self_test import CheckedAnswer
+from stickslip_ros.lab.validation.contacts import depth_m, normal_stiffness_n_per_m
+from stickslip_ros.lab.validation.references import TABLES, read_references
+from stickslip_ros.lab.validation.report import markdown_row
+from stickslip_ros.lab.validation.self_test import CheckedAnswer
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'evidence' / 'validation.md'
-FAMILIES = ('family', 'references', 'against', 'made by', 'tolerance', 'largest error/tolerance')
+FAMILIES = ('family', 'references', 'against', 'tolerance', 'largest error/tolerance')
 SPHERES = ('F_n (N)', 'depth d', 'stiffness dF_n/dd')
 ANSWERED = {'depth_m': depth_m, 'normal_stiffness_n_per_m': normal_stiffness_n_per_m}
 
@@ -22,11 +22,10 @@ def families_table(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> str:
         rows = [each.reference for each in found]
         words = (re.split('[:;] ', row.source)[0] for row in rows)
         sources = '; '.join(dict.fromkeys(words))
-        makers = ', '.join(dict.fromkeys(row.made_by.rpartition('/')[2] for row in rows))
         least, most = (pick(row.tolerance for row in rows) for pick in (min, max))
         tolerance = f'{least:.1g}' if least == most else f'{least:.1g} to {most:.1g}'
         share = max(each.error / each.reference.tolerance for each in found)
-        cells = (family, str(len(rows)), sources, makers, tolerance, f'{share:.2g}')
+        cells = (family, str(len(rows)), sources, tolerance, f'{share:.2g}')
         lines.append(markdown_row(cells))
     return '\n'.join(lines) + '\n'
 

@@ -28,8 +28,8 @@ from evidence.springs import History, Springs, pressed_depth, pull
 from stickslip_ros.contact.profile import LineProfile
 from stickslip_ros.contact.springs import BANK_ERROR, SPRINGS, SPRINGS_IN_ALL
 from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.lab.validation.bank import STEPS, ramp, random_path
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.validation.bank import STEPS, ramp, random_path
 
 CONTACTS = ((2, UPPER_SHARE), (4, LOWER_SHARE))
 """How many upper and lower contacts, and the share of the preload of each (Eq. 19)."""

@@ -28,8 +28,8 @@ from stickslip_ros.contact.hemisphere import profile_of
 from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.contact.profile import LineProfile
 from stickslip_ros.contact.virgin import CELLS
+from stickslip_ros.lab.validation.contacts import WANDERING_STEPS, wandering
 from stickslip_ros.parameters import Parameters
-from stickslip_ros.validation.contacts import WANDERING_STEPS, wandering
 
 
 @dataclass(frozen=True)

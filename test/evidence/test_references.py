@@ -12,8 +12,8 @@ from evidence.contact_groups import REACHES_M, ring_down
 from evidence.group import printed
 from evidence.page import PAGE, families_table, spheres_table, table_in
 from evidence.springs import Springs, pull
-from stickslip_ros.validation.references import TABLES, case_of, read_references
-from stickslip_ros.validation.self_test import CheckedAnswer
+from stickslip_ros.lab.validation.references import TABLES, case_of, read_references
+from stickslip_ros.lab.validation.self_test import CheckedAnswer
 
 ROOT = Path(__file__).parents[2]
 SOME = 3

@@ -4,7 +4,7 @@ import random
 import tempfile
 from pathlib import Path
 
-from stickslip_ros.contact.kernel_cache import load_whole, save_whole
+from stickslip_ros.kernels.cache import load_whole, save_whole
 
 SIZE_MAX_BYTES = 4096
 

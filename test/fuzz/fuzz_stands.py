@@ -20,6 +20,7 @@ SPANS: Mapping[str, tuple[float, float]] = {
     'actuator.hysteresis': (1e-3, 0.4),
     'actuator.mass': (1e-6, 1e-3),
     'actuator.resonance': (1e3, 1e6),
+    'actuator.stiffness': (1e6, 1e9),
     'amplifier.bandwidth': (1e2, 1e7),
     'amplifier.current_max': (1e-4, 10.0),
     'amplifier.resolution': (1e-8, 10.0),
@@ -73,8 +74,9 @@ CHOICES: Mapping[str, tuple[Scalar, ...]] = {
 COMPANIONS: Mapping[str, Mapping[str, Scalar]] = {
     'actuator.capacitance': {'amplifier.current_max': 0.3},
     'actuator.damping_ratio': {'actuator.resonance': 153_846.15},
-    'actuator.mass': {'actuator.resonance': 153_846.15},
+    'actuator.mass': {'frame.mass': 0.0123, 'frame.resonance': 5432.1},
     'actuator.plays': {'actuator.hysteresis': 0.123},
+    'actuator.stiffness': {'actuator.resonance': 153_846.15},
     'contact.profile': {'contact.line_points': 2048, 'contact.cutoff_upper': 1e6},
     'contact.travel': {
         'contact.profile': 'rough_line',
@@ -125,6 +127,8 @@ def _several(rng: np.random.Generator) -> Mapping[str, Scalar]:
     values: dict[str, Scalar] = {}
     for name in rng.choice(sorted(SPANS), 3, replace=False):
         values |= _alone(str(name))(rng)
+    if 'actuator.resonance' in values:
+        values.pop('actuator.mass', None)  # which stiffness and resonance say
     return values
 
 

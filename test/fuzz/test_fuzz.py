@@ -8,8 +8,8 @@ from fuzz_case import NUMBERS, run_case
 from fuzz_stands import CHOICES, CONFIG, LAW_SPANS, SPANS, STANDS
 
 from stickslip_ros.instrument.commands import COMMANDS
+from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import load_yaml, specs
-from stickslip_ros.runs.sawtooth_run import simulate
 
 SEEDS = (1, 2)
 CASES = 50

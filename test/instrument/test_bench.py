@@ -1,6 +1,7 @@
 """The bench carries out what it is asked, and tells how it ended."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -40,6 +41,12 @@ def test_a_sawtooth_ends_with_an_event_that_counts_its_steps(bench):
     assert event.time_ns == 11 * MS
     assert len(told.ramps) == 10
     assert told.status == [READY | Status.MOVING] * 10 + [READY] * 2
+
+
+def test_a_bench_shows_where_it_is(bench):
+    drive_bench(bench, 2 * MS, {0: [Request('voltage', (100.0,))]})
+    place = r'runner at [\d.]+ nm, 100 V, SENSOR_PRESENT, AMPLIFIER_ENABLED'
+    assert re.fullmatch(rf'Bench\(at 0\.002 s: {place}\)', repr(bench))
 
 
 def test_the_ramps_that_are_told_are_those_of_the_runner(true_bench):

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from wrong_checkpoints import checkpoint_of, failures_of, with_content, with_value
 
-from stickslip_ros.contact.record import FLOAT
 from stickslip_ros.errors import StickSlipError, WrongKind
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.checkpoint import SIZE_MAX
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.state_tree import plain, read
+from stickslip_ros.kernels.record import FLOAT
 from stickslip_ros.parameters import Parameters, Scalar, load_yaml
 
 REALISTIC = Path(__file__).parents[2] / 'config' / 'realistic.yaml'

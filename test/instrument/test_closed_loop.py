@@ -2,9 +2,7 @@
 
 import json
 import math
-from collections import deque
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +17,6 @@ from stickslip_ros.instrument.position_loop import (
     Level,
     LoopSettings,
     PositionLoop,
-    RemoteLoop,
     Steps,
 )
 from stickslip_ros.instrument.reports import Result, Status
@@ -308,48 +305,6 @@ def test_the_loop_never_asks_for_a_voltage_out_of_range_or_no_step(positions_m):
             case Steps(count):
                 assert count != 0
                 assert (count > 0) == (position_m < 0.0)
-
-
-@given(
-    presliding_m=st.floats(5e-9, 120e-9),
-    start_m=st.floats(-1e-5, 1e-5),
-    delay=st.integers(0, 5),
-)
-@settings(deadline=None, max_examples=30)
-def test_the_remote_loop_comes_home_however_late_its_commands_arrive(presliding_m, start_m, delay):
-    stage, remote = SimpleStage(presliding_m, start_m), RemoteLoop(LOOP, 1000.0, 0.01)
-    remote.aim(0.0)
-    on_the_way: deque[Any] = deque([None] * delay)
-    busy = 0
-    for tick in range(2000):
-        on_the_way.append(remote.update(tick * MS, stage.position_m))
-        action = on_the_way.popleft()
-        assert action is None or tick >= busy  # nothing is sent into a burst
-        if isinstance(action, Steps):
-            busy = tick + abs(action.count)
-        if action is not None:
-            stage.obey(action)
-    assert abs(stage.position_m) < 1e-9
-    assert remote.in_position
-
-
-def test_the_remote_loop_waits_for_a_target_and_for_a_reading():
-    remote = RemoteLoop(LOOP, 1000.0, 0.01)
-    assert remote.update(0, 1e-9) is None
-    remote.aim(0.0)
-    assert remote.update(MS, float('nan')) is None
-    assert not remote.in_position
-    assert remote.update(2 * MS, 0.0) == Level(150.0)
-
-
-def test_the_remote_loop_begins_anew_when_the_time_of_the_drive_does():
-    remote = RemoteLoop(LOOP, 1000.0, 0.01)
-    remote.aim(1e-3)
-    assert remote.update(10_000 * MS, 0.0) == Level(150.0)
-    assert isinstance(remote.update(10_020 * MS, 0.0), Steps)
-    assert remote.update(MS, 0.0) == Level(150.0)
-    assert remote.update(5 * MS, 0.0) is None
-    assert isinstance(remote.update(20 * MS, 0.0), Steps)
 
 
 def test_no_burst_is_longer_than_a_message_can_carry():

@@ -6,9 +6,6 @@ from pathlib import Path
 import pytest
 from bench_runs import MS
 
-from stickslip_ros.contact import kernel_cache
-from stickslip_ros.contact.kernel import compilation_reported, entry_point, kernel
-from stickslip_ros.contact.kernel_cache import Folders
 from stickslip_ros.instrument import compilation
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
@@ -19,6 +16,9 @@ from stickslip_ros.instrument.compilation import (
     progress_reporter,
 )
 from stickslip_ros.instrument.reports import Result
+from stickslip_ros.kernels import cache as kernel_cache
+from stickslip_ros.kernels.cache import Folders
+from stickslip_ros.kernels.kernel import compilation_reported, entry_point, kernel
 from stickslip_ros.parameters import Parameters, load_yaml
 
 REALISTIC = Path(__file__).parents[2] / 'config/realistic.yaml'

@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 from bench_runs import PERFECT, load
 
-from stickslip_ros.contact.kernel import entry_point
 from stickslip_ros.contact.springs import friction_limit
 from stickslip_ros.drive.advance import FORCE, POSITION
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.runs.sawtooth_run import simulate, voltage_for
 from stickslip_ros.parameters import Parameters, specs
-from stickslip_ros.runs.sawtooth_run import SawtoothRun, simulate, voltage_for
 
 friction_limit = entry_point(friction_limit)
 

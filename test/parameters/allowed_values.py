@@ -21,6 +21,8 @@ COUPLED = {
     'load_cell.range',
     'amplifier.bandwidth',
     'actuator.resonance',
+    'actuator.mass',
+    'actuator.stiffness',
     'contact.friction_rate',
     'contact.friction_ageing',
 }
@@ -63,6 +65,11 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
         values |= {'contact.profile': 'rough_line', 'contact.law': 'mdr', 'stand.preload_end': 0.0}
         values |= {'contact.friction_rate': 0.0, 'contact.friction_ageing': 0.0}
         values['contact.travel'] = draw(st.floats(0.0, 1.0))
+    if draw(st.booleans()):
+        values |= {'actuator.resonance': 0.0, 'actuator.mass': draw(st.floats(0.0, 1.0))}
+    elif draw(st.booleans()):
+        values['actuator.resonance'] = draw(st.floats(1.0, 1e7))
+        values['actuator.stiffness'] = draw(st.floats(1e5, 1e12))
     if draw(st.booleans()):
         volts = sorted(draw(st.sets(st.floats(-999.0, 999.0), min_size=3, max_size=3)))
         names = ('voltage_min', 'voltage_initial', 'voltage_max')

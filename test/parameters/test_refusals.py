@@ -40,13 +40,13 @@ def test_an_unknown_name_is_refused_with_a_suggestion(name, suggestion):
 @pytest.mark.parametrize(
     ('name', 'value', 'expected'),
     [
-        ('stand.preload', 'much', 'a finite number in N'),
+        ('stand.preload', 'much', 'a number in uN, mN, N or kN'),
         ('stand.preload', None, 'a finite number'),
         ('stand.preload', [1.0], 'a finite number'),
         ('stand.preload', True, 'a finite number'),
         ('stand.preload', math.nan, 'a finite number'),
         ('stand.preload', math.inf, 'a finite number'),
-        ('stand.preload', '-inf', 'a finite number in N'),
+        ('stand.preload', '-inf', 'a number in uN, mN, N or kN'),
         ('sim.seed', 1.5, 'a whole number'),
         ('sim.seed', True, 'a whole number'),
         ('sim.seed', '1e3', 'a whole number'),

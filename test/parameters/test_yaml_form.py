@@ -10,8 +10,8 @@ from allowed_values import allowed_values
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip_ros.cli.reference import HEADING
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError, UnknownName, WrongKind
+from stickslip_ros.lab.cli.reference import HEADING
 from stickslip_ros.parameters import (
     Parameters,
     describe,
@@ -180,7 +180,7 @@ def test_a_text_on_which_the_reader_stumbles_is_refused_too(text):
         ),
         (
             'left: {ros__parameters: {}}\nright: {ros__parameters: {}}\n',
-            'run.yaml: is for several drives: left and right; keep one, or /** for what all share',
+            'run.yaml: is for several nodes: left and right; keep one, or /** for what all share',
         ),
     ],
 )
@@ -194,11 +194,10 @@ def test_a_text_in_quotes_is_a_text():
     assert parse_yaml(_under_node("    record: {name: '1:30'}\n"), '').record.name == '1:30'
 
 
-def test_a_drive_outweighs_what_all_share_and_the_controller_is_passed_over():
+def test_a_drive_outweighs_what_all_share():
     text = (
         '/left/stickslip_drive: {ros__parameters: {stand: {preload: 0.2}}}\n'
         '/**: {ros__parameters: {stand: {preload: 0.1}, sim: {seed: 7}}}\n'
-        '/left/position_controller: {ros__parameters: {gain: 1e-9}}\n'
     )
     assert parse_yaml(text, 'run.yaml').changed() == {'stand.preload': 0.2, 'sim.seed': 7}
 

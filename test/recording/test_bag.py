@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 from mcap.reader import make_reader
+from mcap_records import foreign
 from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Qos as RosQos
@@ -22,6 +23,7 @@ from stickslip_ros.recording.bag import METADATA_FILE
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.recover import recover
 
 Run = list[tuple[str, int, bytes]]
 BAG = FileForm(bag=True, flush_period_s=0.005)
@@ -40,6 +42,9 @@ LATCHED = RosQos(
     QosTime(9223372036, 854775807),
     False,
 )
+
+BOMB = 'rosbag2_bagfile_information: {a: &a [x, x, x], b: &b [*a, *a, *a], storage_identifier: *b}'
+"""Each further letter makes it three times as long, where somebody writes it out."""
 
 
 @pytest.fixture(scope='module')
@@ -241,7 +246,9 @@ def test_a_bag_of_storage_sqlite3_is_refused(tmp_path: Path):
     ('content', 'refusal'),
     [
         ('', 'metadata.yaml cannot be read'),
-        ('{', 'metadata.yaml cannot be read'),
+        ('{', 'metadata.yaml: is not YAML'),
+        ('[' * 5000, 'metadata.yaml: is not YAML'),
+        (BOMB, r'line 1: has the alias \*a; write out what it stands for'),
         ('rosbag2_bagfile_information: 3', 'metadata.yaml cannot be read'),
         ('rosbag2_bagfile_information: {}', 'metadata.yaml cannot be read'),
         (
@@ -257,7 +264,7 @@ def test_a_bag_of_storage_sqlite3_is_refused(tmp_path: Path):
             'a bag of storage x',
         ),
     ],
-    ids=['empty', 'broken', 'number', 'bare', 'no files', 'lost file', 'storage'],
+    ids=['empty', 'broken', 'deep', 'bomb', 'number', 'bare', 'no files', 'lost file', 'storage'],
 )
 def test_a_description_that_makes_no_sense_is_refused(tmp_path: Path, content: str, refusal: str):
     bag = foreign_bag(tmp_path / 'bag')
@@ -281,3 +288,20 @@ def test_a_bag_that_was_cut_off_is_refused_with_what_mends_it(tmp_path: Path):
         RecordingError, match='was cut off; save what is whole with "stickslip rec'
     ):
         Recording(bag)
+
+
+@pytest.mark.parametrize('quality', ['5', '[5]', '{depth: 1}', '[' * 5000, '&a [*a]', '"'])
+def test_a_quality_of_service_of_a_wrong_kind_is_left_out(tmp_path: Path, quality: str):
+    bag = tmp_path / 'bag'
+    bag.mkdir()
+    writer = foreign(bag / 'bag.mcap')
+    schema = writer.register_schema(m.FLOAT64, 'ros2msg', b'float64 data')
+    number = writer.register_channel('/u', 'cdr', schema, {'offered_qos_profiles': quality})
+    writer.add_message(number, 1, cdr.pack_float64(1.5), 1)
+    writer.finish()
+    _, written = recover(bag)
+    assert written == bag / METADATA_FILE
+    [content] = yaml.safe_load(written.read_text()).values()
+    [topic] = content['topics_with_message_count']
+    assert topic['topic_metadata']['offered_qos_profiles'] == []
+    assert Recording(bag).series('u').value == [1.5]

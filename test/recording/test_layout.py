@@ -1,5 +1,6 @@
 """A run's name stays in its folder, and nothing that is there is written over."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -33,8 +34,10 @@ def test_a_plain_name_is_taken_and_ends_in_mcap(name: str):
     assert named(name) == Path('runs') / f'{name.removesuffix(".mcap")}.mcap'
 
 
-def test_a_run_without_a_name_is_named_after_date_and_time():
-    assert named('').name.startswith('run_2')
+def test_a_run_without_a_name_is_named_after_date_time_and_namespace():
+    assert re.fullmatch(r'run_2\d{7}T\d{6}_\d{6}\.mcap', named('').name)
+    for namespace, end in (('/', ''), ('/left', '_left'), ('/hall/left', '_hall_left')):
+        assert re.fullmatch(rf'run_2[\dT_]+\d{end}', run_path(Parameters(), namespace).stem)
 
 
 @pytest.mark.parametrize(
@@ -126,9 +129,10 @@ def test_a_bag_that_cannot_be_begun_leaves_no_directory(tmp_path: Path, small_di
     [
         ({'record.split_size': 1000}, 'record.split_size 1000 B is below record.chunk_size'),
         ({'record.split_duration': 0.5}, 'record.split_duration 0.5 s is below record.flush_per'),
+        ({'record.keep_parts': 2}, 'record.keep_parts 2 is not possible for a run in one part'),
     ],
 )
-def test_parts_smaller_than_a_chunk_are_refused(tmp_path: Path, values: dict, refusal: str):
+def test_parts_that_cannot_be_are_refused(tmp_path: Path, values: dict, refusal: str):
     with pytest.raises(OutOfRange, match=refusal):
         open_recorder(tmp_path / 'run.mcap', Parameters().updated(values), {})
     assert list(tmp_path.iterdir()) == []

@@ -76,7 +76,8 @@ def test_every_part_tells_about_the_run_and_about_itself(split: Path):
         state = {'state.bin': ('application/octet-stream', b'%d' % STARTS_MS[number])}
         assert recording.attachments == {**ATTACHMENTS, **state}
         assert recording.metadata['stickslip_run'] == {'seed': '7'}
-        assert recording.metadata['stickslip_part'] == {'run': 'run', 'part': str(number)}
+        told = {'run': 'run', 'part': str(number), 'first': '0'}
+        assert recording.metadata['stickslip_part'] == told
         follower = f'run_{number + 1}.mcap' if number < 3 else ''
         assert recording.metadata['stickslip_recorder']['followed_by'] == follower
 
@@ -123,12 +124,32 @@ def test_the_recorder_tells_of_files_that_exist_and_counts_what_is_in_them(tmp_p
     assert bag.stored == described['message_count'] == recorder.stored
 
 
-@pytest.mark.parametrize('number', [1, 3], ids=['middle', 'last'])
+@pytest.mark.parametrize('number', [0, 1, 3], ids=['first', 'middle', 'last'])
 def test_a_missing_part_is_named(parts: Path, number: int):
     (parts.parent / f'run_{number}.mcap').unlink()
     missing = rf'run_{number}\.mcap: this part of the run is missing'
     with pytest.raises(RecordingError, match=missing):
         Recording(parts)
+
+
+def test_only_the_last_parts_are_kept_and_the_run_says_where_it_begins(tmp_path: Path):
+    recorder = record(tmp_path / 'run.mcap', dataclasses.replace(FORM, keep_parts=2))
+    assert recorder.place == f'{tmp_path}/run_2.mcap to run_3.mcap'
+    assert sorted(file.name for file in tmp_path.iterdir()) == ['run_2.mcap', 'run_3.mcap']
+    run = Recording(tmp_path / 'run.mcap')
+    assert run.series('voltage').value.tolist() == list(range(200, 350))
+    assert run.attachments['state.bin'] == ('application/octet-stream', b'200')
+    assert {channel.gaps for channel in run.channels} == {0}
+    (tmp_path / 'run_2.mcap').unlink()
+    with pytest.raises(RecordingError, match=r'run_2\.mcap: this part of the run is missing'):
+        Recording(tmp_path / 'run.mcap')
+
+
+def test_a_bag_keeps_its_last_parts_too(tmp_path: Path):
+    record(tmp_path / 'bag', dataclasses.replace(FORM, bag=True, keep_parts=1))
+    described = yaml.safe_load((tmp_path / 'bag' / METADATA_FILE).read_text())[ROOT]
+    assert described['relative_file_paths'] == ['bag_3.mcap']
+    assert len(Recording(tmp_path / 'bag').series('voltage').value) == 50
 
 
 def test_a_part_whose_followers_are_missing_opens_by_its_own_name(parts: Path):

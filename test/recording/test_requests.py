@@ -114,6 +114,27 @@ def test_a_recording_that_is_no_run_has_no_requests(tmp_path):
         list(recorded_requests(Recording(path)))
 
 
+@pytest.mark.parametrize('text', ['[' * 5000, '"text"', '[]', '{}', '{"topic": 1}', '9' * 5000])
+def test_what_a_recording_says_of_its_topics_is_not_believed(tmp_path: Path, text: str):
+    path, said = tmp_path / 'run.mcap', {'position': text, 'request': text}
+    Recorder(path, [Channel('/p', m.STRING, Qos(1))], metadata={'stickslip_topics': said}).close()
+    with pytest.raises(RecordingError, match='does not say which topic is which'):
+        list(recorded_requests(Recording(path)))
+
+
+@pytest.mark.parametrize('text', ['[' * 5000, '"text"', '[]', '{}', '9' * 5000])
+def test_a_recorded_request_that_makes_no_sense_is_refused(tmp_path: Path, text: str):
+    path = tmp_path / 'run.mcap'
+    content = {name: Channel(f'/{name}', m.STRING, Qos(1)) for name in ('position', 'request')}
+    said = {
+        name: json.dumps({'topic': each.topic, **vars(each.qos)}) for name, each in content.items()
+    }
+    with Recorder(path, [*content.values()], metadata={'stickslip_topics': said}) as recorder:
+        recorder.put('/request', 1, cdr.pack_string(text))
+    with pytest.raises(RecordingError, match='holds a request that cannot be read'):
+        list(recorded_requests(Recording(path)))
+
+
 def test_equal_recordings_are_equal_and_the_first_difference_is_named(tmp_path):
     requests = [Request('voltage', (1.0,)), Request('stop')]
     one = written(tmp_path / 'one.mcap', requests)
@@ -164,6 +185,44 @@ def test_a_value_goes_through_its_message_to_the_request(
     data = pack_command(topic_of(name), value)
     request = received(name, deserialize_message(data, MESSAGE_TYPES[topic_of(name).type_name]))
     assert Request(request.name, tuple(request.values)) == Request(name, values)
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'cycles', 'why'),
+    [
+        ('steps', 1.5, 1, 'steps 1.5 is not a whole number from -2147483648 to 2147483647'),
+        ('steps', 3_000_000_000, 1, r'steps 3e\+09 is not a whole number'),
+        ('steps', math.nan, 1, 'steps nan is not a whole number'),
+        ('steps', math.inf, 1, 'steps inf is not a whole number'),
+        ('waveform', (0, 0, 1, 5), 99_999_999_999, 'cycles 99999999999 is not a whole number'),
+        ('waveform', (0, 0, 1, 5), -2, 'cycles -2 is not a whole number from 0'),
+        ('waveform', (0, 0, 1, 5), 'often', "cycles 'often' is not a whole number"),
+        ('voltage', ['much'], 1, r"voltage \['much'\] is not a list of numbers; send voltage V"),
+        ('voltage', {}, 1, 'voltage {} is not a list of numbers'),
+        (
+            'sawtooth',
+            ['300', '', 0],
+            1,
+            'sawtooth .* is not a list of numbers; send amplitude',
+        ),
+        ('sawtooth', [[1], [2, 3]], 1, 'sawtooth .* is not a list of numbers'),
+        ('voltage', 'much', 1, "voltage 'much' is not a list of numbers; send voltage V"),
+        pytest.param('voltage', 10**400, 1, 'voltage 1000.* is not a list', id='huge'),
+        ('voltage', (1.0, 2.0), 1, r'voltage \[1.0, 2.0\] is not 1 to 1 numbers'),
+        ('steps', (), 1, r'steps \[\] is not 1 to 1 numbers'),
+        ('position', (0, 0, 0, 0), 1, 'position .* is not 1 to 3 numbers; send x m, y m, z m'),
+    ],
+)
+def test_what_a_message_cannot_carry_is_refused_whoever_sends_it(
+    name: str, value: Any, cycles: Any, why: str
+):
+    with pytest.raises((OutOfRange, WrongKind), match=why):
+        pack_command(topic_of(name), value, cycles=cycles)
+
+
+@pytest.mark.parametrize(('name', 'value'), [('steps', -(2**31)), ('steps', 2**31 - 1)])
+def test_a_message_carries_every_number_of_its_field(name: str, value: int):
+    assert receive_request(topic_of(name), pack_command(topic_of(name), value)).values == (value,)
 
 
 def test_every_command_topic_is_covered():

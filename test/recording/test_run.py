@@ -91,6 +91,23 @@ def test_a_part_ends_with_the_block_that_brings_its_messages_to_their_size(tmp_p
         assert before_bytes < 50_000 <= sum(len(each.data) for each in messages) + 100
 
 
+def test_without_the_trace_a_file_holds_all_else_and_the_topic_goes_on(tmp_path: Path):
+    full, less = (
+        record_blocks(tmp_path / f'{name}.mcap', {'record.trace': name == 'full'}, 100)[0]
+        for name in ('full', 'less')
+    )
+    told = '/stickslip_drive/info'  # has the parameters
+    others = [each for each in stored(full) if each[0] not in {'/trace', told}]
+    assert [each for each in stored(less) if each[0] != told] == others
+    assert '/trace' not in Recording(less).types
+    published: list[Packed] = []
+    stand = Parameters().updated({'record.trace': False})
+    run = ReportingBench(stand, published.append)
+    for block in range(1, stand.trace_period_ns // BLOCK_NS + 1):
+        run.update(block * BLOCK_NS)
+    assert 'trace' in {each.key for each in published}
+
+
 def test_every_part_carries_the_state_with_which_it_begins(tmp_path: Path):
     values = {'record.split_duration': 0.02, 'record.flush_period': 0.02}
     first, *others = record_blocks(tmp_path / 'run.mcap', values, 60)

@@ -14,7 +14,6 @@ from pathlib import Path
 END_TIMEOUT_S = 60.0
 BIN = Path(sys.executable).parent
 DRIVE = (str(BIN / 'drive'),)
-CONTROLLER = (str(BIN / 'position_controller'),)
 CLI_DRIVE = (str(BIN / 'stickslip'), 'drive')
 
 

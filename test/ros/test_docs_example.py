@@ -2,7 +2,6 @@
 
 import importlib
 import json
-import os
 import re
 import runpy
 import shlex
@@ -20,7 +19,7 @@ import pytest
 from executables import BIN, end
 
 from stickslip_ros import compare, open_run
-from stickslip_ros.cli.main import main
+from stickslip_ros.lab.cli.main import main
 from stickslip_ros.process.signals import STOPPED
 
 DOCS = Path(__file__).parents[2] / 'docs'
@@ -28,8 +27,6 @@ TIMEOUT_S = 120.0
 CLOCK_AHEAD_S = 5021.3
 HALF_A_ROW_S = 1e-4
 NOISE_M = 1e-9
-HELD_M = 5e-9
-"""What docs/howto/position_controller.md promises of the true position."""
 EXAMPLE = DOCS / 'examples' / 'scan_controller'
 PREDICTED_UM = 1e-3
 """A twentieth of the way of the example; its page says half of that."""
@@ -163,24 +160,22 @@ def test_the_walk_leads_from_a_drive_to_the_comparison_with_a_measurement(
     assert Path('runs/walk.html').exists()
 
 
-def test_the_example_of_positioning_holds_what_the_controller_promises(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_the_map_of_steps_is_the_table_of_its_page_and_a_load_speeds_the_runner_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ):
-    monkeypatch.setenv('PATH', f'{BIN}:{os.environ["PATH"]}')
     monkeypatch.setenv('MPLBACKEND', 'agg')
-    example = runpy.run_path(str(DOCS / 'examples' / 'positioning.py'))
-    example['main'].__globals__['HOLD_S'] = 0.1
-    errors_m = example['main']((100e-9,), tmp_path)
+    steps_m = runpy.run_path(str(DOCS / 'examples' / 'step_map.py'))['main'](tmp_path)
     plt.close('all')
-    assert len(errors_m) == 2  # at the target, and there under a load
-    assert max(errors_m) < HELD_M
-    assert {'positioning.mcap', 'positioning.png'} <= {each.name for each in tmp_path.iterdir()}
+    page = (DOCS / 'explanation' / 'linear_drive.md').read_text(encoding='utf-8')
+    assert capsys.readouterr().out in page
+    assert (steps_m[:, 1:, -1] > steps_m[:, :-1, -1]).all()  # from -100 to 100 mN
+    assert (tmp_path / 'step_map.png').exists()
 
 
 def test_the_tests_of_the_example_package_pass(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     project = Path(shutil.copytree(EXAMPLE, tmp_path / 'scan_controller'))
     monkeypatch.setenv('PYTHONPATH', str(project))
-    assert run_pytest(project).startswith('3 passed, 1 skipped')  # launch_testing has no wheel
+    assert run_pytest(project).startswith('4 passed, 1 skipped')  # launch_testing has no wheel
 
 
 def test_the_cells_of_the_design_predict_what_the_drive_does(monkeypatch: pytest.MonkeyPatch):

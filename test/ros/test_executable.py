@@ -12,7 +12,7 @@ from itertools import repeat
 from pathlib import Path
 
 import pytest
-from executables import CLI_DRIVE, CONTROLLER, DRIVE, await_handlers, end, pelt
+from executables import CLI_DRIVE, DRIVE, await_handlers, end, pelt
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 
@@ -54,20 +54,10 @@ def test_a_signal_ends_the_drive_cleanly_and_completes_the_recording(
     assert recording.metadata['stickslip_recorder']['written'] == str(sum(recorded.values()))
 
 
-@pytest.mark.parametrize(
-    ('words', 'name'),
-    [
-        ((*DRIVE, '--ros-args', '-p', 'autostart:=false'), NODE_NAME),
-        (CONTROLLER, 'position_controller'),
-    ],
-    ids=['drive', 'controller'],
-)
-def test_a_signal_ends_a_node_that_has_nothing_to_do(
-    start: Callable, meet: Callable, words: tuple[str, ...], name: str
-):
-    process = start(*words)
+def test_a_signal_ends_a_node_that_has_nothing_to_do(start: Callable, meet: Callable):
+    process = start(*DRIVE, '--ros-args', '-p', 'autostart:=false')
     operator = meet(wait=False)
-    operator.spin_until(lambda: name in operator.node.get_node_names(), name)
+    operator.spin_until(lambda: NODE_NAME in operator.node.get_node_names(), NODE_NAME)
     status, errors = end(process, signal.SIGTERM)
     assert status == 0
     assert 'Traceback' not in errors
@@ -78,24 +68,26 @@ def test_a_refused_parameter_is_one_clear_line_and_status_2(start: Callable):
     assert_is_refused(start(*DRIVE, '--ros-args', '-p', 'stand.prelaod:=0.3'), line)
 
 
-def test_the_command_line_refuses_likewise(start: Callable):
-    line = 'stickslip: stand.preload 101 N is above the maximum 100 N; lower it'
-    assert_is_refused(start(*CLI_DRIVE, '--set', 'stand.preload=101'), line)
-
-
 @pytest.mark.parametrize(
-    ('assignment', 'line'),
+    ('words', 'line'),
     [
-        ('tolerence:=1e-9', "parameter 'tolerence' is not known; did you mean tolerance"),
+        (('stand',), "'stand' is not known; parameters and names stand behind --ros-args"),
+        (('-p', 'stand.preload:=0.3'), "'-p' is not known; parameters and names stand behind"),
+        (('--ros-args', '--param'), "Failed to parse ROS arguments: Couldn't parse trailing"),
+        (('--ros-args', '--bogus'), "['--bogus'] is not known to ROS; parameters and names"),
         (
-            'voltage_min:=500.0',
-            'voltage_min 500 V is not below voltage_max, 300 V; lower it or raise the other',
+            ('--ros-args', '-p', os.fsdecode(b'record.name:=\xff')),
+            r"'record.name:=\udcff' is not t",
         ),
     ],
 )
-def test_the_controller_refuses_likewise(start: Callable, assignment: str, line: str):
-    process = start(*CONTROLLER, '--ros-args', '-p', assignment)
-    assert_is_refused(process, f'position_controller: {line}')
+def test_a_word_that_nobody_heeds_is_refused(start: Callable, words: tuple[str, ...], line: str):
+    assert_is_refused(start(*DRIVE, *words), f'drive: {line}')
+
+
+def test_the_command_line_refuses_likewise(start: Callable):
+    line = 'stickslip: stand.preload 101 N is above the maximum 100 N; lower it'
+    assert_is_refused(start(*CLI_DRIVE, '--set', 'stand.preload=101'), line)
 
 
 def assert_is_refused(process: subprocess.Popen[str], line: str) -> None:
@@ -161,8 +153,8 @@ class Finder:
             time.sleep(600)
 sys.meta_path.insert(0, Finder())
 sys.argv = {words}
-from stickslip_ros import entry
-sys.exit(entry.{name}())
+from stickslip_ros.{module} import {name}
+sys.exit({name}())
 """
 LATEST_S = 1.0
 
@@ -177,13 +169,13 @@ def assert_lives(process: subprocess.Popen[str], time_s: float) -> None:
     ('words', 'status'),
     [
         (['drive'], 0),
-        (['position_controller'], 0),
         (['stickslip', 'drive'], 0),
         (['stickslip', 'simulate', '--voltage', '1'], 130),
     ],
 )
 def test_a_signal_during_imports_ends_an_executable_in_one_line(words: list[str], status: int):
-    program = IMPORTS_FOR_EVER.format(words=words, name=words[0])
+    module = 'lab.cli.start' if words[0] == 'stickslip' else 'ros.start'
+    program = IMPORTS_FOR_EVER.format(words=words, name=words[0], module=module)
     with subprocess.Popen(
         [sys.executable, '-c', program], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -215,7 +207,7 @@ def test_signals_from_a_random_moment_on_leave_a_whole_recording(
         assert recording.metadata['stickslip_recorder']['written'] == str(counted)
 
 
-@pytest.mark.parametrize('words', [DRIVE, CLI_DRIVE, CONTROLLER])
+@pytest.mark.parametrize('words', [DRIVE, CLI_DRIVE])
 def test_signals_until_the_process_is_gone_do_not_kill_it(
     start: Callable, meet: Callable, words: tuple[str, ...]
 ):

@@ -19,7 +19,6 @@ from std_srvs.srv import Trigger
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.ros.position_controller import PositionController
 from stickslip_ros.testing import LockstepClient, open_context
 
 LOCKSTEP = {'sim.lockstep': True, 'load_cell.contact': 'absent', 'runner.damping': 5.0}
@@ -90,15 +89,6 @@ def test_an_unmodified_node_with_timers_and_services_gets_the_same_bytes(
     counts = {each.topic: each.messages for each in Recording(files[0]).channels}
     assert counts['/command/voltage'] == 49  # the answer to the last reading has no block
     assert abs(controller.position_m - controller.target_m) < NEAR_M
-
-
-def test_the_controller_of_the_package_needs_no_lockstep_of_its_own(start_drive: Callable):
-    stand = start_drive(LOCKSTEP)
-    controller = PositionController()
-    controller.loop.aim(1e-6)
-    stand.run_lockstep(controller, 0.3)
-    assert controller.loop.in_position
-    assert stand.operator.positions[300_000_000] == pytest.approx(1e-6, abs=5e-9)
 
 
 def test_an_error_of_a_callback_is_raised_in_the_test(start_drive: Callable):

@@ -1,10 +1,12 @@
 """Diagnostics say whether the drive keeps up, what it refused, and whether the disk keeps up."""
 
+import shutil
 import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,6 +16,9 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.cdr import pack_float64
 from stickslip_ros.interface.feed import Packed
+from stickslip_ros.kernels import cache as kernel_cache
+from stickslip_ros.kernels.cache import Folders
+from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import RunWriter
@@ -36,6 +41,7 @@ TIME_KEYS = {
     'overruns_work_ms',
     'overruns_processor_ms',
     'overruns_rest_ms',
+    'lag_s',
     'behind_s',
     'stamps_behind_s',
     'paused',
@@ -88,7 +94,7 @@ def test_diagnostics_carry_time_drive_and_recorder(stand: Any):
     assert (parts['drive'].level, parts['drive'].message) == (DiagnosticStatus.OK, 'running')
     recorder = parts['recorder']
     assert (recorder.level, recorder.message) == (DiagnosticStatus.OK, 'not recording')
-    assert {part.hardware_id for part in parts.values()} == {'virtual'}
+    assert {part.hardware_id for part in parts.values()} == {'virtual /stickslip_drive'}
 
 
 def test_the_recorder_is_accounted_for_while_it_records(stand: Any, tmp_path: Any):
@@ -143,6 +149,8 @@ PACE = PaceReport(
     overruns=0,
     ticks=1000,
     overruns_total=0,
+    lag_s=0.0,
+    given_up_s=0.0,
     behind_s=0.0,
     missing_s=0.0,
     stalls=Stalls(),
@@ -158,8 +166,21 @@ PACE = PaceReport(
         ({'real_time_factor': 0.89, 'missing_s': 0.11}, DiagnosticStatus.ERROR),
         ({'real_time_factor': 0.89, 'missing_s': 0.11, 'overruns': 9}, DiagnosticStatus.ERROR),
         ({'real_time_factor': 0.0, 'missing_s': 0.002}, DiagnosticStatus.OK),
+        ({'lag_s': 0.49}, DiagnosticStatus.OK),
+        ({'lag_s': 0.51}, DiagnosticStatus.WARN),
+        ({'given_up_s': 70.0}, DiagnosticStatus.WARN),
     ],
-    ids=['in time', 'late', 'nearly', 'slow', 'slow and late', 'a block on its way'],
+    ids=[
+        'in time',
+        'late',
+        'nearly',
+        'slow',
+        'slow and late',
+        'a block on its way',
+        'a lag',
+        'a long lag',
+        'given up',
+    ],
 )
 def test_the_level_of_a_pace(changes: dict[str, Any], level: bytes):
     session = Session(Parameters(), lambda _: None)
@@ -179,7 +200,7 @@ def test_stamps_that_are_far_from_the_time_of_the_system_are_a_warning(
         status = pace_status('x', replace(PACE, **changes), session)
         said.append((status.level, status.message))
     ok, warn = DiagnosticStatus.OK, DiagnosticStatus.WARN
-    hint = 'more than 0.5 s; deactivate, clean up, configure and activate the node'
+    hint = 'more than 0.5 s; deactivate and activate the node'
     behind = f"stamps are 113.0 s behind the system's time, {hint}"
     assert said == [
         (ok, 'in time'),
@@ -187,6 +208,23 @@ def test_stamps_that_are_far_from_the_time_of_the_system_are_a_warning(
         (warn, f"stamps are 2.0 s ahead of the system's time, {hint}"),
         (warn, f'9 of 1000 ticks late, mostly waiting for a processor; {behind}'),
     ]
+
+
+def test_a_lag_that_is_made_up_needs_no_remedy_and_one_that_is_given_up_says_its_limit(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    session, now_ns = Session(Parameters(), lambda _: None), time.time_ns()
+    monkeypatch.setattr(time, 'time_ns', lambda: now_ns)
+    session.worker.time_origin_ns = now_ns - 5 * 10**9
+    lag = pace_status('x', replace(PACE, lag_s=5.0), session)
+    assert lag.message == '5.0 s late, which is being made up'
+    session.worker.time_origin_ns = now_ns - 70 * 10**9
+    lost = pace_status('x', replace(PACE, given_up_s=70.0, behind_s=70.0), session)
+    assert lost.message == (
+        '70.0 s of simulated time given up: the lag was above sim.lag_max, 60 s; '
+        "stamps are 70.0 s behind the system's time, more than 0.5 s; "
+        'deactivate and activate the node'
+    )
 
 
 def test_what_is_behind_because_of_a_preload_on_its_way_says_so_once():
@@ -222,6 +260,36 @@ def test_a_queue_more_than_half_full_is_a_warning(tmp_path: Path, monkeypatch: p
         assert levels == [ok] * 5 + [warn] * 5
 
 
+@pytest.mark.parametrize(
+    ('free_bytes', 'keep_parts', 'told'),
+    [
+        (10**13, 0, 'recording'),
+        (7_190_000_000, 0, 'recording; at 2 MB/s the disk is full in 60 min'),
+        (7_210_000_000, 0, 'recording'),
+        (10**8, 3, 'recording'),
+    ],
+)
+def test_a_disk_that_will_be_full_within_an_hour_is_a_warning(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    free_bytes: int,
+    keep_parts: int,
+    told: str,
+):
+    values = {'record.keep_parts': keep_parts, 'record.split_duration': 60.0}
+    parameters = Parameters().updated(values)
+    session = Session(parameters, lambda _: None)
+    with RunWriter(tmp_path / 'run.mcap', parameters) as writer:
+        session.worker.writer = writer
+        writer.begun_ns = session.bench.time_ns - 10 * 10**9
+        monkeypatch.setattr(Recorder, 'size_bytes', 20_000_000)
+        usage = SimpleNamespace(free=free_bytes)
+        monkeypatch.setattr(shutil, 'disk_usage', lambda _: usage)
+        status = recorder_status('x', session)
+    assert status.message == told
+    assert status.level == (DiagnosticStatus.OK if told == 'recording' else DiagnosticStatus.WARN)
+
+
 def test_a_recorder_that_may_wait_for_the_disk_is_not_warned_about(tmp_path: Path, unshared: None):
     parameters = Parameters().updated({'record.queue_length': 10})
     session = Session(parameters, lambda _: None)
@@ -231,3 +299,44 @@ def test_a_recorder_that_may_wait_for_the_disk_is_not_warned_about(tmp_path: Pat
             writer.write(Packed('voltage', 0, pack_float64(0.0)))
         assert writer.recorder.queued == 10
         assert recorder_status('x', session).level == DiagnosticStatus.OK
+
+
+def last_of_the_drive(stand: Any, heard: list[Any], level: bytes, start: str) -> Any:
+    """Wait until the drive is reported at a level with a message that starts so."""
+
+    def found() -> list[Any]:
+        parts = [part for each in heard for part in each.status if part.name.endswith(': drive')]
+        return [each for each in parts if each.level == level and each.message.startswith(start)]
+
+    stand.operator.spin_until(lambda: bool(found()), f'the drive at {level!r}, {start}')
+    return found()[-1]
+
+
+def test_a_node_without_a_drive_that_runs_says_its_state_and_what_was_refused(manual: Any):
+    heard = manual.operator.listen('diagnostics')
+    ok, error = DiagnosticStatus.OK, DiagnosticStatus.ERROR
+    assert last_of_the_drive(manual, heard, ok, 'unconfigured').message == 'unconfigured'
+    manual.operator.change_state('configure')
+    assert last_of_the_drive(manual, heard, ok, 'inactive').message == 'inactive'
+    manual.operator.set_parameter('record.on_start', value=True)
+    manual.operator.set_parameter('record.name', '../run')
+    assert not manual.operator.change_state('activate')
+    last_of_the_drive(manual, heard, error, "inactive; not activated: record.name '../run' is not")
+    manual.operator.set_parameter('record.on_start', value=False)
+    heard.clear()
+    assert manual.operator.change_state('activate')
+    last_of_the_drive(manual, heard, ok, 'running')
+
+
+def test_a_node_says_how_far_the_compilation_of_its_kernels_is(
+    manual: Any, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: Folders((), None))
+    monkeypatch.setattr(
+        'stickslip_ros.runtime.session.compile_kernels',
+        lambda: entry_point(lambda value: 2.0 * value)(1.5),
+    )
+    heard = manual.operator.listen('diagnostics')
+    last_of_the_drive(manual, heard, DiagnosticStatus.OK, 'unconfigured')  # it is heard
+    manual.operator.change_state('configure')
+    last_of_the_drive(manual, heard, DiagnosticStatus.WARN, 'compiling kernels, once: 0 of ')

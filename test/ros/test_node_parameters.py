@@ -15,7 +15,12 @@ from rcl_interfaces.srv import (
     SetParameters,
     SetParametersAtomically,
 )
-from rclpy.parameter import parameter_dict_from_yaml_file, parameter_value_to_python
+from rclpy.parameter import (
+    Parameter,
+    parameter_dict_from_yaml_file,
+    parameter_value_to_python,
+)
+from rclpy.parameter_client import AsyncParameterClient
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters import Parameters, describe, dump_yaml, load_yaml, specs
@@ -30,6 +35,7 @@ KINDS = {
     str: ParameterType.PARAMETER_STRING,
 }
 REALISTIC = str(Path(__file__).parents[2] / 'config' / 'realistic.yaml')
+TIMEOUT_S = 30.0
 ROS_OWN = {'use_sim_time', 'start_type_description_service'}
 
 
@@ -146,6 +152,36 @@ def test_what_we_write_can_be_loaded_as_ros2_param_load_does_it(manual: Any, tmp
     results = manual.operator.call(SetParameters, 'set_parameters', request).results
     assert [result.reason for result in results if not result.successful] == []
     assert {name: manual.drive.get_parameter(name).value for name in specs()} == wanted.flat()
+
+
+@pytest.mark.parametrize('first', ['voltage_min', 'voltage_max'])
+def test_values_that_fit_together_only_are_loaded_in_whatever_order(
+    manual: Any, tmp_path: Path, first: str
+):
+    wanted = {'voltage_min': -400.0, 'voltage_max': -100.0, 'voltage_initial': -100.0}
+    names = sorted(wanted, key=lambda name: name != first)
+    path = tmp_path / 'stand.yaml'
+    ordered = {'amplifier': {name: wanted[name] for name in names}}
+    path.write_text(yaml.safe_dump({'/**': {'ros__parameters': ordered}}, sort_keys=False))
+    client = AsyncParameterClient(manual.operator.node, 'stickslip_drive')
+    assert client.wait_for_services(TIMEOUT_S)
+    answer = client.load_parameter_file(str(path), use_wildcard=True)
+    manual.operator.spin_until(answer.done, 'the answer')
+    assert [each.reason for each in answer.result().results] == ['', '', '']
+    for name, value in wanted.items():
+        assert manual.drive.get_parameter(f'amplifier.{name}').value == value
+
+
+def test_values_that_do_not_fit_together_are_set_or_refused_one_by_one(manual: Any):
+    values = {'amplifier.voltage_max': -400.0, 'stand.preload': 0.3, 'sim.seeds': 1}
+    parameters = [Parameter(name, value=each).to_parameter_msg() for name, each in values.items()]
+    request = SetParameters.Request(parameters=parameters)
+    bad, good, unknown = manual.operator.call(SetParameters, 'set_parameters', request).results
+    assert 'is not below amplifier.voltage_max' in bad.reason
+    assert good.successful
+    assert 'undeclared' in unknown.reason
+    assert manual.drive.get_parameter('amplifier.voltage_max').value == 300.0
+    assert manual.drive.get_parameter('stand.preload').value == 0.3
 
 
 def dumped(stand: Any) -> dict[str, Any]:

@@ -11,6 +11,7 @@ import yaml
 from mcap.reader import make_reader
 
 from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, recorded_channels
+from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 
@@ -118,6 +119,28 @@ def test_a_recording_in_parts_is_told_by_names_that_exist(
     assert files[-1].name == last
     counts = [channel.messages for file in files for channel in Recording(file).channels]
     assert f'recorded {parts}: {sum(counts)} messages, 0 dropped' in capfd.readouterr().err
+
+
+def test_a_drive_that_keeps_its_last_parts_is_replayed_from_the_oldest_of_them(
+    start_drive: Callable, tmp_path: Path
+):
+    values = {'record.split_duration': 0.1, 'record.flush_period': 0.1, 'record.keep_parts': 2}
+    stand = start_drive({**values, 'record.name': 'run', 'record.trace': False})
+    stand.operator.set_recording(wanted=True)
+    stand.operator.command('sawtooth', (300.0, 500.0, 0.0))
+    stand.operator.spin_until((tmp_path / 'run_3.mcap').exists, 'the fourth part')
+    stand.operator.set_recording(wanted=False)
+    assert len(list(tmp_path.glob('run_*.mcap'))) == 2
+    run = Recording(tmp_path / 'run.mcap')
+    assert run.series('position').time_s[0] > 0.15
+    assert replay(tmp_path / 'run.mcap', tmp_path / 'again.mcap').identical
+
+
+def test_a_recording_of_a_drive_in_a_namespace_is_named_after_it(start_drive: Callable):
+    stand = start_drive(namespace='/left')
+    path = Path(stand.operator.set_recording(wanted=True).message)
+    assert path.match('run_2*_left.mcap')
+    assert stand.operator.set_recording(wanted=False).message == str(path)
 
 
 def test_an_existing_file_is_not_overwritten(start_drive: Callable, tmp_path: Path):

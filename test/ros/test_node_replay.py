@@ -6,20 +6,19 @@ from typing import Any
 
 import pytest
 from mcap_records import rows_of
-from rclpy.parameter import Parameter
 from rosbags.highlevel import AnyReader
 from sensor_msgs.msg import JointState
 
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.interface.topics import COMMAND_TOPICS
+from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording, compare_data
 from stickslip_ros.recording.run import ReportingBench, RunWriter
 from stickslip_ros.recording.run_file import run_path
 from stickslip_ros.ros.interface import MESSAGE_TYPES, to_profile
-from stickslip_ros.ros.position_controller import PositionController
-from stickslip_ros.runs.replay import replay
+from stickslip_ros.testing import LockstepClient
 
 NAME = 'live.mcap'
 RECORDED = {'record.on_start': True, 'record.name': NAME}
@@ -45,7 +44,14 @@ def replay_and_check(stand: Any, tmp_path: Path) -> Recording:
     [
         ('with the drive', {}),
         ('in the middle', {}),
-        ('with the drive', {'record.split_duration': 0.07, 'record.flush_period': 0.05}),
+        (
+            'with the drive',
+            {
+                'record.split_duration': 0.07,
+                'record.flush_period': 0.05,
+                'record.trace': False,
+            },
+        ),
         ('in the middle', {'record.split_size': 200_000, 'record.chunk_size': 50_000}),
     ],
     ids=['with the drive', 'in the middle', 'in parts by duration', 'in parts by size'],
@@ -99,16 +105,18 @@ def test_everything_asked_of_a_node_in_real_time_is_replayed(
 
 def test_a_controller_over_topics_in_lockstep_is_replayed(start_drive: Callable, tmp_path: Path):
     stand = start_drive({**RECORDED, 'sim.lockstep': True}, wait=False)
-    controller = PositionController(
-        context=stand.context, parameter_overrides=[Parameter('lockstep', value=True)]
-    )
-    stand.operator.add_node(controller)
-    controller.loop.aim(1e-6)
-    stand.operator.spin_until(lambda: controller.loop.in_position, 'the target')
-    controller.destroy_node()
+    seen_m: list[float] = []
+
+    def answer(_: float, position_m: float) -> list[tuple[str, float]]:
+        seen_m.append(position_m)
+        return [('steps', 2) if len(seen_m) % 10 == 0 else ('voltage', 100.0 + 1e6 * position_m)]
+
+    controller = LockstepClient(stand.operator.node, 1e-3, answer)
+    stand.operator.spin_until(lambda: len(seen_m) >= 100, 'a hundred readings')
+    controller.close()
     recording = replay_and_check(stand, tmp_path)
     sent = [each for each in recording.channels if '/command/' in each.topic]
-    assert sum(each.messages for each in sent) > 5
+    assert sum(each.messages for each in sent) >= 99  # the last answer has no block
 
 
 BLOCK_NS = 1_000_000

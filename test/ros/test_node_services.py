@@ -11,9 +11,9 @@ from wrong_checkpoints import with_value
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.topics import SERVICES
+from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.runs.replay import replay
 
 
 def still(stand: Any, name: str) -> None:

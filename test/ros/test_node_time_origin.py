@@ -93,10 +93,14 @@ def test_the_clock_carries_the_origin_too(start_drive: Callable):
     assert times[0] - told_origin_ns(stand) < HOUR_NS
 
 
-def test_the_origin_is_that_of_the_configuration(start_drive: Callable):
+def test_each_activation_begins_with_stamps_of_now(start_drive: Callable):
     stand = start_drive()
-    first_ns = told_origin_ns(stand)
-    assert restarted(stand, 'deactivate', 'activate') == first_ns
+    operator, bench = stand.operator, stand.drive.session.bench
+    assert operator.change_state('deactivate')
+    stopped_ns, between_ns = bench.time_ns, time.time_ns()
+    again_ns = restarted(stand, 'activate')
+    assert stand.drive.session.bench is bench  # the same drive goes on
+    assert again_ns + stopped_ns + BLOCK_NS >= between_ns
     between_ns = time.time_ns()
     rebuilt_ns = restarted(stand, 'deactivate', 'activate', runner__damping=5.0)
     assert rebuilt_ns + BLOCK_NS >= between_ns  # another drive: its time begins anew

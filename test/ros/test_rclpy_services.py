@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Any, NamedTuple
 
 import pytest
-from executables import CONTROLLER, DRIVE, end
+from executables import DRIVE, end
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetAvailableStates, GetAvailableTransitions, GetState
 from rcl_interfaces.msg import Parameter, ParameterValue
@@ -96,13 +96,11 @@ class Asked(NamedTuple):
         return future.result()
 
 
-@pytest.fixture(params=['stickslip_drive', 'position_controller'])
-def asked(request: pytest.FixtureRequest, start: Callable, meet: Callable) -> Iterator[Asked]:
-    """Give who asks an executable, which lives until the end of the test."""
-    is_drive = request.param == 'stickslip_drive'
-    process = start(*(DRIVE if is_drive else CONTROLLER))
-    services = OF_EVERY_NODE | OF_LIFECYCLE if is_drive else OF_EVERY_NODE
-    asked = Asked(request.param, meet(wait=False), services)
+@pytest.fixture
+def asked(start: Callable, meet: Callable) -> Iterator[Asked]:
+    """Give who asks the drive, which lives until the end of the test."""
+    process = start(*DRIVE)
+    asked = Asked('stickslip_drive', meet(wait=False), OF_EVERY_NODE | OF_LIFECYCLE)
 
     def check() -> None:
         assert process.poll() is None
@@ -111,7 +109,7 @@ def asked(request: pytest.FixtureRequest, start: Callable, meet: Callable) -> It
     asked.operator.spin_until(
         lambda: asked.name in asked.operator.node.get_node_names(), asked.name
     )
-    asked.operator.spin_until(lambda: asked.offered() >= services.keys(), 'the services')
+    asked.operator.spin_until(lambda: asked.offered() >= asked.services.keys(), 'the services')
     yield asked
     status, errors = end(process, signal.SIGINT)
     assert status == 0

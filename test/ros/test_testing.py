@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from stickslip_ros.cli.demo import await_start
 from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.cli.demo import await_start
 from stickslip_ros.ros.executable import DISCOVERY_VARIABLE
 from stickslip_ros.testing import reserve_domain, stand
 from stickslip_ros.testing.stand import Stand

@@ -17,7 +17,6 @@ import pytest
 from stickslip_ros.runtime import pacing
 from stickslip_ros.runtime.pacing import (
     KNOWS_SLICES,
-    LAG_MAX_S,
     SLACK_S,
     SLICE_S,
     SWITCH_S,
@@ -27,6 +26,7 @@ from stickslip_ros.runtime.pacing import (
 
 PERIOD_S = 0.002
 TICKS = 50
+LAG_MAX_S = 0.1
 ROUNDING_S = 1e-9
 TO_THE_NANOSECOND: Any = {'rel': 0.0, 'abs': ROUNDING_S}
 
@@ -61,7 +61,7 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
 
 
 def test_ticks_do_not_drift_whatever_the_work_and_however_long_the_sleeps(clock: Clock):
-    pacer = Pacer(PERIOD_S, 1.0)
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     begun_s, clock.late_s = clock.now_s, 0.1 * PERIOD_S
     for tick in range(TICKS):
         clock.work(0.5 * PERIOD_S)
@@ -76,7 +76,7 @@ def test_ticks_do_not_drift_whatever_the_work_and_however_long_the_sleeps(clock:
 
 
 def test_on_the_real_clock_no_tick_begins_before_its_deadline():
-    pacer = Pacer(PERIOD_S, 1.0)
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     before_s = time.monotonic()
     pacer.start()
     for tick in range(TICKS):
@@ -86,7 +86,7 @@ def test_on_the_real_clock_no_tick_begins_before_its_deadline():
 
 
 def test_a_short_delay_is_caught_up(clock: Clock):
-    pacer = Pacer(PERIOD_S, 1.0)
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     begun_s = clock.now_s
     clock.work(10.5 * PERIOD_S)
     for _ in range(11):
@@ -98,21 +98,48 @@ def test_a_short_delay_is_caught_up(clock: Clock):
     assert clock.now_s == pytest.approx(begun_s + 11 * PERIOD_S, **TO_THE_NANOSECOND)
 
 
-def test_a_long_delay_moves_the_deadlines_and_is_counted(clock: Clock):
-    pacer = Pacer(PERIOD_S, 1.0)
+def test_a_lag_above_the_largest_moves_the_deadlines_and_is_counted(clock: Clock):
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     clock.work(PERIOD_S + 1.5 * LAG_MAX_S)
     resumed_s = clock.now_s
     pacer.wait(clock.sleep)
     report = pacer.report()
     assert report.behind_s == pytest.approx(1.5 * LAG_MAX_S, **TO_THE_NANOSECOND)
-    assert report.behind_s == report.lateness_max_s
+    assert report.behind_s == report.given_up_s == report.lateness_max_s
     assert report.overruns == report.overruns_total == 1
     pacer.wait(clock.sleep)  # a full period later: the lag is forgotten, not hurried through
     assert clock.now_s == pytest.approx(resumed_s + PERIOD_S, **TO_THE_NANOSECOND)
 
 
+def test_a_lag_is_told_while_it_is_made_up(clock: Clock):
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
+    clock.work(PERIOD_S + 0.9 * LAG_MAX_S)
+    told_s = [pacer.report().lag_s]
+    for _ in range(3):
+        pacer.wait(clock.sleep)
+        report = pacer.report()
+        told_s.append(report.lag_s)
+    assert told_s == pytest.approx(
+        [0.9 * LAG_MAX_S - max(0, tick) * PERIOD_S for tick in range(4)], **TO_THE_NANOSECOND
+    )
+    assert (report.given_up_s, report.behind_s) == (0.0, 0.0)
+
+
+def test_a_lag_is_still_made_up_after_a_hold(clock: Clock):
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
+    begun_s = clock.now_s
+    clock.work(5.0 * PERIOD_S)
+    pacer.wait(clock.sleep)
+    pacer.hold()
+    clock.work(10.0)
+    pacer.resume()
+    for _ in range(6):
+        pacer.wait(clock.sleep)
+    assert clock.now_s == pytest.approx(begun_s + 10.0 + 7 * PERIOD_S, **TO_THE_NANOSECOND)
+
+
 def test_a_slow_pace_may_lag_by_two_ticks(clock: Clock):
-    pacer = Pacer(PERIOD_S, PERIOD_S / LAG_MAX_S)
+    pacer = Pacer(PERIOD_S, PERIOD_S / LAG_MAX_S, LAG_MAX_S)
     for lag_periods, behind_periods in ((1.9, 0.0), (2.1, 2.1)):
         pacer.start()
         clock.work((1.0 + lag_periods) * LAG_MAX_S)
@@ -122,7 +149,7 @@ def test_a_slow_pace_may_lag_by_two_ticks(clock: Clock):
 
 
 def test_a_report_counts_since_the_last_one(clock: Clock):
-    pacer = Pacer(PERIOD_S, 1.0)
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     for _ in range(5):
         pacer.wait(clock.sleep)
     first = pacer.report()
@@ -137,7 +164,7 @@ def test_a_report_counts_since_the_last_one(clock: Clock):
 
 @pytest.mark.parametrize('wanted', [0.5, 1.0, 2.0])
 def test_the_real_time_factor_is_simulated_time_over_wall_clock_time(clock: Clock, wanted: float):
-    pacer = Pacer(PERIOD_S, wanted)
+    pacer = Pacer(PERIOD_S, wanted, LAG_MAX_S)
     for _ in range(TICKS):
         pacer.wait(clock.sleep)
     clock.work(TICKS * PERIOD_S / wanted)  # as long again, without a tick
@@ -147,7 +174,7 @@ def test_the_real_time_factor_is_simulated_time_over_wall_clock_time(clock: Cloc
 
 
 def test_as_fast_as_possible_waits_for_nothing_and_is_never_late(clock: Clock):
-    pacer = Pacer(1.0, 0.0)
+    pacer = Pacer(1.0, 0.0, LAG_MAX_S)
     begun_s = clock.now_s
     for _ in range(1000):
         pacer.wait(clock.sleep)
@@ -160,14 +187,14 @@ def test_as_fast_as_possible_waits_for_nothing_and_is_never_late(clock: Clock):
 
 
 def test_a_report_without_ticks_has_no_lateness(clock: Clock):
-    report = Pacer(PERIOD_S, 1.0).report()
+    report = Pacer(PERIOD_S, 1.0, LAG_MAX_S).report()
     assert report.ticks == report.overruns == 0
     assert report.real_time_factor == 0.0
     assert math.isnan(report.lateness_mean_s)
 
 
 def test_a_hold_is_no_lateness_and_does_not_count_as_time(clock: Clock):
-    pacer = Pacer(PERIOD_S, 1.0)
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     pacer.wait(clock.sleep)
     pacer.hold()
     clock.work(LAG_MAX_S)
@@ -185,7 +212,7 @@ def test_a_hold_is_no_lateness_and_does_not_count_as_time(clock: Clock):
 
 
 def test_a_report_in_the_middle_of_a_hold_ends_with_the_hold(clock: Clock):
-    pacer = Pacer(PERIOD_S, 1.0)
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     pacer.hold()
     clock.work(10 * PERIOD_S)
     assert pacer.report().missing_s == pytest.approx(0.0, **TO_THE_NANOSECOND)
@@ -195,14 +222,14 @@ def test_a_report_in_the_middle_of_a_hold_ends_with_the_hold(clock: Clock):
 
 
 def test_what_is_missing_is_the_wanted_pace_less_the_ticks(clock: Clock):
-    pacer, fast = Pacer(PERIOD_S, 3.0), Pacer(PERIOD_S, 0.0)
+    pacer, fast = Pacer(PERIOD_S, 3.0, LAG_MAX_S), Pacer(PERIOD_S, 0.0, LAG_MAX_S)
     clock.work(10 * PERIOD_S)
     assert pacer.report().missing_s == pytest.approx(30 * PERIOD_S)
     assert fast.report().missing_s == 0.0
 
 
 def test_a_sleep_may_end_early_and_is_then_not_late(clock: Clock):
-    pacer = Pacer(1e6, 1.0)
+    pacer = Pacer(1e6, 1.0, LAG_MAX_S)
     asked_s: list[float] = []
     pacer.wait(asked_s.append)
     assert asked_s == [1e6]
@@ -210,7 +237,7 @@ def test_a_sleep_may_end_early_and_is_then_not_late(clock: Clock):
 
 
 def test_start_forgets_the_time_before_it(clock: Clock):
-    pacer = Pacer(PERIOD_S, 1.0)
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     clock.work(1.2 * LAG_MAX_S)
     pacer.start()
     begun_s = clock.now_s
@@ -293,7 +320,7 @@ def test_what_a_configured_drive_consists_of_is_kept_from_collections():
 
 def accounted(clock: Clock, spent: list[tuple[float, float, float]]) -> Stalls:
     """Return what is told of ticks that worked, waited for a processor, for anything else."""
-    pacer = Pacer(PERIOD_S, 1.0)
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     with pacer.accounted():
         for work_s, processor_s, rest_s in spent:
             clock.work_s += work_s
@@ -348,7 +375,7 @@ def test_where_linux_does_not_tell_nobody_knows(
 def test_a_thread_that_is_kept_from_the_interpreter_says_so():
     held_s = 20e-3
     keep = ctypes.PyDLL(None).usleep  # sleeps and does not let go of the interpreter
-    pacer = Pacer(PERIOD_S, 1.0)
+    pacer = Pacer(PERIOD_S, 1.0, LAG_MAX_S)
     with pacer.accounted():
         pacer.wait()
         pacer.report()

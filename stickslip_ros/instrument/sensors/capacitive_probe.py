@@ -5,11 +5,11 @@ In this order: white noise, low-pass of the electronics, faults, quantisation.
 
 """
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import Record
+from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.sensors.reader import Reader
 from stickslip_ros.instrument.sensors.signal_chain import displayed, filtered, sensor_kind
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import Record
 
 
 @entry_point

@@ -12,13 +12,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import entry_point, kernel
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import FLAG, FLOAT, Record
+from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.instrument.sensors.reader import Noise, Reader
 from stickslip_ros.instrument.sensors.signal_chain import displayed, filtered, sensor_kind
 from stickslip_ros.instrument.state_tree import ANY_FLOAT, refusal
+from stickslip_ros.kernels.kernel import entry_point, kernel
+from stickslip_ros.kernels.record import FLAG, FLOAT, Record
 from stickslip_ros.parameters import InterferometerParameters
 
 SENSOR_PRESENT, IS_REFERENCED = int(Status.SENSOR_PRESENT), int(Status.IS_REFERENCED)

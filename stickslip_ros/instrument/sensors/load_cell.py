@@ -11,9 +11,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from stickslip_ros.contact.kernel import entry_point
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import FLAG, FLOAT, Record
+from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.instrument.sensors.reader import Reader
 from stickslip_ros.instrument.sensors.signal_chain import (
@@ -25,6 +23,8 @@ from stickslip_ros.instrument.sensors.signal_chain import (
     loop_of,
     sensor_kind,
 )
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import FLAG, FLOAT, Record
 from stickslip_ros.parameters import LoadCellParameters
 
 

@@ -6,9 +6,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import Kind, Record, records
+from stickslip_ros.arrays import Array
 from stickslip_ros.instrument.sensors.signal_chain import CONDITIONS, low_pass_gain
+from stickslip_ros.kernels.record import Kind, Record, records
 from stickslip_ros.parameters import SENSORS, TRUTH, FaultParameters, Parameters, Sensor
 
 NUMBERS_AT_ONCE = 4096

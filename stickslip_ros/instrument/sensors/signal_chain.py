@@ -11,10 +11,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from stickslip_ros.contact.kernel import kernel
-from stickslip_ros.contact.profile import Array
-from stickslip_ros.contact.record import COUNT, FLOAT, Field, Kind, Record, kind, record
+from stickslip_ros.arrays import Array
 from stickslip_ros.drive.piezo import move_plays
+from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.record import COUNT, FLOAT, Field, Kind, Record, kind, record
 
 WORKS, FROZEN, DROPPED_OUT = range(3)
 CONDITIONS = {'none': WORKS, 'freeze': FROZEN, 'dropout': DROPPED_OUT}

@@ -1,6 +1,7 @@
 """The node against the virtual stage, over topics and in lockstep."""
 
 import pytest
+from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from scan_controller.loop import ScanController
 from scan_controller.node import ScanControllerNode
@@ -10,6 +11,8 @@ from stickslip_ros import Bench, Parameters, Request
 STAND = {'load_cell.contact': 'absent', 'runner.damping': 5.0, 'interferometer.latency': 2e-5}
 TARGET_M = 20e-9
 BLOCKS = 100
+HEAP = 30
+"""Readings that wait while the node does not run, as beside a busy program."""
 
 
 @pytest.fixture
@@ -53,3 +56,18 @@ def test_without_a_reading_the_last_voltage_stays(stand):
     stand.operator.set_parameter('fault.interferometer', 'none')
     stand.run_lockstep(node, 0.05)
     assert stand.operator.positions[110_000_000] == pytest.approx(TARGET_M, abs=1e-9)
+
+
+def test_readings_that_come_in_heaps_do_not_wind_it_up(stand):
+    node, operator = ScanControllerNode(), stand.operator
+    stand.run_lockstep(node, 0.001)
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+    for last_ms in range(1 + HEAP, 40 * HEAP, HEAP):
+        operator.command('grant', (1e-3 * last_ms, stand.drive.session.received))
+        operator.spin_until(lambda end=last_ms: operator.time_ns == 1_000_000 * end, 'the heap')
+        for _ in range(3 * HEAP):
+            executor.spin_once(timeout_sec=0.0)
+    read_m = list(operator.positions.values())
+    assert max(read_m) < TARGET_M + 1e-9
+    assert read_m[-1] == pytest.approx(TARGET_M, abs=1e-9)

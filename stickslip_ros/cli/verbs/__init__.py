@@ -1,9 +1,0 @@
-"""The verbs of ``stickslip`` in groups, as help lists them."""
-
-from stickslip_ros.cli.verbs.data import DATA
-from stickslip_ros.cli.verbs.evidence import EVIDENCE
-from stickslip_ros.cli.verbs.ros import ROS
-from stickslip_ros.cli.verbs.simulate import SIMULATE
-
-GROUPS = {'simulate': SIMULATE, 'data': DATA, 'ROS': ROS, 'evidence': EVIDENCE}
-VERBS = {verb.name: verb for group in GROUPS.values() for verb in group}

@@ -1,0 +1,1 @@
+"""The laboratory: runs, sweeps, fits, comparisons, figures, the panel and the command line."""

@@ -1,0 +1,57 @@
+"""What a command line chooses: parameters, and lists of quantities."""
+
+import argparse
+from typing import Any
+
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.parameters import Parameters, load_values, parse_assignments
+from stickslip_ros.parameters.typed import to_si_list
+
+
+def to_numbers(name: str, text: str, unit: str = '') -> list[float]:
+    """Return the quantities of a list with commas, in an SI unit; refuse what is none."""
+    return to_si_list(name, text.split(','), unit)
+
+
+def chosen_parameters(arguments: argparse.Namespace) -> Parameters:
+    """Return the parameters that a command line asks for; refuse a name or a value."""
+    stand = Parameters()
+    if getattr(arguments, 'draws', None):
+        from stickslip_ros.lab.fitting.draws import read_stand  # noqa: PLC0415 - takes long
+
+        stand = read_stand(arguments.draws)
+    return stand.updated(chosen_values(arguments))
+
+
+def chosen_draws(arguments: argparse.Namespace, count: int) -> list[Parameters]:
+    """Return so many stands as likely as what a fit knows; none without one."""
+    if arguments.draws is None:
+        return []
+    from stickslip_ros.lab.fitting.draws import read_draws  # noqa: PLC0415 - takes long
+
+    changes = chosen_values(arguments)
+    return [each.updated(changes) for each in read_draws(arguments.draws, count)]
+
+
+def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
+    """Return the parameters that a command line names, whether or not they are the defaults."""
+    values = {
+        name: value for path in arguments.params for name, value in load_values(path).items()
+    }
+    named = {
+        name: value for name, value in vars(arguments).items() if '.' in name and value is not None
+    }
+    return {**values, **parse_assignments(arguments.assignments), **named}
+
+
+def chosen_look(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return how the figures look that a command line asks for; refuse what is no look."""
+    from stickslip_ros.lab.runs.plotting import style_of  # noqa: PLC0415 - takes long
+
+    width_m = arguments.width
+    if width_m is not None and width_m >= 1.0:
+        hint = f'write {width_m:g}mm, if millimetres are meant'
+        raise OutOfRange('--width', width_m, 'm', 'wider than a page', hint)
+    look = {'style': arguments.style, 'width_mm': None if width_m is None else 1e3 * width_m}
+    style_of(**look)
+    return look

@@ -1,0 +1,90 @@
+"""``stickslip command``: one command to a running drive, over topics, and its end."""
+
+import argparse
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.commands import SET_BOOL, typed_command
+from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.interface.requests import typed_numbers
+from stickslip_ros.lab.cli.printing import Answer
+from stickslip_ros.ros.executable import stay_on_this_host
+from stickslip_ros.testing import Operator, open_context
+from stickslip_ros.units import MICRO, NANO
+
+EVENT_S = 1e9
+"""Time that a command may take, s; Ctrl-C ends the wait."""
+ENDED_BY = re.compile(r'by command (\d+)$')
+
+
+def command_verb(arguments: argparse.Namespace) -> Answer:
+    """Send the command; return how it ended, or refuse with the reason of the drive."""
+    command = typed_command(arguments.name)
+    numbers = typed_numbers(command, arguments.numbers)
+    stay_on_this_host()
+    context = open_context(namespace=arguments.namespace)
+    operator = Operator(context)
+    try:
+        meet(operator, arguments.timeout)
+        if command.has_service:
+            answer = (
+                operator.switch(command.name, bool(numbers[0]))
+                if command.interface == SET_BOOL
+                else operator.trigger(command.name)
+            )
+            if not answer.success:
+                raise StickSlipError(answer.message)
+            return Answer({'command': command.name}, [f'{command.name}: {Result.DONE.name}'])
+        is_moving, before = (operator.status or 0) & Status.MOVING, len(operator.events)
+        operator.command(command.name, numbers, arguments.cycles)
+        if arguments.no_wait:
+            operator.shake_hands()  # a later answer: the command has left this process
+            return Answer({'command': command.name}, [f'{command.name}: sent'])
+        found = list[dict[str, Any]]()
+
+        def has_ended() -> bool:
+            found[:] = ends(operator.events[before:], command.name, is_moving=bool(is_moving))
+            return bool(found) and operator.time_ns >= found[0]['time_ns']
+
+        operator.spin_until(has_ended, f'the end of {command.name}', EVENT_S)
+        position_m = operator.positions[operator.time_ns]
+    finally:
+        operator.close()
+        context.try_shutdown()
+    event = found[0]
+    told = f'{command.name}: {event["result"]} at {event["time_ns"] * NANO:.9g} s'
+    if event['result'] != Result.DONE.name:
+        raise StickSlipError(f'{told}: {event["message"]}')
+    steps = f', {event["steps"]} steps' if event['steps'] else ''
+    words = f'{told}{steps}; position reading {position_m / MICRO:.6g} um'
+    return Answer({**event, 'position_m': position_m}, [words])
+
+
+def meet(operator: Operator, timeout_s: float) -> None:
+    """Wait for the drive; refuse none, and one that is not active."""
+    place = operator.node.get_namespace().rstrip('/') + f'/{operator.drive}'
+    domain = operator.node.context.get_domain_id()
+    try:
+        operator.wait_for_topics(timeout_s)
+    except StickSlipError:
+        hint = 'start one: stickslip drive; or name its --namespace'
+        why = f'no drive {place} has answered within {timeout_s:g} s in domain {domain}'
+        raise StickSlipError(f'{why}; {hint}') from None
+    state = operator.state()
+    if state != 'active':
+        raise StickSlipError(f'{place} is {state}, not active; activate it first')
+    operator.spin_until(lambda: operator.status is not None and bool(operator.info), 'its status')
+
+
+def ends(events: Sequence[dict[str, Any]], name: str, *, is_moving: bool) -> list[dict[str, Any]]:
+    """Return the end of one's own command: a move that it replaces ends first, and tells which."""
+    number = None
+    for event in events:
+        by = ENDED_BY.search(event['message'])
+        if is_moving and number is None and by is not None:
+            number = int(by[1])
+        elif event['command'] == name and number in (None, event['number']):
+            return [event]
+    return []

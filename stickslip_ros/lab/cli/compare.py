@@ -1,0 +1,89 @@
+"""``stickslip compare``: sweeps, runs and experiments against each other, or the model."""
+
+import argparse
+import shlex
+
+from rich.table import Table
+
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.files import prepare_output
+from stickslip_ros.lab.cli.chosen import chosen_look, chosen_parameters
+from stickslip_ros.lab.cli.experiment import said_of_tables
+from stickslip_ros.lab.cli.printing import Answer, table
+from stickslip_ros.lab.comparison.by_amplitude import MODEL
+from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.comparison.words import sections, sentences
+from stickslip_ros.lab.runs import plotting
+from stickslip_ros.lab.runs.recorded import parse_window
+
+SUFFIXES = ('.html', '.htm')
+SECONDS_MAX = 1e12
+
+
+def compare_verb(arguments: argparse.Namespace) -> Answer:
+    """Compare A with B, and write the report if asked."""
+    files, b = arguments.files[:1], None
+    if len(arguments.files) > 1:
+        *files, b = arguments.files
+    _check(arguments, b)
+    look = chosen_look(arguments)
+    model = {'frequency_hz': arguments.frequency, 'steps': arguments.steps}
+    comparison = compare(
+        files,
+        chosen_parameters(arguments) if b == MODEL else b,
+        **said_of_tables(arguments),
+        **{name: value for name, value in model.items() if value is not None},
+        commands=arguments.commands,
+        frequency_max_hz=arguments.frequency_max,
+        shift_s=arguments.shift,
+        align=arguments.align,
+        offset=arguments.offset,
+        window_s=parse_window(arguments.window) if arguments.window else None,
+        workers=arguments.workers,
+        progress=not arguments.json,
+    )
+    if arguments.output is not None:
+        comparison.save(arguments.output, shlex.join(['stickslip', *arguments.words]))
+    if arguments.figure is not None:
+        plotting.save_figure(comparison.plot(**look), arguments.figure)
+    parts: list[str | Table] = [
+        f'{letter}  {side.origin}: {side.kind}, {side.rows} rows'
+        for letter, side in (('A', comparison.a), ('B', comparison.b))
+    ]
+    if comparison.differences:
+        rows = [(each.name, each.a, each.b) for each in comparison.differences]
+        parts.append(table('settings of A and B that differ', rows, ('name', 'A', 'B')))
+    for title, header, rows_of in sections(comparison):
+        parts.append(table(title, rows_of, header))
+    parts += sentences(comparison)
+    if b == MODEL:
+        parts += (f'note    {note}' for note in comparison.b.notes)
+    if arguments.output is not None:
+        parts.append(f'report {arguments.output}')
+    if arguments.figure is not None:
+        parts.append(f'figure {arguments.figure}')
+    return Answer(comparison.to_json(), parts)
+
+
+def _check(arguments: argparse.Namespace, b: str | None) -> None:
+    """Refuse what would be without effect, or fail after the work is done."""
+    report, shift_s = arguments.output, arguments.shift
+    if report is not None and report.suffix.lower() not in SUFFIXES:
+        raise WrongKind('--output', str(report), 'an .html file', 'end its name so')
+    if shift_s is not None and not abs(shift_s) <= SECONDS_MAX:
+        limit = f'not within {SECONDS_MAX:g} s'
+        raise OutOfRange('shift', shift_s, 's', limit, 'give seconds that B lags behind')
+    given = {
+        '--set': ' '.join(arguments.assignments),
+        '--params': ' '.join(map(str, arguments.params)),
+        '--frequency': arguments.frequency,
+        '--steps': arguments.steps,
+    }
+    for name, value in given.items():
+        if value and b != MODEL:
+            hint = f'write the word {MODEL} for B, or leave it away'
+            raise OutOfRange(name, str(value), '', 'without effect on files', hint)
+    if arguments.figure is not None:
+        plotting.check_picture(arguments.figure)
+    for path in filter(None, (report, arguments.figure)):
+        prepare_output(path)

@@ -1,0 +1,249 @@
+"""``stickslip demo``: a node in its own process, commanded from this one, recorded and drawn."""
+
+import argparse
+import math
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.files import make_folder
+from stickslip_ros.interface.topics import NODE_NAME
+from stickslip_ros.lab.cli.chosen import chosen_parameters
+from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer, number, table
+from stickslip_ros.lab.runs.run_figure import plot_run
+from stickslip_ros.parameters import Parameters, dump_yaml
+from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.series import Series
+from stickslip_ros.ros.executable import stay_on_this_host
+from stickslip_ros.testing import Operator, open_context
+from stickslip_ros.units import NANO
+
+FREE_HZ, FREE_STEPS = 100.0, 8
+"""Slow steps of a runner that touches nothing: its ringing dies out within each."""
+PUSH_HZ, PUSH_STEPS, LOADED_STEPS, LAST_STEPS = 500.0, 100, 75, 10
+"""Steps until the force against the load cell hardly rises; under a load, and after it; the last
+of them, over which the force is averaged."""
+STEPS = FREE_STEPS + PUSH_STEPS + 2 * LOADED_STEPS
+RAMP_SHARES = tuple(n / 20.0 for n in range(1, 21))
+"""Levels of the direct-voltage ramp, as shares of half the amplifier's range."""
+LEVEL_S = 0.004
+LOAD_SHARE = 0.2
+"""Load over preload: below the force that the drive generates, so that it holds."""
+PAUSE_S = 0.03
+END_TIMEOUT_S = 20.0
+DOMAINS = 100
+UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
+"""What rclpy warns of when an answer meets nobody; the operator then asks again."""
+
+
+@dataclass(frozen=True)
+class DemoSummary:
+    """What the demo saw."""
+
+    steps: int  # of all bursts, as the drive counted them
+    free_step_m: float  # motion of the free runner per step
+    force_n: float  # mean reading over the last steps against the load cell
+    loaded_force_n: float  # the same under a load that pulls back
+    real_time_factor: float  # mean over the run
+    behind_s: float  # fall of simulated time behind the clock: ticks too late to be made up
+    dropped: int  # messages that the recorder lost
+    exit_status: int  # of the node after SIGINT
+    recording: str
+
+    @property
+    def passed(self) -> bool:
+        """Whether all steps were made, nothing was dropped, and the node ended cleanly."""
+        return self.steps == STEPS and self.dropped == 0 and self.exit_status == 0
+
+    @property
+    def verdict(self) -> str:
+        """What the numbers mean, in a sentence."""
+        if not self.passed:
+            return 'NOT as it should be: look at steps, dropped messages and status above'
+        if self.behind_s > 0.0:
+            fell = f'simulated time fell {self.behind_s:.2g} s behind the clock'
+            return f'this machine was too busy for real time: {fell}; no physics is left out'
+        return 'simulated time kept up with the clock'
+
+
+def demo_verb(arguments: argparse.Namespace) -> Answer:
+    """Run the demo, draw its picture."""
+    parameters = chosen_parameters(arguments)
+    make_folder(arguments.output)
+    picture = arguments.output / 'demo.png'
+    title = 'Stick and slip of the free runner, then force against the load cell'
+
+    def say(line: str) -> None:
+        if not arguments.json:
+            print(line, file=sys.stderr, flush=True)
+
+    summary = _run_demo(parameters, arguments.output, say)
+    say('drawing its recording')
+    plot_run(Recording(summary.recording), picture, title=title, with_steps=True)
+    return Answer(summary, _told(summary, picture), 0 if summary.passed else CHECK_FAILED)
+
+
+def _told(summary: DemoSummary, picture: Path) -> Iterator[str | Table]:
+    rows = [
+        ('steps made', summary.steps),
+        number('step of the free runner', summary.free_step_m, '.2f', 'nm'),
+        number('force against the load cell', summary.force_n, '.2f', 'mN'),
+        number('the same under a load that pulls back', summary.loaded_force_n, '.2f', 'mN'),
+        number('real-time factor', summary.real_time_factor, '.3f'),
+        ('messages dropped by the recorder', summary.dropped),
+        ('node ended with status', summary.exit_status),
+    ]
+    yield table('The drive, commanded over topics', rows)
+    yield f'recording {summary.recording}\npicture   {picture}\n\n{summary.verdict}'
+
+
+def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) -> DemoSummary:
+    """
+    Run the drive as a process of its own and command it over topics.
+
+    The runner walks freely, then against the load cell, which stands some steps before it: out of
+    reach of the free steps and of the ramp.
+
+    """
+    stay_on_this_host()
+    file, settings = folder / 'demo.mcap', folder / 'demo_parameters.yaml'
+    file.unlink(missing_ok=True)
+    range_v = parameters.amplifier.voltage_max - parameters.amplifier.voltage_min
+    parameters = parameters.updated(
+        {
+            'load_cell.contact': 'one_sided',
+            'load_cell.gap': (FREE_STEPS + 1) * parameters.actuator.gain * range_v,
+            'record.directory': str(file.parent),
+            'record.name': file.name,
+            'record.on_start': False,
+        }
+    )
+    settings.write_text(dump_yaml(parameters, 'Parameters of the demo.'), encoding='utf-8')
+    domain = int(os.environ.get('ROS_DOMAIN_ID') or 1 + os.getpid() % DOMAINS)
+    say('starting the drive, a process of its own')
+    with _drive_process(settings, domain) as process, _operator(domain) as operator:
+        await_start(operator, process)
+        operator.wait_for_drive()
+        say('commanding it: free steps, a voltage ramp, steps against the load cell, a load')
+        answer = operator.switch('set_recording', wanted=True)
+        if not answer.success:
+            raise StickSlipError(f'the drive does not record: {answer.message}')
+        bursts = _command(operator, parameters, range_v)
+        operator.switch('set_recording', wanted=False)
+        reports = len(operator.diagnostics)
+        operator.spin_until(lambda: len(operator.diagnostics) > reports, 'diagnostics')
+        process.send_signal(signal.SIGINT)
+        exit_status = process.wait(END_TIMEOUT_S)
+    return _summarise(operator, bursts, Recording(file), exit_status)
+
+
+def await_start(operator: Operator, process: 'subprocess.Popen[bytes]') -> None:
+    """Wait for a drive that starts, as long as its process lives: it may have to compile."""
+
+    def check() -> None:
+        stop_if_asked()
+        if process.poll() is not None:
+            status = process.returncode
+            raise StickSlipError(f'the drive ended with status {status}; its log says why')
+
+    operator.check = check
+    state = operator.shake_hands(math.inf)
+    if state != 'active':
+        raise StickSlipError(f'the drive is {state}, not active; its log says why')
+
+
+@contextmanager
+def _drive_process(settings: Path, domain: int) -> Iterator['subprocess.Popen[bytes]']:
+    """Run the node in a process of its own; it is ended with the context, and in its own way."""
+    command = [sys.executable, '-W', UNANSWERED, '-m', 'stickslip_ros.ros.node']
+    command += ['--ros-args', '--params-file', str(settings), '--log-level', 'warn']
+    process = subprocess.Popen(command, env={**os.environ, 'ROS_DOMAIN_ID': str(domain)})
+    try:
+        yield process
+    finally:
+        process.send_signal(signal.SIGINT)
+        try:
+            process.wait(END_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+@contextmanager
+def _operator(domain: int) -> Iterator[Operator]:
+    context = open_context(domain)
+    operator = Operator(context)
+    try:
+        yield operator
+    finally:
+        operator.close()
+        context.try_shutdown()
+
+
+def _command(operator: Operator, parameters: Parameters, range_v: float) -> list[dict[str, Any]]:
+    """Step freely, follow a voltage, step against the load cell; return the events of steps."""
+
+    def order(name: str, *numbers: float) -> dict[str, Any]:
+        before = len(operator.events)
+        operator.command(name, numbers)
+        return dict(operator.wait_for_event(name, before))
+
+    def step(frequency_hz: float, count: int) -> dict[str, Any]:
+        burst = order('sawtooth', range_v, frequency_hz, count)
+        operator.spin_for(PAUSE_S)
+        return burst
+
+    operator.spin_for(PAUSE_S)
+    free = step(FREE_HZ, FREE_STEPS)
+    for share in RAMP_SHARES:
+        order('voltage', parameters.amplifier.voltage_min + 0.5 * share * range_v)
+        operator.spin_for(LEVEL_S)
+    push = step(PUSH_HZ, PUSH_STEPS)
+    order('load', -LOAD_SHARE * parameters.stand.preload)
+    loaded = step(PUSH_HZ, LOADED_STEPS)
+    order('load', 0.0)
+    again = step(PUSH_HZ, LOADED_STEPS)
+    operator.spin_for(PAUSE_S)
+    return [free, push, loaded, again]
+
+
+def _summarise(
+    operator: Operator, bursts: list[dict[str, Any]], recording: Recording, exit_status: int
+) -> DemoSummary:
+    position, force = recording.series('position'), recording.series('force')
+    title = f'{NODE_NAME}: time'
+    reports = [part[title] for part in operator.diagnostics if title in part]
+    times = [report for report in reports if int(report['ticks'])]
+    free, push, loaded, _ = bursts
+    # The middles of the second ramp and of the last one: the ringing is over, what is late is so
+    # in both.
+    middle_s, way_s = free['time_ns'] * NANO - 0.5 / FREE_HZ, (FREE_STEPS - 2) / FREE_HZ
+    places_m = np.interp((middle_s - way_s, middle_s), position.time_s, position.value)
+    return DemoSummary(
+        steps=sum(burst['steps'] for burst in bursts),
+        free_step_m=float(np.diff(places_m)[0]) / (FREE_STEPS - 2),
+        force_n=_last(force, push),
+        loaded_force_n=_last(force, loaded),
+        real_time_factor=sum(float(t['real_time_factor']) for t in times) / len(times),
+        behind_s=float(times[-1]['behind_s']),
+        dropped=sum(channel.gaps for channel in recording.channels),
+        exit_status=exit_status,
+        recording=str(recording.path),
+    )
+
+
+def _last(force: Series, burst: dict[str, Any]) -> float:
+    """Return the mean force over the last steps of a burst, N."""
+    end_s = burst['time_ns'] * NANO
+    return float(force.window(end_s - LAST_STEPS / PUSH_HZ, end_s).value.mean())

@@ -1,0 +1,89 @@
+"""Tables as laboratories have them: ``stickslip import``, and options of verbs that read them."""
+
+import argparse
+import dataclasses
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+from stickslip_ros.errors import WrongKind
+from stickslip_ros.files import prepare_output, read_bytes
+from stickslip_ros.lab.cli.chosen import to_numbers
+from stickslip_ros.lab.cli.printing import Answer
+from stickslip_ros.lab.tables.experiment import (
+    COLUMNS,
+    MeasuredTable,
+    Reading,
+    read_experiment,
+    read_joined,
+    write_experiment,
+)
+from stickslip_ros.parameters import parse_assignments, read_yaml
+
+CSV = '.csv'
+
+
+def import_verb(arguments: argparse.Namespace) -> Answer:
+    """Read, write."""
+    output = arguments.output
+    if output is not None:
+        if output.suffix.lower() != CSV:
+            raise WrongKind('output', str(output), 'a .csv file', 'end its name so')
+        prepare_output(output)
+    read: list[MeasuredTable] = []
+    reading = Reading(**{**said_of_tables(arguments), 'report': read.append})
+    reading.check_count(len(arguments.files))
+    if len(arguments.files) == 1:
+        whole = read_experiment(arguments.files[0], reading)
+    else:
+        whole = read_joined(arguments.files, reading)
+    if output is not None:
+        write_experiment(whole, output)
+    files = [
+        {
+            'file': each.origin,
+            'kind': each.kind,
+            'columns': [dataclasses.asdict(column) for column in each.understood],
+            'aside': each.aside,
+            'notes': each.notes,
+        }
+        for each in read
+    ]
+    lines = [line for each in read for line in _lines(each)]
+    content = {'files': files, 'output': str(output or '')}
+    return Answer(content, [*lines, f'table   {output}'] if output else lines)
+
+
+def said_of_tables(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Return what a command line says of tables; what is understood is told before the work."""
+
+    def show(experiment: MeasuredTable) -> None:
+        print(*_lines(experiment), sep='\n', file=sys.stderr)
+
+    text = getattr(arguments, 'preload', None)
+    headers: Any = {}
+    if arguments.map_file is not None:
+        hint = 'write lines such as position_m: /rig/encoder.point.x'
+        content = read_bytes(arguments.map_file, 'check --map-file').decode('utf-8', 'replace')
+        headers = read_yaml(content, str(arguments.map_file), hint)
+        if not isinstance(headers, dict) or not all(
+            isinstance(each, str) for pair in headers.items() for each in pair
+        ):
+            raise WrongKind(str(arguments.map_file), content[:80], 'names with headers', hint)
+    return {
+        'headers': headers | parse_assignments(arguments.headers, '--map NAME=HEADER'),
+        'preloads_n': to_numbers('--preload', text, 'N') if text else (),
+        'report': None if arguments.json else show,
+    }
+
+
+def _lines(experiment: MeasuredTable) -> Iterator[str]:
+    """Yield what was understood of a table: each column, its unit, its factor, its first row."""
+    rows = len(next(iter(experiment.columns.values())))
+    yield f'read    {experiment.origin}: {experiment.kind}, {rows} rows'
+    for each in experiment.understood:
+        first = f'{each.first:.6g} {COLUMNS[experiment.kind][each.name].unit}'
+        unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
+        yield f'        {each.name} is {each.header!r} {unit}'
+    yield from (f'aside   {header!r}' for header in experiment.aside)
+    yield from (f'gap     {text}' for text in experiment.gaps)

@@ -1,0 +1,201 @@
+"""The parser of ``stickslip``: it reads a command line, and completes one that is typed."""
+
+import argparse
+import difflib
+import os
+import re
+import sys
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from itertools import takewhile
+from typing import Any, NoReturn
+
+import stickslip_ros
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.extras import needs_ros
+from stickslip_ros.lab.cli.verbs import GROUPS, VERBS
+from stickslip_ros.process.signals import REFUSED, STOPPED, begin
+from stickslip_ros.process.stopping import Stopped
+from stickslip_ros.units import joined
+
+# ruff: noqa: PLC0415 - most verbs do without what is imported below
+
+NEGATIVE = re.compile(r'-(\.?\d|inf|nan).*', re.IGNORECASE)
+ROS_ARGS = '--ros-args'
+OF_PARAMETERS = ('GROUP.NAME=', 'NAME=VALUE', 'NAME=LOW', 'NAMES')
+"""Help shows a value so where it begins with the name of a parameter."""
+USAGE = 'stickslip [-h] [--version] VERB ...'
+DESCRIPTION = """\
+A virtual stick-slip microdrive: rough-contact mechanics, drive, sensors, ROS.
+
+Quantities are typed with their units, as 60nm, 250mN, 150V/us or 1kHz; plain
+numbers are in SI units: 60e-9.
+"""
+EPILOGUE = """\
+examples:
+  stickslip simulate --amplitude 60nm --preload 250mN --frequency 500Hz
+  stickslip simulate --voltage 300V --no-load-cell -o runs/free.mcap
+  stickslip sweep --preload 0.1,0.5 --amplitude 0:160nm:33 -o runs/force.csv
+  stickslip import scope.csv --map voltage_v="CH1 (V)" -o runs/voltage.csv
+  stickslip fit experiment.csv --free contact.friction,runner.damping
+  stickslip compare experiment.csv model -o runs/comparison.html
+  stickslip plot runs/free.mcap --window 3ms@30ms
+  stickslip drive --set stand.preload=250mN
+
+'stickslip VERB --help' explains a verb. Exit status: 0 done, 1 a check failed,
+2 refused, 130 stopped by Ctrl-C, SIGTERM or SIGHUP, which end the node (drive)
+with 0.
+"""
+
+
+class LineParser(argparse.ArgumentParser):
+    """A parser that refuses in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        """Refuse a command line; the usage is for who asks for help."""
+        hint = '' if message.endswith('?') else f"; '{self.prog} --help' explains it"
+        raise StickSlipError(message + hint)
+
+
+class VerbParser(LineParser):
+    """A parser that says which option a mistyped one may be, before it misses others."""
+
+    def __init__(self, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self._negative_number_matcher = NEGATIVE  # -1kHz too is a value, no option
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse an option that is not known; otherwise as ever."""
+        for word in takewhile(lambda word: word not in {'--', ROS_ARGS}, args):
+            flag, known = word.partition('=')[0], self._option_string_actions
+            if word[2:] == '--' or word.endswith('=--'):  # argparse would take it for no value
+                self.error(f'{flag.removesuffix("--")} -- is not a value')
+            if flag.startswith('--') and not any(each.startswith(flag) for each in known):
+                self.error(f'unrecognized arguments: {flag}{meant(flag, known)}')
+        return super().parse_known_args(args, namespace)
+
+
+def meant(word: str, known: Collection[str]) -> str:
+    """Return the end of a message that says which known word may be meant."""
+    near = difflib.get_close_matches(word, known, n=2, cutoff=0.7)
+    return f'; did you mean {" or ".join(near)}?' if near else ''
+
+
+def build_parser(asked: Collection[str] = VERBS) -> argparse.ArgumentParser:
+    """Return the parser, which knows all verbs by name and the options of those asked for."""
+    listed = '\n\n'.join(
+        f'{title}:\n' + '\n'.join(f'  {verb.name:<16}{verb.summary}' for verb in group)
+        for title, group in GROUPS.items()
+    )
+    parser = LineParser(
+        prog='stickslip',
+        usage=USAGE,
+        description=f'{DESCRIPTION}\n{listed}',
+        epilog=EPILOGUE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument('--version', action='version', version=stickslip_ros.__version__)
+    verbs = parser.add_subparsers(
+        prog='stickslip',
+        parser_class=VerbParser,
+        metavar='VERB',
+        required=True,
+        help=argparse.SUPPRESS,
+    )
+    for verb in VERBS.values():
+        parser_of_verb = verbs.add_parser(verb.name, help=verb.summary)
+        if verb.name in asked:
+            verb.fill(parser_of_verb)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """
+    Run a verb.
+
+    Without arguments, the words behind ``stickslip``, those of the command line are taken. Return
+    the exit status: 0 done, 1 a check failed, 2 refused, 130 stopped.
+
+    """
+    try:
+        parsed = _parse(sys.argv[1:] if arguments is None else arguments)
+        with needs_ros(f'stickslip {parsed.verb.name}'):
+            run_verb = parsed.verb.load()
+            begin()
+            with _compilation_reported(parsed):
+                answer = run_verb(parsed)
+                answer.show(as_json=parsed.json)
+        sys.stdout.flush()
+        return int(answer.status)
+    except Stopped as stopped:
+        sys.stderr.write(f'stickslip: {stopped}\n')
+        return STOPPED
+    except KeyboardInterrupt:
+        sys.stderr.write('stickslip: stopped\n')
+        return STOPPED
+    except StickSlipError as error:
+        sys.stderr.write(f'stickslip: {error}\n')
+        return REFUSED
+    except BrokenPipeError:  # the reader, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        name = f'{error.filename}: ' if error.filename else ''
+        sys.stderr.write(f'stickslip: {name}{error.strerror}; choose another path\n')
+        return REFUSED
+
+
+def _parse(typed: Sequence[str]) -> argparse.Namespace:
+    words = [*typed[1:], '--help'] if typed[:1] == ['help'] else joined(typed)
+    parser = build_parser(words[:1])
+    if words and words[0] not in VERBS and not words[0].startswith('-'):
+        parser.error(f'verb {words[0]!r} is not known{meant(words[0], VERBS)}')
+    parsed, rest = parser.parse_known_args(words)
+    if rest and not (parsed.verb.takes_ros_arguments and rest[0] == ROS_ARGS):
+        parser.error(f'unrecognized arguments: {" ".join(rest)}')
+    parsed.ros_arguments, parsed.words = rest, words
+    return parsed
+
+
+@contextmanager
+def _compilation_reported(parsed: argparse.Namespace) -> Iterator[None]:
+    """Say that a verb compiles, unless it has no kernels or says so itself."""
+    if 'numba' not in sys.modules or parsed.verb.reports_compilation:
+        yield
+        return
+    from stickslip_ros.kernels.cache import why_not_kept
+    from stickslip_ros.kernels.kernel import compilation_reported
+
+    def report(done: int) -> None:
+        line = why_not_kept() or ('compiling kernels, once' if sys.stderr.isatty() else '')
+        if done == 0 and line:
+            sys.stderr.write(f'stickslip: {line}\n')
+
+    with compilation_reported(report):
+        yield
+
+
+def complete() -> None:
+    """Tell the shell, bash or zsh, what may come next, and end the process."""
+    from argcomplete import autocomplete
+
+    parser = build_parser(os.environ['COMP_LINE'].split()[1:2])
+    autocomplete(parser, always_complete_options='long', default_completer=values_of)  # type: ignore[arg-type]
+
+
+def values_of(*, prefix: str, action: argparse.Action, **_: object) -> Iterable[str]:
+    """Return what the value of an option may be: files, names of parameters, their choices."""
+    shown = str(action.metavar)
+    if shown in {'FILE', 'DIR'}:
+        from argcomplete.completers import FilesCompleter
+
+        return list(FilesCompleter()(prefix))
+    if not shown.startswith(OF_PARAMETERS):
+        return []
+    from stickslip_ros.parameters import specs
+
+    name, equals, _typed = prefix.partition('=')
+    if equals:
+        return [f'{name}={each}' for each in specs()[name].choices] if name in specs() else []
+    others, comma, _typed = prefix.rpartition(',')
+    return [f'{others}{comma}{name}{"=" * ("=" in shown)}' for name in specs()]

@@ -1,0 +1,176 @@
+"""``stickslip optimise``: the periodic wave that does best on a stand."""
+
+import argparse
+import math
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.errors import RecordingError, WrongKind
+from stickslip_ros.files import prepare_output
+from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_look, chosen_parameters
+from stickslip_ros.lab.cli.printing import Answer, table
+from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, cell_of
+from stickslip_ros.lab.design.picture import draw_search
+from stickslip_ros.lab.design.search import (
+    JOURNAL,
+    SearchResult,
+    SearchStopped,
+    WaveSearch,
+    optimise,
+)
+from stickslip_ros.lab.design.waves import PeriodicWave, write_wave
+from stickslip_ros.lab.runs.journal import Journal
+from stickslip_ros.lab.runs.plotting import check_picture, looking, save_figure
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters.typed import to_si_list
+from stickslip_ros.process.stopping import Stopped
+from stickslip_ros.progress import shown_progress
+from stickslip_ros.units import display_unit, with_unit
+
+JUDGES = 8  # draws of a fit whose mean judges a wave
+
+
+def optimise_verb(arguments: argparse.Namespace) -> Answer:
+    """Search the best wave, write it, and draw it if asked."""
+    search, path = chosen_search(arguments), arguments.output
+    if path.suffix != '.csv':
+        raise RecordingError(path, 'is no table of a wave', 'let its name end in .csv')
+    prepare_output(path)
+    look = chosen_look(arguments)
+    if arguments.figure:
+        check_picture(arguments.figure)
+        prepare_output(arguments.figure)
+    objective = OBJECTIVES[search.goal.objective]
+    sign = -1.0 if objective.is_largest else 1.0
+
+    def write(wave: PeriodicWave) -> None:
+        write_wave(wave.rows(search.stand, backwards=search.goal.backwards), path)
+
+    with (
+        Journal(path.with_name(f'{path.name}.journal'), JOURNAL, fresh=arguments.fresh) as journal,
+        shown_progress('evaluations', quiet=arguments.json, resumes=True) as show,
+    ):
+
+        def progress(done: int, cost: float) -> None:
+            note = f'best {with_unit(sign * cost, objective.unit)}' if cost < COST_MAX else ''
+            show(done, search.total, note)
+
+        try:
+            result = optimise(
+                search,
+                journal=journal,
+                workers=arguments.workers,
+                scheduler=arguments.scheduler,
+                progress=progress,
+            )
+        except SearchStopped as stop:
+            write(stop.wave)
+            kept = f'best wave so far in {path}; the same command goes on'
+            raise Stopped(f'{stop}; {kept}') from None
+        write(result.shapes[result.best].wave)
+        journal.remove()
+    if arguments.figure:
+        with looking(**look):
+            save_figure(draw_search(result), arguments.figure)
+    return Answer(_content(result, path), _parts(result, path))
+
+
+def chosen_search(arguments: argparse.Namespace) -> WaveSearch:
+    """Return what a command line asks for; refuses names and numbers."""
+    stand = chosen_parameters(arguments)
+    names = 'knots', 'evaluations', 'seed'
+    return WaveSearch(
+        WaveGoal(arguments.objective, arguments.load, arguments.speed, arguments.backwards),
+        stand,
+        _limits('--frequency', arguments.frequency, 'Hz'),
+        _limits('--preload', arguments.preload or str(stand.stand.preload), 'N'),
+        judges=tuple(chosen_draws(arguments, JUDGES)),
+        **{name: getattr(arguments, name) for name in names},
+    )
+
+
+def _limits(name: str, text: str, unit: str) -> tuple[float, float]:
+    """Return the two limits that a text gives, or twice its one number."""
+    texts = text.split(':')
+    if len(texts) > 2:
+        raise WrongKind(name, text, 'one quantity or two', 'write LOW:HIGH')
+    numbers = to_si_list(name, texts, unit)
+    return numbers[0], numbers[-1]
+
+
+def _content(result: SearchResult, path: Path) -> dict[str, Any]:
+    """Return the answer as JSON knows it."""
+    objective = OBJECTIVES[result.search.goal.objective]
+    shapes = {
+        name: {
+            'value': _or_none(one.value),
+            'error': _or_none(one.error),
+            'gain': _or_none(result.gain_of(name)),
+            'meets_constraint': one.meets,
+            **vars(one.wave),
+        }
+        for name, one in result.shapes.items()
+    }
+    return {
+        'file': str(path),
+        'objective': result.search.goal.objective,
+        'unit': objective.unit,
+        'formula': objective.formula,
+        'best': result.best,
+        'gain': _or_none(result.gain_of(result.best)),
+        'gain_in_errors': _or_none(result.errors),
+        'counts': result.counts,
+        'unseen': {name: _or_none(gain) for name, gain in result.unseen.items()},
+        'shapes': shapes,
+    }
+
+
+def _or_none(value: float) -> float | None:
+    """Return a number, or None, which JSON knows, of what is none."""
+    return value if math.isfinite(value) else None
+
+
+def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
+    """Return the answer as people read it."""
+    search, best = result.search, result.best
+    objective = OBJECTIVES[search.goal.objective]
+
+    factor, unit = display_unit(objective.unit)
+
+    def shown(value: float, form: str) -> str:
+        return format(value, form) if math.isfinite(value) else '-'
+
+    rows = [
+        (
+            name if one.meets else f'{name} (misses the constraint)',
+            *(shown(factor * one.value, '.4g'), shown(factor * one.error, '.1g')),
+            shown(result.gain_of(name), '+.1%'),
+            *(f'{one.wave.voltage_v:.4g}', f'{one.wave.frequency_hz:.5g}'),
+            f'{one.wave.preload_n:.4g}',
+        )
+        for name, one in result.shapes.items()
+    ]
+    header = ('wave', unit or 'value', 'error', 'gain', 'V', 'Hz', 'N')
+    yield table(f'{search.goal.objective}: {objective.formula}', rows, header)
+    said = 'counts' if result.counts else 'does not count'
+    yield (
+        f'gain    {best}: {result.gain_of(best):+.1%} over the best saw-tooth, '
+        f'{result.errors:.3g} errors of the integration: {said}'
+    )
+    unseen = [(name, shown(gain, '+.1%')) for name, gain in result.unseen.items()]
+    yield table('gain on other stands', unseen)
+    if search.judges:
+        yield f'judged  by the mean of {len(search.judges)} draws of what is known of the stand'
+    wave = result.shapes[best].wave
+    yield f'wave    {path}'
+    yield f'play    {play_command(search.goal, search.stand, wave, path)}'
+    yield f'        {wave.frequency_hz:g} Hz; in the node: command/waveform'
+
+
+def play_command(goal: WaveGoal, stand: Parameters, wave: PeriodicWave, path: Path) -> str:
+    """Return the command that plays a wave as its goal was judged, beside the stand's options."""
+    values = stand.flat()
+    changes = {name: v for name, v in cell_of(goal, stand).items() if values[name] != v}
+    sets = ''.join(f' --set {name}={value}' for name, value in changes.items())
+    return f'stickslip simulate --waveform {path} --preload {wave.preload_n:g}{sets}'

@@ -1,0 +1,42 @@
+"""``stickslip panel``: the front panel in the browser."""
+
+import argparse
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.extras import load_extra
+from stickslip_ros.lab.cli.experiment import said_of_tables
+from stickslip_ros.lab.cli.printing import Answer
+
+NICENESS = 10
+"""The drive goes first where both want the same core: pictures can wait, its blocks cannot."""
+
+# ruff: noqa: PLC0415 - help needs no extra, a recording no ROS, a drive no reader
+
+
+def panel_verb(arguments: argparse.Namespace) -> Answer:
+    """Serve the panel of a recording or of a drive until the end is asked for."""
+    load_extra('the panel', 'tornado')
+    from stickslip_ros.lab.panel.controls import lamps, sheet
+    from stickslip_ros.lab.panel.server import serve
+
+    def say(address: str) -> None:
+        words = f'the panel is at {address}; Ctrl-C ends it'
+        print(json.dumps({'address': address}) if arguments.json else words, flush=True)
+
+    os.nice(NICENESS)
+    file: Path | None = arguments.file
+    source: Any
+    if file is None:
+        from stickslip_ros.lab.panel.link import Link
+
+        source, first = Link(arguments.namespace), sheet()
+    else:
+        from stickslip_ros.lab.panel.player import Player
+
+        source = Player(file, said_of_tables(arguments)['headers'])
+        first = {'kind': 'recording', **lamps(), 'run': source.overview()}
+    serve(source, first, arguments.port, say)
+    return Answer(None)

@@ -1,0 +1,46 @@
+"""``stickslip figures``: the figures of the paper."""
+
+import argparse
+import math
+from typing import Any
+
+from stickslip_ros.files import make_folder
+from stickslip_ros.lab.cli.chosen import chosen_parameters
+from stickslip_ros.lab.cli.printing import Answer, table
+from stickslip_ros.lab.paper.figure import write_figure
+from stickslip_ros.lab.paper.make import chosen_figures, make_tables
+from stickslip_ros.progress import shown_progress
+
+
+def figures_verb(arguments: argparse.Namespace) -> Answer:
+    """Run the drive, write the files."""
+    parameters = chosen_parameters(arguments)
+    figures = chosen_figures(None if arguments.only is None else arguments.only.split(','))
+    make_folder(arguments.output)
+    with shown_progress('runs', quiet=arguments.json) as progress:
+        tables = make_tables(
+            figures,
+            parameters,
+            points=arguments.points,
+            workers=arguments.workers,
+            progress=progress,
+        )
+    content: dict[str, Any] = {}
+    with shown_progress('figures', quiet=arguments.json) as progress:
+        for figure in figures:
+            progress(len(content), len(figures))
+            runs = tables[figure.name]
+            files = write_figure(figure, runs, parameters, arguments.output)
+            known = [
+                {name: None if is_unknown(value) else value for name, value in row.items()}
+                for row in runs.rows
+            ]
+            content[figure.name] = {'files': [str(path) for path in files], 'rows': known}
+    rows = [(figure.name, figure.title, len(tables[figure.name].rows)) for figure in figures]
+    shown = table('figures', rows, ('name', 'shows', 'rows'))
+    return Answer(content, [shown, f'folder {arguments.output}'])
+
+
+def is_unknown(value: object) -> bool:
+    """Return whether a value is no number, or infinite: JSON knows neither."""
+    return isinstance(value, float) and not math.isfinite(value)

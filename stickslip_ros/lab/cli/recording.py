@@ -1,0 +1,131 @@
+"""``stickslip info``, ``recover`` and ``plot``: what is in a recording, or left of it."""
+
+import argparse
+import dataclasses
+from collections.abc import Iterator
+from typing import Any
+
+from rich.table import Table
+
+from stickslip_ros.files import make_folder, prepare_output
+from stickslip_ros.lab.cli.chosen import chosen_look
+from stickslip_ros.lab.cli.experiment import said_of_tables
+from stickslip_ros.lab.cli.printing import Answer, table
+from stickslip_ros.lab.runs.recorded import recorded_stand
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recover import Recovery, recover
+from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
+from stickslip_ros.units import NS_PER_S, with_unit
+
+
+def info_verb(arguments: argparse.Namespace) -> Answer:
+    """Read a recording."""
+    result = describe_recording(Recording(arguments.file))
+    topics = [
+        (
+            topic['topic'],
+            topic['type_name'].rpartition('/')[2],
+            topic['messages'],
+            f'{topic["rate_hz"]:.1f}' if topic['rate_hz'] else '-',
+            topic['gaps'],
+        )
+        for topic in result['topics']
+    ]
+    header = ('topic', 'type', 'messages', 'rate (Hz)', 'missing')
+    parts: list[str | Table] = [table(str(arguments.file), topics, header)]
+    if result['run']:
+        parts.append(table('run', result['run'].items()))
+    changed = result['changed_parameters']
+    if changed is None:
+        parts.append(f'parameters: not known, the file has no {PARAMETERS_FILE}')
+    else:
+        rows = changed.items() or [('none', 'the stand of the paper')]
+        parts.append(table('parameters that differ from the default', rows))
+    return Answer(result, parts)
+
+
+def describe_recording(recording: Recording) -> dict[str, Any]:
+    """Return topics, changed parameters (None: unknown), metadata and attachments."""
+    changed: dict[str, Any] | None = None
+    if PARAMETERS_FILE in recording.attachments:
+        changed = recorded_stand(recording).changed()
+    return {
+        'topics': [
+            {**dataclasses.asdict(channel), 'rate_hz': channel.rate_hz}
+            for channel in recording.channels
+        ],
+        'changed_parameters': changed,
+        'run': recording.metadata.get(RUN_RECORD, {}),
+        'attachments': {name: len(data) for name, (_, data) in recording.attachments.items()},
+    }
+
+
+def plot_verb(arguments: argparse.Namespace) -> Answer:
+    """Draw a recording."""
+    # Matplotlib and numba, which the other verbs of this module do without.
+    from stickslip_ros.lab.runs import plotting, recorded, run_figure  # noqa: PLC0415
+    from stickslip_ros.lab.runs.recorded_run import Run  # noqa: PLC0415
+
+    window = None if arguments.window is None else recorded.parse_window(arguments.window)
+    picture = arguments.output or arguments.file.parent / f'{arguments.file.stem}.png'
+    if arguments.output:
+        prepare_output(picture)
+    run = Run(arguments.file, topics=said_of_tables(arguments)['headers'])
+    with plotting.looking(**chosen_look(arguments)):
+        plot = run_figure.plot_run(run.recording, picture, window, quantities=run.series)
+    content = {'picture': str(picture), **dataclasses.asdict(plot)}
+    content['commands'] = [command._asdict() for command in plot.commands]
+    content['events'] = [event._asdict() for event in plot.events]
+    content['status'] = [span._asdict() for span in plot.status]
+    rows = [
+        (
+            recorded.RUN_QUANTITIES[each.name],
+            each.samples,
+            '' if each.smallest is None else with_unit(each.smallest, each.unit),
+            '' if each.largest is None else with_unit(each.largest, each.unit),
+        )
+        for each in plot.quantities
+    ]
+    title = f'{plot.start_s:.9g} s to {plot.end_s:.9g} s'
+    parts = [table(title, rows, ('quantity', 'samples', 'smallest', 'largest'))]
+    if plot.events:
+        events = [(f'{each.time_s:.6f} s', each.command, each.result) for each in plot.events]
+        parts.append(table('events', events, ('time', 'command', 'result')))
+    return Answer(content, [*parts, f'picture {picture}'])
+
+
+def recover_verb(arguments: argparse.Namespace) -> Answer:
+    """Copy what can be read of a recording into a finished one."""
+    if arguments.output:
+        make_folder(arguments.output.parent)
+    recoveries, written = recover(arguments.file, arguments.output)
+    files = [dataclasses.asdict(each) for each in recoveries]
+    end = f'wrote {written}' if written else f'{arguments.file} is whole: nothing was written'
+    parts = [part for each in recoveries for part in _recover_parts(each)]
+    return Answer({'written': str(written or ''), 'files': files}, [*parts, end])
+
+
+def _recover_parts(recovery: Recovery) -> Iterator[str | Table]:
+    if recovery.is_whole:
+        yield f'{recovery.source} is whole: {recovery.messages} messages'
+        return
+    topics = [
+        (each.topic, each.messages, *_seconds(each.first_ns, each.last_ns), each.gaps)
+        for each in recovery.topics
+    ]
+    header = ('topic', 'messages', 'first (s)', 'last (s)', 'missing')
+    yield table(f'read of {recovery.source}', topics, header)
+    losses = [
+        (loss.offset, loss.size_bytes, *_seconds(loss.first_ns, loss.last_ns), loss.problem)
+        for loss in recovery.losses
+    ]
+    if losses:
+        header = ('at byte', 'bytes', 'first (s)', 'last (s)', 'problem')
+        yield table(f'lost: {recovery.lost_bytes} of {recovery.size_bytes} bytes', losses, header)
+    if recovery.unchecked:
+        yield f'{recovery.unchecked} messages are covered by no checksum'
+    yield from recovery.notes
+
+
+def _seconds(*times_ns: int | None) -> list[str]:
+    return ['-' if each is None else f'{each / NS_PER_S:.6f}' for each in times_ns]

@@ -1,0 +1,72 @@
+"""``stickslip parameters`` and ``interface``: what files and pages are written from the code."""
+
+import argparse
+from collections.abc import Iterable, Iterator, Sequence
+
+from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.interface.topics import COMMAND_TOPICS, READINGS, SERVICES, Topic
+from stickslip_ros.lab.cli.chosen import chosen_parameters
+from stickslip_ros.lab.cli.printing import Answer
+from stickslip_ros.parameters import (
+    Parameters,
+    dump_yaml,
+)
+
+HEADING = """\
+The test stand of Nguyen, Teidelt, Popov, Fatikow, Physical Mesomechanics (2014),
+as ROS 2 parameters. SI units. In brackets: place in that paper, or "assumed".
+Written by: stickslip parameters > config/test_stand.yaml
+"""
+TITLE = """\
+# Topics and services
+
+Written by `stickslip interface > docs/reference/interface.md`; a test compares.
+
+Node `stickslip_drive`, executable `drive`. Names are relative, so a namespace moves them. All
+numbers are SI. +x is the direction in which a slow ramp of positive frequency pulls the runner.
+[The node](node.md) explains [time and stamps](node.md#time), and
+[depths](node.md#quality-of-service), which are given here for the default
+[parameters](parameters.md); every topic is reliable.
+"""
+
+
+def parameters_verb(arguments: argparse.Namespace) -> Answer:
+    """Return the parameters."""
+    parameters = chosen_parameters(arguments)
+    return Answer(parameters.flat(), [dump_yaml(parameters, HEADING).removesuffix('\n')])
+
+
+def interface_verb(_: argparse.Namespace) -> Answer:
+    """Return the page docs/reference/interface.md; as JSON the types of the topics."""
+    return Answer({topic.name: topic.type_name for topic in (*COMMAND_TOPICS, *READINGS)}, _page())
+
+
+def _page() -> Iterator[str]:
+    yield TITLE
+    yield from _topic_table('Subscribed topics', COMMAND_TOPICS)
+    yield from _topic_table('Published topics', READINGS)
+    services = [(f'`{service.name}`', service.type_name, service.text) for service in SERVICES]
+    yield from _markdown('Services', ('name', 'type', 'meaning'), services)
+    bits = [(f'`0x{int(bit):08x}`', bit.name or '', bit.text) for bit in Status]
+    yield from _markdown('Status bits', ('bit', 'name', 'meaning'), bits)
+    results = [(f'`{result.name}`', result.value) for result in Result]
+    yield from _markdown('Results of a command', ('result', 'meaning'), results)
+
+
+def _topic_table(title: str, topics: tuple[Topic, ...]) -> Iterator[str]:
+    rows = [(f'`{t.name}`', t.type_name, _qos_words(t), t.text) for t in topics]
+    yield from _markdown(title, ('name', 'type', 'depth', 'meaning'), rows)
+
+
+def _qos_words(topic: Topic) -> str:
+    qos = topic.offered_qos(Parameters())
+    latched = ', latched' if qos.latched else ''
+    return f'{"" if qos.reliable else "best effort, "}{qos.depth}{latched}'
+
+
+def _markdown(title: str, header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
+    yield f'## {title}\n'
+    yield f'| {" | ".join(header)} |'
+    yield '|' + '---|' * len(header)
+    yield from (f'| {" | ".join(row)} |' for row in rows)
+    yield ''

@@ -1,0 +1,91 @@
+"""``stickslip replay``: a recording, or a measured voltage, through the virtual stand again."""
+
+import argparse
+import dataclasses
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich.table import Table
+
+from stickslip_ros.errors import WrongKind
+from stickslip_ros.files import prepare_output
+from stickslip_ros.lab.cli.chosen import chosen_values
+from stickslip_ros.lab.cli.experiment import said_of_tables
+from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer, table
+from stickslip_ros.lab.experiments.reading import DriveSource, played
+from stickslip_ros.lab.runs.replay import Replay, read_drive_input, replay, replay_input
+from stickslip_ros.lab.tables.experiment import Reading
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.progress import shown_progress
+from stickslip_ros.recording.integrity import is_recording
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import RUN_RECORD
+from stickslip_ros.units import MN, NM
+
+
+def replay_verb(arguments: argparse.Namespace) -> Answer:
+    """Replay, into a file that is thrown away if none is given."""
+    kept = arguments.output
+    if kept:
+        prepare_output(kept, is_new=True)
+        result = _replay(arguments, kept)
+    else:
+        with tempfile.TemporaryDirectory() as folder:
+            result = _replay(arguments, Path(folder) / 'replay.mcap')
+    content = {**dataclasses.asdict(result), 'output': str(kept or '')}
+    is_same_run = not result.changed and not arguments.from_rest
+    status = CHECK_FAILED if is_same_run and result.identical is False else 0
+    return Answer(content, _parts(result, str(kept or 'not kept')), status)
+
+
+def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
+    changes = chosen_values(arguments)
+    with shown_progress('simulated ms', quiet=arguments.json) as progress:
+
+        def show(now_ns: int, end_ns: int) -> None:
+            progress(now_ns // 1_000_000, end_ns // 1_000_000)
+
+        reading = Reading(**said_of_tables(arguments))
+        is_run = not reading.headers and is_recording(arguments.file)
+        if is_run and RUN_RECORD in Recording(arguments.file).metadata:
+            return replay(
+                arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
+            )
+        if arguments.output is None:
+            raise WrongKind('--output', 'nothing', 'a file', 'give the recording to write with -o')
+        stand = Parameters().updated(changes)
+        given = read_drive_input(arguments.file, stand, reading)
+        source = DriveSource(None, arguments.frequency_max)
+        voltage = played(given, stand, source)
+        for line in voltage.said:
+            print(f'drive   {line}', file=sys.stderr)
+        time_s, voltage_v = voltage.rows.T
+        as_played = dataclasses.replace(given, time_s=time_s, voltage_v=voltage_v)
+        return replay_input(as_played, output, stand, progress=show)
+
+
+def _parts(result: Replay, output: str) -> Iterator[str | Table]:
+    rows = [
+        ('requests carried out again', result.requests),
+        ('simulated time', f'{result.simulated_s:g} s'),
+        ('position at the end', f'{result.position_m * NM:.3f} nm'),
+        ('force at the end', f'{result.force_n * MN:.4f} mN'),
+        ('SHA-256 of the data', result.digest[:16] + '...'),
+        ('recording', output),
+        *((f'changed {name}', value) for name, value in result.changed.items()),
+    ]
+    yield table(f'replay of {result.source}', rows)
+    if result.identical:
+        yield 'every message is identical, byte for byte'
+    elif result.changed:
+        yield f'see what changed: stickslip compare {result.source} {output}'
+    elif result.difference is not None:
+        where = result.difference
+        yield (
+            f'the data differ from message {where.message} on: {where.what} of {where.topic} '
+            f'at {where.time_s:g} s'
+        )
+        if result.other_sources:
+            yield 'the recording was computed by other sources, which may round differently'

@@ -1,0 +1,203 @@
+"""
+``stickslip simulate``, ``sweep`` and ``zero-amplitude``: runs without ROS.
+
+The first runs the whole stand once, the second makes a table of every combination of values, the
+third looks for one stroke; the last two do without sensors.
+
+"""
+
+import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from rich.table import Table
+
+from stickslip_ros.errors import WrongKind
+from stickslip_ros.files import prepare_output
+from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_parameters
+from stickslip_ros.lab.cli.printing import Answer, number, table
+from stickslip_ros.lab.runs.bands import LEVELS, band_of, bands_over
+from stickslip_ros.lab.runs.courses import Course
+from stickslip_ros.lab.runs.journal import Journal
+from stickslip_ros.lab.runs.replay import read_drive_input
+from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.lab.runs.sawtooth_run import drive_course, simulate
+from stickslip_ros.lab.runs.sweep import (
+    Sweep,
+    parse_axis,
+    parse_floats,
+    parse_varied,
+    run_sweep,
+    stop_rule,
+)
+from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
+from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
+from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, Parameters, spec_of
+from stickslip_ros.progress import shown_progress
+from stickslip_ros.units import MN, NM
+
+DRAWS, SLOW_DRAWS = 100, 20  # stands of a band; of a 0-amplitude, which takes 60 runs of each
+BANDS: Mapping[str, tuple[str, float, str]] = {
+    'force_mean_n': ('generated force, mean of the last cycle', MN, 'mN'),
+    'force_net_n': ('the same without elastic following', MN, 'mN'),
+    'step_length_m': ('step length, last 10 cycles', NM, 'nm'),
+}
+"""Numbers of a run that have bands, in words, with factor and unit."""
+
+
+def simulate_verb(arguments: argparse.Namespace) -> Answer:
+    """Run the stand, record it if asked."""
+    parameters, waveform = chosen_parameters(arguments), arguments.waveform
+    if waveform is not None:
+        given = read_drive_input(waveform, parameters)
+        waveform = np.column_stack((given.time_s, given.voltage_v))
+    if arguments.output:
+        if arguments.output.suffix.lower() not in {'', '.mcap'}:
+            hint = 'write .mcap, then make a table of it with stickslip export'
+            raise WrongKind('--output', str(arguments.output), 'an .mcap file', hint)
+        prepare_output(arguments.output, is_new=True)
+    run = simulate(
+        parameters,
+        amplitude_m=arguments.amplitude,
+        voltage_v=arguments.voltage,
+        waveform=waveform,
+        frequency_hz=arguments.frequency,
+        steps=arguments.steps,
+        path=arguments.output,
+        is_recorded=arguments.output is not None,
+        progress=not arguments.json,
+    )
+    result = run.result
+    title = (
+        f'preload {result.preload_n:g} N, stroke {result.amplitude_m * NM:.4g} nm '
+        f'({result.voltage_v:.4g} V), {result.frequency_hz:g} Hz'
+    )
+    bands = list[Table]()
+    if draws := chosen_draws(arguments, DRAWS):
+        if arguments.waveform is not None:
+            hint = 'give --amplitude or --voltage'
+            raise WrongKind(
+                '--waveform', str(arguments.waveform), 'a saw-tooth, with --draws', hint
+            )
+        bands.append(_bands(draws, arguments, result.voltage_v, result.frequency_hz))
+    held = 'the runner is fixed to the load cell, so its steps end; --no-load-cell frees it'
+    note = [held] if parameters.load_cell.contact == 'attached' else []
+    return Answer(result, [table(title, _rows(result)), *bands, *note])
+
+
+def _bands(
+    draws: Sequence[Parameters], arguments: argparse.Namespace, voltage_v: float, hertz: float
+) -> Table:
+    """Return the bands of force and step length of the drive alone, under the same voltage."""
+
+    def course(stand: Parameters) -> Course[dict[str, float]]:
+        amplitude_m = voltage_v * stand.actuator.gain
+        run = yield from drive_course(stand, amplitude_m, hertz, arguments.steps)
+        return {name: getattr(run, name) for name in BANDS}
+
+    with shown_progress('draws', quiet=arguments.json) as progress:
+        found = bands_over(draws, course, progress=progress)
+    rows = [
+        (words, *(f'{factor * value:.4f}' for value in found[name].values()), unit)
+        for name, (words, factor, unit) in BANDS.items()
+    ]
+    title = f'{len(draws)} draws of {arguments.draws}, the drive alone'
+    return table(title, rows, ('', *LEVELS, 'unit'))
+
+
+def _rows(result: SawtoothRun) -> Iterator[tuple[object, ...]]:
+    yield number('generated force, mean of the last cycle', result.force_mean_n, '.4f', 'mN')
+    yield number('the same without elastic following', result.force_net_n, '.4f', 'mN')
+    yield number('generated force, start of the ramp', result.force_ramp_start_n, '.4f', 'mN')
+    yield number('step length, last 10 cycles', result.step_length_m, '.4f', 'nm')
+    yield number('standard deviation of a step', result.step_scatter_m, '.4f', 'nm')
+    yield number('correlation length of steps', result.step_correlation_m, '.4f', 'nm')
+    yield 'steps', result.steps, 'steady' if result.steady else 'NOT steady'
+    yield number('simulated time', result.simulated_s, '.4f', 's')
+    yield number('wall time', result.wall_s, '.4f', 's')
+    yield number('real-time factor', result.real_time_factor, '.1f')
+    yield number('energy residual / work of the feet', result.energy_residual, '.2e')
+    if result.recording:
+        yield 'recording', result.recording
+
+
+def sweep_verb(arguments: argparse.Namespace) -> Answer:
+    """Run the drive at every combination of values, and write the table."""
+    path = arguments.output
+    check_table_path(path)
+    parameters = chosen_parameters(arguments)
+    axes = parse_varied(arguments.vary)
+    if arguments.preload is not None:
+        axes.append(parse_axis('stand.preload', arguments.preload, spec_of('stand.preload')))
+    sweep = Sweep(
+        parameters=parameters,
+        varied=tuple(axes),
+        frequencies_hz=parse_floats('frequency', arguments.frequency, FREQUENCY),
+        amplitudes_m=parse_floats('amplitude', arguments.amplitude, AMPLITUDE),
+        steps=arguments.steps,
+    )
+    journal_path = path.with_name(f'{path.name}.journal')
+    with (
+        Journal(journal_path, sweep.identity(), fresh=arguments.fresh) as journal,
+        shown_progress('runs', quiet=arguments.json, resumes=True) as progress,
+    ):
+        resumed = len(journal.rows)
+        rows = run_sweep(
+            sweep,
+            journal=journal,
+            workers=arguments.workers,
+            scheduler=arguments.scheduler,
+            progress=progress,
+        )
+        if draws := chosen_draws(arguments, DRAWS):
+            over_draws = [
+                run_sweep(replace(sweep, parameters=each), workers=arguments.workers)
+                for each in draws
+            ]
+            for case, row in enumerate(rows):
+                for name in BANDS:
+                    band = band_of([each[case][name] for each in over_draws])
+                    row |= {f'{name}_{level}': value for level, value in band.items()}
+        write_table(rows, path, parameters)
+        journal.remove()
+    rule = stop_rule(sweep.steps)
+    counts = [
+        ('runs', len(rows)),
+        ('of these taken from the journal', resumed),
+        ('steady', sum(bool(row['steady']) for row in rows)),
+        ('largest energy residual', f'{max(abs(float(r["energy_residual"])) for r in rows):.2e}'),
+    ]
+    return Answer(
+        {'file': str(path), 'stop_rule': rule, 'rows': rows},
+        [table('sweep', counts), f'stop    {rule}', f'table   {path}'],
+    )
+
+
+def zero_amplitude_verb(arguments: argparse.Namespace) -> Answer:
+    """Find the amplitude below which a free runner makes no steps."""
+    result = zero_amplitude(
+        chosen_parameters(arguments),
+        arguments.frequency,
+        steps=arguments.steps,
+        progress=not arguments.json,
+    )
+    title = f'preload {result.preload_n:g} N, {result.frequency_hz:g} Hz, {result.steps} steps'
+    fitted = f'{result.fit_from_m * NM:.2f} to {result.fit_to_m * NM:.2f}'
+    rows = [
+        number("0-amplitude, Edeler's extrapolation", result.zero_amplitude_m, '.3f', 'nm'),
+        number('slope of step length', result.slope, '.4f'),
+        (f'line fitted at {result.fit_points} amplitudes', fitted, 'nm'),
+        number('rms deviation from that line', result.fit_rms_m, '.4f', 'nm'),
+        number('0-amplitude, first net step', result.zero_amplitude_direct_m, '.3f', 'nm'),
+        number('u_max of a lower contact', result.max_presliding_lower_m, '.3f', 'nm'),
+    ]
+    tables = [table(title, rows)]
+    if draws := chosen_draws(arguments, SLOW_DRAWS):
+        found = [
+            zero_amplitude(each, arguments.frequency, steps=arguments.steps) for each in draws
+        ]
+        band = band_of([each.zero_amplitude_m for each in found])
+        row = ("0-amplitude, Edeler's", *(f'{NM * value:.3f}' for value in band.values()), 'nm')
+        tables.append(table(f'{len(draws)} draws of {arguments.draws}', [row], ('', *LEVELS, '')))
+    return Answer(result, tables)

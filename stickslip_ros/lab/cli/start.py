@@ -1,0 +1,28 @@
+"""``stickslip``: heeds Ctrl-C, and completes what is typed, before it imports what takes long."""
+
+import gc
+import os
+import sys
+
+from stickslip_ros.process.signals import run
+
+# ruff: noqa: PLC0415 - that is what this module is for
+
+SELDOM = 20_000
+"""New objects after which a verb looks for garbage: a start makes 200 000 that stay."""
+
+
+def stickslip() -> int:
+    """Run a verb, or complete what is typed of one; return its exit status."""
+    if '_ARGCOMPLETE' in os.environ:
+        from stickslip_ros.lab.cli.main import complete
+
+        complete()
+    return run('stickslip', _run_verb, is_node=sys.argv[1:2] == ['drive'])
+
+
+def _run_verb() -> int:
+    gc.set_threshold(SELDOM)
+    from stickslip_ros.lab.cli.main import main
+
+    return main()

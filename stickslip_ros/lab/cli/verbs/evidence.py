@@ -1,0 +1,30 @@
+"""Verbs that compare the model with the paper and with references."""
+
+from stickslip_ros.lab.cli.options import PARAMETERS, WORKERS, folder, option, verb
+
+EVIDENCE = (
+    verb(
+        'figures',
+        "the paper's figures",
+        "Run the drive for the paper's Figs 2, 6 and 7, over the slew rate of the saw-tooth, and "
+        'for a rounded one. Writes for each figure DIR/NAME.csv (all digits, SI), DIR/NAME.png, '
+        'DIR/NAME.svg, and DIR/NAME.md with the caption. Names: fig2, fig6a, fig6b, fig7, slew, '
+        'rounded.',
+        folder('runs/figures'),
+        option('--only', 'default: all figures', metavar='NAMES'),
+        option(
+            '--points', 'points along an axis (default: what each figure needs)', int, default=0
+        ),
+        WORKERS,
+        *PARAMETERS,
+        module='paper',
+    ),
+    verb(
+        'validate',
+        'self-test: contact and drive against references',
+        'Compare what this installation computes with the references that ship with it: closed '
+        'forms, springs one by one, 3-D solutions, codes of others, print. Writes validation.md, '
+        'validation.csv and validation.png. Exit status 1 if an answer is wrong.',
+        folder('runs/validation'),
+    ),
+)

@@ -1,0 +1,72 @@
+"""Verbs that run nodes, watch them, or print what they declare."""
+
+from stickslip_ros.lab.cli.options import (
+    MAP,
+    MAP_FILE,
+    NAMESPACE,
+    PARAMETERS,
+    file,
+    folder,
+    option,
+    switch,
+    verb,
+)
+
+ROS = (
+    verb(
+        'drive',
+        'run the ROS 2 node (needs rclpy)',
+        'Run the node until Ctrl-C. Further arguments go to ROS, '
+        'as in: stickslip drive --ros-args -r __ns:=/left',
+        *PARAMETERS,
+        reports_compilation=True,
+        takes_ros_arguments=True,
+    ),
+    verb(
+        'demo',
+        'node and operator over topics: record, draw (needs rclpy)',
+        'Start the node as a process of its own; from here, over topics: some steps of the free '
+        'runner, a direct-voltage ramp, steps against the load cell, under an external load too. '
+        'The demo decides on load_cell.contact and load_cell.gap. Writes DIR/demo.mcap and '
+        'DIR/demo.png.',
+        folder(),
+        *PARAMETERS,
+    ),
+    verb(
+        'command',
+        'send a command to a drive, wait for its end (needs rclpy)',
+        'Send a command of the table of topics and services to a running drive, and wait for its '
+        'end: stickslip command sawtooth 300V 500Hz 200, or by name: sawtooth amplitude=300V '
+        'frequency=500Hz steps=200. What the drive refuses is refused with its reason.',
+        option('name', 'voltage, sawtooth, steps, position, load, stop, ...', metavar='NAME'),
+        option('numbers', 'its numbers, in their order or by name', metavar='NUMBER', nargs='*'),
+        option('--cycles', 'of a waveform: how often; 0 repeats', int, default=1),
+        NAMESPACE,
+        option('--timeout', 'wait so long for a drive', unit='s', default=10.0),
+        switch('--no-wait', 'do not wait for its end'),
+    ),
+    verb(
+        'panel',
+        'the front panel of a drive or a recording, in a browser',
+        'Serve the front panel of a running drive, or of a recording, to a browser on this host, '
+        'until Ctrl-C.',
+        file('a recording to play; none: attach to a drive', nargs='?'),
+        MAP,
+        MAP_FILE,
+        NAMESPACE,
+        option('--port', 'TCP port on 127.0.0.1; 0 takes a free one', int, default=8040),
+    ),
+    verb(
+        'parameters',
+        'print all parameters as a ROS parameter file',
+        'Print a ROS parameter file with every parameter, its unit and its source.',
+        *PARAMETERS,
+        module='reference',
+    ),
+    verb(
+        'interface',
+        'print topics, services, events and parameters as Markdown',
+        'Print the ROS interface as Markdown.',
+        module='reference',
+    ),
+)

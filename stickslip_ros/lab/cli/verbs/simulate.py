@@ -1,0 +1,157 @@
+"""Verbs that compute, without ROS."""
+
+from stickslip_ros.lab.cli.options import (
+    DRAWS,
+    FIGURE,
+    NO_LOAD_CELL,
+    PARAMETERS,
+    PRELOAD,
+    WORKERS,
+    either,
+    many,
+    of_function,
+    option,
+    output,
+    switch,
+    to_path,
+    verb,
+)
+
+VALUES = 'VALUES'
+SLEW = option(
+    '--slew', 'sets amplifier.slew_rate, as 150V/us', metavar='V/S', dest='amplifier.slew_rate'
+)
+RUNNERS = either(
+    WORKERS,
+    option(
+        '--scheduler',
+        'run on a Dask cluster instead, as tcp://HOST:8786; needs: pip install distributed',
+        metavar='ADDRESS',
+        default='',
+    ),
+)
+FRESH = switch('--fresh', 'forget what FILE.journal holds')
+
+SIMULATE_IN_PYTHON = 'runs.sawtooth_run.simulate'
+
+SIMULATE = (
+    verb(
+        'contact',
+        'indentation, contact radius and presliding of one hemisphere',
+        'Solve the contact of one hemisphere under a constant normal force.',
+        option('--normal-force', 'normal force F_n', unit='N', metavar='NEWTON', required=True),
+        option(
+            '--curve',
+            'tangential force at these fractions of the maximal presliding, as 0.1,0.5',
+            metavar='FRACTIONS',
+        ),
+        *PARAMETERS,
+    ),
+    verb(
+        'simulate',
+        'drive the stand with a saw-tooth; force and step length',
+        'Drive the virtual stand with a saw-tooth or another wave, without ROS. Generated force '
+        'is k x, the force in the load-cell spring.',
+        PRELOAD,
+        either(
+            *of_function(SIMULATE_IN_PYTHON, 'amplitude_m', 'voltage_v'),
+            option('--waveform', 'one cycle as a table of time and voltage', to_path),
+            required=True,
+        ),
+        SLEW,
+        *of_function(SIMULATE_IN_PYTHON, 'frequency_hz', 'steps'),
+        NO_LOAD_CELL,
+        DRAWS,
+        output('record the run as MCAP'),
+        *PARAMETERS,
+    ),
+    verb(
+        'sweep',
+        'run the drive at every combination of values; a table',
+        'Run the drive alone, without sensors, at every combination of values. VALUES are a list, '
+        '0.1N,0.5N, or a range start:stop:count with both ends, 0:160nm:33. A run ends when it is '
+        'steady: mean force of a cycle (free runner: step length) within 0.02% of its limit, by '
+        'the last 40 steps; 200 to 5000 steps; --steps sets a number instead. Finished runs are '
+        'kept in FILE.journal: after Ctrl-C or a crash the same command goes on.',
+        option('--preload', 'varies stand.preload', metavar=VALUES),
+        option('--amplitude', 'peak-to-peak displacements', metavar=VALUES, required=True),
+        option('--frequency', 'steps per second', metavar=VALUES, default='1kHz'),
+        many(
+            '--vary',
+            'vary any parameter; the first one is the slowest',
+            f'GROUP.NAME={VALUES}',
+        ),
+        *of_function('runs.sweep.sweep', 'steps'),
+        NO_LOAD_CELL,
+        DRAWS,
+        output('.csv or .parquet', required=True),
+        RUNNERS,
+        FRESH,
+        *PARAMETERS,
+        module='simulate',
+    ),
+    verb(
+        'zero-amplitude',
+        'the amplitude below which a free runner makes no steps',
+        "Find the 0-amplitude of a free runner in two ways. Edeler's: a straight line through the "
+        'step lengths at 17 amplitudes, from half-way between the first that steps and the '
+        'largest up to the largest, extrapolated to zero. Directly: the smallest amplitude with '
+        'a net step above 1e-10 m. The load cell is taken away, whatever load_cell.contact says.',
+        PRELOAD,
+        SLEW,
+        *of_function('runs.zero_amplitude.zero_amplitude', 'frequency_hz', 'steps'),
+        DRAWS,
+        *PARAMETERS,
+        module='simulate',
+    ),
+    verb(
+        'optimise',
+        'find the periodic wave that does best',
+        'Find the closed wave of one rise and one fall that does best within range, slew rate and '
+        'current of the amplifier: a monotone spline through knots, or a named shape; each is '
+        'searched equally long in its own parameters. OBJECTIVE is speed, force, step, vibration, '
+        'energy or flatness (docs/howto/best_wave.md). Frequency and preload are free between two '
+        'limits if two are given. Evaluations are kept in FILE.journal: after Ctrl-C, which '
+        'writes the best wave so far, or a crash the same command goes on. Needs: pip install '
+        'cma.',
+        option('objective', 'what to optimise', metavar='OBJECTIVE'),
+        option('--load', 'force against the motion', unit='N', default='0'),
+        option('--speed', 'that the wave must reach', unit='m/s', metavar='SPEED', default='0'),
+        switch('--backwards', 'move the runner the other way'),
+        option('--frequency', 'cycles per second', metavar='LOW:HIGH', default='1kHz'),
+        option('--preload', 'stand.preload', metavar='LOW:HIGH'),
+        option('--knots', 'knots of the spline, 6 to 16', int, default=8),
+        option('--evaluations', 'of each search', int, default=1000),
+        option('--seed', 'of the search', int, default=0),
+        DRAWS,
+        output('.csv of the wave', required=True),
+        *FIGURE,
+        RUNNERS,
+        FRESH,
+        *PARAMETERS,
+    ),
+    verb(
+        'bode',
+        'frequency response of the stuck drive, computed and measured',
+        'Find how voltage and load move the runner while it sticks to the feet: in closed form, '
+        'and measured with sines so small that the contacts hardly slip. Frequencies are a list, '
+        '100Hz,1kHz, or a range start:stop:count.',
+        PRELOAD,
+        option('--at-voltage', 'rest there (default: half-way between its limits)', unit='V'),
+        option('--frequency', 'default: 25 around the resonance', metavar=VALUES),
+        NO_LOAD_CELL,
+        *FIGURE,
+        output('.csv or .parquet'),
+        WORKERS,
+        *PARAMETERS,
+    ),
+    verb(
+        'compile',
+        'compile the kernels now, so that the first run need not',
+        'Compile the kernels of the drive and keep them on the disk, as part of an installation. '
+        'What root has compiled, every user of the machine may read. Exit status 1 if there is no '
+        'folder to keep them in.',
+        switch('--timings', 'print how many were compiled, and the time'),
+        reports_compilation=True,
+    ),
+)

@@ -1,0 +1,264 @@
+"""Force curves against each other: of sweeps, experiments and the model, by preload and stroke."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import stickslip_ros
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.comparison.result import (
+    AMPLITUDE,
+    Compared,
+    Incomparable,
+    Part,
+    Side,
+    threshold_of,
+)
+from stickslip_ros.lab.runs.batch import Progress, run_courses
+from stickslip_ros.lab.runs.courses import bundle_for
+from stickslip_ros.lab.runs.journal import Row
+from stickslip_ros.lab.runs.sweep import SweepCase, bare_name, case_course
+from stickslip_ros.lab.runs.sweep_table import OF_A_RUN, read_table
+from stickslip_ros.lab.tables.columns import sigma_name
+from stickslip_ros.lab.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
+from stickslip_ros.lab.tables.formats import FRAME
+from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.units import NM
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+MODEL, SWEEP = 'model', 'sweep'
+"""The first is also the word that stands for the drive in place of a file."""
+PRELOAD, FREQUENCY, FORCE = 'preload_n', 'frequency_hz', 'force_n'
+MEASURED = (FORCE, 'step_length_m', 'energy_loss_per_step_j')
+NO_SETTINGS = {each for name in (AMPLITUDE, *MEASURED) for each in (name, sigma_name(name))}
+RENAMED = {'force_mean_n': FORCE}  # columns of a sweep that have another name in an experiment
+SAME = 1e-9  # relative difference up to which two typed numbers are the same
+
+
+@dataclass(frozen=True, eq=False)
+class PointTable:
+    """Points of one force curve or of several: columns under the names of an experiment file."""
+
+    side: Side
+    columns: dict[str, list[Scalar]]
+
+    @property
+    def quantities(self) -> list[str]:
+        """What was measured."""
+        return [name for name in MEASURED if name in self.columns]
+
+    @property
+    def settings(self) -> dict[str, list[Scalar]]:
+        """Preload, frequency if known, and what else was varied, by column."""
+        return {name: each for name, each in self.columns.items() if name not in NO_SETTINGS}
+
+    def values(self, name: str, rows: Iterable[int]) -> Array:
+        """Return the numbers of a column in some rows."""
+        column = self.columns[name]
+        return np.array([column[row] for row in rows], dtype=np.float64)
+
+    def rows_at(self, at: Mapping[str, Scalar]) -> list[int]:
+        """Return the rows that have these settings, in the order of their amplitudes."""
+        rows = [
+            row
+            for row in range(self.side.rows)
+            if all(_is_same(self.columns[name][row], value) for name, value in at.items())
+        ]
+        return sorted(rows, key=self.columns[AMPLITUDE].__getitem__)
+
+    def groups(self, names: Sequence[str]) -> list[dict[str, Scalar]]:
+        """Return the different values of some settings, in the order of their appearance."""
+        found: list[dict[str, Scalar]] = []
+        for row in range(self.side.rows):
+            at = {name: self.columns[name][row] for name in names}
+            if not any(all(_is_same(at[name], old[name]) for name in names) for old in found):
+                found.append(at)
+        return found
+
+
+def of_experiment(experiment: MeasuredTable) -> PointTable:
+    """Return the points of an experiment by amplitude."""
+    measured = experiment.columns
+    columns = {name: measured[name].tolist() for name in POINT_COLUMNS if name in measured}
+    rows, described = len(columns[AMPLITUDE]), _constants(columns)
+    side = Side(experiment.origin, BY_AMPLITUDE, rows, described, None, experiment.notes)
+    return PointTable(side, columns)
+
+
+def of_sweep(table: 'Path | DataFrame') -> PointTable:
+    """Return the points of the table of a sweep."""
+    rows, described = read_table(table)
+    origin = str(table) if isinstance(table, Path) else FRAME
+    return _of_rows(rows, origin, SWEEP, described)
+
+
+def of_model(
+    table: PointTable,
+    parameters: Parameters,
+    frequency_hz: float,
+    steps: int,
+    workers: int,
+    progress: Progress,
+) -> PointTable:
+    """
+    Run the drive once at each different point of a table.
+
+    The table sets the preload and what it has columns for; the frequency is for one without.
+    Raises StickSlipError if the stand cannot make one of the points, or a parameter is both set
+    and a column.
+
+    """
+    names = [name for name in table.settings if name not in {PRELOAD, FREQUENCY}]
+    changed = parameters.changed()
+    for name in map(bare_name, names):
+        if name in changed:
+            problem = f'is set, and a column of {table.side.origin} too'
+            raise Incomparable(name, problem, 'take --set or the column away')
+    cases: dict[SweepCase, Row] = {}
+    for row in range(table.side.rows):
+        at = {name: each[row] for name, each in table.columns.items()}
+        values = {'stand.preload': at[PRELOAD], **{bare_name(name): at[name] for name in names}}
+        at_hz = float(at.get(FREQUENCY, frequency_hz))
+        case = SweepCase(tuple(values.items()), float(at[AMPLITUDE]), at_hz)
+        cases[case] = {name: at[name] for name in names}
+    run, bundle = partial(case_course, parameters, steps, ()), bundle_for(parameters)
+    found = run_courses(run, list(cases), bundle, workers=workers, progress=progress)
+    rows = [{**varied, **row} for varied, row in zip(cases.values(), found, strict=True)]
+    described = {'stickslip_ros': stickslip_ros.__version__, **parameters.flat()}
+    return _of_rows(rows, MODEL, MODEL, described)
+
+
+def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
+    """Compare what both tables have: same settings, B interpolated onto A's strokes."""
+    names = [name for name in a.quantities if name in b.quantities]
+    if not names:
+        problem = f'has {", ".join(b.quantities)}, {a.side.origin} has {", ".join(a.quantities)}'
+        hint = 'a held runner has a force, a free one (load_cell.contact=absent) steps'
+        raise Incomparable(b.side.origin, problem, hint)
+    shared = [at for at in a.groups([PRELOAD, *_varied(a, b)]) if b.rows_at(at)]
+    quantities = []
+    for name in names:
+        parts = tuple(part for at in shared if (part := _part(a, b, at, name)) is not None)
+        if not parts:
+            ranges = []
+            for table in (a, b):
+                strokes_nm = NM * table.values(AMPLITUDE, range(table.side.rows))
+                preloads_n = ', '.join(f'{n:g}' for n in dict.fromkeys(table.columns[PRELOAD]))
+                ranges.append(f'{preloads_n} N, {min(strokes_nm):.5g} to {max(strokes_nm):.5g} nm')
+            problem = f'({ranges[0]}) has no point within {b.side.origin} ({ranges[1]})'
+            hint = f'compute its points with: stickslip compare {a.side.origin} model'
+            raise Incomparable(a.side.origin, problem, hint)
+        left_out = a.side.rows - sum(len(part.x) for part in parts)
+        quantities.append(Compared(name, parts, left_out))
+    return tuple(quantities)
+
+
+def _of_rows(
+    rows: Sequence[Row], origin: str, kind: str, described: dict[str, Scalar] | None
+) -> PointTable:
+    """Return the points of rows as a sweep makes them; a column counts more than a description."""
+    columns = {
+        RENAMED.get(name, name): [row[name] for row in rows]
+        for name in rows[0]
+        if name not in OF_A_RUN
+    }
+    # A free runner makes steps and no force; of a held one that is steady it is the other way.
+    del columns['step_length_m' if any(columns[FORCE]) else FORCE]
+    in_columns = {'stand.preload', *map(bare_name, columns)}
+    known = {name: each for name, each in (described or {}).items() if name not in in_columns}
+    default = Parameters().flat()
+    changed = {name: each for name, each in known.items() if default.get(name, each) != each}
+    unsteady = sum(not row['steady'] for row in rows)
+    side = Side(
+        origin=origin,
+        kind=kind,
+        rows=len(rows),
+        described={**known, **_constants(columns)},
+        changed=None if described is None else changed,
+        notes=(f'{unsteady} of {len(rows)} runs were not steady',) if unsteady else (),
+    )
+    return PointTable(side, columns)
+
+
+def _is_same(one: Scalar, other: Scalar) -> bool:
+    """Return whether two values are the same, but for the rounding of typed numbers."""
+    if isinstance(one, (bool, str)) or isinstance(other, (bool, str)):
+        return one == other
+    return abs(one - other) <= SAME * max(abs(one), abs(other))
+
+
+def _is_constant(column: Sequence[Scalar]) -> bool:
+    return all(_is_same(value, column[0]) for value in column)
+
+
+def _constants(columns: Mapping[str, Sequence[Scalar]]) -> dict[str, Scalar]:
+    """Return the settings that have one value only."""
+    return {
+        bare_name(name): each[0]
+        for name, each in columns.items()
+        if name not in NO_SETTINGS and _is_constant(each)
+    }
+
+
+def _varied(a: PointTable, b: PointTable) -> list[str]:
+    """Return the settings, beside the preload, by which rows are matched."""
+    varied = [
+        name
+        for table in (a, b)
+        for name, each in table.settings.items()
+        if name != PRELOAD and not _is_constant(each)
+    ]
+    for name in varied:
+        for table, other in ((a, b), (b, a)):
+            if name not in table.columns:
+                problem = f'varies {name}, of which {table.side.origin} says nothing'
+                raise Incomparable(other.side.origin, problem, 'keep one value of it')
+    return list(dict.fromkeys(varied))
+
+
+def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Part | None:
+    rows_a, rows_b = a.rows_at(at), b.rows_at(at)
+    nodes_m, nodes = _averaged(b, name, rows_b)
+    edge_m = SAME * nodes_m[-1]
+    strokes_m = a.values(AMPLITUDE, rows_a)
+    is_inside = (nodes_m[0] - edge_m <= strokes_m) & (strokes_m <= nodes_m[-1] + edge_m)
+    inside = [row for row, each in zip(rows_a, is_inside, strict=True) if each]
+    if not inside:
+        return None
+    x_m, values_a = a.values(AMPLITUDE, inside), a.values(name, inside)
+    sigma = _sigma(a, b, name, inside, rows_b)
+    part = Part(at, AMPLITUDE, x_m, values_a, np.interp(x_m, nodes_m, nodes), sigma)
+    if name != FORCE:
+        return part
+    threshold_a = threshold_of(strokes_m, a.values(name, rows_a))
+    return replace(part, threshold_a=threshold_a, threshold_b=threshold_of(nodes_m, nodes))
+
+
+def _averaged(table: PointTable, name: str, rows: Sequence[int]) -> tuple[Array, Array]:
+    """Return rising strokes and a column; what was measured several times is its mean."""
+    nodes_m, index = np.unique(table.values(AMPLITUDE, rows), return_inverse=True)
+    return nodes_m, np.bincount(index, table.values(name, rows)) / np.bincount(index)
+
+
+def _sigma(
+    a: PointTable, b: PointTable, name: str, rows_a: Sequence[int], rows_b: Sequence[int]
+) -> Array | None:
+    """Return the uncertainty of B - A; that of an amplitude counts by the slope of B."""
+    x_m = a.values(AMPLITUDE, rows_a)
+    terms, (nodes_m, nodes) = [], _averaged(b, name, rows_b)
+    slope = np.full(len(x_m), np.nan)  # of B, unless it has one amplitude only
+    if len(nodes_m) > 1:
+        slope = np.interp(x_m, nodes_m, np.gradient(nodes, nodes_m))
+    for what, factor in ((name, 1.0), (AMPLITUDE, slope)):
+        sigma = sigma_name(what)
+        if sigma in a.columns:
+            terms.append(factor * a.values(sigma, rows_a))
+        if sigma in b.columns:
+            terms.append(factor * np.interp(x_m, *_averaged(b, sigma, rows_b)))
+    return np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None

@@ -1,0 +1,209 @@
+"""Compares two files, or a file and the model: recognises them and chooses the way."""
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.lab.comparison import by_amplitude, in_time
+from stickslip_ros.lab.comparison.by_amplitude import PointTable
+from stickslip_ros.lab.comparison.in_time import TimeRun
+from stickslip_ros.lab.comparison.result import (
+    AMPLITUDE,
+    TIME,
+    Alignment,
+    ComparisonReport,
+    Incomparable,
+)
+from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
+from stickslip_ros.lab.runs.batch import Progress
+from stickslip_ros.lab.runs.recorded_run import Run
+from stickslip_ros.lab.runs.sweep_table import is_sweep
+from stickslip_ros.lab.tables.experiment import (
+    OVER_TIME,
+    MeasuredTable,
+    Reading,
+    listed_tables,
+    parse_experiment,
+    read_experiment,
+    read_joined,
+)
+from stickslip_ros.lab.tables.formats import FRAME
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.progress import progress_of
+from stickslip_ros.recording.integrity import is_recording
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import EXPERIMENT_FILE
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    from stickslip_ros.lab.tables.formats import Table
+
+
+def compare(
+    a: 'Table | Run | Sequence[Table]',
+    b: 'Table | Run | Parameters | None' = None,
+    *,
+    headers: Mapping[str, str] | None = None,
+    preloads_n: Sequence[float] = (),
+    frequency_hz: float = 1000.0,
+    steps: int = 0,
+    commands: 'Table | None' = None,
+    frequency_max_hz: float | None = None,
+    shift_s: float | None = None,
+    align: bool = False,
+    offset: bool = False,
+    window_s: tuple[float, float] | None = None,
+    workers: int = 0,
+    report: Callable[[MeasuredTable], None] | None = None,
+    progress: bool | Progress = False,
+) -> ComparisonReport:
+    """
+    Compare two runs over time, or two tables by amplitude and preload.
+
+    Parameters
+    ----------
+    a : path-like, Run, DataFrame, or sequence of them
+        A recording, the table of a sweep, an experiment, or several of these by amplitude.
+    b : path-like, Run, DataFrame or Parameters, optional
+        Another one; parameters run the model at the points of A, or under the voltage that drove
+        A; without it a recording is compared with the experiment that it carries.
+    headers : mapping of str to str, optional
+        Headers of columns in experiment files that do not tell, ``{'force_n': 'CH2 (mN)'}``; and
+        topics of recordings of other programs, ``{'force_n': '/rig/cell.wrench.force.x'}``.
+    preloads_n : sequence of float
+        Preloads of experiment files without such a column, N: one of all, or one of each.
+    frequency_hz : float
+        Steps per second of the model, where A has none.
+    steps : int
+        Steps of each of its runs; 0 goes on until the steady state.
+    commands : path-like or DataFrame, optional
+        What drove A, where it is known: times and voltages; else it is recognised in its voltage.
+    frequency_max_hz : float, optional
+        Largest number of steps per second, for a monitor so slow that others look alike.
+    shift_s : float, optional
+        What is added to the times of B, s.
+    align : bool
+        Estimate that shift by cross-correlation.
+    offset : bool
+        Lay the position of B onto that of A: find the difference of their zeros and add it.
+    window_s : tuple of float, optional
+        Start and end of the stretch of A that counts, s.
+    workers : int
+        Runs of the model at once; 0 is one per core.
+    report : callable, optional
+        Called with each ``MeasuredTable`` when it has been read, before anything is computed.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with runs done and in all.
+
+    Raises
+    ------
+    StickSlipError
+        If one cannot be read, or the two cannot be compared.
+
+    """
+    given: list[Any] = [a] if isinstance(a, Run) else listed_tables(a)
+    reading = Reading(headers or {}, preloads_n, report, is_run=isinstance(b, Parameters))
+    reading.check_count(len(given) + (b is not None and not isinstance(b, Parameters)))
+    first = (
+        _load(given[0], reading)
+        if len(given) == 1
+        else by_amplitude.of_experiment(read_joined(given, reading))
+    )
+    is_moved = align or shift_s is not None or offset or window_s is not None
+    if isinstance(b, Parameters) and isinstance(first, TimeRun):
+        if align or shift_s is not None:
+            hint = 'leave --shift and --align away: the clock is found by the falls'
+            raise Incomparable(first.side.origin, 'is compared with what drove it', hint)
+        source = DriveSource(commands, frequency_max_hz)
+        [experiment] = read_experiments(given, b, reading, source)
+        shown, alignment = in_time.of_model(experiment, b)
+        return _over_time(first, shown, alignment, window_s, offset=True)
+    if isinstance(b, Parameters):
+        table = _points(first, is_moved)
+        with progress_of(progress, 'runs') as show:
+            model = by_amplitude.of_model(table, b, frequency_hz, steps, workers, show)
+        found = by_amplitude.compare(table, model)
+        return ComparisonReport(table.side, model.side, AMPLITUDE, found)
+    if b is None:
+        second = _attached(given[0], reading)
+    else:
+        second = _load(Path(b) if isinstance(b, str) else b, reading, len(given))
+    if isinstance(first, TimeRun) and isinstance(second, TimeRun):
+        alignment = None if shift_s is None else Alignment(shift_s, 'given')
+        if align:
+            alignment = in_time.align(first, second)
+        moved = second if alignment is None else second.moved(alignment.shift_s)
+        return _over_time(first, moved, alignment, window_s, offset=offset)
+    if isinstance(first, PointTable) and isinstance(second, PointTable):
+        found = by_amplitude.compare(_points(first, is_moved), second)
+        return ComparisonReport(first.side, second.side, AMPLITUDE, found)
+    raise Incomparable(
+        second.side.origin,
+        f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',
+        'compare two over time, or two by amplitude and preload',
+    )
+
+
+def _over_time(
+    a: TimeRun,
+    b: TimeRun,
+    alignment: Alignment | None,
+    window_s: tuple[float, float] | None,
+    *,
+    offset: bool,
+) -> ComparisonReport:
+    """Compare runs whose times belong together, in a window of A if there is one."""
+    if window_s is not None:
+        a, b = a.within(*window_s), b.within(*window_s)
+    found = in_time.compare(a, b, offset=offset)
+    made = in_time.steps_of(a), in_time.steps_of(b)
+    steps_of_both = None if made[0] is None or made[1] is None else (made[0], made[1])
+    return ComparisonReport(a.side, b.side, TIME, found, alignment, window_s, steps_of_both)
+
+
+def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
+    """Return A if it is a table that is not to be moved in time, before any work is done."""
+    if isinstance(a, TimeRun):
+        hint = 'compare two over time, or two by amplitude and preload'
+        raise Incomparable(a.side.origin, f'is a {a.side.kind}, the other by amplitude', hint)
+    if is_moved:
+        hint = 'leave --shift, --align, --offset and --window away'
+        raise Incomparable(a.side.origin, 'is by amplitude and knows no time', hint)
+    return a
+
+
+def _load(
+    given: 'Path | DataFrame | Run', reading: Reading, number: int = 0
+) -> PointTable | TimeRun:
+    """Read a file by what is in it, not by its name."""
+    if isinstance(given, Run):
+        return in_time.of_recording(given.recording, given.topics or reading.topics)
+    if isinstance(given, Path) and is_recording(given):
+        return in_time.of_recording(Recording(given), reading.topics)
+    if is_sweep(given):
+        return by_amplitude.of_sweep(given)
+    return _of_experiment(read_experiment(given, reading, number=number))
+
+
+def _attached(given: 'Path | DataFrame | Run', reading: Reading) -> PointTable | TimeRun:
+    """Return the experiment that a recording carries."""
+    hint = 'name B, or the word model'
+    if not isinstance(given, Run | Path):
+        raise RecordingError(FRAME, 'stands alone and is no recording', hint)
+    path = given if isinstance(given, Path) else given.path
+    try:
+        recording = Recording(path)
+    except StickSlipError as error:
+        raise RecordingError(path, f'stands alone and is no recording ({error})', hint) from None
+    if EXPERIMENT_FILE not in recording.attachments:
+        hint = 'name what to compare it with as B'
+        raise RecordingError(path, f'carries no {EXPERIMENT_FILE}', hint)
+    content = recording.attachments[EXPERIMENT_FILE][1]
+    return _of_experiment(parse_experiment(content, f'{path} {EXPERIMENT_FILE}', reading))
+
+
+def _of_experiment(experiment: MeasuredTable) -> PointTable | TimeRun:
+    is_run = experiment.kind == OVER_TIME
+    return in_time.of_experiment(experiment) if is_run else by_amplitude.of_experiment(experiment)

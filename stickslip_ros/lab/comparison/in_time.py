@@ -1,0 +1,305 @@
+"""Runs against each other: quantity by quantity in the time that both cover."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+import stickslip_ros
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.comparison.result import (
+    TIME,
+    Alignment,
+    Compared,
+    Incomparable,
+    Part,
+    Side,
+    StepStatistics,
+)
+from stickslip_ros.lab.experiments.clocks import (
+    OVERLAP_MIN,
+    TRUSTED,
+    clock_shift,
+    coefficients,
+    overlaps,
+)
+from stickslip_ros.lab.experiments.experiment import Experiment, Voltage
+from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.experiments.sensor_clock import lateness_in
+from stickslip_ros.lab.runs.mapped import mapped_series
+from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
+from stickslip_ros.lab.runs.sawtooth_run import scatter_of
+from stickslip_ros.lab.tables.columns import sigma_name
+from stickslip_ros.lab.tables.experiment import MEASURED, OVER_TIME, TIME_COLUMNS, MeasuredTable
+from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TIME_ORIGIN
+from stickslip_ros.recording.series import Series
+
+RECORDING, MODEL = 'recording', 'model'
+STANDS_STILL = 0.05  # share of what was seen to move below which a model is said to stand still
+POSITION, VOLTAGE = 'position_m', 'voltage_v'
+NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
+"""Metadata that differ by chance, or that the parameters repeat."""
+RAMPS_MIN = 10  # fewer make no steps to speak of
+DECIDES = 0.9  # coefficient above which one quantity decides alone about a shift
+PERIOD_SLACK = 0.1  # ramps follow each other in the median of their periods, within this share
+SAMPLES_MAX = 1 << 20
+TIED = 1e-9  # coefficients this near are the same; of these lags the smallest counts
+
+
+@dataclass(frozen=True, eq=False)
+class TimeRun:
+    """Quantities over time, and uncertainties where known, under the names of experiment files."""
+
+    side: Side
+    series: dict[str, Series]
+
+    @property
+    def quantities(self) -> list[str]:
+        """What was measured."""
+        return [name for name in MEASURED[OVER_TIME] if name in self.series]
+
+    def within(self, start_s: float, end_s: float) -> 'TimeRun':
+        """Return a stretch of the run."""
+        series = {name: each.window(start_s, end_s) for name, each in self.series.items()}
+        series = {name: each for name, each in series.items() if len(each)}
+        rows = max(map(len, series.values()), default=0)
+        return replace(self, series=series, side=replace(self.side, rows=rows))
+
+    def moved(self, shift_s: float) -> 'TimeRun':
+        """Return the run with other times."""
+        series = {
+            name: replace(each, time_s=each.time_s + shift_s) for name, each in self.series.items()
+        }
+        return replace(self, series=series)
+
+
+def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
+    """
+    Return what a recording holds over time, and what it says of itself.
+
+    One of another program holds what ``topics`` say, if they say anything.
+
+    """
+    is_mapped = topics and RUN_RECORD not in recording.metadata
+    series = mapped_series(recording, topics) if is_mapped else recorded_series(recording)
+    run = recording.metadata.get(RUN_RECORD, {})
+    described: dict[str, Scalar] = {key: run[key] for key in run if key not in NOT_COMPARED}
+    changed = None
+    if PARAMETERS_FILE in recording.attachments:
+        parameters = recorded_stand(recording)
+        described |= parameters.flat()
+        changed = parameters.changed()
+    rows = max((len(each) for each in series.values()), default=0)
+    return TimeRun(Side(str(recording.path), RECORDING, rows, described, changed), series)
+
+
+def of_experiment(experiment: MeasuredTable) -> TimeRun:
+    """Return the run that an experiment over time holds."""
+    time_s, series = experiment.columns['time_s'], {}
+    for name, values in experiment.columns.items():
+        known, unit = ~np.isnan(values), TIME_COLUMNS[name].unit
+        if name != 'time_s' and known.any():
+            origin = f'{experiment.origin} {name}'
+            series[name] = Series(time_s[known], values[known], unit, origin)
+    side = Side(experiment.origin, OVER_TIME, len(time_s), {}, None, experiment.notes)
+    return TimeRun(side, series)
+
+
+def of_model(experiment: Experiment, stand: Parameters) -> tuple[TimeRun, Alignment | None]:
+    """Return what a model shows under the voltage of an experiment, and how late its clock is."""
+    late_s = lateness_in(experiment, stand)
+    [found] = predict(stand, [experiment], shifts_s=(late_s,))
+    assert isinstance(experiment.drive, Voltage)
+    begins_s = experiment.drive.begins_s
+    series = {
+        each.quantity: Series(each.time_s + begins_s, prediction.values, each.unit, MODEL)
+        for each, prediction in zip(experiment.seen, found, strict=True)
+    }
+    rows = max(len(each) for each in series.values())
+    described = {'stickslip_ros': stickslip_ros.__version__, **stand.flat()}
+    notes = (*experiment.drive.said, *experiment.notes)
+    for each in experiment.seen:
+        moved = float(np.ptp(series[each.quantity].value))
+        if moved < STANDS_STILL * float(np.ptp(each.values)):
+            share = moved / float(np.ptp(each.values))
+            notes += (f'the {each.quantity} of the model moves {share:.2g} of the range of A',)
+    side = Side(MODEL, MODEL, rows, described, stand.changed(), notes)
+    alignment = (
+        Alignment(late_s, 'estimated', decided_by='falls of the voltage') if late_s else None
+    )
+    return TimeRun(side, series), alignment
+
+
+def align(a: TimeRun, b: TimeRun) -> Alignment:
+    """Estimate by how much B must be shifted; Incomparable if they share nothing that changes."""
+    pairs = {name: (_finite(a.series[name]), _finite(b.series[name])) for name in _shared(a, b)}
+    pairs = {name: pair for name, pair in pairs.items() if min(map(len, pair)) > 1}
+    if not pairs:
+        hint = 'give --shift instead of --align'
+        raise Incomparable('the lag', 'cannot be found in single samples', hint)
+    if VOLTAGE in pairs and all(np.ptp(each.value) > 0.0 for each in pairs[VOLTAGE]):
+        one, other = pairs[VOLTAGE]
+        clock = clock_shift(one.time_s, one.value, other.time_s, other.value)
+        if clock.coefficient >= TRUSTED:
+            return Alignment(
+                clock.shift_s,
+                'estimated',
+                clock.coefficient,
+                error_s=clock.error_s,
+                decided_by=VOLTAGE,
+                doubts=tuple(clock.doubts()),
+            )
+    found = {
+        name: estimate_alignment([pair])
+        for name, pair in pairs.items()
+        if all(np.ptp(each.value) > 0.0 for each in pair)
+    }
+    best = max(found, key=lambda name: found[name].correlation or 0.0, default='')
+    if best and (found[best].correlation or 0.0) > DECIDES:
+        return replace(found[best], decided_by=best)
+    both = replace(estimate_alignment(list(pairs.values())), decided_by=', '.join(found))
+    if (both.correlation or 0.0) < TRUSTED:
+        problem = f'cannot be found: the best correlation is {both.correlation:.3f}'
+        hint = f'give --shift, or records that agree (above {TRUSTED:g})'
+        raise Incomparable('the lag', problem, hint)
+    return both
+
+
+def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, ...]:
+    """
+    Compare every quantity that both runs have, at A's times within both.
+
+    The zero of a position is arbitrary: with ``offset`` that of B is moved onto A's.
+
+    """
+    found = []
+    for name in _shared(a, b):
+        series_a, series_b = a.series[name], b.series[name]
+        spans_s = [
+            (float(each.time_s[0]), float(each.time_s[-1])) for each in (series_a, series_b)
+        ]
+        start_s, end_s = max(span[0] for span in spans_s), min(span[1] for span in spans_s)
+        if start_s > end_s:
+            ranges = [f'{first_s:.6g} s to {last_s:.6g} s' for first_s, last_s in spans_s]
+            raise Incomparable(
+                f'{name} of {b.side.origin}',
+                f'is there from {ranges[1]}, that of {a.side.origin} from {ranges[0]}',
+                'move B with --shift or --align',
+            )
+        inside = series_a.window(start_s, end_s)
+        values_b = np.interp(inside.time_s, series_b.time_s, series_b.value)
+        usable = np.isfinite(inside.value) & np.isfinite(values_b)
+        if not usable.any():
+            problem = f'is a number at no time in both {a.side.origin} and {b.side.origin}'
+            raise Incomparable(name, problem, 'compare another run')
+        time_s = inside.time_s[usable]
+        known = [run.series[each] for run in (a, b) if (each := sigma_name(name)) in run.series]
+        terms = [np.interp(time_s, each.time_s, each.value) for each in known]
+        sigma = np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None
+        of_a, of_b = inside.value[usable], values_b[usable]
+        moved = float(np.median(of_a - of_b)) if offset and name == POSITION else 0.0
+        part = Part({}, TIME, time_s, of_a, of_b + moved, sigma)
+        found.append(Compared(name, (part,), len(inside) - len(time_s), moved))
+    return tuple(found)
+
+
+def steps_of(run: TimeRun) -> StepStatistics | None:
+    """
+    Return the steps of the second half of a run, from ramp to ramp of its voltage.
+
+    Rises between 40 and 60 % of the range of the voltage are ramps if they last longer than the
+    falls, else falls are: there the runner is slow too. None of fewer than ten ramps.
+
+    """
+    if not {VOLTAGE, POSITION} <= run.series.keys():
+        return None
+    voltage, position = (_finite(run.series[name]) for name in (VOLTAGE, POSITION))
+    if min(len(voltage), len(position)) < 2 or not np.ptp(voltage.value) > 0.0:
+        return None
+    time_s, share = voltage.time_s, (voltage.value - voltage.value.min()) / np.ptp(voltage.value)
+    outside = np.flatnonzero(np.abs(share - 0.5) > 0.1)
+    changes = np.flatnonzero(np.diff(share[outside] > 0.5))
+    if len(changes) < 2 * RAMPS_MIN:
+        return None
+    starts, ends = outside[changes], outside[changes + 1]
+    lasts_s = time_s[ends] - time_s[starts]
+    ways = slice(0, None, 2), slice(1, None, 2)  # rises and falls follow each other
+    after = ends[max(ways, key=lambda way: np.median(lasts_s[way]))]
+    before, level = after - 1, 0.6 if share[after[0]] > 0.5 else 0.4
+    passed = (level - share[before]) / (share[after] - share[before])
+    times_s = time_s[before] + passed * (time_s[after] - time_s[before])
+    places_m = np.interp(times_s, position.time_s, position.value)
+    periods_s = np.diff(times_s)
+    is_alike = np.abs(periods_s / np.median(periods_s) - 1.0) <= PERIOD_SLACK
+    steps_m = np.diff(places_m)[is_alike]
+    steps_m = steps_m[len(steps_m) // 2 :]
+    return StepStatistics(len(steps_m), float(np.mean(steps_m)), *scatter_of(steps_m))
+
+
+def _finite(series: Series) -> Series:
+    known = np.isfinite(series.value)
+    return replace(series, time_s=series.time_s[known], value=series.value[known])
+
+
+def _shared(a: TimeRun, b: TimeRun) -> list[str]:
+    names = [name for name in a.quantities if name in b.quantities]
+    if not names:
+        has = [', '.join(run.quantities) or 'nothing' for run in (a, b)]
+        problem = f'has {has[1]}, {a.side.origin} has {has[0]}'
+        raise Incomparable(b.side.origin, problem, 'compare runs that share a quantity')
+    return names
+
+
+def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
+    """
+    Estimate the shift that lays B onto A, of quantities of both: finite, two samples or more.
+
+    All are interpolated onto even times. For each whole number of samples with enough overlap
+    Pearson's coefficient of each quantity is taken over the overlap; the best shift has the
+    largest mean over the quantities. A parabola through it and its neighbours refines it. Raises
+    Incomparable if no quantity changes in both.
+
+    """
+    runs = [[pair[side] for pair in pairs] for side in (0, 1)]
+    series = [*runs[0], *runs[1]]
+    finest_s = min(float(np.median(np.diff(np.unique(each.time_s)))) for each in series)
+    longest_s = max(float(each.time_s[-1] - each.time_s[0]) for each in series)
+    step_s = max(finest_s, longest_s / SAMPLES_MAX)
+    starts_s, values = list[float](), list[Array]()
+    for run in runs:  # on even times, shape (quantities, n)
+        start_s = max(float(each.time_s[0]) for each in run)
+        end_s = min(float(each.time_s[-1]) for each in run)
+        count = int(np.floor((end_s - start_s) / step_s + 0.5)) + 1 if end_s >= start_s else 1
+        times_s = start_s + step_s * np.arange(count)
+        starts_s.append(start_s)
+        values.append(np.array([np.interp(times_s, each.time_s, each.value) for each in run]))
+    a, b = values
+    scores = _scores(a, b)
+    lags = np.arange(1 - b.shape[1], a.shape[1])
+    tied = np.flatnonzero(scores >= np.max(scores) - TIED)
+    offset_s = starts_s[0] - starts_s[1]
+    best = int(tied[np.argmin(np.abs(offset_s + step_s * lags[tied]))])
+    vertex = 0.0
+    if 0 < best < len(scores) - 1:
+        before, middle, after = (float(value) for value in scores[best - 1 : best + 2])
+        bend = before - 2.0 * middle + after
+        vertex = 0.0 if bend >= 0.0 else float(np.clip(0.5 * (before - after) / bend, -0.5, 0.5))
+    shift_s = offset_s + step_s * (float(lags[best]) + vertex)
+    return Alignment(shift_s, 'estimated', float(scores[best]), step_s)
+
+
+def _scores(a: Array, b: Array) -> Array:
+    """Return the mean coefficient of each lag, -1 where the overlap is too short."""
+    found = [
+        coefficients(one - one.mean(), other - other.mean())
+        for one, other in zip(a, b, strict=True)
+        if np.ptp(one) > 0.0 and np.ptp(other) > 0.0
+    ]
+    if not found:
+        hint = 'record something that moves, or give --shift'
+        raise Incomparable('the lag', 'cannot be found: nothing changes in both', hint)
+    overlap = overlaps(a.shape[1], b.shape[1])[2]
+    is_enough = overlap >= OVERLAP_MIN * min(a.shape[1], b.shape[1])
+    return np.where(is_enough, np.mean(found, axis=0), -1.0)

@@ -1,0 +1,344 @@
+"""What a comparison comes to: numbers, all of B minus A in SI units, as docs/howto/compare.md."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.files import replacing
+from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.notebook import html_table
+from stickslip_ros.parameters import Scalar
+from stickslip_ros.units import unit_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+AMPLITUDE, TIME = 'amplitude_m', 'time_s'  # the two axes along which things are compared
+FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve rises almost straight
+FLANK_POINTS_MIN = 2
+ROUNDING = 1e-12  # relative spread up to which values are one constant with rounding
+
+
+@dataclass(frozen=True)
+class ChiSquare:
+    """The difference measured by its uncertainty."""
+
+    chi_square: float
+    degrees_of_freedom: int
+    p_value: float
+    largest_residual: float
+    within_one_sigma: float
+    within_two_sigma: float
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """
+    How far B is from A.
+
+    There is no correlation if A or B is constant, no relative RMS if A is, and no chi-square
+    unless uncertainties are known.
+
+    """
+
+    points: int
+    bias: float
+    rms: float
+    largest: float
+    largest_at: dict[str, Scalar]
+    correlation: float | None
+    relative_rms: float | None
+    chi_square: ChiSquare | None
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """0-amplitude, if there is a flank, and largest force of a force curve, off its own points."""
+
+    zero_amplitude_m: float | None
+    saturation: float
+    saturation_at_m: float
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Points of a quantity, at least one, all finite: of one preload, or of a whole run."""
+
+    at: dict[str, Scalar]  # preload, and what else varies; empty for a run
+    axis: str  # AMPLITUDE or TIME
+    # amplitudes or times of A's points, A, and B interpolated onto A's points, shape (n,)
+    x: Array
+    a: Array
+    b: Array
+    sigma: Array | None = None  # uncertainty of B - A, shape (n,)
+    threshold_a: Threshold | None = None  # of forces by amplitude
+    threshold_b: Threshold | None = None
+
+    @property
+    def difference(self) -> Array:
+        """B - A."""
+        return self.b - self.a
+
+    @cached_property
+    def agreement(self) -> Agreement:
+        """How far B is from A here."""
+        return agreement_of([self])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what JSON can say; of runs, which have many, not the points themselves."""
+        points = {self.axis: self.x, 'a': self.a, 'b': self.b, 'sigma': self.sigma}
+        curve = {name: None if each is None else each.tolist() for name, each in points.items()}
+        return {
+            'at': self.at,
+            'agreement': asdict(self.agreement),
+            'threshold_a': self.threshold_a and asdict(self.threshold_a),
+            'threshold_b': self.threshold_b and asdict(self.threshold_b),
+            'curve': None if self.axis == TIME else curve,
+        }
+
+
+def agreement_of(parts: Sequence[Part]) -> Agreement:
+    """Return how far B is from A in all points of at least one part."""
+    a = np.concatenate([part.a for part in parts])
+    b = np.concatenate([part.b for part in parts])
+    difference = b - a
+    worst = max(parts, key=lambda part: np.max(np.abs(part.difference)))
+    index = int(np.argmax(np.abs(worst.difference)))
+    rms = float(np.sqrt(np.mean(difference**2)))
+    range_a = float(np.ptp(a))
+    return Agreement(
+        points=len(difference),
+        bias=float(np.mean(difference)),
+        rms=rms,
+        largest=float(worst.difference[index]),
+        largest_at={**worst.at, worst.axis: float(worst.x[index])},
+        correlation=correlation_of(a, b),
+        relative_rms=rms / range_a if range_a > 0.0 else None,
+        chi_square=_chi_square(difference, [part.sigma for part in parts]),
+    )
+
+
+def correlation_of(a: Array, b: Array) -> float | None:
+    """Return Pearson's coefficient; None if one of the two is constant."""
+    if _is_constant(a) or _is_constant(b):
+        return None
+    # Scaled first: squares of nanometres of nanometres would lose digits.
+    from_mean = [(each - each.mean()) / np.ptp(each) for each in (a, b)]
+    norms = [float(np.sqrt(np.sum(each**2))) for each in from_mean]
+    return float(np.sum(from_mean[0] * from_mean[1]) / (norms[0] * norms[1]))
+
+
+def threshold_of(amplitude_m: Array, force_n: Array) -> Threshold:
+    """Read 0-amplitude and saturation off a force curve: points of one preload, shape (n,)."""
+    top = int(np.argmax(force_n))
+    largest_n = float(force_n[top])
+    on_flank = (force_n >= FLANK[0] * largest_n) & (force_n <= FLANK[1] * largest_n)
+    on_flank &= amplitude_m <= amplitude_m[top]
+    x_m, y_n, zero_m = amplitude_m[on_flank], force_n[on_flank], None
+    if largest_n > 0.0 and len(np.unique(x_m)) >= FLANK_POINTS_MIN:
+        offsets_m = x_m - x_m.mean()
+        slope = float(np.sum(offsets_m * y_n) / np.sum(offsets_m**2))
+        zero_m = float(x_m.mean() - y_n.mean() / slope) if slope > 0.0 else None
+    return Threshold(zero_m, largest_n, float(amplitude_m[top]))
+
+
+def _is_constant(values: Array) -> bool:
+    return bool(np.ptp(values) <= ROUNDING * np.max(np.abs(values)))
+
+
+def _chi_square(difference: Array, sigmas: Sequence[Array | None]) -> ChiSquare | None:
+    known = [each for each in sigmas if each is not None]
+    sigma = np.concatenate(known) if len(known) == len(sigmas) else np.zeros(1)
+    if not np.all(np.isfinite(sigma) & (sigma > 0.0)):
+        return None
+    from scipy.special import chdtrc
+
+    residuals = difference / sigma
+    total = float(np.sum(residuals**2))
+    return ChiSquare(
+        chi_square=total,
+        degrees_of_freedom=len(residuals),
+        p_value=float(chdtrc(len(residuals), total)),
+        largest_residual=float(residuals[np.argmax(np.abs(residuals))]),
+        within_one_sigma=float(np.mean(np.abs(residuals) <= 1.0)),
+        within_two_sigma=float(np.mean(np.abs(residuals) <= 2.0)),
+    )
+
+
+@dataclass(frozen=True)
+class StepStatistics:
+    """Net motion of a runner from one period of the voltage to the next."""
+
+    count: int
+    mean_m: float
+    scatter_m: float  # standard deviation; noise of the position is in it
+    correlation_m: float  # way over which their correlation falls to 1/e; 0 of equal steps
+
+
+class Incomparable(StickSlipError):
+    """Two inputs, each valid, cannot be compared."""
+
+    def __init__(self, what: object, problem: str, hint: str) -> None:
+        super().__init__(f'{what} {problem}; {hint}')
+
+
+@dataclass(frozen=True)
+class Side:
+    """
+    One of the two: its file or ``model``, what kind of thing that is, and what it says of itself.
+
+    Described is everything that is known: parameters, seed, versions, columns with one value.
+    Changed are the parameters that differ from the default, None if the file does not say. Rows
+    are those of a table, or samples of the finest quantity of a run.
+
+    """
+
+    origin: str
+    kind: str
+    rows: int
+    described: dict[str, Scalar]
+    changed: dict[str, Scalar] | None
+    notes: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what JSON can say, but not all that is known."""
+        return {name: value for name, value in asdict(self).items() if name != 'described'}
+
+
+@dataclass(frozen=True)
+class NamedDifference:
+    """A parameter, seed or version that A and B both name and do not share."""
+
+    name: str
+    a: Scalar
+    b: Scalar
+
+
+@dataclass(frozen=True)
+class Alignment:
+    """
+    What was added to the times of B, as ``given`` or as ``estimated``.
+
+    Of an estimate: the coefficient there of what decided, the spacing of the samples that were
+    compared or, of voltages, the standard error of the shift; and why it may be another one.
+
+    """
+
+    shift_s: float
+    method: str
+    correlation: float | None = None
+    sample_s: float | None = None
+    error_s: float | None = None
+    decided_by: str = ''
+    doubts: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """A quantity of A and B, point by point."""
+
+    name: str  # with its unit
+    parts: tuple[Part, ...]
+    left_out: int  # points of A that have no part
+    offset: float = 0.0  # what was found and added to all values of B
+
+    @cached_property
+    def agreement(self) -> Agreement:
+        """How far B is from A over all parts."""
+        return agreement_of(self.parts)
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the quantity."""
+        return unit_of(self.name)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what JSON can say."""
+        return {
+            'name': self.name,
+            'agreement': asdict(self.agreement),
+            'parts': [part.to_json() for part in self.parts],
+            'left_out': self.left_out,
+            'offset': self.offset,
+            'unit': self.unit,
+        }
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ComparisonReport(Drawn):
+    """The whole, along AMPLITUDE or TIME; without an alignment times were taken as they are."""
+
+    a: Side
+    b: Side
+    axis: str
+    quantities: tuple[Compared, ...]
+    alignment: Alignment | None = None
+    window_s: tuple[float, float] | None = None  # of A, what counted
+    steps: tuple[StepStatistics, StepStatistics] | None = (
+        None  # of A and B, if both have a periodic voltage
+    )
+
+    @property
+    def differences(self) -> tuple[NamedDifference, ...]:
+        """Settings that both state, with different values, in the order of A."""
+        return tuple(
+            NamedDifference(name, value, self.b.described[name])
+            for name, value in self.a.described.items()
+            if name in self.b.described and self.b.described[name] != value
+        )
+
+    def save(self, path: str | Path, command: str = '') -> Path:
+        """
+        Write a page of HTML that needs nothing else, in place of an older one.
+
+        It names the ``command`` that made it, if there was one.
+
+        Raises
+        ------
+        RecordingError
+            If it cannot be written.
+
+        """
+        # ruff: noqa: PLC0415 - they import this
+        from stickslip_ros.lab.comparison.report import report_page
+
+        page, path = report_page(self, command), Path(path)
+        with replacing(path) as part:
+            part.write_text(page, encoding='utf-8')
+        return path
+
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.lab.comparison.report import draw_comparison
+
+        return draw_comparison(self, self.quantities)
+
+    def __repr__(self) -> str:
+        from stickslip_ros.lab.comparison.words import sentences
+
+        return '\n'.join(sentences(self))
+
+    def _repr_html_(self) -> str:
+        from stickslip_ros.lab.comparison.words import sections, sentences
+
+        tables = [html_table(title, rows, header) for title, header, rows in sections(self)]
+        return '\n'.join([*tables, *(f'<p>{escape(text)}</p>' for text in sentences(self))])
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what JSON can say."""
+        return {
+            'a': self.a.to_json(),
+            'b': self.b.to_json(),
+            'axis': self.axis,
+            'differences': [asdict(each) for each in self.differences],
+            'alignment': self.alignment and asdict(self.alignment),
+            'window_s': self.window_s,
+            'steps': self.steps and [asdict(each) for each in self.steps],
+            'quantities': [each.to_json() for each in self.quantities],
+        }

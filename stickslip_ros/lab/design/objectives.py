@@ -1,0 +1,178 @@
+"""What a wave is worth: six objectives, each a formula of its steady cycles."""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import mean
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.build import friction_limit_n
+from stickslip_ros.errors import OutOfRange, UnknownName
+from stickslip_ros.lab.design.steady_cycle import CHANGE, SteadyCycle, measure
+from stickslip_ros.lab.runs.courses import Course
+from stickslip_ros.lab.runs.zero_amplitude import STEP_MIN_M
+from stickslip_ros.parameters import Parameters
+
+COST_MAX = 1e9  # cost of a wave that does not move the runner forwards
+RELIABLE_CHANGE = 0.5  # share by which the load may change a reliable step
+MISSED_SPEED = 4  # power with which a missed speed counts: more than a vibration gains by it
+PENALTY_MAX = 1.02  # penalty up to which a constraint is met
+LOAD_SHARE, PUSH_SHARE = 0.25, 0.02
+"""Shares of the friction limit: the load of a speed over load, the pushes that a step stands."""
+LOAD_STEPS = 3  # intervals between the loads at which a speed over load is looked at, from 0 on
+
+Cycles = Sequence[SteadyCycle]  # steady cycles under the loads of an objective
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A kind of goal: the value of a wave, and what its runs are like."""
+
+    unit: str  # of the value
+    formula: str  # of the value, in words
+    value: Callable[[Cycles], float]
+    loads: Callable[[float, float], tuple[float, ...]]  # N, from load and friction limit (N)
+    is_largest: bool = False  # whether the largest value is the best
+    is_free: bool = True  # whether the runner is free of the load cell
+    penalty: Callable[[Cycles], float] = lambda _: 1.0  # above 1 where a constraint is missed
+
+
+def unreliable(cycles: Cycles) -> float:
+    """Return the penalty of a step that a load changes by more than half."""
+    step_m, *pushed_m = (cycle.step_m for cycle in cycles)
+    change = max(abs(pushed - step_m) for pushed in pushed_m) / step_m
+    return max(1.0, (change / RELIABLE_CHANGE) ** 2)
+
+
+def flatness(cycles: Cycles) -> float:
+    """Return the largest less the smallest speed, per mean speed; nan of a wave that stops."""
+    speeds = [cycle.speed_m_per_s for cycle in cycles]
+    advances = min(cycle.step_m for cycle in cycles) > STEP_MIN_M
+    return (max(speeds) - min(speeds)) / mean(speeds) if advances else math.nan
+
+
+def loads_up_to(load_n: float, limit_n: float) -> tuple[float, ...]:
+    """Return the loads, N, of a speed over load."""
+    largest_n = load_n or LOAD_SHARE * limit_n
+    return tuple(largest_n * number / LOAD_STEPS for number in range(LOAD_STEPS + 1))
+
+
+def pushes(load_n: float, limit_n: float) -> tuple[float, ...]:
+    """Return no load, and pushes in both directions, N."""
+    push_n = load_n or PUSH_SHARE * limit_n
+    return 0.0, push_n, -push_n
+
+
+OBJECTIVES: Mapping[str, Objective] = {
+    'speed': Objective(
+        unit='m/s',
+        formula='(x(t + T) - x(t)) / T against the load',
+        value=lambda cycles: cycles[0].speed_m_per_s,
+        loads=lambda load_n, _: (load_n,),
+        is_largest=True,
+    ),
+    'force': Objective(
+        unit='N',
+        formula='k (mean of x - mean of x_s)',
+        value=lambda cycles: cycles[0].force_n,
+        loads=lambda _, __: (0.0,),
+        is_largest=True,
+        is_free=False,
+    ),
+    'step': Objective(
+        unit='m',
+        formula='x(t + T) - x(t), of which a load of either sign changes no more than half',
+        value=lambda cycles: cycles[0].step_m,
+        loads=pushes,
+        penalty=unreliable,
+    ),
+    'vibration': Objective(
+        unit='m/s',
+        formula="rms of x' - mean of x' over a cycle, of a wave that is fast enough",
+        value=lambda cycles: cycles[0].vibration_m_per_s,
+        loads=lambda load_n, _: (load_n,),
+    ),
+    'energy': Objective(
+        unit='J/m',
+        formula='work of the feet in a cycle / (x(t + T) - x(t))',
+        value=lambda cycles: cycles[0].work_j / cycles[0].step_m,
+        loads=lambda load_n, _: (load_n,),
+    ),
+    'flatness': Objective(
+        unit='',
+        formula='(largest - smallest speed) / mean speed, over four loads from 0 on',
+        value=flatness,
+        loads=loads_up_to,
+    ),
+}
+"""Objectives by name."""
+
+
+@dataclass(frozen=True)
+class WaveGoal:
+    """What a wave shall do best: one of OBJECTIVES, and its constraints."""
+
+    objective: str
+    load_n: float = 0.0  # against the motion; 0 takes what the objective says
+    speed_m_per_s: float = 0.0  # that a wave must make; 0 is any
+    backwards: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be meant."""
+        if self.objective not in OBJECTIVES:
+            hint = f'known are {", ".join(OBJECTIVES)}'
+            raise UnknownName('objective', self.objective, hint)
+        if not 0.0 <= self.load_n < math.inf:
+            hint = 'it is against the motion, whatever its direction'
+            raise OutOfRange('load', self.load_n, 'N', 'not a force from 0 N on', hint)
+        speed_m_per_s, needs_speed = self.speed_m_per_s, self.objective == 'vibration'
+        hint = 'vibration needs one, speed and force have none, of others it is a constraint'
+        if not 0.0 <= speed_m_per_s < math.inf or (needs_speed and not speed_m_per_s):
+            raise OutOfRange('speed', speed_m_per_s, 'm/s', 'not a speed above 0 m/s', hint)
+        if speed_m_per_s and OBJECTIVES[self.objective].is_largest:
+            limit = 'of no use to this objective'
+            raise OutOfRange('speed', speed_m_per_s, 'm/s', limit, hint)
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What a wave is worth."""
+
+    value: float  # of the objective; nan of a wave that does not go forwards
+    cost: float  # what a search makes small: the value, or its negative, times the penalty
+    meets: bool  # whether it meets the constraints of its goal, to 2 % of the penalty
+    cycle: SteadyCycle  # of its first run
+
+
+def assess(
+    goal: WaveGoal, stand: Parameters, rows: Array, change: float = CHANGE
+) -> Course[Worth]:
+    """
+    Say what a wave, as ``measure`` takes it, is worth on a stand.
+
+    The load cell is fixed, taken away or, if one-sided, touched, as the goal wants.
+
+    """
+    objective = OBJECTIVES[goal.objective]
+    on_stand, cycles = stand.updated(cell_of(goal, stand)), list[SteadyCycle]()
+    for load_n in objective.loads(goal.load_n, friction_limit_n(stand)):
+        sense = -1.0 if goal.backwards else 1.0
+        cycles.append((yield from measure(on_stand, rows, load_n, sense, change)))
+    advances = objective.is_largest or cycles[0].step_m > STEP_MIN_M
+    value = objective.value(cycles) if advances else math.nan
+    if not math.isfinite(value):
+        return Worth(math.nan, COST_MAX, meets=False, cycle=cycles[0])
+    if objective.is_largest:
+        return Worth(value, -value, meets=True, cycle=cycles[0])
+    too_slow = max(1.0, (goal.speed_m_per_s / cycles[0].speed_m_per_s) ** MISSED_SPEED)
+    penalty = objective.penalty(cycles) * too_slow
+    return Worth(value, value * penalty, penalty <= PENALTY_MAX, cycles[0])
+
+
+def cell_of(goal: WaveGoal, stand: Parameters) -> Mapping[str, str | float]:
+    """Return the load cell that a goal wants of a stand, as parameters."""
+    if OBJECTIVES[goal.objective].is_free:
+        return {'load_cell.contact': 'absent'}
+    if stand.load_cell.contact == 'one_sided' and not goal.backwards:
+        return {'load_cell.gap': 0.0}
+    return {'load_cell.contact': 'attached'}

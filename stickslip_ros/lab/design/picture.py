@@ -1,0 +1,52 @@
+"""The picture of an answer: the wave, what it does in a cycle, and how it was found."""
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stickslip_ros.drive.advance import FOOT, POSITION, TIME, VOLTAGE
+from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES
+from stickslip_ros.lab.design.search import RIVAL, SearchResult
+from stickslip_ros.lab.design.steady_cycle import CONTACT
+from stickslip_ros.lab.runs.courses import alone
+from stickslip_ros.lab.runs.plotting import GREY, curve_style, new_figure, styled
+from stickslip_ros.units import NM, display_unit
+
+
+@styled()
+def draw_search(result: SearchResult) -> Figure:
+    """Draw best wave and best saw-tooth over a cycle, and the searches over their evaluations."""
+    name = result.search.goal.objective
+    objective = OBJECTIVES[name]
+    figure = new_figure(11.0, 7.5, f'{name}: {result.best} and {RIVAL}')
+    voltage, motion, contact, history = figure.subplots(2, 2).flat
+    for number, shape in enumerate(dict.fromkeys((result.best, RIVAL))):
+        style = curve_style(number)
+        wave, stand = result.shapes[shape].wave, result.search.stand
+        [worth] = alone(result.search.worths(wave, [stand]))
+        trace = worth.cycle.trace(contacts=True)
+        time_ms = 1e3 * trace[:, TIME]
+        voltage.plot(time_ms, trace[:, VOLTAGE], **style, label=shape)
+        for column, width in ((FOOT, 0.7), (POSITION, 2.0)):
+            moved_nm = (trace[:, column] - trace[0, column]) * NM
+            motion.plot(time_ms, moved_nm, **style, linewidth=width)
+        contact.plot(time_ms, trace[:, CONTACT], **style)
+    for limit in (-1.0, 1.0):
+        contact.axhline(limit, color=GREY, linestyle=':')
+    factor, unit = display_unit(objective.unit)
+    searched = [(shape, one) for shape, one in result.shapes.items() if one.history]
+    for shape, one in searched:
+        costs = np.array(one.history)
+        values = np.where(
+            costs < COST_MAX, (-factor if objective.is_largest else factor) * costs, np.nan
+        )
+        evaluations = np.arange(1, len(costs) + 1)
+        history.plot(evaluations, values, label=shape)
+    voltage.set(title='the wave', ylabel='voltage (V)')
+    motion.set(title='runner (thick) and mean foot (thin)', ylabel='displacement (nm)')
+    contact.set(title='contacts: full slip at 1 and -1', ylabel='force / friction limit')
+    contact.set_xlabel('time (ms)')
+    history.set(title='best so far', ylabel=f'{name} ({unit})' if unit else name)
+    history.set(xlabel='evaluations', yscale='linear' if objective.is_largest else 'log')
+    voltage.legend()
+    history.legend()
+    return figure

@@ -1,0 +1,319 @@
+"""
+The periodic wave that does best: CMA-ES on the spline and on every named shape, equally long.
+
+What a wave costs is remembered in a journal by what was asked, so a search that was interrupted
+goes on as if it had not been. Whether a gain counts is decided against the error of the
+integration, and the best wave is tried on stands that no search has seen.
+
+"""
+
+import math
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from hashlib import sha256
+from itertools import islice
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+
+import stickslip_ros
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.extras import load_extra
+from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, Worth, assess
+from stickslip_ros.lab.design.shapes import CURVE_ROWS, SHAPES
+from stickslip_ros.lab.design.steady_cycle import CHANGE
+from stickslip_ros.lab.design.waves import SPLINE, PeriodicWave, Space
+from stickslip_ros.lab.runs.batch import Interrupted, Pool, pool_of, run_courses
+from stickslip_ros.lab.runs.courses import Course, bundle_for
+from stickslip_ros.lab.runs.journal import Journal, JournalIdentity
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.process.stopping import Stopped
+
+RIVAL = 'sawtooth'  # the shape against which a gain is counted
+PLAIN = 'sawtooth, plain'  # the saw-tooth at full voltage and the highest frequency and preload
+SPREAD = 0.3  # standard deviation of the first generation, in the unit cube
+MARGIN = 0.02  # distance of the first place from the walls of the cube
+EVALUATIONS_MAX = 1_000_000
+NUMBERS = 2**64  # numbers of a journal: that of a wave is a hash of what was asked about it
+JOURNAL = JournalIdentity('optimise', stickslip_ros.__version__, NUMBERS, '')
+"""What a journal of waves says of itself."""
+FINER, STEADIER = 4, 10.0  # factors of steps and rows, and of the steady state, in a check
+ERRORS, GAIN = 5.0, 0.02  # a gain counts above so many errors, and above this share
+UNSEEN, UNSEEN_SEED, UNSEEN_SPREAD = 4, 1000, 0.15
+"""Stands that no search has seen and that differ by chance; added to their seed; their spread."""
+UNSEEN_CHANGES: Mapping[str, Mapping[str, object]] = {
+    'damping 20 N s/m': {'runner.damping': 20.0},
+    'damping 80 N s/m': {'runner.damping': 80.0},
+    'amplifier of 200 kHz': {'amplifier.bandwidth': 200e3},
+    'amplifier of 50 kHz': {'amplifier.bandwidth': 50e3},
+    'piezo rings at 150 kHz': {'actuator.resonance': 150e3, 'actuator.damping_ratio': 0.1},
+    'rough lines': {'contact.profile': 'rough_line', 'contact.line_seed': 101},
+}
+"""What is different on others, by name."""
+
+
+@dataclass(frozen=True)
+class WaveSearch:
+    """What is to be found, and how long to look."""
+
+    goal: WaveGoal
+    stand: Parameters  # its amplifier limits the waves
+    frequencies_hz: tuple[float, float]  # lowest and highest
+    preloads_n: tuple[float, float]  # lowest and highest
+    knots: int = 8  # of the spline
+    evaluations: int = 1000  # of each search
+    seed: int = 0
+    judges: tuple[Parameters, ...] = ()  # stands that judge a wave by their mean; none: the stand
+
+    def __post_init__(self) -> None:
+        """Refuse numbers of nothing."""
+        for name, value, least, most, hint in (
+            ('number of evaluations', self.evaluations, 1, EVALUATIONS_MAX, 'a spline wants 300'),
+            ('seed', self.seed, 0, 2**32, 'take a natural number'),
+        ):
+            if not least <= value <= most:
+                raise OutOfRange(name, value, '', f'not from {least} to {most}', hint)
+
+    @property
+    def spaces(self) -> dict[str, Space]:
+        """The waves that are tried, by shape."""
+        limits = self.stand, self.frequencies_hz, self.preloads_n, self.knots
+        return {shape: Space(shape, *limits) for shape in (*SHAPES, SPLINE)}
+
+    @property
+    def total(self) -> int:
+        """Evaluations in all."""
+        return (len(SHAPES) + 1) * self.evaluations
+
+    def worths(
+        self,
+        wave: PeriodicWave,
+        stands: Sequence[Parameters],
+        curve_rows: int = CURVE_ROWS,
+        change: float = CHANGE,
+    ) -> Course[list[Worth]]:
+        """Return what a wave is worth on stands; ``change`` is that of ``measure``."""
+        rows = wave.rows(self.stand, backwards=self.goal.backwards, curve_rows=curve_rows)
+        preload, worths = {'stand.preload': wave.preload_n}, list[Worth]()
+        for stand in stands:
+            worths.append((yield from assess(self.goal, stand.updated(preload), rows, change)))
+        return worths
+
+    def cost(self, wave: PeriodicWave) -> Course[float]:
+        """Return what a search makes small."""
+        worths = yield from self.worths(wave, self.judges or (self.stand,))
+        return fmean(worth.cost for worth in worths)
+
+    def gain(self, value: float, rival: float) -> float:
+        """Return the share by which a value is better than another; nan without one."""
+        sign = 1.0 if OBJECTIVES[self.goal.objective].is_largest else -1.0
+        return sign * (value - rival) / abs(rival) if rival else math.nan
+
+
+@dataclass
+class ShapeResult:
+    """What the search of a shape has found so far."""
+
+    wave: PeriodicWave  # the best one
+    cost: float = COST_MAX  # its cost
+    history: list[float] = field(default_factory=list)  # least cost after each evaluation
+    value: float = math.nan  # of the objective, if it moves the runner forwards
+    error: float = math.nan  # by how much a finer integration changes it
+    meets: bool = False  # whether it meets the constraints of the goal
+
+
+class SearchStopped(Stopped):
+    """Ctrl-C ended the search; ``wave`` is the best one so far."""
+
+    def __init__(self, wave: PeriodicWave, evaluations: int) -> None:
+        super().__init__(f'stopped after {evaluations} evaluations')
+        self.wave = wave
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """The best wave of every shape, by name, and what the best of all does elsewhere."""
+
+    search: WaveSearch
+    shapes: Mapping[str, ShapeResult]
+    unseen: Mapping[str, float]  # gain on each stand that no search has seen
+
+    @property
+    def best(self) -> str:
+        """Name of the shape of least cost."""
+        return min(self.shapes, key=lambda name: self.shapes[name].cost)
+
+    def gain_of(self, name: str) -> float:
+        """Return the share by which a shape is better than the saw-tooth at its best."""
+        return self.search.gain(self.shapes[name].value, self.shapes[RIVAL].value)
+
+    @property
+    def errors(self) -> float:
+        """The gain as a multiple of the error of the integration, of both waves together."""
+        best, rival = self.shapes[self.best], self.shapes[RIVAL]
+        difference, error = abs(best.value - rival.value), best.error + rival.error
+        return difference and (difference / error if error else math.inf)
+
+    @property
+    def counts(self) -> bool:
+        """Whether the gain is real: above five errors and 2 %, of a wave that meets the goal."""
+        is_met = self.shapes[self.best].meets
+        return is_met and self.errors > ERRORS and self.gain_of(self.best) > GAIN
+
+
+def optimise(
+    search: WaveSearch,
+    *,
+    journal: Journal | None = None,
+    workers: int = 0,
+    scheduler: str = '',
+    progress: Callable[[int, float], None] | None = None,
+) -> SearchResult:
+    """Search every shape and the spline, check what was found, and try the best elsewhere."""
+    spaces, done = search.spaces, 0
+    shapes = {name: ShapeResult(space.wave(space.start)) for name, space in spaces.items()}
+    try:
+        with pool_of(workers, scheduler) as pool:
+            for name, wave, cost in evaluations(search, spaces, pool, journal):
+                found = shapes[name]
+                if cost < found.cost:
+                    found.wave, found.cost = wave, cost
+                found.history.append(found.cost)
+                done += 1
+                if progress is not None:
+                    progress(done, min(one.cost for one in shapes.values()))
+            return _checked(search, shapes, pool)
+    except Interrupted:
+        best = min(shapes.values(), key=lambda one: one.cost)
+        raise SearchStopped(best.wave, done) from None
+
+
+def evaluations(
+    search: WaveSearch,
+    spaces: Mapping[str, Space],
+    pool: Pool,
+    journal: Journal | None = None,
+) -> Iterator[tuple[str, PeriodicWave, float]]:
+    """Try waves of spaces by name, generation by generation; all go at the same time."""
+    asked_for = f'{stickslip_ros.__version__} {search.goal} {search.judges or search.stand}'
+    going = {name: _generations(search, space) for name, space in spaces.items()}
+    asked = {name: next(places) for name, places in going.items()}
+    while any(asked.values()):
+        todo = [(name, place) for name, places in asked.items() for place in places]
+        waves = [spaces[name].wave(place) for name, place in todo]
+        texts = [f'{asked_for} {spaces[name]} {place.tolist()}' for name, place in todo]
+        known = _costs(search, dict(zip(texts, waves, strict=True)), pool, journal)
+        costs = [known[text] for text in texts]
+        yield from zip((name for name, _ in todo), waves, costs, strict=True)
+        answers = iter(costs)
+        for name, places in asked.items():
+            if places:
+                asked[name] = going[name].send(list(islice(answers, len(places))))
+
+
+def _generations(search: WaveSearch, space: Space) -> Generator[list[Array], list[float], None]:
+    """Ask for costs of the start, then of generations, from anew where CMA-ES has converged."""
+    cma = load_extra('the search for a wave', 'cma')
+    rng, start, left = np.random.default_rng(search.seed), space.start, search.evaluations - 1
+    yield [start]
+    if len(start) == 1:  # CMA-ES wants two dimensions: a space ignores the second one
+        start = np.append(start, 0.5)
+    population = 4 + int(3.0 * np.log(len(start)))
+    options = {
+        'bounds': [0.0, 1.0],
+        'randn': lambda *shape: rng.standard_normal(shape),
+        'seed': np.nan,
+        'verbose': -9,
+    }
+    while True:
+        begin = np.clip(start, MARGIN, 1.0 - MARGIN)
+        options['popsize'] = population
+        strategy = cma.CMAEvolutionStrategy(begin, SPREAD, options)
+        while not strategy.stop():
+            asked = strategy.ask()
+            costs = yield asked[:left]
+            left -= len(costs)
+            if len(costs) == population:
+                strategy.tell(asked, costs)
+        start, population = rng.random(len(start)), 2 * population
+
+
+def _costs(
+    search: WaveSearch, waves: Mapping[str, PeriodicWave], pool: Pool, journal: Journal | None
+) -> dict[str, float]:
+    """Return the costs of waves; what the journal remembers is not computed again."""
+    numbers = {text: int(sha256(text.encode()).hexdigest(), 16) % NUMBERS for text in waves}
+    rows = journal.rows if journal else {}
+    known: dict[str, Any] = {text: rows.get(n, {}).get('cost') for text, n in numbers.items()}
+    todo = [text for text, c in known.items() if not isinstance(c, float) or not math.isfinite(c)]
+    asked, bundle = [waves[text] for text in todo], bundle_for(search.stand)
+    costs = run_courses(search.cost, asked, bundle, pool=pool)
+    for text, cost in zip(todo, costs, strict=True):
+        known[text] = cost
+        if journal:
+            journal.append(numbers[text], {'cost': cost})
+    return known
+
+
+def _checked(search: WaveSearch, searched: Mapping[str, ShapeResult], pool: Pool) -> SearchResult:
+    """Check every shape and the plain saw-tooth; play the best and its rival elsewhere."""
+    space, bundle = search.spaces[RIVAL], bundle_for(search.stand)
+    shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
+    checks = run_courses(partial(check, search), list(shapes.values()), bundle, pool=pool)
+    shapes = dict(zip(shapes, checks, strict=True))
+    result = SearchResult(search, shapes, {})
+    stands = unseen_stands(search)
+    waves = shapes[result.best].wave, shapes[RIVAL].wave
+
+    def gain_on(stand: Parameters) -> Course[float]:
+        [best] = yield from search.worths(waves[0], [stand])
+        [rival] = yield from search.worths(waves[1], [stand])
+        return search.gain(best.value, rival.value)
+
+    gains = run_courses(gain_on, list(stands.values()), bundle, pool=pool)
+    return replace(result, unseen=dict(zip(stands, gains, strict=True)))
+
+
+def check(search: WaveSearch, found: ShapeResult) -> Course[ShapeResult]:
+    """
+    Return what was found with the value of its wave, and the error of that.
+
+    The error is the change by steps and rows four times as fine, in a state ten times as steady.
+
+    """
+    stand, wave = search.stand, found.wave
+    finer = stand.updated({'sim.dt': stand.sim.dt / FINER})
+    [worth] = yield from search.worths(wave, [stand])
+    [fine] = yield from search.worths(wave, [finer], FINER * CURVE_ROWS, CHANGE / STEADIER)
+    error = abs(fine.value - worth.value)
+    return replace(found, value=worth.value, error=error, meets=worth.meets)
+
+
+def unseen_stands(search: WaveSearch) -> dict[str, Parameters]:
+    """Return stands that differ from those of the search, by what is different."""
+    others = spread_stands(search.stand, UNSEEN + 1, UNSEEN_SPREAD, search.seed + UNSEEN_SEED)[1:]
+    stands = {f'spread {number}': other for number, other in enumerate(others, start=1)}
+    for name, changes in UNSEEN_CHANGES.items():
+        if 'contact.profile' not in changes or search.stand.contact.profile == 'rough':
+            stands[name] = search.stand.updated(changes)
+    return stands
+
+
+def spread_stands(stand: Parameters, count: int, spread: float, seed: int) -> list[Parameters]:
+    """Return a stand, and others whose friction, mass, roughness and feet differ by chance."""
+    rng = np.random.default_rng(seed)
+    names = ['contact.friction', 'runner.mass']
+    if stand.contact.profile == 'rough' and stand.contact.prefactor:
+        names.append('contact.prefactor')
+    values, stands = stand.flat(), [stand]
+    for number in range(1, count):
+        factors = rng.uniform(1.0 - spread, 1.0 + spread, len(names))
+        changes: dict[str, object] = {
+            name: float(values[name]) * float(factor)
+            for name, factor in zip(names, factors, strict=True)
+        }
+        stands.append(stand.updated({**changes, 'sim.seed': stand.sim.seed + seed + number}))
+    return stands

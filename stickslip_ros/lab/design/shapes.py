@@ -1,0 +1,148 @@
+"""
+Shapes of a periodic wave: one cycle from 0 to 1 and back, as rows of time and height.
+
+A row is a corner; straight lines join them, and two rows of the same time are a jump.
+
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+
+CURVE_ROWS = 48  # rows of each curved part; a converged answer does not depend on them
+TIME, HEIGHT = 0, 1  # columns of the rows of a shape
+
+
+class Trait(NamedTuple):
+    """Bounds of a parameter of a shape, and its published (or else usual) value."""
+
+    low: float
+    high: float
+    usual: float
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A named shape, its parameters, and where it is described."""
+
+    make: Callable[..., Array]  # corners, from the rows of a curve and the parameters
+    traits: Mapping[str, Trait]
+    source: str
+
+    def rows(self, rows: int = CURVE_ROWS, **values: float) -> Array:
+        """Return one cycle forwards; parameters that are left out have their usual values."""
+        usual = {name: trait.usual for name, trait in self.traits.items()}
+        return self.make(rows, **{**usual, **values})
+
+
+def spline(
+    times: Sequence[float] | Array, heights: Sequence[float] | Array, rows: int = CURVE_ROWS
+) -> Array:
+    """
+    Return one cycle through knots, of about ``rows`` rows up and as many down.
+
+    The knots lead from (0, 0) over one of height 1 to (1, 0); a monotone cubic (PCHIP) joins those
+    of the rise, another one those of the fall.
+
+    """
+    time, height = np.array((times, heights), dtype=np.float64)
+    widths, top, share = np.diff(time), int(np.argmax(height)), 2 * rows // (len(time) - 1) + 1
+    chords = np.diff(height) / widths
+    parts = [_slopes(widths[part], chords[part]) for part in (np.s_[:top], np.s_[top:])]
+    start = np.concatenate([slopes[:-1] for slopes in parts])
+    end = np.concatenate([slopes[1:] for slopes in parts])
+    twist = (start + end - 2.0 * chords) / widths
+    bend = (chords - start) / widths - twist
+    at = time[:-1] + np.outer(np.arange(share) / share, widths)
+    on = at - time[:-1]
+    square = on * on
+    between = height[:-1] + start * on + bend * square + twist / widths * (square * on)
+    curve = np.column_stack((at.T.ravel(), np.clip(between, 0.0, 1.0).T.ravel()))
+    return np.vstack((curve, (1.0, 0.0)))
+
+
+def _slopes(widths: Array, chords: Array) -> Array:
+    """Return the slopes of a PCHIP at its knots: Fritsch and Butland 1984, ends as of Moler."""
+    if len(chords) == 1:
+        return np.repeat(chords, 2)
+    before, after = 2.0 * widths[1:] + widths[:-1], widths[1:] + 2.0 * widths[:-1]
+    with np.errstate(divide='ignore'):  # beside a level chord the slope is 0
+        inner = 1.0 / ((before / chords[:-1] + after / chords[1:]) / (before + after))
+    near, far = np.s_[[0, -1]], np.s_[[1, -2]]
+    steep = (2.0 * widths[near] + widths[far]) * chords[near] - widths[near] * chords[far]
+    ends = np.where(steep * chords[near] > 0.0, steep / (widths[near] + widths[far]), 0.0)
+    return np.concatenate((ends[:1], inner, ends[1:]))
+
+
+def sawtooth(_: int, fall: float) -> Array:
+    """Rise evenly; fall evenly in a share of the cycle, 0 as a jump."""
+    return np.array(((0.0, 0.0), (1.0 - fall, 1.0), (1.0, 0.0)))
+
+
+def cycloid(rows: int) -> Array:
+    """Trace t = 1/2 + (a - sin a)/2pi, y = (1 + cos a)/2: its cusp is on top."""
+    angle: Array = np.linspace(-np.pi, np.pi, 2 * rows + 1, dtype=np.float64)
+    time = 0.5 + (angle - np.sin(angle)) / (2.0 * np.pi)
+    return np.column_stack((time, 0.5 * (1.0 + np.cos(angle))))
+
+
+def parabola(rows: int, rise: float) -> Array:
+    """Rise as y = (t/r)^2; fall as the mirror image of it in the rest of the cycle."""
+    up: Array = np.linspace(0.0, 1.0, rows + 1, dtype=np.float64)
+    rising = np.column_stack((rise * up, up**2))
+    falling = np.column_stack((1.0 - (1.0 - rise) * up, up**2))
+    return np.vstack((rising, falling[-2::-1]))
+
+
+def compensated(rows: int, sine: float) -> Array:
+    """Rise as y = t - c sin(2 pi t)/(2 pi), at c = 1 from rest to rest; jump back."""
+    time: Array = np.linspace(0.0, 1.0, 2 * rows + 1, dtype=np.float64)
+    height = time - sine * np.sin(2.0 * np.pi * time) / (2.0 * np.pi)
+    return np.vstack((np.column_stack((time, height)), (1.0, 0.0)))
+
+
+def freeze_and_kick(_: int, rise: float, freeze: float) -> Array:
+    """Rise evenly, hold, jump back, hold: the first hold is a share of what the rise leaves."""
+    kick = rise + freeze * (1.0 - rise)
+    return np.array(((0.0, 0.0), (rise, 1.0), (kick, 1.0), (kick, 0.0), (1.0, 0.0)))
+
+
+def trapezoid(_: int, rise: float, fall: float, hold: float) -> Array:
+    """Rise, hold, fall, hold: the first hold is a share of what rise and fall leave."""
+    high = rise + hold * (1.0 - rise - fall)
+    return np.array(((0.0, 0.0), (rise, 1.0), (high, 1.0), (high + fall, 0.0), (1.0, 0.0)))
+
+
+SHAPES: Mapping[str, Shape] = {
+    'sawtooth': Shape(
+        sawtooth, {'fall': Trait(0.0, 0.5, 0.0)}, 'D. W. Pohl, Rev. Sci. Instrum. 58, 54 (1987)'
+    ),
+    'cycloid': Shape(cycloid, {}, 'Ch. Renner et al., Rev. Sci. Instrum. 61, 965 (1990)'),
+    'parabola': Shape(
+        parabola,
+        {'rise': Trait(0.5, 1.0, 1.0)},
+        'K. Anantheshwara, M. S. Bobji, Sadhana 33, 221 (2008)',
+    ),
+    'sine-compensated': Shape(
+        compensated, {'sine': Trait(-1.0, 1.0, 1.0)}, 'known to us by its name only'
+    ),
+    'freeze-and-kick': Shape(
+        freeze_and_kick,
+        {'rise': Trait(0.05, 0.95, 0.5), 'freeze': Trait(0.0, 1.0, 0.5)},
+        'Coatings 8(2), 62 (2018)',
+    ),
+    'trapezoid': Shape(
+        trapezoid,
+        {
+            'rise': Trait(0.05, 0.7, 0.6),
+            'fall': Trait(0.0, 0.3, 0.0),
+            'hold': Trait(0.0, 1.0, 0.5),
+        },
+        'M. Hunstig, Actuators 6(1), 7 (2017)',
+    ),
+}
+"""Shapes by name."""

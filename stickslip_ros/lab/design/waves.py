@@ -1,0 +1,175 @@
+"""Waves that a search may try: a shape with its numbers, a voltage, a frequency, a preload."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.build import slew_of
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.files import replacing
+from stickslip_ros.instrument.checks import FREQUENCY_MIN_HZ
+from stickslip_ros.lab.design.shapes import CURVE_ROWS, HEIGHT, SHAPES, TIME, spline
+from stickslip_ros.parameters import Parameters, spec_of
+
+SPLINE = 'spline'
+KNOTS_MIN, KNOTS_MAX = 6, 16
+"""Knots of a spline in all; the first and the last, which is the first again, count once."""
+SHORTEST = 1e-3  # time between two knots of a spline, relative to the longest one of it
+LOWEST = 1e-3  # height between two knots, relative to the largest possible, before all are scaled
+SMALLEST = 0.02  # smallest voltage of a wave, as a share of the largest
+SLEW_SHARE = 0.9  # share of a cycle that rise and fall at the slew rate may take
+SLEW_SLACK = 1e-9
+"""Share by which a wave stays below the slew rate, so that the amplifier never limits it."""
+
+
+@dataclass(frozen=True)
+class PeriodicWave:
+    """A shape with its parameters (of a spline its knots), and how it is played."""
+
+    shape: str
+    values: Mapping[str, Any]
+    voltage_v: float  # peak to peak, from amplifier.voltage_min on
+    frequency_hz: float
+    preload_n: float
+
+    def rows(
+        self, stand: Parameters, *, backwards: bool = False, curve_rows: int = CURVE_ROWS
+    ) -> Array:
+        """Return one cycle as rows of time (s) and voltage (V), as ``playable`` makes them."""
+        make = spline if self.shape == SPLINE else SHAPES[self.shape].rows
+        unit = make(rows=curve_rows, **self.values)
+        if backwards:
+            unit[:, HEIGHT] = 1.0 - unit[:, HEIGHT]
+        return playable(unit, stand, self.voltage_v, self.frequency_hz)
+
+
+def playable(rows: Array, parameters: Parameters, voltage_v: float, frequency_hz: float) -> Array:
+    """
+    Return a shape as rows of time (s) and voltage (V), within range and slew rate.
+
+    What is steeper than the slew rate, a jump above all, takes the time that it needs; the rest of
+    the cycle is played as much faster. OutOfRange: the voltage is outside the range, or rise and
+    fall need more than the cycle.
+
+    """
+    amplifier, period_s = parameters.amplifier, 1.0 / frequency_hz
+    range_v = amplifier.voltage_max - amplifier.voltage_min
+    if not 0.0 < voltage_v <= range_v * (1.0 + SLEW_SLACK):
+        limit = f'not above 0 V and up to {range_v:g} V'
+        raise OutOfRange('voltage of a wave', voltage_v, 'V', limit, 'see amplifier.voltage_max')
+    steps = np.diff(rows, axis=0)
+    wanted_s = steps[:, TIME] * period_s
+    slew_v_per_s = slew_of(parameters)
+    needed_s = np.abs(steps[:, HEIGHT]) * voltage_v * (1.0 + SLEW_SLACK) / slew_v_per_s
+    if needed_s.sum() >= period_s:
+        limit = f'more than the slew rate of {slew_v_per_s:g} V/s allows at {voltage_v:g} V'
+        raise OutOfRange('frequency', frequency_hz, 'Hz', limit, 'lower it or the voltage')
+    steep = np.zeros(len(steps), dtype=np.bool_)
+    while True:
+        pace = (period_s - needed_s[steep].sum()) / wanted_s[~steep].sum()
+        more = needed_s > pace * wanted_s
+        if (more == steep).all():
+            break
+        steep = more
+    lasts_s = np.where(steep, needed_s, pace * wanted_s)
+    kept = np.concatenate(([True], lasts_s > 0.0))
+    time_s = np.concatenate(([0.0], np.cumsum(lasts_s)))[kept]
+    volts = amplifier.voltage_min + voltage_v * rows[kept, HEIGHT]
+    return np.column_stack((time_s * (period_s / time_s[-1]), volts))
+
+
+@dataclass(frozen=True)
+class Space:
+    """The waves of one shape within the limits of a stand: its places fill a unit cube."""
+
+    shape: str
+    stand: Parameters  # its amplifier gives range and slew rate
+    frequencies_hz: tuple[float, float]  # lowest and highest
+    preloads_n: tuple[float, float]  # lowest and highest
+    knots: int  # of a spline
+
+    def __post_init__(self) -> None:
+        """Refuse limits that no wave keeps."""
+        if not KNOTS_MIN <= self.knots <= KNOTS_MAX:
+            limit = f'not from {KNOTS_MIN} to {KNOTS_MAX}'
+            raise OutOfRange('number of knots', self.knots, '', limit, 'change --knots')
+        highest_hz, preload = self.stand.amplifier.frequency_max, spec_of('stand.preload')
+        for name, unit, (low, high), least, most in (
+            ('frequency', 'Hz', self.frequencies_hz, FREQUENCY_MIN_HZ, highest_hz),
+            ('preload', 'N', self.preloads_n, preload.minimum or 0.0, preload.maximum or math.inf),
+        ):
+            for value in (low, high):
+                if not least <= value <= most:
+                    limit = f'not from {least:g} to {most:g} {unit}'
+                    raise OutOfRange(name, value, unit, limit, 'stay in these limits')
+            if low > high:
+                limit = f'above the end of its range, {high:g} {unit}'
+                raise OutOfRange(name, low, unit, limit, 'give the lower one first')
+
+    @property
+    def start(self) -> Array:
+        """
+        Place of the shape with its usual numbers, at the largest voltage, frequency and preload.
+
+        A spline starts as a saw-tooth.
+
+        """
+        rises = self.knots // 2
+        own = [1.0] * rises + [0.0] * (self.knots - rises) + [0.5] * self.knots
+        if self.shape != SPLINE:
+            traits = SHAPES[self.shape].traits.values()
+            own = [(usual - low) / (high - low) for low, high, usual in traits]
+        return np.array([*own, *(1.0 for low, high in self._ranges() if low < high)])
+
+    def wave(self, place: Array) -> PeriodicWave:
+        """Return the wave of a place."""
+        shares = iter(place.tolist())
+        values: Mapping[str, Any]
+        if self.shape == SPLINE:
+            values = knots_of(list(islice(shares, 2 * self.knots)))
+        else:
+            traits = SHAPES[self.shape].traits.items()
+            values = {name: low + (high - low) * next(shares) for name, (low, high, _) in traits}
+        frequency_hz, share, preload_n = (
+            low * (high / low) ** next(shares) if low < high else low
+            for low, high in self._ranges()
+        )
+        amplifier = self.stand.amplifier
+        range_v = amplifier.voltage_max - amplifier.voltage_min
+        largest_v = min(range_v, 0.5 * SLEW_SHARE * slew_of(self.stand) / frequency_hz)
+        return PeriodicWave(self.shape, values, share * largest_v, frequency_hz, preload_n)
+
+    def _ranges(self) -> tuple[tuple[float, float], ...]:
+        """Return frequencies, shares of the largest voltage, preloads."""
+        return self.frequencies_hz, (SMALLEST, 1.0), self.preloads_n
+
+
+def knots_of(shares: Sequence[float] | Array) -> dict[str, list[float]]:
+    """
+    Return the knots of a spline from 2 n shares: n times between knots, n heights between them.
+
+    The times are logarithmic, from 1/1000 of the longest on. The first half of the knots rises.
+
+    """
+    count = len(shares) // 2
+    times = np.cumsum(SHORTEST ** (1.0 - np.array(shares[:count])))
+    heights = LOWEST + np.array(shares[count:])
+    up, down = np.cumsum(heights[: count // 2]), np.cumsum(heights[count // 2 :])
+    rise, fall = (up[:-1] / up[-1]).tolist(), (1.0 - down[:-1] / down[-1]).tolist()
+    return {
+        'times': [0.0, *(times[:-1] / times[-1]).tolist(), 1.0],
+        'heights': [0.0, *rise, 1.0, *fall, 0.0],
+    }
+
+
+def write_wave(rows: Array, path: Path) -> None:
+    """Write a wave as a table that the commands read: time, s, and voltage, V."""
+    lines = ['time_s,voltage_v', *(f'{time_s!r},{volts!r}' for time_s, volts in rows.tolist())]
+    with replacing(path) as part:
+        part.write_text('\n'.join(lines) + '\n', encoding='utf-8')

@@ -1,0 +1,296 @@
+"""The drawing of the stand as SVG; of a film it moves, in any browser."""
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.build import contacts_of
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.lab.drawing.film import CYCLES, Film, film_of
+from stickslip_ros.lab.drawing.geometry import DIAGONAL, Geometry, geometry_of
+from stickslip_ros.lab.runs.recorded_run import Run
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.units import NM, with_unit
+
+MOVING = ('voltage_v', 'foot_m', 'position_m')
+# Pixels: places from the left and the top, then sizes.
+WIDTH, HEIGHT, FILM_HEIGHT = 900, 350, 550
+MIDDLE, AXIS, SECTION, CONTACTS = 280.0, 165.0, 635.0, (775.0, 850.0)
+TABLE, WALL = (20.0, 520.0), 500.0
+CURVES, LANES = (70.0, 560.0), ((375.0, 445.0), (465.0, 515.0))
+RUNNER, REACH, STROKE, DISC = 320.0, 84.0, 32.0, 28.0
+"""Longest runner, farthest end of a foot from the axis, longest way of a foot, largest contact."""
+SECONDS = 8.0
+"""Length of a film."""
+STYLE = """
+svg{--ink:#222;--faint:#667;--paper:#fff;--steel:#a9b4bf;--dark:#8795a3;--frame:#d5dae0}
+@media(prefers-color-scheme:dark){svg{--ink:#e8eaed;--faint:#a3acb8;--paper:#191d22;
+--steel:#76838f;--dark:#5d6975;--frame:#3a414b}}
+text{fill:var(--ink);font:13px sans-serif}.faint{fill:var(--faint);font-size:12px}
+.end{text-anchor:end}.mid{text-anchor:middle}.line{fill:none;stroke:var(--ink);stroke-width:1.5}
+.edge{stroke:var(--ink);stroke-width:.7}.tick{fill:none;stroke:var(--ink);opacity:.5}
+.frame{fill:var(--frame)}.steel{fill:var(--steel)}.dark{fill:var(--dark)}
+.piezo{fill:#f2c14e}.ruby{fill:#c1272d}.stick{fill:#009e73}.slip{fill:#e69f00}.laser{fill:#6fae8f}
+.beam{stroke:#d00;stroke-width:2;stroke-dasharray:7 4}.curve{fill:none;stroke-width:1.6}"""
+TITLE = 'The stand: six ruby feet on piezos, runner, preload, load cell, interferometer'
+TIP = """<defs><marker id="tip" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="8"
+ markerHeight="8" orient="auto"><path d="M0 0L10 5L0 10z" fill="context-stroke"/></marker>"""
+
+
+class Drawing(str):
+    """A drawing as the text of an SVG, which a notebook shows."""
+
+    __slots__ = ()
+
+    def _repr_svg_(self) -> str:
+        return str(self)
+
+
+def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
+    """
+    Draw a stand to scale; of a run that steps, its last cycles as a film.
+
+    In a film the ways of feet and runner are much longer than they are, and time is slower; both
+    factors stand below it. How much of each contact slips is computed from these ways.
+
+    Parameters
+    ----------
+    stand : Parameters or Run
+        The stand, or a run of one.
+    end_s : float, optional
+        End of the cycles of a run, s.
+
+    Returns
+    -------
+    Drawing
+        Text of an SVG, which any browser plays.
+
+    Raises
+    ------
+    RecordingError
+        If a run has no trace, or no two cycles of a saw-tooth.
+
+    Examples
+    --------
+    >>> picture = draw_stand(Parameters())
+    >>> picture[:4], 'F' in picture
+    ('<svg', True)
+
+    """
+    if isinstance(stand, Parameters):
+        return Drawing(stand_svg(stand))
+    found = [stand.series[name] for name in MOVING if name in stand.series]
+    if len(found) < len(MOVING) or len({len(each) for each in found}) > 1:
+        raise RecordingError(stand.path, 'has no trace', 'record the topic trace')
+    time_s = found[0].time_s
+    last = len(time_s) if end_s is None else int(np.searchsorted(time_s, end_s, 'right'))
+    values = (each.value[:last] for each in found)
+    film = film_of(stand.parameters, time_s[:last], *values)
+    if film is None:
+        problem = f'has no {CYCLES} cycles of a saw-tooth{"" if end_s is None else " so far"}'
+        raise RecordingError(stand.path, problem, 'draw its parameters')
+    return Drawing(stand_svg(stand.parameters, film))
+
+
+def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
+    """Return the drawing of a stand as SVG; without a film nothing moves."""
+    geometry = geometry_of(parameters)
+    scale = min(RUNNER / geometry.length_m, REACH / (DIAGONAL * geometry.reach_m))
+    height, times, foot, runner = HEIGHT, 1.0, None, None
+    if film is not None:
+        stroke = scale * float(np.ptp(film.foot_m)) or 1.0
+        times = 10.0 ** math.floor(math.log10(STROKE / stroke))
+        times *= max(each for each in (1.0, 2.0, 5.0) if each * times * stroke <= STROKE)
+        height = FILM_HEIGHT
+        foot, runner = (times * scale * each for each in (film.foot_m, film.runner_m))
+    size = f'width="{WIDTH}" height="{height}"'
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {WIDTH} {height}">',
+        f'<title>{TITLE}</title><style>{STYLE}</style>',
+        f'{TIP}{_foot(geometry, scale, foot)}</defs>',
+        f'<rect {size} fill="var(--paper)"/>',
+        *_side(parameters, geometry, scale, runner),
+        *_section(geometry, scale),
+        *_contacts(parameters, film),
+    ]
+    if film is not None:
+        parts += _curves(film, is_shared=parameters.contact.law == 'mdr')
+        words = (
+            f'{1e3 * film.length_s:.4g} ms are shown in {SECONDS:g} s; motion of feet and runner '
+        )
+        words += f'magnified {times:,.0f} times'.replace(',', ' ')
+        parts.append(_text(CURVES[0], LANES[-1][1] + 20, words, 'faint'))
+    return '\n'.join([*parts, '</svg>\n'])
+
+
+def _foot(geometry: Geometry, scale: float, way: Array | None) -> str:
+    """Return a foot that stands upright: its piezo is fixed below, and shears."""
+    length, width = scale * DIAGONAL * geometry.piezo_m[1], scale * geometry.piezo_m[0]
+    angles = None if way is None else -np.degrees(np.arctan(way / length))
+    return (
+        f'<g id="foot"><g>{_box(-0.5 * width, -length, width, length, "piezo edge")}'
+        f'{_animation("skewX", angles)}</g><g><circle class="ruby edge" cy="{_px(-length)}" '
+        f'r="{_px(scale * geometry.radius_m)}"/>{_animation("translate", way)}</g></g>'
+    )
+
+
+def _side(
+    parameters: Parameters, geometry: Geometry, scale: float, runner: Array | None
+) -> Iterator[str]:
+    """Yield what one sees from the side: of the six feet those in front."""
+    half, edge = 0.5 * scale * geometry.length_m, scale * DIAGONAL * geometry.width_m
+    left, right, reach = MIDDLE - half, MIDDLE + half, scale * DIAGONAL * geometry.reach_m
+    above, below, ground = AXIS - reach, AXIS + reach, AXIS + reach + 22
+    span = scale * (geometry.feet[-1].x_m + 4.0 * geometry.radius_m)
+    yield _box(MIDDLE - 0.6 * span, above - 14, 1.2 * span, 14, 'frame edge')
+    yield _box(MIDDLE - span, below, 2 * span, 22, 'frame edge')
+    yield _box(TABLE[0], ground, TABLE[1] - TABLE[0], 10, 'frame edge')
+    # The runner stands on an edge: its lower faces lie in the shade.
+    ticks = ''.join(f'M{_px(MIDDLE + at * half / 12)} {AXIS - 5}v10' for at in range(-11, 12))
+    yield (
+        f'<g>{_box(left, AXIS - edge, 2 * half, edge, "steel edge")}'
+        f'{_box(left, AXIS, 2 * half, edge, "dark edge")}<path class="tick" d="{ticks}"/>'
+        f'{_animation("translate", runner)}</g>'
+    )
+    for each in geometry.feet:
+        if each.side < 0:
+            place = f'{_px(MIDDLE + scale * each.x_m)} {_px(AXIS - each.up * reach)}'
+            turn = ' scale(1 -1)' if each.up > 0 else ''
+            yield f'<use href="#foot" transform="translate({place}){turn}"/>'
+    spring = ''.join(f'l{12 * (-1) ** at} 4' for at in range(8))
+    spring = f'M{MIDDLE} {_px(above - 54)}v4{spring}v4'
+    yield f'<path class="line" d="{spring}" marker-end="url(#tip)"/>'
+    preload = with_unit(parameters.stand.preload, 'N')
+    yield _text(MIDDLE + 22, above - 32, f'preload F_p = {preload}')
+    yield _box(30, AXIS - 20, 50, 40, 'laser edge')
+    yield _box(45, AXIS + 20, 20, ground - AXIS - 20, 'frame edge')
+    beam = None if runner is None else left + runner
+    yield (
+        f'<line class="beam" x1="80" y1="{AXIS}" x2="{_px(left)}" y2="{AXIS}">'
+        f'{_animation("x2", beam)}</line>{_text(20, AXIS - 28, "interferometer")}'
+    )
+    yield from _load_cell(parameters, geometry, scale, runner)
+    yield _box(WALL, AXIS - 30, 20, ground - AXIS + 30, 'frame edge')
+    yield _text(left, AXIS - edge - 8, f'runner, steel, {1e3 * parameters.runner.mass:.5g} g')
+    yield _text(MIDDLE - span - 8, below + 14, 'foot on its piezo', 'end')
+    yield f'<path class="line" d="M{_px(right - 50)} {_px(below)}h44" marker-end="url(#tip)"/>'
+    yield _text(right, below + 4, 'x')
+    bar_m = 10.0 ** math.floor(math.log10(0.5 * geometry.length_m))
+    yield f'<path class="line" d="M20 {_px(ground + 22)}v6h{_px(scale * bar_m)}v-6"/>'
+    yield _text(28 + scale * bar_m, ground + 30, f'{1e3 * bar_m:g} mm', 'faint')
+
+
+def _load_cell(
+    parameters: Parameters, geometry: Geometry, scale: float, runner: Array | None
+) -> Iterator[str]:
+    """Yield the spring between the end of the runner, or a gap behind it, and a block."""
+    if parameters.load_cell.contact == 'absent':
+        yield _text(WALL + 20, AXIS - 37, 'no load cell', 'faint end')
+        return
+    length = max(WALL - MIDDLE - scale * geometry.cell_m, 20.0)
+    zigzag = ''.join(f'l{_px(-length / 8)} {12 * (-1) ** at}' for at in range(6))
+    is_fixed = parameters.load_cell.contact == 'attached'
+    scales = None if runner is None or not is_fixed else 1.0 - runner / length
+    button = '' if is_fixed else f'M{_px(-length)} -9v18'
+    yield (
+        f'<g transform="translate({WALL} {AXIS})"><g><path class="line" '
+        f'd="M0 0l{_px(-length / 8)} -6{zigzag}L{_px(-length)} 0{button}"/>'
+        f'{_animation("scale", scales, 4)}</g></g>'
+    )
+    yield _text(WALL + 20, AXIS - 52, 'load cell', 'end')
+    stiffness = f'{1e-3 * parameters.load_cell.stiffness:.4g} kN/m'
+    yield _text(WALL + 20, AXIS - 37, stiffness, 'faint end')
+
+
+def _section(geometry: Geometry, scale: float) -> Iterator[str]:
+    half, radius = 0.5 * scale * geometry.width_m, scale * geometry.radius_m
+    width, reach = scale * geometry.piezo_m[0], scale * geometry.reach_m
+    yield _text(SECTION, 28, 'across the motion', 'mid')
+    for angle in (45, 135, 225, 315):
+        yield f'<g transform="translate({SECTION} {AXIS}) rotate({angle})">'
+        ball = f'a{_px(radius)} {_px(radius)} 0 0 0 {_px(2 * radius)} 0z'
+        yield f'<path class="ruby edge" d="M{_px(-radius)} {_px(-half - radius)}{ball}"/>'
+        yield _box(-0.5 * width, -reach, width, reach - half - radius, 'piezo edge')
+        yield _box(-0.5 * width - 6, -reach - 9, width + 12, 9, 'frame edge') + '</g>'
+    yield f'<g transform="translate({SECTION} {AXIS}) rotate(45)">'
+    yield _box(-half, -half, 2 * half, 2 * half, 'steel edge') + '</g>'
+    yield _text(SECTION, AXIS + DIAGONAL * reach + 32, 'two feet above, four below', 'mid faint')
+
+
+def _contacts(parameters: Parameters, film: Film | None) -> Iterator[str]:
+    """Yield the areas of contact, and how much of each slips."""
+    contacts, law = contacts_of(parameters), parameters.contact.law
+    largest_m = max(each.indentation.radius_m for each in contacts)
+    middle = sum(CONTACTS) / 2
+    yield _text(middle, 28, 'contacts' if law == 'mdr' else f'contacts, not of {law}', 'mid')
+    for at, each in enumerate(contacts):
+        x, y = CONTACTS[at % 2], 70.0 + 95.0 * (at // 2)
+        radius = DISC * each.indentation.radius_m / largest_m
+        core = None if film is None or law != 'mdr' else radius * np.sqrt(1.0 - film.slipping[at])
+        circle = f'cx="{x}" cy="{y}" r="{_px(radius)}"'
+        yield f'<circle class="slip edge" {circle}/>'
+        yield f'<circle class="stick" {circle}>{_animation("r", core)}</circle>'
+        if at % 2:
+            place = 'above' if at == 1 else 'below'
+            normal = f'{place}: {with_unit(each.indentation.normal_force_n, "N")}'
+            yield _text(middle, y + 42, normal, 'mid faint')
+            radius_um = f'radius {1e6 * each.indentation.radius_m:.3g} um'
+            yield _text(middle, y + 56, radius_um, 'mid faint')
+    for x, kind in ((768, 'stick'), (838, 'slip')):
+        yield _box(x, 335, 11, 11, kind) + _text(x + 15, 345, f'{kind}s')
+
+
+def _curves(film: Film, *, is_shared: bool) -> Iterator[str]:
+    """Yield the ways, and the shares that slip, over time, with a line that follows the film."""
+    left, right = CURVES
+    x = np.linspace(left, right, len(film.foot_m))
+    ways = NM * np.stack((film.foot_m, film.runner_m))
+    shares = 100.0 * film.slipping[[0, -1]]
+    lanes = (
+        (ways, {'foot': '#c1272d', 'runner': '#2a8fd0'}, 'nm', ways.min(), ways.max()),
+        (shares, {'contact above': '#d55e00', 'contact below': '#cc79a7'}, '% slips', 0.0, 100.0),
+    )
+    for (top, bottom), (rows, names, unit, low, high) in zip(
+        LANES, lanes[: 1 + is_shared], strict=False
+    ):
+        places = bottom - (rows - low) / max(high - low, 1e-9) * (bottom - top)
+        for at, (name, colour) in enumerate(names.items()):
+            points = ' '.join(f'{_px(a)},{_px(b)}' for a, b in zip(x, places[at], strict=True))
+            yield f'<polyline class="curve" stroke="{colour}" points="{points}"/>'
+            y = _px(top + 10 + 20 * at)
+            yield f'<path class="curve" stroke="{colour}" d="M{right + 16} {y}h18"/>'
+            yield _text(right + 40, top + 14 + 20 * at, name)
+        yield _text(left - 6, top + 5, f'{high:.0f}', 'faint end')
+        yield _text(left - 6, bottom + 4, f'{low:.0f}', 'faint end')
+        yield _text(right + 40, top + 54, unit, 'faint')
+        yield f'<path class="tick" d="M{left} {top}V{bottom}H{right}"/>'
+    along = _animation('translate', np.array([0.0, right - left]))
+    yield f'<path class="line" d="M{left} {LANES[0][0]}V{LANES[-1][1]}">{along}</path>'
+
+
+def _box(x: float, y: float, width: float, height: float, kind: str) -> str:
+    size = f'width="{_px(width)}" height="{_px(height)}"'
+    return f'<rect x="{_px(x)}" y="{_px(y)}" {size} class="{kind}"/>'
+
+
+def _text(x: float, y: float, words: str, kind: str = '') -> str:
+    words = words.replace('F_p', 'F<tspan font-size="10" dy="3">p</tspan><tspan dy="-3"> </tspan>')
+    return f'<text x="{_px(x)}" y="{_px(y)}" class="{kind}">{words}</text>'
+
+
+def _animation(what: str, values: Array | None, digits: int = 1) -> str:
+    """Return what moves the element that it stands in; a scale holds along x only."""
+    if values is None:
+        return ''
+    tag = f'<animate attributeName="{what}"'
+    if what in {'translate', 'skewX', 'scale'}:
+        tag = f'<animateTransform attributeName="transform" type="{what}"'
+    end = ' 1' if what == 'scale' else ''
+    told = ';'.join(_px(each, digits) + end for each in values.tolist())
+    return f'{tag} dur="{SECONDS:g}s" repeatCount="indefinite" values="{told}"/>'
+
+
+def _px(value: float, digits: int = 1) -> str:
+    return f'{round(value, digits) + 0.0:g}'

@@ -1,0 +1,113 @@
+"""The stand as a URDF: frames and bodies for RViz, tf2 and what else reads robots."""
+
+import math
+from collections.abc import Mapping
+from xml.sax.saxutils import quoteattr
+
+from stickslip_ros.drive.build import friction_limit_n
+from stickslip_ros.lab.drawing.geometry import DIAGONAL, geometry_of
+from stickslip_ros.parameters import Parameters
+
+COLOURS = {
+    'steel': '0.6 0.65 0.7 1',
+    'piezo': '0.95 0.76 0.3 1',
+    'ruby': '0.76 0.15 0.18 1',
+    'frame': '0.82 0.85 0.88 1',
+}
+Place = tuple[float, float, float]
+HERE: Place = (0.0, 0.0, 0.0)
+
+
+def robot_description(parameters: Parameters) -> str:
+    """
+    Return the stand as URDF.
+
+    Its frames are those of ``frame_id.*``; the one joint that moves is ``sim.joint_name``, which
+    ``joint_states`` moves, at most as fast as the drive steps. Sizes are those of the drawing.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+
+    """
+    geometry, frames, stand = geometry_of(parameters), parameters.frame_id, parameters.stand
+    length_m, width_m, radius_m = geometry.length_m, geometry.width_m, geometry.radius_m
+    piezo_m, piezo_long_m = geometry.piezo_m
+    amplifier, mass_kg = parameters.amplifier, parameters.runner.mass
+    along, across = mass_kg * width_m**2 / 6.0, mass_kg * (length_m**2 + width_m**2) / 12.0
+    moments = {'ixx': along, 'iyy': across, 'izz': across, 'ixy': 0.0, 'ixz': 0.0, 'iyz': 0.0}
+    inertia = f'<mass value="{mass_kg:.9g}"/><inertia {_told(moments)}/>'
+    stroke_m = parameters.actuator.gain * (amplifier.voltage_max - amplifier.voltage_min)
+    limits = {
+        'lower': stand.travel_min,
+        'upper': stand.travel_max,
+        'effort': friction_limit_n(parameters),
+        'velocity': stroke_m * amplifier.frequency_max,
+    }
+    slide = f'<axis xyz="1 0 0"/><limit {_told(limits)}/>'
+    table = _box((3.0 * length_m, 0.5 * length_m, 2.0 * radius_m))
+    below_m = -DIAGONAL * geometry.reach_m - 2.0 * radius_m
+    bar = _body(_box((length_m, width_m, width_m)), 'steel', HERE, 0.25 * math.pi)
+    parts = [
+        f'<material name="{name}"><color rgba="{c}"/></material>' for name, c in COLOURS.items()
+    ]
+    parts += [
+        _link(frames.stage, _body(table, 'frame', (0.0, 0.0, below_m))),
+        _link(frames.runner, f'{bar}<inertial>{inertia}</inertial>'),
+        _joint(parameters.sim.joint_name, 'prismatic', frames.stage, frames.runner, slide),
+    ]
+    prefix, slash, _ = frames.stage.rpartition('/')
+    for foot in geometry.feet:
+        away_m = 0.5 * DIAGONAL * piezo_long_m
+        place, roll = (
+            (0.0, foot.side * away_m, foot.up * away_m),
+            -0.25 * math.pi * foot.side * foot.up,
+        )
+        piezo = _body(_box((piezo_m, piezo_m, piezo_long_m)), 'piezo', place, roll)
+        ball = _body(f'<sphere radius="{radius_m:.9g}"/>', 'ruby')
+        name = f'{prefix}{slash}foot_{foot.number}'
+        at = _at(foot.at(0.5 * width_m + radius_m))
+        parts += [
+            _link(name, ball + piezo),
+            _joint(f'{name}_joint', 'fixed', frames.stage, name, at),
+        ]
+    is_there = parameters.load_cell.contact != 'absent'
+    cell = _body(_box((width_m,) * 3), 'frame', (0.5 * width_m, 0.0, 0.0)) if is_there else ''
+    at = _at((geometry.cell_m, 0.0, 0.0))
+    parts += [
+        _link(frames.load_cell, cell),
+        _joint(f'{frames.load_cell}_joint', 'fixed', frames.stage, frames.load_cell, at),
+    ]
+    inside = '\n'.join(f'  {each}' for each in parts)
+    return f'<?xml version="1.0"?>\n<robot name="stickslip_stand">\n{inside}\n</robot>\n'
+
+
+def _link(name: str, inside: str) -> str:
+    return f'<link name={quoteattr(name)}>{inside}</link>'
+
+
+def _joint(name: str, kind: str, parent: str, child: str, inside: str) -> str:
+    ends = f'<parent link={quoteattr(parent)}/><child link={quoteattr(child)}/>'
+    return f'<joint name={quoteattr(name)} type="{kind}">{ends}{inside}</joint>'
+
+
+def _body(shape: str, colour: str, place_m: Place = HERE, roll_rad: float = 0.0) -> str:
+    shape = f'{_at(place_m, roll_rad)}<geometry>{shape}</geometry>'
+    return f'<visual>{shape}<material name="{colour}"/></visual>'
+
+
+def _box(size_m: Place) -> str:
+    return f'<box size="{_row(size_m)}"/>'
+
+
+def _at(place_m: Place, roll_rad: float = 0.0) -> str:
+    return f'<origin xyz="{_row(place_m)}" rpy="{roll_rad:.9g} 0 0"/>'
+
+
+def _row(values: Place) -> str:
+    return ' '.join(f'{each:.9g}' for each in values)
+
+
+def _told(values: Mapping[str, float]) -> str:
+    return ' '.join(f'{name}="{value:.9g}"' for name, value in values.items())

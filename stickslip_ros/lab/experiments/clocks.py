@@ -1,0 +1,213 @@
+"""Two clocks laid onto each other by what both saw: the shift, how sure it is, and its rivals."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.lab.experiments.monitor import GAUSSIAN
+
+OUTLIERS = 6.0
+"""Deviations of normal noise, by the median, beyond which a value is an outlier: 2 of 1e9 are."""
+NEIGHBOURS = 3  # neighbours on either side that a lone outlier stands out from
+MOST_OF_B = 0.05, 0.95
+"""Quantiles of B; what lies beyond them by more than they are apart is cut for the first look."""
+OVERLAP_MIN = 0.5
+"""Share of the shorter record that must overlap: a short overlap correlates by chance."""
+NO_SPREAD = 1e-9  # variance, relative to that of the whole record, below which it is constant
+PER_SAMPLE = 4  # steps of the coarse search in a period of the slower record
+GRID_MOST = 1 << 19
+PEAKS, DIGITS = 6, 2  # of the correlation that are looked at closely; of equals the small shifts
+NEWTON_STEPS, TRIMS = 12, 3  # steps of Gauss and Newton at most; fits without outliers in each
+CLOSE = 0.01  # steps shorter than this share of the standard error change nothing
+FALLS = 30.0
+"""Slopes beyond so many medians of all are falls: what lies within one tells of its noise only."""
+ALIKE = 4.0
+"""Unexplained share of the variance, relative to the best shift's, at which a rival is told."""
+TRUSTED = 0.8
+"""Coefficient below which two records hardly look alike."""
+
+
+@dataclass(frozen=True)
+class ClockShift:
+    """By how much the clock of B is behind that of A: what is added to B's times."""
+
+    shift_s: float
+    error_s: float  # standard error
+    coefficient: float  # of correlation at this shift
+    rival_s: float  # the next best shift; nan if there is none
+    rival: float  # its coefficient
+    outliers: int  # samples of B that lie beyond noise
+
+    def doubts(self) -> list[str]:
+        """Return why the shift may be another one, in words."""
+        said = []
+        if self.coefficient < TRUSTED:
+            said.append(
+                f'the records hardly look alike, correlation {self.coefficient:.3f}; give the '
+                'shift'
+            )
+        if 1.0 - self.rival**2 < ALIKE * (1.0 - self.coefficient**2):
+            said.append(
+                f'a shift of {self.rival_s:.6f} s is nearly as good, correlation {self.rival:.5f} '
+                f'against {self.coefficient:.5f} at {self.shift_s:.6f} s; give the shift'
+            )
+        return said
+
+
+def clock_shift(
+    times_a_s: ArrayLike, a: ArrayLike, times_b_s: ArrayLike, b: ArrayLike
+) -> ClockShift:
+    """
+    Return the shift that lays samples B onto a course A of the same quantity.
+
+    A is joined by straight lines: corners of a wave, as they were commanded or recognised, or
+    samples; best the corners, for falls are what tells time. Gain and zero of B are free. The
+    coarse shifts are peaks of Pearson's coefficient over the overlap. At each, with e(t) what B
+    is above g A(t + d) + z, least squares in g, z and d give d = sum(e A')/sum(A'^2) closer, the
+    slope A' freed of A and of its mean. Outliers by the median of |e| are left out.
+
+    Parameters
+    ----------
+    times_a_s, a : array_like, shape (n,)
+        Corners or samples, times rising, s.
+    times_b_s, b : array_like, shape (m,)
+        Samples, times rising, s.
+
+    Raises
+    ------
+    OutOfRange
+        If one of them does not change, or lasts for fewer than four samples.
+
+    """
+    (ta, ya), (tb, yb) = (
+        (np.asarray(times, np.float64), np.asarray(values, np.float64))
+        for times, values in ((times_a_s, a), (times_b_s, b))
+    )
+    known = np.isfinite(tb) & np.isfinite(yb)
+    tb, yb = tb[known], yb[known]
+    for name, values in (('A', ya), ('B', yb)):
+        if len(values) < 4 or not np.ptp(values) > 0.0:
+            hint = 'record something that moves, or give the shift'
+            raise OutOfRange(f'record {name}', len(values), 'samples', 'without change', hint)
+    lone = lone_outliers(yb)
+    tb, yb = tb[~lone], yb[~lone]
+    found = [_refined(ta, ya, tb, yb, shift_s) for shift_s in _peaks(ta, ya, tb, yb)]
+    alike = 1.0 - ALIKE * (1.0 - max((each[0] for each in found), default=0.0) ** 2)
+    found.sort(key=lambda each: (-min(each[0] ** 2, alike), abs(each[1])))
+    coefficient, shift_s, error_s, off = found[0]
+    apart_s = float(np.median(np.diff(tb)))
+    others = [each for each in found[1:] if abs(each[1] - shift_s) > apart_s]
+    rival, rival_s = others[0][:2] if others else (0.0, math.nan)
+    return ClockShift(shift_s, error_s, coefficient, rival_s, rival, off + int(lone.sum()))
+
+
+def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.bool_]:
+    """
+    Return which samples, shape (n,), stand alone far beyond their neighbours.
+
+    A step is no outlier: its samples have neighbours on their side. Beyond means by so many
+    standard deviations of the noise, or ranges of the neighbours, whichever is more; one of the
+    neighbours may be an outlier as well.
+
+    """
+    y = np.asarray(values, np.float64)
+    padded = np.pad(y, NEIGHBOURS, mode='reflect')
+    windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
+    beside = np.sort(np.delete(windows, NEIGHBOURS, axis=1), axis=1)
+    low, high = beside[:, 1], beside[:, -2]
+    noise = GAUSSIAN * float(np.median(np.abs(y - np.median(windows, axis=1))))
+    beyond = np.maximum(y - high, low - y)
+    return np.asarray(beyond > outliers * np.maximum(noise, high - low))
+
+
+def _peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> list[float]:
+    """Return shifts at which two records correlate best, one for each peak."""
+    step_s = max(np.median(np.diff(tb)) / PER_SAMPLE, max(np.ptp(ta), np.ptp(tb)) / GRID_MOST)
+    grids = [np.arange(times[0], times[-1], step_s) for times in (ta, tb)]
+    low, high = np.quantile(yb, MOST_OF_B)
+    yb = np.clip(yb, 2.0 * low - high, 2.0 * high - low)  # what reaches far weighs much
+    on_a, on_b = np.interp(grids[0], ta, ya), np.interp(grids[1], tb, yb)
+    scores = coefficients(on_a - on_a.mean(), on_b - on_b.mean())
+    lasts = overlaps(len(on_a), len(on_b))[2]
+    scores = np.where(lasts >= OVERLAP_MIN * min(len(on_a), len(on_b)), scores, -1.0)
+    around = np.pad(scores, 1, constant_values=-2.0)
+    tops = np.flatnonzero((scores >= around[:-2]) & (scores > around[2:]) & (scores > 0.0))
+    shifts_s = ta[0] - tb[0] + step_s * (tops + 1 - len(on_b))
+    best = np.lexsort((np.abs(shifts_s), -np.round(scores[tops], DIGITS)))
+    return [float(each) for each in shifts_s[best[:PEAKS]]]
+
+
+def _refined(
+    ta: Array, ya: Array, tb: Array, yb: Array, shift_s: float
+) -> tuple[float, float, float, int]:
+    """Return coefficient, shift, its standard error, and number of outliers near a shift."""
+    slopes = np.diff(ya) / np.maximum(np.diff(ta), np.finfo(np.float64).tiny)
+    apart_s, moved_s = float(np.median(np.diff(tb))), 0.0
+    for _ in range(NEWTON_STEPS):
+        at_s = tb + shift_s + moved_s
+        inside = (at_s >= ta[0]) & (at_s <= ta[-1])
+        seen, at_s = yb[inside], at_s[inside]
+        slope = slopes[np.clip(np.searchsorted(ta, at_s) - 1, 0, len(slopes) - 1)]
+        columns = np.column_stack((np.interp(at_s, ta, ya), np.ones(len(seen)), slope))
+        steep = np.abs(slope)
+        usable = steep <= FALLS * np.median(steep[steep > 0.0]) if steep.any() else steep > 0.0
+        if usable.sum() <= columns.shape[1]:
+            return 0.0, shift_s, math.inf, 0
+        kept = usable
+        for _ in range(TRIMS):
+            gains = np.linalg.lstsq(columns[kept], seen[kept], rcond=None)[0]
+            rest = seen - columns @ gains
+            limit = OUTLIERS * GAUSSIAN * float(np.median(np.abs(rest[usable])))
+            kept = usable & (np.abs(rest) <= limit)
+        spread = float(np.var(gains[0] * columns[usable, 0]))  # outliers have no part in it
+        if not (gains[0] > 0.0 and spread > 0.0):
+            return 0.0, shift_s, math.inf, 0
+        variance = float(np.mean(rest[kept] ** 2))
+        inverse = np.linalg.pinv(columns[kept].T @ columns[kept])
+        error_s = math.sqrt(variance * float(inverse[2, 2])) / float(gains[0])
+        step_s = float(np.clip(gains[2] / gains[0], -0.5 * apart_s, 0.5 * apart_s))
+        if abs(moved_s + step_s) > apart_s:  # that is another peak
+            break
+        moved_s += step_s
+        if abs(step_s) < CLOSE * error_s:
+            break
+    missed = np.minimum(rest[usable] ** 2, spread).mean() / spread
+    outliers = int(np.sum(usable & ~kept))
+    return math.sqrt(max(1.0 - missed, 0.0)), shift_s + moved_s, error_s, outliers
+
+
+def coefficients(a: Array, b: Array) -> Array:
+    """Return Pearson's coefficient over the overlap for each lag of B, from 1 - len(b) on."""
+    a, b = a / np.std(a), b / np.std(b)
+    first, last, count = overlaps(len(a), len(b))
+    lags = np.arange(1 - len(b), len(a))
+    safe = np.maximum(count, 1)
+    sum_a, square_a = _window_sums(a, first, last)
+    sum_b, square_b = _window_sums(b, first - lags, last - lags)
+    size = 1 << (len(lags) - 1).bit_length()
+    spectrum = np.fft.rfft(a, size) * np.conj(np.fft.rfft(b, size))
+    wrapped = np.fft.irfft(spectrum, size)
+    products = np.concatenate((wrapped[size - (len(b) - 1) :], wrapped[: len(a)]))
+    covariance = products / safe - sum_a * sum_b / safe**2
+    variance_a = square_a / safe - (sum_a / safe) ** 2
+    variance_b = square_b / safe - (sum_b / safe) ** 2
+    spread = (variance_a > NO_SPREAD) & (variance_b > NO_SPREAD)
+    norm = np.sqrt(np.where(spread, variance_a * variance_b, 1.0))
+    return np.where(spread, covariance / norm, 0.0)
+
+
+def overlaps(count_a: int, count_b: int) -> tuple[Array, Array, Array]:
+    """Return first and last sample of A in the overlap of each lag, and its length."""
+    lags = np.arange(1 - count_b, count_a)
+    first, last = np.maximum(lags, 0), np.minimum(count_a, lags + count_b)
+    return first, last, last - first
+
+
+def _window_sums(values: Array, first: Array, last: Array) -> tuple[Array, Array]:
+    sums = np.concatenate(([0.0], np.cumsum(values)))
+    squares = np.concatenate(([0.0], np.cumsum(values**2)))
+    return sums[last] - sums[first], squares[last] - squares[first]

@@ -1,0 +1,202 @@
+"""The course of a voltage through its pieces: where they meet, and its corners."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.experiments.piece import WavePiece
+from stickslip_ros.lab.experiments.pieces import (
+    LINE_SURE,
+    OUT,
+    STRAYS_IN_A_ROW,
+    Finder,
+    off_neighbours_v,
+)
+
+NEAR_MOST = 64
+"""Samples on either side of a boundary among which two pieces may both explain the samples."""
+JUMP_COST = 25.0
+"""What a jump costs against squares of standard deviations: a wave jumps only within its falls."""
+ALIKE_COST = 9.0
+"""Meeting points that cost no more than the best one and this are as good: three deviations."""
+JUMP_UNSURE = 0.02
+"""Share of a jump by which the voltage may change from sample to sample on either side of it: so
+much of it is unknown, for when it happened between two samples was not seen."""
+MISSING_MOST = 3.5  # periods between samples that are played as they are
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Where one piece ends and the next begins."""
+
+    time_s: float
+    unsure_s: float  # by how much it may be off, where the voltage jumps
+    jump_v: float  # what the voltage jumps there; 0 where both pieces meet
+    others_s: tuple[float, ...]  # times that are as good
+
+
+@dataclass(frozen=True, eq=False)
+class CoursePart:
+    """A stretch of the course: a piece between two meetings, or samples as they are."""
+
+    first: int  # samples [first, last)
+    last: int
+    piece: WavePiece | None
+    rows: Array  # its corners, shape (n, 2), s and V
+    before: Meeting | None = None
+    after: Meeting | None = None
+    rough_v: float = 0.0  # of samples as they are: how far one is off its neighbours
+
+
+def settled(pieces: Sequence[WavePiece], finder: Finder) -> list[WavePiece]:
+    """
+    Return pieces in their places: holds without slope, saw-teeth with a base.
+
+    A slope of less than four standard errors is none. Samples of a saw-tooth leave its base free
+    as far as they leave out the ends of the cycle; a hold that near is its base, or its top.
+
+    """
+    found, holds_v = list[WavePiece](), list[float]()
+    for piece in pieces:
+        lasts_s = float(finder.times_s[piece.last - 1] - finder.times_s[piece.first])
+        error_v = finder.tolerance_v(piece) / OUT * (12.0 / (piece.last - piece.first)) ** 0.5
+        if not piece.height_v and abs(piece.slope_v_per_s) * lasts_s < 4.0 * error_v:
+            piece = replace(piece, slope_v_per_s=0.0)  # noqa: PLW2901
+            holds_v.append(piece.level_v)
+        found.append(piece)
+    for index, piece in enumerate(found):
+        if piece.height_v:
+            volts_v = finder.volts_v[piece.samples]
+            rest_v = piece.rest_v(finder.times_s[piece.samples], volts_v)
+            seen_v = (volts_v - rest_v)[np.abs(rest_v) <= finder.tolerance_v(piece)]
+            low_v, high_v = float(seen_v.max()) - piece.amplitude_v, float(seen_v.min())
+            base_v = 0.5 * (low_v + high_v)
+            give_v = finder.tolerance_v(piece) + 0.5 * max(high_v - low_v, 0.0)
+            levels_v = [*holds_v, *(each - piece.amplitude_v for each in holds_v)]
+            nearest_v = min(levels_v, key=lambda each: abs(each - base_v), default=base_v)
+            if abs(nearest_v - base_v) <= give_v:
+                base_v = nearest_v
+            found[index] = replace(piece, base_v=base_v)
+    return found
+
+
+def meeting(a: WavePiece, b: WavePiece, finder: Finder) -> Meeting:
+    """
+    Return where two pieces meet: between the last sample of A alone and the first of B alone.
+
+    There a corner of either, or a crossing, costs what it leaves over of the samples, and more
+    where the voltage jumps.
+
+    """
+    times_s, limits_v = finder.times_s, [finder.reach_v(each) for each in (a, b)]
+    low, high = max(a.first, a.last - NEAR_MOST), min(b.last, b.first + NEAR_MOST)
+    not_b = np.flatnonzero(finder.misfits(b, low, a.last, limits_v[1]))
+    not_a = np.flatnonzero(finder.misfits(a, b.first, high, limits_v[0]))
+    # one sample more on either side: one within a fall may be explained by neither
+    low = max(low + int(np.max(not_b, initial=0)) - 1, a.first)
+    high = min(b.first + int(np.min(not_a, initial=high - b.first)) + 1, b.last - 1)
+    corners = [each.corners(times_s[low], times_s[high]) for each in (a, b)]
+    at_s = np.unique(np.concatenate([rows[:, 0] for rows in corners]))
+    gap_v = np.interp(at_s, *corners[0].T) - np.interp(at_s, *corners[1].T)
+    crossed = np.flatnonzero(gap_v[1:] * gap_v[:-1] < 0.0)
+    share = gap_v[crossed] / (gap_v[crossed] - gap_v[crossed + 1])
+    crossings_s = at_s[crossed] + share * (at_s[crossed + 1] - at_s[crossed])
+    middle_s = 0.5 * float(times_s[a.last - 1] + times_s[b.first])
+    at_s = np.unique(np.concatenate((at_s, crossings_s, [middle_s])))
+    jumps_v = np.abs(np.interp(at_s, *corners[0].T) - np.interp(at_s, *corners[1].T))
+    near_s, near_v = times_s[low : high + 1], finder.volts_v[low : high + 1]
+    rests = [
+        np.minimum(OUT * np.abs(near_v - np.interp(near_s, *rows.T)) / limit_v, 2.0 * OUT) ** 2
+        for rows, limit_v in zip(corners, limits_v, strict=True)
+    ]
+    costs = np.where(near_s < at_s[:, None], rests[0], rests[1]).sum(1)
+    costs += JUMP_COST * np.minimum(jumps_v / max(limits_v), 1.0) ** 2
+    best = int(np.argmin(costs + 1e-9 * np.abs(at_s - middle_s) / finder.period_s))
+    jump_v = float(jumps_v[best]) if jumps_v[best] > max(limits_v) else 0.0
+    time_s = middle_s if jump_v else float(at_s[best])
+    unsure_s = 0.5 * float(times_s[b.first] - times_s[a.last - 1])
+    return Meeting(
+        time_s, unsure_s, jump_v, tuple(at_s[costs <= costs[best] + ALIKE_COST].tolist())
+    )
+
+
+def parts_of(pieces: Sequence[WavePiece], finder: Finder) -> list[CoursePart]:
+    """
+    Return the parts of a course, one after another, from the first sample to the last.
+
+    A line of few samples that ends in a jump says nothing: they may be any samples.
+
+    """
+    known = dict[tuple[WavePiece, WavePiece], Meeting]()
+    while True:
+        pieces = settled(pieces, finder)
+        for pair in pairwise(pieces):
+            if pair not in known and pair[1].first - pair[0].last <= STRAYS_IN_A_ROW:
+                known[pair] = meeting(*pair, finder)
+        joints = [None, *(known.get(pair) for pair in pairwise(pieces)), None]
+        around = list(pairwise(joints))
+        sure = [
+            piece
+            for piece, beside in zip(pieces, around, strict=False)
+            if piece.last - piece.first >= LINE_SURE or not any(x and x.jump_v for x in beside)
+        ]
+        if len(sure) == len(pieces):
+            break
+        pieces = sure
+    times_s, parts, last = finder.times_s, list[CoursePart](), 0
+    for piece, (before, after) in zip(pieces, around, strict=False):
+        if piece.first - last > (STRAYS_IN_A_ROW if last else 0):
+            parts.append(_as_sampled(last, piece.first, finder))
+        start_s = before.time_s if before else times_s[piece.first]
+        end_s = after.time_s if after else times_s[piece.last - 1]
+        rows = piece.corners(start_s, max(start_s, end_s))
+        parts.append(CoursePart(piece.first, piece.last, piece, rows, before, after))
+        last = piece.last
+    if last < len(times_s):
+        parts.append(_as_sampled(last, len(times_s), finder))
+    return parts
+
+
+def _as_sampled(first: int, last: int, finder: Finder) -> CoursePart:
+    """
+    Return samples as they are, from the one before to the one behind them.
+
+    Where the voltage jumps from a sample to the next, and changes little before and after, it has
+    fallen at the slew rate, halfway between both.
+
+    """
+    stretch = slice(max(first - 1, 0), last + 1)
+    times_s, volts_v = finder.times_s[stretch], finder.volts_v[stretch]
+    rises_v = np.diff(volts_v)
+    beside_v = np.abs(np.pad(rises_v, 1))
+    most_v = np.maximum(beside_v[:-2], beside_v[2:])
+    is_jump = np.abs(rises_v) > np.maximum(finder.smooth_v, most_v / JUMP_UNSURE)
+    jumps = np.flatnonzero(is_jump)
+    smooth_v = volts_v - np.concatenate(([0.0], np.cumsum(np.where(is_jump, rises_v, 0.0))))
+    rough_v = float(off_neighbours_v(times_s, smooth_v).max()) if len(times_s) > 2 else 0.0
+    if np.diff(times_s).max() > MISSING_MOST * finder.period_s:
+        rough_v = float(np.ptp(volts_v))
+    half_s = 0.5 * np.abs(rises_v[jumps]) / finder.slew_v_per_s
+    middles_s = 0.5 * (times_s[jumps] + times_s[jumps + 1])
+    rows = np.column_stack((times_s, volts_v))
+    for side, off_s in ((0, -half_s), (1, half_s)):
+        rows = np.concatenate((rows, np.column_stack((middles_s + off_s, volts_v[jumps + side]))))
+    rows = rows[np.argsort(rows[:, 0], kind='stable')]
+    return CoursePart(first, last, None, rows, rough_v=rough_v)
+
+
+def joined(parts: Sequence[CoursePart], slew_v_per_s: float) -> Array:
+    """Return the corners of a course, shape (n, 2), s and V; between parts it falls or rises."""
+    found = [parts[0].rows]
+    for part in parts[1:]:
+        (time_s, from_v), rows = found[-1][-1], part.rows
+        if part.before and part.before.jump_v:
+            time_s += abs(rows[0, 1] - from_v) / slew_v_per_s
+            found.append(np.array([(time_s, np.interp(time_s, *rows.T))]))
+        later = rows[rows[:, 0] > time_s]
+        if len(later):
+            found.append(later)
+    return np.concatenate(found)

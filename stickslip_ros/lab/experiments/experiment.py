@@ -1,0 +1,191 @@
+"""An experiment: how a stand was set, what drove it, what was seen there, and how surely."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.parameters import Scalar
+
+OVER_TIME = ('position_m', 'force_n', 'foot_position_m')
+"""Quantities that may be seen over time."""
+OF_STEPS = ('force_n', 'step_length_m')
+"""Numbers that may be read after steps: mean force in the load cell, net motion of a step."""
+NOISE_FACTOR = 1.4826 / math.sqrt(6.0)
+"""Standard deviation of noise per median of its absolute second differences."""
+SAME = 1e-12  # share of the largest reading by which two that are the same may differ
+FINEST = 1e-6  # share of the range of readings that no sensor tells, and no model computes
+ROUNDING = 1.0 / math.sqrt(12.0)
+"""Standard deviation of rounding, as a share of the smallest step of the readings."""
+
+
+class SawtoothSteps(NamedTuple):
+    """A saw-tooth from rest, after which numbers were read."""
+
+    amplitude_m: float  # stroke of the feet
+    frequency_hz: float  # steps per second, below 0 backwards
+    steps: int = 0  # that were made when they were read; 0: until they were steady
+    is_steady: bool = True  # whether they were read when they did not change any more
+
+
+@dataclass(frozen=True, eq=False)
+class Voltage:
+    """
+    The voltage at the amplifier's input over time.
+
+    Attributes
+    ----------
+    rows : array, shape (n, 2)
+        Times from 0 on, s, and voltages, V; straight lines join them. The stand rests at the first
+        voltage before.
+    said : tuple of str
+        Where it comes from, and what was recognised in it.
+    begins_s : float
+        Time of the first corner in the clock of the recording, s.
+
+    """
+
+    rows: Array
+    said: tuple[str, ...] = ()
+    begins_s: float = 0.0
+
+    @property
+    def lasts_s(self) -> float:
+        """Time to the last corner."""
+        return float(self.rows[-1, 0])
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """
+    A quantity that was seen: over time, or one number.
+
+    Attributes
+    ----------
+    quantity : str
+        One of OVER_TIME, or of OF_STEPS.
+    values : array, shape (n,)
+        In SI units; a number is an array of one.
+    time_s : array, shape (n,) or (0,)
+        Times since the voltage began, s, rising; none of a number.
+    sigma : float or None
+        Standard error of a value; None where nobody knows it.
+    left_out : int
+        Readings that were left out as outliers.
+
+    """
+
+    quantity: str
+    values: Array
+    time_s: Array = field(default_factory=lambda: np.empty(0))
+    sigma: float | None = None
+    left_out: int = 0
+
+    @property
+    def is_trace(self) -> bool:
+        """Whether it was seen over time."""
+        return len(self.time_s) > 0
+
+    @property
+    def unit(self) -> str:
+        """Unit of the values."""
+        return 'N' if self.quantity == 'force_n' else 'm'
+
+    @property
+    def noise(self) -> float:
+        """
+        Standard error of a value: as given, else read off the second differences.
+
+        Their median sees noise and rounding, not the motion, as long as a runner is smooth on most
+        of the samples.
+
+        """
+        if self.sigma is not None:
+            return self.sigma
+        return noise_of(self.values)
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """
+    What was done to a stand, and what was seen.
+
+    Attributes
+    ----------
+    origin : str
+        Where it was recorded: a file, a row of a table.
+    settings : mapping of str to Scalar
+        Parameters that were set for it, as ``{'stand.preload': 0.35}``: they are the same whatever
+        the stand is.
+    drive : SawtoothSteps or Voltage
+        What drove it.
+    seen : tuple of Seen
+        What was seen. Zero, drift, delay and low-pass of a sensor that sees over time are unknown.
+    load_n : float
+        Constant external force on the runner along +x, N.
+
+    """
+
+    origin: str
+    settings: Mapping[str, Scalar]
+    drive: SawtoothSteps | Voltage
+    seen: tuple[Seen, ...]
+    load_n: float = 0.0
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot have been seen."""
+        known = OVER_TIME if isinstance(self.drive, Voltage) else OF_STEPS
+        for each in self.seen:
+            if each.quantity not in known:
+                hint = 'leave it away'
+                raise WrongKind(
+                    f'quantity of {self.origin}', each.quantity, f'one of {", ".join(known)}', hint
+                )
+            if each.is_trace != isinstance(self.drive, Voltage):
+                hint = 'give values over time where a voltage drove, else one number'
+                what = f'{each.quantity} of {self.origin}'
+                raise WrongKind(what, len(each.time_s), 'as many times as fit its drive', hint)
+
+    @property
+    def end_s(self) -> float:
+        """Time of the last sample."""
+        return max((float(each.time_s[-1]) for each in self.seen if each.is_trace), default=0.0)
+
+    def within(self, start_s: float, end_s: float) -> 'Experiment':
+        """Return what was seen in a stretch; the drive begins where it began."""
+        seen = []
+        for each in self.seen:
+            if each.is_trace:
+                inside = (each.time_s >= start_s) & (each.time_s <= end_s)
+                if inside.sum() > 2:
+                    seen.append(
+                        replace(each, time_s=each.time_s[inside], values=each.values[inside])
+                    )
+        if not seen:
+            limit = f'without a sample of {self.origin}'
+            raise OutOfRange('start of the window', start_s, 's', limit, 'move it')
+        return replace(self, seen=tuple(seen))
+
+
+def noise_of(values: Array) -> float:
+    """Return the standard deviation of independent noise in values, at least of their rounding."""
+    if len(values) < 5:
+        return 0.0
+    second = np.diff(values, 2)
+    white = NOISE_FACTOR * float(np.median(np.abs(second - np.median(second))))
+    return max(white, rounding_of(values))
+
+
+def rounding_of(values: Array) -> float:
+    """Return the standard deviation of rounding in values, at least FINEST of their range."""
+    steps = np.abs(np.diff(values))
+    least = SAME * float(np.max(np.abs(values)))
+    is_rounded = np.mean(steps <= least) > 0.01  # noise that is finer than the steps
+    smallest = float(np.min(steps, where=steps > least, initial=math.inf))
+    rounding = ROUNDING * smallest if is_rounded and math.isfinite(smallest) else 0.0
+    return max(rounding, least, FINEST * float(np.ptp(values)))

@@ -1,0 +1,121 @@
+"""Samples of a voltage monitor: sorted, with the even clock behind them, and their noise."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, WrongKind
+
+RATE_MOST_HZ = 1e5
+"""Of faster samples every so many are looked at: more say nothing new of what is straight."""
+SEEN_FALL_SHARE = 1.0 / 3.0
+"""Share of a fall between two samples up to which they show the fall itself."""
+SAMPLES_MIN = 12
+"""Fewer samples show no wave: a saw-tooth has four unknowns, and is tested by as many again."""
+RAIL_SHARE = 0.01
+"""Noise reaches so far beyond a rail, as a share of the range; so many samples may lie further."""
+GAUSSIAN = 1.4826
+"""Standard deviation of normal noise whose median deviation from the median is one."""
+NOISE_MOST, NOISE_LEAST = 0.015, 2e-4
+"""Noise as a share of the range of the samples. Above, a wave cannot be told from it; below are
+the steps of a converter of 11 bits and what an amplifier overshoots."""
+QUIET_SHARE = 0.05
+"""Share of short windows that hold neither corner nor fall in a wave that is sampled well."""
+QUIET_WINDOWS = ((6, 0.42), (4, 0.226))
+"""Samples of a window, and sqrt(chi2/dof) about a straight line that QUIET_SHARE of them keep."""
+WINDOWS_MOST = 100_000
+STEADY_CLOCK = 2e-3
+"""Scatter of time stamps, in periods, below which they are as good as an even clock."""
+
+
+@dataclass(frozen=True, eq=False)
+class Monitor:
+    """Samples of a voltage, one after another in time."""
+
+    times_s: Array  # rising, shape (n,)
+    volts_v: Array  # shape (n,)
+    counts: Array  # periods of the clock since the first sample, whole, shape (n,)
+    period_s: float  # of the clock
+    jitter_s: float  # standard deviation of the time stamps about the even clock
+    noise_v: float  # standard deviation of the volts about the wave
+    shows_falls: bool  # whether they are fast enough for that
+    left_out: int  # samples that were not finite, came twice, or lay beyond the rails
+
+    def on_even_clock(self) -> 'Monitor':
+        """Return the samples at even times: as they were taken, if only the stamps are late."""
+        start_s = float(np.mean(self.times_s - self.period_s * self.counts))
+        return replace(self, times_s=start_s + self.period_s * self.counts, jitter_s=0.0)
+
+
+def monitor_of(
+    times_s: ArrayLike, voltage_v: ArrayLike, low_v: float, high_v: float, slew_v_per_s: float
+) -> Monitor:
+    """
+    Return samples, shapes (n,), sorted and without those that say nothing.
+
+    These are what is not finite, what has the time of another sample, and what lies further
+    beyond the rails ``low_v`` and ``high_v`` than noise does. Raises WrongKind of arrays that do
+    not belong together, OutOfRange of too few samples or too many beyond the rails.
+
+    """
+    times, volts = np.asarray(times_s, np.float64), np.asarray(voltage_v, np.float64)
+    if times.ndim != 1 or times.shape != volts.shape:
+        shapes = times.shape, volts.shape
+        raise WrongKind('shapes of times and volts', shapes, 'a pair (n,), (n,)', 'give pairs')
+    given, margin_v = len(times), RAIL_SHARE * (high_v - low_v)
+    known = np.isfinite(times) & np.isfinite(volts)
+    times, volts = times[known], volts[known]
+    inside = (volts >= low_v - margin_v) & (volts <= high_v + margin_v)
+    if np.sum(~inside) > RAIL_SHARE * given:
+        worst_v = float(volts[~inside][np.argmax(np.abs(volts[~inside] - low_v))])
+        limit = f'beyond the rails {low_v:g} and {high_v:g} V, as {np.sum(~inside)} samples are'
+        hint = 'give the unit of the monitor, or set amplifier.voltage_min and voltage_max'
+        raise OutOfRange('voltage', worst_v, 'V', limit, hint)
+    times, first = np.unique(times[inside], return_index=True)
+    volts, left_out = volts[inside][first], given - len(first)
+    shows_falls = False
+    if len(times) > 1:
+        apart_s = float(np.median(np.diff(times)))
+        shows_falls = bool(slew_v_per_s * apart_s <= SEEN_FALL_SHARE * np.ptp(volts))
+        every = 1 if shows_falls else max(1, math.floor(1.0 / (RATE_MOST_HZ * apart_s) + 0.5))
+        times, volts = times[::every], volts[::every]
+    if len(times) < SAMPLES_MIN:
+        limit = f'fewer than the {SAMPLES_MIN} that show a wave'
+        raise OutOfRange('number of samples', len(times), '', limit, 'record longer')
+    if not np.ptp(volts) > 0.0:
+        raise OutOfRange(
+            'voltage', float(volts[0]), 'V', 'at all times', 'record a drive that runs'
+        )
+    period_s = float(np.median(np.diff(times)))
+    for _ in range(3):  # drops and gaps last whole periods, ever better known ones
+        steps = np.maximum(np.rint(np.diff(times) / period_s), 1.0)
+        counts = np.concatenate(([0.0], np.cumsum(steps)))
+        period_s = float(np.polyfit(counts, times - times[0], 1)[0])
+    off_s = times - times[0] - period_s * counts
+    jitter_s = GAUSSIAN * float(np.median(np.abs(off_s - np.median(off_s))))
+    noise_v = _noise(times, volts)
+    return Monitor(times, volts, counts, period_s, jitter_s, noise_v, shows_falls, left_out)
+
+
+def _noise(times_s: Array, volts_v: Array) -> float:
+    """
+    Return the scatter about straight lines in the quietest windows, V.
+
+    Where a slow monitor never sees a straight stretch this is the most that noise may be; what a
+    first recognition leaves over tells better.
+
+    """
+    range_v = float(np.ptp(volts_v))
+    found = [NOISE_MOST * range_v]
+    for width, share in QUIET_WINDOWS:
+        starts = np.arange(0, len(volts_v) - width, 1 + len(volts_v) // WINDOWS_MOST)
+        rows = starts[:, None] + np.arange(width)
+        x, y = times_s[rows], volts_v[rows]
+        x, y = x - x.mean(1, keepdims=True), y - y.mean(1, keepdims=True)
+        rest = y - x * ((x * y).sum(1) / (x * x).sum(1))[:, None]
+        scatter = np.sqrt((rest**2).sum(1) / (width - 2))
+        found.append(float(np.quantile(scatter, QUIET_SHARE)) / share)
+    return max(min(found), NOISE_LEAST * range_v)

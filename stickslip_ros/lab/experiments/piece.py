@@ -1,0 +1,124 @@
+"""
+A piece of a wave: a straight line, or a saw-tooth whose falls have the slew rate.
+
+Within a saw-tooth a sample is the phase: whatever the rate of sampling, v = c + s t - H m with a
+whole number m of falls before it. A line is the saw-tooth that never falls, H = 0. With m known
+the rest is linear; and m is read off the sample itself, the whole number next to (c + s t - v)/H.
+
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+
+BENT = 1e-6
+"""Mean square by which numbers of falls differ from a straight line, below which they tell no
+height: rounding, as there is less than a thousandth of a fall."""
+
+
+@dataclass(frozen=True)
+class WavePiece:
+    """Samples ``[first, last)`` on ``level + slope (t - origin) - height m``."""
+
+    first: int
+    last: int
+    slew_v_per_s: float  # of its falls
+    origin_s: float
+    level_v: float
+    slope_v_per_s: float = 0.0
+    height_v: float = 0.0  # of a fall that would take no time; 0 of a line
+    scatter_v: float = 0.0  # standard deviation of the samples about it
+    base_v: float = 0.0  # lower end of a saw-tooth
+
+    @property
+    def samples(self) -> slice:
+        """Where its samples are."""
+        return slice(self.first, self.last)
+
+    @property
+    def frequency_hz(self) -> float:
+        """Cycles per second, positive where ramps rise; 0 of a line."""
+        return self.slope_v_per_s / self.height_v if self.height_v else 0.0
+
+    @property
+    def amplitude_v(self) -> float:
+        """Way of a fall: it lasts A/S while the ramp would have gone on, so A = H/(1 + |s|/S)."""
+        return self.height_v / (1.0 + abs(self.slope_v_per_s) / self.slew_v_per_s)
+
+    @property
+    def ramp_s(self) -> float:
+        """Time at which one of its ramps begins."""
+        begin_v = self.base_v + (self.amplitude_v if self.slope_v_per_s < 0.0 else 0.0)
+        return self.origin_s + (begin_v - self.level_v) / self.slope_v_per_s
+
+    def line_v(self, times_s: Array) -> Array:
+        """Return the line on which it would be without falls."""
+        return self.level_v + self.slope_v_per_s * (times_s - self.origin_s)
+
+    def falls(self, times_s: Array, volts_v: Array) -> Array:
+        """Return how many falls lie before each sample."""
+        if not self.height_v:
+            return np.zeros(len(times_s))
+        return np.asarray(np.rint((self.line_v(times_s) - volts_v) / self.height_v))
+
+    def rest_v(self, times_s: Array, volts_v: Array) -> Array:
+        """Return by how much each sample lies above it."""
+        return volts_v - self.line_v(times_s) + self.height_v * self.falls(times_s, volts_v)
+
+    def corners(self, start_s: float, end_s: float) -> Array:
+        """Return rows of time and voltage: both ends of a stretch and all corners between them."""
+        ends_s = np.array((start_s, end_s))
+        if not self.height_v:
+            return np.column_stack((ends_s, self.line_v(ends_s)))
+        period_s, ramp_s = 1.0 / abs(self.frequency_hz), self.ramp_s
+        low, high = (ends_s - ramp_s) / period_s
+        ramps_s = ramp_s + period_s * np.arange(math.floor(low), math.ceil(high) + 2.0)
+        ends_v = self.base_v, self.base_v + self.amplitude_v
+        begin_v, fall_v = ends_v if self.slope_v_per_s > 0.0 else ends_v[::-1]
+        times_s = np.column_stack(
+            (ramps_s - self.amplitude_v / self.slew_v_per_s, ramps_s)
+        ).ravel()
+        volts_v = np.tile((fall_v, begin_v), len(ramps_s))
+        inside = times_s[(times_s > start_s) & (times_s < end_s)]
+        all_s = np.concatenate((ends_s[:1], inside, ends_s[1:]))
+        return np.column_stack((all_s, np.interp(all_s, times_s, volts_v)))
+
+    def least_squares(self, times_s: Array, volts_v: Array) -> 'WavePiece | None':
+        """
+        Return the piece with the level, slope and height that leave least over of samples.
+
+        Falls and volts are freed of their straight lines first: what is left of both gives the
+        height, however many falls there are, then level and slope follow (Frisch and Waugh).
+
+        """
+        count, falls = len(times_s), self.falls(times_s, volts_v)
+        if count < 2:
+            return None
+        origin_s, height_v = float(times_s.mean()), 0.0
+        x = times_s - origin_s
+        xx = float((x * x).sum())  # sums, for BLAS would set threads to so few numbers
+        if self.height_v:
+            bends = falls - falls.mean() - x * float((x * falls).sum()) / xx
+            bent = float((bends * bends).sum())
+            if bent < BENT * count:
+                return None
+            straight_v = volts_v.mean() + x * float((x * volts_v).sum()) / xx
+            height_v = -float((bends * (volts_v - straight_v)).sum()) / bent
+            if height_v <= 0.0:
+                return None
+        line_v = volts_v + height_v * falls
+        level_v, slope = float(line_v.mean()), float((x * line_v).sum()) / xx
+        rest_v = line_v - level_v - slope * x
+        free = max(count - (3 if height_v else 2), 1)
+        scatter_v = math.sqrt(float((rest_v * rest_v).sum()) / free)
+        return replace(
+            self,
+            origin_s=origin_s,
+            level_v=level_v,
+            slope_v_per_s=slope,
+            height_v=height_v,
+            scatter_v=scatter_v,
+        )

@@ -1,0 +1,304 @@
+"""The pieces of a wave are found in samples: from the left, each as long as it explains them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.lab.experiments.monitor import GAUSSIAN, Monitor
+from stickslip_ros.lab.experiments.piece import WavePiece
+
+OUT = 4.5
+"""A sample further off than this many standard deviations is not explained: 7 of a million are."""
+LINE_MIN, SAW_MIN = 3, 8
+"""Samples of the shortest line and saw-tooth: one, and five more than they have unknowns."""
+SAW_WINDOWS = (8, 10, 12, 15, 18, 22, 27, 33, 40)
+"""Samples in which a saw-tooth is looked for; then multiples of the line that begins there."""
+LINES = (1.7, 2.2, 3.3, 5.0)
+LINE_SURE = 5
+"""Samples of a line that says something alone: fewer, after or before a jump, fit by chance."""
+CLEAR = 24.0
+"""Height of a saw-tooth in standard deviations of what it leaves over. Eight random samples come
+that near to one by chance once in 2e5 times: each with probability 2/12, five of them."""
+LOUD, UNLIKE = 2.0, 0.01
+"""Most scatter, in that of the noise and as a share of a fall: late stamps add to the noise."""
+STRAYS = 0.1
+"""Share of samples, such as those within falls, that the first look at a saw-tooth leaves out."""
+STRAYS_IN_A_ROW = 2
+"""So many samples that follow nothing are strays; more are a stretch of their own."""
+SAW_CYCLES_MIN = 1.6
+"""Cycles of the shortest saw-tooth: fewer may be any two lines."""
+FALL_TAIL = 3.0
+"""Time of a fall and of what rings and settles after it, in falls at the slew rate."""
+SMOOTH_SHARE = 0.01
+"""A sample is smooth where it is so near to the straight line between its neighbours, as a share
+of the range: then the voltage between them is as near."""
+WEAK, WEAK_MOST = 128, 32
+"""Lines shorter than WEAK samples follow each other WEAK_MOST times: a curve, if it is smooth."""
+ENDS, ENDS_FROM = (0.02, 0.98), 50
+"""Quantiles between which samples are no strays, where there are so many."""
+GAIN = 25.0
+"""Two pieces are two if they lower the sum of squares by so many variances of the noise."""
+PIECES_MOST = 10_000  # a minute of a processor
+REFITS = 4
+
+
+class Finder:
+    """Looks for pieces in the samples of a monitor whose amplifier falls at a slew rate."""
+
+    def __init__(self, monitor: Monitor, noise_v: float, slew_v_per_s: float) -> None:
+        self.times_s, self.volts_v = monitor.times_s, monitor.volts_v
+        self.period_s, self.noise_v, self.slew_v_per_s = monitor.period_s, noise_v, slew_v_per_s
+        self.smooth_v = max(SMOOTH_SHARE * float(np.ptp(self.volts_v)), OUT * noise_v)
+        self.smooth_v = math.inf if monitor.shows_falls else self.smooth_v
+
+    def pieces(self) -> list[WavePiece]:
+        """Return the pieces in their order; between them may be samples that follow none."""
+        found, first, lost, weak = list[WavePiece](), 0, 0, 0
+        rough = np.flatnonzero(off_neighbours_v(self.times_s, self.volts_v) > self.smooth_v)
+        while first <= len(self.times_s) - LINE_MIN:
+            line = self._line(first)
+            saw = self._saw(first, line)
+            best = saw or line
+            if saw and line:  # which may be a hold before it
+                split, cost = self._split(replace(line, scatter_v=saw.scatter_v), saw)
+                if cost < self._cost(saw, first, saw.last)[-1] - GAIN:
+                    best = self.fitted(replace(line, last=split)) or saw
+            if best is None:  # the longer nothing is found, the further the next look
+                lost += 1 + lost // 4
+                first += 1 + lost // 4
+                continue
+            before = found[-1].last if found else 0
+            off = self.misfits(best, before, best.first, self.tolerance_v(best))
+            before += int(np.max(np.flatnonzero(off), initial=-1)) + 1
+            found.append(replace(best, first=before))
+            lost = 0 if best.last - best.first >= LINE_SURE else lost
+            first = best.last + lost // 4
+            if len(found) > PIECES_MOST:
+                limit = f'behind {PIECES_MOST} lines and saw-teeth, the most that are looked for'
+                hint = 'give the commands, or cut out the stretch that counts'
+                raise OutOfRange('time', float(self.times_s[first - 1]), 's', limit, hint)
+            weak = weak + 1 if best.last - best.first < WEAK and not best.height_v else 0
+            if weak > WEAK_MOST:
+                next_rough = int(np.searchsorted(rough, first))
+                first = int(rough[next_rough]) if next_rough < len(rough) else len(self.times_s)
+        return self._polished(found)
+
+    def tolerance_v(self, piece: WavePiece) -> float:
+        """Return how far a sample may be from a piece that explains it, V."""
+        return OUT * max(self.noise_v, min(piece.scatter_v, self.most_v(piece)))
+
+    def most_v(self, piece: WavePiece) -> float:
+        """Return how much the samples of a piece may scatter about it, V."""
+        return max(LOUD * self.noise_v, UNLIKE * piece.height_v)
+
+    def reach_v(self, piece: WavePiece) -> float:
+        """
+        Return the same for the samples beside a piece.
+
+        A straight line through n samples is known to sigma sqrt(28/n) n samples behind them.
+
+        """
+        return self.tolerance_v(piece) * math.sqrt(1.0 + 28.0 / (piece.last - piece.first))
+
+    def misfits(
+        self, piece: WavePiece, first: int, last: int, limit_v: float
+    ) -> NDArray[np.bool_]:
+        """Return which of a stretch of samples a piece does not explain within a limit."""
+        volts_v = self.volts_v[first:last]
+        off = np.abs(piece.rest_v(self.times_s[first:last], volts_v)) > limit_v
+        if piece.height_v:  # all samples lie between a base and a top
+            own_v = self.volts_v[piece.samples]
+            least_v, most_v = np.quantile(own_v, ENDS if len(own_v) > ENDS_FROM else (0.0, 1.0))
+            reach_v = piece.height_v + limit_v
+            off |= (volts_v > least_v + reach_v) | (volts_v < most_v - reach_v)
+        return np.asarray(off)
+
+    def fitted(self, piece: WavePiece) -> WavePiece | None:
+        """Return the least squares of a piece to its samples, without strays."""
+        times_s, volts_v = self.times_s[piece.samples], self.volts_v[piece.samples]
+        for _ in range(REFITS):
+            rest_v = np.abs(piece.rest_v(times_s, volts_v))
+            kept = rest_v <= OUT * max(self.noise_v, GAUSSIAN * float(np.median(rest_v)))
+            found = piece.least_squares(times_s[kept], volts_v[kept])
+            if found is None:
+                return None
+            before, piece = piece, found
+            same = piece.falls(times_s, volts_v) == before.falls(times_s, volts_v)
+            if same.all():
+                break
+        return piece
+
+    def _line(self, first: int) -> WavePiece | None:
+        """Return the line that begins at a sample."""
+        times_s, volts_v = (x[first : first + LINE_MIN] for x in (self.times_s, self.volts_v))
+        start = WavePiece(first, first + LINE_MIN, self.slew_v_per_s, times_s[0], volts_v[0])
+        line = start.least_squares(times_s, volts_v)
+        if line is None or np.abs(line.rest_v(times_s, volts_v)).max() > OUT * self.noise_v:
+            return None
+        return self._extended(replace(line, scatter_v=0.0))
+
+    def _saw(self, first: int, line: WavePiece | None) -> WavePiece | None:
+        """Return a saw-tooth that begins at a sample and goes further than the line there."""
+        reach = line.last - first if line else 0
+        longer = (int(times * reach) for times in LINES if times * reach > SAW_WINDOWS[-1])
+        for window in (*SAW_WINDOWS, *longer):
+            if not reach < window <= len(self.times_s) - first:
+                continue
+            slope = line.slope_v_per_s if line and reach >= SAW_MIN else None
+            saw = self._guess(first, first + window, slope)
+            saw = saw and self.fitted(saw)
+            if not saw or saw.height_v < CLEAR * max(saw.scatter_v, 0.5 * self.noise_v):
+                continue
+            if saw.scatter_v > self.most_v(saw):
+                continue
+            off = self.misfits(saw, first, saw.last, self.tolerance_v(saw))
+            if off.sum() > STRAYS * (window - 2) or self._holds(off, saw) < window:
+                continue
+            saw = self._extended(saw)
+            lasts_s = float(self.times_s[saw.last - 1] - self.times_s[first])
+            if saw.last - first > reach and lasts_s * abs(saw.frequency_hz) >= SAW_CYCLES_MIN:
+                return saw
+        return None
+
+    def _guess(self, first: int, last: int, slope_v_per_s: float | None) -> WavePiece | None:
+        """
+        Return the saw-tooth whose neighbouring samples differ as these do.
+
+        At even times they differ by s dt, or by s dt - H across a fall: two values, whose
+        distance is H. That of them which is nearer to 0 gives the lowest frequency, unless the
+        slope is known from a line.
+
+        """
+        times_s, volts_v = self.times_s[first:last], self.volts_v[first:last]
+        rises_v = np.diff(volts_v)[np.abs(np.diff(times_s) / self.period_s - 1.0) < 0.25]
+        rises_v.sort()
+        count = len(rises_v)
+        lower = int(np.searchsorted(rises_v, 0.5 * (rises_v[0] + rises_v[-1]))) if count else 0
+        if count < SAW_MIN - 3 or not 0 < lower < count:
+            return None
+        middles_v = rises_v[lower // 2], rises_v[(lower + count) // 2]
+        near = [np.abs(rises_v - each) < 2.0 * np.ptp(middles_v) / CLEAR for each in middles_v]
+        if near[0].sum() + near[1].sum() < (1.0 - 2.0 * STRAYS) * count - 2.0:
+            return None  # a stray spoils two differences
+        lower_v, upper_v = (float(rises_v[each].mean()) for each in near)
+        height_v = upper_v - lower_v
+        if lower_v > height_v / CLEAR or upper_v < -height_v / CLEAR:
+            return None
+        slope = min(lower_v, upper_v, key=abs) / self.period_s
+        if slope_v_per_s is not None:
+            slope = slope_v_per_s
+        start = times_s[0], volts_v[0], slope, height_v
+        return WavePiece(first, last, self.slew_v_per_s, *(float(each) for each in start))
+
+    def _extended(self, piece: WavePiece) -> WavePiece:
+        """Return a piece fitted to all it explains behind it, twice as many samples a time."""
+        while piece.last < len(self.times_s):
+            count = piece.last - piece.first
+            last = min(len(self.times_s), piece.last + count)
+            end = piece.last + self._holds(
+                self.misfits(piece, piece.last, last, self.reach_v(piece)), piece
+            )
+            longer = self.fitted(replace(piece, last=end)) if end > piece.last else None
+            if longer is None:
+                return piece
+            limit_v = OUT * max(self.noise_v, piece.scatter_v if count >= SAW_MIN else 0.0)
+            kept = self._holds(self.misfits(longer, piece.first, end, limit_v), longer)
+            if piece.first + kept < end:
+                return (
+                    self.fitted(replace(piece, last=max(piece.first + kept, piece.last))) or piece
+                )
+            piece = longer
+            if end < last:
+                return piece
+        return piece
+
+    def _holds(self, off: NDArray[np.bool_], piece: WavePiece) -> int:
+        """Return how many samples a piece explains, of which single ones may be off its falls."""
+        if piece.height_v:
+            fall_s = FALL_TAIL * piece.height_v / self.slew_v_per_s
+            run = 2 + int(fall_s / self.period_s)
+            sums = np.cumsum(np.concatenate(([0], off, np.ones(run))))
+            off = off & (sums[run : run + len(off)] - sums[: len(off)] >= run - (run > 2))
+        return int(np.argmax(off)) if off.any() else len(off)
+
+    def _polished(self, pieces: list[WavePiece]) -> list[WavePiece]:
+        """Return the fewest pieces that explain the samples, and meet where they do so best."""
+        settled = set[tuple[WavePiece, ...]]()
+        for _ in range(REFITS):
+            index = 0
+            while index < len(pieces) - 1:
+                a, b, *c = around = tuple(pieces[index : index + 3])
+                if b.first - a.last > STRAYS_IN_A_ROW or around in settled:
+                    index += 1
+                elif one := self._one(a, b):
+                    pieces[index : index + 2] = [one]
+                elif c and c[0].first - b.last <= STRAYS_IN_A_ROW and self._spare(a, b, c[0]):
+                    pieces[index : index + 3] = self._met(a, c[0])
+                else:
+                    pieces[index : index + 2] = self._met(a, b)
+                    settled |= {around} if pieces[index] is a else set()
+                    index += 1
+        return pieces
+
+    def _one(self, a: WavePiece, b: WavePiece) -> WavePiece | None:
+        """Return the piece that explains the samples of two hardly worse than both do."""
+        long, short = (a, b) if a.last - a.first > b.last - b.first else (b, a)
+        if (short.height_v and not long.height_v) or not self._may_explain((long,), short):
+            return None
+        one = self.fitted(replace(long, first=a.first, last=b.last))
+        if one is None:
+            return None
+        scatter_v = min(a.scatter_v, b.scatter_v)
+        same = [replace(each, scatter_v=scatter_v) for each in (a, b, one)]
+        costs = [float(self._cost(each, each.first, each.last)[-1]) for each in same]
+        return one if costs[2] < costs[0] + costs[1] + GAIN else None
+
+    def _spare(self, a: WavePiece, b: WavePiece, c: WavePiece) -> bool:
+        """Return whether the pieces around another explain its samples hardly worse."""
+        if not self._may_explain((a, c), b):
+            return False
+        b = replace(b, scatter_v=min(a.scatter_v, c.scatter_v))
+        apart = sum(self._cost(each, each.first, each.last)[-1] for each in (a, b, c))
+        return bool(self._split(a, c)[1] < apart + GAIN)
+
+    def _may_explain(self, pieces: tuple[WavePiece, ...], other: WavePiece) -> bool:
+        times_s, volts_v = self.times_s[other.samples], self.volts_v[other.samples]
+        rests = [np.abs(x.rest_v(times_s, volts_v)) / self.tolerance_v(x) for x in pieces]
+        return bool(np.median(np.min(rests, axis=0)) < 2.0)
+
+    def _met(self, a: WavePiece, b: WavePiece) -> tuple[WavePiece, WavePiece]:
+        """Return two pieces that meet where they explain the samples best."""
+        split, _ = self._split(a, b)
+        if (a.last, b.first) == (split, split):
+            return a, b
+        new_a, new_b = self.fitted(replace(a, last=split)), self.fitted(replace(b, first=split))
+        return (new_a, new_b) if new_a and new_b else (a, b)
+
+    def _cost(self, piece: WavePiece, first: int, last: int) -> Array:
+        """Return the running sum of squared deviations of a stretch, in variances of the noise."""
+        limit_v = self.tolerance_v(piece)
+        off = self.misfits(piece, first, last, limit_v)
+        rest_v = piece.rest_v(self.times_s[first:last], self.volts_v[first:last])
+        return np.cumsum((OUT * np.where(off, 1.0, rest_v / limit_v)) ** 2)
+
+    def _split(self, a: WavePiece, b: WavePiece) -> tuple[int, float]:
+        """Return the first sample of B where both explain all best, and what they cost."""
+        costs = [self._cost(each, a.first, b.last) for each in (a, b)]
+        total = costs[0] + costs[1][-1] - costs[1]  # all up to a sample on a, those behind it on b
+        low, high = LINE_MIN - 1, len(total) - LINE_MIN
+        if high <= low:
+            return a.last, math.inf
+        best = low + int(np.argmin(total[low:high]))
+        return a.first + best + 1, float(total[best])
+
+
+def off_neighbours_v(times_s: Array, volts_v: Array) -> Array:
+    """Return how far each sample lies off the straight line between its neighbours, V."""
+    off_v = np.zeros(len(volts_v))
+    share = (times_s[1:-1] - times_s[:-2]) / (times_s[2:] - times_s[:-2])
+    off_v[1:-1] = np.abs(volts_v[1:-1] - volts_v[:-2] - share * (volts_v[2:] - volts_v[:-2]))
+    return off_v

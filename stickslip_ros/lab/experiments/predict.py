@@ -1,0 +1,205 @@
+"""What a stand would show in an experiment: the one place where a model meets data."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import islice
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.advance import FOOT, FORCE, POSITION
+from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.runs.batch import Pool, run_courses
+from stickslip_ros.lab.runs.courses import Course, bundle_for, together
+from stickslip_ros.lab.runs.sawtooth_run import drive_course
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.process.stopping import stop_if_asked
+
+Run: TypeAlias = tuple[Parameters, SawtoothSteps | Voltage, float, float]
+"""What makes a run: stand, drive, load (N), time of the last sample (s; 0 of steps)."""
+
+SAMPLE_S = 5e-6
+"""Spacing of a trace: a runner of a few grams rings at 5 to 15 kHz on its contacts."""
+SAMPLES_MAX = 4_000_000
+AT_ONCE = 20_000  # samples after which it is asked whether somebody wants to stop
+COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
+"""Columns of a trace, by quantity."""
+NUMBERS = {'force_n': 'force_mean_n', 'step_length_m': 'step_length_m'}
+"""Fields of a run of steps, by quantity."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prediction:
+    """
+    What a stand would show where something was seen.
+
+    Attributes
+    ----------
+    values : array, shape (n,)
+        The quantity.
+    rate, curvature : array, shape (n,) or (0,)
+        Its derivatives with time, what a late and what a slow sensor misses; none of a number.
+
+    """
+
+    values: Array
+    rate: Array
+    curvature: Array
+
+
+def predict(
+    stand: Parameters,
+    experiments: Sequence[Experiment],
+    *,
+    shifts_s: Sequence[float] = (),
+    pool: Pool | None = None,
+) -> list[list[Prediction]]:
+    """
+    Return what a stand would show in experiments, for each what was seen there.
+
+    Parameters
+    ----------
+    stand : Parameters
+        The stand; what an experiment has set counts more.
+    experiments : sequence of Experiment
+        What was done and seen; equal runs are made once.
+    shifts_s : sequence of float
+        What the clocks of the sensors are late, s, for each experiment; by default 0.
+    pool : Pool, optional
+        Threads for the runs; by default there is one.
+
+    Raises
+    ------
+    StickSlipError
+        If a stand cannot be, or cannot do what drove it.
+
+    """
+    return predict_all([stand], experiments, [shifts_s], pool=pool)[0]
+
+
+def predict_all(
+    stands: Sequence[Parameters],
+    experiments: Sequence[Experiment],
+    shifts_s: Sequence[Sequence[float]],
+    *,
+    pool: Pool | None = None,
+) -> list[list[list[Prediction]]]:
+    """Do what ``predict`` does for several stands, whose runs go beside each other."""
+    shifts = [each or (0.0,) * len(experiments) for each in shifts_s]
+    runs: list[Run] = [
+        (stand.updated(dict(one.settings)), one.drive, one.load_n, _end_s(one))
+        for stand in stands
+        for one in experiments
+    ]
+    kept = {run: _kept(run) for run in runs}
+    new = [run for run, results in kept.items() if not results]
+    if pool is None:
+        made = together(map(_course, new))
+    else:
+        made = run_courses(_course, new, bundle_for(stands[0]), pool=pool)
+    for run, result in zip(new, made, strict=True):
+        kept[run].append(result)
+    results = iter([kept[run][0] for run in runs])
+    return [
+        [
+            [_look(result, each, shift_s) for each in one.seen]
+            for one, shift_s, result in zip(
+                experiments, of_stand, islice(results, len(experiments)), strict=True
+            )
+        ]
+        for of_stand in shifts
+    ]
+
+
+def _end_s(experiment: Experiment) -> float:
+    """Return how long a run lasts, s: to the last corner, and as long as something was seen."""
+    drive = experiment.drive
+    return max(drive.lasts_s, experiment.end_s) if isinstance(drive, Voltage) else 0.0
+
+
+def _kept(run: Run) -> list[Any]:
+    """Return where the result of a run is kept: an empty list before it has been made."""
+    return (_steps_kept if isinstance(run[1], SawtoothSteps) else _traces_kept)(*run)
+
+
+@lru_cache(maxsize=4096)
+def _steps_kept(*_run: Any) -> list[Any]:
+    """Keep runs of steps: searches and slopes ask for the same again."""
+    return []
+
+
+@lru_cache(maxsize=32)
+def _traces_kept(*_run: Any) -> list[Any]:
+    """Keep traces, of which each has megabytes."""
+    return []
+
+
+def _course(run: Run) -> Course[Any]:
+    """Return the course of a run, to its trace or to what is read off after its steps."""
+    stand, drive, load_n, end_s = run
+    if isinstance(drive, SawtoothSteps):
+        return drive_course(stand, *drive[:3], load_n=load_n)
+    return trace_course(stand, drive, load_n, end_s)
+
+
+def trace_course(
+    stand: Parameters, voltage: Voltage, load_n: float, end_s: float
+) -> Course[Array]:
+    """
+    Return the course of a voltage, from rest at its first value.
+
+    It ends at a trace, shape (samples, 5), that begins at 0 and has a row every SAMPLE_S.
+
+    """
+    rows = voltage.rows
+    samples = int(np.ceil(end_s / SAMPLE_S)) + 3
+    if samples > SAMPLES_MAX:
+        limit = f'above {SAMPLES_MAX * SAMPLE_S:g} s'
+        raise OutOfRange('length of a run', end_s, 's', limit, 'take windows of it')
+    wave = check_request(Request('waveform', tuple(rows.ravel().tolist())), stand)
+    there = stand.updated({'amplifier.voltage_initial': float(rows[0, 1])})
+    plants = plant_of(there)
+    states = state_at_rest(plants, there.stand.preload)
+    start_clock(states)
+    trace, log = np.empty((samples, FORCE + 1)), np.empty((1, 3))
+    yield plants, states, wave, load_n, 0.0, trace[:1], log
+    for first in range(1, samples, AT_ONCE):
+        stop_if_asked()
+        yield plants, states, wave, load_n, SAMPLE_S, trace[first : first + AT_ONCE], log
+    return trace
+
+
+def _look(result: Any, seen: Seen, shift_s: float) -> Prediction:
+    """Return what a sensor would show of the result of a run."""
+    if not seen.is_trace:
+        number = np.array([getattr(result, NUMBERS[seen.quantity])])
+        return Prediction(number, np.empty(0), np.empty(0))
+    return Prediction(*at_times(result[:, COLUMNS[seen.quantity]], seen.time_s - shift_s))
+
+
+def at_times(samples: Array, time_s: Array) -> tuple[Array, Array, Array]:
+    """
+    Return values and two derivatives of samples at times, by cubics through four of them.
+
+    Before the first sample and behind the last the curve stands still.
+
+    """
+    last = len(samples) - 1
+    place = np.clip(time_s / SAMPLE_S, 0.0, last)
+    left = np.clip(place.astype(np.intp), 1, last - 2)
+    u = place - left
+    before, here, after, beyond = (samples[left + k] for k in (-1, 0, 1, 2))
+    # Lagrange's cubic through u = -1, 0, 1, 2, by powers of u.
+    first = after - before / 3.0 - here / 2.0 - beyond / 6.0
+    second = (before + after) / 2.0 - here
+    third = (beyond - before) / 6.0 + (here - after) / 2.0
+    is_inside = (time_s >= 0.0) & (time_s <= last * SAMPLE_S)
+    rate = np.where(is_inside, first + u * (2.0 * second + 3.0 * u * third), 0.0)
+    curvature = np.where(is_inside, 2.0 * second + 6.0 * u * third, 0.0)
+    values = here + u * (first + u * (second + u * third))
+    return values, rate / SAMPLE_S, curvature / SAMPLE_S**2

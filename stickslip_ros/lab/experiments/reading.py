@@ -1,0 +1,318 @@
+"""Experiments out of files: recordings of any rig, tables over time, tables by amplitude."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.lab.experiments.aliases import FREQUENCY_MAX_HZ
+from stickslip_ros.lab.experiments.clocks import lone_outliers
+from stickslip_ros.lab.experiments.experiment import (
+    OF_STEPS,
+    Experiment,
+    SawtoothSteps,
+    Seen,
+    Voltage,
+)
+from stickslip_ros.lab.experiments.recognise import recognise
+from stickslip_ros.lab.runs.mapped import mapped_series
+from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
+from stickslip_ros.lab.runs.recorded_run import Run
+from stickslip_ros.lab.runs.replay import DriveInput
+from stickslip_ros.lab.tables.columns import sigma_name
+from stickslip_ros.lab.tables.experiment import (
+    BY_AMPLITUDE,
+    OVER_TIME,
+    MeasuredTable,
+    Reading,
+    listed_tables,
+    read_experiment,
+)
+from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.recording.integrity import is_recording
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.run_file import RUN_RECORD
+
+if TYPE_CHECKING:
+    from stickslip_ros.lab.tables.formats import Table
+
+VOLTAGE, FOOT = 'voltage_v', 'foot_m'
+SEEN = {'position_m': 'position_m', 'force_n': 'force_n', 'foot_position_m': 'foot_position_m'}
+JITTER, SAMPLED_SHARE = 0.2, 0.8
+"""Times are samples if so large a share of their distances is so near to the middle one."""
+SAMPLES_MIN = 32  # readings below which nothing is read off a trace
+MOVES_MIN = 1.2  # scatter of readings per noise, of which 1 is noise alone
+LONGEST_S = 2.0
+"""Length of a recording that is run as a whole; of a longer one a window must be named."""
+FREE = {'load_cell.contact': 'absent'}
+"""Of a runner that is seen to move and whose force nobody measured."""
+OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
+"""Names of parameters that say how a stand of this package was set for a recording."""
+
+
+@dataclass(frozen=True)
+class DriveSource:
+    """What is known of the voltage beside the recording of it."""
+
+    commands: 'Table | None' = None  # times and voltages, exactly
+    frequency_max_hz: float | None = None  # of the saw-teeth in a slow monitor
+    direction: int = 0  # of all saw-teeth, 1 or -1; 0 is unknown
+
+
+def read_experiments(
+    given: Any,
+    stand: Parameters,
+    reading: Reading,
+    source: DriveSource,
+    frequency_hz: float = 1000.0,
+    steps: int = 0,
+    window_s: tuple[float, float] | None = None,
+    outliers: float = 6.0,
+) -> list[Experiment]:
+    """
+    Return the experiments that files, frames, runs and experiments hold.
+
+    Parameters
+    ----------
+    given : path-like, DataFrame, Run, Experiment, or sequence of them
+        A recording or a table over time is one experiment, each row of a table by amplitude one.
+    stand : Parameters
+        Slew rate and range of its amplifier help to recognise a voltage.
+    reading : Reading
+        Which column or topic is what, and preloads.
+    source : DriveSource
+        What is known of the voltage.
+    frequency_hz : float
+        SawtoothSteps per second of points that have none.
+    steps : int
+        Cycles from rest after which numbers were read; 0: when they were steady.
+    window_s : tuple of float, optional
+        Stretch of recordings that counts, s.
+    outliers : float
+        Robust standard deviations from which a lone reading is left out; 0 keeps all.
+
+    Raises
+    ------
+    StickSlipError
+        If there is no voltage or nothing that was seen, or the voltage is none that can be played.
+
+    """
+    if steps < 0:
+        raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for steady numbers')
+    if outliers < 0.0:
+        raise OutOfRange('outliers', outliers, '', 'below 0', 'give 6, or 0 to keep all')
+    listed = [given] if isinstance(given, Experiment | Run) else listed_tables(given)
+    reading.check_count(len(listed))
+    found = list[Experiment]()
+    for number, each in enumerate(listed):
+        if isinstance(each, Experiment):
+            found.append(each)
+            continue
+        if isinstance(each, Run) or (isinstance(each, Path) and is_recording(each)):
+            recording = each.recording if isinstance(each, Run) else Recording(each)
+            topics = (each.topics if isinstance(each, Run) else None) or reading.topics
+            one = _of_recording(recording, topics, stand, reading.preload_n(number), source)
+        else:
+            table = read_experiment(each, reading, number=number)
+            if table.kind == BY_AMPLITUDE:
+                found += _of_points(table, frequency_hz, steps)
+                continue
+            one = _of_table(table, stand, reading.preload_n(number), source)
+        one = _without_outliers(one, outliers) if outliers else one
+        found.append(one.within(*window_s) if window_s else one)
+        _check_length(found[-1])
+    return found
+
+
+def voltage_of(
+    time_s: Array,
+    voltage_v: Array,
+    stand: Parameters,
+    source: DriveSource,
+    position: tuple[Array, Array] | None = None,
+) -> Voltage:
+    """
+    Return the voltage that drove a stand: as commanded, or as it is recognised in samples.
+
+    Raises
+    ------
+    StickSlipError
+        If the samples are no wave that can be played, or the commands no table of a voltage.
+
+    """
+    if source.commands is not None:
+        [commands] = listed_tables(source.commands)
+        table = read_experiment(commands, kind=OVER_TIME, measured=(VOLTAGE,))
+        rows = np.column_stack((table.columns['time_s'], table.columns[VOLTAGE]))
+        rows[:, 0] -= rows[0, 0]
+        return Voltage(rows, (f'commands of {table.origin}',))
+    found = recognise(
+        time_s,
+        voltage_v,
+        stand,
+        frequency_max_hz=source.frequency_max_hz or FREQUENCY_MAX_HZ,
+        direction=source.direction,
+        position=position,
+    )
+    corners_s, corners_v = found.corners()
+    rows = np.column_stack((corners_s - corners_s[0], corners_v))
+    return Voltage(rows, tuple(found.said()), begins_s=float(corners_s[0]))
+
+
+def played(given: DriveInput, stand: Parameters, source: DriveSource) -> Voltage:
+    """
+    Return how a measured voltage is played: samples as the wave that is recognised in them.
+
+    A table whose times are not even holds corners, which are played as they are.
+
+    Raises
+    ------
+    StickSlipError
+        If samples are no wave that can be played.
+
+    """
+    spacing_s = np.diff(given.time_s)
+    is_sampled = len(spacing_s) >= SAMPLES_MIN and bool(
+        np.mean(np.abs(spacing_s / np.median(spacing_s) - 1.0) < JITTER) > SAMPLED_SHARE
+    )
+    if is_sampled and given.is_voltage:
+        return voltage_of(given.time_s, given.voltage_v, stand, source)
+    return Voltage(np.column_stack((given.time_s, given.voltage_v)))
+
+
+def _of_recording(
+    recording: Recording,
+    topics: Mapping[str, str],
+    stand: Parameters,
+    preload_n: float | None,
+    source: DriveSource,
+) -> Experiment:
+    """Return the experiment of a recording, of this package or, mapped, of another program."""
+    settings: dict[str, Scalar] = {}
+    if RUN_RECORD in recording.metadata:
+        series = recorded_series(recording)
+        own = recorded_stand(recording)
+        settings = {name: each for name, each in own.flat().items() if name.startswith(OWN)}
+    elif topics:
+        series = mapped_series(recording, topics)
+    else:
+        hint = 'say which topic is what: --map voltage_v=TOPIC.FIELD --map position_m=TOPIC.FIELD'
+        raise RecordingError(recording.path, f'holds {", ".join(recording.types)}', hint)
+    seen = tuple(
+        Seen(quantity, series[name].value, series[name].time_s)
+        for name, quantity in SEEN.items()
+        if name in series and len(series[name]) >= SAMPLES_MIN
+    )
+    voltage = series.get(VOLTAGE)
+    pair = None if voltage is None else (voltage.time_s, voltage.value)
+    return _over_time(str(recording.path), pair, seen, stand, preload_n, source, settings)
+
+
+def _of_table(
+    table: MeasuredTable, stand: Parameters, preload_n: float | None, source: DriveSource
+) -> Experiment:
+    """Return the experiment of a table over time."""
+    columns, time_s, seen = table.columns, table.columns['time_s'], list[Seen]()
+    for name, quantity in SEEN.items():
+        if name in columns and (known := np.isfinite(columns[name])).sum() >= SAMPLES_MIN:
+            sigma = columns.get(sigma_name(name))
+            error = None if sigma is None else float(np.nanmedian(sigma))
+            seen.append(Seen(quantity, columns[name][known], time_s[known], error))
+    pair = None
+    if VOLTAGE in columns:
+        known = np.isfinite(columns[VOLTAGE])
+        pair = time_s[known], columns[VOLTAGE][known]
+    return _over_time(table.origin, pair, tuple(seen), stand, preload_n, source, {})
+
+
+def _over_time(
+    origin: str,
+    voltage: tuple[Array, Array] | None,
+    seen: tuple[Seen, ...],
+    stand: Parameters,
+    preload_n: float | None,
+    source: DriveSource,
+    settings: Mapping[str, Scalar],
+) -> Experiment:
+    if not seen:
+        hint = f'name one of {", ".join(SEEN)}: --map position_m=TOPIC.FIELD'
+        raise RecordingError(origin, 'shows neither a motion nor a force over time', hint)
+    if voltage is None and source.commands is None:
+        hint = 'name its voltage, --map voltage_v=TOPIC.FIELD, or give --commands'
+        raise RecordingError(origin, 'does not say what drove it', hint)
+    still = [each for each in seen if float(np.std(each.values)) <= MOVES_MIN * each.noise]
+    if len(still) == len(seen):
+        hint = 'check which topic or column it is, and that the runner moved'
+        raise RecordingError(origin, f'has a {still[0].quantity} that shows noise alone', hint)
+    notes = tuple(f'{origin}: {each.quantity} shows noise alone and is left out' for each in still)
+    seen = tuple(each for each in seen if each not in still)
+    first_s = float(seen[0].time_s[0])
+    time_s, voltage_v = voltage or (np.array([first_s]), np.zeros(1))
+    position = None
+    for each in seen:
+        if each.quantity == 'position_m':
+            kept = ~lone_outliers(each.values)
+            position = each.time_s[kept], each.values[kept]
+    drive = voltage_of(time_s, voltage_v, stand, source, position)
+    begins_s = float(time_s[0]) if source.commands is not None else drive.begins_s
+    own = dict(settings)
+    if preload_n is not None:
+        own['stand.preload'] = preload_n
+    if not settings and not any(each.quantity == 'force_n' for each in seen):
+        own |= FREE
+    if not {'stand.preload'} & (own.keys() | stand.changed().keys()):
+        text = f'the preload is not said, that of the stand, {stand.stand.preload:g} N, is taken'
+        notes += (f'{origin}: {text}: name it with --preload',)
+    late = tuple(replace(each, time_s=each.time_s - begins_s) for each in seen)
+    return Experiment(origin, own, drive, late, notes=notes)
+
+
+def _of_points(table: MeasuredTable, frequency_hz: float, steps: int) -> list[Experiment]:
+    """Return the experiments of a table by amplitude: one for each number of each row."""
+    columns, found = table.columns, list[Experiment]()
+    rows = len(columns['amplitude_m'])
+    hertz = columns.get('frequency_hz', np.full(rows, frequency_hz))
+    for quantity in OF_STEPS:
+        if quantity not in columns:
+            continue
+        if not np.any(columns[quantity]):
+            hint = f'check the column {quantity}'
+            raise RecordingError(table.origin, f'has no {quantity} other than 0', hint)
+        sigma = columns.get(sigma_name(quantity))
+        for row in range(rows):
+            drive = SawtoothSteps(
+                float(columns['amplitude_m'][row]), float(hertz[row]), steps, is_steady=not steps
+            )
+            settings: dict[str, Scalar] = {'stand.preload': float(columns['preload_n'][row])}
+            if quantity == 'step_length_m':
+                settings |= FREE
+            error = None if sigma is None else float(sigma[row])
+            seen = Seen(quantity, columns[quantity][row : row + 1], sigma=error)
+            found.append(Experiment(f'{table.origin} row {row + 1}', settings, drive, (seen,)))
+    if not found:
+        hint = f'give one of {", ".join(OF_STEPS)}'
+        raise RecordingError(table.origin, 'has no number that can be fitted', hint)
+    return found
+
+
+def _without_outliers(one: Experiment, factor: float) -> Experiment:
+    """Leave out and count lone readings that are far from those around them."""
+    seen = []
+    for each in one.seen:
+        out = lone_outliers(each.values, factor)
+        kept = replace(
+            each, values=each.values[~out], time_s=each.time_s[~out], left_out=int(out.sum())
+        )
+        seen.append(kept)
+    return replace(one, seen=tuple(seen))
+
+
+def _check_length(one: Experiment) -> None:
+    if isinstance(one.drive, Voltage) and one.end_s > LONGEST_S:
+        limit = f'above {LONGEST_S:g} s, of which all is run for each stand that is tried'
+        hint = 'name a stretch of some waves: --window 0.3s@2s'
+        raise OutOfRange(f'length of {one.origin}', one.end_s, 's', limit, hint)

@@ -1,0 +1,111 @@
+"""How late the clock of a sensor is: the runner jerks where the voltage falls, whatever it is."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.parameters import Parameters
+
+LATE_MAX_S = 0.05  # beyond which a clock is not looked for
+FALL_S, FALL_V = 5e-5, 1.0
+"""A corner follows a fall if the voltage has changed by so much within so short a time."""
+CLEAR = 1.3
+"""Times by which the best lag must beat that of two clocks that agree, to be believed."""
+SEEN_MIN = 8.0
+"""Standard errors of the mean of the falls that a jerk must be above, to be one: noise of 10 to
+50 nm came to 5 at the best of 5,000 lags, rigs of 1.5 nm to 13 and more."""
+LATE_MIN_S = 1e-4  # what is less is left to the model's motion
+AROUND_S, STEP_S = 2e-4, 4e-6
+"""How far around a lateness is looked with a model, and in which steps."""
+
+
+class Lateness(NamedTuple):
+    """What the clock of a sensor is late, and how clearly that is seen."""
+
+    late_s: float
+    score: float  # jerk at the falls, per jerk elsewhere
+    score_at_0: float
+    rival_s: float  # the next best lag
+    rival_score: float
+    falls: int
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether the clock is late rather than on time."""
+        is_seen = self.score * math.sqrt(self.falls) > SEEN_MIN
+        is_better = self.score > CLEAR * max(self.score_at_0, 0.0)
+        return abs(self.late_s) > LATE_MIN_S and is_seen and is_better
+
+    @property
+    def has_rival(self) -> bool:
+        """Whether another lag is nearly as good."""
+        return self.score < CLEAR * self.rival_score
+
+
+def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
+    """
+    Return by how much what was seen is late against the voltage; None without falls to go by.
+
+    Where the voltage falls, the feet jerk and so does the runner: the absolute second difference
+    of its readings, summed over all falls, is largest where the clocks agree. Nothing is assumed
+    of the stand. To a sample; a fit finds the rest.
+
+    """
+    time_s, values = seen.time_s, seen.values
+    length_s, rise_v = np.diff(voltage.rows, axis=0).T
+    falls_s = voltage.rows[1:, 0][(length_s <= FALL_S) & (np.abs(rise_v) >= FALL_V)]
+    sample_s = float(np.median(np.diff(time_s)))
+    if not len(falls_s) or len(values) < 16:
+        return None
+    even_s = np.arange(time_s[0], time_s[-1], sample_s)
+    jerk = np.abs(
+        np.diff(np.interp(even_s, time_s, values), 2, prepend=values[0], append=values[-1])
+    )
+    jerk -= jerk.mean()
+    lags = np.arange(-round(LATE_MAX_S / sample_s), round(LATE_MAX_S / sample_s) + 1)
+    places = np.round((falls_s - even_s[0]) / sample_s).astype(np.intp)
+    found = places + lags[:, np.newaxis]
+    inside = (found >= 0) & (found < len(jerk))
+    sums: Array = np.where(inside, jerk[np.clip(found, 0, len(jerk) - 1)], 0.0).sum(axis=1)
+    score = sums / (len(falls_s) * max(float(jerk.std()), 1e-300))
+    best = int(np.argmax(score))
+    near = np.abs(lags - lags[best]) > 3
+    rival = int(np.argmax(np.where(near, score, -np.inf)))
+    zero = float(score[np.abs(lags) <= 1].max())
+    return Lateness(
+        float(lags[best] * sample_s),
+        float(score[best]),
+        zero,
+        float(lags[rival] * sample_s),
+        float(score[rival]),
+        len(falls_s),
+    )
+
+
+def lateness_in(experiment: Experiment, stand: Parameters) -> float:
+    """Return how late the clock of what was seen is, s: by the falls, then by a model's motion."""
+    if not isinstance(experiment.drive, Voltage):
+        return 0.0
+    found = lateness_of(experiment.seen[0], experiment.drive)
+    rough_s = found.late_s if found is not None and found.is_clear else 0.0
+    return lateness_near(experiment, stand, rough_s)
+
+
+def lateness_near(experiment: Experiment, stand: Parameters, rough_s: float) -> float:
+    """
+    Return which lateness lets the motion of a model agree best from reading to reading, s.
+
+    The differences from one reading to the next do not see steps that are too long or too short.
+
+    """
+    most, seen = round(AROUND_S / STEP_S), experiment.seen[0]
+    tried_s = (rough_s + STEP_S * np.arange(-most, most + 1)).tolist()
+    misses = []
+    for late_s in tried_s:
+        [[model, *_]] = predict(stand, [experiment], shifts_s=(late_s,))
+        misses.append(float(np.sum(np.diff(model.values - seen.values) ** 2)))
+    return float(tried_s[int(np.argmin(misses))])

@@ -1,0 +1,101 @@
+"""Stands as likely as what a fit knows of one: draws, from a fit or from its file."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
+from stickslip_ros.files import read_bytes
+from stickslip_ros.lab.fitting.free import Free
+from stickslip_ros.parameters import Parameters
+
+DRAWS = 100  # where nobody says how many
+DRAWS_MAX = 10_000
+
+
+def drawn(
+    stand: Parameters, free: Sequence[Free], place: Array, covariance: Array, count: int, seed: int
+) -> list[Parameters]:
+    """
+    Return stands from the normal distribution of coordinates.
+
+    Parameters
+    ----------
+    stand, free : Parameters, sequence of Free
+        The fitted stand, and which of its parameters were free.
+    place, covariance : array, shapes (free,) and (free, free)
+        Minimum and covariance of the coordinates; what has no variance stays as it is.
+    count, seed : int
+        Number of stands, and seed of the chance.
+
+    Raises
+    ------
+    OutOfRange
+        If the number is none.
+
+    """
+    if not 1 <= count <= DRAWS_MAX:
+        limit = f'not from 1 to {DRAWS_MAX}'
+        raise OutOfRange('number of draws', count, '', limit, f'take {DRAWS}')
+    known = np.isfinite(np.diag(covariance))
+    chance = np.random.default_rng(seed)
+    places = np.tile(place, (count, 1))
+    if known.any():
+        within = covariance[np.ix_(known, known)]
+        places[:, known] = chance.multivariate_normal(place[known], within, count, method='eigh')
+    names = [one.name for one in free]
+    stands = []
+    for each in places.tolist():
+        values = [one.to_value(z) for one, z in zip(free, each, strict=True)]
+        stands.append(stand.updated(dict(zip(names, values, strict=True))))
+    return stands
+
+
+def read_stand(path: Path) -> Parameters:
+    """Return the fitted stand of such a file as ``read_draws`` reads."""
+    return _read(path)[0]
+
+
+def read_draws(path: Path, count: int = DRAWS, seed: int = 1) -> list[Parameters]:
+    """
+    Return draws of the fit that was written to a file, ``stickslip fit -o fitted.json``.
+
+    What the fit did not determine stays as it was found in all of them.
+
+    Raises
+    ------
+    RecordingError
+        If it is no such file.
+    OutOfRange
+        If the number of draws is none.
+
+    """
+    return drawn(*_read(path), count, seed)
+
+
+def _read(path: Path) -> tuple[Parameters, list[Free], Array, Array]:
+    """Return stand, free parameters, minimum and covariance of the coordinates."""
+    hint = 'give the .json of stickslip fit -o'
+    try:
+        said = json.loads(read_bytes(path, hint))
+        free = [
+            Free(each['name'], each['unit'], each['start'], each['lower'], each['upper'])
+            for each in said['estimates']
+        ]
+        stand = Parameters().updated(said['parameters'])
+        place = np.array(said['coordinates'], dtype=np.float64)
+        rows = said['covariance_of_coordinates']
+        covariance = np.array(
+            [[np.nan if each is None else each for each in row] for row in rows], dtype=np.float64
+        )
+        fits = place.shape == (len(free),) and covariance.shape == (len(free), len(free))
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise RecordingError(path, f'is no fit ({type(error).__name__})', hint) from None
+    except StickSlipError as error:
+        raise RecordingError(path, f'holds no stand: {error}', hint) from None
+    if not fits:
+        raise RecordingError(path, 'is no fit: its covariance does not belong to it', hint)
+    return stand, free, place, covariance

@@ -1,0 +1,643 @@
+"""A fit of the drive to experiments: the best of many searches, and how good it is."""
+
+import itertools
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import optimize
+from scipy.stats import chi2, qmc
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.lab.experiments.clocks import lone_outliers
+from stickslip_ros.lab.experiments.experiment import (
+    Experiment,
+    Seen,
+    Voltage,
+    noise_of,
+    rounding_of,
+)
+from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
+from stickslip_ros.lab.experiments.sensor_clock import lateness_near, lateness_of
+from stickslip_ros.lab.fitting.draws import drawn
+from stickslip_ros.lab.fitting.free import Free, choose_free, choose_known
+from stickslip_ros.lab.fitting.metric import Allowance
+from stickslip_ros.lab.fitting.missing import Missing, missing_from
+from stickslip_ros.lab.fitting.problem import Predicted, Problem, StandardErrors, pose, silent
+from stickslip_ros.lab.fitting.profile import profile
+from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimates_of, uncertainty
+from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
+from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.lab.tables.experiment import MeasuredTable, Reading
+from stickslip_ros.notebook import html_table
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.progress import Show, progress_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stickslip_ros.lab.tables.formats import Table
+
+# ruff: noqa: PLC0415 - its figure and report import this
+
+STARTS_MAX = 1000
+ROUNDS = 6  # searches with ever more cycles, until they suffice at the minimum
+WIDENED_MAX = 4  # times that a search goes on beyond bounds that nobody has given
+TOLERANCE = 1e-6
+"""Relative change of sum of squares, or of coordinates, at which a search ends: a thousandth of
+a standard error."""
+EVALUATIONS_MAX = 60  # steps of a search, from which it is said not to have converged
+SAME_CHANGE = 0.01
+"""Change of chi-square, per its scale, within which two searches found the same minimum."""
+SAME_SHARE = 1e-10  # the same as a share of the sum of squares of the data, for data without noise
+LOOSE = Allowance(2e-8, 0.3), Allowance(4e-9, 0.05)
+"""What the model may be wrong by in the first searches of traces. Steps that are a little too
+short add up to a large miss, and a search that is to mend it at once ends elsewhere: from places
+up to 1.6 times off in five parameters 6 of 6 searches so found the truth, of those up to 3.3 times
+off 9 of 12."""
+LOOSE_EVALUATIONS_MAX = 25
+AROUND = 1.0
+"""Coordinates around the start in which other searches of traces begin: 2.7 times, mostly."""
+OTHER = 2.0  # standard errors from which a minimum that is not ruled out is another one
+FOLLOWED_MAX = 3  # minima of the first searches from which one goes on
+APART = 0.05  # coordinates from which two minima are different ones
+CLOSE_S = 5e-7  # change of a clock that asks for another search
+ROUNDS_OF_NOISE = 3
+RIVAL = 3.84  # chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """
+    Where a search ended, whether it converged, and how many stands it tried.
+
+    There are no coordinates if the search came to a stand that cannot be.
+
+    """
+
+    coordinates: tuple[float, ...]
+    chi_square: float
+    converged: bool
+    evaluations: int
+
+    @property
+    def place(self) -> Array:
+        """Coordinates of the minimum, shape (free,)."""
+        return np.array(self.coordinates)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Fit(Drawn):
+    """
+    What a fit comes to.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was fitted, with the cycles of each run.
+    searches, refined : tuple of Minimum
+        Where each search ended, and those that went on from the best with more cycles.
+    others : tuple of Minimum
+        Other minima that traces do not rule out.
+    steady : bool
+        Whether all runs had cycles enough.
+    uncertainty : Uncertainty
+        Slopes at the minimum and what follows from them.
+    predicted : list of lists of Prediction
+        What the fitted stand shows, for each experiment and what was seen there.
+    missing : tuple of Missing
+        What the stand may lack, the most telling first.
+    wall_s : float
+        Time it took.
+    notes : tuple of str
+        What was changed in the stand for it.
+
+    """
+
+    problem: Problem
+    searches: tuple[Minimum, ...]
+    refined: tuple[Minimum, ...]
+    others: tuple[Minimum, ...]
+    steady: bool
+    uncertainty: Uncertainty
+    predicted: Predicted
+    missing: tuple[Missing, ...]
+    wall_s: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def found(self) -> Minimum:
+        """The minimum."""
+        return self.refined[-1] if self.refined else _best(self.searches)
+
+    @property
+    def parameters(self) -> Parameters:
+        """The fitted stand."""
+        return self.problem.stand(self.found.place)
+
+    @cached_property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """The free parameters."""
+        return estimates_of(self.problem, self.found.place, self.uncertainty)
+
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.lab.fitting.figure import draw_fit
+
+        return draw_fit(self)
+
+    def __repr__(self) -> str:
+        from stickslip_ros.lab.fitting.report import warnings_of
+
+        found = (
+            f'{each.name} {each.value:.6g} ± {each.standard_error:.2g} {each.unit}'.rstrip()
+            for each in self.estimates
+        )
+        return '\n'.join([*found, *(f'warning: {text}' for text in warnings_of(self))])
+
+    def _repr_html_(self) -> str:
+        from stickslip_ros.lab.fitting.report import sections, warnings_of
+
+        tables = [html_table(title, rows, header) for title, header, rows in sections(self)]
+        warnings = [(text,) for text in warnings_of(self)]
+        return '\n'.join([*tables, html_table('Warnings', warnings) * bool(warnings)])
+
+    def draws(self, count: int, seed: int = 1) -> list[Parameters]:
+        """
+        Return stands that are as likely as what is known of this one.
+
+        Parameters
+        ----------
+        count, seed : int
+            Their number, and the seed of the chance.
+
+        Returns
+        -------
+        list of Parameters
+            From the normal distribution of the coordinates (of a logarithm mostly) at the minimum;
+            what is not determined stays as it was found.
+
+        """
+        free, place = self.problem.free, self.found.place
+        return drawn(self.parameters, free, place, self.uncertainty.covariance_z, count, seed)
+
+    @property
+    def covariance(self) -> Array:
+        """In the units of the parameters, shape (free, free); not a number where there is none."""
+        slopes = np.array([one.slope(one.value) for one in self.estimates])
+        return np.asarray(self.uncertainty.covariance_z * np.outer(slopes, slopes))
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """What was fitted, without outliers."""
+        return self.problem.experiments
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of squared residuals; if no errors are known, per square of the largest number."""
+        return self.found.chi_square
+
+    @property
+    def reduced_chi_square(self) -> float | None:
+        """Chi-square per degree of freedom; None without one."""
+        dof = self.uncertainty.dof
+        return self.chi_square / dof if dof else None
+
+    @property
+    def p_value(self) -> float | None:
+        """Chance of a larger chi-square if model and known errors are right; else None."""
+        dof = self.uncertainty.dof
+        if not self.problem.noise.known or not dof:
+            return None
+        return float(chi2.sf(self.chi_square, dof))
+
+    @property
+    def noise_n(self) -> float | None:
+        """Standard error of a force from the residuals; None where it is known."""
+        noise = self.problem.noise
+        if noise.known:
+            return None
+        return float(np.sqrt(self.uncertainty.variance_scale)) * noise.values[0][0]
+
+    @property
+    def same(self) -> int:
+        """Searches that ended in this minimum."""
+        rounding = SAME_SHARE * self.problem.signal**2
+        return self._searches_within(SAME_CHANGE * self.uncertainty.variance_scale + rounding)
+
+    @property
+    def rivals(self) -> int:
+        """Minima, or searches that ended in them, that are not ruled out beside this one."""
+        if self.problem.has_traces:
+            return len(self.others)
+        not_out = self._searches_within(RIVAL * self.uncertainty.variance_scale)
+        return max(not_out - self.same, 0)
+
+    @property
+    def evaluations(self) -> int:
+        """Stands tried in all searches."""
+        return sum(one.evaluations for one in (*self.searches, *self.refined))
+
+    def _searches_within(self, most: float) -> int:
+        least = _best(self.searches).chi_square
+        return sum(one.chi_square - least <= most for one in self.searches)
+
+
+def fit(
+    experiment: 'Table | Experiment | Sequence[Table | Experiment]',
+    free: Sequence[str],
+    *,
+    headers: Mapping[str, str] | None = None,
+    preloads_n: Sequence[float] = (),
+    parameters: Parameters | None = None,
+    start: Mapping[str, float | str] | None = None,
+    bounds: Mapping[str, tuple[float, float] | str] | None = None,
+    known: Mapping[str, tuple[float, float] | str] | None = None,
+    commands: 'Table | None' = None,
+    frequency_hz: float = 1000.0,
+    frequency_max_hz: float | None = None,
+    steps: int = 0,
+    window_s: tuple[float, float] | None = None,
+    outliers: float = 6.0,
+    shape_m: float = 5e-10,
+    step_share: float = 3e-3,
+    starts: int = 8,
+    seed: int = 1,
+    workers: int = 0,
+    report: Callable[[MeasuredTable], None] | None = None,
+    progress: bool | Progress = False,
+) -> Fit:
+    """
+    Fit parameters of the drive to recordings of its motion and to measured numbers, all at once.
+
+    Parameters
+    ----------
+    experiment : path-like, DataFrame, Experiment or sequence of them
+        Recordings and tables over time, with a voltage and what was seen; and tables of forces or
+        step lengths by amplitude, as docs/howto/fit.md says.
+    free : sequence of str
+        Parameters to fit, ``['contact.friction']``.
+    headers : mapping of str to str, optional
+        Headers of columns in files that do not tell, ``{'force_n': 'CH2 (mN)'}``, and topics of
+        recordings of other programs, ``{'position_m': '/rig/encoder.point.x'}``.
+    preloads_n : sequence of float
+        Preloads of files without such a column, N: one of all, or one of each.
+    parameters : Parameters, optional
+        The stand; by default that of the paper.
+    start, bounds : mapping
+        Start, and low and high, of free parameters; by default the stand's value, and a decade
+        below and above it.
+    known : mapping
+        Free parameters that were measured otherwise: value and its relative standard error, or
+        both as typed, ``3g+-1%``.
+    commands : path-like or DataFrame, optional
+        What drove the recordings, where it is known: times and voltages.
+    frequency_hz : float
+        SawtoothSteps per second of points that have none.
+    frequency_max_hz : float, optional
+        Largest number of steps per second, for a monitor so slow that others look alike.
+    steps : int
+        Cycles that the drive had made from rest when a number was read; 0: until it was steady.
+    window_s : tuple of float, optional
+        Start and end of the stretch of recordings that counts, s.
+    outliers : float
+        Robust standard deviations from which a lone reading is left out; 0 keeps all.
+    shape_m : float
+        What the model's motion may be wrong by in each moment of a cycle, m.
+    step_share : float
+        The same of the length of a step, as a share.
+    starts : int
+        Searches: from the present values, and from a Latin hypercube in the bounds.
+    seed : int
+        Seed of the hypercube.
+    workers : int
+        Searches at once; 0 is one per core.
+    report : callable, optional
+        Called with each ``MeasuredTable`` when it has been read, before anything is computed.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with the runs made so far, and 0:
+        nobody knows how many the searches will need.
+
+    Raises
+    ------
+    StickSlipError
+        If an experiment cannot be read, or a parameter cannot be fitted.
+
+    """
+    reading = Reading(headers or {}, preloads_n, report, is_run=True)
+    stand = parameters or Parameters()
+    source = DriveSource(commands, frequency_max_hz)
+    experiments = read_experiments(
+        experiment, stand, reading, source, frequency_hz, steps, window_s, outliers
+    )
+    stand, chosen, notes = choose_free(stand, free, start, bounds)
+    with progress_of(progress, 'runs') as show:
+        fitted = fit_experiments(
+            stand,
+            chosen,
+            experiments,
+            known=choose_known(known or {}, chosen),
+            allowance=Allowance(shape_m, step_share),
+            outliers=outliers,
+            starts=starts,
+            seed=seed,
+            workers=workers,
+            progress=show,
+        )
+    return replace(fitted, notes=(*notes, *fitted.notes))
+
+
+def fit_experiments(
+    parameters: Parameters,
+    free: tuple[Free, ...],
+    experiments: Sequence[Experiment],
+    *,
+    known: Mapping[str, tuple[float, float]] | None = None,
+    allowance: Allowance = Allowance(),  # noqa: B008 - it does not change
+    outliers: float = 6.0,
+    starts: int = 8,
+    seed: int = 1,
+    workers: int = 0,
+    progress: Show | None = None,
+) -> Fit:
+    """Do what ``fit`` does to experiments, and to what ``choose_free`` returns."""
+    started_s = time.perf_counter()
+    computed, searched = itertools.count(1), 0
+
+    def tick() -> None:
+        if progress is not None:
+            progress(next(computed), 0, f'{searched} of {starts} searches ended')
+
+    def count(done: int, _: int) -> None:
+        nonlocal searched
+        searched = done
+
+    if not 1 <= starts <= STARTS_MAX:
+        limit = f'not from 1 to {STARTS_MAX}'
+        raise OutOfRange('number of starts', starts, '', limit, 'change --starts')
+    problem = pose(parameters, free, experiments, known, tick)
+    problem, notes = _with_clocks(problem)
+    places = [problem.start]  # the present values, then a Latin hypercube in the bounds
+    if starts > 1:
+        shares = qmc.LatinHypercube(d=len(free), seed=seed).random(starts - 1)
+        lower, upper = problem.bounds
+        if problem.has_traces:
+            lower, upper = (
+                np.clip(problem.start + way, lower, upper) for way in (-AROUND, AROUND)
+            )
+        places += list(qmc.scale(shares, lower, np.maximum(upper, lower + 1e-9)))
+    first = replace(problem, allowance=LOOSE[0]) if problem.has_traces else problem
+    searches = run_batch(
+        partial(_search_or_nothing, first), places, workers=workers, progress=count
+    )
+    with pool_of(workers) as pool:
+        problem = replace(problem, pool=pool)
+        here, refined, steady = _best(searches), list[Minimum](), True
+        rivals: tuple[Minimum, ...] = ()
+        if problem.has_traces:
+            problem, refined, rivals, noted = _tightened(
+                problem, searches, allowance, outliers, workers
+            )
+            here, notes = refined[-1], notes + noted
+        problem, more, steady = _refine(problem, here)
+        refined += more
+        here = refined[-1] if refined else here
+        for _ in range(WIDENED_MAX):
+            values = problem.values(here.place)
+            wider = problem.widened(values)
+            if wider.free == problem.free:
+                break
+            beyond = _search_or_nothing(wider, wider.coordinates(values))
+            if not beyond.coordinates:
+                break
+            problem, more, steady = _refine(wider, beyond)
+            refined += [beyond, *more]
+            here = refined[-1]
+        problem = replace(problem, tick=silent)
+        [predicted] = problem.predicted([problem.stand(here.place)])
+        doubt = uncertainty(problem, here.place, here.chi_square)
+        rivals = tuple(
+            each
+            for each in rivals
+            if np.any(np.abs(each.place - here.place) > OTHER * doubt.errors_z)
+        )
+        missing = missing_from(problem, here.place)
+    return Fit(
+        problem=replace(problem, pool=None),
+        searches=tuple(searches),
+        refined=tuple(refined),
+        others=rivals,
+        steady=steady,
+        uncertainty=doubt,
+        predicted=predicted,
+        missing=missing,
+        wall_s=time.perf_counter() - started_s,
+        notes=notes,
+    )
+
+
+def search(problem: Problem, start: Array, most: int = EVALUATIONS_MAX) -> Minimum:
+    """Search from coordinates: a bounded trust region, with one-sided differences."""
+    place = np.clip(start, *problem.bounds)
+    if problem.has_traces and not problem.metrics:
+        problem = problem.measured_at(problem.predicted([problem.stand(place)])[0])
+    ended = optimize.least_squares(
+        problem.residuals,
+        place,
+        jac=problem.slopes,
+        bounds=problem.bounds,
+        method='trf',
+        x_scale='jac',
+        ftol=TOLERANCE,
+        xtol=TOLERANCE,
+        gtol=TOLERANCE**2,
+        max_nfev=most,
+    )
+    return Minimum(
+        tuple(ended.x.tolist()),
+        2.0 * float(ended.cost),
+        bool(ended.success),
+        int(ended.nfev + len(start) * ended.njev),
+    )
+
+
+def _search_or_nothing(problem: Problem, start: Array) -> Minimum:
+    """Search, and find nothing at a stand that cannot be, unless it is the user's own."""
+    most = EVALUATIONS_MAX if problem.allowance is None else LOOSE_EVALUATIONS_MAX
+    try:
+        return search(problem, start, most)
+    except StickSlipError:
+        if np.array_equal(start, problem.start):
+            raise
+        return Minimum((), math.inf, converged=False, evaluations=0)
+
+
+def _best(searches: Sequence[Minimum]) -> Minimum:
+    return min(searches, key=lambda found: found.chi_square)
+
+
+def _refine(problem: Problem, best: Minimum) -> tuple[Problem, list[Minimum], bool]:
+    """Search on from a minimum with more cycles, as long as its runs need them."""
+    refined: list[Minimum] = []
+    here = best.place
+    for _ in range(ROUNDS):
+        longer, steady = problem.steady_at(here)
+        if longer.experiments == problem.experiments:
+            break
+        problem = longer
+        refined.append(search(problem, here))
+        here = refined[-1].place
+    return problem, refined, steady
+
+
+def _with_clocks(problem: Problem) -> tuple[Problem, tuple[str, ...]]:
+    """Return the problem with what the clocks of the sensors are late, by the falls they show."""
+    shifts, notes = list[float](), list[str]()
+    for one in problem.experiments:
+        found = None
+        if isinstance(one.drive, Voltage):
+            found = lateness_of(one.seen[0], one.drive)
+        if found is None or not found.is_clear:
+            shifts.append(0.0)
+            continue
+        shifts.append(found.late_s)
+        text = f'{one.origin}: the clock of {one.seen[0].quantity} is about '
+        text += f'{1e3 * found.late_s:.3g} ms late, by the falls of the voltage'
+        if found.has_rival:
+            text += f'; {1e3 * found.rival_s:.3g} ms fits nearly as well'
+        notes.append(text)
+    return replace(problem, shifts_s=tuple(shifts)), tuple(notes)
+
+
+def _tightened(
+    problem: Problem,
+    searches: Sequence[Minimum],
+    allowance: Allowance,
+    outliers: float,
+    workers: int,
+) -> tuple[Problem, list[Minimum], tuple[Minimum, ...], tuple[str, ...]]:
+    """
+    Return where searches end that allow ever less, other minima, and the problem with its noise.
+
+    From each of the first minima one search goes on to one that knows noise and sensor only. The
+    best of these says how large the noise is, which readings are outliers, and where the last
+    search begins, which allows what is stated. The others are tried there too: allowing for
+    errors of the model may well leave two minima.
+
+    """
+    chains = run_batch(
+        partial(_to_plain, replace(problem, pool=None)), _distinct(searches), workers=workers
+    )
+    chains.sort(key=lambda chain: chain[1][-1].chi_square)
+    problem, found = replace(chains[0][0], pool=problem.pool), chains[0][1]
+    [predicted] = problem.predicted([problem.stand(found[-1].place)])
+    if grid := profile(problem.measured_at(predicted), found[-1].place):
+        more = [search(problem, each, LOOSE_EVALUATIONS_MAX) for each in grid.best(1)]
+        found += [each for each in more if each.chi_square < found[-1].chi_square]
+    for _ in range(ROUNDS_OF_NOISE):
+        here, before_s = found[-1].place, problem.shifts_s
+        problem = _with_noise(replace(problem, allowance=None), here, outliers)
+        problem = replace(problem, allowance=allowance, metrics=())
+        problem = problem.measured_at(problem.predicted([problem.stand(here)])[0])
+        found.append(search(problem, here))
+        if np.all(np.abs(np.subtract(problem.shifts_s, before_s)) < CLOSE_S):
+            break
+    ends = [found[-1]]
+    for _, chain in chains[1:FOLLOWED_MAX]:
+        ends.append(search(problem, chain[-1].place, LOOSE_EVALUATIONS_MAX))
+    best, *others = sorted(_distinct(ends), key=lambda each: each.chi_square)
+    if best is not found[-1]:
+        found.append(best)
+    notes = [
+        f'{one.origin}: {each.left_out} of {len(each.values) + each.left_out} readings of '
+        f'{each.quantity} were left out as outliers'
+        for one in problem.experiments
+        for each in one.seen
+        if each.left_out
+    ]
+    rivals = [each for each in others if each.chi_square - best.chi_square < RIVAL]
+    return problem, found, tuple(rivals), tuple(notes)
+
+
+def _to_plain(problem: Problem, loose: Minimum) -> tuple[Problem, list[Minimum]]:
+    """Search on from a loose minimum with a smaller allowance, then with none; clocks follow."""
+    problem, found = _on_time(problem, loose.place), [loose]
+    for stage in (LOOSE[1], None):
+        problem = replace(problem, allowance=stage, metrics=())
+        found.append(search(problem, found[-1].place, LOOSE_EVALUATIONS_MAX))
+    return problem, found[1:]
+
+
+def _distinct(searches: Sequence[Minimum]) -> list[Minimum]:
+    """Return the first minima that lie apart, the best first."""
+    kept = list[Minimum]()
+    for each in sorted(searches, key=lambda found: found.chi_square):
+        is_new = all(np.max(np.abs(each.place - one.place)) > APART for one in kept)
+        if each.coordinates and is_new and len(kept) < FOLLOWED_MAX:
+            kept.append(each)
+    return kept
+
+
+def _on_time(problem: Problem, place: Array) -> Problem:
+    """Return the problem with clocks that let the motion from sample to sample agree best."""
+    stand = problem.stand(place)
+    shifts = [
+        lateness_near(one, stand, problem.shift_s(number))
+        if isinstance(one.drive, Voltage)
+        else 0.0
+        for number, one in enumerate(problem.experiments)
+    ]
+    return replace(problem, shifts_s=tuple(shifts), metrics=())
+
+
+def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
+    """Return the problem with noise, clocks and outliers as the residuals at a place tell them."""
+    [predicted] = problem.predicted([problem.stand(place)])
+    problem = problem.measured_at(predicted)
+    metrics, shifts = iter(problem.metrics), list(problem.shifts_s)
+    experiments, errors = list[Experiment](), list[tuple[float, ...]]()
+    missed_numbers: dict[str, list[float]] = {}
+    for number, (one, known) in enumerate(
+        zip(problem.experiments, problem.noise.values, strict=True)
+    ):
+        seen, noises = list[Seen](), list[float]()
+        for each, found, noise in zip(one.seen, predicted[number], known, strict=True):
+            if not each.is_trace:
+                missed = float(found.values[0] - each.values[0])
+                missed_numbers.setdefault(each.quantity, []).append(missed)
+                seen.append(each)
+                noises.append(noise)
+                continue
+            sizes, left = next(metrics).of_sensor(found.values - each.values)
+            if not seen:
+                shifts[number] += float(sizes[2])
+            out = lone_outliers(left, outliers or math.inf)
+            kept = replace(
+                each,
+                values=each.values[~out],
+                time_s=each.time_s[~out],
+                left_out=each.left_out + int(out.sum()),
+            )
+            seen.append(kept)
+            white = max(noise_of(left[~out]), rounding_of(kept.values))
+            noises.append(each.sigma or white or noise)
+        experiments.append(replace(one, seen=tuple(seen)))
+        errors.append(tuple(noises))
+    for number, one in enumerate(experiments):  # numbers that do not tell their error
+        errors[number] = tuple(
+            noise
+            if each.is_trace or each.sigma is not None
+            else float(np.sqrt(np.mean(np.square(missed_numbers[each.quantity]))))
+            for each, noise in zip(one.seen, errors[number], strict=True)
+        )
+    return replace(
+        problem,
+        experiments=tuple(experiments),
+        noise=StandardErrors(known=True, values=tuple(errors)),
+        shifts_s=tuple(shifts),
+        metrics=(),
+    )

@@ -1,0 +1,242 @@
+"""
+How much a miss counts: noise, what is unknown of the sensor, and what the model may be wrong by.
+
+A residual r of n samples has the covariance V = s^2 1 + B B', where s is the noise and each column
+of B is something else that may be in the data, as large as it may be: zero and drift of a sensor,
+its delay and its low-pass (first and second derivative of the prediction), an error of the model's
+shape that repeats in all cycles of a wave, and one of the length of a step. Chi-square alone
+(B with zero and drift only) gives intervals that are too narrow: 52 % of those of 95 % held the
+true gain in recordings of drives with what the model lacks.
+
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy import linalg, sparse
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.experiments.experiment import Seen
+from stickslip_ros.lab.experiments.predict import Prediction
+
+FREE = 30.0
+"""Size of a zero or a drift in ranges of the readings: none is too large."""
+DELAY_S = 2e-5
+"""What a sensor may be late, and time constant of its low-pass, beyond what its clock is."""
+CORRELATED_S = 3e-4
+"""Time over which an error of the shape is the same: a few periods of a runner that rings."""
+BIN_S = 4e-5
+"""Width of a bin of a cycle, within which it is one number."""
+BINS_MAX = 1200
+"""Bins of all waves of a recording; in longer ones they are wider."""
+EDGE_S, EDGE_RATIO = 5e-5, 5.0
+"""A fall or rise of a saw-tooth lasts at most so long, and is so much steeper than the ramps."""
+SENSOR = 4  # columns of zero, drift, delay, low-pass, which come first
+SAME_CYCLE = 0.02
+"""Share by which length and voltage of cycles of one wave may differ."""
+
+
+class Allowance(NamedTuple):
+    """
+    What the model may be wrong by, one standard deviation; what is stated with each interval.
+
+    On 23 realistic rigs of a foreign code the defaults let 97 % of the intervals of 95 % hold the
+    truth, those of each parameter at least 93 %.
+
+    """
+
+    shape_m: float = 0.5e-9  # of the position in each moment of a cycle
+    step_share: float = 3e-3  # of the length of a step
+
+    def times(self, factor: float) -> 'Allowance':
+        """Return it so many times as large."""
+        return Allowance(*(factor * each for each in self))
+
+
+class Cycle(NamedTuple):
+    """A cycle of a voltage: when it begins, how long it is, and whether it ends in a fall."""
+
+    start_s: float
+    length_s: float
+    falls: bool
+
+
+def waves_of(rows: Array) -> list[list[Cycle]]:
+    """
+    Return the cycles of a voltage, those of one wave together.
+
+    Parameters
+    ----------
+    rows : array, shape (n, 2)
+        Corners: times, s, not falling, and voltages, V.
+
+    A cycle begins where a ramp begins: after a fall, a turn, or where a hold begins.
+
+    """
+    time_s, voltage_v = rows.T
+    length_s, rise_v = np.diff(time_s), np.diff(voltage_v)
+    slope = np.divide(rise_v, length_s, out=np.full(len(rise_v), math.inf), where=length_s > 0.0)
+    steep = np.abs(slope)
+    beside = np.fmin(np.append(math.inf, steep[:-1]), np.append(steep[1:], math.inf))
+    is_edge = (length_s <= EDGE_S) & (steep > EDGE_RATIO * beside) & (rise_v != 0.0)
+    starts = [0]
+    for k in range(1, len(slope)):
+        is_turn = not is_edge[k] and (
+            is_edge[k - 1]
+            or (slope[k] > 0.0 >= slope[k - 1])
+            or (slope[k] == 0.0) != (slope[k - 1] == 0.0)
+        )
+        if is_turn:
+            starts.append(k)
+    waves: dict[tuple[int, int, bool], list[Cycle]] = {}
+    for first, after in zip(starts, [*starts[1:], len(slope)], strict=True):
+        lasts_s = float(time_s[after] - time_s[first])
+        if lasts_s > 0.0:
+            swing_v = float(np.ptp(voltage_v[first : after + 1]))
+            falls = bool(is_edge[after - 1])
+            key = (_rounded(lasts_s), _rounded(swing_v), falls)
+            waves.setdefault(key, []).append(Cycle(float(time_s[first]), lasts_s, falls))
+    return list(waves.values())
+
+
+def _rounded(value: float) -> int:
+    return round(math.log(value) / SAME_CYCLE) if value > 0.0 else -(10**9)
+
+
+@dataclass(frozen=True, eq=False)
+class Metric:
+    """
+    What a residual over time counts: noise, and columns of what else it may be.
+
+    Attributes
+    ----------
+    noise : float
+        Standard deviation of the noise of a sample.
+    places : sparse array, shape (n, m)
+        Where something may be: zero, drift, delay, low-pass, bins of cycles, steps.
+    root : sparse array, shape (m, m)
+        Cholesky factor of how large these may be, and how alike: B is ``places @ root``.
+    inner : tuple
+        Cholesky factor of 1 + B'B/s^2.
+
+    """
+
+    noise: float
+    places: 'sparse.csr_array'
+    root: 'sparse.csr_array'
+    inner: tuple[Array, bool]
+
+    def taken(self, residual: Array) -> Array:
+        """Return how much of each column of B is most likely in a residual."""
+        return np.asarray(
+            linalg.cho_solve(self.inner, self.root.T @ (self.places.T @ residual)) / self.noise**2
+        )
+
+    def whitened(self, residuals: Array) -> Array:
+        """
+        Return numbers whose sum of squares is that of a residual in this metric, r' V^-1 r.
+
+        Parameters
+        ----------
+        residuals : array, shape (n,) or (n, k)
+            One residual, or k of them.
+
+        Returns
+        -------
+        array, shape (n + m,) or (n + m, k)
+            What the columns leave of it per noise, and what they take.
+
+        """
+        taken = self.taken(residuals)
+        left = residuals - self.places @ (self.root @ taken)
+        return np.concatenate((left / self.noise, taken))
+
+    def of_sensor(self, residual: Array) -> tuple[Array, Array]:
+        """
+        Return zero, drift (1/s), delay (s) and low-pass (s^2), and a residual without them.
+
+        The residual is a prediction less what a sensor showed that is late, or slow.
+
+        """
+        sizes = (self.root @ self.taken(residual))[:SENSOR]
+        return sizes, np.asarray(residual - self.places[:, :SENSOR] @ sizes)
+
+
+def metric_of(
+    seen: Seen,
+    predicted: Prediction,
+    waves: Sequence[Sequence[Cycle]],
+    noise: float,
+    allowance: Allowance | None,
+    scale: float = 1.0,
+) -> Metric:
+    """
+    Return the metric of what was seen over time.
+
+    Parameters
+    ----------
+    seen, predicted : Seen, Prediction
+        Times and readings, and what the model says there.
+    waves : sequence of waves
+        Cycles of the voltage, see ``waves_of``, in the clock of the readings.
+    noise : float
+        Standard deviation of a reading.
+    allowance : Allowance or None
+        What the model may be wrong by; None is nothing but the sensor.
+    scale : float
+        What one metre of shape is in the unit of the readings, as N/m of a load cell.
+
+    """
+    time_s = seen.time_s
+    reach = FREE * max(float(np.ptp(seen.values)), noise)
+    offset = FREE * float(np.max(np.abs(seen.values - predicted.values))) + reach
+    middle_s, half_s = 0.5 * (time_s[0] + time_s[-1]), 0.5 * (time_s[-1] - time_s[0])
+    ones = np.ones_like(time_s)
+    sensor = np.column_stack((ones, time_s - middle_s, predicted.rate, -predicted.curvature))
+    places = [sparse.csr_array(sensor)]
+    roots = [np.diag((offset, reach / half_s, DELAY_S, DELAY_S**2))]
+    if allowance is not None:
+        bins = sum(wave[0].length_s for wave in waves) / BIN_S
+        bin_s = BIN_S * max(1.0, bins / BINS_MAX)
+        for wave in waves:
+            for place, root in _of_wave(time_s, predicted.values, wave, allowance, scale, bin_s):
+                places.append(place)
+                roots.append(root)
+    where, root = sparse.hstack(places).tocsr(), sparse.block_diag(roots, format='csr')
+    inner = (root.T @ ((where.T @ where) @ root)).toarray() / noise**2
+    inner[np.diag_indices_from(inner)] += 1.0
+    return Metric(noise, where, root, linalg.cho_factor(inner, lower=True))
+
+
+def _of_wave(
+    time_s: Array,
+    predicted: Array,
+    wave: Sequence[Cycle],
+    allowance: Allowance,
+    scale: float,
+    bin_s: float,
+) -> list[tuple['sparse.csr_array', Array]]:
+    """Return where and how much the model may be wrong in a wave: in its shape, in its steps."""
+    starts_s = np.array([cycle.start_s for cycle in wave])
+    number = np.searchsorted(starts_s, time_s, side='right') - 1
+    length_s = max(cycle.length_s for cycle in wave)
+    since_s = time_s - starts_s[np.maximum(number, 0)]
+    inside = np.flatnonzero((number >= 0) & (since_s < length_s))
+    if not len(inside):
+        return []
+    place = (since_s[inside] / bin_s).astype(np.intp)
+    phase_s = bin_s * np.arange(int(place.max()) + 1)
+    where = (np.ones(len(inside)), (inside, place))
+    bins = sparse.csr_array(where, shape=(len(time_s), len(phase_s)))
+    like = np.exp(-np.abs(phase_s[:, np.newaxis] - phase_s) / CORRELATED_S)
+    shape = bins, allowance.shape_m * scale * np.linalg.cholesky(like)
+    falls_s = np.array([cycle.start_s + cycle.length_s for cycle in wave if cycle.falls])
+    if not len(falls_s) or scale != 1.0:
+        return [shape]
+    over = np.searchsorted(falls_s, time_s, side='right').astype(np.float64)
+    way = predicted[inside[-1]] - predicted[inside[0]]
+    step = allowance.step_share * abs(float(way)) / max(float(over[inside[-1]]), 1.0)
+    return [shape, (sparse.csr_array(over[:, np.newaxis]), np.array([[step]]))]

@@ -1,0 +1,188 @@
+"""
+What to measure next: which measurements would make the parameters of a fit surest.
+
+Each candidate is predicted by the fitted stand; its slopes J, whitened as those of the fit, add
+J'J to what is known. That which makes the volume of the errors smallest (D-optimal) comes first,
+then the next beside it. Nothing is measured: what is expected is as true as the fit.
+
+"""
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.fitting.fit import Fit
+from stickslip_ros.lab.fitting.problem import Problem, StandardErrors
+from stickslip_ros.lab.runs.sawtooth_run import full_stroke_m
+from stickslip_ros.parameters import Parameters, Scalar
+
+PRELOADS_N = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
+STROKES = (0.4, 0.7, 1.0)  # shares of the range of the amplifier
+FREQUENCIES_HZ = (200.0, 600.0)
+TRIANGLES = (0.1, 0.4)  # shares of that range, 250 Hz
+TRIANGLE_HZ, TRIANGLE_CYCLES, SAWTOOTH_STEPS = 250.0, 4, 12
+REST_S = 3e-3  # before and after a wave: the runner rings down there
+WEIGHED, WEIGHED_SHARE = 'runner.mass', 0.01
+"""A parameter that can be known otherwise, and how surely."""
+MOST = 20
+
+
+class Candidate(NamedTuple):
+    """A measurement that could be made: in words, as lines of ``stickslip command``, itself."""
+
+    words: str
+    commands: tuple[str, ...]
+    experiment: Experiment | None  # None of a weighing
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """
+    Measurements to make, the best first.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The free parameters.
+    errors_now : array, shape (free,)
+        Their standard errors, relative where the coordinate is a logarithm.
+    chosen : tuple of Candidate
+        What to measure.
+    errors : array, shape (chosen, free)
+        What is expected after each.
+
+    """
+
+    names: tuple[str, ...]
+    errors_now: Array
+    chosen: tuple[Candidate, ...]
+    errors: Array
+
+
+def plan(fit: Fit, count: int = 5, candidates: Sequence[Candidate] | None = None) -> Plan:
+    """
+    Return which measurements would make the parameters of a fit surest.
+
+    Parameters
+    ----------
+    fit : Fit
+        What is known.
+    count : int
+        How many to choose, each once.
+    candidates : sequence of Candidate, optional
+        What could be measured; by default readings as those of the fit, under other preloads,
+        voltages and frequencies, small triangles, and a runner that is weighed.
+
+    Raises
+    ------
+    OutOfRange
+        If the number is none, or the fit determines nothing.
+
+    """
+    if not 1 <= count <= MOST:
+        limit = f'not from 1 to {MOST}'
+        raise OutOfRange('number of measurements', count, '', limit, 'take 5')
+    known = np.flatnonzero(np.isfinite(np.diag(fit.uncertainty.covariance_z)))
+    if not len(known):
+        hint = 'free parameters that the measurements tell of'
+        raise OutOfRange('parameters that are determined', 0, '', 'too few', hint)
+    inside = np.ix_(known, known)
+    information = np.linalg.inv(fit.uncertainty.covariance_z[inside])
+    given = candidates_of(fit) if candidates is None else candidates
+    gains = [(each, _information(fit, each)[inside]) for each in given]
+    count = min(count, len(gains))
+    chosen, errors = list[Candidate](), list[Array]()
+    for _ in range(count):
+        volumes = [np.linalg.slogdet(information + gain)[1] for _, gain in gains]
+        best, gain = gains.pop(int(np.argmax(volumes)))  # twice it would err alike
+        information = information + gain
+        chosen.append(best)
+        errors.append(np.sqrt(np.diag(np.linalg.inv(information))))
+    names = tuple(fit.estimates[k].name for k in known)
+    now = fit.uncertainty.errors_z[known]
+    return Plan(names, now, tuple(chosen), np.array(errors))
+
+
+def candidates_of(fit: Fit) -> list[Candidate]:
+    """Return measurements that could be made as those of a fit were."""
+    stand, found = fit.parameters, list[Candidate]()
+    top_v = stand.amplifier.voltage_max - stand.amplifier.voltage_min
+    for preload_n in PRELOADS_N:
+        preload = f'preload {preload_n:g}N'
+        for hertz in FREQUENCIES_HZ:
+            for share in STROKES:
+                volts = round(share * top_v)
+                words = f'{preload_n:g} N, saw-teeth of {volts:g} V, {hertz:g} Hz'
+                saw = f'sawtooth {volts:g}V {hertz:g}Hz {SAWTOOTH_STEPS}'
+                one = _experiment(fit, stand, preload_n, volts, hertz)
+                found.append(Candidate(words, (preload, saw), one))
+        for share in TRIANGLES if fit.problem.has_traces else ():
+            volts, half_ms = round(share * top_v), 500.0 / TRIANGLE_HZ
+            words = f'{preload_n:g} N, triangles of {volts:g} V, {TRIANGLE_HZ:g} Hz'
+            wave = f'waveform 0s 0V {half_ms:g}ms {volts:g}V {2.0 * half_ms:g}ms 0V'
+            one = _experiment(fit, stand, preload_n, -volts, TRIANGLE_HZ)
+            found.append(Candidate(words, (preload, f'{wave} --cycles {TRIANGLE_CYCLES}'), one))
+    if WEIGHED in {one.name for one in fit.estimates}:
+        words = f'weigh the runner to {100.0 * WEIGHED_SHARE:g} % (--known {WEIGHED}=...)'
+        found.append(Candidate(words, (), None))
+    return found
+
+
+def _experiment(
+    fit: Fit, stand: Parameters, preload_n: float, volts: float, hertz: float
+) -> Experiment:
+    """Return what would be seen under a wave, of negative volts a triangle, as in the fit."""
+    like = fit.experiments[0]
+    settings: dict[str, Scalar] = {**like.settings, 'stand.preload': preload_n}
+    if isinstance(like.drive, SawtoothSteps):
+        stroke_m = min(volts * stand.actuator.gain, full_stroke_m(stand))
+        drive = like.drive._replace(amplitude_m=stroke_m, frequency_hz=hertz)
+        return Experiment('planned', settings, drive, like.seen)
+    period_s, rows = 1.0 / hertz, [(0.0, 0.0), (REST_S, 0.0)]
+    fall_s = volts / stand.amplifier.slew_rate if volts > 0.0 else 0.5 * period_s
+    for cycle in range(SAWTOOTH_STEPS if volts > 0.0 else TRIANGLE_CYCLES):
+        start_s = REST_S + cycle * period_s
+        rows += [(start_s + period_s - fall_s, abs(volts)), (start_s + period_s, 0.0)]
+    rows.append((rows[-1][0] + REST_S, 0.0))
+    seen = like.seen[0]
+    apart_s = float(np.median(np.diff(seen.time_s)))
+    time_s: Array = np.arange(0.0, rows[-1][0], apart_s, dtype=np.float64)
+    looked = Seen(seen.quantity, np.zeros(len(time_s)), time_s, fit.problem.noise.values[0][0])
+    return Experiment('planned', settings, Voltage(np.array(rows)), (looked,))
+
+
+def _information(fit: Fit, candidate: Candidate) -> Array:
+    """Return what a candidate would tell of the coordinates, shape (free, free)."""
+    problem, place = fit.problem, fit.found.place
+    if candidate.experiment is None:
+        number = [one.name for one in fit.estimates].index(WEIGHED)
+        added = np.zeros((len(place), len(place)))
+        added[number, number] = WEIGHED_SHARE**-2
+        return added
+    stand = problem.stand(place)
+    try:
+        [found] = predict(stand, [candidate.experiment])
+    except StickSlipError:  # a stand that cannot do so learns nothing from it
+        return np.zeros((len(place), len(place)))
+    seen = tuple(
+        dataclasses.replace(each, values=model.values)
+        for each, model in zip(candidate.experiment.seen, found, strict=True)
+    )
+    one = dataclasses.replace(candidate.experiment, seen=seen)
+    error = fit.problem.noise.values[0][0] * np.sqrt(fit.uncertainty.variance_scale)
+    alone = Problem(
+        problem.parameters,
+        problem.free,
+        (one,),
+        StandardErrors(True, ((float(error),),)),
+        problem.allowance,
+    ).measured_at([found])
+    slopes = alone.slopes(place)
+    return np.asarray(slopes.T @ slopes)

@@ -1,0 +1,396 @@
+"""A fit to be made: experiments, and the stand as a function of its free parameters."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.experiments.predict import Prediction, predict_all
+from stickslip_ros.lab.fitting.free import Free
+from stickslip_ros.lab.fitting.metric import Allowance, Metric, metric_of, waves_of
+from stickslip_ros.lab.runs.batch import Pool
+from stickslip_ros.parameters import Parameters
+
+GAIN, ROOM = 'actuator.gain', 1e-6
+STEP = 3e-4
+"""Step of differences in a coordinate: 0.03 % of a value, or of a range. The forces of a fixed
+number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
+noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences and 2e-3 for
+one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
+BOUND_SHARE = 1e-3
+"""Share of the range, in coordinates, within which a parameter sits on its bound."""
+STEPS_MIN, STEPS_MAX = 100, 6400
+"""Cycles of a run; doubled from the one up to the other, until the number is steady."""
+STEADY_SHARE = 0.01  # share of a standard error by which twice as many cycles may change a number
+STEADY_NUMBER = 1e-5
+"""The same as a share of the largest number, where standard errors are not known."""
+UNKNOWN_SHARE = 0.02
+"""Standard error of numbers beside traces, of the largest, until their residuals tell it."""
+SMALLEST_SHARE = 1e-7  # share of the largest number below which no change of it counts
+
+Predicted: TypeAlias = list[list[Prediction]]
+"""What a stand would show, for each experiment and what was seen there."""
+
+
+def silent() -> None:
+    """Tell nobody."""
+
+
+@dataclass(frozen=True, eq=False)
+class StandardErrors:
+    """
+    Standard errors of what was seen, in the order of the experiments.
+
+    Attributes
+    ----------
+    known : bool
+        Whether they are known beforehand, or those of traces can be read off; if not, all numbers
+        have one unknown error, of which only ratios count.
+    values : tuple of tuples of float
+        Of each experiment, of each quantity.
+
+    """
+
+    known: bool
+    values: tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """
+    A fit to be made.
+
+    Attributes
+    ----------
+    parameters, free : Parameters, tuple of Free
+        The stand, and which of its parameters may change.
+    experiments : tuple of Experiment
+        What was seen. The steps of each run are fixed, so that its numbers are smooth.
+    noise : StandardErrors
+        How surely.
+    allowance : Allowance or None
+        What the model may be wrong by.
+    shifts_s : tuple of float
+        What the clocks of the sensors are late.
+    known : mapping of str to (float, float)
+        Values of free parameters that were found elsewhere, and their relative standard errors.
+    metrics : tuple of Metric
+        Of what was seen over time, in order; they follow from a stand, see ``measured_at``.
+
+    """
+
+    parameters: Parameters
+    free: tuple[Free, ...]
+    experiments: tuple[Experiment, ...]
+    noise: StandardErrors
+    allowance: Allowance | None = None
+    shifts_s: tuple[float, ...] = ()
+    known: Mapping[str, tuple[float, float]] = dataclasses.field(default_factory=dict)
+    metrics: tuple[Metric, ...] = ()
+    pool: Pool | None = None
+    tick: Callable[[], None] = silent  # called whenever a run has been made
+
+    @property
+    def start(self) -> Array:
+        """Coordinates of the starting values."""
+        return self.coordinates([one.start for one in self.free])
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of the coordinates."""
+        lower, upper = zip(*(one.coordinates for one in self.free), strict=True)
+        return np.array(lower), np.array(upper)
+
+    @property
+    def seen(self) -> list[tuple[int, Experiment, Seen, float]]:
+        """All that was seen: number of the experiment, itself, quantity, standard error."""
+        return [
+            (number, one, each, noise)
+            for number, (one, errors) in enumerate(
+                zip(self.experiments, self.noise.values, strict=True)
+            )
+            for each, noise in zip(one.seen, errors, strict=True)
+        ]
+
+    @property
+    def count(self) -> int:
+        """Number of values that were seen, and of parameters known beforehand."""
+        return sum(len(each.values) for _, _, each, _ in self.seen) + len(self.known)
+
+    @property
+    def unknowns(self) -> int:
+        """Zeros and drifts, which are solved for beside the free parameters."""
+        return 2 * len(self.metrics)
+
+    @property
+    def has_traces(self) -> bool:
+        """Whether something was seen over time."""
+        return any(isinstance(one.drive, Voltage) for one in self.experiments)
+
+    @property
+    def signal(self) -> float:
+        """Root of the sum of squares of all that was seen, per standard error."""
+        squares = (
+            np.sum(((each.values - (each.is_trace) * each.values.mean()) / noise) ** 2)
+            for _, _, each, noise in self.seen
+        )
+        return float(np.sqrt(sum(squares)))
+
+    def at_bound(self, coordinates: Array) -> NDArray[np.bool_]:
+        """Return which parameters sit on one of their bounds, shape (free,)."""
+        lower, upper = self.bounds
+        near = BOUND_SHARE * (upper - lower)
+        return np.asarray((coordinates - lower <= near) | (upper - coordinates <= near))
+
+    def widened(self, values: Sequence[float]) -> 'Problem':
+        """Return the problem with those bounds moved on which parameters sit, if they may be."""
+        pairs = zip(self.free, values, strict=True)
+        free = tuple(one.widened(value, BOUND_SHARE) for one, value in pairs)
+        return dataclasses.replace(self, free=free)
+
+    def coordinates(self, values: Sequence[float]) -> Array:
+        """Return the coordinates of some values of the free parameters."""
+        pairs = zip(self.free, values, strict=True)
+        return np.array([one.to_coordinate(value) for one, value in pairs])
+
+    def values(self, coordinates: Array) -> list[float]:
+        """Return the values of the free parameters at some coordinates."""
+        pairs = zip(self.free, coordinates.tolist(), strict=True)
+        return [one.to_value(z) for one, z in pairs]
+
+    def stand(self, coordinates: Array) -> Parameters:
+        """Return the stand with the values of some coordinates."""
+        names = (one.name for one in self.free)
+        return self.parameters.updated(dict(zip(names, self.values(coordinates), strict=True)))
+
+    def predicted(self, stands: Sequence[Parameters]) -> list[Predicted]:
+        """
+        Return what stands would show; all their runs go beside each other.
+
+        Strokes of steps were made, whatever gain a search tries: its amplifier can make them.
+
+        """
+        if any(one.name == GAIN for one in self.free):
+            drives = [one.drive for one in self.experiments]
+            strokes_m = [each.amplitude_m for each in drives if isinstance(each, SawtoothSteps)]
+            stands = [_with_room(stand, max(strokes_m, default=0.0)) for stand in stands]
+        shifts_s = [self.shifts_s] * len(stands)
+        found = predict_all(stands, self.experiments, shifts_s, pool=self.pool)
+        for _ in range(len(stands) * len(self.experiments)):
+            self.tick()
+        return found
+
+    def measured_at(self, predicted: Predicted, noise: StandardErrors | None = None) -> 'Problem':
+        """Return the problem with the metrics that follow from a prediction."""
+        noise = noise or self.noise
+        metrics = [
+            metric_of(
+                each,
+                predicted[number][one.seen.index(each)],
+                waves_of(shifted(one.drive, self.shift_s(number))),
+                error,
+                self.allowance,
+                self.parameters.load_cell.stiffness if each.quantity == 'force_n' else 1.0,
+            )
+            for number, one, each, error in dataclasses.replace(self, noise=noise).seen
+            if isinstance(one.drive, Voltage)
+        ]
+        return dataclasses.replace(self, metrics=tuple(metrics), noise=noise)
+
+    def shift_s(self, number: int) -> float:
+        """Return what the clock of an experiment is late, s."""
+        return self.shifts_s[number] if self.shifts_s else 0.0
+
+    def whitened(self, found: Predicted, less: Predicted | None, coordinates: Array) -> Array:
+        """
+        Return numbers whose sum of squares is chi-square, shape (values and unknowns,).
+
+        They are of a prediction less what was seen, or less another prediction. Of parameters that
+        are known, those of the coordinates.
+
+        """
+        parts, metrics = list[Array](), iter(self.metrics)
+        for number, one, each, noise in self.seen:
+            at = one.seen.index(each)
+            against = each.values if less is None else less[number][at].values
+            missed = found[number][at].values - against
+            over_time = isinstance(one.drive, Voltage)
+            parts.append(next(metrics).whitened(missed) if over_time else missed / noise)
+        return np.concatenate([*parts, self._known_less(coordinates, is_slope=less is not None)])
+
+    def _known_less(self, coordinates: Array, *, is_slope: bool) -> Array:
+        rows = []
+        for one, z in zip(self.free, coordinates.tolist(), strict=True):
+            if one.name in self.known:
+                value, share = self.known[one.name]
+                middle = 0.0 if is_slope else one.to_coordinate(value)
+                rows.append((z - middle) * one.slope(value) / (share * value))
+        return np.array(rows)
+
+    def residuals(self, coordinates: Array) -> Array:
+        """Return model less measurement, whitened."""
+        [found] = self.predicted([self.stand(coordinates)])
+        return self.whitened(found, None, coordinates)
+
+    def slopes(self, coordinates: Array, *, central: bool = False) -> Array:
+        """
+        Return the slopes of the residuals, shape (residuals, free), by differences.
+
+        A search does with steps to one side; central ones are for the errors of a fit.
+
+        """
+        ends = list[Array]()
+        for index, (lower, upper) in enumerate(zip(*self.bounds, strict=True)):
+            below, above = coordinates.copy(), coordinates.copy()
+            above[index] = min(coordinates[index] + STEP, upper)
+            if central or above[index] < coordinates[index] + STEP:
+                below[index] = max(coordinates[index] - STEP, lower)
+            ends += below, above
+        found = self.predicted([self.stand(end) for end in ends])
+        columns = []
+        for below, above, low, high in zip(
+            ends[::2], ends[1::2], found[::2], found[1::2], strict=True
+        ):
+            way = above - below
+            columns.append(self.whitened(high, low, way) / way.sum())
+        return np.column_stack(columns)
+
+    def steady_at(self, coordinates: Array) -> tuple['Problem', bool]:
+        """Return the problem with as many cycles as a stand needs, and whether they suffice."""
+        chosen = [
+            k for k, one in enumerate(self.experiments) if isinstance(one.drive, SawtoothSteps)
+        ]
+        problem, steady = self, True
+        if not chosen:
+            return problem, steady
+        while True:
+            longer = problem.with_cycles({k: 2 * problem.steps(k).steps for k in chosen})
+            stand = [self.stand(coordinates)]
+            [now], [then] = problem.predicted(stand), longer.predicted(stand)
+            short = {k for k in chosen if problem.is_short(k, now[k], then[k])}
+            alike = {problem.settings(k) for k in short}
+            more = [
+                k
+                for k in chosen
+                if problem.settings(k) in alike
+                and problem.steps(k).steps < STEPS_MAX
+                and problem.steps(k).is_steady
+            ]
+            if not more:
+                return problem, not short
+            problem = problem.with_cycles({k: 2 * problem.steps(k).steps for k in more})
+
+    def steps(self, number: int) -> SawtoothSteps:
+        """Return what drove an experiment of steps."""
+        drive = self.experiments[number].drive
+        assert isinstance(drive, SawtoothSteps)
+        return drive
+
+    def settings(self, number: int) -> tuple[object, ...]:
+        """Return what distinguishes an experiment of steps from others."""
+        one = self.experiments[number]
+        return (*one.settings.items(), *self.steps(number)[:2], one.load_n)
+
+    def with_cycles(self, cycles: Mapping[int, int]) -> 'Problem':
+        """Return the problem with other numbers of cycles in some experiments of steps."""
+        experiments = list(self.experiments)
+        for number, count in cycles.items():
+            drive = self.steps(number)._replace(steps=count)
+            experiments[number] = dataclasses.replace(experiments[number], drive=drive)
+        return dataclasses.replace(self, experiments=tuple(experiments))
+
+    def is_short(self, number: int, now: list[Prediction], then: list[Prediction]) -> bool:
+        """Return whether twice as many cycles change a number by more than matters."""
+        one = self.experiments[number]
+        for at, each in enumerate(one.seen):
+            largest = largest_of(self.experiments, each.quantity)
+            tolerance = STEADY_NUMBER * largest
+            if each.sigma is not None:
+                tolerance = max(STEADY_SHARE * each.sigma, SMALLEST_SHARE * largest)
+            if abs(float(then[at].values[0] - now[at].values[0])) > tolerance:
+                return True
+        return False
+
+
+def _with_room(stand: Parameters, stroke_m: float) -> Parameters:
+    """Return a stand whose amplifier reaches as far as a stroke needs."""
+    highest_v = stand.amplifier.voltage_min + (1.0 + ROOM) * stroke_m / stand.actuator.gain
+    if highest_v <= stand.amplifier.voltage_max:
+        return stand
+    return stand.updated({'amplifier.voltage_max': highest_v})
+
+
+def largest_of(experiments: Sequence[Experiment], quantity: str) -> float:
+    """Return the largest of the numbers that were seen of a quantity."""
+    return max(
+        abs(float(each.values[0]))
+        for one in experiments
+        for each in one.seen
+        if each.quantity == quantity and not each.is_trace
+    )
+
+
+def noise_at_first(experiments: Sequence[Experiment]) -> StandardErrors:
+    """
+    Return standard errors as they are given, or as they are read off traces.
+
+    Numbers without one have an unknown one in common. Beside traces that is a share of the largest
+    at first; where there are only numbers, chi-square scales it.
+
+    """
+    seen = [each for one in experiments for each in one.seen]
+    has_traces = any(each.is_trace for each in seen)
+
+    def error_of(each: Seen) -> float:
+        if each.is_trace:
+            return each.noise
+        if each.sigma is not None and (has_traces or all(one.sigma is not None for one in seen)):
+            return each.sigma
+        return largest_of(experiments, each.quantity) * (UNKNOWN_SHARE if has_traces else 1.0)
+
+    is_known = has_traces or all(each.sigma is not None for each in seen)
+    return StandardErrors(is_known, tuple(tuple(map(error_of, one.seen)) for one in experiments))
+
+
+def shifted(voltage: Voltage, shift_s: float) -> Array:
+    """Return the corners of a voltage in the clock of a sensor that is late."""
+    return np.asarray(voltage.rows + np.array((shift_s, 0.0)))
+
+
+def pose(
+    parameters: Parameters,
+    free: tuple[Free, ...],
+    experiments: Sequence[Experiment],
+    known: Mapping[str, tuple[float, float]] | None = None,
+    tick: Callable[[], None] = silent,
+) -> Problem:
+    """Return the problem of a fit, with cycles enough for its starting values."""
+    noise = noise_at_first(experiments)
+    problem = Problem(parameters, free, tuple(experiments), noise, known=known or {}, tick=tick)
+    least, what = len(free), 'one for each free parameter'
+    if not noise.known:
+        least, what = least + 1, f'{what} and one for the standard error of the points'
+    if problem.count < least:
+        limit = f'below {least}, {what}'
+        raise OutOfRange(
+            'number of points', problem.count, '', limit, 'measure more, or free less'
+        )
+    for one in experiments:
+        there = parameters.updated(dict(one.settings))
+        forces = [each for each in one.seen if each.quantity == 'force_n']
+        if forces and there.load_cell.contact == 'absent':
+            hint = 'set load_cell.contact=attached'
+            raise OutOfRange('load_cell.contact', 'absent', '', 'without a force to fit', hint)
+        if there.stand.preload_end:
+            end_n = there.stand.preload_end
+            hint = 'set stand.preload_end=0: each point has one preload'
+            raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
+    numbers = [k for k, one in enumerate(experiments) if isinstance(one.drive, SawtoothSteps)]
+    problem = problem.with_cycles({k: problem.steps(k).steps or STEPS_MIN for k in numbers})
+    return problem.steady_at(problem.start)[0]

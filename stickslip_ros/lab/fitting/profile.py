@@ -1,0 +1,82 @@
+"""
+Chi-square over a grid of what curves too much for slopes, the other parameters following.
+
+After a fall a piezo rings and an amplifier settles within microseconds, which sensors of tens of
+kilohertz see as one number: resonance and bandwidth lie in a narrow valley that is no straight
+line. At each place of the grid the others follow by their slopes at the minimum.
+
+"""
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.long_step import LANES
+from stickslip_ros.lab.fitting.problem import Problem
+
+GRID = {'actuator.resonance': (5e4, 6e5, 26), 'amplifier.bandwidth': (6e4, 1.2e6, 7)}
+"""Lowest and highest value of what is tried, and how many."""
+
+
+@dataclass(frozen=True, eq=False)
+class ChiSquareGrid:
+    """
+    What a grid shows.
+
+    Attributes
+    ----------
+    numbers : tuple of int
+        Which free parameters the grid is of.
+    places : array, shape (m, free)
+        Coordinates, those of the others as they follow.
+    chi_square : array, shape (m,)
+        There, to first order in the others.
+
+    """
+
+    numbers: tuple[int, ...]
+    places: Array
+    chi_square: Array
+
+    def best(self, count: int) -> list[Array]:
+        """Return the best places, the best first."""
+        return [self.places[k] for k in np.argsort(self.chi_square)[:count]]
+
+    def range_of(self, number: int, rise: float) -> tuple[float, float]:
+        """Return between which coordinates chi-square stays within a rise of its least value."""
+        inside = self.places[self.chi_square <= self.chi_square.min() + rise, number]
+        return float(inside.min()), float(inside.max())
+
+
+def profile(problem: Problem, place: Array) -> ChiSquareGrid | None:
+    """Return what the grid shows around a place, whose metrics the problem has; None without."""
+    axes = {
+        number: np.log(np.geomspace(*GRID[one.name]))
+        for number, one in enumerate(problem.free)
+        if one.name in GRID and one.is_log and problem.has_traces
+    }
+    if not axes:
+        return None
+    others = [k for k in range(len(place)) if k not in axes]
+    slopes = problem.slopes(place)[:, others]
+    basis, triangle = np.linalg.qr(slopes)
+    lower, upper = problem.bounds
+    grid = list[Array]()
+    for chosen in itertools.product(*axes.values()):
+        there = place.copy()
+        there[list(axes)] = chosen
+        grid.append(np.clip(there, lower, upper))
+    places, missed = list[Array](), list[float]()
+    for first in range(0, len(grid), LANES):
+        some = grid[first : first + LANES]
+        found = problem.predicted([problem.stand(each) for each in some])
+        for there, each in zip(some, found, strict=True):
+            residual = problem.whitened(each, None, there)
+            along = basis.T @ residual
+            follows = there.copy()
+            follows[others] -= np.linalg.lstsq(triangle, along, rcond=1e-8)[0]
+            places.append(np.clip(follows, lower, upper))
+            missed.append(float(residual @ residual - along @ along))
+    return ChiSquareGrid(tuple(axes), np.array(places), np.array(missed))

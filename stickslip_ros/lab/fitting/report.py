@@ -1,0 +1,368 @@
+"""What a fit says: warnings, the object for JSON, and the stand as a ROS parameter file."""
+
+import json
+import math
+from collections.abc import Iterator
+from pathlib import Path, PurePath
+from typing import Any, TypeAlias
+
+import numpy as np
+
+import stickslip_ros
+from stickslip_ros.errors import WrongKind
+from stickslip_ros.files import prepare_output
+from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.fitting.fit import Fit
+from stickslip_ros.lab.fitting.statistics import Estimate
+from stickslip_ros.parameters import dump_yaml
+from stickslip_ros.units import display_unit
+
+Section: TypeAlias = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
+"""A table that a result says itself in: title, header, rows."""
+JSON, YAML = ('.json',), ('.yaml', '.yml')
+CORRELATED = 0.95
+CONDITION_MAX = 30.0
+"""Condition number from which parameters are collinear (Belsley, Kuh, Welsch 1980)."""
+P_VALUE_MIN = 0.01
+MISSED_MOST = 1.5
+"""Chi-square per reading, of noise and sensor alone, from which what a stand lacks is warned of:
+beyond it an allowance for errors of the model does not cover them."""
+EXPLAINED = 0.5  # share of it that the best parameter may leave, to be a cause
+OPPOSITE = -0.3  # correlation of model and readings below which they go opposite ways
+SHOWN = 0.1  # part of a combination from which a parameter is named
+
+
+def warnings_of(fit: Fit) -> tuple[str, ...]:
+    """Return sentences about what is doubtful in a fit; none if nothing is."""
+    return (
+        *(text for one in fit.experiments for text in one.notes),
+        *_search_warnings(fit),
+        *(text for one in fit.estimates for text in _estimate_warnings(one)),
+        *_trade_warnings(fit),
+    )
+
+
+def as_object(fit: Fit) -> dict[str, Any]:
+    """Return a fit as JSON can hold it: None stands for what is infinite or not a number."""
+    doubt = fit.uncertainty
+    content = {
+        'estimates': [{**vars(one), 'is_log': one.is_log} for one in fit.estimates],
+        'names': [one.name for one in fit.estimates],
+        'coordinates': list(fit.found.coordinates),
+        'covariance_of_coordinates': doubt.covariance_z.tolist(),
+        'covariance': fit.covariance.tolist(),
+        'correlation': fit.uncertainty.correlation.tolist(),
+        'sigma_known': fit.problem.noise.known,
+        'noise_n': fit.noise_n,
+        'allowance': fit.problem.allowance and fit.problem.allowance._asdict(),
+        'known': fit.problem.known,
+        'chi_square': fit.chi_square,
+        'dof': doubt.dof,
+        'reduced_chi_square': fit.reduced_chi_square,
+        'p_value': fit.p_value,
+        'covariance_scale': doubt.variance_scale,
+        'interval_quantile': doubt.quantile,
+        'singular_values': doubt.singular_values,
+        'condition_number': doubt.condition,
+        'warnings': warnings_of(fit),
+        'notes': list(fit.notes),
+        'converged': fit.found.converged,
+        'starts': len(fit.searches),
+        'starts_in_same_minimum': fit.same,
+        'evaluations': fit.evaluations,
+        'wall_s': fit.wall_s,
+        'missing': [each._asdict() for each in fit.missing],
+        'points': _points(fit),
+        'traces': _traces(fit),
+        'parameters': fit.parameters.changed(),
+    }
+    return {name: _plain(value) for name, value in content.items()}
+
+
+def check_output(path: Path) -> None:
+    """Refuse a file that is neither JSON nor YAML, or cannot be written, before the work."""
+    if path.suffix.lower() not in {*JSON, *YAML}:
+        raise WrongKind('output', str(path), 'a .json or .yaml file', 'end its name so')
+    prepare_output(path)
+
+
+def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str) -> None:
+    """Write what ``as_object`` says as JSON, or the fitted stand as a ROS parameter file."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix.lower() in JSON:
+        text = json.dumps(content, indent=2) + '\n'
+    else:
+        lines = [f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.']
+        for one in fit.estimates:
+            value = f'{one.value:.6g} {one.unit}'.rstrip() + ', not determined'
+            if math.isfinite(one.standard_error):
+                value = f'{one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip()
+                value += f', 95 % interval {one.low:.6g} to {one.high:.6g}'
+            lines.append(f'{one.name}: {value}')
+        lines += [f'Note: {note}' for note in content['notes']]
+        lines += [f'Warning: {warning}' for warning in content['warnings']]
+        text = dump_yaml(fit.parameters, '\n'.join(lines))
+    path.write_text(text, encoding='utf-8')
+
+
+def _search_warnings(fit: Fit) -> Iterator[str]:
+    if not fit.found.converged:
+        yield 'the search did not converge: raise --starts, or narrow --bounds'
+    if not fit.steady:
+        drives = [one.drive for one in fit.experiments if isinstance(one.drive, SawtoothSteps)]
+        is_counted = not all(drive.is_steady for drive in drives)
+        depends = ': their forces hold for so many steps from rest only' if is_counted else ''
+        most = max(drive.steps for drive in drives)
+        yield f'some runs are not steady after {most} steps{depends}'
+    if fit.others:
+        for other in fit.others:
+            there = ', '.join(
+                f'{one.name} {value:.4g}'
+                for one, value in zip(fit.estimates, fit.problem.values(other.place), strict=True)
+                if abs(value - one.value) > one.standard_error
+            )
+            yield (
+                f'another minimum is not ruled out at 95 %, chi-square '
+                f'{other.chi_square - fit.chi_square:.2g} above: {there or "near this one"}; '
+                'the intervals hold for this one only'
+            )
+    elif fit.rivals:
+        yield (
+            f'{fit.rivals} of {len(fit.searches)} searches ended in another minimum that the '
+            'points do not rule out at 95 %: the intervals hold for this one only'
+        )
+    readings = readings_of(fit)
+    if fit.missing and fit.missing[0].chi_square > MISSED_MOST * readings:
+        worst = fit.missing[0]
+        yield (
+            f'the stand lacks something: freeing {worst.name} would lower chi-square per reading '
+            f'from {worst.chi_square / readings:.3g} to {worst.expected / readings:.3g}; until '
+            'then no interval holds'
+        )
+        if worst.expected > EXPLAINED * worst.chi_square:
+            yield (
+                'no parameter explains half of what the model misses: check the preload, the '
+                'units of the columns, their clocks, and what drove the recording'
+            )
+    if fit.p_value is not None and fit.p_value < P_VALUE_MIN:
+        yield (
+            f'p-value {fit.p_value:.2g}: the model misses the points by more than their standard '
+            'errors; either these are too small or the model is wrong, and the intervals with it'
+        )
+        yield from _opposite_ways(fit)
+
+
+def _opposite_ways(fit: Fit) -> Iterator[str]:
+    """Yield what goes against the stand at the start: the fitted one may stand still."""
+    [began] = fit.problem.predicted([fit.problem.stand(fit.problem.start)])
+    for number, one, each, _ in fit.problem.seen:
+        model = began[number][one.seen.index(each)].values
+        if each.is_trace and np.ptp(model) > 0.0:
+            together = float(np.corrcoef(model, each.values)[0, 1])
+            if together < OPPOSITE:
+                yield (
+                    f'{one.origin}: {each.quantity} goes against the model (correlation '
+                    f'{together:.2f}): if its sensor counts the other way, change the sign of '
+                    'the readings; else check what drove it'
+                )
+
+
+def _estimate_warnings(one: Estimate) -> Iterator[str]:
+    if one.at_bound:
+        where = f'{one.name} sits on its bound, {one.value:.6g} {one.unit}'.rstrip()
+        if one.is_limited(one.value):
+            yield f'{where}: no standard error, and the other intervals hold for this value only'
+        else:
+            yield f'{where}: no estimate, no intervals; give wider --bounds {one.name}=LOW:HIGH'
+    elif one.inert:
+        yield f'{one.name} does not change what was seen at all'
+    elif one.undetermined:
+        yield f'{one.name} is not determined: others make up for any change of it'
+    elif abs(one.value) < one.standard_error < math.inf:
+        yield f'{one.name} has a standard error above its value'
+
+
+def _trade_warnings(fit: Fit) -> Iterator[str]:
+    names = [one.name for one in fit.estimates]
+    for row, column in zip(*np.triu_indices(len(names), k=1), strict=True):
+        together = float(fit.uncertainty.correlation[row, column])
+        if abs(together) > CORRELATED:
+            yield f'{names[row]} and {names[column]} are correlated by {together:+.3f}'
+    doubt = fit.uncertainty
+    if doubt.condition > CONDITION_MAX:
+        parts = [
+            f'{part:+.2f} {name}'
+            for name, part in zip(names, doubt.weakest, strict=True)
+            if abs(part) > SHOWN
+        ]
+        yield (
+            f'condition number {doubt.condition:.3g}, above {CONDITION_MAX:g}: the points hardly '
+            f'determine the combination {" ".join(parts)} (effects scaled to equal size)'
+        )
+
+
+def _points(fit: Fit) -> list[dict[str, Any]]:
+    """Return the numbers that were fitted, one object each."""
+    rows = list[dict[str, Any]]()
+    for one, found, noises in zip(
+        fit.experiments, fit.predicted, fit.problem.noise.values, strict=True
+    ):
+        if isinstance(one.drive, SawtoothSteps):
+            for each, model, noise in zip(one.seen, found, noises, strict=True):
+                measured, modelled = float(each.values[0]), float(model.values[0])
+                rows.append(
+                    {
+                        'preload_n': one.settings['stand.preload'],
+                        'amplitude_m': one.drive.amplitude_m,
+                        'frequency_hz': one.drive.frequency_hz,
+                        'quantity': each.quantity,
+                        'measured': measured,
+                        'model': modelled,
+                        'residual': modelled - measured,
+                        'steps': one.drive.steps,
+                        **({'sigma': noise} if fit.problem.noise.known else {}),
+                    }
+                )
+    return rows
+
+
+def _traces(fit: Fit) -> list[dict[str, Any]]:
+    """Return what was seen over time and how the sensors are, one object each."""
+    return [
+        {
+            'origin': one.origin,
+            'settings': dict(one.settings),
+            'quantity': each.quantity,
+            'readings': len(each.values),
+            'left_out': each.left_out,
+            **sensor,
+            'driven_by': list(one.drive.said),
+        }
+        for one, each, sensor in sensors_of(fit)
+        if isinstance(one.drive, Voltage)
+    ]
+
+
+def sensors_of(fit: Fit) -> list[tuple[Experiment, Seen, dict[str, float]]]:
+    """Return each quantity over time, with noise, zero, drift and lateness of its sensor."""
+    found, metrics = [], iter(fit.problem.metrics)
+    for number, one, each, noise in fit.problem.seen:
+        if not isinstance(one.drive, Voltage):
+            continue
+        model = fit.predicted[number][one.seen.index(each)]
+        sizes, left = next(metrics).of_sensor(model.values - each.values)
+        zero, drift, late_s, _ = sizes.tolist()
+        sensor = {
+            'noise': noise,
+            'zero': -zero,
+            'drift_per_s': -drift,
+            'late_s': fit.problem.shift_s(number) + late_s,
+            'rms': float(np.sqrt(np.mean(left**2))),
+        }
+        found.append((one, each, sensor))
+    return found
+
+
+def sections(fit: Fit) -> list[Section]:
+    """Return what a fit says, as tables: title, header, rows of text."""
+    header: tuple[str, ...] = (
+        'parameter',
+        'estimate',
+        'std error',
+        '95 % low',
+        '95 % high',
+        'unit',
+    )
+    found: list[Section] = [('fit', header, [_row(one) for one in fit.estimates])]
+    found.append(('quality', (), [(name, str(value)) for name, value in _quality(fit)]))
+    if traces := [_trace_row(*each) for each in sensors_of(fit)]:
+        header = ('recording', 'quantity', 'readings', 'noise', 'missed', 'unit', 'late (us)')
+        found.append(('what was seen over time', header, traces))
+    if len(fit.estimates) > 1:
+        names = [one.name for one in fit.estimates]
+        rows: list[tuple[str, ...]] = [
+            (name, *('-' if np.isnan(value) else f'{value:+.3f}' for value in row))
+            for name, row in zip(names, fit.uncertainty.correlation, strict=True)
+        ]
+        found.append(('correlation', ('', *(name.partition('.')[2] for name in names)), rows))
+    if fit.missing:
+        title = 'what the stand may lack: chi-square per reading, noise and sensor alone'
+        header = ('parameter', 'now', 'if it were free')
+        rows = [
+            (each.name, *(f'{value / readings_of(fit):.4g}' for value in each[1:]))
+            for each in fit.missing
+        ]
+        found.append((title, header, rows))
+    return found
+
+
+def readings_of(fit: Fit) -> int:
+    """Return how many values were seen."""
+    return sum(len(each.values) for _, _, each, _ in fit.problem.seen)
+
+
+def _row(one: Estimate) -> tuple[str, ...]:
+    doubt = ('-', '-', '-')
+    if np.isfinite(one.standard_error):
+        doubt = (f'{one.standard_error:.2g}', f'{one.low:.6g}', f'{one.high:.6g}')
+    return (one.name, f'{one.value:.6g}', *doubt, one.unit)
+
+
+def _trace_row(one: Experiment, each: Seen, sensor: dict[str, float]) -> tuple[str, ...]:
+    factor, unit = display_unit(each.unit)
+    noise, rms = (f'{factor * sensor[name]:.3g}' for name in ('noise', 'rms'))
+    late = f'{1e6 * sensor["late_s"]:.4g}'
+    readings = f'{len(each.values)}'
+    return (PurePath(one.origin).name, each.quantity, readings, noise, rms, unit, late)
+
+
+def basis_of(fit: Fit) -> str:
+    """Return a sentence that says what the errors rest on."""
+    allowance, doubt = fit.problem.allowance, fit.uncertainty
+    if allowance is not None:
+        return (
+            f'noise of the readings, and an allowance for what the model is wrong by: '
+            f'{1e9 * allowance.shape_m:g} nm in each moment of a cycle, '
+            f'{100.0 * allowance.step_share:g} % of a step'
+        )
+    if fit.problem.noise.known:
+        return 'from the standard errors of the points; intervals of the normal distribution'
+    return (
+        'scaled by the residuals, as the points have no standard errors; intervals of the t '
+        f'distribution with {doubt.dof} degrees of freedom; no test of the model'
+    )
+
+
+def _quality(fit: Fit) -> Iterator[tuple[str, object]]:
+    doubt = fit.uncertainty
+    yield 'points', fit.problem.count
+    yield 'degrees of freedom', doubt.dof
+    if fit.noise_n is None:
+        reduced, p_value = fit.reduced_chi_square, fit.p_value
+        yield 'chi-square', f'{fit.chi_square:.4g}'
+        yield 'chi-square per degree', '-' if reduced is None else f'{reduced:.4g}'
+        yield 'p-value', '-' if p_value is None else f'{p_value:.3g}'
+    else:
+        yield 'noise of a point, estimated', f'{fit.noise_n:.3g} N'
+    yield 'condition number', f'{doubt.condition:.3g}'
+    yield 'singular values', ' '.join(f'{value:.3g}' for value in doubt.singular_values)
+    yield 'searches in this minimum', f'{fit.same} of {len(fit.searches)}'
+    yield 'stands tried', fit.evaluations
+    cycles = [one.drive.steps for one in fit.experiments if isinstance(one.drive, SawtoothSteps)]
+    if cycles:
+        is_steady = all(
+            one.drive.is_steady for one in fit.experiments if isinstance(one.drive, SawtoothSteps)
+        )
+        steps = 'steps until steady' if is_steady else 'steps per run'
+        yield steps, f'{min(cycles)} to {max(cycles)}'
+    yield 'time', f'{fit.wall_s:.1f} s'
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        return {name: _plain(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(part) for part in value]
+    return value

@@ -1,0 +1,190 @@
+"""Statistics of a minimum: errors, intervals, correlations, parameters without influence."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm, t
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.fitting.free import Free
+from stickslip_ros.lab.fitting.problem import Problem
+from stickslip_ros.lab.fitting.profile import profile
+from stickslip_ros.parameters import spec_of
+
+Flags = NDArray[np.bool_]
+
+QUANTILE_95 = 1.96  # standard deviations to both sides that hold 95 %
+LEVEL = 0.95  # confidence of the intervals
+EFFECT = 1e-5
+"""Share of the forces that one e-fold, or the whole range, must change: the noise of a slope."""
+RANK = 1e-5
+"""Singular value, per largest, below which columns of unit length are dependent: the noise."""
+SHARE = 1e-3  # part of an undetermined combination from which a parameter belongs to it
+
+
+@dataclass(frozen=True)
+class Estimate(Free):
+    """
+    A free parameter with its value and 95 % interval, which is even about its coordinate.
+
+    The standard error is infinite, and there is no interval, where the forces do not determine it:
+    the value sits on a bound, is inert, which is to change no force, or is undetermined, which is
+    to be traded for others; or a bound that is no limit of the model holds another parameter.
+
+    """
+
+    value: float
+    standard_error: float
+    low: float
+    high: float
+    at_bound: bool
+    inert: bool
+    undetermined: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertainty:
+    """How well a minimum determines its parameters."""
+
+    dof: int  # degrees of freedom: points less free parameters
+    # what the covariance was multiplied with: 1 where the standard errors of the points are known,
+    # chi-square per degree of freedom where they are not
+    variance_scale: float
+    # half width of the intervals in standard errors: of the normal distribution where the standard
+    # errors of the points are known, of the t distribution where they are not
+    quantile: float
+    # covariance of the coordinates; infinite variance where nothing is known, shape (free, free)
+    covariance_z: Array
+    at_bound: Flags  # which parameters sit on a bound, shape (free,)
+    inert: Flags  # which change no force
+    undetermined: Flags  # which belong to a combination that changes none
+    # of the slopes of the residuals with columns of unit length, without the parameters on a bound
+    # and those that change nothing
+    singular_values: tuple[float, ...]
+    # the combination of coordinates that belongs to the smallest of them
+    weakest: tuple[float, ...]
+
+    @property
+    def errors_z(self) -> Array:
+        """Standard errors of the coordinates; infinite where nothing is known."""
+        return np.sqrt(np.diag(self.covariance_z))
+
+    @property
+    def correlation(self) -> Array:
+        """Shape (free, free); not a number where a parameter has no standard error."""
+        errors = self.errors_z
+        errors = np.where(np.isfinite(errors) & (errors > 0.0), errors, np.nan)
+        return np.asarray(self.covariance_z / np.outer(errors, errors))
+
+    @property
+    def condition(self) -> float:
+        """Condition number: 1 if parameters act independently of each other."""
+        values = self.singular_values
+        if not values:
+            return 1.0
+        return values[0] / values[-1] if values[-1] > 0.0 else float('inf')
+
+
+def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Uncertainty:
+    """Return what the slopes at the coordinates of a minimum say about its parameters."""
+    jacobian = problem.slopes(coordinates, central=True)
+    is_known, free = problem.noise.known, len(problem.free)
+    dof = problem.count - problem.unknowns - free
+    at_bound = problem.at_bound(coordinates)
+    lengths = np.sqrt(np.sum(jacobian**2, axis=0))
+    inert = lengths <= EFFECT * problem.signal
+    active = np.flatnonzero(~at_bound & ~inert)
+    values, directions = np.empty(0), np.empty((0, 0))
+    weakest = np.zeros(free)
+    if len(active):
+        unit = jacobian[:, active] / lengths[active]
+        _, values, directions = np.linalg.svd(unit, full_matrices=True)
+        values = np.concatenate((values, np.zeros(len(directions) - len(values))))
+        row = directions[-1]
+        weakest[active] = row * np.sign(row[np.argmax(np.abs(row))])
+    scale = 1.0 if is_known else chi_square / dof
+    covariance_z, undetermined = _covariance(values, directions, lengths[active], scale)
+    if any(
+        sits and not one.is_limited(value)  # the model goes on beyond this bound
+        for one, value, sits in zip(
+            problem.free, problem.values(coordinates), at_bound, strict=True
+        )
+    ):
+        covariance_z = np.full_like(covariance_z, np.nan)
+        np.fill_diagonal(covariance_z, np.inf)
+    whole_z = np.full((free, free), np.nan)  # what is not active has no covariance
+    np.fill_diagonal(whole_z, np.inf)
+    whole_z[np.ix_(active, active)] = covariance_z
+    _widen(problem, coordinates, whole_z)
+    upper = 0.5 * (1.0 + LEVEL)
+    return Uncertainty(
+        dof=dof,
+        variance_scale=scale,
+        quantile=float(norm.ppf(upper) if is_known else t.ppf(upper, dof)),
+        covariance_z=whole_z,
+        at_bound=at_bound,
+        inert=inert & ~at_bound,
+        undetermined=np.isin(range(free), active[undetermined]),
+        singular_values=tuple(values.tolist()),
+        weakest=tuple(weakest.tolist()),
+    )
+
+
+def _widen(problem: Problem, coordinates: Array, covariance_z: Array) -> None:
+    """Widen what curves too much for slopes to what a grid does not rule out."""
+    grid = profile(problem, coordinates)
+    if grid is None:
+        return
+    for number in grid.numbers:
+        low, high = grid.range_of(number, QUANTILE_95**2)
+        reach = max(high - coordinates[number], coordinates[number] - low)
+        factor = reach / (QUANTILE_95 * math.sqrt(covariance_z[number, number]))
+        if factor > 1.0:  # not of what has no variance
+            covariance_z[number, :] *= factor
+            covariance_z[:, number] *= factor
+
+
+def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tuple[Estimate, ...]:
+    """Return the free parameters at a minimum with their errors and intervals."""
+    estimates = []
+    for index, free in enumerate(problem.free):
+        z, error_z = float(coordinates[index]), float(doubt.errors_z[index])
+        value, spec = free.to_value(z), spec_of(free.name)
+        low = high = np.nan
+        if np.isfinite(error_z):
+            # The interval is even about the coordinate; what the parameter cannot be is cut off.
+            ends_z = z + doubt.quantile * error_z * np.array((-1.0, 1.0))
+            with np.errstate(over='ignore'):
+                ends = np.exp(ends_z) if free.is_log else free.unbounded_value(1.0) * ends_z
+            low = float(max(ends[0], -np.inf if spec.minimum is None else spec.minimum))
+            high = float(min(ends[1], np.inf if spec.maximum is None else spec.maximum))
+        estimates.append(
+            Estimate(
+                **vars(free),
+                value=value,
+                standard_error=error_z * free.slope(value),
+                low=low,
+                high=high,
+                at_bound=bool(doubt.at_bound[index]),
+                inert=bool(doubt.inert[index]),
+                undetermined=bool(doubt.undetermined[index]),
+            )
+        )
+    return tuple(estimates)
+
+
+def _covariance(
+    values: Array, directions: Array, lengths: Array, scale: float
+) -> tuple[Array, Flags]:
+    """Return the covariance of active coordinates, and which of them are not determined."""
+    if not len(values):
+        return np.empty((0, 0)), np.zeros(0, dtype=np.bool_)
+    blind = values <= RANK * values[0]
+    seen = directions[~blind] / values[~blind, None]
+    covariance = scale * (seen.T @ seen) / np.outer(lengths, lengths)
+    undetermined = np.sum(directions[blind] ** 2, axis=0) > SHARE
+    covariance[undetermined, :] = covariance[:, undetermined] = np.nan
+    covariance[undetermined, undetermined] = np.inf
+    return covariance, np.asarray(undetermined)

@@ -1,0 +1,46 @@
+"""The Bode plot of the stuck drive: the closed form, and what was measured beside it."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.linear.curves import Complex, curves_of
+from stickslip_ros.lab.runs.plotting import GREY, new_figure, styled
+from stickslip_ros.units import NM
+
+BAND = 0.02, 3.0  # frequencies that are shown by default, as multiples of the resonance
+LINE_POINTS = 2000
+
+
+@styled()
+def draw_bode(
+    matrix: Callable[[Array], Complex],
+    resonance_hz: float,
+    frequencies: Array,
+    measured: Sequence[Complex | None] = (None, None),
+) -> Figure:
+    """
+    Draw gain and phase from voltage and from load to position, and what was measured.
+
+    ``matrix`` gives the closed form at frequencies, Hz, as that of a LinearDrive.
+
+    """
+    grid: Array = np.geomspace(frequencies.min(), frequencies.max(), LINE_POINTS)
+    figure = new_figure(10.0, 6.0)
+    panels = figure.subplots(2, 2, sharex=True)
+    lines, curves = curves_of(matrix(grid)), curves_of(matrix(frequencies))
+    for (gain, phase), line, curve, points in zip(panels.T, lines, curves, measured, strict=True):
+        gain.loglog(grid, np.abs(line.response) * NM, label='closed form')
+        phase.semilogx(grid, line.phase_deg())
+        if points is not None:
+            gain.loglog(frequencies, np.abs(points) * NM, 's', label='swept sine')
+            phase.semilogx(frequencies, curve.phase_deg(points), 's')
+        gain.set(title=f'{line.source} to position', ylabel=f'position (nm/{line.unit})')
+        phase.set(xlabel='frequency (Hz)', ylabel='phase (degrees)')
+        for axes in (gain, phase):
+            axes.axvline(resonance_hz, color=GREY, linestyle=':')
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, ncols=2, loc='outside lower center')
+    return figure

@@ -1,0 +1,344 @@
+"""
+The stuck drive as a linear system: small motions about a place at which the runner sticks.
+
+After a reversal a contact is as stiff as in full stick, whatever it went through before (Masing),
+and a small oscillation does nothing but reverse. So the tangent stiffness of the contacts, and
+with it the frequency response, depends on the preload but not on the history.
+
+"""
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.advance import advance
+from stickslip_ros.drive.build import contacts_of, plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.piezo import CREEP_FASTEST_S
+from stickslip_ros.drive.records import CONTACTS, DECADES
+from stickslip_ros.drive.waveform import table
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.extras import load_extra
+from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.kernels.record import Record
+from stickslip_ros.lab.linear.curves import Complex
+from stickslip_ros.lab.linear.sampled import StateSpace, held, read, reduced
+from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.units import MICRO
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+INPUTS = ('voltage_v', 'load_n')
+OUTPUTS = ('position_m', 'foot_m')
+SETTLING_S = 0.02  # time in which a drive comes to a place without ringing, and rests there
+SETTLING_ROWS = 1000
+
+
+class Response(NamedTuple):
+    """Complex frequency responses, each of shape (n,)."""
+
+    position_m_per_v: Complex  # from the commanded voltage and from the load to the runner
+    position_m_per_n: Complex
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LinearDrive(Drawn):
+    """
+    State space of the stuck drive: x' = A x + B u, y = C x + D u, all in SI units.
+
+    Attributes
+    ----------
+    A, B, C, D : array, shape (n, n), (n, 2), (2, n), (2, 2)
+        Inputs are voltage (V) and load (N), outputs the positions of the runner and of the mean
+        foot (m), all as differences from their rest.
+    states : tuple of str
+        What the n states are, units included.
+    at_voltage_v, at_position_m : float
+        Where the drive rests.
+    contact_n_per_m, cell_n_per_m : float
+        Stiffness of the six contacts together, and of the load cell and end stops that the
+        runner touches.
+    resonance_hz : float
+        Natural frequency of the runner between them.
+    parameters : Parameters
+        The stand.
+
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[str, ...]
+    at_voltage_v: float
+    at_position_m: float
+    contact_n_per_m: float
+    cell_n_per_m: float
+    resonance_hz: float
+    parameters: Parameters = field(repr=False)
+
+    def response(self, frequency_hz: ArrayLike) -> Response:
+        """Return the response of the runner at frequencies, Hz."""
+        matrix = self.matrix(frequency_hz)
+        return Response(matrix[:, 0, 0], matrix[:, 0, 1])
+
+    def matrix(self, frequency_hz: ArrayLike) -> Complex:
+        """Return C (s - A)^-1 B + D at n frequencies, Hz; shape (n, outputs, inputs)."""
+        hertz = np.atleast_1d(np.asarray(frequency_hz, float))
+        s = 2j * np.pi * hertz[:, None, None]
+        moved: Any = np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B[None])
+        matrix: Complex = self.C @ moved + self.D
+        return matrix
+
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.lab.linear.bode import BAND, draw_bode  # noqa: PLC0415 - takes long
+
+        return draw_bode(self.matrix, self.resonance_hz, self.resonance_hz * np.array(BAND))
+
+    def __repr__(self) -> str:
+        return (
+            f'LinearDrive: resonance {self.resonance_hz:.5g} Hz, {len(self.states)} states, '
+            f'at {self.at_voltage_v:.4g} V'
+        )
+
+    def to_control(
+        self, dt: float | None = None, *, sensors: bool = False, order: int | None = None
+    ) -> Any:
+        """
+        Return the same as a StateSpace of python-control, in V, N and um, with named signals.
+
+        Write ``drive * controller``: a product is of the kind of its first factor, and where that
+        is a transfer function, polynomials of this drive overflow in steps, to NaN.
+
+        Parameters
+        ----------
+        dt : float, optional
+            Time from one command and reading to the next, s, in which voltage and load are held;
+            continuous time if None.
+        sensors : bool
+            Whether the output is what the interferometer reads, with its low-pass, samples of
+            its own and latency, without noise, in place of the true positions.
+        order : int, optional
+            With ``dt``: how many states are left of it, those that matter most. Polynomials of
+            more than about five, as in transfer functions and ``margin``, have no digits left.
+
+        Raises
+        ------
+        MissingExtra
+            If python-control is not installed.
+        StickSlipError
+            If readings or an order are asked for without ``dt``, the sensor does not read once
+            per ``dt``, or the order does not fit.
+
+        """
+        control = load_extra('a system of python-control', 'control')
+        outputs, states = list(map(_in_um, OUTPUTS)), list(map(_in_um, self.states))
+        scale = np.array([1.0 if each.endswith('_v') else 1.0 / MICRO for each in self.states])
+        system = StateSpace(
+            self.A * scale[:, None] / scale,
+            self.B * scale[:, None],
+            self.C / (MICRO * scale),
+            self.D / MICRO,
+        )
+        if dt is None:
+            for name, asked in (('sensors', sensors), ('order', order)):
+                if asked:
+                    limit = 'of a sampled system only'
+                    raise OutOfRange(name, asked, '', limit, 'give dt, as sim.block')
+        elif sensors:
+            system, outputs = read(system, dt, self.parameters), outputs[:1]
+            delays = len(system.A) - len(states) - 1
+            states += ['reading_um', *(f'reading_{k}_um' for k in range(delays))]
+        else:
+            system = held(system, dt)
+        if dt is not None and order is not None:
+            amplifier = self.parameters.amplifier
+            largest = np.array([amplifier.voltage_max - amplifier.voltage_min, 1.0])
+            system, states = reduced(system, order, largest), [f'x_{k}' for k in range(order)]
+        names = {'inputs': list(INPUTS), 'outputs': outputs, 'states': states}
+        return control.ss(*system, 0 if dt is None else dt, **names)
+
+
+def _in_um(name: str) -> str:
+    """Return the name of a state or output with micrometres for its metres."""
+    return re.sub('_m(?=$|_per_s$)', '_um', name)
+
+
+def linearise(parameters: Parameters, at_voltage_v: float | None = None) -> LinearDrive:
+    """
+    Return the drive for motions so small that no contact slips.
+
+    Low-pass, creep, resonance, gains of the feet, frame, damping and the springs that the runner
+    touches are linear and kept, as is the linear part of the hysteresis. Slew rate, converter and
+    what else of the hysteresis are not linear: they are left out. Roughness that travels is where
+    it starts.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand, at ``stand.preload``.
+    at_voltage_v : float, optional
+        Voltage, V, to which the drive has come from rest; by default half-way between the limits
+        of the amplifier.
+
+    Raises
+    ------
+    StickSlipError
+        If the amplifier cannot give the voltage, or the contacts obey another friction law.
+
+    Examples
+    --------
+    >>> linearise(Parameters().updated({'stand.preload': 0.25}))
+    LinearDrive: resonance 8078.1 Hz, 2 states, at 150 V
+
+    """
+    return linear_drive(parameters, *drive_at(parameters, at_voltage_v))
+
+
+def linear_drive(
+    parameters: Parameters, at_v: float, plants: Record, states: Record
+) -> LinearDrive:
+    """Return the drive linearised where `drive_at` has brought it."""
+    plant, at_m = plants[0], float(states['position_m'].item())
+    contacts_n_per_m = np.array(
+        [contact.stick_stiffness_n_per_m for contact in contacts_of(parameters)]
+    )
+    stiffness, cell, walls = float(contacts_n_per_m.sum()), plant.cell_n_per_m, plant.walls
+    mass_kg, damping_n_s_per_m = float(plant.mass_kg), float(plant.damping_n_s_per_m)
+    if at_m > walls.gap_m:
+        cell += walls.cell_n_per_m
+    if plant.button.exists and at_m > plant.button.gap_m:
+        cell += plant.button.n_per_m
+        mass_kg += float(plant.button.mass_kg)
+        damping_n_s_per_m += float(plant.button.damping_n_s_per_m)
+    if not walls.low_m < at_m < walls.high_m:
+        cell += walls.stop_n_per_m
+    cell = float(cell)
+    rates, foot_m = _rates(plant, mass_kg, damping_n_s_per_m, contacts_n_per_m, cell)
+    names, matrix = tuple(rates), np.array(list(rates.values()))
+    seen = np.array([_unit(names, 'position_m'), foot_m])
+    n = len(names)
+    return LinearDrive(
+        A=matrix[:, :n],
+        B=matrix[:, n:],
+        C=seen[:, :n],
+        D=seen[:, n:],
+        states=names,
+        at_voltage_v=at_v,
+        at_position_m=at_m,
+        contact_n_per_m=stiffness,
+        cell_n_per_m=cell,
+        resonance_hz=float(np.sqrt((stiffness + cell) / mass_kg) / (2.0 * np.pi)),
+        parameters=parameters,
+    )
+
+
+def drive_at(
+    parameters: Parameters, at_voltage_v: float | None = None
+) -> tuple[float, Record, Record]:
+    """Return a voltage, and plant and state of a drive that has come to it from rest."""
+    if parameters.contact.law != 'mdr':
+        limit = 'a law without a stiffness that holds for every small motion'
+        raise OutOfRange('contact.law', parameters.contact.law, '', limit, "set it to 'mdr'")
+    amplifier = parameters.amplifier
+    at_v = 0.5 * (amplifier.voltage_min + amplifier.voltage_max)
+    if at_voltage_v is not None:
+        at_v = at_voltage_v
+    check_request(Request('voltage', (at_v,)), parameters)
+    plants = plant_of(parameters)
+    states = state_at_rest(plants, parameters.stand.preload)
+    share: Array = np.linspace(0.0, 1.0, SETTLING_ROWS, dtype=np.float64)
+    way_v = amplifier.voltage_initial + (at_v - amplifier.voltage_initial) * smooth(share)
+    start_clock(states)
+    wave = table(np.column_stack((SETTLING_S * share, way_v)))
+    advance(plants, states, wave, 0.0, 2.0 * SETTLING_S, np.empty((1, 3)))
+    return at_v, plants, states
+
+
+def smooth(share: Array) -> Array:
+    """Return a rise from 0 at shares up to 0 to 1 at shares from 1 on, without a corner."""
+    return 0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0))
+
+
+def _rates(
+    plant: Record,
+    mass_kg: float,
+    damping_n_s_per_m: float,
+    contacts_n_per_m: Array,
+    cell_n_per_m: float,
+) -> tuple[dict[str, Array], Array]:
+    """
+    Return the rate of each state, and the displacement of the mean foot against the frame.
+
+    Each is a row over states and inputs. Stiffnesses are those of the contact of each foot.
+
+    """
+    amplifier, piezo, frame = plant.amplifier, plant.piezo, plant.frame
+    creep = [f'creep_{k}_m' for k in range(DECADES)] if piezo.creep > 0.0 else []
+    bent = [f'foot_{k}_m' for k in range(1, CONTACTS)] if piezo.stack_n_per_m > 0.0 else []
+    names = [
+        *(['amplifier_v'] if amplifier.tau_s > 0.0 else []),
+        *creep,
+        *(['foot_m', 'foot_m_per_s'] if piezo.omega_per_s > 0.0 and not bent else []),
+        *bent,
+        *(f'{name}_per_s' for name in bent),
+        *(['centre_m', 'centre_m_per_s'] if frame.exists else []),
+        'position_m',
+        'velocity_m_per_s',
+    ]
+    of = {name: _unit(names, name) for name in (*names, *INPUTS)}
+    rates: dict[str, Array] = {}
+    voltage_v = of['voltage_v']
+    if amplifier.tau_s > 0.0:
+        rates['amplifier_v'] = (voltage_v - of['amplifier_v']) / amplifier.tau_s
+        voltage_v = of['amplifier_v']
+    static_m = foot_m = plant.gain_m_per_v * piezo.linear * voltage_v
+    for k, name in enumerate(creep):
+        rates[name] = (static_m - of[name]) / (CREEP_FASTEST_S * 10.0**k)
+        foot_m = foot_m + piezo.creep * of[name]
+    omega, sigma = piezo.omega_per_s, 2.0 * piezo.damping_ratio * piezo.omega_per_s
+    wanted_m = feet_m = np.outer(plant.ratios[1:], foot_m)
+    if bent:
+        feet_m = np.array([of[name] for name in bent])
+        foot_m = feet_m.mean(axis=0)
+    elif omega > 0.0:
+        rates['foot_m'] = of['foot_m_per_s']
+        rates['foot_m_per_s'] = omega**2 * (foot_m - of['foot_m']) - sigma * of['foot_m_per_s']
+        foot_m = of['foot_m']
+        feet_m = np.outer(plant.ratios[1:], foot_m)
+    share, frame_m = frame.feet_share, 0.0 * foot_m
+    if frame.exists:
+        frame_m = of['centre_m'] - share * foot_m
+    loads_n = contacts_n_per_m[:, None] * (of['position_m'] - frame_m - feet_m)
+    recoil = 0.0 * foot_m
+    if frame.exists:
+        # The velocity of the centre of mass is that without what its damper gets from the feet.
+        gamma = frame.damping_n_s_per_m / frame.mass_kg
+        rates['centre_m'] = of['centre_m_per_s'] + gamma * share * foot_m
+        recoil = (loads_n.sum(axis=0) - frame.held_n_per_m * frame_m) / frame.mass_kg
+        rates['centre_m_per_s'] = recoil - gamma * rates['centre_m']
+    if bent:
+        speeds = np.array([of[f'{name}_per_s'] for name in bent])
+        pulls = omega**2 * (wanted_m - feet_m) - sigma * speeds + loads_n / piezo.foot_kg
+        if frame.exists:
+            recoil = recoil - gamma * (rates['centre_m'] - share * speeds.mean(axis=0))
+            recoil = (recoil - share * pulls.mean(axis=0)) / (1.0 - share)
+        rates |= dict(zip(bent, speeds, strict=True))
+        rates |= {f'{name}_per_s': row for name, row in zip(bent, pulls - recoil, strict=True)}
+    rates['position_m'] = of['velocity_m_per_s']
+    force_n = of['load_n'] - loads_n.sum(axis=0) - cell_n_per_m * of['position_m']
+    force_n = force_n - damping_n_s_per_m * of['velocity_m_per_s']
+    rates['velocity_m_per_s'] = force_n / mass_kg
+    return {name: rates[name] for name in names}, foot_m
+
+
+def _unit(states: Any, name: str) -> Array:
+    columns = (*states, *INPUTS)
+    row: Array = np.zeros(len(columns))
+    row[columns.index(name)] = 1.0
+    return row

@@ -1,0 +1,120 @@
+"""The linear drive as a controller meets it: commanded and read once per period."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.instrument.sensors.interferometer import ON_TIME
+from stickslip_ros.instrument.sensors.signal_chain import low_pass_gain
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.units import NANO
+
+LASTING = 1e-9
+"""What does not lose this share of its motion in a period counts as lasting; creep loses 1e-6."""
+DOUBLINGS = 36
+"""Times that a sum over periods is doubled: what does not last is gone by then."""
+
+
+class StateSpace(NamedTuple):
+    """The next state A x + B u, and what is seen, C x + D u; or, in continuous time, the rate."""
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+
+
+def held(system: StateSpace, dt_s: float) -> StateSpace:
+    """Return a continuous system whose inputs are held for a period: exact at its ends."""
+    n, inputs = system.B.shape
+    over_period = expm(dt_s * np.block([[system.A, system.B], [np.zeros((inputs, n + inputs))]]))
+    return StateSpace(over_period[:n, :n], over_period[:n, n:], system.C, system.D)
+
+
+def read(system: StateSpace, dt_s: float, parameters: Parameters) -> StateSpace:
+    """
+    Return a continuous system as its first output is read by the interferometer, once per period.
+
+    The low-pass goes from sample to sample of the trace as the sensor does. A reading that is
+    d periods old, and less by a part of one, is formed of the state d periods ago, and handed on.
+
+    """
+    setting, sample_s = parameters.interferometer, parameters.sample_ns * NANO
+    if setting.reference != 'table':
+        limit = 'not the place from which the linear drive is seen'
+        raise OutOfRange('interferometer.reference', setting.reference, '', limit, "take 'table'")
+    samples, own_s = (
+        round(dt_s / sample_s),
+        1.0 / setting.sample_rate if setting.sample_rate else 0,
+    )
+    for name, period_s in (('trace', sample_s), ('interferometer', own_s or dt_s)):
+        share = dt_s / period_s % 1.0
+        if samples < 1 or min(share, 1.0 - share) > ON_TIME * samples:
+            limit = f'not a multiple of the period of {name}.sample_rate'
+            raise OutOfRange('dt', dt_s, 's', limit, 'change one of them')
+    lag = setting.latency / sample_s
+    if own_s:
+        lag = math.ceil(setting.latency / own_s - ON_TIME) * own_s / sample_s
+    step, gain = held(system, sample_s), low_pass_gain(setting.bandwidth, 1.0 / sample_s)
+    n, inputs = step.B.shape
+    once: Array = np.eye(n + 1 + inputs)  # of state, level of the low-pass, inputs
+    once[:n] = np.hstack((step.A, np.zeros((n, 1)), step.B))
+    once[n] = gain * system.C[0] @ once[:n]
+    once[n, n] = 1.0 - gain
+
+    def level(after: int) -> Array:
+        row: Array = np.linalg.matrix_power(once, after)[n]
+        return row
+
+    periods = math.ceil(lag / samples)
+    whole, part = divmod(periods * samples - lag, 1.0)
+    seen = level(int(whole))
+    if part:
+        seen = (1.0 - part) * seen + part * level(int(whole) + 1)
+    over_period = np.linalg.matrix_power(once, samples)
+    m = n + 1
+    next_state: Array = np.zeros((m + periods, m + periods + inputs))
+    next_state[:m, :m], next_state[:m, m + periods :] = np.split(over_period[:m], [m], axis=1)
+    if periods:
+        next_state[m, :m], next_state[m, m + periods :] = np.split(seen, [m])
+        next_state[m + 1 :, m : m + periods - 1] = np.eye(periods - 1)
+    shown: Array = np.zeros((1, m + periods))
+    shown[0, -1] = 1.0
+    a, b = np.split(next_state, [m + periods], axis=1)
+    return StateSpace(a, b, shown, np.zeros((1, inputs)))
+
+
+def reduced(system: StateSpace, order: int, largest: Array) -> StateSpace:
+    """
+    Return a sampled system with fewer states: balanced truncation, the square-root way.
+
+    ``largest``, shape (inputs,), are inputs of equal weight. What is left out is what they move
+    least, and what is seen of it least (Moore, IEEE Trans. Automatic Control 26, 1981).
+
+    """
+    slowest = float(np.abs(np.linalg.eigvals(system.A)).max())
+    if slowest > 1.0 - LASTING:
+        hint = 'set runner.damping: without it the runner rings for ever'
+        raise OutOfRange('order', order, '', 'of a plant that does not come to rest', hint)
+    if not 1 <= order <= len(system.A):
+        limit = f'not from 1 to the {len(system.A)} states that there are'
+        raise OutOfRange('order', order, '', limit, 'change it')
+    moved = system.B * largest
+
+    def root(a: Array, seen: Array) -> Array:
+        total = seen @ seen.T
+        for _ in range(DOUBLINGS):  # the sum of a^k total a^k.T
+            total, a = total + a @ total @ a.T, a @ a
+        squares, axes = np.linalg.eigh(total)
+        half: Array = axes * np.sqrt(np.maximum(squares, 0.0))
+        return half
+
+    reached, shown = root(system.A, moved), root(system.A.T, system.C.T)
+    left, weights, right = np.linalg.svd(shown.T @ reached)
+    scale = 1.0 / np.sqrt(weights[:order])
+    out, into = reached @ right[:order].T * scale, (shown @ left[:, :order] * scale).T
+    return StateSpace(into @ system.A @ out, into @ system.B, system.C @ out, system.D)

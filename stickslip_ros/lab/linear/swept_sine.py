@@ -1,0 +1,210 @@
+"""The frequency response of the stuck drive as an experimenter measures it: sine by sine."""
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.advance import advance
+from stickslip_ros.drive.build import contacts_of, start_clock
+from stickslip_ros.drive.waveform import level, table
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.kernels.record import Record
+from stickslip_ros.lab.linear.curves import curves_of
+from stickslip_ros.lab.linear.linearise import (
+    INPUTS,
+    LinearDrive,
+    Response,
+    drive_at,
+    linear_drive,
+    smooth,
+)
+from stickslip_ros.lab.runs.batch import run_batch
+from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.lab.runs.journal import Row
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.progress import shown_progress
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SLIDING_SHARE = 2e-3  # sliding amplitude per maximal presliding of the contact that slips first
+VOLTAGE_SHARE = 2.5e-3
+"""Largest amplitude of the voltage per range of the amplifier: no play of the hysteresis moves."""
+POINTS = 128
+"""Corners of a sine per cycle, and readings, which are means from one corner to the next."""
+CYCLES_MIN, CYCLES_MAX, BEATS = 6, 80, 4.0
+"""A sine rises during so many cycles, and is evaluated over as many: within these limits, over
+BEATS beats with the nearest resonance."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MeasuredResponse(Drawn):
+    """
+    What sines of small amplitude come to.
+
+    Attributes
+    ----------
+    frequency_hz : array, shape (n,)
+        Frequencies.
+    response : Response
+        From voltage and from load to the runner.
+    linear : LinearDrive
+        The same drive in closed form.
+    voltage_amplitude_v, load_amplitude_n : array, shape (n,)
+        Amplitudes of the sines, chosen such that the runner slides against the feet by
+        SLIDING_SHARE of the maximal presliding at most.
+    softening : float
+        Share of its stiffness that the contact loses through partial slip at that amplitude.
+
+    """
+
+    frequency_hz: Array
+    response: Response
+    linear: LinearDrive
+    voltage_amplitude_v: Array
+    load_amplitude_n: Array
+    softening: float
+
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.lab.linear.bode import draw_bode  # noqa: PLC0415 - takes long
+
+        linear = self.linear
+        return draw_bode(linear.matrix, linear.resonance_hz, self.frequency_hz, self.response)
+
+    def __repr__(self) -> str:
+        first_hz, last_hz = self.frequency_hz.min(), self.frequency_hz.max()
+        span = f'{len(self.frequency_hz)} frequencies from {first_hz:.5g} to {last_hz:.5g} Hz'
+        return f'MeasuredResponse: {span}, of {self.linear}'
+
+    @property
+    def deviation(self) -> Response:
+        """What is measured relative to the closed form, minus 1."""
+        expected = self.linear.response(self.frequency_hz)
+        return Response(*(a / b - 1.0 for a, b in zip(self.response, expected, strict=True)))
+
+
+def measure_response(
+    parameters: Parameters,
+    frequency_hz: ArrayLike,
+    at_voltage_v: float | None = None,
+    *,
+    workers: int = 0,
+    progress: bool = False,
+) -> MeasuredResponse:
+    """
+    Shake the drive with sines of voltage and of load, and read the true position of the runner.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand, at ``stand.preload``.
+    frequency_hz : array-like, shape (n,)
+        Frequencies above 0, Hz.
+    at_voltage_v : float, optional
+        As in ``linearise``.
+    workers : int
+        Sines at once; 0 is one per core.
+    progress : bool
+        Whether to show how far it has come.
+
+    Raises
+    ------
+    StickSlipError
+        If a frequency is not above 0, the amplifier cannot give the voltage and the sine about
+        it, or the contacts obey another friction law.
+
+    """
+    frequencies = np.atleast_1d(np.asarray(frequency_hz, float))
+    for each in frequencies:
+        if not 0.0 < each < np.inf:
+            raise OutOfRange('frequency', float(each), 'Hz', 'not above 0', 'raise it')
+    at_v, plants, states = drive_at(parameters, at_voltage_v)
+    linear = linear_drive(parameters, at_v, plants, states)
+    contacts = contacts_of(parameters)
+    sliding_m = SLIDING_SHARE * min(contact.max_displacement_m for contact in contacts)
+    force_n = sum(float(contact.tangential_force(sliding_m)) for contact in contacts)
+    stuck_n = sliding_m * sum(contact.stick_stiffness_n_per_m for contact in contacts)
+    matrix, amplifier = linear.matrix(frequencies), parameters.amplifier
+    sliding_m_per_v, sliding_m_per_n = np.abs(matrix[:, 0] - matrix[:, 1]).T
+    largest_v = VOLTAGE_SHARE * (amplifier.voltage_max - amplifier.voltage_min)
+    for side in (-1.0, 1.0):
+        check_request(Request('voltage', (linear.at_voltage_v + side * largest_v,)), parameters)
+    amplitudes = (
+        sliding_m / np.maximum(sliding_m_per_v, sliding_m / largest_v),
+        sliding_m / sliding_m_per_n,
+    )
+    cases = [
+        (name, float(hertz), float(amplitude))
+        for name, column in zip(INPUTS, amplitudes, strict=True)
+        for hertz, amplitude in zip(frequencies, column, strict=True)
+    ]
+    task = partial(_measure, plants, states, linear)
+    with shown_progress('sines', quiet=not progress) as show:
+        found = run_batch(task, cases, workers=workers, progress=show)
+    voltage, load = np.array(found).reshape(2, -1)
+    return MeasuredResponse(
+        frequencies, Response(voltage, load), linear, *amplitudes, 1.0 - force_n / stuck_n
+    )
+
+
+def _measure(
+    plants: Record, states: Record, linear: LinearDrive, case: tuple[str, float, float]
+) -> complex:
+    """Return the response of the runner to one sine."""
+    name, frequency_hz, amplitude = case
+    poles_hz = np.abs(np.linalg.eigvals(linear.A).imag) / (2.0 * np.pi)
+    beat_hz = float(np.abs(frequency_hz - poles_hz).min())
+    beat_cycles = BEATS * frequency_hz / max(beat_hz, 1e-9 * frequency_hz)
+    cycles = int(np.clip(np.ceil(beat_cycles), CYCLES_MIN, CYCLES_MAX))
+
+    def sine(points: Array) -> Array:
+        steady: Array = amplitude * np.sin(2.0 * np.pi * points / POINTS)
+        return smooth(points / (POINTS * cycles)) * steady
+
+    corners = np.arange(2 * cycles * POINTS + 1, dtype=float)
+    dt_s, ramps = 1.0 / (POINTS * frequency_hz), np.empty((1, 3))
+    wave, loads_n = level(linear.at_voltage_v), sine(corners[:-1] + 0.5)
+    rounded = np.sinc(1.0 / POINTS)
+    if name == 'voltage_v':
+        wave = table(np.column_stack((corners * dt_s, linear.at_voltage_v + sine(corners))))
+        loads_n, rounded = np.zeros(len(loads_n)), rounded**2
+    moving, integral_m_s = states.copy(), np.empty(len(corners))
+    integrals = moving['sums']['position_m_s']
+    integral_m_s[0] = integrals.item()
+    start_clock(moving)
+    for i, load_n in enumerate(loads_n, start=1):
+        stop_if_asked()
+        advance(plants, moving, wave, float(load_n), dt_s, ramps)
+        integral_m_s[i] = integrals.item()
+    seen = rounded * np.sinc(1.0 / POINTS)
+    # The complex amplitude of the last cycles, m; a smooth window hides slow drift.
+    last = cycles * POINTS
+    position_m, middle = np.diff(integral_m_s)[-last:] / dt_s, np.arange(last) + 0.5
+    weights = (1.0 - np.cos(2.0 * np.pi * middle / last)) ** 2
+    turns = np.exp(-2j * np.pi * middle / POINTS)
+    phasor_m = complex(2.0 * np.mean(weights * position_m * turns) / np.mean(weights))
+    return phasor_m / complex(0.0, -amplitude * seen)
+
+
+def bode_rows(measured: MeasuredResponse) -> list[Row]:
+    """Return a row for each frequency: gains and phases in closed form and as measured."""
+    columns: dict[str, Array] = {'frequency_hz': measured.frequency_hz}
+    curves = curves_of(measured.linear.matrix(measured.frequency_hz))
+    for curve, points in zip(curves, measured.response, strict=True):
+        unit = curve.unit.lower()
+        columns |= {
+            f'position_m_per_{unit}': np.abs(curve.response),
+            f'{curve.source}_phase_deg': curve.phase_deg(),
+            f'measured_m_per_{unit}': np.abs(points),
+            f'measured_{curve.source}_phase_deg': curve.phase_deg(points),
+        }
+    columns['voltage_amplitude_v'] = measured.voltage_amplitude_v
+    columns['load_amplitude_n'] = measured.load_amplitude_n
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return [dict(zip(columns, row, strict=True)) for row in values]

@@ -1,0 +1,213 @@
+"""What the page offers: controls from the tables of commands, services and parameters."""
+
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from stickslip_ros.errors import StickSlipError, quoted
+from stickslip_ros.instrument.commands import SET_BOOL
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.interface.messages import JOINT_STATE, STAMPED_FIELDS
+from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
+from stickslip_ros.lab.design.shapes import SHAPES
+from stickslip_ros.lab.panel.model import CYCLES, REBUILT, SPANS_S
+from stickslip_ros.lab.tables.experiment import OVER_TIME, read_experiment
+from stickslip_ros.lab.tables.formats import SUFFIXES
+from stickslip_ros.parameters import SENSORS, specs
+from stickslip_ros.units import display_unit
+
+WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
+"""Commands that are not given by a field for each number and a button to send them."""
+SIGNED = {'sawtooth': 'frequency', 'steps': 'steps', 'jog': 'frequency'}
+"""The number whose sign is the direction: the command has a button for each."""
+LIMITS = {
+    ('voltage', 'voltage'): ('amplifier.voltage_min', 'amplifier.voltage_max'),
+    ('sawtooth', 'amplitude'): (0.0, 'amplifier.voltage_max'),
+    ('sawtooth', 'frequency'): (0.0, 'amplifier.frequency_max'),
+    ('sawtooth', 'steps'): (0, None),
+    ('steps', 'steps'): (0, None),
+    ('waveform', 'amplitude'): (0.0, 'amplifier.voltage_max'),
+    ('waveform', 'frequency'): (0.0, 'amplifier.frequency_max'),
+    ('waveform', 'cycles'): (0, None),
+    ('jog', 'frequency'): (0.0, 'amplifier.frequency_max'),
+    ('position', 'x'): ('stand.travel_min', 'stand.travel_max'),
+    ('load', 'force.x'): ('-stand.load_limit', 'stand.load_limit'),
+    ('preload', 'preload'): (0.0, 'stand.preload_limit'),
+}
+"""Lowest and highest value of a number: itself, or the parameter that says it."""
+STARTS = {
+    ('sawtooth', 'amplitude'): 'step.amplitude',
+    ('sawtooth', 'frequency'): 'step.frequency',
+    ('sawtooth', 'steps'): 0,
+    ('steps', 'steps'): 10,
+    ('waveform', 'amplitude'): 'step.amplitude',
+    ('waveform', 'frequency'): 'step.frequency',
+    ('waveform', 'cycles'): 0,
+    ('jog', 'frequency'): 200.0,
+    ('position', 'x'): 1e-6,
+    ('position', 'step'): 1e-7,
+    ('preload', 'preload'): 'stand.preload',
+}
+"""What stands in a field at first: a value, or the parameter that says it."""
+WORDS = {
+    ('sawtooth', 'steps'): '0: until stopped',
+    ('waveform', 'cycles'): '0: until stopped',
+    ('position', 'step'): 'nm, relative',
+}
+"""What stands beside a field in place of its limits."""
+ABOUT = {
+    'steps': 'of {step.amplitude} V, {step.frequency} Hz',
+    'jog': 'of {step.amplitude} V; keys ← →',
+}
+"""What stands beside the name of a command, with the values of parameters."""
+ALARMS = (
+    Status.END_STOP_REACHED
+    | Status.RANGE_LIMIT_REACHED
+    | Status.FOLLOWING_LIMIT_REACHED
+    | Status.MOVEMENT_FAILED
+    | Status.REFUSED
+    | Status.FAULT
+    | Status.BEAM_LOST
+    | Status.FORCE_OVERRANGE
+)
+SHAPE_ROWS = 100
+"""Rows of a curved part of a shape."""
+NEEDED = ('amplifier.slew_rate', 'amplifier.voltage_min', 'jog.timeout')
+WAVE = ('amplitude V', 'frequency Hz', 'cycles')
+"""What somebody chooses of a waveform that has a shape."""
+
+
+def sheet() -> dict[str, Any]:
+    """Return the controls and lamps of a page that is attached to a drive."""
+    return {
+        'kind': 'drive',
+        **lamps(),
+        'commands': [_command(each) for each in COMMAND_TOPICS if _is_for_people(each)],
+        'services': {
+            each.name.removeprefix('~/'): {
+                'text': each.text,
+                'is_switch': each.type_name == SET_BOOL,
+            }
+            for each in SERVICES
+        },
+        'faults': [_parameter(name) for name in specs() if is_fault(name)],
+        'rebuilt': [_parameter(name) for name in REBUILT],
+    }
+
+
+def _is_for_people(topic: Topic) -> bool:
+    """Return whether somebody gives a command, who has no use for lockstep and joints."""
+    return not topic.switches and topic.type_name != JOINT_STATE
+
+
+def lamps() -> dict[str, Any]:
+    """Return what a page has of every source: status bits, choices of the picture."""
+    return {
+        'bits': [
+            {'bit': int(bit), 'name': bit.name, 'text': bit.text, 'is_alarm': bool(bit & ALARMS)}
+            for bit in Status
+        ],
+        'sensors': [
+            {
+                'name': each.reading,
+                'words': each.words.capitalize(),
+                'text': f'{each.text}, mean of 40 ms',
+                'is_optional': bool(each.switch),
+                'unit': display_unit(each.unit)[1],
+                'factor': display_unit(each.unit)[0],
+            }
+            for each in SENSORS
+        ],
+        'cycles': CYCLES,
+        'spans_s': SPANS_S,
+    }
+
+
+def is_fault(name: str) -> bool:
+    """Return whether a parameter is a fault that comes and goes while the drive runs."""
+    return name.startswith('fault.') and specs()[name].live
+
+
+def shown_parameters() -> list[str]:
+    """Return the parameters that the page needs: what limits or begins a number."""
+    limits = (each for pair in LIMITS.values() for each in pair)
+    named = {*STARTS.values(), *limits, *NEEDED, *REBUILT}
+    known = {each.removeprefix('-') for each in named if isinstance(each, str)}
+    return [name for name in specs() if name in known]
+
+
+def command_numbers(topic: Topic) -> tuple[str, ...]:
+    """Return the numbers of a command that somebody chooses: of a vector its x."""
+    return topic.numbers[:1] if topic.type_name in STAMPED_FIELDS else topic.numbers
+
+
+def read_waveform(content: bytes, name: str) -> list[list[float]]:
+    """
+    Return rows of time, s, from 0 on, and voltage, V, of a file of the page, of any known form.
+
+    Refuses what ``stickslip import`` refuses; the page has no options, so the header must tell.
+
+    """
+    suffix = Path(name).suffix.lower()
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, 'table').with_suffix(suffix if suffix in SUFFIXES else '.csv')
+        path.write_bytes(content)
+        try:
+            columns = read_experiment(path, kind=OVER_TIME, measured=['voltage_v']).columns
+        except StickSlipError as error:
+            parts = str(error).replace(f'{path}: ', '').split('; ')
+            kept = [each for each in parts if '--map' not in each]
+            if kept != parts:
+                kept.append('head the columns as time (ms), voltage (V)')
+            raise StickSlipError('; '.join(kept)) from None
+    time_s = columns['time_s'] - columns['time_s'][0]
+    return [list(row) for row in zip(time_s.tolist(), columns['voltage_v'].tolist(), strict=True)]
+
+
+def read_parameter(name: object, value: object) -> tuple[str, Any]:
+    """Return a fault, or another parameter of the page, and its value; refuse any other."""
+    known = name in REBUILT or (name in list(specs()) and is_fault(str(name)))
+    if not isinstance(name, str) or not known:
+        raise StickSlipError(f'{quoted(name)} is not a parameter that the panel sets')
+    return name, specs()[name].check(name, value)
+
+
+def _command(topic: Topic) -> Mapping[str, Any]:
+    name = topic.request
+    wave = {
+        'shapes': {
+            shape_name: {'rows': shape.rows(SHAPE_ROWS).tolist(), 'source': shape.source}
+            for shape_name, shape in SHAPES.items()
+        },
+        'numbers': [_number(name, each) for each in WAVE],
+    }
+    return {
+        'name': name,
+        'text': topic.text,
+        'way': WAYS.get(name, 'form'),
+        'signed': SIGNED.get(name),
+        'about': ABOUT.get(name, ''),
+        'step': _number(name, 'step m') if (name, 'step') in STARTS else None,
+        'numbers': [_number(name, each) for each in command_numbers(topic)],
+        'wave': wave if topic.is_table else None,
+    }
+
+
+def _number(command: str, label: str) -> dict[str, Any]:
+    """Return the field of a number, whose label is its name and unit."""
+    name, _, unit = label.partition(' ')
+    factor, shown = display_unit(unit)
+    low, high = LIMITS.get((command, name), (None, None))
+    start = STARTS.get((command, name), 0.0)
+    words = WORDS.get((command, name), '')
+    limits = {'low': low, 'high': high, 'start': start, 'words': words}
+    return {'name': name, 'unit': shown, 'factor': factor, **limits}
+
+
+def _parameter(name: str) -> dict[str, Any]:
+    spec = specs()[name]
+    factor, unit = display_unit(spec.unit)
+    limits = {'low': spec.minimum, 'high': spec.maximum, 'default': spec.default}
+    kind = {'kind': spec.kind.__name__, 'choices': spec.choices}
+    return {'name': name, 'text': spec.text, 'unit': unit, 'factor': factor, **limits, **kind}

@@ -1,0 +1,302 @@
+"""The link between a drive and the page: a client of the drive with a thread of its own."""
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from queue import SimpleQueue
+from threading import Event, Thread
+from time import monotonic
+from typing import Any
+
+from lifecycle_msgs.msg import Transition
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.srv import GetParameters, SetParameters
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.task import Future
+
+from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.instrument.commands import typed_command
+from stickslip_ros.instrument.reports import read_event
+from stickslip_ros.interface.cdr import unpack
+from stickslip_ros.interface.messages import FLOAT64_ARRAY, ArrayMessage
+from stickslip_ros.interface.requests import BY_TOPIC, typed_numbers
+from stickslip_ros.interface.topics import NODE_NAME, SERVICES, Topic
+from stickslip_ros.lab.panel.controls import read_parameter, shown_parameters
+from stickslip_ros.lab.panel.model import ACTIVE, PANEL, REBUILT, Model
+from stickslip_ros.parameters import specs
+from stickslip_ros.ros.client import DriveClient, command_topic, open_context
+from stickslip_ros.ros.executable import end_node, stay_on_this_host
+from stickslip_ros.ros.interface import SERVICE_TYPES
+from stickslip_ros.units import joined
+
+LOOK_S = 0.5
+"""Time between two looks at who is there, and two questions for the state of the drive."""
+ANSWER_S = 1.5
+"""Time after which a drive that has not answered counts as silent."""
+SPIN_S = 0.1
+TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup')
+TELLING = 'step_simulation'
+"""A service that only drives have, whatever their nodes are called."""
+BUTTONS = {each.name.removeprefix('~/'): SERVICE_TYPES[each.type_name] for each in SERVICES}
+CALLED = BUTTONS | {
+    'get_parameters': GetParameters,
+    'set_parameters': SetParameters,
+    'change_state': ChangeState,
+    'get_state': GetState,
+}
+"""Types of the services that are called: those that have buttons, and the others."""
+
+
+class Link:
+    """
+    A client of one drive at a time: tells a model what it hears, and does what is wished.
+
+    Everything that is made or destroyed in ROS is so in its thread; who wishes something leaves
+    it in a queue and wakes the thread.
+
+    """
+
+    def __init__(self, namespace: str = '', domain: int | None = None) -> None:
+        stay_on_this_host()
+        self._context = open_context(domain)
+        self._node = Node(
+            'stickslip_panel',
+            context=self._context,
+            start_parameter_services=False,
+            enable_rosout=False,
+        )
+        self._executor = SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self.model = Model(f'/{namespace.strip("/")}/{NODE_NAME}'.replace('//', '/'))
+        self._wishes: SimpleQueue[Mapping[str, Any]] = SimpleQueue()
+        self._wake = self._node.create_guard_condition(self._do_wishes)
+        self._acts: dict[str, Callable[[Mapping[str, Any]], None]] = {
+            'command': self._command,
+            'line': self._do_line,
+            'service': self._press,
+            'set': self._set,
+            'lifecycle': self._change_state,
+            'attach': self._choose_drive,
+            'view': self.model.choose,
+        }
+        self._ended = Event()
+        self._looked_s = self._asked_s = -LOOK_S
+        self._drive = self._attached(self.model.drive)
+        self._thread = Thread(target=self._run, name='client of the drive', daemon=True)
+        self._thread.start()
+
+    def state(self) -> dict[str, Any]:
+        """Return what changes now and then, for the page."""
+        return self.model.state()
+
+    def frame(self) -> bytes | None:
+        """Return the next picture for the page; None if it is the last one still."""
+        return self.model.frame()
+
+    def drawing(self) -> str:
+        """Return the stand in its last cycles as SVG; empty as long as it is not known."""
+        return self.model.drawing()
+
+    def do(self, wish: Mapping[str, Any]) -> None:
+        """Have the thread do what somebody wants."""
+        self._wishes.put(wish)
+        self._wake.trigger()
+
+    def close(self) -> None:
+        """Leave the drive, which goes on; the watchdog ends a jog."""
+        self._ended.set()
+        self._wake.trigger()
+        self._thread.join()
+        end_node(self._executor, self._node)
+        self._context.try_shutdown()
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            try:
+                self._executor.spin_once(timeout_sec=SPIN_S)
+                now_s = monotonic()
+                if now_s - self._looked_s >= LOOK_S:
+                    self._looked_s = now_s
+                    self._look()
+                    self._ask_state(now_s)
+            except Exception as error:  # noqa: BLE001, PERF203 - of a message, an answer, the graph
+                self._tell(error)
+
+    def _tell(self, error: Exception) -> None:
+        """Say on the page what nobody has foreseen, and go on."""
+        self.model.note(PANEL, f'{type(error).__name__}: {error}', bad=True)
+
+    # --- what is there
+
+    def _attached(self, name: str) -> DriveClient:
+        """Return a client of a drive, there or not, of which nothing is known yet."""
+        self.model.forget(name)
+        drive = DriveClient(self._node, name)
+        drive.subscribe('trace', self._take_trace, raw=True)
+        drive.subscribe('status', lambda message: self.model.take_status(message.data))
+        drive.subscribe('event', self._take_event)
+        drive.subscribe('diagnostics', self._take_diagnostics)
+        drive.subscribe('command/position', lambda sent: self.model.take_target(sent.point.x))
+        # GetState as the last: once it answers, the drive knows all before it (see Handshake).
+        self._services = {each: drive.service(kind, each) for each, kind in CALLED.items()}
+        self._question: Future | None = None
+        return drive
+
+    def _choose_drive(self, wish: Mapping[str, Any]) -> None:
+        if wish.get('drive') in self.model.drives:
+            self._drive.close()
+            self._drive = self._attached(wish['drive'])
+
+    def _look(self) -> None:
+        """See which drives the graph has."""
+        self.model.drives = [
+            node
+            for name, namespace in self._node.get_node_names_and_namespaces()
+            for node in [f'{namespace.rstrip("/")}/{name}']
+            if name == NODE_NAME or self._node.count_services(f'{node}/{TELLING}')
+        ]
+        self.model.is_there = self._services['get_state'].service_is_ready()
+
+    def _ask_state(self, now_s: float) -> None:
+        """Ask the drive for its state, again if it does not answer."""
+        client = self._services['get_state']
+        if self._question is not None:
+            if now_s - self._asked_s < ANSWER_S:
+                return
+            client.remove_pending_request(self._question)
+            self._question = None
+            self.model.lifecycle = ''
+        if client.service_is_ready():
+            self._asked_s = now_s
+            self._question = client.call_async(GetState.Request())
+            self._question.add_done_callback(self._take_state)
+        else:
+            self.model.lifecycle = ''
+
+    # --- what is heard
+
+    def _take_state(self, answer: Future) -> None:
+        if answer is not self._question:
+            return
+        self._question = None
+        label = answer.result().current_state.label
+        if label != self.model.lifecycle:
+            self.model.lifecycle = label
+            self._ask_parameters()
+
+    def _ask_parameters(self) -> None:
+        names = list(specs())
+
+        def take(answer: Future) -> None:
+            values = map(parameter_value_to_python, answer.result().values)
+            known = {n: v for n, v in zip(names, values, strict=False) if v is not None}
+            self.model.take_parameters(known, shown_parameters())
+
+        request = GetParameters.Request(names=names)
+        self._services['get_parameters'].call_async(request).add_done_callback(take)
+
+    def _take_trace(self, data: bytes) -> None:
+        with suppress(RecordingError):
+            message = unpack(FLOAT64_ARRAY, data)
+            if isinstance(message, ArrayMessage) and message.data.ndim == 2 and message.data.size:
+                labels = message.labels[-1].split(',')
+                self.model.take_trace(message.data, [each.partition('[')[0] for each in labels])
+
+    def _take_event(self, message: Any) -> None:
+        event = read_event(message.data)
+        if event is not None:
+            self.model.take_event(event)
+
+    def _take_diagnostics(self, message: Any) -> None:
+        title = self.model.drive.lstrip('/')
+        for status in message.status:
+            name, _, part = status.name.partition(': ')
+            if name == title:
+                values = {each.key: each.value for each in status.values}
+                self.model.take_part(part, status.level[0], status.message, values)
+
+    # --- what is wished
+
+    def _do_wishes(self) -> None:
+        while not self._wishes.empty():
+            wish = self._wishes.get()
+            act = self._acts.get(str(wish.get('do')), lambda _: None)
+            try:
+                act(wish)
+            except StickSlipError as error:
+                self.model.note(str(wish.get('name')), str(error), bad=True)
+            except Exception as error:  # noqa: BLE001 - whatever it is, STOP must be heard
+                self._tell(error)
+
+    def _command(self, wish: Mapping[str, Any]) -> None:
+        topic = command_topic(str(wish.get('name')), but='grant')
+        self._send(topic, wish.get('values'), wish.get('cycles', 1))
+
+    def _do_line(self, wish: Mapping[str, Any]) -> None:
+        """Send a command and its numbers, as ``stickslip command`` takes them."""
+        name, *words = joined(str(wish.get('text', '')).split()) or ['']
+        command = typed_command(name)
+        numbers = typed_numbers(command, words)
+        if command.has_service:
+            self._call(command.name, wanted=any(numbers), control=str(wish.get('name')))
+        else:
+            self._send(BY_TOPIC[command.name], numbers, 1)
+
+    def _send(self, topic: Topic, numbers: Any, cycles: Any) -> None:
+        if self.model.lifecycle != ACTIVE:
+            raise StickSlipError(f'not sent: {self.model.condition()[1]}')
+        self.model.note(topic.request, '')
+        self._drive.command(topic.request, numbers, cycles)
+
+    def _press(self, wish: Mapping[str, Any]) -> None:
+        name = str(wish.get('name'))
+        if name in BUTTONS:
+            self._call(name, wanted=bool(wish.get('wanted')), control=name)
+
+    def _call(self, name: str, *, wanted: bool, control: str) -> None:
+        request = BUTTONS[name].Request()
+        if hasattr(request, 'data'):
+            request.data = wanted
+
+        def take(answer: Any) -> None:
+            if answer.message or not answer.success:  # else the event tells
+                self.model.note(control, answer.message, bad=not answer.success)
+            if name == 'set_paused' and answer.success:
+                self.model.take_pause(is_paused=request.data)
+
+        self._ask(control, name, request, take)
+
+    def _set(self, wish: Mapping[str, Any]) -> None:
+        name, value = read_parameter(wish.get('name'), wish.get('value'))
+        parameters = [Parameter(name, value=value).to_parameter_msg()]
+
+        def take(answer: Any) -> None:
+            [result] = answer.results
+            self.model.note(name, result.reason, bad=not result.successful)
+            if name in REBUILT:
+                self._ask_parameters()
+
+        request = SetParameters.Request(parameters=parameters)
+        self._ask(name, 'set_parameters', request, take)
+
+    def _change_state(self, wish: Mapping[str, Any]) -> None:
+        label = wish.get('transition')
+        if label not in TRANSITIONS:
+            return
+
+        def take(answer: Any) -> None:
+            words = '' if answer.success else f'{label} failed; the log of the drive says why'
+            self.model.note('lifecycle', words, bad=not answer.success)
+            self._looked_s = -LOOK_S
+
+        request = ChangeState.Request(transition=Transition(label=label))
+        self._ask('lifecycle', 'change_state', request, take)
+
+    def _ask(self, control: str, service: str, request: Any, take: Callable[[Any], None]) -> None:
+        """Call a service of the drive; its answer stands beside the control."""
+        client = self._services[service]
+        if not client.service_is_ready():
+            raise StickSlipError(f'not asked: {self.model.condition()[1]}')
+        self.model.note(control, '')
+        client.call_async(request).add_done_callback(lambda done: take(done.result()))

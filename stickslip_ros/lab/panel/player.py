@@ -1,0 +1,166 @@
+"""A recorded run, played on the scope of the panel."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from threading import RLock
+from time import monotonic
+from typing import Any
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.instrument.reports import read_event
+from stickslip_ros.lab.panel.curves import (
+    COLUMNS,
+    KEPT,
+    POSITION,
+    TIME,
+    BinHistory,
+    Scope,
+    curve_of,
+)
+from stickslip_ros.lab.panel.model import (
+    EVENTS_SHOWN,
+    View,
+    drawing_of,
+    packed_frame,
+)
+from stickslip_ros.lab.runs.recorded import RUN_QUANTITIES, timed_messages
+from stickslip_ros.lab.runs.recorded_run import Run
+from stickslip_ros.units import NANO
+
+SPEEDS = (*(0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5), 1, 2, 5, 10, 20, 50, 100)
+"""Simulated seconds per second that can be chosen."""
+SHOW_S = 10.0
+"""Time that a run lasts at the speed chosen first, about, s."""
+
+
+def samples_of(run: Run) -> Array:
+    """
+    Return a run as rows of a trace; what it does not hold is not a number.
+
+    Without a trace these are the topics, at the times of the positions. A recording without
+    positions is refused.
+
+    """
+    found = {name: each for name, each in run.series.items() if name in RUN_QUANTITIES}
+    if 'position_m' not in found:
+        problem = 'has neither a trace nor positions'
+        hint = 'of another program, say which topic it is: --map position_m=/rig/encoder.point.x'
+        raise RecordingError(run.path, problem, hint)
+    time_s = found['position_m'].time_s
+    samples = np.full((len(time_s), len(COLUMNS)), np.nan)
+    samples[:, TIME] = time_s
+    for name, series in found.items():
+        is_same = len(series) == len(time_s) and np.array_equal(series.time_s, time_s)
+        samples[:, COLUMNS.index(name.rpartition('_')[0])] = (
+            series.value if is_same else np.interp(time_s, series.time_s, series.value)
+        )
+    return samples
+
+
+class Player:
+    """A recording and the place in it; every page shows the same."""
+
+    def __init__(self, path: Path, topics: Mapping[str, str] | None = None) -> None:
+        run = Run(path, topics=topics)
+        recording = run.recording
+        self._name = path.name
+        self._samples = samples_of(run)
+        self._stand = None
+        with suppress(StickSlipError):  # of another program, or version
+            self._stand = run.parameters
+        self._start_s, self._end_s = self._samples[[0, -1], TIME].tolist()
+        self._history = BinHistory(len(self._samples))
+        self._history.add_all(self._samples)
+        self._bits = list(timed_messages(recording, 'status'))
+        self._events = [
+            event
+            for _, text in timed_messages(recording, 'event')
+            if (event := read_event(str(text))) is not None
+        ]
+        self._lock = RLock()
+        self._scope, self._view = Scope(), View()
+        self._time_s, self._since_s = self._start_s, 0.0
+        wanted = max(self._end_s - self._start_s, SPEEDS[0]) / SHOW_S
+        self._speed = min(SPEEDS, key=lambda each: abs(math.log(each / wanted)))
+        self._plays, self._is_shown = False, False
+
+    def overview(self) -> dict[str, Any]:
+        """Return the whole run for the time line: its ends, and its positions, m."""
+        samples = self._samples
+        curve = curve_of(samples[:, TIME], samples[:, POSITION])
+        y_m = curve.base + curve.y.astype(float)
+        points = [[round(x, 6), y] for x, y in zip(curve.x.tolist(), y_m.tolist(), strict=True)]
+        shown = [point if np.isfinite(point[1]) else [point[0], None] for point in points]
+        ends = {'start_s': self._start_s, 'end_s': self._end_s}
+        return {**ends, 'name': self._name, 'speeds': SPEEDS, 'points': shown}
+
+    def state(self) -> dict[str, Any]:
+        """Return what changes now and then, for the page."""
+        with self._lock:
+            time_ns = self._time_s / NANO
+            past = bisect_right(self._events, time_ns, key=lambda event: float(event['time_ns']))
+            events = self._events[:past]
+            place = bisect_right(self._bits, self._time_s, key=lambda pair: pair[0])
+            return {
+                'condition': {'word': 'recording', 'text': self._name},
+                'bits': self._bits[place - 1][1] if place else 0,
+                'events': events[-EVENTS_SHOWN:],
+                'player': {'plays': self._plays, 'speed': self._speed},
+                'view': vars(self._view),
+            }
+
+    def frame(self) -> bytes | None:
+        """Return the next picture for the page; None if it is the last one still."""
+        with self._lock:
+            if self._plays:  # the place goes on with the clock, to the end of the run at most
+                now_s = monotonic()
+                self._time_s += self._speed * (now_s - self._since_s)
+                self._since_s, self._is_shown = now_s, False
+                if self._time_s >= self._end_s:
+                    self._time_s, self._plays = self._end_s, False
+            if self._is_shown:
+                return None
+            self._is_shown = True
+            return packed_frame(
+                self._time_s, self._before(), self._history, self._scope, self._view
+            )
+
+    def drawing(self) -> str:
+        """Return the stand in the last cycles before this place; empty if the run has none."""
+        with self._lock:
+            samples = self._before()
+        return '' if self._stand is None else drawing_of(self._stand, samples)
+
+    def do(self, wish: Mapping[str, Any]) -> None:
+        """Do what somebody at the page wants."""
+        with self._lock:
+            match wish.get('do'):
+                case 'play':
+                    self._plays, self._since_s = bool(wish.get('wanted')), monotonic()
+                    if self._plays and self._time_s >= self._end_s:
+                        self._seek(self._start_s)
+                case 'seek':
+                    self._seek(wish.get('time_s'))
+                case 'speed':
+                    self._speed = wish['speed'] if wish.get('speed') in SPEEDS else self._speed
+                case 'view':
+                    self._view.choose(wish)
+            self._is_shown = False
+
+    def close(self) -> None:
+        """End; the recording is closed already."""
+
+    def _before(self) -> Array:
+        last = int(np.searchsorted(self._samples[:, TIME], self._time_s, 'right'))
+        return self._samples[max(0, last - KEPT) : last]
+
+    def _seek(self, time_s: object) -> None:
+        if isinstance(time_s, int | float) and math.isfinite(time_s):
+            self._time_s = min(max(float(time_s), self._start_s), self._end_s)
+            self._scope.clear()

@@ -1,0 +1,223 @@
+"""Figures 2, 6 and 7 of the paper, and the quantities in them: force, 0-amplitudes, presliding."""
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
+from stickslip_ros.lab.paper.figure import Case, PaperFigure, Table, assumed, surface
+from stickslip_ros.lab.runs.courses import Course
+from stickslip_ros.lab.runs.journal import Row
+from stickslip_ros.lab.runs.plotting import (
+    BLACK,
+    BLUE,
+    GREY,
+    PURPLE,
+    VERMILION,
+    label_end,
+)
+from stickslip_ros.lab.runs.sawtooth_run import drive_course
+from stickslip_ros.lab.runs.zero_amplitude import ONSET_SHARE, onset_course
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.units import MN, NM
+
+PRELOADS_N = (0.1, 0.5, 1.0)
+AMPLITUDE_MAX_M = 160e-9
+STEP_FREQUENCY_HZ = 200.0
+STEP_RUN_STEPS = 120
+STEP_AMPLITUDES_M: Array = np.array([100e-9, 120e-9, 140e-9, 160e-9])
+"""Amplitudes of Edeler's extrapolation, all above the 0-amplitude of 1 N."""
+SLOPE_MIN = 0.5  # below this slope of step length over amplitude there is no line to extrapolate
+PRESLIDING_HALVINGS = 50
+ZERO_STEP_S = 1e-5
+"""Time step of runs that only look for a 0-amplitude; a tenth of it moves none by 0.1 nm."""
+PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
+PROFILES = ('rough', 'smooth')
+CURVES = {
+    'max_presliding_upper_m': (GREY, '', '--', '$u_{x,max}$ of an upper contact, $F_{n1}$'),
+    'max_presliding_lower_m': (BLACK, '', '-', '$u_{x,max}$ of a lower contact, $F_{n2}$'),
+    'zero_quasi_static_m': (PURPLE, '', ':', '0-amplitude without rebound, closed form'),
+    'zero_steps_m': (VERMILION, 'o', '', '0-amplitude, step length extrapolated'),
+    'zero_onset_m': (BLUE, 'x', '', '0-amplitude, onset of generated force'),
+}
+"""Colour, marker, line and label of each column."""
+
+
+def stand_at(
+    parameters: Parameters, preload_n: float, changes: Mapping[str, object] | None = None
+) -> Parameters:
+    """Return parameters at a constant preload, with these changes."""
+    preload = {'stand.preload': preload_n, 'stand.preload_end': 0.0}
+    return parameters.updated({**preload, **(changes or {})})
+
+
+def max_presliding_m(parameters: Parameters) -> tuple[float, float]:
+    """Return u_max of a lower and of an upper contact, m (Eq. 22)."""
+    contacts = contacts_of(parameters)
+    return contacts[UPPER_CONTACTS].max_displacement_m, contacts[0].max_displacement_m
+
+
+def zero_by_steps_m(parameters: Parameters, frequency_hz: float) -> Course[tuple[float, float]]:
+    """
+    Return Edeler's 0-amplitude, m, and the slope of the line through the step lengths.
+
+    Step length of the free runner over amplitude is extrapolated to a step of zero. Where the
+    slope is so small that there is no line, the 0-amplitude is not a number.
+
+    """
+    free = parameters.updated({'load_cell.contact': 'absent', 'sim.dt': ZERO_STEP_S})
+    steps_m = []
+    for amplitude_m in STEP_AMPLITUDES_M.tolist():
+        run = yield from drive_course(free, amplitude_m, frequency_hz, STEP_RUN_STEPS)
+        steps_m.append(run.step_length_m)
+    offsets_m = STEP_AMPLITUDES_M - STEP_AMPLITUDES_M.mean()
+    slope = float(np.sum(offsets_m * steps_m) / np.sum(offsets_m**2))
+    if slope < SLOPE_MIN:
+        return math.nan, slope
+    return float(STEP_AMPLITUDES_M.mean() - np.mean(steps_m) / slope), slope
+
+
+def quasi_static_zero_m(parameters: Parameters) -> float:
+    """
+    Return the 0-amplitude of a runner that comes back to rest without overshoot, m.
+
+    The fall drags the feet along under a runner at rest, until all contacts slip at their
+    limit T_max. The runner then gives way until no force is left: by Masing's rule over
+    2 T_v^-1(T_max/2), T_v the virgin curve of all contacts together. What the amplitude exceeds
+    that, is the step. No inertia, no rebound.
+
+    """
+    contacts = contacts_of(parameters)
+    half_n = 0.5 * friction_limit_n(parameters)
+    below_m, above_m = 0.0, max_presliding_m(parameters)[1]
+    for _ in range(PRESLIDING_HALVINGS):
+        middle_m = 0.5 * (below_m + above_m)
+        each_n = {contact: float(contact.tangential_force(middle_m)) for contact in set(contacts)}
+        force_n = sum(each_n[contact] for contact in contacts)
+        below_m, above_m = (middle_m, above_m) if force_n < half_n else (below_m, middle_m)
+    return below_m + above_m
+
+
+def _force_row(parameters: Parameters, amplitude_m: float) -> Course[Row]:
+    run = yield from drive_course(parameters, amplitude_m, parameters.step.frequency)
+    return {
+        'profile': parameters.contact.profile,
+        'preload_n': run.preload_n,
+        'amplitude_m': amplitude_m,
+        'force_mean_n': run.force_mean_n,
+        'force_net_n': run.force_net_n,
+        'steady': run.steady,
+        'steps': run.steps,
+    }
+
+
+def _draw_forces(table: Table, figure: Figure) -> None:
+    axes = figure.subplots()
+    for preload_n, rows in table.by_preload():
+        amplitudes_nm = rows.column('amplitude_m') * NM
+        forces_mn = rows.column('force_mean_n') * MN
+        [line] = axes.plot(amplitudes_nm, forces_mn, label=f'{preload_n:g} N')
+        label_end(axes, line, f'{forces_mn[-1]:.0f} mN')
+    axes.set(xlabel='actuation amplitude (nm)', xlim=(0.0, AMPLITUDE_MAX_M * NM))
+    axes.set(ylabel='generated force, mean of the last cycle (mN)', ylim=(0.0, None))
+    axes.legend(loc='upper left', title='preload')
+
+
+def _figure(name: str, shows: str, profile: str, preloads_n: Sequence[float]) -> PaperFigure:
+    def stands(parameters: Parameters) -> list[Parameters]:
+        return [stand_at(parameters, n, {'contact.profile': profile}) for n in preloads_n]
+
+    def cases(parameters: Parameters, points: int) -> list[Case]:
+        amplitudes_m = np.linspace(0.0, AMPLITUDE_MAX_M, points)
+        return [
+            partial(_force_row, stand, float(a))
+            for stand in stands(parameters)
+            for a in amplitudes_m
+        ]
+
+    def caption(parameters: Parameters) -> str:
+        limits = ', '.join(f'{friction_limit_n(s) * MN:.0f}' for s in stands(parameters))
+        return (
+            f'{shows} Simulated, no measured points: {surface(parameters, profile)}. The numbers '
+            'at the right are the force at the full stroke; all contacts together can hold '
+            f'{limits} mN. Below the 0-amplitude the runner follows the feet elastically, with a '
+            f'mean force of about k A/2; the table has the net force without it, too. '
+            f'{assumed(parameters)}'
+        )
+
+    title = f'Generated force over actuation amplitude, {profile} contacts'
+    return PaperFigure(name, title, 65, cases, _draw_forces, caption, (8.5, 5.4))
+
+
+FIG2 = _figure(
+    'fig2',
+    "The drive at the preloads of the paper's Fig. 2, which shows an experiment.",
+    'rough',
+    (0.1, 0.4, 0.7, 1.0),
+)
+FIG6A = _figure('fig6a', "The simulated curves of the paper's Fig. 6a.", 'rough', PRELOADS_N)
+FIG6B = _figure('fig6b', "The simulated curves of the paper's Fig. 6b.", 'smooth', PRELOADS_N)
+
+
+def _presliding_row(parameters: Parameters) -> Course[Row]:
+    lower_m, upper_m = max_presliding_m(parameters)
+    quick = parameters.updated({'sim.dt': ZERO_STEP_S})
+    zero_m, slope = yield from zero_by_steps_m(parameters, STEP_FREQUENCY_HZ)
+    onset_m = yield from onset_course(quick, STEP_FREQUENCY_HZ)
+    return {
+        'profile': parameters.contact.profile,
+        'preload_n': parameters.stand.preload,
+        'max_presliding_lower_m': lower_m,
+        'max_presliding_upper_m': upper_m,
+        'zero_quasi_static_m': quasi_static_zero_m(parameters),
+        'zero_steps_m': zero_m,
+        'step_slope': slope,
+        'zero_onset_m': onset_m,
+    }
+
+
+def _draw_presliding(table: Table, figure: Figure) -> None:
+    panels = figure.subplots(1, len(PROFILES), sharey=True)
+    for axes, profile in zip(panels, PROFILES, strict=True):
+        rows = table.where(profile=profile)
+        preloads_n = rows.column('preload_n')
+        for name, (colour, marker, line, label) in CURVES.items():
+            values_nm = rows.column(name) * NM
+            axes.plot(preloads_n, values_nm, colour, marker=marker, linestyle=line, label=label)
+        axes.set(title=profile, xlabel='preload (N)', xlim=(0.0, None), ylim=(0.0, None))
+    panels[0].set_ylabel('displacement (nm)')
+    panels[0].legend(loc='upper left')
+
+
+def _presliding_caption(parameters: Parameters) -> str:
+    return (
+        f"The paper's Fig. 7 without its measured points: {surface(parameters, 'rough')}, and the "
+        'smooth sphere. Extrapolated: step length of the free runner at 100 to 160 nm, '
+        f'{STEP_FREQUENCY_HZ:g} Hz, {STEP_RUN_STEPS} steps. Onset: force exceeds k A/2 by '
+        f'{ONSET_SHARE * 100:g} % of the friction limit, same frequency, k = '
+        f'{parameters.load_cell.stiffness * 1e-3:g} kN/m. Without rebound: 2 T_v^-1(T_max/2). '
+        'Assumed, as the paper does not say: frequency, number of steps, k, '
+        f'damping c = {parameters.runner.damping:g} N s/m. The runner still rings '
+        'when the next fall comes, which scatters single values by some nm.'
+    )
+
+
+FIG7 = PaperFigure(
+    'fig7',
+    'Maximal presliding and 0-amplitude over preload',
+    19,
+    lambda parameters, points: [
+        partial(
+            _presliding_row, stand_at(parameters, float(preload_n), {'contact.profile': profile})
+        )
+        for profile in PROFILES
+        for preload_n in np.linspace(PRELOAD_MIN_N, PRELOAD_MAX_N, points)
+    ],
+    _draw_presliding,
+    _presliding_caption,
+    (11.0, 5.6),
+)

@@ -1,0 +1,126 @@
+"""What a figure of the paper is: its runs, their table, its drawing, its caption, its files."""
+
+import csv
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.lab.runs.courses import Course
+from stickslip_ros.lab.runs.journal import Row
+from stickslip_ros.lab.runs.plotting import new_figure, save_figure, styled
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.units import MICRO
+
+KINDS = ('.csv', '.md', '.png', '.svg')
+"""Files of a figure: its table (SI, all digits), its caption, its pictures."""
+CHANGED_MAX = 3  # changed parameters that a title names; of more it gives the number
+
+Case = Callable[[], Course[Row]]  # runs that give one row of the table
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of the same columns, each the name of a quantity ending with its unit."""
+
+    rows: Sequence[Row]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return tuple(self.rows[0])
+
+    def where(self, **values: object) -> 'Table':
+        """Return the rows that have these values."""
+        return Table([row for row in self.rows if values.items() <= row.items()])
+
+    def column(self, name: str) -> Array:
+        """Return a column of numbers, shape (rows,)."""
+        return np.array([row[name] for row in self.rows], dtype=float)
+
+    def by_preload(self) -> Iterator[tuple[float, 'Table']]:
+        """Return each preload, N, with its rows."""
+        for preload_n in dict.fromkeys(self.column('preload_n').tolist()):
+            yield preload_n, self.where(preload_n=preload_n)
+
+    def write(self, path: Path) -> None:
+        """Write the table as CSV; what is not a number stays empty."""
+        with path.open('w', newline='', encoding='utf-8') as file:
+            writer = csv.writer(file, lineterminator='\n')
+            writer.writerow(self.columns)
+            for row in self.rows:
+                values = row.values()
+                writer.writerow('' if str(value) == 'nan' else value for value in values)
+
+
+@dataclass(frozen=True)
+class PaperFigure:
+    """What a figure is made of."""
+
+    name: str  # stem of its files
+    title: str  # heading
+    points: int  # points along an axis, unless asked otherwise
+    # gives the runs of each row, for parameters and a number of points
+    cases: Callable[[Parameters, int], Sequence[Case]]
+    draw: Callable[[Table, Figure], None]  # draws a table
+    caption: Callable[[Parameters], str]  # says for parameters what is shown and what is assumed
+    inches: tuple[float, float]  # width and height
+
+
+def write_figure(
+    figure: PaperFigure,
+    table: Table,
+    parameters: Parameters,
+    folder: Path,
+    kinds: Sequence[str] = KINDS,
+) -> list[Path]:
+    """Write a figure into a folder, which is made; return the files, one of each kind."""
+    changed = [f'{name} = {value}' for name, value in parameters.changed().items()]
+    caption = figure.caption(parameters) + (f' Changed: {", ".join(changed)}.' if changed else '')
+    files = [folder / f'{figure.name}{kind}' for kind in kinds]
+    title = figure.title  # a picture of another stand is not taken for that of the default
+    if changed:
+        is_short = len(changed) <= CHANGED_MAX
+        title += f'\nchanged: {", ".join(changed) if is_short else f"{len(changed)} parameters"}'
+    with styled():
+        drawn = new_figure(*figure.inches, title)
+        figure.draw(table, drawn)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path in files:
+            if path.suffix == '.csv':
+                table.write(path)
+            elif path.suffix == '.md':
+                page = f'# {figure.title}\n\n![{figure.title}]({figure.name}.png)\n\n{caption}\n'
+                path.write_text(page, encoding='utf-8')
+            else:
+                save_figure(drawn, path)
+    except OSError as error:
+        problem = f'cannot be written ({error.strerror})'
+        raise RecordingError(folder, problem, 'choose another folder') from error
+    return files
+
+
+def assumed(parameters: Parameters) -> str:
+    """Return the assumptions that runs with a load cell share, as a sentence."""
+    cell, damping = parameters.load_cell.stiffness * 1e-3, parameters.runner.damping
+    slew, step_us = parameters.amplifier.slew_rate * MICRO, parameters.sim.dt / MICRO
+    return (
+        f'Assumed, as the paper does not say: load cell k = {cell:g} kN/m, damping c = '
+        f'{damping:g} N s/m, f = {parameters.step.frequency:g} Hz, steady state (at least 200 '
+        f'steps, force within 0.02 % of its limit), time step {step_us:g} us. '
+        f'Slew rate {slew:g} V/us.'
+    )
+
+
+def surface(parameters: Parameters, profile: str) -> str:
+    """Return the profile of the contacts in words."""
+    contact = parameters.contact
+    sphere = f'R = {contact.radius * 1e3:g} mm, mu = {contact.friction:g}'
+    if profile == 'smooth':
+        return f'smooth sphere ({sphere})'
+    return f'rough sphere (H = {contact.hurst:g}, Q_1D = {contact.prefactor:g} m^(1-H), {sphere})'

@@ -1,0 +1,46 @@
+"""All figures of the paper, and their runs in one pool of threads."""
+
+from collections.abc import Sequence
+
+from stickslip_ros.errors import OutOfRange, UnknownName
+from stickslip_ros.lab.paper.amplifier import ROUNDED, SLEW
+from stickslip_ros.lab.paper.curves import FIG2, FIG6A, FIG6B, FIG7
+from stickslip_ros.lab.paper.figure import PaperFigure, Table
+from stickslip_ros.lab.runs.batch import Progress, run_courses
+from stickslip_ros.lab.runs.courses import bundle_for
+from stickslip_ros.parameters import Parameters
+
+FIGURES = {figure.name: figure for figure in (FIG2, FIG6A, FIG6B, FIG7, SLEW, ROUNDED)}
+POINTS_MIN = 2
+
+
+def chosen_figures(names: Sequence[str] | None = None) -> list[PaperFigure]:
+    """Return the figures of these names; all for None; UnknownName if there is no such figure."""
+    chosen = dict.fromkeys(FIGURES if names is None else names)
+    for name in chosen:
+        if name not in FIGURES:
+            raise UnknownName('figure', name, f'use {", ".join(FIGURES)}')
+    return [FIGURES[name] for name in chosen]
+
+
+def make_tables(
+    figures: Sequence[PaperFigure],
+    parameters: Parameters,
+    *,
+    points: int = 0,
+    workers: int = 0,
+    progress: Progress | None = None,
+) -> dict[str, Table]:
+    """Run the drive for figures, with so many points along an axis; return tables by name."""
+    if points and points < POINTS_MIN:
+        limit = f'below {POINTS_MIN}, the fewest that make a line'
+        hint = 'raise it, or 0 for what each figure needs'
+        raise OutOfRange('points', points, '', limit, hint)
+    batches = [figure.cases(parameters, points or figure.points) for figure in figures]
+    cases = [case for batch in batches for case in batch]
+    bundle, how = bundle_for(parameters), {'workers': workers, 'progress': progress}
+    rows = iter(run_courses(lambda case: case(), cases, bundle, **how))
+    return {
+        figure.name: Table([next(rows) for _ in batch])
+        for figure, batch in zip(figures, batches, strict=True)
+    }

@@ -1,0 +1,255 @@
+"""
+Many independent runs at once: in threads, as the kernels release the GIL, or on a Dask cluster.
+
+The results come in the order of the cases and do not depend on who computed them.
+
+"""
+
+import importlib
+import math
+import os
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, nullcontext, suppress
+from functools import partial
+from itertools import islice
+from queue import Empty, SimpleQueue
+from typing import Any, NamedTuple, TypeVar, cast
+
+import stickslip_ros
+from stickslip_ros.errors import OutOfRange, StickSlipError
+from stickslip_ros.extras import load_extra
+from stickslip_ros.lab.runs.courses import Course, together
+from stickslip_ros.lab.runs.journal import Journal
+from stickslip_ros.process.stopping import Stopped, stop_if_asked
+
+# ruff: noqa: PLC0415 - asyncio takes long to import, and hardly anybody has a cluster
+
+Case = TypeVar('Case')
+Result = TypeVar('Result')
+Progress = Callable[[int, int], None]
+Keep = Callable[[int, Any], None]
+
+WORKERS_MAX = 1024
+SUBMITTED_MAX = 4 * WORKERS_MAX
+"""Cases that wait or run at a time: enough for every worker, however many cases there are."""
+LOOK_S = 0.1  # time after which a batch looks whether somebody wants it to end
+CONNECT_S = 10.0  # time that a scheduler has to answer, s
+WORKERS_S = 10.0  # time that it may be without a worker, s
+
+
+class Pool(NamedTuple):
+    """Workers of many batches."""
+
+    executor: Executor
+    workers: int  # Their number
+    check: Callable[[], None] = lambda: None  # Raises what ends a batch that waits for them
+
+
+class Interrupted(Stopped):
+    """Somebody stopped a batch with Ctrl-C; ``rows`` has the finished cases by their number."""
+
+    def __init__(self, rows: dict[int, Any], total: int, journal: Journal | None) -> None:
+        kept = f'; they are in {journal.path}, the same command goes on' if journal else ''
+        super().__init__(f'stopped after {len(rows)} of {total} cases{kept}')
+        self.rows = rows
+
+
+def run_batch(
+    task: Callable[[Case], Result],
+    cases: Sequence[Case],
+    *,
+    journal: Journal | None = None,
+    workers: int = 0,
+    scheduler: str = '',
+    pool: Pool | None = None,
+    progress: Progress | None = None,
+    bundle: int = 0,
+) -> list[Result]:
+    """
+    Run a task for every case and return the rows in the order of the cases.
+
+    Cases of the journal are not run again; the others are appended to it as they end. They run in
+    as many threads as there are ``workers`` (0: one per core), in a ``pool`` of many batches,
+    or on the workers of a Dask ``scheduler``, then the task must be a function of a module.
+
+    What is done is kept if Interrupted is raised (after Ctrl-C, as soon as the begun cases heed
+    it), or StickSlipError: a case is refused, the journal cannot be written, Dask is missing
+    (MissingExtra), or its cluster fails or has another version of the package (ClusterError).
+
+    """
+    rows: dict[int, Any] = dict(journal.rows) if journal else {}
+    show = progress or (lambda *_: None)
+
+    def keep(index: int, row: Any) -> None:
+        if index in rows:
+            return
+        if journal is not None:
+            journal.append(index, row)
+        rows[index] = row
+        show(len(rows), len(cases))
+
+    todo = [index for index in range(len(cases)) if index not in rows]
+    try:
+        show(len(rows), len(cases))
+        if todo:
+            with nullcontext(pool) if pool else pool_of(workers, scheduler) as found:
+                size = max(1, min(bundle, math.ceil(len(todo) / found.workers)))
+                parts = (todo[first : first + size] for first in range(0, len(todo), size))
+                given = ((part, [cases[index] for index in part]) for part in parts)
+                _run(found, partial(_results, task, bool(bundle)), given, keep)
+    except KeyboardInterrupt:
+        raise Interrupted(rows, len(cases), journal) from None
+    return [rows[index] for index in range(len(cases))]
+
+
+def run_courses(
+    course_of: Callable[[Case], Course[Result]], cases: Sequence[Case], bundle: int, **how: Any
+) -> list[Result]:
+    """Run courses as ``run_batch`` does tasks; a worker gets a ``bundle`` of them at a time."""
+    task = cast('Callable[[Case], Result]', course_of)
+    return run_batch(task, cases, bundle=bundle, **how)
+
+
+@contextmanager
+def pool_of(workers: int, scheduler: str = '') -> Iterator[Pool]:
+    """Return threads or a Dask cluster, as ``run_batch`` takes them; a context ends them."""
+    if not 0 <= workers <= WORKERS_MAX:
+        limit = f'not from 0 to {WORKERS_MAX}'
+        raise OutOfRange('number of workers', workers, '', limit, '0 takes one per core')
+    if scheduler:
+        with _cluster(scheduler) as pool:
+            yield pool
+    else:
+        many = workers or len(os.sched_getaffinity(0))
+        with ThreadPoolExecutor(many) as executor:
+            yield Pool(executor, many)
+
+
+def _results(task: Callable[[Any], Any], in_courses: bool, cases: list[Any]) -> list[Any]:
+    made = map(task, cases)
+    return together(made) if in_courses else list(made)
+
+
+def _run(
+    pool: Pool,
+    task: Callable[[list[Any]], list[Any]],
+    todo: Iterator[tuple[list[int], list[Any]]],
+    keep: Keep,
+) -> None:
+    """Run all parts, another one for each that has ended; keep what has been finished."""
+    futures: dict[Future[Any], list[int]] = {}
+    ended: SimpleQueue[Future[Any]] = SimpleQueue()
+
+    def submit(most: int) -> None:
+        for part, cases in islice(todo, most):
+            future = pool.executor.submit(task, cases)
+            futures[future] = part
+            future.add_done_callback(ended.put)
+
+    def keep_all(future: Future[Any]) -> None:
+        for index, row in zip(futures[future], future.result(), strict=True):
+            keep(index, row)
+
+    try:
+        submit(SUBMITTED_MAX)
+        while futures:
+            future = None
+            while future is None:
+                stop_if_asked()
+                try:
+                    future = ended.get(timeout=LOOK_S)
+                except Empty:
+                    pool.check()
+            keep_all(future)
+            del futures[future]
+            submit(1)
+    except BaseException:
+        begun = [future for future in futures if not future.cancel()]
+        wait(begun)
+        for future in begun:
+            if not future.cancelled() and future.exception() is None:
+                keep_all(future)
+        raise
+
+
+class ClusterError(StickSlipError):
+    """A Dask cluster cannot be used."""
+
+    def __init__(self, address: str, problem: str, hint: str) -> None:
+        super().__init__(f'scheduler {address}: {problem}; {hint}')
+
+
+@contextmanager
+def _cluster(address: str) -> Iterator[Pool]:
+    distributed = load_extra('a Dask scheduler', 'distributed')
+    client = _connect(distributed, address)
+    again = 'start it again, then the same command: what is done is kept'
+    seen_s = time.monotonic()
+
+    def check() -> None:
+        nonlocal seen_s
+        if client.scheduler_info()['workers']:
+            seen_s = time.monotonic()
+        elif time.monotonic() - seen_s > WORKERS_S:
+            raise ClusterError(address, f'has had no worker for {WORKERS_S:g} s', again)
+
+    try:
+        _check_workers(client, address)
+        executor = client.get_executor(pure=False)
+        yield Pool(executor, sum(client.nthreads().values()), check)
+    except CancelledError:
+        raise ClusterError(address, 'went away', again) from None
+    except distributed.KilledWorker:
+        raise ClusterError(address, 'its workers died', again) from None
+    finally:
+        client.close()
+
+
+def _connect(distributed: Any, address: str) -> Any:
+    import asyncio
+
+    async def knock() -> None:
+        comm = await distributed.comm.connect(address, timeout=CONNECT_S)
+        await comm.close()
+
+    try:
+        # A client that fails leaves half of itself behind, so the first word is without one.
+        asyncio.run(knock())
+        for _ in range(round(CONNECT_S / LOOK_S)):
+            stop_if_asked()
+            with suppress(AssertionError):
+                return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
+            # It heard of another batch, which has just ended, before its own first word.
+            time.sleep(LOOK_S)
+        raise ClusterError(address, 'clears up another batch', 'try again in a while')
+    except (OSError, ValueError, asyncio.TimeoutError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        hint = 'check the address, or start one with: dask scheduler'
+        raise ClusterError(address, f'does not answer ({reason})', hint) from None
+
+
+def _check_workers(client: Any, address: str) -> None:
+    """Refuse a cluster without workers, or with another version of the package."""
+    import asyncio
+
+    try:
+        client.wait_for_workers(1, timeout=WORKERS_S)
+    except (TimeoutError, asyncio.TimeoutError):
+        hint = f'start some with: dask worker {address}'
+        raise ClusterError(address, f'has no worker after {WORKERS_S:g} s', hint) from None
+    name, ours = stickslip_ros.__name__, stickslip_ros.__version__
+
+    def version() -> str:
+        # A nested function is sent as a whole, so it arrives where the package is missing too.
+        try:
+            return str(importlib.import_module(name).__version__)
+        except ImportError:
+            return 'none'
+
+    versions = {client.run_on_scheduler(version), *client.run(version).values()}
+    if versions != {ours}:
+        others = ', '.join(sorted(versions - {ours}))
+        problem = f'scheduler and workers need {name} {ours}, some have {others}'
+        raise ClusterError(address, problem, 'install it on all of them')

@@ -1,0 +1,87 @@
+"""
+Courses of drives: generators that ask for each advance of their drive, so that many go together.
+
+What a course returns has the bits that it has alone.
+
+"""
+
+from collections.abc import Generator, Iterable
+from itertools import chain
+from typing import TypeAlias, TypeVar
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.advance import FORCE, LANES_MIN, observe_all
+from stickslip_ros.drive.build import plant_of, state_at_rest
+from stickslip_ros.drive.long_step import LANES
+from stickslip_ros.drive.records import Wave
+from stickslip_ros.drive.waveform import level
+from stickslip_ros.kernels.record import Record
+from stickslip_ros.parameters import Parameters
+
+Result = TypeVar('Result')
+Advance: TypeAlias = tuple[Record, Record, Wave, float, float, Array, Array]
+"""What ``observe_samples`` takes."""
+Course: TypeAlias = Generator[Advance, None, Result]
+
+BUNDLE = 4 * LANES
+"""Courses that a worker gets at a time: the last ones leave few lanes empty."""
+ROUNDING_S = 1e-12  # time by which many periods may miss the last corner through rounding
+
+
+def together(courses: Iterable[Course[Result]]) -> list[Result]:
+    """Run courses to their ends, LANES of them at a time; return what they come to, in order."""
+    results: dict[int, Result] = {}
+    coming, going = enumerate(courses), list[tuple[int, Course[Result]]]()
+    while True:
+        asked, still = list[Advance](), list[tuple[int, Course[Result]]]()
+        for number, course in chain(going, coming):
+            try:
+                asked.append(next(course))
+                still.append((number, course))
+            except StopIteration as ended:
+                results[number] = ended.value
+            if len(asked) == LANES:
+                break
+        if not asked:
+            return [results[number] for number in range(len(results))]
+        going = still
+        observe_all(asked)
+
+
+def alone(course: Course[Result]) -> Result:
+    """Run one course to its end."""
+    return together([course])[0]
+
+
+def bundle_for(parameters: Parameters) -> int:
+    """Return how many courses of such a stand a worker gets: one, if they do not go in lanes."""
+    in_lanes = not parameters.stand.preload_end and plant_of(parameters)[0].only_long_steps
+    return BUNDLE if in_lanes else 1
+
+
+def compile_lanes() -> None:
+    """Compile what only drives that go together need."""
+    plants = plant_of(Parameters())
+    states = state_at_rest(plants, Parameters().stand.preload)
+    log, truth = np.empty((1, 3)), np.empty((1, FORCE + 1))
+    observe_all([(plants, states, level(0.0), 0.0, 0.0, truth, log)] * LANES_MIN)
+
+
+def cycles_of(
+    plants: Record, states: Record, wave: Wave, cycles: int, load_n: float = 0.0
+) -> Course[Array]:
+    """
+    Advance a drive to the end of so many cycles of its wave; return their log.
+
+    Its columns are position after the fall, mean and final position, m, one row for a cycle.
+
+    """
+    log, truth = np.empty((cycles, 3)), np.empty((1, FORCE + 1))
+    first = int(states['clock']['cycle'].item())
+    time_s = cycles * wave.period_s - float(states['clock']['ramp_s'].item())
+    while int(states['clock']['cycle'].item()) < first + cycles:
+        yield plants, states, wave, load_n, time_s, truth, log
+        time_s = ROUNDING_S
+    return np.concatenate((log[first % cycles :], log[: first % cycles]))

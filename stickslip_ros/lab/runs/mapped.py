@@ -1,0 +1,48 @@
+"""Recordings of a real rig: which number of which topic is which quantity, as the user says."""
+
+from collections.abc import Mapping
+
+from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
+from stickslip_ros.lab.tables.experiment import TIME_COLUMNS
+from stickslip_ros.lab.tables.units import factor_of, in_si
+from stickslip_ros.recording.any_message import numbers_of
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.series import Series
+from stickslip_ros.units import NS_PER_S
+
+EXAMPLE = 'position_m=/rig/encoder.point.x, or "force_n=/rig/cell.data (mN)"'
+
+
+def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, Series]:
+    """
+    Return quantities of a recording over the time since the first of their messages.
+
+    Topics give topic, field and unit, ``{'force_n': '/rig/cell.wrench.force.x (mN)'}``; without a
+    unit the number is in SI. What is not known, or cannot be read, is refused.
+
+    """
+    read = {}
+    for name, text in topics.items():
+        if name == 'time_s' or name not in TIME_COLUMNS:
+            known = ', '.join(each for each in TIME_COLUMNS if each != 'time_s')
+            raise OutOfRange('quantity of --map', name, '', f'none of {known}', 'name one of them')
+        si_unit = TIME_COLUMNS[name].unit
+        said, _, behind = text.partition(' ')
+        unit = behind.strip(' ()[]')
+        # The longest name counts: /rig/cell.raw may be a topic beside /rig/cell.
+        found = [each for each in recording.types if said.startswith(f'{each}.')]
+        if not found:
+            there = ', '.join(recording.types) or 'no topic'
+            problem = f'has no topic and field {said!r}; it has {there}'
+            raise RecordingError(recording.path, problem, f'write --map {EXAMPLE}')
+        topic = max(found, key=len)
+        factor = factor_of(unit, si_unit) if unit else 1.0
+        if factor is None:
+            raise WrongKind(f'unit of {name}', unit, f'a unit of {si_unit}', 'say mN, nm, mV ...')
+        times_ns, values = numbers_of(recording, topic, said[len(topic) + 1 :])
+        read[name] = times_ns, in_si(values, factor), si_unit, f'{recording.path.name} {said}'
+    start_ns = min(times_ns[0] for times_ns, *_ in read.values())
+    return {
+        name: Series((times_ns - start_ns) / NS_PER_S, values, unit, origin)
+        for name, (times_ns, values, unit, origin) in read.items()
+    }

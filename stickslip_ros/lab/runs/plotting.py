@@ -1,0 +1,183 @@
+"""Figures of the package: how one begins, how its curves and axes look, how it becomes a file."""
+
+import io
+import itertools
+import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from pathlib import Path
+from typing import IO, Any, Final
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure, SubFigure
+from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import UnknownName
+from stickslip_ros.files import read_text, replacing
+from stickslip_ros.parameters import Spec
+
+UNDATED: Final[Mapping[str, Mapping[str, Any]]] = {
+    '.png': {},
+    '.svg': {'Date': None},
+    '.pdf': {'CreationDate': None},
+}
+"""Kinds of picture, and the metadata without which a kind has the time in it."""
+BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK = (f'C{number}' for number in range(7))
+"""Colours of screen.mplstyle, in their order."""
+GREY: Final = '0.4'
+NARROW_INCHES: Final = 5.0  # width below which labels have shorter lines and axes fewer of them
+WIDTH: Final = Spec(float, 85.0, 'mm', '', 'width of a figure', 40.0, 500.0)
+_style: ContextVar[dict[str, Any] | None] = ContextVar('style', default=None)
+
+
+def style_of(style: str = '', width_mm: float | None = None) -> dict[str, Any]:
+    """
+    Return what a style sets in matplotlib; refuse a style or a width that cannot be.
+
+    It is ``screen``, ``paper`` or a style file, on top of paper. Without a style a width means
+    paper; without a width, figures have that of the style, or on a screen their own.
+
+    """
+    name = style or ('screen' if width_mm is None else 'paper')
+    files = [Path(__file__).with_name('screen.mplstyle')]
+    if name != 'screen':
+        files.append(files[0].with_name('paper.mplstyle'))
+    if name.endswith('.mplstyle'):
+        read_text(Path(name), 'give a style file of matplotlib', 'save it as UTF-8')
+        files.append(Path(name))
+    elif name not in {'screen', 'paper'}:
+        raise UnknownName('style', name, 'use screen, paper or a file NAME.mplstyle')
+    settings: dict[str, Any] = {}
+    for file in files:
+        settings |= mpl.rc_params_from_file(file, use_default_template=False)
+    if width_mm is not None:
+        WIDTH.check(WIDTH.text, width_mm)
+        settings['figure.figsize'] = width_mm / 25.4, 1.0
+    return settings
+
+
+@contextmanager
+def looking(style: str = '', width_mm: float | None = None) -> Iterator[None]:
+    """Let the figures that are drawn meanwhile have a style and a width."""
+    before = _style.set(style_of(style, width_mm))
+    try:
+        yield
+    finally:
+        _style.reset(before)
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw in the present style; ``@styled()`` makes a function do so."""
+    with mpl.rc_context(_style.get() or style_of()):
+        yield
+
+
+class StyledFigure(Figure):
+    """A figure that keeps its style: matplotlib makes some of its letters when it is drawn."""
+
+    def __init__(self, style: dict[str, Any], **how: Any) -> None:
+        self._style = style
+        super().__init__(**how)
+
+    def draw(self, renderer: Any) -> None:
+        """Draw it in its style."""
+        with mpl.rc_context(self._style):
+            super().draw(renderer)
+
+    def savefig(self, *where: Any, **how: Any) -> None:
+        """Write it in its style."""
+        with mpl.rc_context(self._style):
+            super().savefig(*where, **how)
+
+
+def new_figure(width_inches: float, height_inches: float, title: str = '') -> Figure:
+    """Return an empty figure whose axes make room for their labels."""
+    style = _style.get() or style_of()
+    if 'figure.figsize' in style:
+        ratio = style['figure.figsize'][0] / width_inches
+        # The height goes with the root: letters do not become as small as the figure does.
+        width_inches, height_inches = ratio * width_inches, math.sqrt(ratio) * height_inches
+    figure = StyledFigure(style, figsize=(width_inches, height_inches), layout='constrained')
+    if title:
+        figure.suptitle(title)
+    return figure
+
+
+def is_narrow(figure: Figure | SubFigure) -> bool:
+    """Return whether a figure has little room for words."""
+    return bool(figure.bbox.width < NARROW_INCHES * figure.dpi)
+
+
+def curve_style(number: int) -> dict[str, Any]:
+    """Return the colour and the dashes of a curve, by its number, for ``plot``."""
+    styles: list[dict[str, Any]] = list(mpl.rcParams['axes.prop_cycle'])
+    return styles[number % len(styles)]
+
+
+def as_it_is(text: str) -> str:
+    """Return a text, such as the name of a file, so that matplotlib sees no formula in it."""
+    return text.replace('$', r'\$')
+
+
+def label_end(axes: Axes, line: Line2D, text: str) -> None:
+    """Write a text right of the last point of a curve, in its colour."""
+    x, y = np.asarray(line.get_xydata())[-1]
+    write_beside(axes, x, y, text, color=line.get_color(), annotation_clip=False)
+
+
+def write_beside(
+    axes: Axes, x: float, y: float, text: str, *, left: bool = False, **style: Any
+) -> Annotation:
+    """Write a text right or left of a place; return it."""
+    place = {'xytext': (-4, 0), 'ha': 'right'} if left else {'xytext': (4, 0)}
+    return axes.annotate(text, (x, y), textcoords='offset points', va='center', **place, **style)
+
+
+def check_picture(path: Path) -> None:
+    """Refuse, by UnknownName, a picture that is neither PNG nor SVG nor PDF."""
+    if path.suffix.lower() not in UNDATED:
+        raise UnknownName('kind of picture', path.suffix, f'use {", ".join(UNDATED)}')
+
+
+def save_figure(figure: Figure, picture: Path) -> None:
+    """Write a figure as PNG, SVG or PDF, the same bytes for the same numbers; folders are made."""
+    check_picture(picture)
+    with replacing(picture) as part:
+        _save(figure, part, picture.suffix.lower())
+
+
+def svg_of(figure: Figure) -> str:
+    """Return a figure as SVG, the same text for the same numbers."""
+    text = io.StringIO()
+    _save(figure, text, '.svg')
+    return text.getvalue()
+
+
+def _save(figure: Figure, file: Path | IO[str], suffix: str) -> None:
+    figure.savefig(file, format=suffix[1:], metadata=dict(UNDATED[suffix]))
+
+
+def decimated(x: Array, y: Array, pixels: int) -> tuple[Array, Array]:
+    """Return samples, x rising, that a curve of so many pixels needs: no peak or gap is lost."""
+    if len(x) <= 4 * pixels:
+        return x, y
+    width = (x[-1] - x[0]) / pixels
+    edges = np.searchsorted(x, x[0] + width * np.arange(pixels), 'left')
+    starts = np.unique(np.append(edges, len(x)))
+    kept: list[int] = []
+    for first, last in itertools.pairwise(starts.tolist()):
+        values = y[first:last]
+        is_finite = np.isfinite(values)
+        finite, gaps = np.flatnonzero(is_finite), np.flatnonzero(~is_finite)
+        chosen = {0, len(values) - 1, *gaps[:1].tolist()}
+        if len(finite):
+            ends = values[finite].argmin(), values[finite].argmax()
+            chosen |= set(finite[list(ends)].tolist())
+        kept += sorted(first + index for index in chosen)
+    return x[kept], y[kept]

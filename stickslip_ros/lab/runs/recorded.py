@@ -1,0 +1,192 @@
+"""What a recording says, within a stretch: quantities over time, commands, events, status."""
+
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
+from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
+from stickslip_ros.instrument.reports import Status, read_event
+from stickslip_ros.interface.topics import READINGS
+from stickslip_ros.parameters import SENSORS, Parameters, parse_yaml
+from stickslip_ros.parameters.typed import to_si_list
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.requests import recorded_requests
+from stickslip_ros.recording.run_file import PARAMETERS_FILE, TOPICS_RECORD
+from stickslip_ros.recording.series import Series
+from stickslip_ros.units import NANO, with_unit
+
+RUN_QUANTITIES = {
+    **{each.quantity: each.label for each in SENSORS},
+    'voltage_v': 'voltage at the piezo',
+    'foot_m': 'displacement of the feet',
+}
+"""Quantities of a run in words, by their columns in an experiment file: without the unit they are
+the columns of the trace, and the topics."""
+TRACE_SAMPLES_MIN = 2
+
+
+class TimeWindow(NamedTuple):
+    """Start and end, s."""
+
+    start_s: float
+    end_s: float
+
+
+class LoggedCommand(NamedTuple):
+    """A command that took effect: when, which, and its numbers as people read them."""
+
+    time_s: float
+    command: str
+    numbers: str
+
+
+class LoggedEvent(NamedTuple):
+    """The end of a command: when, which, how."""
+
+    time_s: float
+    command: str
+    result: str
+
+
+class BitSpan(NamedTuple):
+    """A stretch of time during which a status bit was set."""
+
+    bit: str
+    start_s: float
+    end_s: float
+
+
+def recorded_stand(recording: Recording) -> Parameters:
+    """Return the parameters that a recording carries; RecordingError if it carries none."""
+    if PARAMETERS_FILE not in recording.attachments:
+        problem = f'has no attachment {PARAMETERS_FILE}'
+        hint = 'record with a drive of this package, or give the voltages as a table'
+        raise RecordingError(recording.path, problem, hint)
+    try:
+        text = recording.attachments[PARAMETERS_FILE][1].decode()
+    except UnicodeDecodeError:
+        problem = f'its {PARAMETERS_FILE} is not text in UTF-8'
+        raise RecordingError(recording.path, problem, 'record it anew') from None
+    return parse_yaml(text, f'{recording.path} {PARAMETERS_FILE}')
+
+
+def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, Series]:
+    """
+    Return each quantity of a recording by its name: of the trace if wanted, else of its topic.
+
+    A trace counts from two samples on. The topics have position and force at 1 kHz, the voltage
+    once per ``trace.period``, and no displacement of the feet.
+
+    """
+    trace = recording.trace() if traced and topic_name(recording, 'trace') else {}
+    found = {}
+    for quantity in RUN_QUANTITIES:
+        name = quantity.rpartition('_')[0]
+        series = trace.get(name)
+        if series is None or len(series) < TRACE_SAMPLES_MIN:
+            topic = topic_name(recording, name)
+            if not topic:
+                continue
+            series = recording.series(topic)
+        if len(series):
+            found[quantity] = series
+    return found
+
+
+def topic_name(recording: Recording, name: str) -> str:
+    """Return the full name of a published topic, not of command or truth; empty if not there."""
+    kinds = {each.name.removeprefix('~/'): each.type_name for each in READINGS}
+    found = [
+        topic
+        for topic, kind in recording.types.items()
+        if topic.rpartition('/')[2] == name
+        and kind == kinds.get(name)
+        and topic.rpartition('/')[0].rpartition('/')[2] not in {'command', 'truth'}
+    ]
+    return min(found, key=lambda topic: topic.count('/'), default='')
+
+
+def recorded_commands(recording: Recording) -> list[LoggedCommand]:
+    """Return the commands of a run; a recording of another program holds none."""
+    if TOPICS_RECORD not in recording.metadata:
+        return []
+    return [
+        LoggedCommand(time_ns * NANO, request.name, _numbers(request))
+        for time_ns, request in recorded_requests(recording)
+    ]
+
+
+def _numbers(request: Request) -> str:
+    """Return the numbers of a command over a topic, with units; of a vector its x."""
+    command = COMMANDS[request.name]
+    if not command.has_topic:
+        return ''
+    if command.is_table:
+        return f'{len(request.values) // len(command.numbers)} rows'
+    if command.name == JOINT:
+        joints, shown = request.joints, []
+        if len(joints.names) > 1:
+            return f'{len(joints.names)} joints'
+        for label, numbers in zip(command.numbers, joints[1:], strict=True):
+            unit = label.partition(' ')[2]
+            shown += [with_unit(each, unit) for each in numbers if not math.isnan(each)]
+        return ', '.join(shown)
+    shown = []
+    for label, value in zip(command.numbers, request.values, strict=True):
+        name, _, unit = label.partition(' ')
+        shown.append(with_unit(value, unit) if unit else f'{value:g} {name}')
+    return ', '.join(shown[:1] if command.frame else shown)
+
+
+def events_within(recording: Recording, window: TimeWindow) -> list[LoggedEvent]:
+    """Return the events of a stretch; text that is no event of ours is passed over."""
+    found = []
+    for time_s, message in timed_messages(recording, 'event'):
+        event = read_event(str(message))
+        if event is not None and window.start_s <= time_s <= window.end_s:
+            found.append(LoggedEvent(time_s, event['command'], event['result']))
+    return found
+
+
+def bits_within(recording: Recording, window: TimeWindow) -> list[BitSpan]:
+    """Return when each status bit was set, in the order of the bits."""
+    changes = [each for each in timed_messages(recording, 'status') if isinstance(each[1], int)]
+    ends = [time_s for time_s, _ in changes[1:]] + [window.end_s]
+    spans = []
+    for bit in Status:
+        merged: list[tuple[float, float]] = []  # what follows without a gap is one
+        for (since_s, status), until_s in zip(changes, ends, strict=False):  # there may be none
+            start_s, end_s = max(since_s, window.start_s), min(until_s, window.end_s)
+            if status & bit and merged and start_s <= merged[-1][1]:
+                merged[-1] = merged[-1][0], max(end_s, merged[-1][1])
+            elif status & bit and end_s > start_s:
+                merged.append((start_s, end_s))
+        spans += [BitSpan(bit.name or '', *pair) for pair in merged]
+    return spans
+
+
+def timed_messages(recording: Recording, name: str) -> Iterator[tuple[float, Any]]:
+    """Give times, s, and messages of a published topic; none if it is not there."""
+    if topic := topic_name(recording, name):
+        for _, at_ns, message in recording.messages([topic]):
+            yield at_ns * NANO, message
+
+
+def parse_window(text: str) -> TimeWindow:
+    """Return the stretch of a text: ``2ms@0.3s`` is two milliseconds from 0.3 s on."""
+    length, at, start = text.partition('@')
+    if not at:
+        raise WrongKind('window', text, 'LENGTH@START', 'write it as 2ms@0.3s or 0.002@0.3')
+    length_s, start_s = to_si_list('window', (length, start), 's')
+    if not length_s > 0.0:
+        raise OutOfRange('length of the window', length_s, 's', 'not above 0 s', 'raise it')
+    return TimeWindow(start_s, start_s + length_s)
+
+
+def check_window(window: TimeWindow, run: TimeWindow) -> TimeWindow:
+    """Return the part of a stretch that lies within a run; OutOfRange if nothing of it does."""
+    if window.start_s > run.end_s or window.end_s < run.start_s:
+        limit = f'outside of the run, {run.start_s:.6g} s to {run.end_s:.6g} s'
+        raise OutOfRange('start of the window', window.start_s, 's', limit, 'move it')
+    return TimeWindow(max(window.start_s, run.start_s), min(window.end_s, run.end_s))

@@ -1,0 +1,209 @@
+"""A recorded run: its file, its quantities as a table, its picture."""
+
+import shutil
+import weakref
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.files import prepare_output
+from stickslip_ros.lab.runs.recorded import TimeWindow, recorded_series, recorded_stand
+from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.notebook import html_table
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.series import Series
+from stickslip_ros.units import with_unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+
+class Run:
+    """
+    A recorded run: a file, or one that lives as long as this object.
+
+    Parameters
+    ----------
+    path : path-like, optional
+        An MCAP file, a bag directory, or the name that parts share; none if nothing was recorded.
+    result : SawtoothRun, optional
+        What the run came to, known of a run that was simulated here.
+    folder : Path, optional
+        A folder that is removed with this object.
+    topics : mapping of str to str, optional
+        Of a recording of another program: topic and field of its quantities.
+
+    """
+
+    def __init__(
+        self,
+        path: str | Path | None,
+        result: SawtoothRun | None = None,
+        folder: Path | None = None,
+        topics: Mapping[str, str] | None = None,
+    ) -> None:
+        self._path = path
+        self._result = result
+        self.topics = topics or {}
+        if folder is not None:
+            weakref.finalize(self, shutil.rmtree, folder, ignore_errors=True)
+
+    @cached_property
+    def recording(self) -> Recording:
+        """Topics, messages, metadata, attachments; refused if there are none or damaged ones."""
+        if self._path is None:
+            raise StickSlipError('the run was not recorded; simulate with is_recorded=True')
+        return Recording(self._path)
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.recording.path
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        """The stand; RecordingError if the file does not say."""
+        return recorded_stand(self.recording)
+
+    @property
+    def result(self) -> SawtoothRun:
+        """What the saw-tooth came to; StickSlipError of a run that ``simulate`` did not make."""
+        if self._result is None:
+            raise StickSlipError(f'{self.path} was opened, not simulated; use its frame')
+        return self._result
+
+    @property
+    def force_mean_n(self) -> float:
+        """Generated force of a simulated run, mean over the last cycle, N."""
+        return self.result.force_mean_n
+
+    @property
+    def step_length_m(self) -> float:
+        """Net motion per cycle of a simulated run, mean over the last cycles, m."""
+        return self.result.step_length_m
+
+    @cached_property
+    def series(self) -> dict[str, Series]:
+        """Quantities over time, by the names of the columns of ``frame``."""
+        if self.topics:
+            from stickslip_ros.lab.runs.mapped import mapped_series  # it reads tables
+
+            return mapped_series(self.recording, self.topics)
+        return recorded_series(self.recording)
+
+    @cached_property
+    def frame(self) -> 'DataFrame':
+        """
+        Table of the run: ``voltage_v``, ``foot_m`` and readings, ``position_m``, over ``time_s``.
+
+        From the trace where the run has one, else from its topics, whose times differ: what is
+        not known at a time is not a number. ``attrs`` hold the units and what was recorded.
+
+        """
+        return frame_of(self.series, str(self.path))
+
+    def plot(
+        self,
+        start_s: float | None = None,
+        end_s: float | None = None,
+        *,
+        style: str = '',
+        width_mm: float | None = None,
+    ) -> 'Figure':
+        """
+        Draw the run, or a stretch of it, with its events and status bits.
+
+        The style is ``screen``, ``paper`` or a style file of matplotlib; a width alone means
+        paper, where a column has 85 mm, with letters of 8 pt.
+
+        Raises
+        ------
+        RecordingError, OutOfRange
+            If there is nothing to draw, or not in that stretch, or not of such a size.
+
+        """
+        window = None
+        if start_s is not None or end_s is not None:
+            window = TimeWindow(start_s or 0.0, float('inf') if end_s is None else end_s)
+        # ruff: noqa: PLC0415 - they take long
+        from stickslip_ros.lab.runs.plotting import looking
+        from stickslip_ros.lab.runs.run_figure import draw_run
+
+        with looking(style, width_mm):
+            return draw_run(self.recording, window, quantities=self.series)[0]
+
+    def save(self, path: str | Path) -> Path:
+        """
+        Copy the recording to a new file.
+
+        Raises
+        ------
+        RecordingError
+            If it exists, cannot be written, or the run is no single file.
+
+        """
+        if self.recording.files != [self.path]:
+            raise RecordingError(self.path, 'is in parts', 'copy its files')
+        target = Path(path)
+        prepare_output(target, is_new=True)
+        shutil.copyfile(self.path, target)
+        return target
+
+    def __repr__(self) -> str:
+        told = str(self._path or 'not recorded')
+        if self._result is not None:
+            force, step = with_unit(self.force_mean_n, 'N'), with_unit(self.step_length_m, 'm')
+            told = f'{self._result.steps} steps of {step}, mean force {force}; {told}'
+        return f'Run({told})'
+
+    def _repr_html_(self) -> str:
+        shown = '' if self._result is None else self._result._repr_html_()
+        if self._path is None:
+            return shown
+        rows = [(each.topic, each.type_name, each.messages) for each in self.recording.channels]
+        return shown + html_table(str(self.path), rows, ('topic', 'type', 'messages'))
+
+
+def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:
+    """
+    Open a recording: an MCAP file, a bag directory, or the name that parts of a run share.
+
+    Parameters
+    ----------
+    path : path-like
+        The recording.
+    topics : mapping of str to str, optional
+        Of a recording of another program: topic, field and unit of its quantities, as
+        ``{'position_m': '/rig/encoder.point.x', 'force_n': '/rig/cell.data (mN)'}``.
+
+    Raises
+    ------
+    StickSlipError
+        If it cannot be read, or has no such topics.
+
+    """
+    run = Run(path, topics=topics)
+    _ = run.series if topics else run.recording  # refuses now what cannot be read
+    return run
+
+
+def frame_of(found: Mapping[str, Series], source: str) -> 'DataFrame':
+    """Return quantities as one table over their times; what is not known then is no number."""
+    import pandas as pd
+
+    columns = {
+        name: pd.Series(each.value, pd.Index(each.time_s, name='time_s'))
+        for name, each in found.items()
+    }
+    first = next(iter(columns.values()), pd.Series()).index
+    if not all(each.index.equals(first) for each in columns.values()):
+        # topics have one sample an instant
+        columns = {name: each.groupby(level=0).last() for name, each in columns.items()}
+    frame: DataFrame = pd.DataFrame(columns)
+    frame.attrs['units'] = {'time_s': 's', **{name: each.unit for name, each in found.items()}}
+    frame.attrs['source'] = source
+    return frame

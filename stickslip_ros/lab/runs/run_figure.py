@@ -1,0 +1,346 @@
+"""The picture of a recorded run, or of a stretch of it, with commands and status bits."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import cycle, groupby
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import EngFormatter
+
+from stickslip_ros.errors import OutOfRange, RecordingError
+from stickslip_ros.instrument.reports import Result, Status
+from stickslip_ros.lab.runs.plotting import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY_BLUE,
+    VERMILION,
+    check_picture,
+    decimated,
+    is_narrow,
+    label_end,
+    new_figure,
+    save_figure,
+    styled,
+    write_beside,
+)
+from stickslip_ros.lab.runs.recorded import (
+    RUN_QUANTITIES,
+    BitSpan,
+    LoggedCommand,
+    LoggedEvent,
+    TimeWindow,
+    bits_within,
+    check_window,
+    events_within,
+    recorded_commands,
+    recorded_series,
+    timed_messages,
+)
+from stickslip_ros.parameters import SENSORS
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.series import Series
+from stickslip_ros.units import NM, display_unit
+
+COLOURS = {
+    **dict(zip((each.quantity for each in SENSORS), cycle((GREEN, VERMILION, SKY_BLUE)))),
+    'voltage_v': BLUE,
+    'foot_m': PURPLE,
+}
+WIDTH_INCHES, PANEL_INCHES, STEPS_INCHES, LANE_INCHES = 11.0, 1.7, 3.2, 0.28
+PIXELS = 1320  # of a screen, across the figure
+LABEL_CHARACTERS = 17, 13  # in a line of an axis label, of a wide and of a narrow figure
+GAP_PX = 3.0  # between a label and what is beside it
+LABELLED_MAX = 12  # commands whose numbers are written; more would hide each other
+FALL_SHARE = 0.5
+"""A fall is a drop between two samples by more than this share of the voltage range."""
+STEPS = 4  # falls in the enlarged stretch
+BEFORE_PERIODS, AFTER_PERIODS = 1.2, 0.6
+"""What is shown before the first of them and after the last one."""
+SLIP_SHARE = 0.1  # a runner that a step moves by this share of the stroke has slipped at the fall
+DONE, LOADED = Result.DONE.name, Status.LOADED.name
+
+
+@dataclass(frozen=True)
+class Extent:
+    """A quantity in the picture: its samples, smallest and largest value, and their source."""
+
+    name: str
+    unit: str
+    samples: int
+    smallest: float | None
+    largest: float | None
+    origin: str
+
+    @classmethod
+    def of(cls, name: str, series: Series) -> 'Extent':
+        """Return what is drawn of a quantity."""
+        known = series.value[np.isfinite(series.value)]
+        smallest = float(known.min()) if len(known) else None
+        largest = float(known.max()) if len(known) else None
+        return cls(name, series.unit, len(series), smallest, largest, series.origin)
+
+
+@dataclass(frozen=True)
+class RunPlot:
+    """What a picture shows; the status is known from the time of its first message on, if any."""
+
+    start_s: float
+    end_s: float
+    quantities: tuple[Extent, ...]
+    commands: tuple[LoggedCommand, ...]
+    events: tuple[LoggedEvent, ...]
+    status: tuple[BitSpan, ...]
+    status_since_s: float | None
+
+
+def plot_run(
+    recording: Recording,
+    picture: Path,
+    window: TimeWindow | None = None,
+    **how: Any,
+) -> RunPlot:
+    """Draw a recording, or a stretch of it, as ``draw_run`` does into a PNG, SVG or PDF."""
+    check_picture(picture)
+    figure, plot = draw_run(recording, window, **how)
+    save_figure(figure, picture)
+    return plot
+
+
+def draw_run(
+    recording: Recording,
+    window: TimeWindow | None = None,
+    *,
+    quantities: Mapping[str, Series] | None = None,
+    title: str = '',
+    with_steps: bool = False,
+) -> tuple[Figure, RunPlot]:
+    """
+    Draw position, force, voltage and foot of a recording against time.
+
+    Without other quantities those of the trace are drawn, else of the topics; without a window the
+    whole run, if wanted with its first steps enlarged above it. Raises RecordingError, OutOfRange.
+
+    """
+    found = recorded_series(recording) if quantities is None else quantities
+    series = {name: each for name, each in found.items() if name in RUN_QUANTITIES}
+    if not series:
+        problem = 'has neither position, force nor voltage'
+        hint = 'record a run that lasts a while, or say by --map which topic is what'
+        raise RecordingError(recording.path, problem, hint)
+    commands = recorded_commands(recording)
+    firsts_s = [float(each.time_s[0]) for each in series.values()]
+    whole = TimeWindow(
+        min(*firsts_s, *(each.time_s for each in commands[:1]), math.inf),
+        max(float(each.time_s[-1]) for each in series.values()),
+    )
+    shown = whole if window is None else check_window(window, whole)
+    inside = {name: each.window(*shown) for name, each in series.items()}
+    if not any(len(each) for each in inside.values()):
+        length_s, limit = shown.end_s - shown.start_s, 'too short: no sample lies in it'
+        raise OutOfRange('length of the window', length_s, 's', limit, 'raise it')
+    plot = RunPlot(
+        *shown,
+        tuple(Extent.of(name, each) for name, each in inside.items()),
+        tuple(each for each in commands if shown.start_s <= each.time_s <= shown.end_s),
+        tuple(events_within(recording, shown)),
+        tuple(bits_within(recording, shown)),
+        next((time_s for time_s, _ in timed_messages(recording, 'status')), None),
+    )
+    falls_s = fall_times_s(inside['voltage_v']) if with_steps and 'voltage_v' in inside else []
+    with_steps = len(falls_s) >= STEPS and {'position_m', 'foot_m'} <= inside.keys()
+    enlarged_s = falls_s[:STEPS] if with_steps else []
+    return _draw(plot, inside, enlarged_s, title), plot
+
+
+def fall_times_s(voltage: Series) -> list[float]:
+    """Return the times, s, of the last samples before the falls of a saw-tooth."""
+    change = np.abs(np.diff(voltage.value))
+    falls = np.flatnonzero(change > FALL_SHARE * np.ptp(voltage.value))
+    return [float(each) for each in voltage.time_s[falls]]
+
+
+@styled()
+def _draw(
+    plot: RunPlot, series: Mapping[str, Series], falls_s: Sequence[float], title: str
+) -> Figure:
+    """Draw panels below each other: the steps around these falls if there are any, then all."""
+    names = [name for name in series if name != 'foot_m' or not falls_s]
+    lanes, always = _lanes(plot)
+    heights = [STEPS_INCHES] * bool(falls_s) + [PANEL_INCHES] * len(names)
+    heights += [0.45 + LANE_INCHES * len(lanes)] * bool(lanes)
+    figure = new_figure(WIDTH_INCHES, 0.6 + sum(heights), title)
+    panels = list(figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)[:, 0])
+    enlarged = _draw_steps(panels.pop(0), series, falls_s) if falls_s else None
+    span = TimeWindow(plot.start_s, plot.end_s)
+    zero_s = _zero_s(span)
+    for axes, name in zip(panels, names, strict=False):
+        _draw_series(axes, name, series[name], zero_s)
+        label = f'{RUN_QUANTITIES[name]} ({display_unit(series[name].unit)[1]})'
+        axes.set_ylabel(fill(label, LABEL_CHARACTERS[is_narrow(figure)]))
+        for group in _in_a_row(plot):  # where a command took effect
+            axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
+        for shaded in plot.status:
+            if shaded.bit == LOADED:
+                ends_s = shaded.start_s - zero_s, shaded.end_s - zero_s
+                axes.axvspan(*ends_s, color=ORANGE, alpha=0.2)
+        if enlarged is not None:
+            ends_s = enlarged.start_s - zero_s, enlarged.end_s - zero_s
+            axes.axvspan(*ends_s, color='0.85', zorder=0)
+    labels = _draw_lanes(panels[-1], plot, lanes, zero_s) if lanes else []
+    for axes in panels[:-1]:
+        axes.sharex(panels[-1])
+        axes.tick_params(labelbottom=False)
+    if always:
+        text = fill(f'all the time: {", ".join(always)}', 40 if is_narrow(figure) else 120)
+        panels[-1].set_title(text, fontsize='small', loc='right')
+    _set_time_axis(panels[-1], span)
+    if labels:
+        figure.draw_without_rendering()  # only then is known where things are
+        _write_labels(panels[-1], labels)
+    return figure
+
+
+def _zero_s(span: TimeWindow) -> float:
+    """Return the zero of a time axis, s: a short stretch late in a run counts from its start."""
+    return span.start_s if span.start_s > span.end_s - span.start_s else 0.0
+
+
+def _set_time_axis(axes: Axes, span: TimeWindow) -> None:
+    zero_s = _zero_s(span)
+    axes.set_xlabel('time' + (f' after {zero_s:.9g} s' if zero_s else ''))
+    axes.set_xlim(span.start_s - zero_s, span.end_s - zero_s)
+    axes.xaxis.set_major_formatter(EngFormatter('s'))
+    if is_narrow(axes.figure):
+        axes.locator_params(axis='x', nbins=4)
+
+
+def _draw_series(axes: Axes, name: str, series: Series, zero_s: float) -> Line2D:
+    x, y = series.time_s - zero_s, display_unit(series.unit)[0] * series.value
+    if len(series):
+        x, y = decimated(x, y, PIXELS)
+    [line] = axes.plot(x, y, color=COLOURS[name], linestyle='-', linewidth=0.8)
+    axes.margins(x=0.0)
+    return line
+
+
+def _draw_steps(axes: Axes, series: Mapping[str, Series], falls_s: Sequence[float]) -> TimeWindow:
+    """Draw runner and feet on one axis around falls; return the stretch."""
+    period_s = (falls_s[-1] - falls_s[0]) / (len(falls_s) - 1)
+    span = TimeWindow(
+        falls_s[0] - BEFORE_PERIODS * period_s, falls_s[-1] + AFTER_PERIODS * period_s
+    )
+    runner, feet = (series[name].window(*span) for name in ('position_m', 'foot_m'))
+    zero_s = _zero_s(span)
+    for name, each, label in (('position_m', runner, 'runner'), ('foot_m', feet, 'feet')):
+        label_end(axes, _draw_series(axes, name, each, zero_s), label)
+    runner_line, feet_line = axes.lines
+    runner_line.set_linewidth(1.2)
+    feet_line.set(linewidth=1.4, linestyle='--')
+    before_nm = NM * np.interp(falls_s, runner.time_s, runner.value)
+    step_nm = float(before_nm[-1] - before_nm[0]) / (len(falls_s) - 1)
+    stroke_nm = NM * float(np.ptp(feet.value))
+    title = f'first steps, enlarged: {step_nm:.0f} nm each; the feet move by {stroke_nm:.0f} nm'
+    axes.set(title=title, ylabel='displacement (nm)')
+    if step_nm > SLIP_SHARE * stroke_nm:
+        fall_s, at_nm = falls_s[1] - zero_s, float(before_nm[1])
+        arrow: dict[str, Any] = {
+            'arrowprops': {'arrowstyle': '->', 'color': BLACK},
+            'ha': 'center',
+        }
+        for word, place in (
+            ('stick', (fall_s - 0.5 * period_s, at_nm - 0.5 * stroke_nm)),
+            ('slip', (fall_s, at_nm)),
+        ):
+            axes.annotate(word, place, xytext=(-40, 32), textcoords='offset points', **arrow)
+    _set_time_axis(axes, span)
+    return span
+
+
+def _lanes(plot: RunPlot) -> tuple[list[str], list[str]]:
+    """Return the lanes below the panels, commands first, and the bits that are always set."""
+    bits: dict[str, list[BitSpan]] = {}
+    for span in plot.status:
+        bits.setdefault(span.bit, []).append(span)
+    since_s = max(plot.start_s, plot.status_since_s or 0.0)
+    always = [
+        bit
+        for bit, (first, *_) in bits.items()
+        if first.start_s <= since_s and first.end_s >= plot.end_s
+    ]
+    failed = [event.command for event in plot.events if event.result != DONE]
+    lanes = dict.fromkeys([*(each.command for each in plot.commands), *failed])
+    lanes |= dict.fromkeys(bit.lower() for bit in bits if bit not in always)
+    return list(lanes), [bit.lower() for bit in always]
+
+
+def _in_a_row(plot: RunPlot) -> list[list[LoggedCommand]]:
+    """Return the commands, equal ones in a row together."""
+    return [list(group) for _, group in groupby(plot.commands, lambda each: each.command)]
+
+
+def _draw_lanes(
+    axes: Axes, plot: RunPlot, lanes: Sequence[str], zero_s: float
+) -> list[tuple[int, float, float, str]]:
+    """
+    Mark when commands took effect and when they failed, and draw bars while bits were set.
+
+    Return what is to be written, in order: lane, first and last place of the marks, and words.
+
+    """
+    labels = []
+    for span in plot.status:
+        if span.bit.lower() in lanes:
+            width_s, left_s = span.end_s - span.start_s, span.start_s - zero_s
+            shade = {'color': ORANGE, 'alpha': 0.4} if span.bit == LOADED else {'color': '0.7'}
+            axes.barh(lanes.index(span.bit.lower()), width_s, 0.6, left_s, **shade)
+    for number, group in enumerate(_in_a_row(plot)):
+        lane, times_s = lanes.index(group[0].command), [each.time_s - zero_s for each in group]
+        axes.plot(times_s, [lane] * len(group), '|', color=BLACK, markersize=9.0)
+        ends = dict.fromkeys((group[0].numbers, group[-1].numbers))
+        words = ' to '.join(ends) if number < LABELLED_MAX else ''
+        labels.append((lane, times_s[0], times_s[-1], words))
+    for event in plot.events:
+        if event.result != DONE:
+            time_s = event.time_s - zero_s
+            axes.plot(time_s, lanes.index(event.command), 'x', color=BLACK, markersize=5.0)
+            labels.append((lanes.index(event.command), time_s, time_s, event.result))
+    axes.set_yticks(range(len(lanes)), lanes, fontsize='small')
+    axes.set_ylim(len(lanes) - 0.5, -0.5)
+    axes.grid(visible=False, axis='y')
+    return sorted(labels)
+
+
+def _write_labels(axes: Axes, labels: Sequence[tuple[int, float, float, str]]) -> None:
+    """Write words beside marks where there is room: in a line, in lines, left of them, or not."""
+    free_px: dict[int, float] = {}
+    for number, (lane, first, last, words) in enumerate(labels):
+        following = [start for row, start, *_ in labels[number + 1 :] if row == lane]
+        places = [(x, lane) for x in (first, last, *following[:1])]
+        _, last_px, *next_px = axes.transData.transform(places)[:, 0]
+        room_px = free_px.get(lane, axes.bbox.x0), *next_px, axes.bbox.x1
+        free_px[lane] = last_px
+        lines = fill(words, 2 * len(words) // 3) if words else ''
+        for text, size, left in (
+            (words, 'small', False),
+            (lines, 'x-small', False),
+            (lines, 'x-small', True),
+        ):
+            label = write_beside(
+                axes, first if left else last, lane, text, left=left, size=size, linespacing=1.0
+            )
+            box = label.get_window_extent().padded(GAP_PX)
+            if room_px[0] <= box.x0 and box.x1 <= room_px[1]:
+                free_px[lane] = max(last_px, box.x1)
+                break
+            label.remove()

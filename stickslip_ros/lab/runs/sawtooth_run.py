@@ -1,0 +1,408 @@
+"""A saw-tooth run, of the drive alone or of the whole stand, and what a scientist reads off it."""
+
+import math
+import shutil
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.contact.laws import COULOMB, MDR
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, RAMP_START
+from stickslip_ros.drive.build import change_preload, plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.ledger import EnergyLedger, take_ledger
+from stickslip_ros.drive.records import ALL, Wave
+from stickslip_ros.drive.runner import cell_force
+from stickslip_ros.drive.waveform import mean_rise_v
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.instrument.bench import Bench
+from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.instrument.reports import Output, Status
+from stickslip_ros.kernels.kernel import in_python
+from stickslip_ros.kernels.record import Record
+from stickslip_ros.lab.runs.batch import Progress
+from stickslip_ros.lab.runs.courses import Course, alone, cycles_of
+from stickslip_ros.lab.runs.recorded_run import Run
+from stickslip_ros.lab.runs.run_result import DriveRun, SawtoothRun
+from stickslip_ros.parameters import STROKE, Parameters, Unchosen, spec_of
+from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.progress import progress_of
+from stickslip_ros.recording.run import ReportingBench, RunWriter
+from stickslip_ros.units import NANO
+
+SAWTOOTH_HZ = 1000.0  # steps per second, where nobody says how many
+SMALLEST_MEANT_M = 1e-12
+"""Smallest stroke of which somebody may have left out that it is in nanometres."""
+STEADY_STEPS_MIN = 200  # steps before a run may be called steady
+STEADY_WINDOW = 20
+"""Steps of a stretch. The changes over the last two, continued as a geometric series, say how far
+the value still is from its limit."""
+STEADY_ERROR = 2e-4
+"""The same as a share of a value that is steady. Against 4000 cycles (cells of 30 to 300 kN/m, 0.1
+to 1 N, 61 to 160 nm, 200 Hz to 1 kHz, dampings of 0 to 80 N s/m: 240 runs) none missed by more."""
+STEADY_ROUNDING = 1e-6
+"""Change over a stretch, as a share of the value, that is no sign of a way that is left."""
+STEADY_STEPS_MAX = 5000  # steps after which a run that looks for the steady state gives up
+STEP_LENGTH_CYCLES = 10  # last cycles over which the step length is averaged
+
+
+def run_drive(
+    parameters: Parameters,
+    amplitude_m: float,
+    frequency_hz: float,
+    steps: int = 0,
+    *,
+    load_n: float = 0.0,
+) -> DriveRun:
+    """
+    Drive the runner with a saw-tooth, from rest, without sensors: as fast as the kernels go.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    amplitude_m : float
+        Stroke of the feet, m; 0 is a drive at rest.
+    frequency_hz : float
+        Steps per second; negative ones go backwards.
+    steps : int
+        Number of steps; 0 goes on until the steady state, at most 5000.
+    load_n : float
+        Constant external force on the runner along +x, N.
+
+    Raises
+    ------
+    StickSlipError
+        If amplitude, frequency or steps are refused, or the integration has failed.
+
+    Examples
+    --------
+    >>> free = Parameters().updated({'load_cell.contact': 'absent'})
+    >>> run = run_drive(free, amplitude_m=160e-9, frequency_hz=500.0)
+    >>> f'{1e9 * run.step_length_m:.1f} nm'
+    '98.1 nm'
+
+    """
+    return alone(drive_course(parameters, amplitude_m, frequency_hz, steps, load_n=load_n))
+
+
+def drive_course(
+    parameters: Parameters,
+    amplitude_m: float,
+    frequency_hz: float,
+    steps: int = 0,
+    *,
+    load_n: float = 0.0,
+) -> Course[DriveRun]:
+    """Return the course of which ``run_drive`` is the end."""
+    if amplitude_m == 0.0:
+        preload_n = parameters.stand.preload
+        return DriveRun(preload_n=preload_n, amplitude_m=0.0, frequency_hz=frequency_hz)
+    request = Request('sawtooth', (voltage_for(parameters, amplitude_m), frequency_hz, 0.0))
+    wave = check_request(request, parameters)
+    parameters = start_on_wave(parameters, wave)
+    if steps < 0:
+        raise OutOfRange('steps', steps, '', 'below 0', 'give a number, or 0 for the steady state')
+    plants = plant_of(parameters)
+    states = state_at_rest(plants, parameters.stand.preload)
+    if parameters.stand.preload_end:
+        change_preload(plants, states, parameters, parameters.stand.preload_end)
+    start_clock(states)
+    most, loss_j, ledger = steps or STEADY_STEPS_MAX, 0.0, take_ledger(plants, states)
+    ramps: Array = np.empty((0, 3))
+    while len(ramps) < most and (steps or not is_steady(plants[0], ramps)):
+        stop_if_asked()
+        cycles = min(STEADY_WINDOW, most - len(ramps))
+        more = yield from cycles_of(plants, states, wave, cycles, load_n)
+        ramps = np.concatenate((ramps, more))
+        before_j, ledger = ledger.contact_lost_j, take_ledger(plants, states)
+        loss_j = (ledger.contact_lost_j - before_j) / cycles
+    return DriveRun(
+        preload_n=float(states['preload_n'].item()),
+        amplitude_m=amplitude_m,
+        frequency_hz=frequency_hz,
+        energy_loss_per_step_j=loss_j,
+        **_read_off(plants[0], ramps, ledger, wave),
+    )
+
+
+def simulate(
+    parameters: Parameters | None = None,
+    *,
+    amplitude_m: float | None = None,
+    voltage_v: float | None = None,
+    waveform: ArrayLike | None = None,
+    frequency_hz: float | None = None,
+    steps: int = 0,
+    path: str | Path | None = None,
+    is_recorded: bool = True,
+    progress: bool | Progress = False,
+) -> Run:
+    """
+    Drive the whole stand with a saw-tooth or another wave, from rest, and record it.
+
+    Parameters
+    ----------
+    parameters : Parameters, optional
+        The stand; by default that of the paper.
+    amplitude_m : float, optional
+        Stroke of the feet along a saw-tooth, peak to peak, m.
+    voltage_v : float, optional
+        In place of the stroke: the voltage, peak to peak, V.
+    waveform : array-like, shape (n, 2), optional
+        In place of a saw-tooth: one cycle of times, s, and voltages, V, that ends as it begins.
+    frequency_hz : float, optional
+        Steps per second; negative ones go backwards. By default 1000, or as the waveform says.
+    steps : int
+        Number of steps; 0 goes on until the force is steady, at most 5000.
+    path : path-like, optional
+        The file to record; by default one that lives as long as what is returned.
+    is_recorded : bool
+        Whether there is a file at all; without one a run takes less time.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with steps done and wanted, 0 if
+        that is not known.
+
+    Raises
+    ------
+    StickSlipError
+        If wave, frequency or steps are refused, or the recording cannot be written.
+
+    Examples
+    --------
+    >>> stand = Parameters().updated({'stand.preload': 0.25})
+    >>> run = simulate(stand, amplitude_m=60e-9, frequency_hz=500.0, steps=40)
+    >>> f'{1e3 * run.force_mean_n:.1f} mN'
+    '22.7 mN'
+    >>> list(run.frame)
+    ['position_m', 'force_n', 'voltage_v', 'foot_m']
+
+    """
+    parameters = parameters or Parameters()
+    given = (amplitude_m, voltage_v, waveform)
+    if sum(each is not None for each in given) != 1:
+        names = 'amplitude_m, voltage_v, waveform'
+        raise WrongKind(names, given, 'one of them', 'leave out the others')
+    if amplitude_m is not None:
+        voltage_v = voltage_for(parameters, amplitude_m)
+    if voltage_v is not None:
+        frequency_hz = SAWTOOTH_HZ if frequency_hz is None else frequency_hz
+        request = Request('sawtooth', (voltage_v, frequency_hz, float(steps)))
+    else:
+        cycle = tuple(np.ravel(np.asarray(waveform, dtype=np.float64)))
+        wave = check_request(Request('waveform', cycle), parameters)
+        if frequency_hz is None:
+            frequency_hz = 1.0 / wave.period_s
+        elif not 0.0 < frequency_hz < np.inf:
+            raise OutOfRange('frequency', frequency_hz, 'Hz', 'not above 0', 'turn the wave round')
+        stretched = wave.rows * np.array((1.0 / (frequency_hz * wave.period_s), 1.0))
+        request = Request('waveform', tuple(stretched.ravel().tolist()), cycles=steps)
+        voltage_v = float(np.ptp(stretched[:, 1]))
+    wave = check_request(request, parameters)
+    stand = start_on_wave(parameters, wave)
+    grid_ns, folder, file = stand.trace_period_ns, None, Path(path) if path else None
+    if file is None and is_recorded:
+        folder = Path(tempfile.mkdtemp(prefix='stickslip-'))
+        file = folder / 'run.mcap'
+    elif file is None:
+        grid_ns = stand.block_ns
+    joins = is_steered_by_requests(stand, is_recorded=file is not None)
+    bench = Bench(stand.updated({'sim.block': stand.trace.period}) if joins else stand)
+    try:
+        with (
+            progress_of(progress, 'steps') as show,
+            RunWriter(file, stand, wait=True) if file else nullcontext() as writer,
+        ):
+            run = ReportingBench(stand, writer=writer, bench=bench) if writer else bench
+            ramps, start_s = _drive(
+                bench, run.update, request, steps, frequency_hz, stand.block_ns, grid_ns, show
+            )
+    except BaseException:
+        if folder:
+            shutil.rmtree(folder, ignore_errors=True)
+        raise
+    wall_s, simulated_s = time.perf_counter() - start_s, bench.time_ns * NANO
+    result = SawtoothRun(
+        preload_n=stand.stand.preload,
+        voltage_v=voltage_v,
+        amplitude_m=voltage_v * stand.actuator.gain,
+        frequency_hz=frequency_hz,
+        simulated_s=simulated_s,
+        wall_s=wall_s,
+        real_time_factor=simulated_s / wall_s,
+        recording=str(file or ''),
+        **_read_off(bench.plant, ramps, bench.ledger, wave),
+    )
+    return Run(file, result, folder)
+
+
+def is_steered_by_requests(stand: Parameters, *, is_recorded: bool) -> bool:
+    """
+    Return whether only requests change what a stand does, so that blocks can go together.
+
+    As many as make a period of the trace give the same bits as one after the other; what a
+    recording says of each must not change on their way.
+
+    """
+    changes = [stand.limits.has_soft_limits, stand.fault.names]
+    if is_recorded:
+        changes += [stand.stand.preload_end, stand.sim.publish_truth, stand.load_cell.range]
+        changes += [stand.interferometer.velocity_max]
+        changes += [stand.record.split_size, stand.record.split_duration]
+    return stand.trace.period <= (spec_of('sim.block').maximum or 0.0) and not any(changes)
+
+
+def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
+    """
+    Return parameters whose drive rests at the first voltage of a wave, unless one was chosen.
+
+    Whoever gives ``amplifier.voltage_initial`` has chosen it, also at the default. A saw-tooth
+    backwards starts at its upper end; resting there, a run backwards is the mirror
+    image of the run forwards.
+
+    """
+    if not isinstance(parameters.amplifier.voltage_initial, Unchosen):
+        return parameters
+    return parameters.updated({'amplifier.voltage_initial': wave.start_v})
+
+
+def _drive(
+    bench: Bench,
+    update: Callable[[int, list[Request]], Output],
+    request: Request,
+    wanted: int,
+    frequency_hz: float,
+    block_ns: int,
+    grid_ns: int,
+    progress: Progress,
+) -> tuple[Array, float]:
+    """
+    Update block by block until the wave has ended; return the log of its ramps, and a time, s.
+
+    It ends at a multiple of ``grid_ns``. The blocks of the bench may be longer: it takes them
+    while the end is far. The time is that of the clock after the first block, which compiles.
+
+    """
+    long_ns, start_s = bench.parameters.block_ns, 0.0
+    requests, logs, done = [request], list[Array](), 0
+    while True:
+        stop_if_asked()
+        sure_s = ((wanted or STEADY_STEPS_MIN) - done) / abs(frequency_hz) - bench.stand.ramp_s
+        is_far = sure_s > bench.parameters.sim.block and not requests
+        step_ns = long_ns - bench.time_ns % long_ns if is_far else block_ns
+        output = update(bench.time_ns + step_ns, requests)
+        start_s = start_s or time.perf_counter()
+        requests = []
+        if len(output.ramps):
+            logs.append(output.ramps)
+            done += len(output.ramps)
+            progress(done, wanted)
+        is_moving = output.status & (Status.MOVING | Status.MOVE_DELAYED)
+        if not is_moving and bench.time_ns % grid_ns == 0:
+            return np.concatenate(logs), start_s
+        may_end = not wanted and done >= STEADY_STEPS_MIN and len(output.ramps)
+        if may_end and (done >= STEADY_STEPS_MAX or is_steady(bench.plant, np.concatenate(logs))):
+            requests = [Request('stop')]
+
+
+def _read_off(plant: Record, ramps: Array, ledger: EnergyLedger, wave: Wave) -> dict[str, Any]:
+    """Return what a result says of the log of its ramps, and its energy balance."""
+    scatter_m, correlation_m = scatter_of(np.diff(ramps[len(ramps) // 2 :, RAMP_END]))
+    mean_n = net_n = force_at_n(plant, ramps[-1, RAMP_MEAN])
+    if mean_n:
+        contact, cell_n_per_m = plant.contacts[ALL], plant.cell_n_per_m + plant.walls.cell_n_per_m
+        cell_n_per_m += plant.button.n_per_m * plant.button.exists
+        stick_n_per_m = {MDR: contact.curve.cells[0, 1], COULOMB: np.inf}.get(
+            int(contact.law.number), contact.law.bristle_n_per_m
+        )
+        # The load cell in series with the sticking contacts follows the mean way of the feet.
+        following_n_per_m = float(1.0 / (1.0 / cell_n_per_m + 1.0 / stick_n_per_m))
+        net_n -= following_n_per_m * (float(plant.gain_m_per_v) * mean_rise_v(wave))
+    return {
+        'force_mean_n': mean_n,
+        'force_net_n': net_n,
+        'force_ramp_start_n': force_at_n(plant, ramps[-1, RAMP_START]),
+        'step_length_m': step_length_m(ramps),
+        'step_scatter_m': scatter_m,
+        'step_correlation_m': correlation_m,
+        'steady': is_steady(plant, ramps),
+        'steps': len(ramps),
+        'energy_residual': relative_residual(ledger),
+    }
+
+
+def is_steady(plant: Record, ramps: Array) -> bool:
+    """Return whether a run has become steady."""
+    if len(ramps) < STEADY_STEPS_MIN:
+        return False
+    pressed_n_per_m = plant.walls.cell_n_per_m + plant.button.n_per_m * plant.button.exists
+    is_free = not (plant.cell_n_per_m > 0.0 or pressed_n_per_m > 0.0)
+    earlier, before, now = (
+        step_length_m(part) if is_free else force_at_n(plant, part[-1, RAMP_MEAN])
+        for part in (ramps[: -2 * STEADY_WINDOW], ramps[:-STEADY_WINDOW], ramps)
+    )
+    if pressed_n_per_m > 0.0 and now <= 0.0:
+        return False
+    change, change_before = abs(now - before), abs(before - earlier)
+    is_near = change**2 <= STEADY_ERROR * abs(now) * (change_before - change)
+    return bool(is_near or change <= STEADY_ROUNDING * abs(now))
+
+
+def force_at_n(plant: Record, position_m: float) -> float:
+    """Return the force in the load cell at a position of the runner, N."""
+    return float(in_python(cell_force)(plant, float(position_m)))
+
+
+def step_length_m(ramps: Array) -> float:
+    """Return the net motion per cycle over the last cycles, m; a first cycle starts at 0."""
+    cycles = min(STEP_LENGTH_CYCLES, len(ramps))
+    start_m = float(ramps[-1 - cycles, RAMP_END]) if cycles < len(ramps) else 0.0
+    return (float(ramps[-1, RAMP_END]) - start_m) / cycles
+
+
+def scatter_of(steps_m: Array) -> tuple[float, float]:
+    """Return standard deviation and correlation length of steps one after the other, m."""
+    if len(steps_m) < 2:
+        return 0.0, 0.0
+    mean_m, scatter_m = float(np.mean(steps_m)), float(np.std(steps_m))
+    if scatter_m <= STEADY_ROUNDING * abs(mean_m):
+        return scatter_m, 0.0
+    # By Fourier transform: sums of products take a time that grows with the square of the steps.
+    length = 1 << (2 * len(steps_m) - 1).bit_length()  # so long that nothing comes round again
+    power_m2 = np.abs(np.fft.rfft(steps_m - mean_m, length)) ** 2
+    products = np.fft.irfft(power_m2, length)[: len(steps_m)]
+    correlation = products / products[0]
+    lag = int(np.argmax(correlation < 1.0 / math.e))  # the sum of all is 0: some are below
+    lag -= (1.0 / math.e - correlation[lag]) / (correlation[lag - 1] - correlation[lag])
+    return scatter_m, abs(mean_m) * float(lag)
+
+
+def relative_residual(ledger: EnergyLedger) -> float:
+    """Return what the energy balance misses, relative to the work of the feet."""
+    return ledger.residual_j / ledger.feet_work_j if ledger.feet_work_j else 0.0
+
+
+def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
+    """Return the saw-tooth voltage for a stroke of the feet, V; refuse what is out of reach."""
+    STROKE.check('amplitude', amplitude_m)
+    largest_m = full_stroke_m(parameters)
+    # A stroke typed in nanometres may exceed the largest by rounding only.
+    if amplitude_m > largest_m * (1.0 + 1e-9):
+        limit = f'above the {largest_m:.6g} m that the amplifier reaches'
+        hint = 'lower it'
+        if SMALLEST_MEANT_M <= amplitude_m * NANO <= largest_m:
+            hint += f'; {amplitude_m:g} nm is {amplitude_m * NANO:g} m'
+        raise OutOfRange('amplitude', amplitude_m, 'm', limit, hint)
+    return min(amplitude_m, largest_m) / parameters.actuator.gain
+
+
+def full_stroke_m(parameters: Parameters) -> float:
+    """Return the largest stroke of the feet, m: over the whole range of the amplifier."""
+    amplifier = parameters.amplifier
+    return (amplifier.voltage_max - amplifier.voltage_min) * parameters.actuator.gain

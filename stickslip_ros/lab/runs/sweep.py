@@ -1,0 +1,308 @@
+"""A sweep: the drive at every combination of values, as they are typed."""
+
+import dataclasses
+import itertools
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.instrument.commands import Request, check_request
+from stickslip_ros.lab.runs.batch import Progress, run_courses
+from stickslip_ros.lab.runs.courses import Course, bundle_for
+from stickslip_ros.lab.runs.journal import Journal, JournalIdentity, Row, identify
+from stickslip_ros.lab.runs.sawtooth_run import (
+    STEADY_ERROR,
+    STEADY_STEPS_MAX,
+    STEADY_STEPS_MIN,
+    STEADY_WINDOW,
+    drive_course,
+    voltage_for,
+)
+from stickslip_ros.parameters import (
+    AMPLITUDE,
+    FREQUENCY,
+    Parameters,
+    Scalar,
+    Spec,
+    parse_assignments,
+    spec_of,
+)
+from stickslip_ros.parameters.typed import to_si_list
+from stickslip_ros.progress import progress_of
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+CASES_MAX = 100_000
+SPECS = {'amplitude_m': AMPLITUDE, 'frequency_hz': FREQUENCY}
+"""What a sweep varies beside parameters."""
+COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
+EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160nm:33'
+ASKED = ('preload_n', 'amplitude_m', 'frequency_hz')
+COLUMNS = (
+    *ASKED,
+    'force_mean_n',
+    'force_net_n',
+    'force_ramp_start_n',
+    'step_length_m',
+    'energy_loss_per_step_j',
+    'steady',
+    'steps',
+    'energy_residual',
+)
+"""Columns of a table that come from a run, beside ``STOP_RULE``."""
+STOP_RULE = 'stop_rule'  # a column that every sweep has and no experiment
+STEADY_RULE = (
+    f'mean force of a cycle (free runner: step length) within {STEADY_ERROR:.2%} of its limit, by '
+    f'the last {2 * STEADY_WINDOW} steps; {STEADY_STEPS_MIN} to {STEADY_STEPS_MAX} steps'
+)
+"""When a run is steady, and how many steps it makes at least and at most."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A name and the values that it takes in turn."""
+
+    name: str
+    values: tuple[Scalar, ...]
+
+
+@dataclass(frozen=True)
+class SweepCase:
+    """One run of a sweep: values of the varied parameters, amplitude, frequency."""
+
+    values: tuple[tuple[str, Scalar], ...]
+    amplitude_m: float
+    frequency_hz: float
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """What a sweep consists of; every combination is checked when it is made."""
+
+    parameters: Parameters  # the stand that all runs start from
+    varied: tuple[Axis, ...]  # parameters that vary; the last one fastest
+    # frequencies and strokes of the feet; amplitudes vary fastest of all
+    frequencies_hz: tuple[float, ...]
+    amplitudes_m: tuple[float, ...]
+    steps: int = 0  # steps of each run; 0 goes on until the steady state
+
+    def __post_init__(self) -> None:
+        """Refuse what would be refused in the middle of a long night."""
+        if self.steps < 0:
+            hint = 'give a number, or 0 for the steady state'
+            raise OutOfRange('steps', self.steps, '', 'below 0', hint)
+        names = [axis.name for axis in self.varied]
+        for name in names:
+            if names.count(name) > 1:
+                hint = 'put all its values into one list'
+                raise OutOfRange('parameter', name, '', 'varied twice', hint)
+        counts = [len(axis.values) for axis in self.varied]
+        total = math.prod(counts) * len(self.frequencies_hz) * len(self.amplitudes_m)
+        if total > CASES_MAX:
+            limit = f'above the maximum {CASES_MAX}'
+            raise OutOfRange('number of runs', total, '', limit, 'take fewer values')
+        for values, cases in itertools.groupby(self.cases(), lambda case: case.values):
+            there = self.parameters.updated(dict(values))
+            for case in cases:
+                FREQUENCY.check('frequency', case.frequency_hz)
+                # An amplitude of 0 makes no steps; its frequency is checked with the next one.
+                if (voltage_v := voltage_for(there, case.amplitude_m)) > 0.0:
+                    check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), there)
+
+    def cases(self) -> list[SweepCase]:
+        """Return the full Cartesian product, in the order of the table."""
+        named = [[(axis.name, value) for value in axis.values] for axis in self.varied]
+        return [
+            SweepCase(values, amplitude_m, frequency_hz)
+            for values in itertools.product(*named)
+            for frequency_hz in self.frequencies_hz
+            for amplitude_m in self.amplitudes_m
+        ]
+
+    def identity(self) -> JournalIdentity:
+        """Return what distinguishes this sweep from others."""
+        settings: dict[str, object] = {
+            'varied': [dataclasses.astuple(axis) for axis in self.varied],
+            'frequencies_hz': self.frequencies_hz,
+            'amplitudes_m': self.amplitudes_m,
+            'steps': self.steps,
+        }
+        return identify('sweep', self.parameters, len(self.cases()), settings)
+
+    def columns(self) -> tuple[str, ...]:
+        """Return the varied parameters that need a column beside ``preload_n`` and the others."""
+        names = [axis.name for axis in self.varied]
+        ramped = self.parameters.stand.preload_end or 'stand.preload_end' in names
+        return tuple(name for name in names if ramped or name != 'stand.preload')
+
+
+def sweep(
+    parameters: Parameters,
+    values: Mapping[str, Iterable[Scalar] | Scalar],
+    *,
+    steps: int = 0,
+    workers: int = 0,
+    progress: bool | Progress = False,
+) -> 'DataFrame':
+    """
+    Run the drive alone, without sensors, at every combination of values.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand that all runs start from.
+    values : mapping of str to values
+        Values of ``amplitude_m`` (stroke of the feet, m), of ``frequency_hz`` (by default 1000)
+        and of any parameter, ``{'stand.preload': [0.1, 0.5]}``; the first parameter is the
+        slowest, the amplitude the fastest.
+    steps : int
+        Steps of each run; 0 goes on until the steady state.
+    workers : int
+        Runs at once; 0 is one per core.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with runs done and in all.
+
+    Returns
+    -------
+    DataFrame
+        One row per run: the table of ``stickslip sweep``. Its ``attrs`` hold the parameters.
+
+    Raises
+    ------
+    StickSlipError
+        If a name, a value or a combination is refused.
+
+    Examples
+    --------
+    >>> table = sweep(Parameters(), {'stand.preload': [0.25, 0.5], 'amplitude_m': [60e-9, 120e-9]})
+    >>> [f'{1e3 * force_n:.1f} mN' for force_n in table['force_mean_n']]
+    ['20.7 mN', '92.5 mN', '4.1 mN', '119.3 mN']
+
+    """
+    if 'amplitude_m' not in values:
+        raise WrongKind('values', sorted(values), 'a sweep', 'give amplitude_m, the stroke in m')
+    given = {'frequency_hz': FREQUENCY.default, **values}
+    axes = {}
+    for name, each in given.items():
+        spec = SPECS.get(name) or spec_of(name)
+        plain: Any = each.tolist() if isinstance(each, np.ndarray | np.generic) else each
+        is_one = isinstance(plain, str) or not isinstance(plain, Iterable)
+        checked = (spec.check(name, value) for value in ([plain] if is_one else plain))
+        axes[name] = Axis(name, tuple(checked))
+    chosen = Sweep(
+        parameters=parameters,
+        varied=tuple(axis for name, axis in axes.items() if name not in SPECS),
+        frequencies_hz=tuple(map(float, axes['frequency_hz'].values)),
+        amplitudes_m=tuple(map(float, axes['amplitude_m'].values)),
+        steps=steps,
+    )
+    import pandas as pd  # noqa: PLC0415 - what has no table does without
+
+    with progress_of(progress, 'runs') as show:
+        frame: DataFrame = pd.DataFrame(run_sweep(chosen, workers=workers, progress=show))
+    frame.attrs['parameters'] = parameters.flat()
+    return frame
+
+
+def parse_axis(name: str, text: str, spec: Spec) -> Axis:
+    """Return the axis of a text: values with commas, or ``start:stop:count``, ends included."""
+    if ':' in text and spec.kind in {float, int}:
+        values: list[object] = list(_range(name, text, spec))
+    else:
+        parts = [part.strip() for part in text.split(',')]
+        values = list(to_si_list(name, parts, spec.unit) if spec.kind is float else parts)
+    return Axis(name, tuple(spec.check(name, value) for value in values))
+
+
+def parse_floats(name: str, text: str, spec: Spec) -> tuple[float, ...]:
+    """Return the numbers of such a text."""
+    return tuple(map(float, parse_axis(name, text, spec).values))
+
+
+def parse_varied(assignments: list[str]) -> list[Axis]:
+    """Return the axes of texts such as ``contact.friction=0.2,0.3``, each parameter once."""
+    axes: list[Axis] = []
+    for assignment in assignments:
+        if '=' not in assignment:
+            hint = 'write --vary group.name=VALUES'
+            raise WrongKind('--vary', assignment, 'a parameter with values', hint)
+        ((name, text),) = parse_assignments([assignment]).items()
+        axes.append(parse_axis(name, text, spec_of(name)))
+    return axes
+
+
+def _range(name: str, text: str, spec: Spec) -> list[Scalar]:
+    parts = text.split(':')
+    if len(parts) != 3:
+        raise WrongKind(name, text, 'start:stop:count', EXAMPLE)
+    start, stop = to_si_list(name, parts[:2], spec.unit)
+    count = int(COUNT.check(f'{name} count', parts[2]))
+    if start == stop:
+        limit = f'both start and stop of a range of {count}'
+        hint = 'move one of them, or give the value alone'
+        raise OutOfRange(name, start, spec.unit, limit, hint)
+    values = [float(value) for value in np.linspace(start, stop, count)]
+    if spec.kind is float:
+        return list(values)
+    for value in values:
+        if not value.is_integer():
+            limit = 'not a whole number'
+            raise OutOfRange(f'{name} in {text}', value, spec.unit, limit, 'change the count')
+    return [int(value) for value in values]
+
+
+def run_sweep(
+    sweep: Sweep,
+    *,
+    journal: Journal | None = None,
+    workers: int = 0,
+    scheduler: str = '',
+    progress: Progress | None = None,
+) -> list[Row]:
+    """Run a sweep as ``run_batch`` does; return a row per case: what varied, what came of it."""
+    cases = sweep.cases()
+    return run_courses(
+        partial(case_course, sweep.parameters, sweep.steps, sweep.columns()),
+        cases,
+        bundle=bundle_for(sweep.parameters.updated(dict(cases[0].values))),
+        journal=journal,
+        workers=workers,
+        scheduler=scheduler,
+        progress=progress,
+    )
+
+
+def case_course(
+    parameters: Parameters, steps: int, columns: tuple[str, ...], case: SweepCase
+) -> Course[Row]:
+    """Return the row of a case; ``columns`` are the varied parameters with one of their own."""
+    values, wave = dict(case.values), (case.amplitude_m, case.frequency_hz)
+    run = yield from drive_course(parameters.updated(values), *wave, steps)
+    varied = {column_name(name): values[name] for name in columns}
+    return {
+        **varied,
+        **{name: getattr(run, name) for name in COLUMNS},
+        STOP_RULE: stop_rule(steps),
+    }
+
+
+def column_name(name: str) -> str:
+    """Return the name of a varied parameter with its unit, ``load_cell.stiffness [N/m]``."""
+    unit = spec_of(name).unit
+    return f'{name} [{unit}]' if unit else name
+
+
+def bare_name(column: str) -> str:
+    """Return the name of a parameter of which this is the column."""
+    return column.partition(' [')[0]
+
+
+def stop_rule(steps: int) -> str:
+    """Say when a run of so many steps ends."""
+    return f'{steps} steps' if steps else STEADY_RULE

@@ -1,0 +1,223 @@
+"""
+The 0-amplitude: the stroke of the feet below which a free runner does not get ahead.
+
+Three ways to it. Edeler's: a straight line through step length against amplitude, extrapolated to
+a step of zero. Directly: the smallest amplitude with a net step. And with a load cell: the
+amplitude from which force is generated.
+
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
+from stickslip_ros.errors import OutOfRange
+from stickslip_ros.lab.runs.batch import Progress, run_courses
+from stickslip_ros.lab.runs.courses import Course, alone, bundle_for
+from stickslip_ros.lab.runs.sawtooth_run import drive_course, full_stroke_m
+from stickslip_ros.notebook import Shown
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.progress import progress_of
+
+STEPS_MIN = 10
+STEP_MIN_M = 1e-10
+"""Net step from which the runner is said to step: the resolution of the interferometer."""
+SCAN_POINTS = 32
+"""Amplitudes up to the full stroke, among which the first with a net step is looked for."""
+BISECTIONS = 10  # halvings between that one and the one below: 5 nm become 5 pm
+FIT_POINTS = 17
+"""Amplitudes of the straight line, even over the upper half of the range in which it steps."""
+ONSET_SHARE = 0.01
+"""Force begins where it exceeds the elastic following by this share of the friction limit."""
+ONSET_HALVINGS = 9  # halvings of the range of amplitudes: 160 nm become 0.3 nm
+
+
+@dataclass(frozen=True)
+class ZeroAmplitude(Shown):
+    """
+    The 0-amplitude of a drive.
+
+    Attributes
+    ----------
+    zero_amplitude_m : float
+        By Edeler's extrapolation.
+    slope : float
+        Step length per amplitude along the line.
+    method : str
+        How both were found, with the amplitudes used.
+    zero_amplitude_direct_m : float
+        Smallest amplitude with a net step above ``step_min_m``.
+    max_presliding_lower_m : float
+        u_max of a lower contact (Eq. 22); the largest, if they differ.
+    fit_from_m, fit_to_m : float
+        Amplitudes between which the line was fitted, at ``fit_points``.
+    fit_rms_m : float
+        Root mean square of what the line misses.
+    step_min_m : float
+        Threshold of a net step.
+
+    """
+
+    zero_amplitude_m: float
+    slope: float
+    method: str
+    zero_amplitude_direct_m: float
+    max_presliding_lower_m: float
+    preload_n: float
+    frequency_hz: float
+    fit_from_m: float
+    fit_to_m: float
+    fit_rms_m: float
+    fit_points: int
+    steps: int
+    step_min_m: float
+
+
+def zero_amplitude(
+    parameters: Parameters,
+    frequency_hz: float = 200.0,
+    *,
+    steps: int = 120,
+    workers: int = 0,
+    progress: bool | Progress = False,
+) -> ZeroAmplitude:
+    """
+    Find the 0-amplitude of a drive whose runner is free: the load cell is taken away.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand.
+    frequency_hz : float
+        Steps per second; negative ones go backwards.
+    steps : int
+        Steps of each run; its step length is the mean of the last ten.
+    workers : int
+        Runs at once; 0 is one per core.
+    progress : bool or callable
+        Whether to show how far it has come; or what is called with runs done and in all.
+
+    Raises
+    ------
+    StickSlipError
+        If the frequency is refused, or the runner steps at no amplitude.
+
+    """
+    if steps < STEPS_MIN:
+        limit = f'below the minimum {STEPS_MIN} (the first steps are irregular)'
+        raise OutOfRange('steps', steps, '', limit, 'raise it')
+    free = parameters.updated({'load_cell.contact': 'absent'})
+    full_m, done, bundle = full_stroke_m(free), 0, bundle_for(free)
+    with progress_of(progress, 'runs') as show:
+
+        def step_m(amplitude_m: float) -> Course[float]:
+            """Return the net motion per step in the direction of the drive, m."""
+            run = yield from drive_course(free, amplitude_m, frequency_hz, steps)
+            return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
+
+        def count(new: int, _: int) -> None:
+            show(done + new, SCAN_POINTS + BISECTIONS + FIT_POINTS)
+
+        def step_lengths_m(amplitudes_m: Array) -> Array:
+            nonlocal done
+            asked = amplitudes_m.tolist()
+            steps_m = run_courses(step_m, asked, bundle, workers=workers, progress=count)
+            done += len(steps_m)
+            return np.array(steps_m)
+
+        direct_m = _first_step_m(step_lengths_m, full_m)
+        amplitudes_m: Array = np.linspace(
+            0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
+        )
+        steps_m = step_lengths_m(amplitudes_m)
+    centre_m, mean_m = amplitudes_m.mean(), steps_m.mean()
+    offsets_m = amplitudes_m - centre_m
+    slope = float(np.sum(offsets_m * steps_m) / np.sum(offsets_m**2))
+    if not slope > 0.0:
+        hint = 'look at step lengths with: stickslip sweep --no-load-cell'
+        raise OutOfRange('slope of step length', slope, '', 'not above 0', hint)
+    missed_m = steps_m - mean_m - slope * offsets_m
+    method = (
+        f"Edeler's extrapolation: straight line through the step lengths of a free runner at "
+        f'{FIT_POINTS} amplitudes, {amplitudes_m[0]:.4g} to {full_m:.4g} m, the upper half of '
+        f'those that step; direct: smallest amplitude with a net step above {STEP_MIN_M:g} m'
+    )
+    return ZeroAmplitude(
+        zero_amplitude_m=float(centre_m - mean_m / slope),
+        slope=slope,
+        method=method,
+        zero_amplitude_direct_m=direct_m,
+        max_presliding_lower_m=max(
+            contact.max_displacement_m for contact in contacts_of(free)[UPPER_CONTACTS:]
+        ),
+        preload_n=free.stand.preload,
+        frequency_hz=frequency_hz,
+        fit_from_m=float(amplitudes_m[0]),
+        fit_to_m=full_m,
+        fit_rms_m=float(np.sqrt(np.mean(missed_m**2))),
+        fit_points=FIT_POINTS,
+        steps=steps,
+        step_min_m=STEP_MIN_M,
+    )
+
+
+def force_onset_m(parameters: Parameters, frequency_hz: float, threshold_n: float = 0.0) -> float:
+    """
+    Return the amplitude from which force is generated, m; not a number if there is none.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The stand, with a load cell.
+    frequency_hz : float
+        Steps per second.
+    threshold_n : float
+        Net force, without elastic following, that counts as force, N; 0 is 1 % of the friction
+        limit. The amplitude is found by bisection to 1/512 of the largest stroke.
+
+    Examples
+    --------
+    >>> onset_m = force_onset_m(Parameters(), frequency_hz=200.0)
+    >>> f'{1e9 * onset_m:.0f} nm'
+    '69 nm'
+
+    """
+    return alone(onset_course(parameters, frequency_hz, threshold_n))
+
+
+def onset_course(
+    parameters: Parameters, frequency_hz: float, threshold_n: float = 0.0
+) -> Course[float]:
+    """Return the course of which ``force_onset_m`` is the end."""
+    wanted_n = threshold_n or ONSET_SHARE * friction_limit_n(parameters)
+    below_m, above_m = 0.0, full_stroke_m(parameters)
+    run = yield from drive_course(parameters, above_m, frequency_hz)
+    if not run.force_net_n > wanted_n:
+        return math.nan
+    for _ in range(ONSET_HALVINGS):
+        middle_m = 0.5 * (below_m + above_m)
+        run = yield from drive_course(parameters, middle_m, frequency_hz)
+        has_begun = run.force_net_n > wanted_n
+        below_m, above_m = (below_m, middle_m) if has_begun else (middle_m, above_m)
+    return above_m
+
+
+def _first_step_m(step_lengths_m: Callable[[Array], Array], full_m: float) -> float:
+    """Return the smallest amplitude with a net step, m."""
+    grid_m: Array = np.linspace(0.0, full_m, SCAN_POINTS + 1, dtype=np.float64)
+    stepping = np.flatnonzero(step_lengths_m(grid_m[1:]) > STEP_MIN_M)
+    if not len(stepping):
+        limit = f'too small for a step: none above {STEP_MIN_M:g} m'
+        raise OutOfRange('stroke', full_m, 'm', limit, 'lower stand.preload')
+    below_m, above_m = grid_m[stepping[0]], grid_m[stepping[0] + 1]
+    for _ in range(BISECTIONS):
+        middle_m = 0.5 * (below_m + above_m)
+        if step_lengths_m(np.array([middle_m]))[0] > STEP_MIN_M:
+            above_m = middle_m
+        else:
+            below_m = middle_m
+    return float(above_m)

@@ -1,0 +1,498 @@
+"""Experiments: measured tables as laboratories have them, read into the columns of one form."""
+
+import dataclasses
+import io
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.errors import (
+    OutOfRange,
+    RecordingError,
+    StickSlipError,
+    UnknownName,
+    WrongKind,
+    quoted,
+)
+from stickslip_ros.files import read_bytes, replacing
+from stickslip_ros.lab.tables.columns import (
+    LIKELY,
+    SIGMA,
+    Column,
+    find_columns,
+    listed,
+    map_hint,
+    sigma_name,
+    suggestion,
+    understood,
+)
+from stickslip_ros.lab.tables.formats import tables_in
+from stickslip_ros.lab.tables.layout import EMPTY, HEAD_BYTES, TextForm, layout_of, to_number
+from stickslip_ros.lab.tables.units import factor_of, in_si, split_unit
+from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, SENSORS, Spec, spec_of
+from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.units import quantity
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+Lines = NDArray[np.intp]  # lines of a file, from 1, in which the rows stand
+BY_AMPLITUDE, OVER_TIME = 'experiment by amplitude', 'experiment over time'
+FEMTO = 15  # decimals of sums of times, s
+CHUNK_ROWS = 100_000
+"""Rows that are read at once: what is kept aside needs memory for so many only."""
+EACH = '*'
+"""Stands for all columns of a table that has one per preload."""
+AMOUNT = re.compile(r'(?<![^\W_])(?<![.,-])(\d+(?:[.,]\d+)?)\s*([kmuµμnp]?N)\b')
+UNIT_WITHIN = re.compile(r'[\[(]([^\[\]()\d]+)[\])]')
+ONE_EACH = 'give one value per column; with decimal commas separate columns by semicolons'
+LARGEST_AMPLITUDE_M = 1e-3
+"""Ten times what a piezo stack of ordinary length reaches: above, the unit was another one."""
+
+
+def _measured(unit: str, text: str, largest: float) -> Spec:
+    return Spec(float, 0.0, unit, 'measured', text, -largest, largest)
+
+
+def _sigma(unit: str, text: str) -> Spec:
+    return Spec(float, 0.0, unit, 'measured', f'standard deviation of {text}', 0.0)
+
+
+POINT_COLUMNS: Mapping[str, Spec] = {
+    'preload_n': spec_of('stand.preload'),
+    'amplitude_m': dataclasses.replace(AMPLITUDE, maximum=LARGEST_AMPLITUDE_M),
+    'frequency_hz': FREQUENCY,
+    'force_n': _measured('N', 'generated force, mean over a cycle', 1e3),
+    'step_length_m': _measured('m', 'net motion per cycle of a free runner', 1.0),
+    'amplitude_sigma_m': _sigma('m', 'the amplitude'),
+    'force_sigma_n': _sigma('N', 'the force'),
+    'step_length_sigma_m': _sigma('m', 'the step length'),
+}
+TIME_COLUMNS: Mapping[str, Spec] = {
+    'time_s': _measured('s', 'time of the sample; each after the one before', 1e12),
+    **{each.quantity: _measured(each.unit, each.label, each.largest) for each in SENSORS},
+    'voltage_v': _measured('V', 'voltage at the piezo', 1e5),
+    'foot_m': _measured('m', 'displacement of the feet', 1.0),
+    **{sigma_name(each.quantity): _sigma(each.unit, f'the {each.words}') for each in SENSORS},
+    'voltage_sigma_v': _sigma('V', 'the voltage'),
+    'foot_sigma_m': _sigma('m', 'the displacement'),
+}
+COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
+NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
+MEASURED = {
+    BY_AMPLITUDE: ('force_n', 'step_length_m'),
+    OVER_TIME: (*(each.quantity for each in SENSORS), 'voltage_v', 'foot_m'),
+}
+"""Columns of which at least one must be there."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredTable:
+    """A measured table."""
+
+    origin: str  # file that it came from
+    kind: str  # BY_AMPLITUDE or OVER_TIME
+    # numbers in SI units, by column, shape (rows,); over time not a number where a cell is empty
+    columns: dict[str, Array]
+    notes: tuple[str, ...] = ()  # comment lines in front of the header
+    understood: tuple[Column, ...] = ()  # which column of the file is which, in which unit
+    aside: tuple[str, ...] = ()  # headers of the columns that were not read
+    gaps: tuple[str, ...] = ()  # what was left out, as nothing stands there
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a user says of tables that do not say it themselves."""
+
+    # header in the file of some columns, {'force_n': 'Force (mN)'}; the unit in it counts more
+    # than that of the file; of recordings of other programs topic and field
+    headers: Mapping[str, str] = field(default_factory=dict)
+    # preloads of tables without such a column: one of each table, or one of all
+    preloads_n: Sequence[float] = ()
+    # receives each experiment when it has been read, before anything is computed
+    report: Callable[[MeasuredTable], None] | None = None
+    # whether a stand is run as tables over time say, so that a preload belongs to these as well
+    is_run: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the names of columns and the preloads."""
+        for name in self.headers:
+            if name not in {**POINT_COLUMNS, **TIME_COLUMNS}:
+                known = (
+                    f'by amplitude {", ".join(POINT_COLUMNS)}; over time {", ".join(TIME_COLUMNS)}'
+                )
+                raise UnknownName('column of --map', name, f'known are, {known}')
+        for preload_n in self.preloads_n:
+            POINT_COLUMNS['preload_n'].check('--preload', preload_n)
+
+    @property
+    def topics(self) -> dict[str, str]:
+        """What was said of recordings: topic and field, ``/rig/cell.wrench.force.x (mN)``."""
+        return {name: text for name, text in self.headers.items() if text.startswith('/')}
+
+    @property
+    def columns(self) -> dict[str, str]:
+        """What was said of tables."""
+        return {name: text for name, text in self.headers.items() if not text.startswith('/')}
+
+    def check_count(self, tables: int) -> None:
+        """Refuse more preloads than there are tables."""
+        if len(self.preloads_n) > tables:
+            limit = f'above the number of tables, {tables}'
+            hint = 'give one of all, or one of each'
+            raise OutOfRange('number of preloads', len(self.preloads_n), '', limit, hint)
+
+    def preload_n(self, number: int) -> float | None:
+        """Return the preload of the table with a number, from 0."""
+        given = self.preloads_n
+        if len(given) == 1:
+            return given[0]
+        return given[number] if number < len(given) else None
+
+
+AS_IT_IS = Reading()
+
+
+def listed_tables(given: Any) -> list[Any]:
+    """Return one table, the path of a file or a frame of pandas, or several, as a list."""
+    is_one = isinstance(given, str | Path) or hasattr(given, 'to_csv')
+    tables = [given] if is_one else given
+    return [Path(each) if isinstance(each, str) else each for each in tables]
+
+
+def read_experiment(
+    path: 'Path | DataFrame',
+    reading: Reading = AS_IT_IS,
+    *,
+    number: int = 0,
+    kind: str | None = None,
+    measured: Sequence[str] = (),
+) -> MeasuredTable:
+    """
+    Read a measured table, its header first; refusals name file, line, and what to do.
+
+    Of a workbook the first sheet counts that is such a table; without one, the refusal is that of
+    the first sheet with rows of numbers.
+
+    """
+    laid_out: list[tuple[Path | bytes, TextForm, str]] = []
+    refusals: list[StickSlipError] = []
+    for origin, source in tables_in(path):
+        head = source
+        if isinstance(head, Path):
+            head = read_bytes(head, 'check the path', HEAD_BYTES + 1)
+        try:
+            laid_out.append((source, layout_of(head[: HEAD_BYTES + 1], origin), origin))
+        except RecordingError as error:
+            refusals.append(error)
+    if laid_out:
+        refusals.clear()
+    for table in laid_out:
+        try:
+            return _read(*table, reading, number, kind, measured)
+        except StickSlipError as error:  # noqa: PERF203
+            refusals.append(error)
+    raise refusals[0]
+
+
+def parse_experiment(content: bytes, origin: str, reading: Reading = AS_IT_IS) -> MeasuredTable:
+    """Do what ``read_experiment`` does, with the content of a file."""
+    return _read(content, layout_of(content[: HEAD_BYTES + 1], origin), origin, reading)
+
+
+def read_joined(
+    paths: 'Sequence[Path | DataFrame]', reading: Reading = AS_IT_IS, measured: Sequence[str] = ()
+) -> MeasuredTable:
+    """Read tables by amplitude that have the same columns, one below the other."""
+    parts = [
+        read_experiment(path, reading, number=at, kind=BY_AMPLITUDE, measured=measured)
+        for at, path in enumerate(paths)
+    ]
+    return _below_each_other(parts, ', '.join(part.origin for part in parts))
+
+
+def _below_each_other(parts: Sequence[MeasuredTable], origin: str) -> MeasuredTable:
+    names = list(parts[0].columns)
+    for part in parts:
+        for name in dict.fromkeys([*names, *part.columns]):
+            if name not in part.columns or name not in names:
+                without = part if name in names else parts[0]
+                hint = 'give files with the same columns'
+                raise RecordingError(without.origin, f'has no {name}, as another file has', hint)
+    return MeasuredTable(
+        origin=origin,
+        kind=BY_AMPLITUDE,
+        columns={name: np.concatenate([part.columns[name] for part in parts]) for name in names},
+        notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)),
+    )
+
+
+def write_experiment(experiment: MeasuredTable, path: Path) -> None:
+    """Write an experiment as CSV with our columns in SI units; floats to the bit."""
+    import pandas as pd  # noqa: PLC0415 - what reads no table does without
+
+    with replacing(path) as part, part.open('w', encoding='utf-8', newline='') as file:
+        file.writelines(f'# {note}\n' for note in experiment.notes)
+        pd.DataFrame(experiment.columns).to_csv(file, index=False, lineterminator='\n')
+
+
+def _read(
+    source: Path | bytes,
+    layout: TextForm,
+    origin: str,
+    reading: Reading,
+    number: int = 0,
+    kind: str | None = None,
+    measured: Sequence[str] = (),
+) -> MeasuredTable:
+    where = f'{origin}: line {layout.header or layout.first}'
+    kind = kind or _kind(layout, reading, where)
+    useless = [f'--map {name}=' for name in reading.columns if name not in COLUMNS[kind]]
+    useless += ['--preload'] * bool(
+        reading.preloads_n and kind == OVER_TIME and not reading.is_run
+    )
+    if useless:
+        problem = f'{useless[0]} is without effect on an {kind}'
+        raise RecordingError(where, problem, 'leave it away')
+    preloads = _columns_of_preloads(layout, reading, where) if kind == BY_AMPLITUDE else {}
+    if preloads:
+        parts = []
+        for at, of_one in preloads.items():  # a name of one blank is not told as kept aside
+            shown = [' ' if i in preloads and i != at else n for i, n in enumerate(layout.names)]
+            alone = dataclasses.replace(layout, names=tuple(shown))
+            parts.append(_read(source, alone, origin, of_one, 0, kind, measured))
+        return _below_each_other(parts, origin)
+    names, aside = find_columns(layout, COLUMNS[kind], reading.columns, where)
+    preload_n = reading.preload_n(number) if kind == BY_AMPLITUDE else None
+    if preload_n is not None and 'preload_n' in names:
+        hint = 'leave --preload away, or give as many as there are files'
+        raise RecordingError(where, f'names a preload, and --preload {preload_n:g} too', hint)
+    given = [*names] if preload_n is None else ['preload_n', *names]
+    _check_there(given, kind, measured or MEASURED[kind], aside, where)
+    chosen = understood(names, layout, COLUMNS[kind], where)
+    values, lines = _numbers(source, layout, chosen, origin)
+    is_known = {name: ~np.isnan(each) for name, each in values.items()}
+    gaps = [
+        f'{np.sum(~is_known[each.name])} of {len(lines)} rows without {quoted(each.header)} were '
+        f'left out, the first is line {lines[~is_known[each.name]][0]}'
+        for each in chosen
+        if not is_known[each.name].all()
+    ]
+    # By amplitude a row is a point; over time each quantity has samples of its own, but for one
+    # that is asked for.
+    wanted = [name for name in measured if name in values][:1]
+    needed = values if kind == BY_AMPLITUDE else ['time_s', *wanted]
+    is_kept = np.all([is_known[name] for name in needed], axis=0)
+    is_kept &= np.any([is_known[name] for name in values if name not in NEEDED[kind]], axis=0)
+    values, lines = {name: each[is_kept] for name, each in values.items()}, lines[is_kept]
+    if not len(lines):
+        raise RecordingError(where, 'has no values below its header', 'give at least one row')
+    for column in chosen:
+        _check_values(column, values[column.name], lines, COLUMNS[kind][column.name], origin)
+    if kind == OVER_TIME:
+        wrong = np.flatnonzero(np.diff(values['time_s']) <= 0.0)
+        if len(wrong):
+            before_s, time_s = map(float, values['time_s'][wrong[0] :][:2])
+            limit = f'not after the {before_s:.9g} s of the row before'
+            place = f'{origin}: line {lines[wrong[0] + 1]}, column time_s:'
+            hint = 'sort the rows, and keep one per time'
+            raise OutOfRange(place, time_s, 's', limit, hint)
+    if preload_n is not None:
+        values = {'preload_n': np.full(len(lines), preload_n), **values}
+    firsts = [
+        dataclasses.replace(each, first=float(found[np.argmax(~np.isnan(found))]))
+        for each in chosen
+        for found in [values[each.name]]
+    ]
+    notes = (*layout.notes, *(f'column {quoted(each)} was kept aside' for each in aside), *gaps)
+    experiment = MeasuredTable(
+        origin, kind, values, notes, tuple(firsts), tuple(aside), tuple(gaps)
+    )
+    if reading.report is not None:
+        reading.report(experiment)
+    return experiment
+
+
+def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict[int, Reading]:
+    """Return how to read each column of a table that has one per preload, by its place."""
+    if reading.preloads_n or 'preload_n' in reading.headers:
+        return {}
+    found = {}
+    for at, header in enumerate(layout.names):
+        amounts = [' '.join(each).replace(',', '.') for each in AMOUNT.findall(header)]
+        if len(amounts) == 1 and (preload_n := quantity(amounts[0], 'N')):
+            found[at] = preload_n
+    specs = {'preload_n': POINT_COLUMNS['preload_n']}
+    if len(found) < 2 or find_columns(layout, specs, {}, where)[0]:
+        return {}
+    if len(set(found.values())) < len(found):
+        problem = f'columns {listed(layout.names[at] for at in found)} name a preload twice'
+        raise RecordingError(where, problem, 'keep one column of each, or a row for each point')
+    said = {name: text for name, text in reading.headers.items() if text.startswith(EACH)}
+    name, text = next(iter(said.items()), ('', ''))
+    others = {name: text for name, text in reading.headers.items() if name not in said}
+    readings = {}
+    for at, preload_n in found.items():
+        header = layout.names[at]
+        units = (split_unit(text)[1], layout.units[at], *UNIT_WITHIN.findall(header))
+        unit = next(filter(None, units), '')
+        for each in [name] if name else MEASURED[BY_AMPLITUDE]:
+            if factor_of(unit, POINT_COLUMNS[each].unit):
+                headers = {**others, each: f'{header} ({unit})'}
+                readings[at] = dataclasses.replace(
+                    reading, headers=headers, preloads_n=(preload_n,)
+                )
+    if len(readings) < len(found):
+        problem = f'columns {listed(layout.names[at] for at in found)} are of one preload each'
+        hint = f'say what they hold: {map_hint("force_n", EACH, "mN")}'
+        raise RecordingError(where, problem, hint)
+    return readings
+
+
+def _kind(layout: TextForm, reading: Reading, where: str) -> str:
+    """Return whether a table is over time or by amplitude, by its columns."""
+    for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
+        specs = {name: COLUMNS[kind][name] for name in needed}
+        if find_columns(layout, specs, reading.columns, where)[0]:
+            return kind
+    problem = f'columns {listed(filter(None, layout.names))} tell neither a time nor an amplitude'
+    example = next(filter(None, layout.names))
+    hint = f'which one is it? {map_hint("time_s", example, "s")}, or --map amplitude_m=…'
+    raise RecordingError(where, problem, hint)
+
+
+def _check_there(
+    names: Sequence[str], kind: str, measured: Sequence[str], aside: Sequence[str], where: str
+) -> None:
+    """Refuse a header that lacks a column, and ask which one it may be."""
+    missing: list[tuple[str, ...]] = [(name,) for name in NEEDED[kind] if name not in names]
+    if not set(measured) & set(names):
+        missing.append(tuple(measured))
+    for each in missing[:1]:
+        problem = f'there is no {" or ".join(each)}'
+        name, hint = each[0], f'add it, in {COLUMNS[kind][each[0]].unit}'
+        if aside:
+            problem += f'; not understood: {listed(aside)}'
+            name, option = suggestion(each, aside, COLUMNS[kind])
+            hint = f'say which column it is, as {option}'
+        if name == 'preload_n':
+            hint += ', or give the preload of the file in N, as --preload 0.5'
+        raise RecordingError(where, problem, hint)
+    for name in names:
+        of_what = name.replace(SIGMA, '_')
+        if of_what not in names:
+            raise RecordingError(where, f'{name!r} is there without {of_what!r}', 'add that one')
+
+
+def _numbers(
+    source: Path | bytes, layout: TextForm, chosen: Sequence[Column], origin: str
+) -> tuple[dict[str, Array], Lines]:
+    """Return the columns in SI units, and the line of each row; blank lines are no rows."""
+    parts: dict[str, list[Array]] = {column.name: [] for column in chosen}
+    lines, named = [], 1 + max(at for at, name in enumerate(layout.names) if name)
+    for first, chunk in _chunks(source, layout, origin):
+        stop_if_asked()
+        beyond = np.flatnonzero(chunk.iloc[:, named:].notna().any(axis=1).to_numpy())
+        if len(beyond):
+            problem = f'has more values than the {named} columns with names'
+            raise RecordingError(f'{origin}: line {first + beyond[0]}', problem, ONE_EACH)
+        kept = chunk.iloc[:, [column.index for column in chosen]].notna().any(axis=1).to_numpy()
+        lines.append(first + np.flatnonzero(kept))
+        for column in chosen:
+            cells = chunk[column.index][kept]
+            values = _to_floats(cells, lines[-1], layout.decimal, column, origin)
+            values = in_si(values, column.factor)
+            if column.name == 'time_s' and layout.start_s:
+                values = np.round(layout.start_s + values, FEMTO)
+            parts[column.name].append(values)
+    return {name: np.concatenate(each) for name, each in parts.items()}, np.concatenate(lines)
+
+
+def _chunks(source: Path | bytes, layout: TextForm, origin: str) -> Iterator[tuple[int, Any]]:
+    """Yield the line and the cells, as a frame of pandas, of some rows after the other."""
+    import pandas as pd  # noqa: PLC0415 - what reads no table does without
+
+    line = layout.first
+    try:
+        stream = io.BytesIO(source) if isinstance(source, bytes) else source.open('rb')
+        with io.TextIOWrapper(stream, layout.encoding) as text:
+            for _ in range(layout.first - 1):  # a quotation that begins there ends there
+                text.readline()
+            for chunk in pd.read_csv(
+                text,
+                sep=layout.delimiter,
+                decimal=layout.decimal,
+                header=None,
+                names=range(len(layout.names)),
+                skip_blank_lines=False,
+                skipinitialspace=True,
+                keep_default_na=False,
+                na_values=[form for each in EMPTY for form in (each, each.upper())],
+                float_precision='round_trip',
+                chunksize=CHUNK_ROWS,
+            ):
+                yield line, chunk
+                line += len(chunk)
+    except pd.errors.ParserError as error:
+        where, problem = f'{origin}: below line {layout.first}', f'is no table ({error})'
+        hint = 'save it again as CSV'
+        if found := re.search(r'Expected (\d+) fields in line (\d+), saw (\d+)', str(error)):
+            where, hint = f'{origin}: line {layout.first - 1 + int(found[2])}', ONE_EACH
+            problem = f'has {found[3]} values, the lines above {found[1]}'
+        elif found := re.search(r'EOF inside string starting at row (\d+)', str(error)):
+            where = f'{origin}: line {layout.first + int(found[1])}'
+            problem = 'begins a quotation that does not end'
+            hint = 'take the quotation mark away'
+        raise RecordingError(where, problem, hint) from None
+    except UnicodeDecodeError as error:
+        problem = f'is not {layout.encoding} throughout (byte {error.object[error.start]:#x})'
+        raise RecordingError(f'{origin}: after line {line}', problem, 'save it in UTF-8') from None
+
+
+def _to_floats(cells: Any, lines: Lines, decimal: str, column: Column, origin: str) -> Array:
+    """Return cells as numbers, not a number of an empty one; refuse the first that is none."""
+    if cells.dtype.kind in 'iuf':
+        values = cells.to_numpy(dtype=np.float64)
+        wrong = np.flatnonzero(np.isinf(values))
+    else:
+        texts = [str(cell).strip() for cell in cells]
+        values = np.array([to_number(text, decimal) for text in texts])
+        is_empty = [text.lower() in EMPTY for text in texts]
+        wrong = np.flatnonzero(~np.isfinite(values) & ~np.array(is_empty))
+    if len(wrong):
+        where = _place(origin, lines[wrong[0]], column)
+        hint = 'correct the row, or leave the cell empty'
+        raise WrongKind(where, str(cells.iloc[wrong[0]]), 'a finite number', hint)
+    return np.asarray(values)
+
+
+def _place(origin: str, line: int, column: Column) -> str:
+    return f'{origin}: line {line}, column {column.header or column.name}:'
+
+
+def _check_values(column: Column, values: Array, lines: Lines, spec: Spec, origin: str) -> None:
+    """Refuse the first value outside of its limits; too large a one may have another unit."""
+    below = values < (-np.inf if spec.minimum is None else spec.minimum)
+    above = values > (np.inf if spec.maximum is None else spec.maximum)
+    is_sigma = SIGMA in column.name
+    wrong = np.flatnonzero(below | above | (is_sigma & (values == 0.0)))
+    if not len(wrong):
+        return
+    value = float(values[wrong[0]])
+    where = _place(origin, lines[wrong[0]], column)
+    if above[wrong[0]]:
+        limit = f'above the largest {column.name}, {spec.maximum:g} {spec.unit}'
+        unit, hint = LIKELY[spec.unit], 'correct the row'
+        if unit != column.unit:
+            hint = f'is it {unit}? give it by {map_hint(column.name, column.header, unit)}'
+    elif is_sigma:
+        limit, hint = 'not above 0', 'give the standard deviation, or take the column away'
+    else:
+        limit, hint = f'below the minimum {spec.minimum:g} {spec.unit}', 'correct the row'
+    raise OutOfRange(where, value, spec.unit, limit, hint)

@@ -1,0 +1,244 @@
+"""Tables in the files of spreadsheets and measuring programs, as the text that they could be."""
+
+import csv
+import io
+import math
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip_ros.errors import RecordingError, StickSlipError
+from stickslip_ros.extras import load_extra
+from stickslip_ros.files import readable
+from stickslip_ros.recording.integrity import is_recording
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+    Table = str | Path | DataFrame
+
+# ruff: noqa: PLC0415 - what reads text does without
+
+FRAME = 'DataFrame'
+"""What stands for the name of a file."""
+Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
+Sources = Iterator[tuple[str, Path | bytes]]  # origin, and text or the path of one
+NUMBERS_MAX = 50_000_000
+"""In a file; more are refused before they are read: 82 kB may say that they are 6 GB."""
+UNPACKED_MAX_BYTES = 8 * NUMBERS_MAX
+TAGS_MAX = 25_000_000
+"""Opening and closing tags in a workbook, each of which takes some 50 bytes of memory."""
+BLOCK_BYTES = 1 << 20
+EMPTY_ROW = 48
+"""Cells as which a row without any counts: a sheet has no more than a million rows."""
+EXCEL_ERRORS = frozenset(('#NULL!', '#DIV/0!', '#VALUE!', '#REF!', '#NAME?', '#NUM!', '#N/A'))
+MATLAB_HDF5, MATLAB_HEAD_BYTES, MATLAB_ORDERS = b'MATLAB 7.3', 128, {b'IM': '<', b'MI': '>'}
+MATLAB_MATRIX, MATLAB_PACKED, MATLAB_NUMBERS = 14, 15, range(6, 16)
+"""Types of elements, and classes of matrices of numbers."""
+MATLAB_TYPES = {1: 'i1', 2: 'u1', 3: 'i2', 4: 'u2', 5: 'i4', 6: 'u4', 7: 'f4', 9: 'f8'}
+MATLAB_TYPES |= {12: 'i8', 13: 'u8'}
+"""Numbers as they are stored, and what numpy calls them."""
+
+
+def tables_in(path: 'Path | DataFrame') -> Sources:
+    """
+    Yield a frame or the tables of a known binary format as CSV, of a text its path.
+
+    A workbook has a table a sheet. Raises RecordingError if it cannot be read, is larger than
+    what fits into memory, or holds no columns of one length.
+
+    """
+    if not isinstance(path, Path):
+        frame = path if path.index.name is None else path.reset_index()
+        yield path.attrs.get('source', FRAME), _csv(frame)
+        return
+    suffix = path.suffix.lower()
+    if is_recording(path):
+        problem = 'cannot be read as a table: it is a recording or a folder'
+        hint = 'compare, fit, plot and replay read it; make a table of it with stickslip export'
+        raise RecordingError(path, problem, hint)
+    if suffix not in SUFFIXES:
+        yield str(path), path
+        return
+    try:
+        if suffix == '.xlsx':
+            yield from _sheets(readable(path))
+        else:
+            yield str(path), _csv(READERS[suffix](readable(path)))
+    except StickSlipError:
+        raise
+    except Exception as error:  # noqa: BLE001 - nobody lists what six libraries raise
+        problem = f'cannot be read as {suffix} ({" ".join(str(error).split())[:200]})'
+        raise RecordingError(path, problem, 'check the file, or save it as CSV') from None
+
+
+def _csv(frame: 'DataFrame') -> bytes:
+    content: str = frame.to_csv(index=False, header=frame.columns.dtype == object)
+    return content.encode(errors='replace')
+
+
+def _check_count(numbers: int) -> None:
+    if numbers > NUMBERS_MAX:
+        raise ValueError(f'it holds more than {NUMBERS_MAX} numbers')
+
+
+def _check_bytes(size_bytes: int) -> None:
+    if size_bytes > UNPACKED_MAX_BYTES:
+        raise ValueError(f'it unpacks to more than {UNPACKED_MAX_BYTES} bytes')
+
+
+def _sheets(path: Path) -> Sources:
+    """Yield the cells of each sheet: lines above the header are read as those of a text."""
+    openpyxl = load_extra(f'a table {path.suffix}', 'openpyxl')
+    tags = size_bytes = 0
+    with zipfile.ZipFile(path) as archive:
+        for part in archive.infolist():
+            with archive.open(part) as stream:
+                while block := stream.read(BLOCK_BYTES):
+                    tags, size_bytes = tags + block.count(b'<'), size_bytes + len(block)
+                    _check_bytes(size_bytes)
+                    if tags > TAGS_MAX:
+                        raise ValueError(f'it unpacks to more than {TAGS_MAX} tags')
+    with closing(openpyxl.load_workbook(path, read_only=True, data_only=True)) as book:
+        cells = 0
+        for sheet in book.worksheets:
+            text = io.StringIO()
+            writer = csv.writer(text, lineterminator='\n')
+            sheet.reset_dimensions()  # some programs write wrong ones
+            for row in sheet.iter_rows(values_only=True):
+                cells += len(row) or EMPTY_ROW
+                _check_count(cells)
+                writer.writerow(None if each in EXCEL_ERRORS else each for each in row)
+            origin = f'{path}, sheet {sheet.title}' if len(book.worksheets) > 1 else str(path)
+            yield origin, text.getvalue().encode()
+
+
+def _parquet(path: Path) -> 'DataFrame':
+    parquet = load_extra(f'a table {path.suffix}', 'pyarrow.parquet')
+    import pandas as pd
+
+    said = parquet.read_metadata(path)
+    _check_count(said.num_rows * said.num_columns)
+    _check_bytes(sum(said.row_group(at).total_byte_size for at in range(said.num_row_groups)))
+    return pd.read_parquet(path)
+
+
+def _hdf5(path: Path) -> 'DataFrame':
+    """Return the datasets of one length; their units are attributes, ``units`` or ``unit``."""
+    h5py = load_extra(f'a table {path.suffix}', 'h5py')
+    found: list[Any] = []
+
+    def take(name: str, each: Any) -> None:
+        if isinstance(each, h5py.Dataset) and each.dtype.kind in 'fiu' and _is_vector(each.shape):
+            if each.external or each.is_virtual:
+                raise ValueError(f'{name} stands in another file; copy it into this one')
+            found.append(each)
+
+    def unit_of(each: Any) -> str:
+        unit = each.attrs.get('units', each.attrs.get('unit', ''))
+        return unit.decode(errors='replace') if isinstance(unit, bytes) else str(unit)
+
+    with h5py.File(path) as file:
+        file.visititems(take)
+        _check_count(sum(max(each.size, math.prod(each.chunks or ())) for each in found))
+        return _joined((each.name.rpartition('/')[2], unit_of(each), each[()]) for each in found)
+
+
+def _matlab(path: Path) -> 'DataFrame':
+    """Return the vectors of one length; since version 7.3 such a file is HDF5."""
+    with path.open('rb') as file:
+        head = file.read(MATLAB_HEAD_BYTES)
+    if head.startswith(MATLAB_HDF5):
+        return _hdf5(path)
+    _check_bytes(path.stat().st_size)
+    content = path.read_bytes()
+    if 0 in head[:4]:  # version 4
+        from scipy.io import loadmat
+
+        found = loadmat(io.BytesIO(content)).items()
+        return _joined((name, '', each) for name, each in found if each.dtype.kind in 'fiu')
+    return _joined(_matlab_vectors(content[MATLAB_HEAD_BYTES:], MATLAB_ORDERS[head[-2:]]))
+
+
+def _matlab_vectors(content: bytes, order: str) -> Columns:
+    """Yield the real vectors of version 5: scipy crashes where such a file is damaged."""
+    room = UNPACKED_MAX_BYTES
+    for kind, data in _elements(content, order):
+        if kind == MATLAB_PACKED:
+            unpacked = zlib.decompressobj().decompress(data, room + 1)
+            room -= len(unpacked)
+            _check_bytes(UNPACKED_MAX_BYTES - room)
+            kind, data = next(_elements(unpacked, order))  # noqa: PLW2901
+        if kind != MATLAB_MATRIX:
+            continue
+        (_, flags), (_, sizes), (_, name), (stored, numbers), *rest = _elements(data, order)
+        shape = np.frombuffer(sizes, f'{order}i4').tolist()
+        [described, *_] = np.frombuffer(flags, f'{order}u4').tolist()
+        if described & 0xFF in MATLAB_NUMBERS and not rest and _is_vector(shape):
+            values = np.frombuffer(numbers, order + MATLAB_TYPES[stored])
+            if len(values) != math.prod(shape):
+                raise ValueError(f'{len(values)} of {math.prod(shape)} numbers are there')
+            yield bytes(name).decode(errors='replace'), '', values.astype(np.float64)
+
+
+def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
+    """Yield type and content of what stands behind each other; small ones lie in their head."""
+    at = 0
+    while at < len(content):
+        kind, size_bytes = struct.unpack_from(f'{order}II', content, at)
+        small_bytes, begin = kind >> 16, at + 8
+        if small_bytes:
+            kind, size_bytes, begin = kind & 0xFFFF, small_bytes, at + 4
+        yield kind, content[begin : begin + size_bytes]
+        end = at + 8 if small_bytes else begin + size_bytes
+        at = end if kind == MATLAB_PACKED else end + -end % 8
+
+
+def _tdms(path: Path) -> 'DataFrame':
+    """Return the channels, and their time where they say how far apart their samples are."""
+    with load_extra(f'a table {path.suffix}', 'nptdms').TdmsFile.open(path) as tdms:
+        if tdms.file_status.incomplete_final_segment:
+            raise ValueError('it was cut off')
+        channels = [each for group in tdms.groups() for each in group.channels() if len(each)]
+        _check_count(sum(map(len, channels)))
+        columns = [(e.name, e.properties.get('unit_string', ''), e[:]) for e in channels]
+        if channels and 'wf_increment' in channels[0].properties:
+            columns.insert(0, ('time', 's', channels[0].time_track()))
+    return _joined(columns)
+
+
+def _is_vector(shape: Sequence[int]) -> bool:
+    return 1 < math.prod(shape) == max(shape)
+
+
+def _joined(columns: Columns) -> 'DataFrame':
+    """Return a table of the vectors; refuse several lengths, of which nobody says which count."""
+    import pandas as pd
+
+    flat = {
+        f'{name} ({unit})' if unit else name: np.ravel(values)
+        for name, unit, values in columns
+        if _is_vector(np.shape(values))
+    }
+    lengths = {name: len(values) for name, values in flat.items()}
+    if len(set(lengths.values())) != 1:
+        told = ', '.join(f'{name} has {count}' for name, count in lengths.items()) or 'none'
+        raise ValueError(f'its vectors are not of one length: {told}')
+    return pd.DataFrame(flat)
+
+
+READERS: dict[str, Callable[[Path], 'DataFrame']] = {
+    '.parquet': _parquet,
+    '.h5': _hdf5,
+    '.hdf5': _hdf5,
+    '.mat': _matlab,
+    '.tdms': _tdms,
+}
+"""Formats by the ends of file names, beside workbooks."""
+SUFFIXES = {'.xlsx', *READERS}

@@ -1,0 +1,242 @@
+"""How a table of text is laid out: encoding, delimiter, decimal sign, header, units, settings."""
+
+import codecs
+import csv
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.lab.tables.units import unit_of_any
+
+HEAD_BYTES = 1 << 16  # beginning of a file that tells its layout
+BLANKS = r'\s+'
+DIALECTS = (
+    ('\t', '.'),
+    ('\t', ','),
+    (';', '.'),
+    (';', ','),
+    (',', '.'),
+    (BLANKS, '.'),
+    (BLANKS, ','),
+)
+NUMBER = {
+    '.': re.compile(r'[-+]?(\d+(\.\d*)?|\.\d+)(e[-+]?\d+)?', re.IGNORECASE),
+    ',': re.compile(r'[-+]?(\d+|\d*,\d+)(e[-+]?\d+)?', re.IGNORECASE),
+}
+EMPTY = ('', '-', '--', 'nan', 'na', 'n/a', '#n/a', '#nv', 'null', 'none')
+"""Cells, in lower case, where a number was not measured."""
+MISSING = {*EMPTY, 'inf', '-inf'}
+"""Cells that may stand where numbers stand, and elsewhere."""
+COMMENT = re.compile(r'\s*[#%]+\s*')
+BOMS = {codecs.BOM_UTF8: 'utf-8-sig', codecs.BOM_UTF16_LE: 'utf-16', codecs.BOM_UTF16_BE: 'utf-16'}
+WINDOWS = 'cp1252'
+TEXT_HINT = 'save it as text: CSV in UTF-8, one row for each point or sample'
+RECORD_LENGTH = 'record length'
+"""First setting of an old Tektronix export: settings in two columns, time and signal beside."""
+TIME_BESIDE = 3  # columns to the left of the time there
+SEQUENCE = 'sequence'
+"""Unit of the first column of a Rigol scope: samples are numbered; the first time and their
+spacing stand behind the units of the channels."""
+TIME_UNIT = 'horizontal units'
+SIGNAL_UNIT = 'vertical units'
+CHANNEL_UNITS = (SIGNAL_UNIT, 'y_unit_label')
+Cells = list[str]
+Mask = tuple[bool | None, ...]
+
+
+@dataclass(frozen=True)
+class TextForm:
+    """What the head of a table says of the whole."""
+
+    encoding: str  # as pandas takes them
+    delimiter: str
+    decimal: str
+    names: tuple[str, ...]  # header of each column, as it is written
+    units: tuple[str, ...]  # of each column; empty where none is said
+    row: tuple[str, ...]  # the first row
+    header: int  # its line, from 1; 0 if there is none
+    first: int  # line of the first row
+    notes: tuple[str, ...]  # comment lines above
+    start_s: float = 0.0  # added to times
+
+
+def layout_of(head: bytes, origin: str) -> TextForm:
+    """
+    Recognise the layout of a table by its first HEAD_BYTES, or by the whole if it is shorter.
+
+    Raises RecordingError if it is no text, or has no rows of numbers, or these do not fit the
+    header.
+
+    """
+    encoding, text = _decode(head, origin)
+    lines = re.split('\r\n|\n|\r', text)
+    if len(head) > HEAD_BYTES:
+        lines.pop()
+    delimiter, decimal, rows, mask = _dialect(lines)
+    if not mask:
+        problem = f'has no rows of numbers in its first {len(lines)} lines'
+        raise RecordingError(f'{origin}: line 1', problem, TEXT_HINT)
+    if rows[0][0].strip().lower() == RECORD_LENGTH and len(rows[0]) > TIME_BESIDE:
+        beside = {row[0].strip().lower(): row[1].strip() for row in rows if len(row) > 1}
+        first = header = 0
+        names = [*[''] * TIME_BESIDE, 'Time', beside.get('source') or 'signal']
+        units = [*[''] * TIME_BESIDE, *(beside.get(key, '') for key in (TIME_UNIT, SIGNAL_UNIT))]
+    else:
+        first, header, names, units = _below(lines, rows, mask, delimiter, decimal)
+    start_s, below = 0.0, _trimmed(rows[header])
+    if below[:1] and below[0].strip().lower() == SEQUENCE and all(_mask(below[-2:], decimal)):
+        *units, start, spacing = below
+        start_s, first = to_number(start, decimal), header + 1
+        names = ['time', *names[1 : len(units)]]
+        units = [f'{to_number(spacing, decimal)!r} s', *units[1:]]
+    width = max(len(names), len(rows[first]))
+    if names and len(_trimmed(names)) < len(_trimmed(rows[first])):
+        problem = f'has {len(rows[first])} values, the header in line {header} {len(names)} names'
+        hint = 'name every column; with decimal commas separate columns by semicolons'
+        raise RecordingError(f'{origin}: line {first + 1}', problem, hint)
+    names = names or [str(number) for number in range(1, width + 1)]
+    notes = [line for at, line in enumerate(lines[:first]) if at != header - 1]
+    return TextForm(
+        encoding=encoding,
+        delimiter=delimiter,
+        decimal=decimal,
+        names=_filled([name.strip() for name in names], width),
+        units=_filled([unit.strip(' []()') for unit in units], width),
+        row=_filled(rows[first], width),
+        header=header,
+        first=first + 1,
+        notes=tuple(COMMENT.sub('', note).rstrip() for note in notes if COMMENT.match(note)),
+        start_s=start_s,
+    )
+
+
+def _below(
+    lines: Sequence[str], rows: Sequence[Cells], mask: Mask, delimiter: str, decimal: str
+) -> tuple[int, int, Cells, Cells]:
+    """Return first row, line of the header, names and units of a table below its header."""
+    first = next(
+        at
+        for at, row in enumerate(rows)
+        if any(here := _mask(row, decimal))
+        and all(None in pair or pair[0] == pair[1] for pair in zip_longest(here, mask))
+    )
+    header, names = _header(lines, rows, first, delimiter)
+    if header:
+        above = next((row for row in reversed(rows[: header - 1]) if len(_trimmed(row)) > 1), [])
+        is_row = any(_mask(rows[header - 1], decimal)) and not any(_mask(above, decimal))
+        if is_row and len(above) >= len(rows[first]):
+            # What was taken for the header is a row with a fault, below the true one.
+            first = header - 1
+            header, names = _header(lines, rows, first, delimiter)
+    units = [name.strip(' []()') for name in names if name.strip(' []()-')]
+    if header > 1 and units and all(unit_of_any(unit) or unit == '1' for unit in units):
+        at, names_above = _header(lines, rows, header - 1, delimiter)
+        if len(names_above) >= len(names):
+            return first, at, names_above, names
+    # A scope or LabVIEW wrote above the unit of the time, and that of each channel.
+    settings = {row[0].strip(' :').lower(): row[1:] for row in rows[:first] if len(row) > 1}
+    is_time = ''.join(settings.get('x_dimension', [])[:1]).strip() == 'Time'
+    [time, *_] = settings.get(TIME_UNIT, ['s' if is_time else ''])
+    channels = next((settings[key] for key in CHANNEL_UNITS if key in settings), [])
+    start = next((at for at, name in enumerate(names) if name), 0)
+    units = [''] * start + [time, *channels] if time or channels else []
+    return first, header, names, units
+
+
+def to_number(cell: str, decimal: str) -> float:
+    """Return the number that a cell holds; not a number if it holds another thing."""
+    text = cell.strip()
+    return float(text.replace(decimal, '.')) if NUMBER[decimal].fullmatch(text) else math.nan
+
+
+def _decode(head: bytes, origin: str) -> tuple[str, str]:
+    """Return encoding and text; what is not Unicode is taken for a Western text of Windows."""
+    named = [BOMS[bom] for bom in BOMS if head.startswith(bom)]
+    if not named and b'\0' in head:
+        named = ['utf-16-le' if head[1:2] == b'\0' else 'utf-16-be']
+    for encoding in named or ['utf-8', WINDOWS]:
+        try:
+            text = codecs.getincrementaldecoder(encoding)().decode(head)
+        except UnicodeError:
+            continue
+        if '\0' not in text:
+            return encoding, text
+    raise RecordingError(origin, 'is no text', TEXT_HINT)
+
+
+def _split(line: str, delimiter: str) -> Cells:
+    if delimiter == BLANKS:
+        return line.split() or ['']
+    return next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), ['']) or ['']
+
+
+def _mask(row: Sequence[str], decimal: str) -> Mask:
+    """Return which cells are numbers; None of those that may be missing numbers."""
+    number = NUMBER[decimal]
+    return tuple(
+        None if cell.strip().lower() in MISSING else bool(number.fullmatch(cell.strip()))
+        for cell in row
+    )
+
+
+def _dialect(lines: Sequence[str]) -> tuple[str, str, list[Cells], Mask]:
+    """Return delimiter, decimal sign, cells, and the mask of most rows: the most numbers win."""
+    best: tuple[tuple[float, int], tuple[str, str, list[Cells], Mask]]
+    best = ((0.0, 0), (',', '.', [[line] for line in lines], ()))
+    for delimiter, decimal in DIALECTS:
+        rows = [_split(line, delimiter) for line in lines]
+        counts = Counter(_mask(row, decimal) for row in rows)
+        masks = {each: count for each, count in counts.items() if any(each) and len(each) > 1}
+        if not masks:
+            continue
+
+        def weight(mask: Mask, masks: Mapping[Mask, int] = masks) -> tuple[bool, bool, int, int]:
+            """Return how much speaks for rows of a form being those of the table."""
+            numbers = mask.count(True)
+            return numbers > 1, False not in mask, masks[mask], numbers
+
+        mask = max(masks, key=weight)
+        numbers = mask.count(True)
+        score = (numbers / (numbers + mask.count(False)), numbers * masks[mask])
+        if score > best[0]:
+            best = (score, (delimiter, decimal, rows, mask))
+    return best[1]
+
+
+def _header(
+    lines: Sequence[str], rows: Sequence[Cells], first: int, delimiter: str
+) -> tuple[int, Cells]:
+    """Return the line and the names of the header above a row; 0 and none if there is none."""
+    for at in reversed(range(first)):
+        if not lines[at].strip(' \t,;'):
+            continue
+        line = COMMENT.sub('', lines[at], count=1) if COMMENT.match(lines[at]) else lines[at]
+        width = len(_trimmed(rows[first]))
+        names = _split(line, delimiter)
+        if delimiter == BLANKS and len(names) != width:
+            whole = re.sub(r'(?<!\s)\s+(?=[\[(])', '', line.strip())  # of "Force (mN)" one name
+            names = min(
+                (re.split(r'\s{2,}|\t', line.strip()), whole.split()),
+                key=lambda each: abs(len(each) - width),
+            )
+        is_table = len(_trimmed(names)) > 1 and (
+            line is lines[at] or len(_trimmed(names)) == width
+        )
+        return (at + 1, names) if is_table else (0, [])
+    return 0, []
+
+
+def _trimmed(row: Sequence[str]) -> list[str]:
+    """Return a row without the empty cells behind its last value."""
+    kept = list(row)
+    while kept and not kept[-1].strip():
+        kept.pop()
+    return kept
+
+
+def _filled(row: Sequence[str], width: int) -> tuple[str, ...]:
+    return (*row, *[''] * (width - len(row)))[:width]

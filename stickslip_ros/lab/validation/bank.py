@@ -1,0 +1,107 @@
+"""What the package answers for the springs of the drive: at constant preload, and on ramps."""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.contact.springs import move_springs, springs_kind, stored_in_springs
+from stickslip_ros.drive.build import all_contacts
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.kernels.record import Record, record
+from stickslip_ros.lab.validation.contacts import missing_share, zigzag
+from stickslip_ros.parameters import Parameters
+
+move_springs = entry_point(move_springs)
+stored_in_springs = entry_point(stored_in_springs)
+
+SEED, TURNS, STEPS = 20140, 60, 8
+"""Of the random history at constant preload: nested loops, and full slip now and then."""
+FAR_M = 1e-6  # displacement after which everything has slipped
+RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)  # corners of the preload on ramps, which starts at the last one
+RAMP_SEED, RAMP_TURNS, RAMP_STEPS = 97, 25, 40
+RAMP_REACH_M = 120e-9
+"""Largest turn on ramps: full slip at a light preload, stick under a heavy one."""
+BALANCE_STEPS = 4000
+
+
+def random_turns(seed: int, count: int) -> tuple[float, ...]:
+    """Return turning points, uniform between -1 and 1."""
+    return tuple(np.random.default_rng(seed).uniform(-1.0, 1.0, count).tolist())
+
+
+def random_path(reach_m: float) -> Array:
+    """Return the random history of a reach, m."""
+    return zigzag(tuple(turn * reach_m for turn in random_turns(SEED, TURNS)), STEPS)
+
+
+def ramp(refinement: int = 1) -> tuple[Array, Array]:
+    """Return displacements, m, and preloads, N, of the history on ramps, in finer steps."""
+    turns = tuple(RAMP_REACH_M * turn for turn in random_turns(RAMP_SEED, RAMP_TURNS))
+    displacements_m = zigzag(turns, RAMP_STEPS)
+    last = len(displacements_m) - 1
+    steps = np.linspace(0.0, last, refinement * last + 1, dtype=np.float64)
+    corners = np.linspace(0.0, last, len(RAMP_N) + 1, dtype=np.float64)
+    return (
+        np.interp(steps, np.arange(last + 1.0), displacements_m),
+        np.interp(steps, corners, (RAMP_N[-1], *RAMP_N)),
+    )
+
+
+@lru_cache(maxsize=16)
+def spring_bank(profile: str, preload_n: float) -> Record:
+    """Return the springs of a drive whose preload stays below this one."""
+    values = {'contact.profile': profile, 'stand.preload': preload_n}
+    return all_contacts(Parameters().updated(values)).bank
+
+
+def drag_along(bank: Record, displacements_m: Array, preloads_n: Array) -> Array:
+    """Return force, stored and lost energy of a bank, from unloaded springs at the first place."""
+    springs = record(springs_kind(len(bank.heights_m)))
+    place_m, preload_n, lost_j = displacements_m[0], preloads_n[0], 0.0
+    rows = []
+    for next_m, next_n in zip(displacements_m, preloads_n, strict=True):
+        force_n, loss_j = move_springs(bank, springs, next_m - place_m, preload_n, next_n)
+        place_m, preload_n, lost_j = next_m, next_n, lost_j + loss_j
+        rows.append((force_n, stored_in_springs(bank, springs), lost_j))
+    return np.array(rows)
+
+
+@lru_cache(maxsize=16)
+def random_log(profile: str, preload_n: float, reach_m: float) -> Array:
+    """Return force, stored and lost energy along the random history."""
+    path_m = random_path(reach_m)
+    return drag_along(spring_bank(profile, preload_n), path_m, np.full(len(path_m), preload_n))
+
+
+def bank_full_slip_n(profile: str, preload_n: float) -> float:
+    """Return the force of the springs where everything slips; they reach up to 2 N."""
+    there_m = np.array([0.0, FAR_M])
+    bank = spring_bank(profile, max(RAMP_N))
+    return float(drag_along(bank, there_m, np.full(2, preload_n))[-1, 0])
+
+
+@lru_cache(maxsize=4)
+def ramp_log(profile: str) -> Array:
+    """Return the same along ramps of the preload."""
+    return drag_along(spring_bank(profile, max(RAMP_N)), *ramp())
+
+
+def bank_missing(profile: str) -> float:
+    """Return which share of the work is neither stored nor lost while the preload changes."""
+    angles = np.linspace(0.0, 4.0 * np.pi, BALANCE_STEPS + 1, dtype=np.float64)
+    path_m, preloads_n = RAMP_REACH_M * np.sin(angles), 0.6 + 0.4 * np.cos(0.7 * angles)
+    log = drag_along(spring_bank(profile, max(RAMP_N)), path_m, preloads_n)
+    return missing_share(path_m, log[:, 0], log[:, 1] + log[:, 2])
+
+
+ANSWERS: Mapping[str, Callable[..., Any]] = {
+    'bank_force_n': lambda legs, **at: random_log(**at)[round(legs * STEPS), 0],
+    'bank_full_slip_n': bank_full_slip_n,
+    'ramp_force_n': lambda profile, step: ramp_log(profile)[round(step), 0],
+    'ramp_loss_j': lambda profile: ramp_log(profile)[-1, 2],
+    'bank_missing': bank_missing,
+}
+"""What is asked of the springs of the drive, by its name, which says the unit."""

@@ -1,0 +1,78 @@
+"""What the package answers for roughness: Hess's rule, random lines and surfaces, spectra."""
+
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from itertools import pairwise
+from math import log, pi
+from typing import Any
+
+import numpy as np
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.contact.roughness import (
+    Spectrum,
+    fit_hurst,
+    hess_factor,
+    line_spectrum,
+    rough_line,
+    rough_prefactor_1d,
+    rough_surface,
+    surface_spectrum,
+)
+
+LENGTH_M = 1e-3
+RMS_HEIGHT_M = 1.1221e-6
+FIRST_PER_M = 2.0 * pi / LENGTH_M
+LINE_POINTS, SURFACE_POINTS, SEED = 1 << 14, 512, 11
+
+
+@lru_cache(maxsize=3)
+def line_and_surface(hurst: float) -> tuple[Array, Array]:
+    """Return heights, m, whose spectra fill their grids from the first wave to the last."""
+    line, surface = (
+        Spectrum(hurst, RMS_HEIGHT_M, FIRST_PER_M, FIRST_PER_M * points / 2.0)
+        for points in (LINE_POINTS, SURFACE_POINTS)
+    )
+    line_m = rough_line(line, LENGTH_M, LINE_POINTS, SEED)
+    return line_m, rough_surface(surface, LENGTH_M, SURFACE_POINTS, SEED)
+
+
+def fitted_hurst(body: str, hurst: float) -> float:
+    """Return the exponent that the spectrum of a random line or surface shows."""
+    line_m, surface_m = line_and_surface(hurst)
+    if body == 'line':
+        return fit_hurst(*line_spectrum(line_m, LENGTH_M), 1)
+    return fit_hurst(*surface_spectrum(surface_m, LENGTH_M), 2)
+
+
+def rms_m(body: str, hurst: float) -> float:
+    """Return the rms height of a random line or surface."""
+    heights_m = line_and_surface(hurst)[0 if body == 'line' else 1]
+    return float(np.sqrt(np.mean(heights_m**2)))
+
+
+def mean_square_m2(body: str, roll_off: float) -> float:
+    """Return the integral of a spectrum: 2 pi int q C_2D dq (Eq. 8) or 2 int C_1D dq (Eq. 9)."""
+    lower, upper, knee = FIRST_PER_M, 1e4 * FIRST_PER_M, roll_off * FIRST_PER_M
+    spectrum = Spectrum(0.7, RMS_HEIGHT_M, lower, upper, knee)
+    points, weights = np.polynomial.legendre.leggauss(200)
+    total_m2 = 0.0
+    for low, high in pairwise([lower, *([knee] if knee else []), upper]):
+        octaves = log(high / low)
+        waves = low * np.exp(0.5 * octaves * (1.0 + points))
+        steps = 0.5 * weights * octaves * waves
+        if body == 'line':
+            total_m2 += 2.0 * float(np.sum(steps * spectrum.density_1d(waves)))
+        else:
+            total_m2 += 2.0 * pi * float(np.sum(steps * waves * spectrum.density_2d(waves)))
+    return total_m2
+
+
+ANSWERS: Mapping[str, Callable[..., Any]] = {
+    'hess_factor': hess_factor,
+    'rough_prefactor_1d': rough_prefactor_1d,
+    'fitted_hurst': fitted_hurst,
+    'rms_m': rms_m,
+    'mean_square_m2': mean_square_m2,
+}
+"""What is asked of roughness, by its name, which says the unit."""

@@ -1,0 +1,221 @@
+"""Messages of an MCAP file, chunk by chunk, in a memory that the file cannot choose."""
+
+import heapq
+import struct
+import zlib
+from array import array
+from collections.abc import Collection, Iterator
+from typing import Any, BinaryIO, Final, NamedTuple
+
+import numpy as np
+import zstandard
+from lz4.frame import LZ4FrameDecompressor
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.reader import SeekingReader
+from mcap.records import Channel, Chunk, ChunkIndex, Message, Schema
+from mcap.summary import Summary
+from numpy.typing import NDArray
+
+Places = NDArray[np.int64]
+
+CHUNK_MAX_BYTES: Final = 1 << 30
+"""Of a chunk, and of those that are open at once; what is larger is refused before it is read."""
+TIME_MAX_NS: Final = (1 << 63) - 1
+RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
+MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time
+LOG_TIME_AT: Final = 6
+MAGIC: Final = b'\x89MCAP0\r\n'
+WHOLE_FILE: Final = ChunkIndex(0, 0, '', 0, 0, 0, {}, 0, 0)
+"""Stands for the messages of a file without chunks."""
+
+
+class ChunkMessages(NamedTuple):
+    """Records that were unpacked, and the messages among them that are wanted."""
+
+    offset: int  # of the chunk in the file
+    data: bytes
+    starts: Places  # of each message in the data, behind opcode and length
+    channels: NDArray[np.uint16]
+    times_ns: Places  # log times
+    described: Places  # starts of schemas and channels
+
+    def by_time(self) -> Iterator['Row']:
+        """Give log time, chunk, place of each message and this piece, in the order of times."""
+        for place in np.argsort(self.times_ns, kind='stable'):
+            yield int(self.times_ns[place]), self.offset, int(place), self
+
+    def descriptions(self) -> Iterator[bytes]:
+        """Give the records of schemas and channels."""
+        for start in self.described.tolist():
+            _, length = RECORD_HEAD.unpack_from(self.data, start - RECORD_HEAD.size)
+            yield self.data[start - RECORD_HEAD.size : start + length]
+
+    def message(self, place: int) -> Message:
+        """Give a message."""
+        start = int(self.starts[place])
+        channel_id, sequence, log_time, publish_time = MESSAGE_HEAD.unpack_from(self.data, start)
+        _, length = RECORD_HEAD.unpack_from(self.data, start - RECORD_HEAD.size)
+        content = self.data[start + MESSAGE_HEAD.size : start + length]
+        return Message(channel_id, log_time, content, publish_time, sequence)
+
+
+Row = tuple[int, int, int, ChunkMessages]
+
+
+def gather(data: bytes, places: Places, kind: str) -> NDArray[Any]:
+    """Return the numbers of a numpy type that begin at some places, all of them in the data."""
+    width = np.dtype(kind).itemsize
+    everywhere = max(len(data) - width + 1, 0)
+    return np.ndarray((everywhere,), kind, data, strides=(1,))[places]
+
+
+def unpack_chunk(chunk: Chunk) -> bytes:
+    """Return the records of a chunk; ValueError if they are not those that it announces."""
+    size = chunk.uncompressed_size
+    if size > CHUNK_MAX_BYTES:
+        raise ValueError(f'a chunk of {size} bytes is above the limit of {CHUNK_MAX_BYTES}')
+    data, announced = chunk.data, size
+    if chunk.compression == 'zstd':
+        if (announced := zstandard.frame_content_size(data)) in {-1, size}:
+            data = zstandard.decompress(data, size)
+    elif chunk.compression == 'lz4':
+        data = LZ4FrameDecompressor().decompress(data, max_length=size + 1)
+    elif chunk.compression:
+        raise ValueError(f'its compression {chunk.compression!r} is not known')
+    if announced not in {-1, size} or len(data) != size:
+        raise ValueError(f'a chunk does not unpack to the {size} bytes that it announces')
+    if chunk.uncompressed_crc not in {0, zlib.crc32(data)}:
+        raise ValueError('the checksum of a chunk is wrong')
+    return data
+
+
+def find_messages(
+    data: bytes, offset: int, wanted: Collection[int] | None = None
+) -> ChunkMessages:
+    """Return the messages of some channels, or all; ValueError if the data are no records."""
+    starts, described, at, end = array('q'), array('q'), 0, len(data)
+    while at < end:
+        opcode, length = RECORD_HEAD.unpack_from(data, at)
+        at += RECORD_HEAD.size
+        if opcode == Opcode.CHUNK:
+            raise ValueError('a chunk is not in the index')
+        if opcode == Opcode.MESSAGE:
+            if length < MESSAGE_HEAD.size:
+                raise ValueError(f'a message of {length} bytes is below {MESSAGE_HEAD.size}')
+            starts.append(at)
+        elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            described.append(at)
+        at += length
+    if at != end:
+        raise ValueError('a record is longer than its chunk')
+    places = np.array(starts, np.int64)
+    channels = gather(data, places, '<u2')
+    if wanted is not None:
+        is_wanted = np.isin(channels, list(wanted))
+        places, channels = places[is_wanted], channels[is_wanted]
+    times_ns = gather(data, places + LOG_TIME_AT, '<u8')
+    if np.any(times_ns > TIME_MAX_NS):
+        raise ValueError(f'a time of {times_ns.max()} ns is above {TIME_MAX_NS} ns')
+    times_ns = times_ns.astype(np.int64)
+    return ChunkMessages(offset, data, places, channels, times_ns, np.array(described, np.int64))
+
+
+class ChunkReader(SeekingReader):
+    """
+    Reads the messages of a finished file, of some topics or all.
+
+    A file that is not what it says of itself is a ValueError, a LookupError or a struct.error.
+
+    """
+
+    def __init__(self, stream: BinaryIO, size_bytes: int, summary_start: int) -> None:
+        super().__init__(stream, validate_crcs=True, record_size_limit=size_bytes)
+        self._summary_start = summary_start
+
+    @property
+    def summary(self) -> Summary:
+        """What stands at the end of the file."""
+        summary = self.get_summary()
+        if summary is None:
+            raise ValueError('it has no summary')
+        return summary
+
+    def pieces(self, topics: Collection[str] | None = None) -> Iterator[ChunkMessages]:
+        """Give messages chunk by chunk, in the order of the file."""
+        indexes, wanted = self._select(topics)
+        for index in indexes:
+            yield self._read(index, wanted)
+
+    def messages(
+        self, topics: Collection[str] | None = None, *, in_time_order: bool = True
+    ) -> Iterator[tuple[Schema | None, Channel, Message]]:
+        """Give schema, channel and message, in the order of log times or of the file."""
+        summary = self.summary
+        rows = self._by_time(topics) if in_time_order else self._by_place(topics)
+        for place, piece in rows:
+            message = piece.message(place)
+            channel = summary.channels[message.channel_id]
+            schema = summary.schemas[channel.schema_id] if channel.schema_id else None
+            yield schema, channel, message
+
+    def _by_place(self, topics: Collection[str] | None) -> Iterator[tuple[int, ChunkMessages]]:
+        for piece in self.pieces(topics):
+            for place in range(len(piece.starts)):
+                yield place, piece
+
+    def _by_time(self, topics: Collection[str] | None) -> Iterator[tuple[int, ChunkMessages]]:
+        """Open each chunk when its first message is due; of one time the order of the file."""
+        indexes, wanted = self._select(topics)
+        later = sorted(indexes, key=_begin, reverse=True)
+        due: list[tuple[Row, Iterator[Row]]] = []
+        while later or due:
+            if later and not (due and due[0][0] < _begin(later[-1])):
+                piece = self._read(later.pop(), wanted)
+                opened = [piece, *(row[-1] for row, _ in due)]
+                if (size := sum(len(each.data) for each in opened)) > CHUNK_MAX_BYTES:
+                    raise ValueError(
+                        f'{size} bytes in chunks of one time: above {CHUNK_MAX_BYTES}'
+                    )
+                rows = piece.by_time()
+                if first := next(rows, None):
+                    heapq.heappush(due, (first, rows))
+                continue
+            (_, _, place, piece), rows = due[0]
+            if following := next(rows, None):
+                heapq.heapreplace(due, (following, rows))
+            else:
+                heapq.heappop(due)
+            yield place, piece
+
+    def _select(self, topics: Collection[str] | None) -> tuple[list[ChunkIndex], set[int] | None]:
+        """Return the chunks that may hold wanted messages, and their channels; None: all."""
+        summary = self.summary
+        wanted = None
+        if topics is not None:
+            wanted = {key for key, each in summary.channels.items() if each.topic in topics}
+        found = [
+            each
+            for each in sorted(summary.chunk_indexes, key=lambda each: each.chunk_start_offset)
+            if wanted is None
+            or not each.message_index_offsets
+            or wanted & each.message_index_offsets.keys()
+        ]
+        return (found if summary.chunk_indexes else [WHOLE_FILE]), wanted
+
+    def _read(self, index: ChunkIndex, wanted: set[int] | None) -> ChunkMessages:
+        """Return the messages of a chunk, or those of a file without chunks."""
+        if index is WHOLE_FILE:
+            size = self._summary_start - len(MAGIC)
+            if size > CHUNK_MAX_BYTES:
+                raise ValueError(f'{size} bytes without chunks are above {CHUNK_MAX_BYTES}')
+            self._stream.seek(len(MAGIC))
+            data = self._stream.read(size)
+        else:
+            self._stream.seek(index.chunk_start_offset + RECORD_HEAD.size)
+            data = unpack_chunk(Chunk.read(ReadDataStream(self._stream)))
+        return find_messages(data, index.chunk_start_offset, wanted)
+
+
+def _begin(index: ChunkIndex) -> tuple[int, int]:
+    return index.message_start_time, index.chunk_start_offset

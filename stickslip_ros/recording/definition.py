@@ -1,0 +1,224 @@
+"""
+Definitions of messages, as recordings carry them, and the lengths of what they define in CDR.
+
+A definition is the text of a .msg file and of those that it needs (``ros2msg``), its layout that
+of the OMG's DDS-XTypes 1.3, Section 7.4.1 (plain CDR, version 1): each number is aligned to its
+own size. Where a field ends depends on where it begins, modulo eight; such a table of eight
+lengths is a Width here, and tables of what follows each other are one table.
+
+"""
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Final, TypeAlias
+
+from stickslip_ros.errors import quoted
+from stickslip_ros.recording.chunks import CHUNK_MAX_BYTES
+
+NUMBERS: Final = {
+    'bool': 'u1',
+    'byte': 'u1',
+    'char': 'u1',
+    'float32': 'f4',
+    'float64': 'f8',
+    **{
+        f'{sign}int{8 * size}': f'{kind}{size}'
+        for sign, kind in (('', 'i'), ('u', 'u'))
+        for size in (1, 2, 4, 8)
+    },
+}
+"""Types of numbers, and what numpy calls them."""
+SEPARATOR: Final = re.compile(r'={3,}')
+NAMED: Final = re.compile(r'MSG:\s*(\S+)')
+FIELD: Final = re.compile(r'([\w/]+)(?:<=\d+)?(?:\[(<=)?(\d*)\])?\s+([^\W\d]\w*)\s*(=)?')
+"""Type, whether the length of an array is a bound, the length, name, and whether a constant."""
+TIME: Final = ['int32 sec', 'uint32 nanosec']
+USUAL: Final = {f'builtin_interfaces/{name}': TIME for name in ('Time', 'Duration')}
+"""What some programs leave out."""
+DEPTH_MAX: Final = 64
+ALIGNMENT: Final = 8
+
+Width: TypeAlias = tuple[int, ...]
+NOTHING: Final[Width] = (0,) * ALIGNMENT
+
+
+@dataclass(frozen=True)
+class Kind:
+    """The type of a field. Width is None where the length differs between messages."""
+
+    width: Width | None
+
+
+@dataclass(frozen=True)
+class Number(Kind):
+    """A number, by its type in numpy."""
+
+    dtype: str
+
+
+@dataclass(frozen=True)
+class Text(Kind):
+    """A string, whose length each message says."""
+
+
+@dataclass(frozen=True)
+class ArrayOf(Kind):
+    """Several of a kind; count None: as many as each message says."""
+
+    element: Kind
+    count: int | None
+
+
+@dataclass(frozen=True)
+class Struct(Kind):
+    """A message within a message."""
+
+    fields: tuple[tuple[str, Kind], ...]
+
+
+def then(first: Width, second: Width) -> Width:
+    """Return the lengths of two things one behind the other."""
+    return tuple(each + second[(at + each) % ALIGNMENT] for at, each in enumerate(first))
+
+
+def repeated(width: Width, count: int) -> Width:
+    """Return the lengths of so many of a thing."""
+    total, power = NOTHING, width
+    while count:
+        total = then(total, power) if count & 1 else total
+        power, count = then(power, power), count >> 1
+    return total
+
+
+class Definitions:
+    """The types of a text: that of the message of this name, and those that it needs."""
+
+    def __init__(self, name: str, text: str) -> None:
+        self._lines: dict[str, list[str]] = {**USUAL}
+        self._known: dict[str, Struct] = {}
+        lines = self._lines[_short(name)] = []
+        for line in map(str.strip, text.splitlines()):
+            if SEPARATOR.fullmatch(line):
+                lines = []
+            elif named := NAMED.fullmatch(line):
+                lines = self._lines[_short(named[1])] = []
+            elif line and not line.startswith('#'):
+                lines.append(line)
+
+    def struct(self, name: str, depth: int = 0) -> Struct:
+        """Return a type; ValueError if the text does not define it."""
+        name = _short(name)
+        if name not in self._known:
+            if name not in self._lines:
+                raise ValueError(f'it lacks {name}')
+            if depth > DEPTH_MAX:
+                raise ValueError(f'its types are nested deeper than {DEPTH_MAX}')
+            package = name.partition('/')[0]
+            fields = [self._field(line, package, depth) for line in self._lines[name]]
+            kinds = tuple(each for each in fields if each) or (PLACEHOLDER,)
+            width: Width | None = NOTHING
+            for _, kind in kinds:
+                width = None if width is None or kind.width is None else then(width, kind.width)
+            self._known[name] = Struct(_bounded(width), kinds)
+        return self._known[name]
+
+    def _field(self, line: str, package: str, depth: int) -> tuple[str, Kind] | None:
+        """Return name and type of a field; None of a constant."""
+        found = FIELD.match(line)
+        if found is None:
+            raise ValueError(f'{quoted(line)} is no field')
+        base, bound, count, name, constant = found.groups()
+        if constant:
+            return None
+        kind: Kind
+        if base in NUMBERS:
+            kind = number(NUMBERS[base])
+        elif base == 'string':
+            kind = Text(None)
+        elif base == 'wstring':
+            raise ValueError('of wide characters (wstring) writers do not agree how long they are')
+        else:
+            kind = self.struct(base if '/' in base else f'{package}/{base}', depth + 1)
+        if count is not None:
+            kind = array(kind, None if bound or not count else int(count))
+        return name, kind
+
+
+def array(element: Kind, count: int | None) -> ArrayOf:
+    """Return several of a kind, one behind the other; None: as many as each message says."""
+    width = None if count is None or element.width is None else repeated(element.width, count)
+    return ArrayOf(_bounded(width), element, count)
+
+
+@cache
+def number(dtype: str) -> Number:
+    """Return a number, by its type in numpy."""
+    size = int(dtype[1:])
+    return Number(tuple(-at % size + size for at in range(ALIGNMENT)), dtype)
+
+
+PLACEHOLDER: Final = ('structure_needs_at_least_one_member', number('u1'))
+"""What stands where a message has no field."""
+
+
+def _short(name: str) -> str:
+    """Return ``package/Name`` of a type, with or without ``msg`` between them."""
+    package, _, rest = name.partition('/')
+    return f'{package}/{rest.rpartition("/")[2]}'
+
+
+def _bounded(width: Width | None) -> Width | None:
+    if width and max(width) > CHUNK_MAX_BYTES:
+        raise ValueError(f'a type in it takes more than {CHUNK_MAX_BYTES} bytes')
+    return width
+
+
+def leaves(kind: Kind, name: str = '') -> Iterator[tuple[str, Kind]]:
+    """Yield the paths of fields that have none; of an array those of the first."""
+    if isinstance(kind, Struct):
+        for each, inner in kind.fields:
+            yield from leaves(inner, f'{name}.{each}' if name else each)
+    elif isinstance(kind, ArrayOf) and kind.count != 0:
+        yield from leaves(kind.element, f'{name}[0]')
+    else:
+        yield name, kind
+
+
+def way_to(kind: Kind, path: Sequence[str | int]) -> tuple[list[Kind | int], str]:
+    """
+    Return what stands before a field, and its type in numpy; LookupError if it is no number.
+
+    What stands before are kinds, and places in arrays whose length a message says at that point.
+
+    """
+    before: list[Kind | int] = []
+    for part in path:
+        match kind:
+            case Struct() if part in (names := [name for name, _ in kind.fields]):
+                at = names.index(part)
+                before += [each for _, each in kind.fields[:at]]
+                _, kind = kind.fields[at]
+            case ArrayOf() if isinstance(part, int) and (kind.count is None or part < kind.count):
+                before += [part] if kind.count is None else []
+                before.append(array(kind.element, part))
+                kind = kind.element
+            case _:
+                raise LookupError
+    match kind:
+        case Number():
+            return list(_joined(before)), kind.dtype
+    raise LookupError
+
+
+def _joined(before: Sequence[Kind | int]) -> Iterator[Kind | int]:
+    """Yield the same with neighbours of fixed length as one."""
+    width = NOTHING
+    for each in before:
+        if isinstance(each, Kind) and each.width is not None:
+            width = then(width, each.width)
+        else:
+            yield from (Kind(width), each)
+            width = NOTHING
+    yield Kind(width)

@@ -1,0 +1,31 @@
+"""The node as an executable: it heeds Ctrl-C, and answers --help, before it imports rclpy."""
+
+import gc
+import sys
+from itertools import takewhile
+
+from stickslip_ros.extras import MissingRos, needs_ros
+from stickslip_ros.process.signals import REFUSED, run
+
+# ruff: noqa: PLC0415 - that is what this module is for
+
+
+def drive() -> int:
+    """Run the node; return its exit status."""
+    return run('drive', _drive, is_node=True)
+
+
+def _drive() -> int:
+    if {'-h', '--help'} & set(takewhile(lambda word: word != '--ros-args', sys.argv)):
+        from stickslip_ros.ros.help import help_text
+
+        sys.stdout.write(help_text())
+        return 0
+    gc.disable()  # until the node is made, see ``run_node``: a seventh of its start
+    try:
+        with needs_ros('the drive'):
+            from stickslip_ros.ros.node import main
+    except MissingRos as error:
+        sys.stderr.write(f'drive: {error}\n')
+        return REFUSED
+    return main()

@@ -1,0 +1,49 @@
+"""An event is read as it was written; a text of anybody else is none."""
+
+import json
+from typing import Any
+
+import pytest
+
+from stickslip_ros.instrument.reports import EVENT_MAX, Event, Result, read_event
+
+EVENT = Event(5, 1, 'steps', Result.ABORTED, 4, 'stopped by command 2')
+NESTED = f'{{"message": {"[" * 1500}{"]" * 1500}}}'
+
+
+@pytest.mark.parametrize('stamp_ns', [0, 1_800_000_000_123_456_789])
+def test_an_event_comes_back_from_its_text(stamp_ns: int):
+    text = Event(**{**vars(EVENT), 'stamp_ns': stamp_ns}).to_json()
+    assert read_event(text) == json.loads(text)
+
+
+@pytest.mark.parametrize(
+    'text',
+    ['', 'no JSON', '[]', '7', '"message"', 'null', '{"result": "DONE"}', '[' * 5000, NESTED],
+)
+def test_a_text_that_is_no_event_is_none(text: str):
+    assert read_event(text) is None
+
+
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [
+        ('message', 7),
+        ('message', 'x' * EVENT_MAX),
+        ('result', None),
+        ('command', ['steps']),
+        ('number', '1'),
+        ('number', True),
+        ('steps', 1.5),
+        ('time_ns', float('nan')),
+        ('time_ns', 10**400),
+        ('stamp_ns', {}),
+    ],
+)
+def test_an_event_with_a_field_of_another_kind_is_none(name: str, value: Any):
+    assert read_event(json.dumps({**json.loads(EVENT.to_json()), name: value})) is None
+
+
+def test_of_an_event_nothing_is_kept_that_it_does_not_have():
+    told = json.loads(EVENT.to_json())
+    assert read_event(json.dumps({**told, 'more': [[]]})) == told

@@ -1,0 +1,409 @@
+"""Where machine code is kept, and whose: a folder per version of the sources, closed to others."""
+
+import os
+import pickle
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from itertools import chain, cycle
+from pathlib import Path
+from threading import Barrier
+from typing import Any
+
+import numba
+import pytest
+from numba.core.caching import FunctionCache
+
+from stickslip_ros.kernels import cache as kernel_cache
+from stickslip_ros.kernels.cache import CONFIG, Folders, cache_folders, why_not_kept
+from stickslip_ros.kernels.kernel import entry_point, in_python, kernel
+from stickslip_ros.sources import FOLDERS, sources_digest
+
+BIN = Path(sys.executable).parent
+MINE = os.geteuid()
+NOBODY = 65534
+ROUNDS = 50
+KEPT = '*.twice-*.nbc'
+"""The machine code of `twice` in a folder."""
+
+
+def fresh_folders() -> Folders:
+    """Ask again for what a program asks once."""
+    sources_digest.cache_clear()
+    folders: Folders = cache_folders.__wrapped__()
+    return folders
+
+
+@entry_point
+def twice(value):
+    return 2.0 * value
+
+
+@kernel
+def thrice(value):
+    return 3.0 * value
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch) -> Path:
+    """Give a copy of the kernel sources that the functions take for their own package."""
+    original = Path(kernel_cache.__file__).resolve().parent.parent
+    copy = tmp_path / 'package'
+    for folder in FOLDERS:
+        shutil.copytree(original / folder, copy / folder, ignore=shutil.ignore_patterns('__*__'))
+    monkeypatch.setattr(kernel_cache, '__file__', str(copy / 'contact/../kernels/cache.py'))
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', '')
+    monkeypatch.setenv('XDG_CACHE_HOME', str(tmp_path / 'user'))
+    return copy
+
+
+def test_the_folder_lies_in_the_package_if_that_can_be_written(package):
+    folders = fresh_folders()
+    assert folders.write.parent == package / '__pycache__'
+    assert folders.write.name.startswith('stickslip_ros-')
+    assert folders.read == (folders.write,)
+    assert folders.write.stat().st_mode & 0o022 == 0
+    assert not why_not_kept()
+
+
+def test_the_folder_stays_the_same_while_the_sources_do(package):
+    before = fresh_folders()
+    (package / 'README.md').write_text('no source', encoding='utf-8')
+    assert fresh_folders() == before
+
+
+@pytest.mark.parametrize(
+    'source', ['contact/memory.py', 'drive/plant.py', 'instrument/optics.py', 'drive/new.py']
+)
+def test_a_changed_source_gets_another_folder(source, package):
+    before = fresh_folders().write
+    with (package / source).open('a', encoding='utf-8') as file:
+        file.write('# another line\n')
+    after = fresh_folders().write
+    assert after.parent == before.parent
+    assert after.name != before.name
+
+
+def test_a_place_that_is_asked_for_comes_first(package, tmp_path, monkeypatch):
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(tmp_path / 'asked/for'))
+    assert fresh_folders().write.parent == tmp_path / 'asked/for'
+
+
+def test_a_place_that_cannot_be_made_is_passed_over(package, tmp_path, monkeypatch):
+    # A file where a folder should be stops root too.
+    (tmp_path / 'asked').write_text('', encoding='utf-8')
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(tmp_path / 'asked'))
+    assert fresh_folders().write.parent == package / '__pycache__'
+
+    shutil.rmtree(package / '__pycache__')
+    (package / '__pycache__').write_text('', encoding='utf-8')
+    assert fresh_folders().write.parent == tmp_path / 'user'
+
+    monkeypatch.delenv('XDG_CACHE_HOME')
+    monkeypatch.setenv('HOME', str(tmp_path / 'home'))
+    assert fresh_folders().write.parent == tmp_path / 'home/.cache'
+
+
+@pytest.mark.parametrize('mode', [0o777, 0o770, 0o702])
+def test_a_folder_that_others_can_write_is_passed_over(mode, package, tmp_path):
+    folder = fresh_folders().write
+    folder.chmod(mode)
+    assert fresh_folders().read == (tmp_path / 'user' / folder.name,)
+
+
+def test_a_folder_with_a_file_that_others_can_write_is_passed_over(package, tmp_path):
+    folder = fresh_folders().write
+    (folder / 'kernel.nbc').touch()
+    (folder / 'kernel.nbc').chmod(0o666)
+    assert fresh_folders().read == (tmp_path / 'user' / folder.name,)
+
+
+def test_a_link_to_a_folder_is_passed_over(package, tmp_path):
+    folder = fresh_folders().write
+    folder.rename(tmp_path / 'elsewhere')
+    folder.symlink_to(tmp_path / 'elsewhere')
+    assert fresh_folders().read == (tmp_path / 'user' / folder.name,)
+
+
+def test_a_folder_of_another_user_is_passed_over_and_one_of_root_is_read(
+    package, tmp_path, monkeypatch
+):
+    folder = fresh_folders().write
+    monkeypatch.setattr(os, 'geteuid', lambda: MINE + 1)
+    monkeypatch.setattr(kernel_cache, 'ROOT', MINE + 2)
+    (tmp_path / 'user').write_text('', encoding='utf-8')
+    assert fresh_folders() == ((), None)
+    monkeypatch.setattr(kernel_cache, 'ROOT', MINE)
+    assert fresh_folders() == ((folder,), None)
+    folder.chmod(0o775)
+    assert fresh_folders() == ((), None)
+
+
+def test_an_own_folder_that_cannot_be_written_is_read(package, tmp_path, monkeypatch):
+    folder = fresh_folders().write
+    monkeypatch.setattr(os, 'access', lambda place, _: place != folder)
+    own = tmp_path / 'user' / folder.name
+    assert fresh_folders() == ((folder, own), own)
+
+
+def test_without_a_folder_kernels_are_compiled_and_it_is_said(package, tmp_path, monkeypatch):
+    (package / '__pycache__').write_text('', encoding='utf-8')
+    (tmp_path / 'user').write_text('', encoding='utf-8')
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    monkeypatch.setattr(tempfile, 'tempdir', str(tmp_path))
+    before = sorted(tmp_path.rglob('*'))
+    assert fresh_folders() == ((), None)
+    assert entry_point(lambda value: 4.0 * value)(1.5) == 6.0
+    assert sorted(tmp_path.rglob('*')) == before
+    why = why_not_kept()
+    assert str(tmp_path / 'user') in why
+    assert 'set NUMBA_CACHE_DIR' in why
+    assert '\n' not in why
+
+
+class Payload:
+    """What an attacker leaves where numba unpickles: it makes a file."""
+
+    def __init__(self, mark: Path) -> None:
+        self.mark = mark
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.mark),)
+
+
+def _call_anew() -> float:
+    return entry_point(twice)(1.5)
+
+
+def test_what_another_user_has_put_into_a_cache_is_not_executed(package, tmp_path, monkeypatch):
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    mark, folder = tmp_path / 'executed', fresh_folders().write
+    assert _call_anew() == 3.0
+    [kept] = folder.glob(KEPT)
+    kernel_cache.save_whole(kept, pickle.dumps(Payload(mark)))
+    folder.chmod(0o777)
+    assert _call_anew() == 3.0
+    assert not mark.exists()
+
+    # The payload works: where only this user can have put it, it is executed.
+    folder.chmod(0o700)
+    assert _call_anew() == 3.0
+    assert mark.exists()
+
+
+def test_nothing_is_looked_for_in_the_common_temporary_folder(package, tmp_path, monkeypatch):
+    temporary, mark = tmp_path / 'temporary', tmp_path / 'executed'
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    folder = temporary / fresh_folders().write.name
+    assert _call_anew() == 3.0
+    [kept] = fresh_folders().write.glob(KEPT)
+    shutil.rmtree(package / '__pycache__')
+    for blocked in (package / '__pycache__', tmp_path / 'user'):
+        blocked.write_text('', encoding='utf-8')
+    monkeypatch.setattr(tempfile, 'tempdir', str(temporary))
+    folder.mkdir(parents=True, exist_ok=True)
+    payload = pickle.dumps(Payload(mark))
+    kernel_cache.save_whole(folder / kept.name, payload)
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', str(folder))  # the place and form of numba itself
+    index = Path(FunctionCache(in_python(twice))._cache_file._index_path)
+    index.parent.mkdir(parents=True, exist_ok=True)
+    index.write_bytes(pickle.dumps(numba.__version__) + payload)
+    monkeypatch.setattr(CONFIG, 'CACHE_DIR', '')
+    folder.chmod(0o700)
+    assert _call_anew() == 3.0
+    assert not mark.exists()
+
+
+def test_signatures_that_are_compiled_at_once_each_find_their_own_code(package, monkeypatch):
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    both = Barrier(2)
+
+    def compile_and_load(value: float) -> list[float]:
+        both.wait()
+        return [entry_point(twice)(value) for _ in range(2)]
+
+    with ThreadPoolExecutor(2) as threads:
+        assert repr([*threads.map(compile_and_load, (1.5, 1))]) == '[[3.0, 3.0], [2.0, 2.0]]'
+    assert len([*fresh_folders().write.glob(KEPT)]) == 2
+
+
+def test_of_two_that_keep_a_file_at_once_one_is_found_whole(tmp_path):
+    both, kept = Barrier(2), tmp_path / 'kernel.nbc'
+
+    def keep(data: bytes) -> list[bytes]:
+        found = []
+        for _ in range(ROUNDS):
+            both.wait()
+            kernel_cache.save_whole(kept, data)
+            found.append(kernel_cache.load_whole(kept))
+        return found
+
+    own = (b'one' * 9999, b'another' * 9999)
+    with ThreadPoolExecutor(2) as threads:
+        found = {*chain.from_iterable(threads.map(keep, own))}
+    assert found <= {*own}
+    assert [*tmp_path.iterdir()] == [kept]
+
+
+def empty(file: Path) -> None:
+    file.write_bytes(b'')
+
+
+def cut(file: Path) -> None:
+    os.truncate(file, file.stat().st_size // 2)
+
+
+def flip(file: Path) -> None:
+    data = bytearray(file.read_bytes())
+    data[random.Random(file.name).randrange(len(data))] ^= 1 << random.Random(0).randrange(8)
+    file.write_bytes(data)
+
+
+def replace_by_folder(file: Path) -> None:
+    file.unlink()
+    (file / 'within').mkdir(parents=True)
+
+
+def rename_another(file: Path) -> None:
+    """Put the machine code of another kernel there, which takes other arguments."""
+    others = [each for each in file.parent.glob('*.nbc') if each != file]
+    file.write_bytes(others[0].read_bytes())
+
+
+def keep_garbage(file: Path) -> None:
+    kernel_cache.save_whole(file, random.Random(file.name).randbytes(1000))
+
+
+def keep_another_thing(file: Path) -> None:
+    kernel_cache.save_whole(file, pickle.dumps({'machine': 'code'}))
+
+
+DAMAGES = (
+    empty,
+    cut,
+    flip,
+    replace_by_folder,
+    rename_another,
+    keep_garbage,
+    keep_another_thing,
+)
+
+
+@pytest.mark.parametrize('damage', DAMAGES)
+def test_a_damaged_kernel_is_compiled_anew_and_kept_and_one_line_says_so(
+    damage, package, monkeypatch, caplog
+):
+    monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
+    monkeypatch.setattr(kernel_cache.KernelCache, '_is_told', False)
+    assert _call_anew() == entry_point(thrice)(1.0) == 3.0
+    kept = sorted(fresh_folders().write.glob('*.nbc'))
+    for file in kept:
+        damage(file)
+    assert _call_anew() == entry_point(thrice)(1.0) == 3.0
+    [line] = caplog.messages
+    assert line.startswith('compiled kernel ')
+    assert line.endswith('; it is compiled anew, with others like it')
+    assert sorted(fresh_folders().write.glob('*.nbc')) == kept
+    again: Any = entry_point(twice)
+    assert again(1.5) == 3.0
+    assert sum(again.stats.cache_hits.values()) == 1
+
+
+@pytest.mark.usefixtures('compiled_kernels')
+def test_a_run_over_damaged_kernels_says_so_and_the_next_one_compiles_nothing(tmp_path):
+    folder = cache_folders().write
+    shutil.copytree(folder, tmp_path / folder.name)
+    kept = sorted((tmp_path / folder.name).glob('*.advance.*-entry-*.nbc'))
+    for damage, file in zip(cycle(DAMAGES), kept, strict=False):
+        damage(file)
+    told = [
+        subprocess.run(
+            [BIN / 'stickslip', 'simulate', '--voltage', '150', '--steps', '1'],
+            env={**os.environ, 'NUMBA_CACHE_DIR': str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stderr
+        for _ in range(2)
+    ]
+    assert re.fullmatch(
+        r'compiled kernel /.*; it is compiled anew, with others like it\n', told[0]
+    )
+    assert told[1] == ''
+
+
+AS_ANOTHER_USER = """
+import os, sys, json
+import numba
+from stickslip_ros.kernels import cache as kernel_cache
+from stickslip_ros.kernels.kernel import entry_point
+import little
+name = kernel_cache._name()
+kernel_cache._name = lambda: name  # another user need not see the package
+numba.njit(lambda x: 2.0 * x)(1.0)  # nor the folders of what is imported to compile
+user = int(sys.argv[1])
+if user:
+    os.setgroups([])
+    os.setgid(user)
+    os.setuid(user)
+half = entry_point(little.half)
+print(json.dumps([half(3.0), sum(half.stats.cache_hits.values()), half.stats.cache_path]))
+"""
+
+
+def _as_user(user: int, place: Path) -> str:
+    unusable = {'HOME': '/dev/null', 'XDG_CACHE_HOME': '/dev/null'}
+    environment = {**os.environ, **unusable, 'NUMBA_CACHE_DIR': str(place / 'cache')}
+    done = subprocess.run(
+        [sys.executable, '-c', AS_ANOTHER_USER, str(user)],
+        cwd=place,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout
+
+
+if MINE == 0:  # only root can be two users
+
+    def test_kernels_that_root_has_compiled_are_read_by_others_and_not_written():
+        with tempfile.TemporaryDirectory() as folder:
+            place = Path(folder)
+            place.chmod(0o755)
+            (place / 'little.py').write_text('def half(x):\n    return 0.5 * x\n')
+            assert _as_user(0, place).startswith('[1.5, 0, "')
+            files = sorted((place / 'cache').rglob('*'))
+            assert len(files) == 2
+            assert _as_user(NOBODY, place) == '[1.5, 1, null]\n'
+            files[0].chmod(0o777)
+            assert _as_user(NOBODY, place) == '[1.5, 0, null]\n'
+
+
+def test_python_cannot_call_a_kernel_of_kernels_by_mistake():
+    assert entry_point(thrice)(1.5) == in_python(thrice)(1.5) == 4.5
+    with pytest.raises(TypeError, match=r'thrice .* other kernels only; call entry_point'):
+        thrice(1.5)
+
+
+LOAD = """
+import sys
+import numba
+import numpy
+from stickslip_ros.instrument.compilation import compile_kernels
+compile_kernels()
+print('numba.np.arraymath' in sys.modules)
+print(numba.njit(lambda values: values.sum())(numpy.ones(3)))
+"""
+
+
+def test_kept_kernels_are_loaded_without_what_numba_compiles_with():
+    for _ in range(2):  # the first one may compile
+        ended = subprocess.run(
+            [sys.executable, '-c', LOAD], capture_output=True, text=True, check=True
+        )
+    assert ended.stdout == 'False\n3.0\n'

@@ -1,0 +1,142 @@
+"""`stickslip compile`, and a demo that finds no kernels: what is compiled is compiled once."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stickslip_ros.instrument.compilation import KERNELS, LANES_KERNELS
+from stickslip_ros.kernels import cache as kernel_cache
+from stickslip_ros.kernels.cache import Folders
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.lab.cli import compile as compilation
+from stickslip_ros.lab.cli.main import main
+
+BIN = Path(sys.executable).parent
+REALISTIC = str(Path(__file__).parents[3] / 'config/realistic.yaml')
+LINE = 'compiling kernels, once: ({done}) of {kernels}'
+OF_ALL = LINE.format(done=r'\d+', kernels=KERNELS + LANES_KERNELS)
+OF_NODE = LINE.format(done=r'\d+', kernels=KERNELS)
+TIMEOUT_S = 280.0
+"""Long enough for a cold start beside other processes; the tests do not judge by it."""
+
+
+@pytest.fixture(scope='module')
+def environment(tmp_path_factory: pytest.TempPathFactory, ros_domain: int) -> dict[str, str]:
+    """Give an environment whose kernel cache is empty at first."""
+    folder = tmp_path_factory.mktemp('cold')
+    return {
+        **os.environ,
+        'NUMBA_CACHE_DIR': str(folder / 'cache'),
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_DOMAIN_ID': str(60 + ros_domain),
+        'ROS_LOG_DIR': str(folder / 'log'),
+    }
+
+
+@pytest.fixture(scope='module')
+def run(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Callable:
+    folder = tmp_path_factory.mktemp('work')
+
+    def run(*words: str) -> Any:
+        return subprocess.run(
+            [BIN / 'stickslip', *words],
+            cwd=folder,
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT_S,
+            check=False,
+        )
+
+    return run
+
+
+@pytest.fixture(scope='module')
+def cold_demo(run: Callable) -> Any:
+    """Run the demo with an empty cache, as the first command of a machine would."""
+    return run('demo')
+
+
+@pytest.fixture(scope='module')
+def all_kept(run: Callable, cold_demo: Any, files: Callable[[], list[Path]]) -> None:
+    """Compile what a single drive does not need."""
+    assert run('compile').returncode == 0
+    assert len(files()) == KERNELS + LANES_KERNELS
+
+
+@pytest.fixture(scope='module')
+def files(environment: dict[str, str]) -> Callable[[], list[Path]]:
+    return lambda: sorted(Path(environment['NUMBA_CACHE_DIR']).rglob('*.nbc'))
+
+
+def test_a_demo_that_finds_no_kernels_waits_for_them_and_says_so(cold_demo, files):
+    assert cold_demo.returncode == 0, cold_demo.stderr
+    told = [int(done) for done in re.findall(OF_NODE, cold_demo.stderr)]
+    assert told[0] == 0
+    assert told == sorted(set(told))
+    assert told[-1] < KERNELS
+    assert cold_demo.stderr.splitlines()[0] == 'starting the drive, a process of its own'
+    assert len(files()) == KERNELS
+
+
+@pytest.mark.parametrize(
+    'words',
+    [
+        ('compile',),
+        ('simulate', '--voltage', '100', '--steps', '2', '--json', '--params', REALISTIC),
+        ('sweep', '--amplitude', '0:90nm:10', '--steps', '3', '--workers', '1', '-o', 'sweep.csv'),
+    ],
+    ids=['compile', 'realistic', 'sweep'],
+)
+def test_after_that_nothing_is_compiled(words, run, files, all_kept):
+    before = files()
+    done = run(*words)
+    assert done.returncode == 0
+    assert done.stderr == ''
+    assert files() == before
+    assert bool(done.stdout) == (words != ('compile',))
+
+
+def test_what_is_missing_is_compiled_and_counted(run, environment, files, all_kept):
+    before = files()
+    [lost] = [file for file in before if '.advance.observe-' in file.name]
+    lost.unlink()
+    done = run('compile', '--timings')
+    assert done.returncode == 0
+    assert re.fullmatch(OF_ALL + r'\n', done.stderr)
+    assert re.fullmatch(r'1 kernels compiled in .* s, .* s of a processor\n', done.stdout)
+    assert files() == before
+    assert '"kernels": 0' in run('compile', '--json').stdout
+
+
+def test_a_drive_that_compiles_ends_at_a_signal(environment, tmp_path):
+    cold = {**environment, 'NUMBA_CACHE_DIR': str(tmp_path / 'cache')}
+    with subprocess.Popen([BIN / 'drive'], env=cold, stderr=subprocess.PIPE, text=True) as drive:
+        told = next(line for line in drive.stderr if re.search(OF_NODE, line))
+        drive.send_signal(signal.SIGTERM)
+        rest = drive.stderr.read()
+        assert drive.wait(TIMEOUT_S) == 0
+    assert f'0 of {KERNELS}' in told
+    assert 'Traceback' not in rest
+    assert 'active' not in rest
+    assert len(list((tmp_path / 'cache').rglob('*.nbc'))) < KERNELS
+
+
+def test_where_nothing_can_be_kept_the_verb_says_so_and_fails(monkeypatch, capsys):
+    monkeypatch.setattr(kernel_cache, 'cache_folders', lambda: Folders((), None))
+    monkeypatch.setattr(compilation, 'cache_folders', lambda: Folders((), None))
+    monkeypatch.setattr(
+        compilation, 'compile_kernels', lambda: entry_point(lambda value: 2.0 * value)(1.5)
+    )
+    monkeypatch.setattr(compilation, 'compile_lanes', lambda: None)
+    assert main(['compile']) == 1
+    why, progress = capsys.readouterr().err.splitlines()
+    assert why.endswith('set NUMBA_CACHE_DIR')
+    assert re.fullmatch(OF_ALL, progress)

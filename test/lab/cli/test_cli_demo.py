@@ -1,0 +1,119 @@
+"""`stickslip demo`: two processes, topics between them, a recording and a picture."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip_ros.lab.cli.demo import DemoSummary
+from stickslip_ros.lab.runs.replay import replay
+from stickslip_ros.recording.reader import Recording
+
+TIMEOUT_S = 180.0
+PNG = b'\x89PNG\r\n\x1a\n'
+SETTINGS = ('--set', 'stand.preload=0.25')
+FREE_MS = 200
+"""Steps and ramp of the free runner, and the pauses; position and force come every ms."""
+CELL_NOISE_N = 1e-3
+"""Far above the noise of the load cell, 0.06 mN, and far below any force that is generated."""
+STICKSLIP = Path(sys.executable).with_name('stickslip')
+
+
+@pytest.fixture(scope='module')
+def demo(
+    tmp_path_factory: pytest.TempPathFactory, ros_domain: int, compiled_kernels: None
+) -> tuple[Any, Path]:
+    """Run the demo once; give the ended process and its folder."""
+    folder = tmp_path_factory.mktemp('demo')
+    environment = {
+        **os.environ,
+        'ROS_AUTOMATIC_DISCOVERY_RANGE': 'LOCALHOST',
+        'ROS_DOMAIN_ID': str(60 + ros_domain),
+        'ROS_LOG_DIR': str(folder / 'log'),
+    }
+    environment.pop('ROS_NAMESPACE', None)
+    return (
+        subprocess.run(
+            [STICKSLIP, 'demo', '--output', folder, '--json', *SETTINGS],
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=TIMEOUT_S,
+            check=False,
+        ),
+        folder,
+    )
+
+
+def test_it_passes_and_leaves_nothing_on_stderr(demo: tuple[Any, Path]):
+    process, _ = demo
+    assert process.stderr == ''
+    assert process.returncode == 0
+
+
+def test_its_summary_says_what_the_drive_did_and_that_nothing_was_dropped(demo: tuple[Any, Path]):
+    told = json.loads(demo[0].stdout)
+    assert told['steps'] == 258
+    assert told['dropped'] == told['exit_status'] == 0
+    assert 0.0 < told['real_time_factor'] < 1.1
+    assert 0.0 < told['free_step_m'] < 160e-9
+    assert 0.0 < told['loaded_force_n'] < told['force_n']
+
+
+FELL = 'this machine was too busy for real time: simulated time fell 1.2 s behind the clock'
+
+
+@pytest.mark.parametrize(
+    ('changes', 'verdict'),
+    [
+        ({'behind_s': 0.0}, 'simulated time kept up with the clock'),
+        ({'behind_s': 1.23}, f'{FELL}; no physics is left out'),
+        ({'dropped': 1}, 'NOT as it should be: look at steps, dropped messages and status above'),
+    ],
+)
+def test_a_verdict_says_whether_simulated_time_kept_up(
+    demo: tuple[Any, Path], changes: dict[str, Any], verdict: str
+):
+    told = DemoSummary(**json.loads(demo[0].stdout))
+    assert replace(told, **changes).verdict == verdict
+
+
+def test_it_writes_a_recording_with_its_parameters(demo: tuple[Any, Path]):
+    process, folder = demo
+    told = json.loads(process.stdout)
+    assert Path(told['recording']) == folder / 'demo.mcap'
+    recording = Recording(folder / 'demo.mcap')
+    counts = {channel.topic: channel.messages for channel in recording.channels}
+    assert counts['/position'] > 700
+    commands = '/command/voltage', '/command/sawtooth', '/command/load'
+    assert [counts[topic] for topic in commands] == [20, 4, 2]
+    assert 'preload: 0.25\n' in recording.attachments['parameters.yaml'][1].decode()
+    assert 'preload: 0.25\n' in (folder / 'demo_parameters.yaml').read_text(encoding='utf-8')
+
+
+def test_it_draws_a_picture(demo: tuple[Any, Path]):
+    picture = demo[1] / 'demo.png'
+    data = picture.read_bytes()
+    assert data.startswith(PNG)
+    assert len(data) > 10_000
+
+
+def test_the_runner_walks_freely_before_it_pushes(demo: tuple[Any, Path]):
+    recording = Recording(demo[1] / 'demo.mcap')
+    position, force = recording.series('position'), recording.series('force')
+    # The load cell stands nine strokes away, of 160 nm at 300 V; two are more than a step.
+    walked = int(np.argmax(position.value > 7 * 160e-9))
+    assert walked > FREE_MS
+    assert abs(force.value[:walked]).max() < CELL_NOISE_N
+
+
+def test_its_recording_is_replayed_to_the_byte(demo: tuple[Any, Path]):
+    recording = demo[1] / 'demo.mcap'
+    assert Recording(recording).series('position').time_s[0] > 0.0
+    assert replay(recording, demo[1] / 'again.mcap').identical

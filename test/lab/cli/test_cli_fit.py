@@ -1,0 +1,101 @@
+"""``stickslip fit`` as it is typed: files, tables, JSON and refusals."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.runs.sawtooth_run import run_drive
+from stickslip_ros.parameters import Parameters, load_yaml
+
+TRUTH = {'contact.friction': 0.25, 'runner.damping': 80.0}
+FREQUENCY_HZ = 2000.0
+CYCLES = 400
+POINTS = [(0.1, 50e-9), (0.1, 80e-9), (0.1, 140e-9), (0.2, 80e-9), (0.2, 140e-9)]
+ERROR_N = (0.6e-3, -0.4e-3, -0.8e-3, 1.1e-3, 0.2e-3)
+"""Errors of the points, as noise of 1 mN might be."""
+FREE = ['--free', 'contact.friction,runner.damping', '--start', 'runner.damping=60']
+QUICK = ['--starts', '2', '--workers', '2']
+
+
+@pytest.fixture(scope='module')
+def experiment(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give measured forces with their standard errors."""
+    lines = ['preload_n,amplitude_m,frequency_hz,force_n,force_sigma_n']
+    for (preload_n, amplitude_m), error_n in zip(POINTS, ERROR_N, strict=True):
+        there = Parameters().updated({**TRUTH, 'stand.preload': preload_n})
+        force_n = run_drive(there, amplitude_m, FREQUENCY_HZ, CYCLES).force_mean_n + error_n
+        lines.append(f'{preload_n},{amplitude_m},{FREQUENCY_HZ},{force_n},1e-3')
+    path = tmp_path_factory.mktemp('fit') / 'experiment.csv'
+    path.write_text('\n'.join(lines), encoding='utf-8')
+    return path
+
+
+def fit(path: Path, *words: str) -> int:
+    return main(['fit', str(path), *words])
+
+
+def test_the_fitted_stand_runs_from_its_yaml_and_the_json_says_how_good_it_is(
+    experiment, capsys, tmp_path
+):
+    files = [tmp_path / 'new' / name for name in ('fit.yaml', 'fit.json', 'fit.png')]
+    yaml, text, picture = files
+    words = ['-o', str(yaml), '-o', str(text), '--figure', str(picture), '--json']
+    assert fit(experiment, *FREE, *QUICK, *words) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert json.loads(text.read_text(encoding='utf-8')) == result
+    assert [one['name'] for one in result['estimates']] == list(TRUTH)
+    for one, truth in zip(result['estimates'], TRUTH.values(), strict=True):
+        assert abs(one['value'] - truth) < 3.0 * one['standard_error']
+    assert (result['dof'], result['starts'], len(result['points'])) == (3, 2, 5)
+    assert 0.0 < result['p_value'] < 1.0
+    stand = load_yaml(yaml)
+    assert stand.contact.friction == result['estimates'][0]['value']
+    assert stand.changed() == result['parameters']
+    assert f'# contact.friction: {stand.contact.friction:.6g} ± ' in yaml.read_text(
+        encoding='utf-8'
+    )
+    assert picture.read_bytes().startswith(b'\x89PNG')
+
+
+def test_the_tables_show_errors_and_correlation(experiment, capsys):
+    assert fit(experiment, *FREE, '--starts', '1') == 0
+    shown = ' '.join(capsys.readouterr().out.split())
+    for words in (
+        'std error',
+        'chi-square per degree',
+        'condition number',
+        'correlation',
+        'searches in this minimum 1 of 1',
+        'from the standard errors of the points; intervals of the normal distribution',
+    ):
+        assert words in shown
+
+
+def test_without_standard_errors_the_basis_of_the_errors_is_said(experiment, capsys, tmp_path):
+    bare = tmp_path / 'bare.csv'
+    lines = experiment.read_text(encoding='utf-8').splitlines()
+    bare.write_text('\n'.join(line.rpartition(',')[0] for line in lines), encoding='utf-8')
+    words = ['--free', 'contact.rms_height', '--set', 'runner.damping=80', '--starts', '1']
+    assert fit(bare, *words, '--set', 'contact.friction=0.25') == 0
+    shown = capsys.readouterr().out
+    assert 'noise of a point, estimated' in shown
+    assert 'scaled by the residuals, as the points have no standard errors' in shown
+    assert 'note    contact.prefactor was set to 0' in shown
+
+
+def test_with_steps_every_run_makes_as_many_as_the_experiment(experiment, capsys):
+    assert fit(experiment, *FREE, '--starts', '1', '--steps', '300', '--json') == 0
+    result = json.loads(capsys.readouterr().out)
+    assert [point['steps'] for point in result['points']] == [300] * len(POINTS)
+    assert result['warnings'] == []
+
+
+def test_ctrl_c_says_how_far_the_fit_came_and_ends_with_130(experiment, capsys, monkeypatch):
+    def pressed(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr('stickslip_ros.lab.fitting.fit.search', pressed)
+    assert fit(experiment, *FREE, '--starts', '1') == 130
+    assert 'stopped after 0 of 1 cases' in capsys.readouterr().err

@@ -1,0 +1,102 @@
+"""An answer in its two forms, and the progress bar of long work on a terminal."""
+
+import io
+import json
+import re
+import sys
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.cli.printing import Answer, number, table
+from stickslip_ros.lab.cli.verbs import VERBS
+from stickslip_ros.lab.validation.references import read_references
+from stickslip_ros.process.signals import REFUSED
+from stickslip_ros.progress import shown_progress
+
+PATIENCE_S = 60.0
+DONE_BEFORE, TOTAL = 500, 100_000_000
+RATE_AND_TIME_LEFT = re.compile(r'\d/s .*\d:\d\d:\d\d')
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_the_bar_counts_and_says_the_rate_and_the_time_left(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, 'stderr', terminal)
+    monkeypatch.setenv('TERM', 'xterm')
+    monkeypatch.setenv('COLUMNS', '120')
+    give_up = time.monotonic() + PATIENCE_S
+    with shown_progress('runs', quiet=False, resumes=True) as show:
+        done = DONE_BEFORE
+        while not RATE_AND_TIME_LEFT.search(terminal.getvalue()):
+            assert time.monotonic() < give_up
+            done += 1
+            show(done, TOTAL)
+    assert 'runs' in terminal.getvalue()
+    assert f'/{TOTAL}' in terminal.getvalue()
+
+
+def test_a_quiet_bar_is_not_shown(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(sys, 'stderr', terminal)
+    with shown_progress('runs', quiet=True) as show:
+        show(1, 2)
+    assert terminal.getvalue() == ''
+
+
+@pytest.mark.parametrize(
+    ('words', 'bars'),
+    [
+        (['validate'], ['families']),
+        (['figures', '--only', 'fig2', '--points', '2'], ['runs', 'figures']),
+        (['zero-amplitude', '--steps', '10'], ['runs']),
+        (['bode', '--frequency', '1kHz'], ['sines']),
+        (['sweep', '--amplitude', '1nm', '--steps', '1', '--output', 'a.csv'], ['runs']),
+        (['simulate', '--voltage', '9V', '--steps', '1'], ['steps']),
+    ],
+    ids=lambda each: each[0],
+)
+def test_long_work_shows_how_far_it_is(words, bars, monkeypatch, tmp_path, ros_domain):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv('ROS_DOMAIN_ID', str(ros_domain))
+    one = read_references()[:1]
+    monkeypatch.setattr('stickslip_ros.lab.validation.self_test.read_references', lambda: one)
+    shown: list[str] = []
+
+    @contextmanager
+    def noted(what, *, quiet, resumes=False):
+        shown.append(what)
+        with shown_progress(what, quiet=quiet, resumes=resumes) as show:
+            yield show
+
+    modules = [f'lab.cli.{VERBS[words[0]].module}', 'lab.linear.swept_sine', 'progress']
+    for module in modules:
+        monkeypatch.setattr(f'stickslip_ros.{module}.shown_progress', noted, raising=False)
+    assert main(words) != REFUSED
+    assert shown == bars
+
+
+def test_an_answer_is_a_table_for_people_or_json_in_si_units(capsys):
+    rows = [number('stroke', 60e-9, '.1f', 'nm'), ('steps', 20)]
+    answer = Answer({'stroke_m': 60e-9, 'steps': 20}, [table('a run', rows), 'done'])
+    answer.show(as_json=False)
+    shown = capsys.readouterr().out
+    assert re.search(r'^stroke   60\.0   nm\nsteps      20 *$', shown, re.MULTILINE)
+    assert shown.endswith('done\n')
+    answer.show(as_json=True)
+    assert json.loads(capsys.readouterr().out) == {'stroke_m': 60e-9, 'steps': 20}
+
+
+def test_a_table_is_as_wide_as_a_narrow_terminal_where_nobody_says_how_wide(capsys, monkeypatch):
+    answer = Answer(None, [table('a table', [('x' * 200,)])])
+    for columns, width in ((None, 80), ('90', 90)):
+        if columns:
+            monkeypatch.setenv('COLUMNS', columns)
+        answer.show(as_json=False)
+        assert max(map(len, capsys.readouterr().out.splitlines())) == width

@@ -1,0 +1,124 @@
+"""``stickslip sweep`` and ``stickslip zero-amplitude`` as they are typed, killed and resumed."""
+
+import csv
+import json
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from stickslip_ros.lab.cli.main import main
+
+STICKSLIP = Path(sys.executable).with_name('stickslip')
+PATIENCE_S = 120.0
+"""For a program that must compile its kernels first."""
+LOOK_S = 0.005
+LONG = ['--preload', '0.1,0.4,0.7,1.0', '--amplitude', '0:160e-9:9', '--steps', '3000']
+RUNS = 36
+SHORT = ['--preload', '0.1,0.5', '--amplitude', '60e-9,160e-9', '--steps', '20']
+
+
+def sweep(*words: str) -> int:
+    return main(['sweep', *words])
+
+
+def lines(path: Path) -> int:
+    return path.read_bytes().count(b'\n') if path.exists() else 0
+
+
+def kill_half_way(output: Path) -> None:
+    """Start the long sweep, and kill it after some runs."""
+    words = [str(STICKSLIP), 'sweep', *LONG, '--workers', '1', '-o', str(output)]
+    journal = output.with_name(f'{output.name}.journal')
+    give_up = time.monotonic() + PATIENCE_S
+    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        while lines(journal) < 5:
+            assert time.monotonic() < give_up
+            try:
+                process.wait(LOOK_S)
+            except subprocess.TimeoutExpired:
+                continue
+            raise AssertionError(process.communicate())
+        process.kill()
+        process.communicate(timeout=PATIENCE_S)
+
+
+@pytest.fixture(scope='module')
+def unbroken(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """Give the table of the long sweep, made in one go."""
+    path = tmp_path_factory.mktemp('unbroken') / 'table.csv'
+    assert sweep(*LONG, '-o', str(path)) == 0
+    return path.read_bytes()
+
+
+def test_a_killed_sweep_goes_on_and_ends_with_the_table_of_an_unbroken_one(
+    unbroken, capsys, tmp_path
+):
+    path = tmp_path / 'table.csv'
+    journal = tmp_path / 'table.csv.journal'
+    kill_half_way(path)
+    # A line whose writing was interrupted is written again, and counts once.
+    whole = journal.read_bytes().rpartition(b'\n')[0].split(b'\n')
+    kept = len({json.loads(line)['case'] for line in whole[1:]})
+    assert 4 <= kept < RUNS
+    assert not path.exists()
+    capsys.readouterr()
+    assert sweep(*LONG, '--workers', '2', '-o', str(path)) == 0
+    assert re.search(rf'taken from the journal +{kept}\n', capsys.readouterr().out)
+    assert path.read_bytes() == unbroken
+    assert not journal.exists()
+
+
+def test_the_json_has_the_rows_of_the_file_and_the_stop_rule(capsys, tmp_path):
+    path = tmp_path / 'table.csv'
+    words = ['--vary', 'load_cell.stiffness=1e4,1e5', '--frequency=-500,500', '-o', str(path)]
+    assert sweep(*SHORT, *words, '--json') == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result['file'] == str(path)
+    assert result['stop_rule'] == '20 steps'
+    with path.open(newline='', encoding='utf-8') as file:
+        table = list(csv.DictReader(line for line in file if not line.startswith('#')))
+    assert len(table) == len(result['rows']) == 16
+    assert next(iter(table[0])) == 'load_cell.stiffness [N/m]'
+    for row, texts in zip(result['rows'], table, strict=True):
+        assert {name: str(value) for name, value in row.items()} == texts
+
+
+def test_the_journal_of_another_sweep_is_refused_unless_fresh(capsys, tmp_path, unbroken):
+    path = tmp_path / 'table.csv'
+    kill_half_way(path)
+    assert sweep(*SHORT, '-o', str(path)) == 2
+    error = capsys.readouterr().err
+    assert 'table.csv.journal: is of another study: cases 36, not 4; start anew with' in error
+    assert sweep(*LONG, '--set', 'runner.damping=1', '-o', str(path)) == 2
+    assert 'its parameters or the values of its cases are different' in capsys.readouterr().err
+    assert not path.exists()
+    assert sweep(*SHORT, '--fresh', '-o', str(path)) == 0
+    assert lines(path) == 7
+
+
+def test_a_missing_package_is_told_before_the_work_begins(capsys, monkeypatch, tmp_path):
+    monkeypatch.setitem(sys.modules, 'pyarrow', None)
+    monkeypatch.setitem(sys.modules, 'distributed', None)
+    assert sweep(*SHORT, '-o', str(tmp_path / 'table.parquet')) == 2
+    assert 'install it with: pip install pyarrow' in capsys.readouterr().err
+    words = ['--scheduler', 'tcp://127.0.0.1:1', '-o', str(tmp_path / 'table.csv')]
+    assert sweep(*SHORT, *words) == 2
+    assert 'install it with: pip install distributed' in capsys.readouterr().err
+
+
+def test_zero_amplitude_prints_its_keys(capsys):
+    words = ['zero-amplitude', '--preload', '500mN', '--set', 'contact.profile=smooth']
+    assert main([*words, '--json']) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result['zero_amplitude_m'] == pytest.approx(53e-9, rel=0.0, abs=0.5e-9)
+    assert result['max_presliding_lower_m'] == pytest.approx(42.80e-9, rel=0.0, abs=0.01e-9)
+    assert (result['preload_n'], result['frequency_hz']) == (0.5, 200.0)
+    assert {'slope', 'method', 'zero_amplitude_direct_m', 'fit_from_m', 'fit_to_m'} <= set(result)
+    assert main([*words, '--set', 'load_cell.contact=attached']) == 0
+    assert "Edeler's extrapolation" in capsys.readouterr().out
+    assert main([*words, '--frequency', '0']) == 2
+    assert 'frequency 0 Hz is not a frequency' in capsys.readouterr().err

@@ -1,0 +1,263 @@
+"""Runs against each other over time: the same, moved, attached, with gaps."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.cdr import pack_stamped
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.comparison.in_time import estimate_alignment
+from stickslip_ros.lab.runs.recorded import recorded_series
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.series import Series
+
+LATE_S = 1.234567
+SAMPLE_S = 2e-5
+"""Spacing of the default trace."""
+SUBSAMPLE = 0.05
+"""Share of a sample to which the lag of a smooth signal is found."""
+MS_NS = 1_000_000
+
+
+def compared(a, b=None, **shift):
+    return compare(a, b, **shift)
+
+
+def write_series(path, series, late_s=0.0, sigma=None):
+    """Write a recording's quantities as an experiment file, each float to the bit."""
+    names = list(series)
+    header = ['time_s', *names]
+    columns = [series[names[0]].time_s + late_s, *(series[name].value for name in names)]
+    if sigma is not None:
+        header.append(sigma[0])
+        columns.append(np.full(len(columns[0]), sigma[1]))
+    rows = [','.join(repr(float(value)) for value in row) for row in zip(*columns, strict=True)]
+    path.write_text('\n'.join([','.join(header), *rows, '']), encoding='utf-8')
+    return path
+
+
+@pytest.fixture(scope='module')
+def series(recorded_run):
+    return recorded_series(Recording(recorded_run[1]))
+
+
+@pytest.fixture(scope='module')
+def late(series, tmp_path_factory):
+    """Give the recorded run as an experiment that is late by a known time."""
+    return write_series(tmp_path_factory.mktemp('late') / 'late.csv', series, LATE_S)
+
+
+def record_points(path, values_m, attachments=None):
+    """Record positions alone, 1 kHz."""
+    channels = [Channel('/position', m.POINT_STAMPED, Qos(10))]
+    with Recorder(path, channels, attachments=attachments or {}) as recorder:
+        for tick, value_m in enumerate(values_m):
+            at_ns = tick * MS_NS
+            message = pack_stamped(at_ns, 'stage_base', (value_m, 0.0, 0.0))
+            recorder.put('/position', at_ns, message, wait=True)
+    return path
+
+
+def test_a_recording_equals_itself(recorded_run):
+    comparison = compared(recorded_run[1], recorded_run[1])
+    names = [quantity.name for quantity in comparison.quantities]
+    assert names == ['position_m', 'force_n', 'voltage_v', 'foot_m']
+    assert comparison.differences == ()
+    for quantity in comparison.quantities:
+        told = quantity.agreement
+        assert (told.bias, told.rms, told.largest, told.relative_rms) == (0.0, 0.0, 0.0, 0.0)
+        assert told.correlation == pytest.approx(1.0, rel=1e-12)
+        assert quantity.left_out == 0
+
+
+def test_a_recording_that_is_already_aligned_is_not_moved(recorded_run):
+    alignment = compared(recorded_run[1], recorded_run[1], align=True).alignment
+    assert abs(alignment.shift_s) < 1e-3 * SAMPLE_S
+    assert alignment.correlation == pytest.approx(1.0, abs=1e-9)
+    assert alignment.decided_by == 'voltage_v'
+    assert alignment.error_s < 1e-3 * SAMPLE_S
+
+
+def test_a_known_shift_is_found_and_undone(recorded_run, late):
+    comparison = compared(recorded_run[1], late, align=True)
+    assert comparison.alignment.method == 'estimated'
+    assert comparison.alignment.shift_s == pytest.approx(-LATE_S, abs=SUBSAMPLE * SAMPLE_S)
+    for quantity in comparison.quantities:
+        assert quantity.agreement.correlation > 0.999
+
+
+def test_a_given_shift_is_taken(recorded_run, late):
+    comparison = compared(recorded_run[1], late, shift_s=-LATE_S)
+    assert (comparison.alignment.shift_s, comparison.alignment.method) == (-LATE_S, 'given')
+    # Times of the order of a second are exact to 1e-16 s, slopes are below 1e8 V/s.
+    for quantity in comparison.quantities:
+        assert quantity.agreement.relative_rms < 1e-9
+
+
+def test_readings_that_are_far_off_do_not_move_the_zero(recorded_run, series, tmp_path):
+    """A sensor that loses count for a tenth of the time: the median of the differences stays."""
+    position, moved_m = series['position_m'], 3e-7
+    values_m = position.value - moved_m
+    values_m[: len(values_m) // 10] += 2e-6
+    lost = {'position_m': replace(position, value=values_m)}
+    path = write_series(tmp_path / 'lost.csv', lost)
+    [quantity] = compared(recorded_run[1], path, offset=True).quantities
+    assert quantity.offset == pytest.approx(moved_m, rel=1e-9)
+
+
+def test_runs_that_share_no_time_are_refused(recorded_run, late):
+    with pytest.raises(StickSlipError) as caught:
+        compared(recorded_run[1], late, shift_s=5.0)
+    assert 'position_m of' in str(caught.value)
+    assert 'move B with --shift or --align' in str(caught.value)
+
+
+def test_another_seed_and_preload_are_named_and_the_numbers_are_direct(recorded_run, tmp_path):
+    from stickslip_ros.lab.runs.sawtooth_run import simulate  # noqa: PLC0415 - this test only
+
+    other = Parameters().updated({'sim.seed': 2, 'stand.preload': 0.4})
+    simulate(other, voltage_v=300.0, steps=20, path=tmp_path / 'other.mcap')
+    comparison = compared(recorded_run[1], tmp_path / 'other.mcap')
+    assert {each.name for each in comparison.differences} == {'sim.seed', 'stand.preload'}
+    a, b = (
+        Recording(path).trace()['force'].value
+        for path in (recorded_run[1], tmp_path / 'other.mcap')
+    )
+    told = comparison.quantities[1].agreement
+    assert told.points == len(a)
+    assert told.bias == pytest.approx(np.mean(b - a), rel=1e-12)
+    assert told.rms == pytest.approx(np.sqrt(np.mean((b - a) ** 2)), rel=1e-12)
+    worst = int(np.argmax(np.abs(b - a)))
+    assert told.largest == (b - a)[worst]
+    time_s = Recording(recorded_run[1]).trace()['force'].time_s
+    assert told.largest_at == {'time_s': float(time_s[worst])}
+
+
+def test_b_is_interpolated_onto_the_times_of_a_within_both(tmp_path):
+    a = tmp_path / 'a.csv'
+    a.write_text('time_s,position_m\n0,0\n1,1e-9\n2,2e-9\n3,3e-9\n')
+    b = tmp_path / 'b.csv'
+    b.write_text('time_s,position_m,foot_m\n0.5,1.5e-9,0\n2.5,3.5e-9,1e-9\n')
+    [position] = compared(a, b).quantities
+    [part] = position.parts
+    np.testing.assert_array_equal(part.x, [1.0, 2.0])
+    np.testing.assert_allclose(part.difference, [1e-9, 1e-9], rtol=1e-9)
+    assert position.left_out == 0
+
+
+def test_the_uncertainties_of_a_run_give_chi_square(series, tmp_path):
+    rng = np.random.default_rng(5)
+    position = series['position_m'].window(0.0, 0.005)
+    sigma_m = 2e-9
+    noise_m = rng.normal(scale=sigma_m, size=len(position))
+    noisy = Series(position.time_s, position.value + noise_m, 'm', 'noisy')
+    a = write_series(
+        tmp_path / 'a.csv', {'position_m': noisy}, sigma=('position_sigma_m', sigma_m)
+    )
+    b = write_series(tmp_path / 'b.csv', {'position_m': position})
+    chi = compared(a, b).quantities[0].agreement.chi_square
+    assert chi.chi_square == pytest.approx(np.sum((noise_m / sigma_m) ** 2), rel=1e-9)
+    assert chi.degrees_of_freedom == len(position)
+    assert 0.01 < chi.p_value < 0.99
+
+
+def test_what_is_no_number_is_left_out_and_counted(tmp_path):
+    a = record_points(tmp_path / 'a.mcap', [0.0, 1e-9, math.nan, 3e-9, 4e-9])
+    b = record_points(tmp_path / 'b.mcap', [0.0, 1e-9, 2e-9, 3e-9, 5e-9])
+    [position] = compared(a, b).quantities
+    assert (position.agreement.points, position.left_out) == (4, 1)
+    assert position.agreement.largest == pytest.approx(1e-9)
+    dark = record_points(tmp_path / 'dark.mcap', [math.nan] * 5)
+    with pytest.raises(StickSlipError, match='position_m is a number at no time in both'):
+        compared(a, dark)
+
+
+def test_a_recording_alone_is_compared_with_the_experiment_that_it_carries(tmp_path):
+    text = b'# as measured\ntime_s,position_m\n0,1e-9\n0.002,3e-9\n'
+    path = record_points(
+        tmp_path / 'run.mcap', [0.0, 1e-9, 2e-9], {'experiment.csv': ('text/csv', text)}
+    )
+    comparison = compared(path)
+    assert comparison.b.origin == f'{path} experiment.csv'
+    assert comparison.b.notes == ('as measured',)
+    [position] = comparison.quantities
+    assert position.agreement.bias == pytest.approx(1e-9)
+    assert position.agreement.points == 3
+
+
+def test_a_recording_alone_without_an_experiment_is_refused(recorded_run):
+    with pytest.raises(StickSlipError, match=r'carries no experiment\.csv; name what to compare'):
+        compared(recorded_run[1])
+
+
+def test_a_damaged_attachment_is_refused_by_its_line(tmp_path):
+    content = {'experiment.csv': ('text/csv', b'time_s,position_m\n0,1 nm\n')}
+    path = record_points(tmp_path / 'run.mcap', [0.0, 1e-9], content)
+    with pytest.raises(StickSlipError, match=r"experiment\.csv: line 2, column position_m: '1 nm"):
+        compared(path)
+
+
+def test_kinds_that_do_not_fit_are_refused(recorded_run, tmp_path):
+    points = tmp_path / 'points.csv'
+    points.write_text('preload_n,amplitude_m,force_n\n0.5,6e-8,0.02\n')
+    for a, b in ((recorded_run[1], points), (points, recorded_run[1])):
+        with pytest.raises(StickSlipError, match='compare two over time, or two by amplitude'):
+            compared(a, b)
+    foot = tmp_path / 'foot.csv'
+    foot.write_text('time_s,foot_m\n0,0\n1,1e-9\n')
+    voltage = tmp_path / 'voltage.csv'
+    voltage.write_text('time_s,voltage_v\n0,0\n1,1\n')
+    with pytest.raises(StickSlipError, match='compare runs that share a quantity'):
+        compared(foot, voltage)
+
+
+def _bump(time_s, at_s):
+    return np.exp(-(((time_s - at_s) / 0.1) ** 2))
+
+
+@pytest.mark.parametrize('late_s', [0.0, 0.003, -0.0042, 0.25, -0.3371])
+def test_the_lag_of_a_smooth_signal_is_found_between_samples(late_s):
+    time_s = np.arange(200, dtype=float) * 0.01
+    a = Series(time_s, 5.0 + _bump(time_s, 0.9), 'm', 'a')
+    b = Series(time_s + 3.0, -2.0 * _bump(time_s, 0.9 + late_s) + 1.0, 'm', 'b')
+    # Turned upside down nothing fits; turned back it does, whatever scale and offset.
+    upright = Series(b.time_s, -b.value, 'm', 'b')
+    shift_s = estimate_alignment([(a, upright)]).shift_s
+    assert shift_s == pytest.approx(-3.0 - late_s, abs=SUBSAMPLE * 0.01)
+
+
+def test_the_lag_of_noisy_signals_of_different_rates_is_found():
+    rng = np.random.default_rng(2)
+    fine_s, coarse_s = (np.arange(0.0, 2.0, step, dtype=float) for step in (0.001, 0.004))
+    a = Series(fine_s, _bump(fine_s, 0.8) + 0.05 * rng.normal(size=len(fine_s)), 'N', 'a')
+    b = Series(coarse_s, _bump(coarse_s, 1.1) + 0.05 * rng.normal(size=len(coarse_s)), 'N', 'b')
+    found = estimate_alignment([(a, b)])
+    assert found.shift_s == pytest.approx(-0.3, abs=0.01)
+    assert found.sample_s == pytest.approx(0.001)
+
+
+def test_of_equal_periods_the_smallest_shift_counts():
+    time_s = np.arange(400, dtype=float) * 0.01
+    wave = Series(time_s, (time_s * 2.0) % 1.0, 'V', 'wave')
+    assert estimate_alignment([(wave, wave)]).shift_s == pytest.approx(0.0, abs=1e-4)
+
+
+def test_where_nothing_changes_no_lag_is_found():
+    time_s = np.arange(10, dtype=float)
+    flat = Series(time_s, np.ones(10), 'V', 'flat')
+    with pytest.raises(StickSlipError, match='nothing changes in both; record something that'):
+        estimate_alignment([(flat, flat)])
+
+
+def test_a_single_sample_gives_no_lag(tmp_path):
+    for name in ('a', 'b'):
+        (tmp_path / f'{name}.csv').write_text('time_s,force_n\n0,0\n')
+    with pytest.raises(StickSlipError, match='give --shift instead of --align'):
+        compared(tmp_path / 'a.csv', tmp_path / 'b.csv', align=True)

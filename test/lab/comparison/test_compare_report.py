@@ -1,0 +1,181 @@
+"""The report of a comparison: self-contained, escaped, the same bytes, all numbers."""
+
+import base64
+import dataclasses
+import re
+from html.parser import HTMLParser
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.comparison.report import draw_comparison, report_page
+from stickslip_ros.lab.comparison.words import sections, sentences
+from stickslip_ros.lab.runs.plotting import svg_of
+from stickslip_ros.parameters import Parameters
+
+NASTY = '<script>alert("1")</script> & \'x\' {{ 7 * 7 }}'
+COMMAND = "stickslip compare 'a <b>.csv' model"
+VOID = {'meta', 'img', 'br', 'link', 'hr', 'input'}
+
+
+class Page(HTMLParser):
+    """Collect tags, attributes and texts, and see that every element is closed."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.texts: list[str] = []
+        self._open: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self._open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        self.texts.append(data)
+
+    def attributes(self, tag: str, name: str) -> list[str]:
+        return [attributes.get(name) or '' for each, attributes in self.tags if each == tag]
+
+
+@pytest.fixture(scope='module')
+def points(tmp_path_factory):
+    """Give a comparison by amplitude of a file whose name and notes are nasty."""
+    folder = tmp_path_factory.mktemp('report')
+    path = folder / '<b>&"nasty\'.csv'
+    path.write_text(
+        f'# {NASTY}\npreload_n,amplitude_m,force_n,force_sigma_n\n'
+        '0.1,6e-8,0.03,1e-3\n0.1,1.6e-7,0.06,1e-3\n0.5,6e-8,0.01,1e-3\n0.5,1.6e-7,0.17,1e-3\n',
+        encoding='utf-8',
+    )
+    return compare(path, Parameters(), steps=20)
+
+
+@pytest.fixture(scope='module')
+def runs(recorded_run):
+    path = str(recorded_run[1])
+    return compare(path, path, shift_s=1e-3)
+
+
+@pytest.fixture(scope='module', params=['points', 'runs'])
+def comparison(request, points, runs):
+    return {'points': points, 'runs': runs}[request.param]
+
+
+def test_the_page_needs_nothing_else(comparison):
+    text = report_page(comparison, COMMAND)
+    page = Page(text)
+    tags = {tag for tag, _ in page.tags}
+    assert not tags & {'script', 'link', 'iframe', 'object', 'embed', 'base', 'form'}
+    sources = [page.attributes(tag, name) for tag, name in (('img', 'src'), ('a', 'href'))]
+    assert all(url.startswith('data:image/svg+xml;base64,') for urls in sources for url in urls)
+    without_data = re.sub(r'data:image/svg\+xml;base64,[\w+/=]+', '', text)
+    assert 'http' not in without_data
+    assert 'url(' not in without_data
+    assert '@import' not in without_data
+
+
+def test_there_is_a_picture_of_every_quantity_that_needs_nothing_else(comparison):
+    page = Page(report_page(comparison, COMMAND))
+    urls = page.attributes('img', 'src')
+    assert len(urls) == len(comparison.quantities)
+    assert all(page.attributes('img', 'alt'))
+    for url in urls:
+        svg = ET.fromstring(base64.b64decode(url.partition(',')[2]))
+        assert svg.tag.endswith('svg')
+        links = [
+            value
+            for element in svg.iter()
+            for name, value in element.attrib.items()
+            if name.endswith('href')
+        ]
+        assert all(link.startswith('#') for link in links)
+        assert sum(element.tag.endswith('path') for element in svg.iter()) > 20
+
+
+def test_settings_that_differ_have_a_heading_and_their_absence_a_sentence(runs):
+    words = ' '.join(Page(report_page(runs, COMMAND)).texts)
+    assert runs.differences == ()
+    assert 'Settings of A and B that differ' in words
+    assert 'None. Compared are those that both state: parameters, seed, versions' in words
+
+
+@pytest.mark.parametrize(
+    ('origin', 'shown'),
+    [
+        ('runs/run.mcap', 'run.mcap'),
+        ('a$b$.mcap', 'a$b$.mcap'),
+        (f'{"x" * 40}_1.mcap', f'…{"x" * 32}_1.mcap'),
+    ],
+    ids=['folder', 'no formula', 'long'],
+)
+def test_the_legend_names_the_files(points, runs, origin, shown):
+    named = dataclasses.replace(runs, a=dataclasses.replace(runs.a, origin=origin))
+    words = re.findall('<!-- (.*?) -->', svg_of(named.plot()))
+    assert {f'A: {shown}', 'B: run.mcap'} <= set(words)
+    words = re.findall('<!-- (.*?) -->', svg_of(draw_comparison(points, points.quantities)))
+    assert {'B: model, 0.1 N', 'B: model, 0.5 N'} <= set(words)
+
+
+def test_what_comes_from_a_file_is_escaped(points):
+    text = report_page(points, NASTY)
+    texts = Page(text).texts
+    assert '<script' not in text
+    assert NASTY in texts
+    assert any('<b>&"nasty\'.csv' in each for each in texts)
+
+
+def test_every_number_of_the_tables_and_every_sentence_is_on_the_page(comparison):
+    texts = Page(report_page(comparison, COMMAND)).texts
+    for _, header, rows in sections(comparison):
+        for cell in (cell for row in [header, *rows] for cell in row if cell):
+            assert cell in texts
+    for sentence in sentences(comparison):
+        assert sentence in texts
+    assert COMMAND in texts
+
+
+def test_the_page_says_what_was_compared(points, runs):
+    texts = Page(report_page(points, COMMAND)).texts
+    assert 'experiment by amplitude' in texts
+    assert 'not in the file' in texts
+    texts = Page(report_page(runs, COMMAND)).texts
+    assert texts.count('recording') == 2
+    assert any('times of B were shifted by 0.001 s, as given' in each for each in texts)
+
+
+def test_the_same_comparison_gives_the_same_bytes(comparison, tmp_path):
+    paths = [tmp_path / name / 'page.html' for name in ('one', 'two')]
+    for path in paths:
+        assert comparison.save(path, COMMAND) == path
+    one, other = (path.read_bytes() for path in paths)
+    assert one == other
+    assert one.startswith(b'<!DOCTYPE html>')
+
+
+def test_a_report_of_many_samples_stays_small(runs):
+    assert sum(quantity.agreement.points for quantity in runs.quantities) > 4000
+    assert len(report_page(runs, COMMAND)) < 2_000_000
+
+
+def test_a_report_that_cannot_be_written_is_refused(points, tmp_path):
+    (tmp_path / 'file').write_bytes(b'')
+    with pytest.raises(RecordingError, match='cannot be written'):
+        points.save(tmp_path / 'file/page.html', COMMAND)
+
+
+def test_sentences_say_when_all_is_equal(recorded_run):
+    path = str(recorded_run[1])
+    same = compare(path, path)
+    told = sentences(same)
+    assert len(told) == 4
+    assert all(re.fullmatch(r'The .* of B equals that of A at all \d+ points\.', t) for t in told)

@@ -1,0 +1,203 @@
+"""The search for a wave: seeded, resumable, the same on any number of workers."""
+
+import dataclasses
+import itertools
+from statistics import fmean
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.design.objectives import WaveGoal
+from stickslip_ros.lab.design.search import (
+    JOURNAL,
+    PLAIN,
+    RIVAL,
+    SearchResult,
+    SearchStopped,
+    ShapeResult,
+    WaveSearch,
+    evaluations,
+    optimise,
+    unseen_stands,
+)
+from stickslip_ros.lab.design.shapes import SHAPES
+from stickslip_ros.lab.design.waves import SPLINE
+from stickslip_ros.lab.runs import batch
+from stickslip_ros.lab.runs.batch import pool_of
+from stickslip_ros.lab.runs.courses import alone
+from stickslip_ros.lab.runs.journal import Journal
+from stickslip_ros.parameters import Parameters
+
+pytestmark = pytest.mark.usefixtures('compiled_kernels')
+
+STAND = Parameters()
+SPEED = WaveSearch(WaveGoal('speed'), STAND, (1000.0, 1000.0), (0.5, 0.5), evaluations=40)
+SMALL = dataclasses.replace(SPEED, knots=6, evaluations=12)
+
+
+def tried(workers=1, seed=7, search=SPEED, shape=SPLINE, journal=None):
+    seeded = dataclasses.replace(search, seed=seed)
+    with pool_of(workers) as pool:
+        found = evaluations(seeded, {shape: search.spaces[shape]}, pool, journal)
+        return [(wave, cost) for _, wave, cost in found]
+
+
+def count_costs(monkeypatch):
+    asked: list[object] = []
+    cost = WaveSearch.cost
+
+    def counted(search, wave):
+        asked.append(wave)
+        return cost(search, wave)
+
+    monkeypatch.setattr(WaveSearch, 'cost', counted)
+    return asked
+
+
+def test_the_same_seed_tries_the_same_waves_on_one_worker_and_on_two():
+    long = dataclasses.replace(SPEED, evaluations=150)
+    one, two = tried(1, search=long), tried(2, search=long)
+    assert one == two != tried(1, seed=8, search=long)
+    assert len(one) == 150
+    costs = [cost for _, cost in one]
+    assert min(costs) < costs[0]  # better than the saw-tooth it began with
+
+
+def test_a_shape_of_a_single_number_is_searched_too():
+    assert len(tried(shape='cycloid')) == SPEED.evaluations
+
+
+def test_a_search_that_was_killed_goes_on_as_if_it_had_not_been(tmp_path, monkeypatch):
+    with Journal(tmp_path / 'whole', JOURNAL) as journal:
+        whole = tried(journal=journal)
+    lines = (tmp_path / 'whole').read_bytes().splitlines(keepends=True)
+    (tmp_path / 'torn').write_bytes(b''.join(lines[:20]) + lines[20][:9])
+    asked = count_costs(monkeypatch)
+    with Journal(tmp_path / 'torn', JOURNAL) as journal:
+        assert tried(journal=journal) == whole
+    assert len(asked) == SPEED.evaluations - 19
+
+
+def test_what_is_remembered_of_another_stand_objective_or_shape_is_not_taken(
+    tmp_path, monkeypatch
+):
+    asked = count_costs(monkeypatch)
+    heavy = STAND.updated({'runner.mass': 1.1 * STAND.runner.mass})
+    with Journal(tmp_path / 'journal', JOURNAL) as journal:
+        for change in (
+            {},
+            {'stand': heavy},
+            {'goal': WaveGoal('force')},
+            {'goal': WaveGoal('speed', backwards=True)},
+            {'frequencies_hz': (900.0, 900.0)},
+            {'judges': (STAND, STAND.updated({'contact.friction': 0.2}))},
+        ):
+            before = len(asked)
+            tried(search=dataclasses.replace(SMALL, **change), journal=journal)
+            assert len(asked) == before + SMALL.evaluations, change
+        tried(search=dataclasses.replace(SMALL, evaluations=20), journal=journal)
+        assert len(asked) == 6 * SMALL.evaluations + 8  # a longer search goes on
+
+
+@pytest.mark.parametrize('cost', ['"a text"', 'null', 'NaN', '-Infinity', '[]', 'true'])
+def test_a_cost_that_is_none_is_computed_anew(tmp_path, cost):
+    with Journal(tmp_path / 'journal', JOURNAL) as journal:
+        whole = tried(search=SMALL, journal=journal)
+    first, second, *rest = (tmp_path / 'journal').read_text().splitlines(keepends=True)
+    head, _, _ = second.partition('"cost": ')
+    (tmp_path / 'journal').write_text(''.join((first, f'{head}"cost": {cost}}}}}\n', *rest)))
+    with Journal(tmp_path / 'journal', JOURNAL) as journal:
+        assert tried(search=SMALL, journal=journal) == whole
+
+
+def test_a_stopped_search_has_its_best_wave(monkeypatch):
+    looks = itertools.count()
+
+    def stop_after_a_while():
+        if next(looks) > 10:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(batch, 'stop_if_asked', stop_after_a_while)
+    done: list[tuple[int, float]] = []
+    long = dataclasses.replace(SMALL, evaluations=5000)
+    with pytest.raises(SearchStopped, match=r'stopped after \d+ evaluations') as stopped:
+        optimise(long, workers=1, progress=lambda *how_far: done.append(how_far))
+    number, cost = done[-1]
+    assert 1 < number < 5000
+    [worth] = alone(long.worths(stopped.value.wave, [STAND]))
+    assert worth.cost == cost < done[0][1]
+
+
+def test_several_stands_judge_by_their_mean():
+    wave = SPEED.spaces[SPLINE].wave(SPEED.spaces[SPLINE].start)
+    judges = tuple(SPEED.stand.updated({'contact.friction': each}) for each in (0.27, 0.3, 0.33))
+    several = dataclasses.replace(SPEED, judges=judges)
+    costs = [worth.cost for worth in alone(several.worths(wave, judges))]
+    assert len(set(costs)) == 3
+    assert alone(several.cost(wave)) == fmean(costs)
+
+
+def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
+    result = optimise(SMALL, workers=1)
+    assert list(result.shapes) == [*SHAPES, SPLINE, PLAIN]
+    for name, found in result.shapes.items():
+        assert len(found.history) == (0 if name == PLAIN else SMALL.evaluations)
+        assert found.history == sorted(found.history, reverse=True)
+        assert found.history[-1:] == [found.cost] * (name != PLAIN)
+    plain, rival, best = (result.shapes[name] for name in (PLAIN, RIVAL, result.best))
+    assert rival.value >= plain.value
+    assert result.gain_of(RIVAL) == 0.0
+    assert result.gain_of(result.best) == pytest.approx(best.value / rival.value - 1.0)
+    assert 0.0 < best.error < 0.05 * best.value
+    stands = unseen_stands(SMALL)
+    assert set(result.unseen) == set(stands) > {'damping 20 N s/m', 'rough lines'}
+    elsewhere = stands['amplifier of 50 kHz']
+    assert elsewhere.amplifier.bandwidth == 50e3
+    worths = (alone(SMALL.worths(one.wave, [elsewhere])) for one in (best, rival))
+    values = [worth.value for [worth] in worths]
+    gain = values[0] / values[1] - 1.0
+    assert result.unseen['amplifier of 50 kHz'] == pytest.approx(gain)
+
+
+def result_of(value, error):
+    wave = SPEED.spaces[SPLINE].wave(SPEED.spaces[SPLINE].start)
+    rival, best = (ShapeResult(wave, -one, [-one], one, error, meets=True) for one in (1.0, value))
+    return SearchResult(SMALL, {RIVAL: rival, SPLINE: best}, {})
+
+
+@pytest.mark.parametrize(
+    ('value', 'error', 'counts'),
+    [
+        (1.5, 0.01, True),
+        (1.5, 0.0, True),
+        (1.01, 0.0001, False),
+        (1.5, 0.2, False),
+        (1.0, 0.0, False),
+    ],
+)
+def test_a_gain_counts_above_five_errors_and_two_per_cent(value, error, counts):
+    result = result_of(value, error)
+    assert result.counts is counts
+    assert result.gain_of(result.best) == pytest.approx(value - 1.0)
+    result.shapes[result.best].meets = False
+    assert not result.counts
+
+
+def test_what_is_smaller_is_better_where_the_smallest_is_wanted():
+    assert dataclasses.replace(SPEED, goal=WaveGoal('energy')).gain(0.5, 1.0) == 0.5
+    assert SPEED.gain(0.5, 1.0) == -0.5
+    assert np.isnan(SPEED.gain(0.5, 0.0))
+
+
+@pytest.mark.parametrize(
+    ('values', 'message'),
+    [
+        ({'evaluations': 0}, 'number of evaluations 0 is not from 1 to 1000000'),
+        ({'seed': -1}, 'seed -1 is not from 0'),
+    ],
+)
+def test_searches_that_ask_for_nothing_are_refused(values: dict[str, Any], message: str):
+    with pytest.raises(StickSlipError, match=message):
+        dataclasses.replace(SMALL, **values)

@@ -1,0 +1,188 @@
+"""A wave within its limits, what it does to the drive, and what that is worth."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import trapezoid
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.drive.build import contacts_of, friction_limit_n
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, assess
+from stickslip_ros.lab.design.shapes import SHAPES
+from stickslip_ros.lab.design.steady_cycle import CONTACT, measure
+from stickslip_ros.lab.design.waves import SPLINE, PeriodicWave, Space, playable, write_wave
+from stickslip_ros.lab.runs.courses import alone
+from stickslip_ros.lab.runs.replay import read_drive_input
+from stickslip_ros.lab.runs.sawtooth_run import run_drive
+from stickslip_ros.parameters import Parameters
+
+pytestmark = pytest.mark.usefixtures('compiled_kernels')
+
+STAND = Parameters()
+FREE = STAND.updated({'load_cell.contact': 'absent'})
+SLOW = STAND.updated({'amplifier.slew_rate': 2e6, 'amplifier.current_max': 5e-3})
+SLOWEST_V_PER_S = 1e6
+"""Slew rate of that stand: 5 mA into 5 nF."""
+SAWTOOTH = [(0.0, 0.0), (1e-3, 300.0), (1e-3, 0.0)]
+
+
+@pytest.mark.parametrize('shape', [*SHAPES, SPLINE])
+@settings(max_examples=25)
+@given(data=st.data())
+def test_every_wave_of_a_space_keeps_range_slew_rate_and_current_and_closes(shape, data):
+    space = Space(shape, SLOW, (200.0, 2000.0), (0.1, 1.0), 8)
+    share = st.floats(0.0, 1.0)
+    place = data.draw(st.lists(share, min_size=len(space.start), max_size=len(space.start)))
+    wave = space.wave(np.array(place))
+    time_s, volts = wave.rows(SLOW).T
+    assert 200.0 <= wave.frequency_hz <= 2000.0 * (1.0 + 1e-12)
+    assert 0.1 <= wave.preload_n <= 1.0 + 1e-12
+    assert volts.min() >= 0.0
+    assert volts.max() <= 300.0 * (1.0 + 1e-12)
+    assert time_s[0] == 0.0
+    assert time_s[-1] == pytest.approx(1.0 / wave.frequency_hz, rel=1e-12, abs=0.0)
+    assert (np.diff(time_s) > 0.0).all()  # so that command/waveform takes it
+    assert np.abs(np.diff(volts) / np.diff(time_s)).max() <= SLOWEST_V_PER_S * (1.0 + 1e-9)
+    assert volts[0] == volts[-1]
+
+
+def test_a_jump_takes_the_time_of_the_slew_rate_from_the_rest_of_the_cycle():
+    rows = playable(SHAPES['sawtooth'].rows(), STAND, 300.0, 1000.0)
+    assert rows[:, 1].tolist() == [0.0, 300.0, 0.0]
+    assert rows[:, 0] == pytest.approx([0.0, 998e-6, 1e-3], rel=1e-8, abs=0.0)
+
+
+@pytest.mark.parametrize(
+    ('voltage_v', 'frequency_hz', 'message'),
+    [
+        (301.0, 1000.0, 'voltage of a wave 301 V is not above 0 V and up to 300 V'),
+        (0.0, 1000.0, 'voltage of a wave 0 V is not above 0 V'),
+        (300.0, 2e6, r'frequency 2e\+06 Hz is more than the slew rate of 1.5e\+08 V/s allows'),
+    ],
+)
+def test_what_the_amplifier_cannot_play_is_refused(voltage_v, frequency_hz, message):
+    with pytest.raises(StickSlipError, match=message):
+        playable(SHAPES['cycloid'].rows(), STAND, voltage_v, frequency_hz)
+
+
+def test_the_saw_tooth_as_a_table_does_what_the_saw_tooth_does():
+    free = alone(measure(FREE, np.array(SAWTOOTH)))
+    assert free.step_m == pytest.approx(run_drive(FREE, 160e-9, 1000.0).step_length_m, rel=5e-3)
+    fixed = alone(measure(STAND, np.array(SAWTOOTH), change=1e-5))
+    force_n = run_drive(STAND, 160e-9, 1000.0, 400).force_mean_n
+    following_n = STAND.load_cell.stiffness * fixed.trace()[:, 2].mean()
+    assert fixed.force_n + following_n == pytest.approx(force_n, rel=2e-3)
+
+
+def test_feet_under_a_runner_that_is_held_lose_the_closed_form_whatever_the_wave():
+    held = STAND.updated({'load_cell.stiffness': 1e9})
+    u_m: Array = np.linspace(0.0, 0.5 * 160e-9, 4001, dtype=np.float64)
+    force_n = np.sum([contact.tangential_force(u_m) for contact in contacts_of(held)], axis=0)
+    loss_j = 8.0 * float(trapezoid(force_n, u_m) - 0.5 * force_n[-1] * u_m[-1])
+    for shape in (SHAPES['cycloid'].rows(), SHAPES['trapezoid'].rows(fall=0.3)):
+        rows = playable(shape, held, 300.0, 50.0)
+        assert alone(measure(held, rows)).work_j == pytest.approx(loss_j, rel=0.02)
+
+
+@pytest.mark.parametrize('name', SHAPES)
+def test_no_shape_beats_the_friction_limit(name):
+    rows = playable(SHAPES[name].rows(), STAND, 300.0, 1000.0)
+    limit_n = friction_limit_n(STAND)
+    assert limit_n == pytest.approx(0.3 * 2.0 * np.sqrt(2.0) * 0.5, rel=1e-6)
+    assert alone(assess(WaveGoal('force'), STAND, rows)).value < limit_n
+    energy = alone(assess(WaveGoal('energy'), STAND, rows)).value
+    assert np.isnan(energy) if name == 'cycloid' else energy > limit_n
+
+
+def test_backwards_every_objective_has_the_value_of_forwards():
+    wave = PeriodicWave('parabola', {}, 300.0, 1000.0, 0.5)
+    for objective in OBJECTIVES:
+        goal = WaveGoal(objective, speed_m_per_s=5e-5 if objective == 'vibration' else 0.0)
+        there, back = (
+            alone(assess(each, STAND, wave.rows(STAND, backwards=each.backwards)))
+            for each in (goal, dataclasses.replace(goal, backwards=True))
+        )
+        assert back.value == pytest.approx(there.value, rel=1e-3), objective
+
+
+def test_constraints_cost_and_waves_that_do_not_advance_are_worthless():
+    full = playable(SHAPES['sawtooth'].rows(), STAND, 300.0, 1000.0)
+    weak = playable(SHAPES['sawtooth'].rows(), STAND, 60.0, 1000.0)
+    for objective in ('speed', 'step', 'energy', 'flatness'):
+        worth = alone(assess(WaveGoal(objective), STAND, weak))
+        assert worth.cost == COST_MAX or objective == 'speed'
+    step = alone(assess(WaveGoal('step'), STAND, full))
+    assert (step.cost, step.meets) == (step.value, True)
+    pushed = alone(assess(WaveGoal('step', load_n=0.3), STAND, full))
+    assert pushed.cost > 1.5 * pushed.value
+    assert not pushed.meets
+    loaded = alone(assess(WaveGoal('speed', load_n=0.1), STAND, full))
+    assert loaded.value < alone(assess(WaveGoal('speed'), STAND, full)).value
+
+
+@pytest.mark.parametrize('objective', ['vibration', 'energy', 'flatness', 'step'])
+def test_a_speed_that_is_missed_costs_and_one_that_is_made_does_not(objective):
+    full = playable(SHAPES['sawtooth'].rows(), STAND, 300.0, 1000.0)
+    slow, fast = (
+        alone(assess(WaveGoal(objective, speed_m_per_s=v), STAND, full)) for v in (2e-4, 2e-5)
+    )
+    assert slow.cost == pytest.approx(slow.value * (2e-4 / slow.cycle.speed_m_per_s) ** 4)
+    assert not slow.meets
+    assert (fast.cost, fast.meets) == (slow.value, True)
+
+
+def test_contacts_that_are_looked_at_slip_fully_once_a_cycle():
+    rows = playable(SHAPES['sawtooth'].rows(), FREE, 300.0, 1000.0)
+    cycle = alone(measure(FREE, rows))
+    looked, blind = cycle.trace(contacts=True), cycle.trace()
+    assert looked[:, 2:CONTACT] == pytest.approx(blind[:, 2:CONTACT], rel=1e-6, abs=1e-15)
+    shares = looked[:, CONTACT]
+    assert np.abs(shares).max() == pytest.approx(1.0, rel=1e-6)
+
+
+def test_a_written_wave_is_what_the_commands_read(tmp_path):
+    rows = playable(SHAPES['cycloid'].rows(), STAND, 300.0, 1000.0)
+    write_wave(rows, tmp_path / 'wave.csv')
+    read = read_drive_input(tmp_path / 'wave.csv', STAND)
+    assert np.column_stack((read.time_s, read.voltage_v)).tolist() == rows.tolist()
+
+
+@pytest.mark.parametrize(
+    ('values', 'message'),
+    [
+        ({'objective': 'beauty'}, "objective 'beauty' is not known; known are speed, force"),
+        ({'objective': 'speed', 'load_n': -1.0}, 'load -1 N is not a force from 0 N on'),
+        ({'objective': 'speed', 'load_n': float('nan')}, 'load nan N is not a force'),
+        ({'objective': 'vibration'}, 'speed 0 m/s is not a speed above 0 m/s'),
+        ({'objective': 'force', 'speed_m_per_s': 1.0}, 'speed 1 m/s is of no use'),
+    ],
+)
+def test_goals_that_cannot_be_meant_are_refused(values, message):
+    with pytest.raises(StickSlipError, match=message):
+        WaveGoal(**values)
+
+
+@pytest.mark.parametrize(
+    ('changes', 'message'),
+    [
+        ({'knots': 5}, 'number of knots 5'),
+        ({'frequencies_hz': (0.0, 10.0)}, 'frequency 0 Hz is not from 0.001 to 20000 Hz'),
+        ({'frequencies_hz': (10.0, 3e4)}, 'frequency 30000 Hz is not from 0.001'),
+        ({'frequencies_hz': (20.0, 10.0)}, 'frequency 20 Hz is above the end of its range'),
+        ({'preloads_n': (0.5, float('nan'))}, 'preload nan N is not from 0.001 to 100 N'),
+    ],
+)
+def test_limits_that_no_wave_keeps_are_refused(changes, message):
+    given_space = {
+        'shape': SPLINE,
+        'stand': STAND,
+        'frequencies_hz': (1000.0, 1000.0),
+        'preloads_n': (0.5, 0.5),
+        'knots': 8,
+    }
+    with pytest.raises(StickSlipError, match=message):
+        Space(**{**given_space, **changes})

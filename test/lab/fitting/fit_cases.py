@@ -1,0 +1,77 @@
+"""Synthetic measurements that are cheap to fit: five points, some milliseconds for all of them."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen
+from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.parameters import Parameters
+
+FREQUENCY_HZ = 2000.0
+CYCLES = 400
+"""Twice what the slowest of the points needs to be steady to 1e-9."""
+SIGMA_N = 1e-3
+TRUTH = {'contact.friction': 0.25, 'runner.damping': 80.0}
+PRELOADS_N = (0.1,)
+AMPLITUDES_M = (40e-9, 60e-9, 80e-9, 100e-9, 140e-9)
+
+
+def steps_of(point: Experiment) -> SawtoothSteps:
+    """Give the saw-tooth of a point."""
+    assert isinstance(point.drive, SawtoothSteps)
+    return point.drive
+
+
+def exact_points(
+    truth: Parameters,
+    *,
+    known: bool = True,
+    preloads_n: Sequence[float] = PRELOADS_N,
+    cycles: int = CYCLES,
+    counted: bool = False,
+) -> list[Experiment]:
+    """Give the forces of a stand without noise, with or without their standard errors."""
+    nothing = Seen('force_n', np.zeros(1), sigma=SIGMA_N if known else None)
+    asked = [
+        Experiment(
+            '',
+            {'stand.preload': preload_n},
+            SawtoothSteps(amplitude_m, FREQUENCY_HZ, cycles),
+            (nothing,),
+        )
+        for preload_n in preloads_n
+        for amplitude_m in AMPLITUDES_M
+    ]
+    steps = cycles if counted else 0
+    return [
+        dataclasses.replace(
+            one,
+            drive=steps_of(one)._replace(steps=steps, is_steady=not counted),
+            seen=(dataclasses.replace(nothing, values=found.values),),
+        )
+        for one, [found] in zip(asked, predict(truth, asked), strict=True)
+    ]
+
+
+def forces_n(points: Sequence[Experiment]) -> np.ndarray:
+    """Give the forces of points."""
+    return np.array([one.seen[0].values[0] for one in points])
+
+
+def with_forces(
+    points: Sequence[Experiment], force_n: np.ndarray, sigma_n: float | None
+) -> list[Experiment]:
+    """Give the points with other forces and errors."""
+    return [
+        dataclasses.replace(one, seen=(Seen('force_n', np.array([each]), sigma=sigma_n),))
+        for one, each in zip(points, force_n, strict=True)
+    ]
+
+
+def noisy_points(truth: Parameters, seed: int, *, known: bool = True) -> list[Experiment]:
+    """Give the forces of a stand with noise of SIGMA_N."""
+    points = exact_points(truth, known=known)
+    noise_n = SIGMA_N * np.random.default_rng(seed).standard_normal(len(points))
+    return with_forces(points, forces_n(points) + noise_n, SIGMA_N if known else None)

@@ -1,0 +1,186 @@
+"""What a fit may be given: free parameters, starts, bounds and files; and what it refuses."""
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
+from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
+from stickslip_ros.lab.fitting.free import FITTED_GROUPS, Free, choose_free
+from stickslip_ros.lab.tables.experiment import Reading
+from stickslip_ros.parameters import Parameters, specs
+
+ROUNDING = 1e-12
+HEADER = 'preload_n,amplitude_m,force_n'
+ROWS = '0.1,60e-9,0.03\n0.4,120e-9,0.2\n'
+
+
+def written(folder: Path, text: str) -> Path:
+    path = folder / 'points.csv'
+    path.write_text(text, encoding='utf-8')
+    return path
+
+
+def test_a_start_gets_a_decade_to_both_sides_inside_what_is_allowed():
+    _, (friction, poisson), notes = choose_free(
+        Parameters(), ['contact.friction', 'contact.poisson_runner']
+    )
+    assert (friction.lower, friction.upper) == pytest.approx((0.03, 3.0), rel=ROUNDING, abs=0.0)
+    assert poisson.upper == 0.5
+    assert friction.is_log
+    assert notes == ()
+
+
+def test_default_bounds_hold_the_default_of_the_model_too():
+    _, (friction,), _ = choose_free(
+        Parameters(), ['contact.friction'], {'contact.friction': '0.02'}
+    )
+    assert (friction.lower, friction.upper) == pytest.approx((2e-3, 3.0), rel=ROUNDING, abs=0.0)
+    assert friction.movable
+
+
+def test_default_bounds_move_and_given_ones_stay():
+    free = Free('runner.mass', 'kg', 3e-3, 3e-4, 3e-2, movable=True)
+    assert free.widened(3e-4, 1e-3).lower == pytest.approx(3e-5, rel=ROUNDING, abs=0.0)
+    assert free.widened(3e-4, 1e-3).upper == 3e-2
+    assert free.widened(3e-2, 1e-3).upper == pytest.approx(0.3)
+    assert free.widened(3e-3, 1e-3) == free
+    given = Free('runner.mass', 'kg', 3e-3, 3e-4, 3e-2)
+    assert given.widened(3e-4, 1e-3) == given
+    damping = Free('runner.damping', 'N s/m', 20.0, 2.0, 200.0, movable=True)
+    assert damping.widened(2.0, 1e-3).lower == 0.0
+    limited = Free('contact.poisson_runner', '', 0.3, 0.03, 0.5, movable=True)
+    assert limited.widened(0.5, 1e-3) == limited
+    assert limited.is_limited(0.4999)
+
+
+def test_start_and_bounds_as_typed_are_taken():
+    stand, (free,), _ = choose_free(
+        Parameters(), ['runner.damping'], {'runner.damping': '50'}, {'runner.damping': '0:200'}
+    )
+    assert free == Free('runner.damping', 'N s/m', 50.0, 0.0, 200.0)
+    assert not free.is_log
+    assert stand.runner.damping == 50.0
+
+
+@given(st.floats(0.0, 1.0), st.booleans())
+def test_a_coordinate_and_its_value_belong_to_each_other(share, is_log):
+    free = Free('runner.damping', 'N s/m', 1.0, 0.01 if is_log else 0.0, 100.0)
+    lower, upper = free.coordinates
+    value = free.to_value(lower + share * (upper - lower))
+    assert free.lower <= value <= free.upper
+    assert free.to_value(free.to_coordinate(value)) == pytest.approx(value, rel=1e-9, abs=ROUNDING)
+
+
+def test_only_quantities_of_the_drive_can_be_freed():
+    freed = set()
+    for name, spec in specs().items():
+        try:
+            choose_free(Parameters(), [name], {}, {name: f'{spec.minimum}:{spec.maximum}'})
+        except StickSlipError:
+            continue
+        freed.add(name)
+    groups = {name.partition('.')[0] for name in freed}
+    assert groups == set(FITTED_GROUPS)
+    assert all(specs()[name].kind is float for name in freed)
+    assert {'contact.friction', 'runner.mass', 'load_cell.stiffness'} <= freed
+
+
+@pytest.mark.parametrize(
+    ('names', 'starts', 'bounds', 'message'),
+    [
+        (['contact.fricton'], {}, {}, 'did you mean contact.friction'),
+        (['contact.law'], {}, {}, "free parameter 'contact.law' is not a quantity"),
+        (['contact.line_points'], {}, {}, 'is not a quantity'),
+        (['sim.dt'], {}, {}, "'sim.dt' is no property of the drive"),
+        (['stand.preload'], {}, {}, "'stand.preload' is no property of the drive"),
+        (['trace.period'], {}, {}, 'free quantities of contact, friction_law, runner'),
+        ([], {}, {}, 'is not a list of parameters'),
+        (['runner.mass', 'runner.mass'], {}, {}, "'runner.mass' is freed twice"),
+        (
+            ['friction_law.viscous'],
+            {},
+            {},
+            'friction_law.viscous 0 N s/m is a start without a scale',
+        ),
+        (['runner.mass'], {'runner.damping': '5'}, {}, "'runner.damping' is not free"),
+        (['runner.mass'], {'runner.mass': 'much'}, {}, "'much' is not a number in kg"),
+        (['runner.mass'], {}, {'runner.mass': '1e-3'}, "'1e-3' is not LOW:HIGH"),
+        (['runner.mass'], {}, {'runner.mass': '2e-3:1e-3'}, 'is not below the upper one'),
+        (['runner.mass'], {}, {'runner.mass': '1e-3:11'}, 'above the maximum 10 kg'),
+        (
+            ['runner.mass'],
+            {},
+            {'runner.mass': '4e-3:5e-3'},
+            'start of runner.mass 0.003 kg is outside of its bounds, 0.004 to 0.005 kg',
+        ),
+        (
+            ['contact.rms_height', 'contact.prefactor'],
+            {},
+            {},
+            "'contact.rms_height' is without effect while contact.prefactor is free",
+        ),
+    ],
+)
+def test_what_does_not_fit_is_refused(names, starts, bounds, message):
+    with pytest.raises(StickSlipError) as refusal:
+        choose_free(Parameters(), names, starts, bounds)
+    assert message in str(refusal.value)
+
+
+def test_a_chosen_prefactor_does_not_give_way_silently():
+    stand = Parameters().updated({'contact.prefactor': 5e-4})
+    with pytest.raises(StickSlipError, match=r'set contact.prefactor=0, or free'):
+        choose_free(stand, ['contact.rms_height'])
+
+
+def read(path: Path, frequency_hz: float = 1000.0) -> list[Experiment]:
+    return read_experiments(path, Parameters(), Reading(), DriveSource(), frequency_hz)
+
+
+def test_a_file_is_read_with_and_without_its_optional_columns(tmp_path):
+    points = read(written(tmp_path, f'{HEADER}\n{ROWS}'), 500.0)
+    assert [one.settings for one in points] == [{'stand.preload': 0.1}, {'stand.preload': 0.4}]
+    assert [one.drive for one in points] == [
+        SawtoothSteps(60e-9, 500.0),
+        SawtoothSteps(120e-9, 500.0),
+    ]
+    assert [one.seen[0].values.tolist() for one in points] == [[0.03], [0.2]]
+    assert points[0].seen[0].sigma is None
+    full = f'\ufeff# stand 7\n{HEADER},frequency_hz,force_sigma_n\n0.1,60e-9,0.03,200,1e-3\n'
+    [point] = read(written(tmp_path, full))
+    assert point.drive == SawtoothSteps(60e-9, 200.0)
+    assert point.seen[0].sigma == 1e-3
+
+
+def test_step_lengths_are_those_of_a_free_runner(tmp_path):
+    text = 'preload_n,amplitude_m,step_length_m\n0.1,60e-9,1e-8\n'
+    [point] = read(written(tmp_path, text))
+    assert point.settings == {'stand.preload': 0.1, 'load_cell.contact': 'absent'}
+    assert point.seen[0].quantity == 'step_length_m'
+
+
+@pytest.mark.parametrize(
+    ('text', 'message'),
+    [
+        (
+            'preload_n,amplitude_m,energy_j\n0.1,60e-9,1e-8\n',
+            'line 1: there is no force_n or step_length_m',
+        ),
+        (f'{HEADER}\n0.1,60e-9,0\n', 'has no force_n other than 0'),
+        (f'{HEADER}\n0.1,60 nm,0.03\n', "line 2, column amplitude_m: '60 nm' is not a finite"),
+    ],
+)
+def test_a_file_without_usable_numbers_is_refused(text, message, tmp_path):
+    with pytest.raises(StickSlipError) as refusal:
+        read(written(tmp_path, text))
+    assert message in str(refusal.value)
+
+
+def test_an_infinite_scale_has_no_rounding_beyond_its_bounds():
+    free = Free('contact.friction', '', 0.3, 0.1, 0.7)
+    assert free.to_value(math.log(0.7) + 1e-9) == 0.7

@@ -1,0 +1,103 @@
+"""Recordings that cannot be fitted, or say too little, end in a line that says why."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from spring_rig import Rig, voltage
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.experiments.experiment import Seen, Voltage, noise_of
+from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
+from stickslip_ros.lab.experiments.sensor_clock import lateness_of
+from stickslip_ros.lab.fitting.fit import Fit, fit
+from stickslip_ros.lab.fitting.report import warnings_of
+from stickslip_ros.lab.tables.experiment import Reading
+from stickslip_ros.parameters import Parameters
+
+ROWS = voltage((-60.0, 250.0, 1), (280.0, 300.0, 3), (300.0, 600.0, 4))
+RATE_HZ = 50e3
+RIG = Rig(preload_n=0.35, friction=0.26)
+STAND = Parameters().updated({'runner.damping': RIG.damping_n_s_per_m})
+ROUNDED_M = 1e-9
+GAIN_SHARE = 1e-3  # that readings of the feet without noise leave
+
+
+def frame(rig: Rig = RIG, sign: float = 1.0) -> pd.DataFrame:
+    time_s, position_m = rig.positions(ROWS, RATE_HZ, 1)
+    voltage_v = np.interp(time_s, *ROWS.T)
+    return pd.DataFrame(
+        {'time_s': time_s, 'voltage_v': voltage_v, 'position_m': sign * position_m}
+    )
+
+
+def fitted(table: pd.DataFrame, preloads_n: tuple[float, ...] = (0.35,)) -> Fit:
+    free = ['contact.friction', 'runner.mass', 'actuator.gain']
+    return fit(table, free, parameters=STAND, preloads_n=preloads_n, starts=1, workers=1)
+
+
+def test_a_table_over_time_is_compared_at_the_preload_that_is_said():
+    said, unsaid = compare(frame(), STAND, preloads_n=(0.35,)), compare(frame(), STAND)
+    assert not any('preload' in note for note in said.b.notes)
+    assert any('that of the stand, 0.5 N, is taken' in note for note in unsaid.b.notes)
+    [a], [b] = said.quantities, unsaid.quantities
+    assert a.agreement.rms < b.agreement.rms
+
+
+def test_a_fit_tells_the_preload_that_nobody_said_and_an_encoder_that_counts_the_other_way():
+    warnings = warnings_of(fitted(frame(sign=-1.0), ()))
+    for text in (
+        'the preload is not said, that of the stand, 0.5 N, is taken',
+        'position_m goes against the model',
+        'no parameter explains half',
+    ):
+        assert any(text in warning for warning in warnings), text
+
+
+@pytest.mark.parametrize('noise_m', [0.0, 1e-9])
+def test_a_sensor_that_shows_noise_alone_is_refused(noise_m: float):
+    table = frame()
+    noise = np.random.default_rng(1).normal(0.0, noise_m, len(table))
+    with pytest.raises(StickSlipError, match='position_m that shows noise alone'):
+        fitted(table.assign(position_m=1e-6 + noise))
+
+
+def test_a_force_of_nothing_beside_a_motion_is_left_out_and_told():
+    [one] = read_experiments(frame().assign(force_n=0.0), STAND, Reading(), DriveSource())
+    assert [each.quantity for each in one.seen] == ['position_m']
+    assert 'force_n shows noise alone and is left out' in one.notes[0]
+
+
+def test_readings_without_noise_are_fitted_at_the_preload_that_is_said():
+    table = frame()
+    table['foot_position_m'] = RIG.gain_m_per_v * table['voltage_v']
+    found = fitted(table)
+    friction, mass, gain = found.estimates
+    assert friction.low < RIG.friction < friction.high
+    assert mass.low < RIG.mass_kg < mass.high
+    assert gain.value == pytest.approx(RIG.gain_m_per_v, rel=GAIN_SHARE, abs=0.0)
+    assert not any('preload' in text for text in warnings_of(found))
+
+
+def test_rounding_is_noise_whatever_the_last_digits_are():
+    time_s = np.linspace(0.0, 1.0, 2000)
+    counts = np.asarray(np.round(300.0 * time_s), np.float64)
+    rounding_m = ROUNDED_M / np.sqrt(12.0)
+    for values in (counts * ROUNDED_M, 1e-3 + counts * ROUNDED_M, counts / 1e9):
+        assert noise_of(values) == pytest.approx(rounding_m, rel=1e-3, abs=0.0)
+
+
+@pytest.mark.parametrize('seed', [1, 2, 3])
+def test_no_clock_is_read_off_noise(seed: int):
+    time_s, position_m = Rig(noise_m=5e-8).positions(ROWS, RATE_HZ, seed)
+    found = lateness_of(Seen('position_m', position_m, time_s), Voltage(ROWS))
+    assert found is not None
+    assert not found.is_clear
+
+
+def test_a_refusal_quotes_a_few_of_the_frequencies_that_look_alike():
+    table = frame().assign(time_s=lambda each: 1e3 * each['time_s'])
+    with pytest.raises(StickSlipError) as refused:
+        read_experiments(table, STAND, Reading(), DriveSource())
+    assert ' others give the same samples' in str(refused.value)
+    assert len(str(refused.value)) < 1000

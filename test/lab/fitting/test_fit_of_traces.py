@@ -1,0 +1,258 @@
+"""Rigs of springs, which share no code with the drive, are learned from the motion they show."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from spring_rig import Rig, voltage
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage, noise_of
+from stickslip_ros.lab.experiments.predict import SAMPLE_S, Prediction, at_times
+from stickslip_ros.lab.experiments.sensor_clock import lateness_of
+from stickslip_ros.lab.fitting.draws import read_draws
+from stickslip_ros.lab.fitting.fit import Fit, fit
+from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, metric_of, waves_of
+from stickslip_ros.lab.fitting.report import as_object, warnings_of
+from stickslip_ros.parameters import Parameters, Scalar
+
+ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))
+"""Triangles and saw-teeth: 50 ms in which a runner sticks, slips partly and slips."""
+RATE_HZ = 50e3
+NAMES = {
+    'contact.friction': 'friction',
+    'contact.prefactor': 'prefactor',
+    'runner.mass': 'mass_kg',
+    'runner.damping': 'damping_n_s_per_m',
+    'actuator.gain': 'gain_m_per_v',
+}
+Z_MAX = 3.5
+"""Standard errors that no estimate of ten may be off: by chance one in 2,000 is."""
+CLOCK_S = 5e-6  # a quarter of a sample
+
+
+def experiment(rig: Rig, seed: int, rows: np.ndarray = ROWS) -> Experiment:
+    time_s, position_m = rig.positions(rows, RATE_HZ, seed)
+    settings: dict[str, Scalar] = {
+        'stand.preload': rig.preload_n,
+        'load_cell.contact': 'absent',
+    }
+    seen = Seen('position_m', position_m, time_s)
+    return Experiment(f'rig {seed}', settings, Voltage(rows), (seen,))
+
+
+def assert_holds(found: Fit, rig: Rig) -> None:
+    """Assert that estimates are within their errors of what is true."""
+    for one in found.estimates:
+        true = getattr(rig, NAMES[one.name])
+        assert abs(np.log(one.value / true)) < Z_MAX * one.standard_error / one.value
+
+
+@pytest.fixture(scope='module')
+def learned() -> tuple[Rig, Fit]:
+    """Give a rig whose feet differ, whose sensor is slow and late, and what was learned of it."""
+    rig = Rig(
+        preload_n=0.35,
+        friction=0.24,
+        prefactor=5.2e-4,
+        mass_kg=3.4e-3,
+        damping_n_s_per_m=15.0,
+        gain_m_per_v=5.0e-10,
+        gains=(0.995, 1.004, 1.006, 0.997, 1.0, 0.998),
+        late_s=1.3e-3,
+        low_pass_hz=20e3,
+    )
+    return rig, fit(experiment(rig, 1), list(NAMES), starts=3)
+
+
+def test_a_rig_with_another_sensor_and_a_late_clock_is_learned(learned: tuple[Rig, Fit]):
+    rig, found = learned
+    assert_holds(found, rig)
+    assert found.problem.shifts_s[0] == pytest.approx(rig.late_s, rel=0.0, abs=CLOCK_S)
+    assert 0.85 < found.reduced_chi_square < 1.15
+    [[noise]] = found.problem.noise.values
+    assert noise == pytest.approx(rig.noise_m, rel=0.05, abs=0.0)
+    assert not any('lacks' in text for text in warnings_of(found))
+    [note] = found.notes
+    assert 'the clock of position_m is about 1.3' in note
+
+
+def test_the_sensor_is_said_and_what_drove_it(learned: tuple[Rig, Fit]):
+    rig, found = learned
+    [trace] = as_object(found)['traces']
+    assert trace['drift_per_s'] == pytest.approx(rig.drift_m_per_s, rel=0.0, abs=2e-8)
+    assert trace['zero'] == pytest.approx(rig.zero_m, rel=0.0, abs=5e-9)
+    assert trace['rms'] < 2.0 * rig.noise_m
+
+
+def test_a_mass_that_was_weighed_makes_the_others_surer():
+    rig = Rig(preload_n=0.6, friction=0.33, mass_kg=2.6e-3)
+    free = ['contact.friction', 'contact.prefactor', 'runner.mass']
+    stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
+    seen = experiment(rig, 2)
+    alone = fit(seen, free, parameters=stand, starts=1)
+    weighed = fit(seen, free, parameters=stand, starts=1, known={'runner.mass': '2.6g+-0.5%'})
+    assert_holds(weighed, rig)
+    for one, other in zip(alone.estimates, weighed.estimates, strict=True):
+        assert other.standard_error < 0.5 * one.standard_error
+
+
+def test_what_a_rig_has_and_the_stand_lacks_is_named_and_warned_of():
+    rig = Rig(hysteresis=0.35)
+    stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
+    found = fit(experiment(rig, 3), ['contact.friction', 'actuator.gain'], parameters=stand)
+    assert found.missing[0].name == 'actuator.hysteresis'
+    [warning] = [text for text in warnings_of(found) if 'lacks something' in text]
+    assert 'freeing actuator.hysteresis would lower chi-square per reading from' in warning
+    names = ['contact.friction', 'actuator.gain', 'actuator.hysteresis']
+    more = fit(experiment(rig, 3), names, parameters=stand)
+    worst = found.missing[0]
+    assert more.estimates[2].low > 0.05
+    assert more.missing[0].chi_square == pytest.approx(worst.expected, rel=0.1, abs=0.0)
+    assert more.missing[0].chi_square < 0.5 * worst.chi_square
+
+
+def test_forces_and_a_trace_are_fitted_at_once():
+    rig = Rig(preload_n=0.35, friction=0.26)
+    stand = Parameters().updated({'contact.friction': 0.26, 'runner.damping': 20.0})
+    points = pd.DataFrame({'preload_n': 0.1, 'amplitude_m': [8e-8, 1.2e-7, 1.6e-7]})
+    from_model = fit(
+        points.assign(force_n=[0.02, 0.021, 0.022]), ['contact.friction'], parameters=stand
+    )
+    forces = points.assign(
+        force_n=[float(each.values[0]) for [each] in from_model.problem.predicted([stand])[0]]
+    )
+    free = ['contact.friction', 'actuator.gain']
+    start = Parameters().updated({'runner.damping': 20.0})
+    found = fit([experiment(rig, 4), forces], free, parameters=start, starts=1)
+    assert_holds(found, rig)
+    assert len(found.experiments) == 4
+
+
+def test_draws_have_the_mean_and_the_spread_of_the_fit(learned: tuple[Rig, Fit], tmp_path: Path):
+    _, found = learned
+    path = tmp_path / 'fitted.json'
+    path.write_text(json.dumps(as_object(found)), encoding='utf-8')
+    draws = read_draws(path, 400)
+    assert [each.flat() for each in draws] == [each.flat() for each in found.draws(400)]
+    logs = np.log([[each.flat()[one.name] for one in found.estimates] for each in draws])
+    middle = np.log([one.value for one in found.estimates])
+    errors = np.array([one.standard_error / one.value for one in found.estimates])
+    assert np.all(np.abs(logs.mean(axis=0) - middle) < 4.0 * errors / 20.0)
+    assert logs.std(axis=0) == pytest.approx(errors, rel=0.15, abs=0.0)
+    correlation = np.corrcoef(logs.T)
+    assert correlation == pytest.approx(found.uncertainty.correlation, rel=0.0, abs=0.15)
+
+
+@pytest.mark.parametrize('text', ['', '{}', '[1]', '{"estimates": [{}]}', '[' * 100_000])
+def test_a_file_that_is_no_fit_gives_no_draws(text: str, tmp_path: Path):
+    path = tmp_path / 'fitted.json'
+    path.write_text(text, encoding='utf-8')
+    with pytest.raises(StickSlipError, match='is no fit'):
+        read_draws(path)
+
+
+def test_the_metric_is_that_of_its_covariance():
+    chance = np.random.default_rng(7)
+    time_s = np.arange(300) / 1e4
+    rows = voltage((200.0, 400.0, 6), rest_s=4e-3)
+    motion = np.cumsum(chance.normal(0.0, 1e-8, 300))
+    seen = Seen('position_m', motion + chance.normal(0.0, 1e-9, 300), time_s)
+    predicted = Prediction(motion, chance.normal(size=300), chance.normal(size=300))
+    metric = metric_of(seen, predicted, waves_of(rows), 1e-9, Allowance())
+    residual = seen.values - motion
+    columns = (metric.places @ metric.root).toarray()
+    covariance = 1e-18 * np.eye(300) + columns @ columns.T
+    expected = residual @ np.linalg.solve(covariance, residual)
+    whitened = metric.whitened(residual)
+    assert whitened @ whitened == pytest.approx(expected, rel=1e-6, abs=0.0)
+    assert columns.shape[1] > 60  # zero, drift, delay, low-pass, bins of three waves, a step
+
+
+def test_zero_drift_and_lateness_of_a_sensor_are_found_in_a_residual():
+    time_s = np.arange(2000) / 5e4
+    motion = 1e-7 * np.sin(2.0 * np.pi * 900.0 * time_s)
+    rate = 1e-7 * 2.0 * np.pi * 900.0 * np.cos(2.0 * np.pi * 900.0 * time_s)
+    late_s = 0.1 * DELAY_S
+    noise = np.random.default_rng(3).normal(0.0, 1e-10, 2000)
+    readings = motion - late_s * rate + 3e-7 + 2e-7 * time_s + noise
+    seen = Seen('position_m', readings, time_s)
+    curvature = -((2.0 * np.pi * 900.0) ** 2) * motion
+    metric = metric_of(seen, Prediction(motion, rate, curvature), (), 1e-10, None)
+    (zero, drift, found_s, _), left = metric.of_sensor(motion - readings)
+    assert (-zero, -drift) == pytest.approx((3e-7 + 2e-7 * time_s.mean(), 2e-7), rel=1e-2)
+    assert found_s == pytest.approx(late_s, rel=0.02, abs=0.0)
+    assert left.std() == pytest.approx(1e-10, rel=0.05, abs=0.0)
+
+
+def test_a_wave_is_the_cycles_that_are_alike():
+    waves = waves_of(voltage((-60.0, 250.0, 3), (280.0, 300.0, 4), (150.0, 300.0, 2)))
+    found = {(len(wave), wave[0].falls, round(1e3 * wave[0].length_s, 2)) for wave in waves}
+    assert {(3, False, 4.0), (4, True, 3.33), (2, True, 3.33)} <= found
+    assert sum(len(wave) for wave in waves) == 13  # and four rests
+
+
+def test_samples_of_a_cubic_are_read_between_them_with_both_derivatives():
+    def cubic(t: np.ndarray) -> np.ndarray:
+        return 2.0 - 3e3 * t + 4e7 * t**2 - 5e11 * t**3
+
+    samples = cubic(SAMPLE_S * np.arange(40))
+    time_s = np.array([3.3e-6, 4.95e-5, 1.2e-4])
+    values, rate, curvature = at_times(samples, time_s)
+    assert values == pytest.approx(cubic(time_s), rel=1e-9)
+    assert rate == pytest.approx(-3e3 + 8e7 * time_s - 1.5e12 * time_s**2, rel=1e-9)
+    assert curvature == pytest.approx(8e7 - 3e12 * time_s, rel=1e-9)
+
+
+def test_noise_is_read_off_whatever_the_motion_and_at_least_that_of_rounding():
+    chance = np.random.default_rng(1)
+    time_s = np.arange(5000) / 5e4
+    motion = 1e-6 * np.sin(2.0 * np.pi * 60.0 * time_s)
+    assert noise_of(motion + chance.normal(0.0, 2e-9, 5000)) == pytest.approx(2e-9, rel=0.05)
+    rounded = 1e-8 * np.round((1e-6 * time_s + chance.normal(0.0, 1e-10, 5000)) / 1e-8)
+    assert noise_of(rounded) == pytest.approx(1e-8 / np.sqrt(12.0), rel=0.01)
+
+
+@pytest.mark.parametrize('late_s', [0.0, 3e-3, -2.2e-3])
+def test_a_late_clock_is_seen_at_the_falls_of_the_voltage(late_s: float):
+    rig = Rig(late_s=late_s)
+    found = lateness_of(experiment(rig, 5).seen[0], Voltage(ROWS))
+    assert found is not None
+    assert found.late_s == pytest.approx(late_s, rel=0.0, abs=1e-4)
+    assert found.is_clear == (late_s != 0.0)
+
+
+@pytest.mark.parametrize(
+    ('columns', 'message'),
+    [
+        (('position_m',), 'does not say what drove it; name its voltage, --map voltage_v='),
+        (('voltage_v',), 'shows neither a motion nor a force over time'),
+    ],
+)
+def test_a_table_that_says_too_little_is_refused(
+    columns: tuple[str, ...], message: str, tmp_path: Path
+):
+    path = tmp_path / 'run.csv'
+    frame = pd.DataFrame({'time_s': np.arange(100) / 1e4})
+    for name in columns:
+        frame[name] = np.linspace(0.0, 1e-6, 100)
+    frame.to_csv(path, index=False)
+    with pytest.raises(StickSlipError) as refusal:
+        fit(path, ['contact.friction'])
+    assert message in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ('known', 'message'),
+    [
+        ({'runner.mass': '3g'}, "'3g' is not VALUE+-SHARE%; write runner.mass=3g+-1%"),
+        ({'runner.mass': '3g+-0%'}, 'is not above 0'),
+        ({'runner.damping': '3+-1%'}, 'is not free; set it with --set runner.damping=VALUE'),
+    ],
+)
+def test_what_is_known_beforehand_is_a_free_value_with_its_error(known: dict, message: str):
+    with pytest.raises(StickSlipError) as refusal:
+        fit(experiment(Rig(), 6), ['runner.mass'], known=known)
+    assert message in str(refusal.value)

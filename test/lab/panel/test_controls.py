@@ -1,0 +1,70 @@
+"""A file of the page is read as the tables of a laboratory are: with its units, or not at all."""
+
+import io
+import time
+
+import pandas as pd
+import pytest
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.panel.controls import read_waveform
+
+ROWS = [[0.0, 0.0], [0.01, 100.0], [0.02, 70.0]]
+LONG, QUICK_S = 60_000, 5.0
+"""Characters of a header, and time for it: 0.1 s on one core; what is quadratic takes a minute."""
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'time (s),voltage (V)\n0,0\n0.01,100\n0.02,70\n',
+        'time (ms),voltage (V)\n0,0\n10,100\n20,70\n',
+        '# made by hand\ntime_us\tvoltage_kv\n0\t0\n10000\t0.1\n20000\t0.07\n',
+        'Zeit (ms);Spannung (V)\n-5,0;0\n5,0;100\n15,0;70\n',
+        'voltage (mV),time (ms)\n0,0\n100000,10\n70000,20\n',
+    ],
+)
+def test_a_waveform_is_read_in_its_units_from_its_first_row_on(text: str):
+    rows = read_waveform(text.encode(), 'wave.csv')
+    assert rows == [pytest.approx(row, rel=1e-12) for row in ROWS]
+
+
+def test_a_waveform_comes_from_a_spreadsheet_too():
+    file = io.BytesIO()
+    pd.DataFrame(ROWS, columns=['time (s)', 'voltage (V)']).to_excel(file, index=False)
+    assert read_waveform(file.getvalue(), 'Wave.XLSX') == ROWS
+
+
+@pytest.mark.parametrize('header', ['a{}b', 'a {}!'])
+@pytest.mark.parametrize('filling', [' ', '/', 'a/', '1', '(', '()', '\t', 'a '])
+def test_a_header_of_any_length_is_judged_at_once(header: str, filling: str):
+    name = header.format(filling * (LONG // len(filling)))
+    begun_s = time.monotonic()
+    for text in (f'{name},voltage (V)\n0,0\n1,1\n', f'time (s) {name}\n0 0\n1 1\n'):
+        with pytest.raises(StickSlipError):
+            read_waveform(text.encode(), 'wave.csv')
+    assert time.monotonic() - begun_s < QUICK_S
+
+
+@pytest.mark.parametrize(
+    ('text', 'problem'),
+    [
+        ('0,0\n10,100\n', "there is no time_s; not understood: '1', '2'"),
+        ('time,voltage\n0,0\n10,100\n', "no unit is said of 'time', 'voltage'"),
+        ('time (ms),force (mN)\n0,0\n10,100\n', 'there is no voltage_v'),
+        ('time (ms),voltage (V)\n', 'no rows of numbers'),
+        ('time (ms),voltage (V)\n0,0\n1,lots\n2,3\n3,4\n', "line 3, column voltage (V): 'lots'"),
+        ('time (ms),voltage (V)\n0,0\n2,1\n1,3\n', 'line 4, column time_s: 0.001 s is not after'),
+        ('\0\1\2', 'no rows of numbers'),
+    ],
+)
+def test_what_leaves_something_to_guess_is_refused_without_options_that_a_page_has_not(
+    text: str, problem: str
+):
+    with pytest.raises(StickSlipError) as refusal:
+        read_waveform(text.encode(), '../../wave\0.csv')
+    words = str(refusal.value)
+    assert problem in words
+    assert '--map' not in words
+    assert '/tmp' not in words
+    assert '; ' in words

@@ -1,0 +1,187 @@
+"""No peak is lost on the way to the picture, and the scope stands still on the fall."""
+
+import numpy as np
+import pytest
+
+from stickslip_ros.lab.drawing.film import steep_edges
+from stickslip_ros.lab.panel.curves import (
+    BINS,
+    COLUMNS,
+    POSITION,
+    RECENT,
+    VOLTAGE,
+    BinHistory,
+    SampleRing,
+    Scope,
+    curve_of,
+)
+
+RATE_HZ = 50e3
+FORCE = COLUMNS.index('force')
+ROUNDING = 1e-6
+"""Of float32, relative."""
+
+
+def sawtooth_samples(seconds: float, frequency_hz: float = 1e3, start_s: float = 0.0):
+    """Give samples of a saw-tooth of 300 V, whose fall is shorter than a sample."""
+    time_s = start_s + np.arange(round(seconds * RATE_HZ)) / RATE_HZ
+    phase = (time_s * frequency_hz + 1e-9) % 1.0
+    voltage = 300.0 * phase
+    samples = np.full((len(time_s), len(COLUMNS)), np.nan)
+    samples[:, : FORCE + 1] = np.column_stack(
+        [time_s, voltage, voltage / 2e9, time_s * 1e-6, 0.01 + 0.0 * time_s]
+    )
+    return samples
+
+
+@pytest.mark.parametrize('sizes', [[1] * 40, [3, 4, 5, 6, 7], [10, 10, 10], [23, 2]])
+def test_a_ring_keeps_the_last_rows_in_order(sizes: list[int]):
+    ring, count = SampleRing(2, 10), 0
+    for size in sizes:
+        rows = np.arange(count, count + size)
+        ring.append(np.column_stack([rows, -rows]))
+        count += size
+        kept = np.arange(max(0, count - 10), count)
+        assert ring.rows[:, 0].tolist() == kept.tolist()
+    ring.clear()
+    assert len(ring.rows) == 0
+
+
+@pytest.mark.parametrize('count', [2 * BINS + 1, 1995, 2000, 2003, 12_345])
+def test_times_of_a_curve_rise_however_few_samples_a_bin_has(count: int):
+    rng = np.random.default_rng(count)
+    x = np.cumsum(0.5 + rng.random(count)) * 5e-3
+    curve = curve_of(x - x[-1], rng.random(count))
+    assert (np.diff(curve.x) > 0.0).all()
+    assert len(curve.x) <= 2 * BINS
+    assert curve.x[0] == pytest.approx(x[0] - x[-1])
+    assert curve.x[-1] <= 0.0
+
+
+def test_a_curve_of_many_samples_keeps_every_peak_and_is_short():
+    x = np.arange(200_000) / 200e3
+    y = np.array(np.sin(7.0 * x))
+    y[123_456], y[17] = 50.0, -50.0
+    curve = curve_of(x, y)
+    assert len(curve.x) == len(curve.y) <= 2 * BINS
+    assert np.max(curve.y) + curve.base == pytest.approx(50.0, rel=ROUNDING)
+    assert np.min(curve.y) + curve.base == pytest.approx(-50.0, rel=ROUNDING)
+    assert curve.x[np.argmax(curve.y)] == pytest.approx(x[123_456], abs=1.5 / BINS)
+
+
+def test_a_nanometre_is_seen_at_a_position_of_five_millimetres():
+    y = np.array([5e-3, 5e-3 + 1e-9, 5e-3])
+    curve = curve_of(np.array([0.0, 1.0, 2.0]), y)
+    assert float(curve.y[1]) == pytest.approx(1e-9, rel=1e-6)
+
+
+def test_readings_that_are_no_numbers_break_the_curve_and_nothing_else():
+    x, y = np.arange(10 * BINS) / 1.0, np.ones(10 * BINS)
+    y[4000:5000] = np.nan
+    y[10] = np.nan
+    curve = curve_of(x, y)
+    assert np.isnan(curve.y[np.isclose(curve.x, 4500.0, atol=9.0)]).all()
+    assert not np.isnan(curve.y[:100]).any()
+
+
+@pytest.mark.parametrize('frequency_hz', [1000.0, 777.0, 50.0, 4000.0])
+def test_edges_are_the_falls_of_a_sawtooth(frequency_hz: float):
+    voltage = sawtooth_samples(0.1, frequency_hz)[:, VOLTAGE]
+    edges = steep_edges(voltage)
+    assert len(edges) == pytest.approx(0.1 * frequency_hz, abs=1)
+    assert (np.diff(voltage)[edges] < -200.0).all()
+
+
+def test_edges_of_a_sawtooth_that_runs_backwards_are_its_rises():
+    voltage = sawtooth_samples(0.1)[::-1, VOLTAGE]
+    assert (np.diff(voltage)[steep_edges(voltage)] > 200.0).all()
+    assert len(steep_edges(voltage)) > 95
+
+
+@pytest.mark.parametrize('voltage', [np.zeros(500), np.linspace(0, 300, 500), np.r_[0.0, 9, 9]])
+def test_what_is_no_sawtooth_has_no_edges(voltage: np.ndarray):
+    assert len(steep_edges(voltage)) == 0
+
+
+@pytest.mark.parametrize('cycles', [1, 3, 10])
+def test_the_picture_stands_still_while_time_goes_on(cycles: int):
+    samples, scope = sawtooth_samples(0.2), Scope()
+    pictures = [scope.picture(samples[: 9000 + more], cycles) for more in range(0, 60, 7)]
+    for picture in pictures:
+        assert picture.period_s == pytest.approx(1e-3, rel=1e-6)
+        assert (picture.start_s, picture.end_s) == pytest.approx(
+            (pictures[0].start_s, pictures[0].end_s), abs=1e-9
+        )
+        assert picture.end_s == pytest.approx(1e-3 * (cycles + 0.15), abs=2.1e-5)
+        assert picture.curves['voltage'].y.tolist() == pytest.approx(
+            pictures[0].curves['voltage'].y.tolist(), abs=0.01
+        )
+    assert len({round(picture.at_s * 1e6) for picture in pictures}) > 1
+
+
+def test_runner_and_foot_begin_together_before_the_fall():
+    picture = Scope().picture(sawtooth_samples(0.2), 2)
+    for name in ('runner', 'foot'):
+        curve = picture.curves[name]
+        assert curve.y[np.searchsorted(curve.x, 0.0)] == 0.0
+        assert curve.base > 0.0
+
+
+def test_a_slow_sawtooth_is_found_in_more_samples():
+    picture = Scope().picture(sawtooth_samples(5.2, 1.0), 2)
+    assert picture.period_s == pytest.approx(1.0, rel=1e-3)
+
+
+def test_the_last_cycles_are_held_when_the_drive_rests_until_time_starts_anew():
+    moving, scope = sawtooth_samples(0.01), Scope()
+    resting = sawtooth_samples(0.5, start_s=0.01)
+    resting[:, VOLTAGE] = 0.0
+    both = np.concatenate([moving, resting])
+    held = scope.picture(moving, 3)
+    assert scope.picture(both, 3).at_s == held.at_s
+    scope.clear()
+    quiet = resting[-RECENT[0] :]
+    assert scope.picture(quiet, 3).period_s == 0.0
+
+
+@pytest.mark.parametrize('swing_v', [300.0, 1.0])
+def test_what_trembles_at_rest_is_no_sawtooth_and_a_small_one_after_it_is(swing_v: float):
+    moving, scope = sawtooth_samples(0.2), Scope()
+    moving[:, VOLTAGE] *= swing_v / 300.0
+    held = scope.picture(moving, 3)
+    tremor = sawtooth_samples(0.5, 200.0, start_s=0.2)
+    tremor[:, VOLTAGE] *= 0.6 * min(1.0, 0.03 * swing_v) / 300.0
+    assert scope.picture(np.concatenate([moving, tremor]), 3).at_s == held.at_s
+    assert scope.picture(tremor[-RECENT[0] :], 3).at_s == held.at_s  # also when it is long ago
+    small = sawtooth_samples(0.5, 200.0, start_s=0.2)
+    small[:, VOLTAGE] *= 2.0 * min(1.0, 0.03 * swing_v) / 300.0
+    assert scope.picture(np.concatenate([moving, small]), 3).period_s == pytest.approx(5e-3)
+
+
+def test_without_trigger_the_newest_samples_are_shown():
+    samples, scope = sawtooth_samples(0.2), Scope()
+    assert scope.picture(samples, 3).period_s > 0.0
+    free = scope.picture(samples, 3, triggers=False)
+    assert (free.start_s, free.end_s) == pytest.approx((-3e-3, 0.0), rel=1e-6)
+    assert free.at_s == samples[-1, 0]
+
+
+def test_nothing_gives_no_picture():
+    assert Scope().picture(np.empty((0, 5)), 3) is None
+    assert BinHistory().curves(1.0, 10.0) == {}
+
+
+@pytest.mark.parametrize('block', [50, 500, 2500])
+def test_the_history_has_the_extremes_of_every_hundredth_of_a_second(block: int):
+    samples = sawtooth_samples(1.0)
+    samples[30_000, POSITION], samples[40_000, FORCE] = 1.0, -1.0
+    history = BinHistory()
+    for begin in range(0, len(samples), block):
+        history.add_all(samples[begin : begin + block])
+    assert len(history.bins.rows) == pytest.approx(100, abs=30)
+    curves = history.curves(1.0, 10.0)
+    assert np.max(curves['position'].y) == pytest.approx(1.0)
+    assert curves['position'].x[np.argmax(curves['position'].y)] == pytest.approx(-0.4, abs=0.02)
+    assert np.min(curves['force'].y) == pytest.approx(-1.01)
+    short = history.curves(1.0, 0.2)
+    assert float(short['position'].x[0]) == pytest.approx(-0.2, abs=0.02)

@@ -1,0 +1,205 @@
+"""The client of a drive: hears it, commands it, and finds it again; real nodes, real DDS."""
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from std_msgs.msg import String
+
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.lab.panel.link import Link
+from stickslip_ros.lab.panel.model import PANEL
+from stickslip_ros.testing import Stand
+
+Wait = Callable[[Callable[[dict[str, Any]], object]], None]
+ACTIVE = ('running', 'late', 'waiting')
+"""Words for a drive that is active, on a machine that may be busy."""
+
+
+def word(told: dict[str, Any]) -> str:
+    return str(told['condition']['word'])
+
+
+def note(told: dict[str, Any], control: str) -> dict[str, Any]:
+    return dict(told['notes'].get(control, {'text': '', 'bad': False}))
+
+
+@pytest.fixture
+def stand(start_drive: Callable[..., Stand]) -> Stand:
+    """Give a drive that nobody waits for."""
+    return start_drive(wait=False)
+
+
+def test_commands_are_carried_out_and_refusals_come_back(stand: Stand, link: Link, wait: Wait):
+    wait(lambda told: word(told) in ACTIVE and told['parameters'])
+    assert link.state()['parameters']['amplifier.voltage_max'] == 300.0
+    link.do({'do': 'command', 'name': 'steps', 'values': [3]})
+    wait(lambda told: note(told, 'steps')['text'] == 'DONE')
+    assert link.state()['events'][-1]['steps'] == 3
+    link.do({'do': 'command', 'name': 'voltage', 'values': [400]})
+    wait(lambda told: note(told, 'voltage')['bad'])
+    assert "above the amplifier's 300 V" in note(link.state(), 'voltage')['text']
+    link.do({'do': 'command', 'name': 'voltage', 'values': ['x']})
+    wait(lambda told: 'a list of numbers' in note(told, 'voltage')['text'])
+    link.do({'do': 'command', 'name': 'voltage', 'values': [150]})
+    wait(lambda told: note(told, 'voltage')['text'] == 'DONE')
+
+
+@pytest.mark.parametrize(
+    ('line', 'why'),
+    [
+        ('grant 1 1', "command 'grant' is not known; use voltage, "),
+        ('', "command '' is not known"),
+        ('fault', "command 'fault' is not known; use voltage, "),
+        ('stop now', "stop number 'now' is not one of its numbers; stop takes no numbers"),
+        ('stop', 'not asked: no drive /stickslip_drive in this ROS domain'),
+        ('sawtooth 300', 'sawtooth takes amplitude V, frequency Hz, steps'),
+        ('load 5V', "load force.x '5V' is not a number in uN, mN, N or kN"),
+    ],
+)
+def test_a_line_that_is_no_command_is_refused_beside_its_script(
+    link: Link, wait: Wait, line: str, why: str
+):
+    link.do({'do': 'line', 'name': 'script', 'text': line})
+    wait(lambda told: why in note(told, 'script')['text'])
+
+
+def test_services_faults_and_states_are_switched(stand: Stand, link: Link, wait: Wait):
+    wait(lambda told: word(told) in ACTIVE)
+    link.do({'do': 'service', 'name': 'set_paused', 'wanted': True})
+    wait(lambda told: word(told) == 'paused')
+    assert note(link.state(), 'set_paused')['text'].startswith('paused at')
+    link.do({'do': 'service', 'name': 'set_paused', 'wanted': False})
+    wait(lambda told: word(told) in ACTIVE)
+    link.do({'do': 'service', 'name': 'set_recording', 'wanted': False})
+    wait(lambda told: 'not recording' in note(told, 'set_recording')['text'])
+    link.do({'do': 'set', 'name': 'fault.interferometer', 'value': 'dropout'})
+    wait(lambda told: told['parts'].get('faults', {}).get('message') == 'interferometer')
+    link.do({'do': 'set', 'name': 'fault.dead_foot', 'value': 9})
+    wait(lambda told: 'above the maximum 6' in note(told, 'fault.dead_foot')['text'])
+    link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'deactivate'})
+    wait(lambda told: word(told) == 'inactive')
+    link.do({'do': 'command', 'name': 'voltage', 'values': [1]})
+    wait(lambda told: 'the node is inactive' in note(told, 'voltage')['text'])
+    assert link.state()['parameters']['load_cell.contact'] == 'attached'
+    link.do({'do': 'set', 'name': 'load_cell.contact', 'value': 'absent'})
+    wait(lambda told: told['parameters']['load_cell.contact'] == 'absent')
+    link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'configure'})
+    wait(lambda told: note(told, 'lifecycle')['bad'])
+    link.do({'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'activate'})
+    wait(lambda told: word(told) in ACTIVE)
+
+
+def test_what_no_page_of_ours_wishes_is_passed_over(stand: Stand, link: Link, wait: Wait):
+    wait(lambda told: word(told) in ACTIVE)
+    for wish in (
+        {},
+        {'do': 'shutdown'},
+        {'do': 'command'},
+        {'do': 'line'},
+        {'do': 'line', 'text': ['steps', 3]},
+        {'do': 'command', 'name': 'grant', 'values': [1, 1]},
+        {'do': 'service', 'name': 'change_state'},
+        {'do': 'lifecycle', 'name': 'lifecycle', 'transition': 'shutdown'},
+        {'do': 'set', 'name': 'sim.seed', 'value': 2},
+        {'do': 'attach', 'drive': '/no name!'},
+        {'do': 'attach', 'drive': ['x']},
+        {'do': 'view', 'cycles': {}},
+    ):
+        link.do(wish)
+    link.do({'do': 'service', 'name': 'tare_force'})
+    wait(lambda told: told['events'] and told['events'][-1]['command'] == 'tare_force')
+    assert word(link.state()) in ACTIVE
+
+
+def test_lines_are_services_too_and_have_units_with_blanks_and_commas(
+    stand: Stand, link: Link, wait: Wait
+):
+    wait(lambda told: word(told) in ACTIVE)
+    for line, name in (
+        ('sawtooth 100 V 0,1 kHz 0', ''),
+        ('stop', 'stop'),
+        ('tare', 'tare_force'),
+        ('zero_position', 'zero_position'),
+        ('position 0,5 um', 'position'),
+        ('reset', 'reset'),
+        ('enable 0', 'enable_amplifier'),
+        ('enable_amplifier 1', 'enable_amplifier'),
+    ):
+        count = sum(each['command'] == name for each in link.state()['events'])
+        link.do({'do': 'line', 'name': 'script', 'text': line})
+        if not name:
+            wait(lambda told: told['bits'] & Status.MOVING)
+            continue
+        wait(lambda told: sum(e['command'] == name for e in told['events']) > count)  # noqa: B023
+    assert [each['result'] for each in link.state()['events'][1:]] == ['DONE'] * 7
+    assert not note(link.state(), 'script')['bad']
+
+
+HOSTILE = (
+    {'do': 'line', 'name': 'script', 'text': 'steps 3000000000'},
+    {'do': 'command', 'name': 'steps', 'values': [1.5]},
+    {'do': 'command', 'name': 'waveform', 'values': [0, 0, 1, 5], 'cycles': 99_999_999_999},
+    {'do': 'command', 'name': 'voltage', 'values': [10**308]},
+    {'do': 'view', 'cycles': 3.0},
+)
+
+
+def test_stop_is_heard_after_every_wish_and_every_text_that_makes_no_sense(
+    stand: Stand, link: Link, wait: Wait
+):
+    wait(lambda told: word(told) in ACTIVE)
+    link.do({'do': 'command', 'name': 'sawtooth', 'values': [100, 100, 0]})
+    wait(lambda told: told['bits'] & Status.MOVING)
+    event = {'result': 'DONE', 'command': 'reset', 'number': 1, 'steps': 0, 'time_ns': 0}
+    publisher = stand.operator.node.create_publisher(String, 'stickslip_drive/event', 100)
+    stand.operator.spin_until(lambda: publisher.get_subscription_count() > 1, 'the panel')
+    for message in (7, 'x' * 20_000, None):
+        publisher.publish(String(data=json.dumps({**event, 'message': message})))
+    publisher.publish(String(data=f'{{"message": {"[" * 1500}{"]" * 1500}}}'))
+    publisher.publish(String(data=json.dumps({**event, 'message': 'the last'})))
+    for wish in HOSTILE:
+        link.do(wish)
+    wait(lambda told: 'is not a whole number' in note(told, 'script')['text'])
+    wait(lambda told: 'is not a whole number' in note(told, 'steps')['text'])
+    wait(lambda told: 'cycles 99999999999' in note(told, 'waveform')['text'])
+    wait(lambda told: any(each['message'] == 'the last' for each in told['events']))
+    assert {type(each['message']) for each in link.state()['events']} == {str}
+    link.do({'do': 'service', 'name': 'stop'})
+    wait(lambda told: not told['bits'] & Status.MOVING)
+
+
+def test_what_nobody_has_foreseen_is_said_above_the_page_and_stop_is_still_heard(
+    stand: Stand, link: Link, wait: Wait, monkeypatch: pytest.MonkeyPatch
+):
+    wait(lambda told: word(told) in ACTIVE)
+    monkeypatch.setitem(link._acts, 'divide', lambda _: 1 / 0)
+    link.do({'do': 'divide'})
+    wait(lambda told: 'ZeroDivisionError' in note(told, PANEL)['text'])
+    monkeypatch.setattr(link.model, 'take_part', None)
+    wait(lambda told: "TypeError: 'NoneType' object" in note(told, PANEL)['text'])
+    link.do({'do': 'service', 'name': 'stop'})
+    wait(lambda told: told['events'] and told['events'][-1]['command'] == 'stop')
+
+
+def test_a_drive_that_comes_later_goes_and_comes_back_is_found(
+    start_drive: Callable[..., Stand], link: Link, wait: Wait
+):
+    wait(lambda told: word(told) == 'absent')
+    first = start_drive(wait=False)
+    wait(lambda told: word(told) in ACTIVE)
+    first.close()
+    wait(lambda told: word(told) == 'absent')
+    start_drive(wait=False)
+    wait(lambda told: word(told) in ACTIVE and link.frame())
+
+
+def test_one_of_two_drives_is_chosen(start_drive: Callable[..., Stand], link: Link, wait: Wait):
+    for side in ('/left', '/right'):
+        start_drive(namespace=side, wait=False)
+    wait(lambda told: len(told['drives']) == 3)
+    link.do({'do': 'attach', 'drive': '/right/stickslip_drive'})
+    wait(lambda told: told['drive'] == '/right/stickslip_drive' and word(told) in ACTIVE)
+    link.do({'do': 'command', 'name': 'steps', 'values': [1]})
+    wait(lambda told: note(told, 'steps')['text'] == 'DONE')

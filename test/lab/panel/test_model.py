@@ -1,0 +1,230 @@
+"""What the page is told of a drive, from what was heard of it; no ROS, no browser."""
+
+import json
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.instrument.commands import COMMANDS as COMMAND_ROWS
+from stickslip_ros.instrument.reports import Status
+from stickslip_ros.interface.topics import SERVICES
+from stickslip_ros.lab.panel import model as panel_model
+from stickslip_ros.lab.panel.controls import read_parameter, sheet, shown_parameters
+from stickslip_ros.lab.panel.model import PANEL, Model
+from stickslip_ros.parameters import spec_of, specs
+
+DRIVE = '/stickslip_drive'
+
+
+def block(start_s: float, seconds: float = 0.01) -> np.ndarray:
+    """Give samples at rest: 1 um, 2 mN, 30 V."""
+    time_s = start_s + np.arange(round(50e3 * seconds)) / 50e3
+    return np.column_stack([time_s, *(np.full(len(time_s), v) for v in (30.0, 16e-9, 1e-6, 2e-3))])
+
+
+def opened(frame: bytes) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
+    """Read a picture as the page does."""
+    [size] = struct.unpack('<I', frame[:4])
+    head, at, curves = json.loads(frame[4 : 4 + size]), 4 + size, {}
+    for name, count, _ in head['curves']:
+        curves[name] = np.frombuffer(frame, '<f4', 2 * count, at).reshape(2, count)
+        at += 8 * count
+    assert at == len(frame)
+    return head, curves
+
+
+def an_event(**changes: Any) -> dict[str, Any]:
+    fields = {'message': '', 'result': 'DONE', 'command': 'steps', 'number': 1, 'steps': 4}
+    return {**fields, 'time_ns': 5, **changes}
+
+
+@pytest.fixture
+def model() -> Model:
+    """Give a model of a drive that runs."""
+    model = Model(DRIVE)
+    model.is_there, model.lifecycle = True, 'active'
+    model.take_trace(block(0.0))
+    return model
+
+
+def test_a_picture_has_figures_and_curves(model: Model):
+    head, curves = opened(model.frame())
+    assert head['time_s'] == pytest.approx(0.00998)
+    figures = {'position': 1e-6, 'force': 2e-3, 'voltage': 30.0, 'velocity': 0.0}
+    assert head['figures'] == pytest.approx(figures, abs=1e-18)
+    assert curves.keys() == {'position', 'force', 'foot', 'runner', 'voltage'}
+    assert curves['voltage'][1].tolist() == [30.0] * curves['voltage'].shape[1]
+
+
+def test_a_picture_is_made_once_until_there_is_news(model: Model):
+    assert model.frame() is not None
+    assert model.frame() is None
+    model.take_trace(block(0.01))
+    assert model.frame() is not None
+    model.choose({'cycles': 5})
+    assert model.frame() is not None
+    assert model.state()['view']['cycles'] == 5
+
+
+@pytest.mark.parametrize(
+    'choice', [{'cycles': 4}, {'span_s': 'x'}, {'triggers': 1}, {'cycles': []}]
+)
+def test_a_choice_that_is_not_offered_is_passed_over(model: Model, choice: dict[str, Any]):
+    before = dict(model.state()['view'])
+    model.choose(choice)
+    assert model.state()['view'] == before
+
+
+def test_a_choice_may_come_as_a_decimal_number(model: Model):
+    model.choose({'cycles': 5.0, 'span_s': 60.0})
+    assert repr(model.state()['view']['cycles']) == '5'
+    assert model.frame() is not None
+
+
+@pytest.mark.parametrize('velocity_m_per_s', [50e-6, -1e-3])
+def test_the_velocity_is_the_slope_of_the_position(model: Model, velocity_m_per_s: float):
+    moving = block(0.01, 0.3)
+    moving[:, 3] = 5e-3 + velocity_m_per_s * moving[:, 0] + 4e-9 * np.sin(3e3 * moving[:, 0])
+    model.take_trace(moving)
+    head, _ = opened(model.frame())
+    assert head['figures']['velocity'] == pytest.approx(velocity_m_per_s, rel=1e-2)
+    moving[-1, 3] = np.nan
+    moving[:, 0] += 0.3
+    model.take_trace(moving)
+    assert opened(model.frame())[0]['figures']['velocity'] is None
+
+
+def test_a_target_is_told_as_long_as_closed_loop_goes_there(model: Model):
+    model.take_target(5e-7)
+    assert model.state()['target_m'] is None
+    model.take_status(Status.CLOSED_LOOP)
+    assert model.state()['target_m'] == 5e-7
+    model.take_event(an_event(command='position', result='ABORTED'))  # of the target before
+    assert model.state()['target_m'] == 5e-7
+    model.take_event(an_event(command='position', result='INVALID_PARAMETER'))
+    assert model.state()['target_m'] is None
+    model.take_target(float('nan'))
+    assert model.state()['target_m'] is None
+
+
+def test_a_lost_reading_is_no_figure(model: Model):
+    lost = block(0.01)
+    lost[:, 3] = np.nan
+    model.take_trace(lost)
+    head, _ = opened(model.frame())
+    assert head['figures']['position'] is None
+    assert head['figures']['force'] == pytest.approx(2e-3)
+
+
+def test_what_was_before_a_new_start_of_time_is_forgotten(model: Model):
+    model.take_trace(block(50.0))
+    model.take_trace(block(0.0))
+    head, curves = opened(model.frame())
+    assert head['time_s'] == pytest.approx(0.00998)
+    assert curves['position'].shape[1] == 2
+
+
+def test_conditions_are_told_apart(model: Model, monkeypatch: pytest.MonkeyPatch):
+    def time(level: int, paused: str) -> None:
+        model.take_part('time', level, 'real-time factor 0.5 instead of 1', {'paused': paused})
+
+    assert model.condition()[0] == 'running'
+    time(2, 'false')
+    assert model.condition() == ('late', 'real-time factor 0.5 instead of 1')
+    time(0, 'true')
+    assert model.condition()[0] == 'paused'
+    model.take_pause(is_paused=False)
+    assert model.condition()[0] == 'running'
+    monkeypatch.setattr(panel_model, 'monotonic', lambda: 1e9)
+    assert model.condition()[0] == 'waiting'
+    model.lifecycle = 'inactive'
+    assert model.condition()[0] == 'inactive'
+    model.lifecycle = ''
+    assert model.condition()[0] == 'silent'
+    model.is_there = False
+    assert model.condition() == ('absent', f'no drive {DRIVE} in this ROS domain; waiting for it')
+
+
+def test_a_refusal_stands_beside_its_control_and_in_the_list(model: Model):
+    refused = an_event(command='voltage', result='INVALID_PARAMETER', message='320 V is too much')
+    model.take_event(refused)
+    model.take_event(an_event())
+    told = model.state()
+    assert told['notes']['voltage']['text'] == 'INVALID_PARAMETER: 320 V is too much'
+    assert told['notes']['voltage']['bad']
+    assert told['notes']['steps'] == {'text': 'DONE', 'bad': False, 'number': 2}
+    assert told['events'] == [refused, an_event()]
+
+
+def test_of_events_the_last_are_kept(model: Model):
+    for number in range(1000):
+        model.take_event(an_event(number=number))
+    assert [each['number'] for each in model.state()['events']] == list(range(940, 1000))
+
+
+def test_notes_of_names_that_no_control_has_are_one_above_the_page_and_short(model: Model):
+    for number in range(3000):
+        model.note(f'invented {number}', 'x' * 100_000, bad=True)
+        model.take_part(f'invented {number}', 2, '', {})
+    told = model.state()
+    assert told['notes'].keys() == {PANEL}
+    assert told['notes'][PANEL]['number'] == 3000
+    assert told['parts'] == {}
+    assert len(json.dumps(told)) < 3000
+
+
+def test_another_drive_begins_with_nothing(model: Model):
+    model.note('voltage', 'refused', bad=True)
+    model.take_status(7)
+    model.forget('/left/stickslip_drive')
+    told = model.state()
+    assert (told['drive'], told['bits'], told['notes']) == ('/left/stickslip_drive', 0, {})
+    assert opened(model.frame())[1] == {}
+
+
+def test_every_command_service_fault_and_bit_has_a_control_by_itself():
+    told = sheet()
+    assert [each['name'] for each in told['commands']] == [
+        name for name, row in COMMAND_ROWS.items() if row.has_topic and name != 'joint'
+    ]
+    assert len(told['services']) == len(SERVICES)
+    assert {each['name'] for each in told['faults']} == {
+        name for name, spec in specs().items() if spec.live
+    }
+    assert [each['bit'] for each in told['bits']] == [int(bit) for bit in Status]
+    assert json.loads(json.dumps(told))
+
+
+def test_limits_and_first_values_name_parameters_that_there_are():
+    told = [number for each in sheet()['commands'] for number in each['numbers']]
+    named = {
+        value.removeprefix('-')
+        for number in told
+        for value in (number['low'], number['high'], number['start'])
+        if isinstance(value, str)
+    }
+    assert named <= set(shown_parameters())
+    assert all(spec_of(name).kind is float for name in named)
+
+
+@pytest.mark.parametrize(
+    ('name', 'value'),
+    [
+        ('fault.schedule', '/etc/passwd'),
+        ('sim.seed', 3),
+        (None, 3),
+        (['fault.dead_foot'], 3),
+        ('fault.dead_foot', 7),
+        ('fault.interferometer', 'broken'),
+        ('load_cell.contact', 'welded'),
+        ('load_cell.stiffness', 1e6),
+    ],
+)
+def test_nothing_but_a_fault_and_the_load_cell_can_be_set(name: Any, value: Any):
+    with pytest.raises(StickSlipError):
+        read_parameter(name, value)
+    for pair in (('fault.dead_foot', 3), ('load_cell.contact', 'absent')):
+        assert read_parameter(*pair) == pair

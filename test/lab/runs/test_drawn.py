@@ -1,0 +1,132 @@
+"""Figures as a journal takes them: their width, the size and kind of their letters, room."""
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from stickslip_ros import Parameters, StickSlipError, compare, linearise, open_run
+from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.runs.plotting import save_figure
+from stickslip_ros.lab.runs.run_result import SawtoothRun
+
+Run = tuple[SawtoothRun, Path]
+COLUMN_MM = 85.0
+POINTS = """preload_n,amplitude_m,force_n,force_sigma_n
+0.1,4e-8,0.0211,0.002
+0.1,1.5e-7,0.0613,0.002
+0.5,7e-8,0.0188,0.002
+0.5,1.5e-7,0.1597,0.002
+"""
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> Path:
+    path = tmp_path / 'a_table_of_a_long_name_from_a_laboratory.csv'
+    path.write_text(POINTS, encoding='utf-8')
+    return path
+
+
+def drawn(name: str, run: Path, table: Path) -> Any:
+    """Return what draws itself: a result, by its name."""
+    if name == 'linear drive':
+        return linearise(Parameters())
+    if name == 'fit':
+        return fit(table, ['contact.friction'], steps=20, starts=1)
+    if name == 'force curves':
+        return compare(table, Parameters(), steps=20)
+    return compare(run, run, shift_s=1e-3) if name == 'two runs' else open_run(run)
+
+
+@pytest.mark.parametrize('name', ['run', 'two runs', 'force curves', 'fit', 'linear drive'])
+def test_no_words_of_a_column_lie_over_others_or_are_cut(
+    recorded_run: Run, table: Path, name: str
+):
+    figure: Figure = drawn(name, recorded_run[1], table).plot(width_mm=COLUMN_MM)
+    assert 25.4 * figure.get_figwidth() == pytest.approx(COLUMN_MM)
+    assert 25.4 * figure.get_figheight() < 240.0  # of a page
+    figure.draw_without_rendering()
+    texts = {text for text in figure.findobj(Text) if text.get_visible()}
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        ticks: Any = axis
+        made = [*ticks.get_major_ticks(), *ticks.get_minor_ticks()]
+        shown = ticks._update_ticks()  # the others are beyond its ends
+        texts -= {
+            each for tick in made if tick not in shown for each in (tick.label1, tick.label2)
+        }
+    boxes = [
+        (text.get_text(), text.get_window_extent()) for text in texts if text.get_text().strip()
+    ]
+    assert len(boxes) > 10
+    for one, other in itertools.combinations(boxes, 2):
+        assert not one[1].overlaps(other[1]), (one[0], other[0])
+    for words, box in boxes:
+        assert figure.bbox.padded(1.0).contains(*box.min), words
+        assert figure.bbox.padded(1.0).contains(*box.max), words
+
+
+def test_a_figure_has_its_size_and_letters_that_journals_take(recorded_run: Run, tmp_path: Path):
+    style = tmp_path / 'letters.mplstyle'
+    style.write_text('font.size: 7', encoding='utf-8')
+    figure = open_run(recorded_run[1]).plot(style=str(style), width_mm=120.0)
+    figure.savefig(tmp_path / 'a.pdf')
+    save_figure(figure, tmp_path / 'b.pdf')
+    for name in ('a.pdf', 'b.pdf'):
+        content = (tmp_path / name).read_bytes()
+        assert b'/Type3' not in content
+        assert b'/FontFile2' in content  # TrueType
+    sizes = {text.get_fontsize() for text in figure.axes[0].get_xticklabels()}
+    sizes |= {figure.axes[0].yaxis.label.get_fontsize()}
+    assert sizes == {7.0}
+    assert figure.get_suptitle() == ''
+    save_figure(figure, tmp_path / 'a.png')
+    header = (tmp_path / 'a.png').read_bytes()[16:20]
+    assert int.from_bytes(header, 'big') == pytest.approx(120.0 / 25.4 * 600, abs=1)
+
+
+def test_a_style_is_typed_and_what_is_none_is_refused(
+    recorded_run: Run, table: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    picture = tmp_path / 'new/a.pdf'
+    widths_pt = []
+    own = tmp_path / 'own.mplstyle'
+    own.write_text('figure.figsize: 4, 3', encoding='utf-8')
+    for words in (
+        ['--style', 'paper'],
+        ['--width', '85mm'],
+        ['--width', '170mm'],
+        ['--style', str(own)],
+        [],
+    ):
+        model = ['compare', str(table), 'model', '--steps', '20', '--figure', str(picture)]
+        assert main([*model, *words]) == 0
+        [box] = [line for line in picture.read_bytes().split(b'\n') if b'/MediaBox' in line]
+        widths_pt.append(float(box.split(b'[')[1].split()[2]))
+    expected = np.array([85.0, 85.0, 170.0, 4.0 * 25.4, 8.0 * 25.4]) * 72.0 / 25.4
+    assert widths_pt == pytest.approx(expected.tolist(), abs=0.01)
+    assert f'figure {picture}' in capsys.readouterr().out
+    for words, told in (
+        (['--style', 'poster'], "style 'poster' is not known; use screen, paper or a file"),
+        (['--style', 'none.mplstyle'], 'none.mplstyle'),
+        (['--width', '85'], 'width of a figure 85000 mm is above the maximum 500 mm'),
+    ):
+        assert main(['plot', str(recorded_run[1]), *words]) == 2
+        assert told in capsys.readouterr().err
+    with pytest.raises(StickSlipError, match='below the minimum 40 mm'):
+        linearise(Parameters()).plot(width_mm=0.085)
+
+
+def test_results_say_in_a_line_what_they_are(table: Path):
+    assert repr(linearise(Parameters())).startswith('LinearDrive: resonance ')
+    fitted = fit(table, ['contact.friction'], steps=20, starts=1)
+    assert repr(fitted).startswith('contact.friction 0.2')
+    assert 'warning: p-value' in repr(fitted)
+    assert 'the model misses the points' in fitted._repr_html_()
+    compared = compare(table, Parameters(), steps=20)
+    assert repr(compared).startswith('Over 4 points the force of B')
+    assert '<p>Chi-square of the force is ' in compared._repr_html_()

@@ -1,0 +1,235 @@
+"""A time origin moves stamps and log times and nothing else; readers give simulated time."""
+
+import dataclasses
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip_ros.instrument.commands import Request
+from stickslip_ros.interface import cdr
+from stickslip_ros.interface import messages as m
+from stickslip_ros.interface.cdr import unpack
+from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.lab.cli.recording import describe_recording
+from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.runs.recorded import (
+    TimeWindow,
+    bits_within,
+    events_within,
+    recorded_series,
+)
+from stickslip_ros.lab.runs.replay import replay
+from stickslip_ros.lab.runs.run_figure import plot_run
+from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording.reader import Recording, compare_data
+from stickslip_ros.recording.recorder import Recorder
+from stickslip_ros.recording.recover import recover
+from stickslip_ros.recording.requests import recorded_requests
+from stickslip_ros.recording.run import ReportingBench, RunWriter
+from stickslip_ros.recording.run_file import info_json
+
+#: As a double it would lose 0.12 us: every time that is taken from it must be an integer.
+ORIGIN_NS = 1_800_000_000_123_456_789
+MS_NS = 1_000_000
+END_NS = 60 * MS_NS
+PLAN = {
+    5: Request('sawtooth', (300.0, 1000.0, 10.0)),
+    20: Request('tare_force'),
+    30: Request('load', (0.05, 0.0, 0.0, 0.0, 0.0, 0.0), stamp_ns=7),
+}
+WHOLE = TimeWindow(0.0, 1.0)
+PARTS = {'record__format': 'bag', 'record__flush_period': 0.01, 'record__split_duration': 0.02}
+STAMPED = {*m.STAMPED_FIELDS, m.JOINT_STATE}
+Record = Callable[..., Path]
+
+
+def record(path: Path, origin_ns: int, begin_ms: int = 0, **values: Any) -> Path:
+    """Record a run with this time origin, from a time on."""
+    wanted = {name.replace('__', '.'): value for name, value in values.items()}
+    parameters = Parameters().updated({'sim.publish_truth': True, **wanted})
+    run = ReportingBench(parameters, time_origin_ns=origin_ns)
+    with RunWriter(path, parameters, wait=True, time_origin_ns=origin_ns) as writer:
+        while (now_ns := run.bench.time_ns) < END_NS:
+            if now_ns == begin_ms * MS_NS:
+                run.record(writer)
+            asked = PLAN.get(now_ns // MS_NS)
+            run.update(now_ns + MS_NS, [asked] if asked else [])
+    return writer.recorder.path
+
+
+@pytest.fixture(scope='module')
+def runs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Give the recordings of one run with time origin 0 and with another."""
+    folder = tmp_path_factory.mktemp('runs')
+    zero, system = (folder / name / 'run.mcap' for name in ('zero', 'system'))
+    return record(zero, 0), record(system, ORIGIN_NS)
+
+
+@pytest.fixture(scope='module')
+def recordings(runs: tuple[Path, Path]) -> tuple[Recording, Recording]:
+    zero, system = runs
+    return Recording(zero), Recording(system)
+
+
+def unlike_in_origin(recordings: tuple[Recording, Recording]) -> Iterator[tuple[Any, Any, str]]:
+    """Give the messages of both side by side, and their topic."""
+    both = [list(each.records()) for each in recordings]
+    for (topic, one), (_, other) in zip(*both, strict=True):
+        yield one, other, topic
+
+
+def test_stamps_and_log_times_are_the_origin_and_simulated_time(
+    recordings: tuple[Recording, Recording],
+):
+    types = recordings[0].types
+    for one, other, topic in unlike_in_origin(recordings):
+        assert other.log_time == other.publish_time == one.log_time + ORIGIN_NS
+        if types[topic] in STAMPED and 'command' not in topic:
+            plain, moved = (unpack(types[topic], each.data) for each in (one, other))
+            assert isinstance(plain, m.StampedMessage | m.JointMessage)
+            assert plain.stamp_ns == one.log_time
+            assert moved == plain._replace(stamp_ns=other.log_time)
+
+
+def test_trace_events_status_requests_and_commands_are_the_same_bytes(
+    recordings: tuple[Recording, Recording],
+):
+    stamped = {name for name, kind in recordings[0].types.items() if kind in STAMPED}
+    moved = {name for name in stamped if 'command' not in name} | {'/stickslip_drive/info'}
+    compared = set()
+    for one, other, topic in unlike_in_origin(recordings):
+        if topic not in moved:
+            compared.add(topic)
+            assert one.data == other.data
+    names = {'trace', 'voltage', 'event', 'status', 'request', 'sawtooth', 'load'}
+    assert {name.rpartition('/')[2] for name in compared} == names
+
+
+def test_the_origin_is_in_the_metadata_and_in_info(recordings: tuple[Recording, Recording]):
+    zero, system = recordings
+    assert (zero.time_origin_ns, system.time_origin_ns) == (0, ORIGIN_NS)
+    assert system.metadata['stickslip_run']['time_origin_ns'] == str(ORIGIN_NS)
+    [(_, _, info)] = system.messages(['info'])
+    assert f'"time_origin_ns": {ORIGIN_NS}' in str(info)
+
+
+def test_messages_channels_and_requests_are_told_in_simulated_time(
+    recordings: tuple[Recording, Recording],
+):
+    zero, system = recordings
+    assert [t for _, t, _ in zero.messages()] == [t for _, t, _ in system.messages()]
+    assert zero.channels == system.channels
+    assert list(recorded_requests(zero)) == list(recorded_requests(system))
+    assert describe_recording(zero)['topics'] == describe_recording(system)['topics']
+
+
+def test_quantities_events_and_bits_are_the_same_to_the_last_digit(
+    recordings: tuple[Recording, Recording],
+):
+    zero, system = recordings
+    for topic in (
+        'position',
+        'force',
+        'voltage',
+        'joint_states',
+        'truth/position',
+        'command/load',
+    ):
+        one, other = zero.series(topic), system.series(topic)
+        np.testing.assert_array_equal(one.time_s, other.time_s)
+        np.testing.assert_array_equal(one.value, other.value)
+    for name, one in recorded_series(zero).items():
+        np.testing.assert_array_equal(one.time_s, recorded_series(system)[name].time_s)
+    assert events_within(zero, WHOLE) == events_within(system, WHOLE) != []
+    assert bits_within(zero, WHOLE) == bits_within(system, WHOLE) != []
+
+
+def test_a_picture_shows_simulated_time(runs: tuple[Path, Path], tmp_path: Path):
+    one, other = (
+        dataclasses.asdict(plot_run(Recording(each), tmp_path / 'run.svg', WHOLE)) for each in runs
+    )
+    assert repr(one) == repr(other)  # with values that are no numbers
+
+
+def test_runs_of_different_origins_are_compared_at_equal_simulated_times(runs: tuple[Path, Path]):
+    names = map(str, runs)
+    comparison = compare(*names)
+    assert comparison.differences == ()
+    assert [each.agreement.rms for each in comparison.quantities] == [0.0] * 4
+    assert all(each.left_out == 0 for each in comparison.quantities)
+
+
+@pytest.mark.parametrize('begin_ms', [0, 7])
+@pytest.mark.parametrize('values', [{}, PARTS], ids=['file', 'parts'])
+def test_a_replay_has_the_recorded_origin_and_so_the_same_bytes(
+    tmp_path: Path, begin_ms: int, values: dict
+):
+    source = record(tmp_path / 'run.mcap', ORIGIN_NS, begin_ms, **values)
+    result = replay(source, tmp_path / 'again.mcap')
+    assert result.identical, result.difference
+    again = Recording(result.output)
+    assert len(again.files) == (3 if values else 1)
+    assert again.time_origin_ns == ORIGIN_NS
+    alone = replay(again.files[-1], tmp_path / 'alone.mcap')
+    assert alone.identical, alone.difference
+
+
+def test_a_difference_is_told_in_simulated_time(runs: tuple[Path, Path], tmp_path: Path):
+    later = Recording(record(tmp_path / 'later.mcap', ORIGIN_NS, begin_ms=7))
+    difference = compare_data(later, Recording(runs[1]))
+    assert difference is not None
+    assert (difference.what, difference.time_s) == ('time', 0.007)
+
+
+def test_what_is_recovered_is_told_in_simulated_time(tmp_path: Path):
+    whole = record(tmp_path / 'run.mcap', ORIGIN_NS, record__chunk_size=4096)
+    content = bytearray(whole.read_bytes())
+    content[len(content) // 2] ^= 0xFF
+    damaged = tmp_path / 'damaged.mcap'
+    damaged.write_bytes(content[: len(content) * 9 // 10])
+    [recovery], written = recover(damaged)
+    assert 0 < (recovery.last_ns or 0) <= END_NS
+    assert recovery.losses
+    assert all(0 <= (each.first_ns or 0) <= END_NS for each in recovery.losses)
+    told = {each.topic: (each.first_ns, each.last_ns) for each in recovery.topics}
+    assert written is not None
+    again = Recording(written)
+    assert again.time_origin_ns == ORIGIN_NS
+    assert told == {each.topic: (each.first_ns, each.last_ns) for each in again.channels}
+
+
+def test_a_recording_of_another_program_takes_the_origin_from_info(tmp_path: Path):
+    channels = [
+        Channel('/left/stickslip_drive/info', m.STRING, Qos(1)),
+        Channel('/left/position', m.POINT_STAMPED, Qos(1)),
+        Channel('/left/voltage', m.FLOAT64, Qos(1)),
+    ]
+    with Recorder(tmp_path / 'bag.mcap', channels) as recorder:
+        come_ns = ORIGIN_NS + 3 * MS_NS
+        info = cdr.pack_string(info_json(Parameters(), ORIGIN_NS))
+        recorder.put('/left/stickslip_drive/info', come_ns, info)
+        point = cdr.pack_stamped(ORIGIN_NS + MS_NS, '', (0.0, 0.0, 0.0))
+        recorder.put('/left/position', come_ns, point)
+        recorder.put('/left/voltage', come_ns, cdr.pack_float64(1.0))
+    recording = Recording(tmp_path / 'bag.mcap')
+    assert recording.series('position').time_s.tolist() == [0.001]
+    assert recording.series('voltage').time_s.tolist() == [0.003]
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        '{"a": 1}',
+        '[' * 5000,
+        'no JSON',
+        *(f'{{"time_origin_ns": {each}}}' for each in ('"soon"', '1e999', 10**30, -1, 1.5)),
+    ],
+)
+def test_an_info_of_another_kind_tells_no_origin(tmp_path: Path, text: str):
+    with Recorder(tmp_path / 'bag.mcap', [Channel('/robot/info', m.STRING, Qos(1))]) as recorder:
+        recorder.put('/robot/info', 5, cdr.pack_string(text))
+    [(_, time_ns, _)] = Recording(tmp_path / 'bag.mcap').messages()
+    assert time_ns == 5

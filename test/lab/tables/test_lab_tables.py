@@ -1,0 +1,298 @@
+"""Tables as laboratories have them: ten layouts, the same numbers; and what is asked."""
+
+from decimal import Decimal
+from pathlib import Path
+
+import lab_files
+import numpy as np
+import pytest
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.lab.comparison import in_time
+from stickslip_ros.lab.tables.columns import USUAL
+from stickslip_ros.lab.tables.experiment import (
+    CHUNK_ROWS,
+    MEASURED,
+    OVER_TIME,
+    MeasuredTable,
+    Reading,
+    parse_experiment,
+    read_experiment,
+    read_joined,
+    write_experiment,
+)
+from stickslip_ros.lab.tables.units import factor_of, in_si
+from stickslip_ros.parameters import SENSORS
+
+ALIKE = {'fuß', 'fuss', 'frequenz'}
+"""Names that the page has in another form."""
+ROUNDING = 1e-12
+"""Of 14 digits in the files."""
+
+
+@pytest.mark.parametrize('name', lab_files.LAYOUTS)
+def test_a_measurement_is_the_same_in_every_layout(name: str, tmp_path: Path):
+    make, headers = lab_files.LAYOUTS[name]
+    path = tmp_path / name
+    path.write_bytes(make())
+    told: list[MeasuredTable] = []
+    experiment = read_experiment(path, Reading(headers, report=told.append))
+    columns = experiment.columns
+    assert experiment.kind == OVER_TIME
+    assert len(columns) == (2 if name == 'F0000CH1.CSV' else 3)
+    for column, truth in (
+        ('time_s', lab_files.TIME_S),
+        ('voltage_v', lab_files.VOLTAGE_V),
+        ('force_n', lab_files.FORCE_N),
+    ):
+        if column in columns:
+            np.testing.assert_allclose(columns[column], truth, rtol=ROUNDING, atol=1e-17)
+    assert told == [experiment]
+
+
+@pytest.mark.parametrize(
+    'text',
+    [
+        'Time (s)   Force (mN)\n  0.0   1\n  1.0   2\n',
+        'Time (s) Force (mN)\n0.0 1\n1.0 2\n',
+        'Time (s), Force (mN)\n0, 1\n1, 2\n',
+        'sep=;\nTime (s);Force (mN)\n0;1,0\n1;2,0\n',
+        '"Time (s)","Force, raw (mN)","Force (mN)"\n"0","5","1"\n"1","5","2"\n',
+        't [s];when;F / mN\n0;12:03:01;1\n1;12:03:02;2\n',
+        'Time,Force\n[s],[mN]\n\n0,1\n\n1,2\n',
+        '% t_s f_mN\r0 1\r1 2\r',
+    ],
+)
+@pytest.mark.parametrize('encoding', ['utf-8', 'utf-16-le', 'utf-16-be'])
+def test_small_ways_of_writing_change_nothing(text: str, encoding: str):
+    columns = parse_experiment(text.encode(encoding), 'a.csv').columns
+    assert columns['time_s'].tolist() == [0.0, 1.0]
+    assert columns['force_n'].tolist() == [1e-3, 2e-3]
+
+
+@pytest.mark.parametrize('cell', ['', '#N/A', '#NV', 'NaN', 'n/a', '-', 'None'])
+def test_a_point_without_a_number_is_left_out_and_counted(cell: str):
+    lines = ['60;18,5;2', f'70;{cell};2', '80;20,5;2', f'90;21;{cell}', f'{cell};22;2']
+    text = 'Hub (nm);Kraft (mN);Kraft err (mN)\n' + '\n'.join(lines)
+    experiment = parse_experiment(text.encode(), 'a.csv', Reading(preloads_n=(0.5,)))
+    assert experiment.columns['force_n'].tolist() == [18.5e-3, 20.5e-3]
+    assert experiment.columns['force_sigma_n'].tolist() == [2e-3, 2e-3]
+    assert experiment.gaps == (
+        "1 of 5 rows without 'Hub (nm)' were left out, the first is line 6",
+        "1 of 5 rows without 'Kraft (mN)' were left out, the first is line 3",
+        "1 of 5 rows without 'Kraft err (mN)' were left out, the first is line 5",
+    )
+    assert set(experiment.gaps) <= set(experiment.notes)
+
+
+def test_over_time_each_quantity_has_samples_of_its_own():
+    text = b'time_s,force_n,position_m\n0,1,\n1,,1e-9\n2,,\n,5,5\n4,2,#N/A\n'
+    experiment = parse_experiment(text, 'a.csv')
+    series = in_time.of_experiment(experiment).series
+    assert series['force_n'].time_s.tolist() == [0.0, 4.0]
+    assert series['force_n'].value.tolist() == [1.0, 2.0]
+    assert series['position_m'].time_s.tolist() == [1.0]
+    assert [each.split()[0] for each in experiment.gaps] == ['1', '2', '3']
+
+
+@pytest.mark.parametrize(
+    ('header', 'said'),
+    [
+        ('Hub (nm);Fp = 100 mN;Fp = 0,25 N', {'force_n': '* (mN)'}),
+        ('Hub;Fp = 100 mN;Fp = 0,25 N\nnm;mN;mN', {}),
+        ('Hub [nm];F [mN] @ 100mN;F [mN] @ 0.25 N', {}),
+        ('Hub [nm];0.1 N;0.25 N', {'force_n': '* (mN)'}),
+    ],
+)
+def test_a_column_per_preload_is_understood(header: str, said: dict[str, str]):
+    text = f'{header}\n60;18,5;20\n70;;30\n'.encode()
+    columns = parse_experiment(text, 'a.csv', Reading(said)).columns
+    assert columns['preload_n'].tolist() == [0.1, 0.25, 0.25]
+    assert columns['amplitude_m'].tolist() == [60e-9, 60e-9, 70e-9]
+    assert columns['force_n'].tolist() == [18.5e-3, 20e-3, 30e-3]
+
+
+def test_a_preload_of_two_columns_or_beside_a_column_of_preloads_is_no_guess():
+    with pytest.raises(StickSlipError, match=r"'std 0\.1 N' name a preload twice; keep"):
+        parse_experiment(b'Hub (nm);F 0.1 N;std 0.1 N\n60;18;20\n', 'a.csv')
+    text = b'Fp (N);Hub (nm);Kraft (mN);CH1 (50 mN);CH2 (20 mN)\n0.5;60;18;1;1\n'
+    assert parse_experiment(text, 'a.csv').columns['force_n'].tolist() == [18e-3]
+
+
+def test_a_column_per_preload_in_no_unit_is_asked_for_it():
+    with pytest.raises(StickSlipError) as refusal:
+        parse_experiment(b'Hub (nm);Fp = 100 mN;Fp = 250 mN\n60;18;20\n', 'a.csv')
+    assert str(refusal.value) == (
+        "a.csv: line 1: columns 'Fp = 100 mN', 'Fp = 250 mN' are of one preload each; say what "
+        'they hold: --map force_n="* (mN)"'
+    )
+
+
+@pytest.mark.parametrize(('factor', 'digits'), [(1e-3, 15), (1e-6, 15), (1e-9, 13), (0.05, 13)])
+def test_a_number_in_si_is_that_of_its_decimals(factor: float, digits: int):
+    random = np.random.default_rng(1)
+    texts = [
+        f'{value:.{count}g}'
+        for value, count in zip(
+            random.uniform(-1e3, 1e3, 2000), random.integers(1, digits, 2000), strict=True
+        )
+    ]
+    wanted = [float(Decimal(text) * Decimal(repr(factor))) for text in texts]
+    assert in_si(np.array(texts, dtype=float), factor).tolist() == wanted
+
+
+def test_numbers_are_written_shortest(tmp_path: Path):
+    text = b'preload_n,amplitude_nm,force_mN\n0.1,60.1,0.817\n'
+    path = tmp_path / 'clean.csv'
+    write_experiment(parse_experiment(text, 'a.csv'), path)
+    assert path.read_text().splitlines()[1] == '0.1,6.01e-08,0.000817'
+
+
+def test_a_scope_says_its_columns_and_is_asked_which_they_are(tmp_path: Path):
+    path = tmp_path / 'tek.csv'
+    path.write_bytes(lab_files.tektronix())
+    with pytest.raises(StickSlipError) as refusal:
+        read_experiment(path)
+    assert str(refusal.value) == (
+        f'{path}: line 16: there is no {" or ".join(MEASURED[OVER_TIME])}; not '
+        "understood: 'CH1 (V)', 'CH2 (V)'; say which column it is, as --map "
+        'voltage_v="CH1 (V)"'
+    )
+
+
+@pytest.mark.parametrize(
+    ('header', 'column', 'factor'),
+    [
+        ('Force (mN)', 'force_n', 1e-3),
+        ('LOAD [µN]', 'force_n', 1e-6),
+        ('F / N', 'force_n', 1.0),
+        ('Kraft in der Zelle', None, 0.0),
+        ('force_mN', 'force_n', 1e-3),
+        ('Load cell (gf)', 'force_n', 9.80665e-3),
+        ('standard deviation of force (mN)', 'force_sigma_n', 1e-3),
+        ('Force error (mN)', 'force_sigma_n', 1e-3),
+        ('F_std_mN', 'force_sigma_n', 1e-3),
+        ('Standardabweichung der Kraft (mN)', 'force_sigma_n', 1e-3),
+        ('std of mean force (mN)', 'force_sigma_n', 1e-3),
+        ('F mean (mN)', 'force_n', 1e-3),
+        ('Mittelwert der Kraft (mN)', 'force_n', 1e-3),
+        ('f (kHz)', 'frequency_hz', 1e3),
+        ('Frequenz [Hz]', 'frequency_hz', 1.0),
+        ('step size (um)', 'step_length_m', 1e-6),
+        ('Temp (degC)', None, 0.0),
+    ],
+)
+def test_a_header_names_a_quantity_and_its_unit(header: str, column: str | None, factor: float):
+    lines = ['Preload (N);Hub (nm);force_n' if column != 'force_n' else 'Preload (N);Hub (nm);x']
+    text = f'{lines[0]};{header}\n0.5;60;2;3\n'
+    [*_, last] = (experiment := parse_experiment(text.encode(), 'a.csv')).understood
+    assert experiment.columns['amplitude_m'].tolist() == [60e-9]
+    if column is None:
+        assert experiment.aside == (header,)
+        assert f"column '{header}' was kept aside" in experiment.notes
+    else:
+        assert last.name == column
+        assert last.factor == pytest.approx(factor, rel=ROUNDING)
+        assert last.first == pytest.approx(3.0 * factor, rel=ROUNDING)
+
+
+def test_units_beyond_those_of_the_stand_are_looked_up():
+    assert factor_of('lbf', 'N') == pytest.approx(4.4482216152605, rel=ROUNDING)
+    assert factor_of('2 min', 's') == 120.0
+    assert factor_of('Volts', 'V') == 1.0
+    assert factor_of('raw', 'V') is None
+    assert factor_of('mN', 'm') is None
+    for word in ('nan', 'NaN N', '½', 'inf', '1e400 N', 'lambda', 'delta_degC', 'ⁿ'):
+        assert factor_of(word, 'N') is None
+
+
+def test_what_the_user_says_counts_more_than_the_file():
+    text = b'preload_n,amplitude_m,force_n,spare\n0.5,60,18,2\n'
+    headers = {'amplitude_m': 'amplitude (nm)', 'force_n': 'SPARE (mN)'}
+    columns = parse_experiment(text, 'a.csv', Reading(headers)).columns
+    assert columns['amplitude_m'].tolist() == [60e-9]
+    assert columns['force_n'].tolist() == [2e-3]
+    with pytest.raises(StickSlipError, match=r"there is no column 'F'; name one of 'preload_n', "):
+        parse_experiment(text, 'a.csv', Reading({'force_n': 'F'}))
+    with pytest.raises(StickSlipError, match="column of --map 'farce' is not known"):
+        Reading({'farce': 'F'})
+    with pytest.raises(StickSlipError, match=r'is in V, force_n in N; say how many N are 1 V: -'):
+        parse_experiment(text, 'a.csv', Reading({'force_n': 'spare (V)'}))
+    with pytest.raises(StickSlipError, match='--preload is without effect on an experiment over'):
+        parse_experiment(b'time_s,force_n\n0,1\n', 'a.csv', Reading(preloads_n=(0.5,)))
+
+
+def written(folder: Path, name: str, text: str) -> Path:
+    path = folder / name
+    path.write_text(text, encoding='utf-8')
+    return path
+
+
+def test_one_file_per_preload_becomes_one_table(tmp_path: Path):
+    paths = [
+        written(tmp_path, 'a.csv', 'stroke_nm;f_mN\n60;1,5\n'),
+        written(tmp_path, 'b.csv', 'Amplitude (um)\tForce (mN)\n0.06\t2.5\n0.08\t3\n'),
+    ]
+    points = read_joined(paths, Reading(preloads_n=(0.1, 0.5))).columns
+    assert points['preload_n'].tolist() == [0.1, 0.5, 0.5]
+    assert points['amplitude_m'].tolist() == [60e-9, 60e-9, 80e-9]
+    assert points['force_n'].tolist() == [1.5e-3, 2.5e-3, 3e-3]
+    clean = tmp_path / 'clean.csv'
+    write_experiment(read_joined(paths, Reading(preloads_n=(0.1,))), clean)
+    again = read_experiment(clean)
+    assert again.columns['preload_n'].tolist() == [0.1] * 3
+    assert again.columns['amplitude_m'].tolist() == points['amplitude_m'].tolist()
+    with pytest.raises(StickSlipError, match=r'names a preload, and --preload 0\.1 too; leave'):
+        read_experiment(clean, Reading(preloads_n=(0.1,)))
+    other = written(tmp_path, 'c.csv', 'stroke_nm;step_nm\n60;1,5\n')
+    with pytest.raises(StickSlipError, match=r'c\.csv: has no force_n, as another file has'):
+        read_joined([paths[0], other], Reading(preloads_n=(0.1,)))
+
+
+def test_a_fault_far_down_is_refused_by_its_line(tmp_path: Path):
+    rows = [f'{row};{row % 7},5' for row in range(CHUNK_ROWS + 5)]
+    rows[-2] = 'x;1'
+    path = written(tmp_path, 'long.csv', 'Zeit (ms);Kraft (mN)\n' + '\n'.join(rows))
+    with pytest.raises(StickSlipError, match=f"line {CHUNK_ROWS + 5}, column Zeit .ms.: 'x' is"):
+        read_experiment(path)
+    rows[-2] = f'{CHUNK_ROWS + 3};0,5'
+    path = written(tmp_path, 'long.csv', 'Zeit (ms);Kraft (mN)\n' + '\n'.join(rows))
+    columns = read_experiment(path).columns
+    assert len(columns['time_s']) == CHUNK_ROWS + 5
+    assert columns['force_n'][-1] == pytest.approx(((CHUNK_ROWS + 4) % 7 + 0.5) / 1e3)
+
+
+def test_columns_that_are_missing_are_told_by_the_header_alone(tmp_path: Path):
+    path = written(tmp_path, 'long.csv', 'time_s,position_m\n' + '0,0\n' * 30_000 + '1,2,3\n')
+    with pytest.raises(StickSlipError, match='line 1: there is no voltage_v or foot_m'):
+        read_experiment(path, kind=OVER_TIME, measured=('voltage_v', 'foot_m'))
+
+
+def test_the_page_names_every_word_and_quotes_what_is_asked(tmp_path: Path, monkeypatch):
+    page = (Path(__file__).parents[3] / 'docs/howto/bring_your_data.md').read_text('utf-8')
+    plain = page.lower().replace('-', ' ').replace('_', ' ')
+    optional = {each.quantity for each in SENSORS if each.switch}
+    for column, names in USUAL.items():
+        if column in optional:
+            continue
+        assert f'`{column}`' in page
+        assert [name for name in names if name not in plain and name not in ALIKE] == []
+    monkeypatch.chdir(tmp_path)
+    Path('tek0001.csv').write_bytes(lab_files.tektronix())
+    for header, row in (('preload_n,amplitude,force', '1,60,2'), ('amplitude_m,force_n', '30,2')):
+        written(tmp_path, 'force.csv', f'{header}\n{row}\n')
+        with pytest.raises(StickSlipError) as refusal:
+            read_experiment(Path('force.csv'), Reading(preloads_n=() if 'pre' in header else (1,)))
+        assert f'\n{refusal.value}\n' in page
+    with pytest.raises(StickSlipError) as refusal:
+        read_experiment(Path('tek0001.csv'), kind=OVER_TIME, measured=('voltage_v', 'foot_m'))
+    assert f'\n{refusal.value}\n' in page
+
+
+@pytest.mark.parametrize(
+    'head',
+    ['time (s),"force (mN)\n', '"rig 3\ntime (s),force (mN)\n', '# 3", 4"\ntime (s),force (mN)\n'],
+)
+def test_a_quotation_above_the_rows_takes_none_of_them_away(head: str):
+    columns = parse_experiment(f'{head}0,1\n1,2\n'.encode(), 'a.csv').columns
+    assert columns['force_n'].tolist() == [1e-3, 2e-3]

@@ -1,0 +1,178 @@
+"""Every reference is met, the table says why, and a wrong physics makes answers fail."""
+
+import runpy
+from math import nan
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip_ros.contact.hemisphere import elasticity_of
+from stickslip_ros.contact.laws import deflect
+from stickslip_ros.contact.mdr import Elasticity
+from stickslip_ros.contact.roughness import Spectrum
+from stickslip_ros.contact.springs import move_springs
+from stickslip_ros.drive.build import plant_of
+from stickslip_ros.kernels.kernel import entry_point
+from stickslip_ros.lab.cli.validate import failure_text
+from stickslip_ros.lab.validation.references import (
+    Reference,
+    arguments_of,
+    case_of,
+    read_references,
+)
+from stickslip_ros.lab.validation.self_test import MODULES, CheckedAnswer, answer, validate
+
+move_springs = entry_point(move_springs)
+deflect = entry_point(deflect)
+
+ROOT = Path(__file__).parents[3]
+DOCUMENT = ROOT / 'docs' / 'evidence' / 'validation.md'
+PACKAGE = 'stickslip_ros.lab.validation'
+LOOSEST = 0.05
+"""The loosest tolerance, but for an assumption, is that of counting 45 elements."""
+STANDS_FOR = '48 random rough spheres, mean'
+ROWS = [row for row in read_references() if row.is_compared]
+
+
+def forget():
+    for module in MODULES:
+        for value in vars(module).values():
+            if hasattr(value, 'cache_clear'):
+                value.cache_clear()
+
+
+@pytest.fixture
+def wrong(monkeypatch):
+    """Put an error in; what was computed before and with it is forgotten."""
+
+    def put(name, value):
+        monkeypatch.setattr(name, value)
+        forget()
+
+    yield put
+    forget()
+
+
+def missed(family, **chosen):
+    """Return the quantities of a family that fail with whatever physics there is now."""
+    rows = [row for row in ROWS if row.family == family]
+    rows = [row for row in rows if all(word in getattr(row, k) for k, word in chosen.items())]
+    assert rows
+    return {row.quantity for row in rows if not CheckedAnswer(row, answer(row)).passed}
+
+
+@pytest.mark.parametrize('row', [pytest.param(r, id=f'{r.quantity}-{r.case}') for r in ROWS])
+def test_the_package_answers_as_the_reference(row):
+    found = CheckedAnswer(row, answer(row))
+    assert found.passed, failure_text(found)
+
+
+def test_every_reference_says_against_what_and_why_its_tolerance():
+    for row in ROWS:
+        assert row.family
+        assert row.source
+        assert row.made_by
+        assert row.why
+        assert row.relative_to > 0.0
+        assert 0.0 < row.tolerance <= LOOSEST or row.source == STANDS_FOR
+
+
+def test_a_case_is_words_and_numbers_again():
+    case = {'profile': 'rough', 'force_n': 0.1, 'load_cell.gap': -2e-7, 'turns_m': '1e-08/-2e-08'}
+    assert case_of(case) == (
+        'profile=rough, force_n=0.1, load_cell.gap=-2e-07, turns_m=1e-08/-2e-08'
+    )
+    assert arguments_of(case_of(case)) == case
+    assert arguments_of('') == {}
+
+
+def test_it_tells_how_many_families_are_done():
+    told = []
+    rows = [row for row in ROWS if row.quantity in {'hess_factor', 'normal_modulus_pa'}]
+    validate(rows, lambda done, total: told.append((done, total)))
+    assert told[0] == (0, len(told))
+    assert [done for done, _ in told] == list(range(len(told)))
+
+
+def test_an_answer_that_is_no_number_fails():
+    assert not CheckedAnswer(ROWS[0], nan).passed
+
+
+def test_an_error_is_divided_by_what_the_reference_says():
+    row = Reference('', 'depth_m', '', 2.0, 0.01, 10.0, '', '', '', '')
+    assert CheckedAnswer(row, 2.05).error == pytest.approx(0.005)
+
+
+def test_a_wrong_number_of_pohrt_and_popov_is_found(wrong):
+    wrong('stickslip_ros.contact.roughness.POHRT_POPOV', 1.9413)
+    assert missed('Roughness') == {'rough_prefactor_1d'}
+
+
+def test_the_shear_modulus_of_johnson_is_found(wrong):
+    def quarter(contact):
+        true = elasticity_of(contact)
+        return Elasticity(true.normal_pa, true.shear_pa / 4.0)
+
+    wrong(f'{PACKAGE}.contacts.elasticity_of', quarter)
+    assert {'kernel_force_n', 'stick_stiffness_n_per_m'} <= missed('Tangential load')
+    assert 'max_displacement_m' in missed('Own specification')
+    assert missed('Codes of others') == {'pull_n'}
+
+
+def test_a_loss_that_is_a_thousandth_too_large_is_found(wrong):
+    def too_large(curve, memory, places_m, log):
+        follow_energies(curve, memory, places_m, log)
+        log[:, 2] *= 1.001
+
+    follow_energies = MODULES[0].follow_energies
+    wrong(f'{PACKAGE}.contacts.follow_energies', too_large)
+    assert missed('Energy') == {'cycle_loss_j', 'kernel_loss_j', 'wandering_missing'}
+    assert missed('Springs one by one', case='cone') == {'wandering_loss_j'}
+
+
+def test_springs_that_do_not_feel_a_lighter_load_are_found(wrong):
+    def heavy(bank, forces_n, du_m, before_n, after_n):
+        return move_springs(bank, forces_n, du_m, before_n, max(before_n, after_n))
+
+    wrong(f'{PACKAGE}.bank.move_springs', heavy)
+    assert {'ramp_force_n', 'ramp_loss_j'} <= missed('Spring bank', quantity='ramp')
+
+
+def test_the_factor_q_that_equation_9_has_too_many_is_found(wrong):
+    def per_wave(self, wave_number_per_m):
+        wave = np.asarray(wave_number_per_m)
+        return np.pi * wave**2 * self.density_2d(wave)
+
+    wrong('stickslip_ros.contact.roughness.Spectrum.density_1d', per_wave)
+    assert Spectrum.density_1d is per_wave
+    assert missed('Spectra', case='line, roll_off') == {'mean_square_m2'}
+    assert missed('Spectra', case='surface, roll_off') == set()
+
+
+def test_a_friction_that_is_a_thousandth_too_large_is_found(wrong):
+    def too_large(*arguments):
+        z_m, force_n, loss_j = deflect(*arguments)
+        return z_m, 1.001 * force_n, loss_j
+
+    wrong(f'{PACKAGE}.laws.deflect', too_large)
+    assert {'virgin_friction_n', 'loop_end_n'} <= missed('Friction laws', source='Dahl')
+
+
+def test_a_damping_that_is_ignored_is_found(wrong):
+    def undamped(parameters):
+        return plant_of(parameters.updated({'runner.damping': 0.0}))
+
+    wrong(f'{PACKAGE}.drive.plant_of', undamped)
+    assert missed('Drive', case='damping=80') == {'drive_mean_m', 'drive_end_m', 'drive_loss_j'}
+
+
+def test_every_error_put_in_on_purpose_has_its_place_in_the_sources_and_on_the_page():
+    script = runpy.run_path(str(ROOT / 'scripts' / 'mutate.py'))
+    page = DOCUMENT.read_text(encoding='utf-8')
+    assert f'Of {len(script["MUTATIONS"])} errors' in page
+    for mutation in script['MUTATIONS']:
+        assert script['mutated'](mutation)
+    table = page.partition('| error | module |')[2].splitlines()[2:]
+    places = {f'| {each.what} | `{each.module}` ' for each in script['MUTATIONS']}
+    assert {line.rpartition('| `')[0] for line in table} <= places

@@ -1,0 +1,316 @@
+"""Any message is read by its definition as others read it; what is none is refused in a line."""
+
+import dataclasses
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from mcap_records import foreign
+from mcap_ros2.decoder import DecoderFactory
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from stickslip_ros.errors import StickSlipError
+from stickslip_ros.recording import any_message
+from stickslip_ros.recording.any_message import numbers_of
+from stickslip_ros.recording.reader import Recording
+
+TYPE = 'pkg/msg/T0'
+DTYPES: dict[str, Any] = {
+    'bool': np.bool_,
+    'byte': np.uint8,
+    'char': np.uint8,
+    'float32': np.float32,
+    'float64': np.float64,
+    **{
+        f'{sign}int{bits}': np.dtype(f'{sign}int{bits}').type
+        for sign in ('', 'u')
+        for bits in (8, 16, 32, 64)
+    },
+}
+ENDS = ['', '', '', '[]', '[2]', '[<=3]']
+LINE = '=' * 80
+HEADED = f"""std_msgs/Header header
+float64 Kp
+{LINE}
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+{LINE}
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+LITTLE = b'\0\1\0\0'
+MS_NS = 1_000_000
+
+
+Fields = dict[str, list[tuple[str, str, str]]]
+
+
+def drawn_types(random: Random) -> Fields:
+    """Give type, end and name of the fields of some types; each may hold those behind it."""
+    names = [f'T{number}' for number in range(random.randint(1, 4))]
+    return {
+        name: [
+            (
+                random.choice([*DTYPES, 'string', *names[at + 1 :] * 4]),
+                random.choice(ENDS),
+                f'f{k}',
+            )
+            for k in range(random.randint(0, 5))
+        ]
+        for at, name in enumerate(names)
+    }
+
+
+def text_of(types: Fields) -> str:
+    parts = [
+        '\n'.join(['int32 X=5', *(f'{kind}{end} {name}' for kind, end, name in fields), '# end'])
+        for fields in types.values()
+    ]
+    heads = [f'{LINE}\nMSG: pkg/{name}\n' for name in types]
+    return '\n'.join(
+        [parts[0], *(head + part for head, part in zip(heads[1:], parts[1:], strict=True))]
+    )
+
+
+def drawn_value(random: Random, store: Any, types: Fields, kind: str) -> Any:
+    """Give a message, a text or a number of a type."""
+    if kind == 'string':
+        return random.choice(['', 'a', 'µm', 'four', 'longer than eight'])
+    if kind == 'bool':
+        return random.random() < 0.5
+    if kind in ('byte', 'char'):
+        return random.randrange(128)  # the two do not agree on the sign of others
+    if kind in DTYPES:
+        values = np.frombuffer(random.randbytes(8), DTYPES[kind])
+        return values[0] if np.isfinite(values[0]) else DTYPES[kind](0.5)
+    message = {}
+    for inner, end, name in types[kind]:
+        count = {'': 1, '[2]': 2}.get(end, random.randint(0, 3))
+        each = [drawn_value(random, store, types, inner) for _ in range(count)]
+        array = np.array(each, DTYPES[inner]) if inner in DTYPES else each
+        message[name] = array if end else each[0]
+    return store.types[f'pkg/msg/{kind}'](**message or {'structure_needs_at_least_one_member': 0})
+
+
+def numbers_in(value: Any, path: str = '') -> Iterator[tuple[str, float]]:
+    """Give paths and values of the numbers of a message that another library has read."""
+    if isinstance(value, (list, tuple, np.ndarray)):
+        for at, each in enumerate(value):
+            yield from numbers_in(each, f'{path}[{at}]')
+    elif isinstance(value, bytes):
+        yield from numbers_in(list(value), path)
+    elif hasattr(value, '__slots__') or dataclasses.is_dataclass(value):
+        is_rosbags = dataclasses.is_dataclass(value)
+        names = (
+            [each.name for each in dataclasses.fields(value)] if is_rosbags else value.__slots__
+        )
+        for name in names:
+            if not name.isupper():  # a constant
+                yield from numbers_in(getattr(value, name), f'{path}.{name}' if path else name)
+    elif not isinstance(value, str):
+        yield path, float(value)
+
+
+def recorded(path: Path, rows: list[bytes], text: str, name: str = TYPE) -> Recording:
+    """Give a file with messages of a definition, one each ms from 1 ms on."""
+    writer = foreign(path)
+    schema = writer.register_schema(name, 'ros2msg', text.encode())
+    number = writer.register_channel('/t', 'cdr', schema)
+    for at, data in enumerate(rows, 1):
+        writer.add_message(number, at * MS_NS, data, at * MS_NS)
+    writer.finish()
+    return Recording(path)
+
+
+@pytest.mark.parametrize('seed', range(60))
+def test_numbers_of_any_message_are_those_that_rosbags_and_mcap_ros2_read(
+    seed: int, tmp_path: Path
+):
+    random = Random(seed)
+    types = drawn_types(random)
+    text = text_of(types)
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(text, TYPE))
+    messages = [drawn_value(random, store, types, 'T0') for _ in range(5)]
+    orders = [random.random() < 0.5 for _ in messages]
+    rows = [
+        bytes(store.serialize_cdr(each, TYPE, little_endian=is_little))
+        for each, is_little in zip(messages, orders, strict=True)
+    ]
+    path = tmp_path / 'run.mcap'
+    recording = recorded(path, rows, text)
+    by_rosbags = [dict(numbers_in(store.deserialize_cdr(row, TYPE))) for row in rows]
+    with path.open('rb') as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        by_mcap_ros2 = [dict(numbers_in(each[-1])) for each in reader.iter_decoded_messages()]
+    in_all = set.intersection(*(set(each) for each in by_rosbags))
+    for field in random.sample(sorted(in_all), min(len(in_all), 8)):
+        times_ns, values = numbers_of(recording, '/t', field)
+        assert times_ns.tolist() == [MS_NS * at for at in range(1, 6)]
+        np.testing.assert_array_equal(values, [each[field] for each in by_rosbags], str(types))
+        if field in by_mcap_ros2[0]:  # it leaves out the place-holder of a type without fields
+            np.testing.assert_array_equal(values, [each[field] for each in by_mcap_ros2])
+    in_some = set.union(*(set(each) for each in by_rosbags)) - in_all
+    for field in sorted(in_some)[:2]:
+        with pytest.raises(StickSlipError, match='in that array'):
+            numbers_of(recording, '/t', field)
+
+
+def headed(sec: int, nanosec: int, value: float) -> bytes:
+    return struct.pack('<4siIIB3xd', LITTLE, sec, nanosec, 1, 0, value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'field', 'data'),
+    [
+        ('float64 Kp', 'Kp', struct.pack('<d', 1.5)),
+        ('float64 posX', 'posX', struct.pack('<d', 1.5)),
+        ('float64 a__b_', 'a__b_', struct.pack('<d', 1.5)),
+        ('float64 größe', 'größe', struct.pack('<d', 1.5)),
+        ('my_type at\n===\nMSG: pkg/my_type\nfloat32 x', 'at.x', struct.pack('<f', 1.5)),
+        ('x/T at\n===\nMSG: x/msg/T\nfloat32 x', 'at.x', struct.pack('<f', 1.5)),
+        ('string S="a # b"\nint8 N =5\nfloat32 x', 'x', struct.pack('<f', 1.5)),
+        ('string s "a=b" # c\nfloat32 x 0.5#d', 'x', struct.pack('<I4sf', 2, b'a', 1.5)),
+        ('  \t\n# float32 x\n\tfloat32   x\t', 'x', struct.pack('<f', 1.5)),
+        ('builtin_interfaces/Time t\nfloat32 x', 'x', struct.pack('<iIf', 0, 0, 1.5)),
+        ('string<=9[<=2] s\nfloat64[<=3] x', 'x[1]', struct.pack('<IIdd', 0, 2, 0.5, 1.5)),
+        ('float64 header\nfloat64 x', 'x', struct.pack('<dd', 0.5, 1.5)),
+    ],
+)
+def test_any_name_constant_default_and_bound_is_read(
+    text: str, field: str, data: bytes, tmp_path: Path
+):
+    recording = recorded(tmp_path / 'run.mcap', [LITTLE + data] * 2, text)
+    times_ns, values = numbers_of(recording, '/t', field)
+    assert times_ns.tolist() == [MS_NS, 2 * MS_NS]
+    assert values.tolist() == [1.5, 1.5]
+
+
+def test_a_message_is_placed_at_its_stamp_and_one_without_at_the_time_of_the_file(tmp_path: Path):
+    rows = [headed(5, 7, 1.5), headed(0, 0, 2.5), headed(3, 0, 3.5)]
+    times_ns, values = numbers_of(recorded(tmp_path / 'run.mcap', rows, HEADED), '/t', 'Kp')
+    assert times_ns.tolist() == [2 * MS_NS, 3_000_000_000, 5_000_000_007]
+    assert values.tolist() == [2.5, 3.5, 1.5]
+
+
+@pytest.mark.parametrize(
+    ('before', 'after', 'row'),
+    [
+        ('int32 sec', 'float32 sec', headed(0x40000000, 0, 0.0)),
+        ('int32 sec', 'int32 sec', headed(-1, 0, 0.0)),
+        ('int32 sec', 'int32 sec', headed(0, 10**9, 0.0)),
+        ('int32 sec\nuint32', 'int32 sec\nint32', headed(1, (1 << 32) - 1, 0.0)),
+        (
+            'int32 sec\nuint32 nanosec',
+            'int64 sec\nint8 nanosec',
+            headed(0, 1 << 31, 0.0) + bytes(8),
+        ),
+    ],
+    ids=['float', 'before 1970', 'a second', 'negative', 'too late'],
+)
+def test_a_stamp_that_is_no_time_is_refused(before: str, after: str, row: bytes, tmp_path: Path):
+    recording = recorded(tmp_path / 'run.mcap', [row], HEADED.replace(before, after))
+    with pytest.raises(StickSlipError, match=r'has the stamp .* on /t; write whole seconds'):
+        numbers_of(recording, '/t', 'Kp')
+
+
+def test_a_stamp_of_another_kind_is_not_looked_at(tmp_path: Path):
+    """A text times a billion once took 2 GB."""
+    text = HEADED.replace('uint32 nanosec', 'string nanosec')
+    row = LITTLE + struct.pack('<iI4sIB7xd', 5, 3, b'ab', 1, 0, 1.5)
+    times_ns, values = numbers_of(recorded(tmp_path / 'run.mcap', [row], text), '/t', 'Kp')
+    assert (times_ns.tolist(), values.tolist()) == ([MS_NS], [1.5])
+
+
+CHAIN = '\n'.join(f'===\nMSG: p/A{k}\n' + f'A{k + 1} x\n' * 10 for k in range(40))
+DEEP = '\n'.join(f'===\nMSG: p/A{k}\nA{k + 1} x\n' for k in range(5000))
+
+
+@pytest.mark.parametrize(
+    ('text', 'told'),
+    [
+        ('nothing', "'nothing' is no field"),
+        ('float64', "'float64' is no field"),
+        ('float64 1x', "'float64 1x' is no field"),
+        ('Other x', 'it lacks pkg/Other'),
+        ('wstring s\nfloat64 x', 'wstring'),
+        ('T0 x', 'nested deeper than 64'),
+        (f'p/A0 x\n{DEEP}', 'nested deeper than 64'),
+        (f'string x\np/A0 y\n{CHAIN}\n===\nMSG: p/A40\nstring x', 'its numbers are none'),
+        ('float64[200000000] y', 'takes more than 1073741824 bytes'),
+        ('float64[9' + '9' * 5000 + '] y', 'cannot be read'),
+        ('float64[0] x', 'its numbers are none'),
+        ('string x', 'its numbers are none'),
+        ('\n'.join(f'float64 f{k}' for k in range(99)), r'its numbers are f0, .*, f19, \.\.\.$'),
+    ],
+    ids=lambda text: text[:12],
+)
+def test_a_definition_that_makes_no_sense_is_refused(text: str, told: str, tmp_path: Path):
+    recording = recorded(tmp_path / 'run.mcap', [LITTLE + bytes(8)], text)
+    with pytest.raises(StickSlipError, match=told):
+        numbers_of(recording, '/t', 'x')
+
+
+@pytest.mark.parametrize(
+    ('text', 'data', 'told'),
+    [
+        ('float64 x', b'', 'is shorter than its head'),
+        ('float64 x', LITTLE + bytes(7), 'ends before its fields do'),
+        ('float64 x', b'\0\7\0\0' + bytes(8), 'is no plain CDR but 0x0007'),
+        ('string s\nfloat64 x', LITTLE + b'\xff' * 8, 'ends before its fields do'),
+        ('float64[] s\nfloat64 x', LITTLE + b'\xff' * 12, 'ends before its fields do'),
+        ('string[] s\nfloat64 x', LITTLE + b'\xff\xff\xff\xff' + bytes(8), 'ends before its'),
+        ('string[99999999999] s\nfloat64 x', LITTLE + bytes(8), 'ends before its fields do'),
+        (
+            'string[] s\nfloat64 x',
+            LITTLE + b'\xff\0\0\0' + bytes(5000),
+            'number of lengths 101 is',
+        ),
+    ],
+)
+def test_a_message_of_other_bytes_is_refused(
+    text: str, data: bytes, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(any_message, 'LENGTHS_MAX', 100)
+    recording = recorded(tmp_path / 'run.mcap', [data], text)
+    with pytest.raises(StickSlipError, match=told):
+        numbers_of(recording, '/t', 'x')
+
+
+def test_a_definition_that_is_no_text_or_of_another_language_is_refused(tmp_path: Path):
+    writer = foreign(tmp_path / 'run.mcap')
+    broken = writer.register_schema(TYPE, 'ros2msg', b'\xff')
+    other = writer.register_schema(TYPE, 'ros2idl', b'')
+    for name, encoding, schema in (('/a', 'cdr', broken), ('/b', 'cdr', other), ('/c', 'json', 0)):
+        writer.add_message(writer.register_channel(name, encoding, schema), 0, b'', 0)
+    writer.finish()
+    recording = Recording(tmp_path / 'run.mcap')
+    for name, told in {'/a': 'cannot be read', '/b': 'has no def', '/c': 'has no def'}.items():
+        with pytest.raises(StickSlipError, match=told):
+            numbers_of(recording, name, 'x')
+
+
+def test_a_message_of_a_hundred_thousand_fields_is_read(tmp_path: Path):
+    count = 100_000
+    text = '\n'.join(f'float32 f{number}' for number in range(count))
+    row = LITTLE + np.arange(count, dtype='<f4').tobytes()
+    recording = recorded(tmp_path / 'run.mcap', [row], text)
+    assert numbers_of(recording, '/t', f'f{count - 1}')[1].tolist() == [count - 1.0]
+
+
+def test_two_types_on_one_topic_are_read_each_by_its_definition(tmp_path: Path):
+    writer = foreign(tmp_path / 'run.mcap')
+    for at, kind in enumerate(('float32', 'float64')):
+        schema = writer.register_schema(f'pkg/msg/{kind}', 'ros2msg', f'{kind} x'.encode())
+        channel = writer.register_channel('/t', 'cdr', schema)
+        data = LITTLE + struct.pack('<f' if at == 0 else '<d', 1.5 + at)
+        writer.add_message(channel, at, data, at)
+    writer.finish()
+    assert numbers_of(Recording(tmp_path / 'run.mcap'), '/t', 'x')[1].tolist() == [1.5, 2.5]

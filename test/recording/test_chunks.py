@@ -1,0 +1,214 @@
+"""A chunk is unpacked into what it announces, in a memory that the file cannot choose."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import lz4.frame
+import numpy as np
+import pytest
+import zstandard
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from mcap.data_stream import RecordBuilder
+from mcap.reader import make_reader
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    Message,
+    Schema,
+    Statistics,
+)
+from mcap.writer import CompressionType
+from mcap_records import foreign, foreign_numbers
+from memory import memory_limited_to
+
+from stickslip_ros.errors import RecordingError
+from stickslip_ros.interface.cdr import pack_float64
+from stickslip_ros.interface.messages import FLOAT64
+from stickslip_ros.recording import chunks
+from stickslip_ros.recording.chunks import MAGIC
+from stickslip_ros.recording.reader import Recording
+from stickslip_ros.recording.recover import recover_file
+
+GIGA = 1 << 30
+ROOM_BYTES = 100 << 20  # what may be taken beside what the process has
+LARGE_BYTES = 2 * ROOM_BYTES
+NUMBERS = [
+    Schema(1, b'float64 data', 'ros2msg', FLOAT64),
+    Channel(1, '/u', 'cdr', {}, 1),
+]
+
+
+def encoded(*records: McapRecord) -> bytes:
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return bytes(builder.end())
+
+
+def message(time_ns: int, value: float = 0.0, channel: int = 1) -> Message:
+    return Message(channel, time_ns, pack_float64(value), time_ns, 0)
+
+
+def hand_made(path: Path, *parts: Chunk) -> Path:
+    """Write a file of these chunks, whatever they say of themselves."""
+    content = MAGIC + encoded(Header('ros2', 'by hand'))
+    indexes = []
+    for part in parts:
+        written = encoded(part)
+        indexes.append(
+            ChunkIndex(
+                len(written),
+                len(content),
+                part.compression,
+                len(part.data),
+                part.message_end_time,
+                0,
+                {},
+                part.message_start_time,
+                part.uncompressed_size,
+            )
+        )
+        content += written
+    content += encoded(DataEnd(0))
+    count = Statistics(0, 1, {1: 1}, len(parts), 1, 0, 0, 0, 1)
+    summary = encoded(*NUMBERS, *indexes, count)
+    path.write_bytes(content + summary + encoded(Footer(len(content), 0, 0)) + MAGIC)
+    return path
+
+
+def plain(*records: McapRecord, start_ns: int = 0) -> Chunk:
+    data = encoded(*records)
+    return Chunk('', data, start_ns, start_ns, 0, len(data))
+
+
+def announced(size_bytes: int) -> bytes:
+    """Give the beginning of a frame that says how long its content is."""
+    packer = zstandard.ZstdCompressor().compressobj(size=size_bytes)
+    return packer.compress(bytes(1000)) + packer.flush(zstandard.COMPRESSOBJ_FLUSH_BLOCK)
+
+
+def packed_by_zstd() -> bytes:
+    return zstandard.ZstdCompressor(write_content_size=False).compress(bytes(LARGE_BYTES))
+
+
+HOSTILE: dict[str, tuple[Callable[[], Chunk], str]] = {
+    'large': (lambda: Chunk('zstd', announced(8 * GIGA), 0, 0, 0, 8 * GIGA), 'above the limit'),
+    'zstd that lies': (lambda: Chunk('zstd', announced(8 * GIGA), 0, 0, 0, 1000), 'announces'),
+    'zstd of no size': (lambda: Chunk('zstd', packed_by_zstd(), 0, 0, 0, 1000), 'full frame'),
+    'lz4 that lies': (
+        lambda: Chunk('lz4', lz4.frame.compress(bytes(LARGE_BYTES)), 0, 0, 0, 1000),
+        'announces',
+    ),
+    'lz4 of no size': (
+        lambda: Chunk(
+            'lz4', lz4.frame.compress(bytes(LARGE_BYTES), store_size=False), 0, 0, 0, 1000
+        ),
+        'announces',
+    ),
+    'short': (lambda: Chunk('', b'', 0, 0, 0, 1000), 'announces'),
+    'unknown': (lambda: Chunk('bz2', b'', 0, 0, 0, 0), 'compression .bz2. is not known'),
+    'late': (lambda: plain(message(1 << 63)), 'a time of 9223372036854775808 ns is above'),
+    'of no channel': (lambda: plain(message(0, channel=7)), 'KeyError 7'),
+    'of little messages': (
+        lambda: Chunk('', b'\x05' + bytes(8), 0, 0, 0, 9),
+        'a message of 0 bytes is below 22',
+    ),
+    'of a long record': (
+        lambda: Chunk('', b'\x05\xff' + bytes(7), 0, 0, 0, 9),
+        'longer than its chunk',
+    ),
+}
+
+
+@pytest.mark.parametrize('kind', HOSTILE)
+def test_a_chunk_that_is_not_what_it_announces_is_refused_in_little_memory(
+    kind: str, tmp_path: Path
+):
+    chunk, told = HOSTILE[kind]
+    path = hand_made(tmp_path / 'run.mcap', plain(message(5, 1.5)), chunk())
+    with memory_limited_to(ROOM_BYTES):
+        with pytest.raises(RecordingError, match=told):
+            list(Recording(path).records())
+        recovery = recover_file(path, tmp_path / 'output.mcap')
+    assert recovery.messages == 1
+    assert len(recovery.losses) == 1
+    assert list(Recording(tmp_path / 'output.mcap').messages()) == [('/u', 5, 1.5)]
+
+
+def test_chunks_of_one_time_are_not_all_opened_if_they_are_large(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    parts = [plain(*(message(k) for k in range(100))) for _ in range(3)]
+    path = hand_made(tmp_path / 'run.mcap', *parts)
+    monkeypatch.setattr(chunks, 'CHUNK_MAX_BYTES', 2 * parts[0].uncompressed_size)
+    assert len(list(Recording(path).records())) == 300
+    with pytest.raises(RecordingError, match='in chunks of one time'):
+        list(Recording(path).messages())
+
+
+def test_a_large_file_without_chunks_is_recovered_into_chunks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    rows = [(at, at, float(at)) for at in range(100)]
+    path = foreign_numbers(tmp_path / 'run.mcap', rows, use_chunking=False)
+    monkeypatch.setattr(chunks, 'CHUNK_MAX_BYTES', path.stat().st_size // 2)
+    with pytest.raises(RecordingError, match=r'bytes without chunks are above .* recover'):
+        list(Recording(path).messages())
+    recover_file(path, tmp_path / 'output.mcap')
+    monkeypatch.undo()
+    assert len(list(Recording(tmp_path / 'output.mcap').messages())) == 100
+
+
+@settings(derandomize=True, deadline=None, max_examples=50)
+@given(
+    parts=st.lists(st.lists(st.integers(0, 20), min_size=1, max_size=8), min_size=1, max_size=6),
+    compression=st.sampled_from(CompressionType),
+    topics=st.sampled_from([None, ['/a'], ['/b', '/a'], ['/nothing']]),
+    in_time_order=st.booleans(),
+)
+def test_messages_come_in_the_order_in_which_the_mcap_library_gives_them(
+    tmp_path_factory: pytest.TempPathFactory,
+    parts: list[list[int]],
+    compression: CompressionType,
+    topics: list[str] | None,
+    in_time_order: bool,
+):
+    """Chunks overlap in time, times repeat."""
+    path = tmp_path_factory.mktemp('any') / 'run.mcap'
+    writer = foreign(path, compression=compression)
+    schema = writer.register_schema(FLOAT64, 'ros2msg', b'float64 data')
+    numbers = [writer.register_channel(name, 'cdr', schema) for name in ('/a', '/b')]
+    for part in parts:
+        for place, time_ns in enumerate(part):
+            writer.add_message(numbers[place % 2], time_ns, pack_float64(place), time_ns, place)
+        writer.flush()
+    writer.finish()
+    with path.open('rb') as stream:
+        expected = [
+            (channel.topic, each)
+            for _, channel, each in make_reader(stream).iter_messages(
+                topics, log_time_order=in_time_order
+            )
+        ]
+    found = Recording(path)._stored(topics, in_time_order=in_time_order)
+    assert [(topic, each) for _, topic, each in found] == expected
+
+
+def test_a_large_recording_is_read_in_the_memory_of_its_chunks(tmp_path: Path):
+    """Fifty chunks of 4 MB, one after the other."""
+    size_bytes = 4 << 20
+    writer = foreign(tmp_path / 'run.mcap', chunk_size=size_bytes)
+    schema = writer.register_schema('x/msg/Blob', 'ros2msg', b'uint8[] data')
+    number = writer.register_channel('/blob', 'cdr', schema)
+    for at in range(LARGE_BYTES // size_bytes):
+        writer.add_message(number, at, bytes(size_bytes), at)
+    writer.finish()
+    with memory_limited_to(ROOM_BYTES):
+        sizes = [len(each.data) for _, each in Recording(tmp_path / 'run.mcap').records()]
+    np.testing.assert_array_equal(sizes, size_bytes)

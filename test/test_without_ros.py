@@ -1,0 +1,79 @@
+"""Without ROS 2, what needs it is refused in one line, and all else works."""
+
+import os
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+from stickslip_ros.extras import OF_ROS
+
+ROOT = Path(__file__).parents[1]
+TIMEOUT_S = 120.0
+REMEDY = (
+    "is missing; source its setup.bash, or take the wheels: pip install 'stickslip_ros[jazzy]'"
+)
+DRIVE = 'import sys; from stickslip_ros.ros.start import drive; sys.exit(drive())'
+STICKSLIP = 'import sys; from stickslip_ros.lab.cli.start import stickslip; sys.exit(stickslip())'
+
+
+@pytest.fixture(scope='module')
+def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Give a folder with what is installed here, but for ROS."""
+    folder = tmp_path_factory.mktemp('without_ros')
+    for each in Path(sysconfig.get_path('purelib')).iterdir():
+        if not OF_ROS.match(each.name):
+            (folder / each.name).symlink_to(each)
+    return folder
+
+
+def run_without_ros(packages: Path, program: str, *words: str) -> 'subprocess.CompletedProcess':
+    """Run a program; without ``site`` the interpreter finds only these packages and ours."""
+    environment = {
+        **os.environ, 'PYTHONPATH': f'{ROOT}:{packages}', '_ROS_WHEELS_BOOTSTRAP_COMPLETE': '1',
+    }  # fmt: skip
+    return subprocess.run(
+        [sys.executable, '-S', '-c', program, *words],
+        env=environment,
+        cwd=packages,
+        capture_output=True,
+        text=True,
+        timeout=TIMEOUT_S,
+        check=False,
+    )
+
+
+@pytest.mark.parametrize(
+    ('program', 'words', 'start'),
+    [
+        (DRIVE, (), 'drive: the drive needs ROS 2, but '),
+        (STICKSLIP, ('drive',), 'stickslip: stickslip drive needs ROS 2, but '),
+        (STICKSLIP, ('command', 'voltage', '10V'), 'stickslip: stickslip command needs ROS 2, '),
+        (STICKSLIP, ('demo',), 'stickslip: stickslip demo needs ROS 2, but '),
+        (STICKSLIP, ('panel',), 'stickslip: stickslip panel needs ROS 2, but '),
+    ],
+)
+def test_what_needs_ros_is_refused_in_one_line(
+    packages: Path, program: str, words: tuple[str, ...], start: str
+):
+    done = run_without_ros(packages, program, *words)
+    assert (done.returncode, done.stdout) == (2, '')
+    [line] = done.stderr.splitlines()
+    assert line.startswith(start)
+    assert line.endswith(REMEDY)
+
+
+def test_an_import_says_the_remedy_and_can_be_passed_over(packages: Path):
+    done = run_without_ros(packages, 'import stickslip_ros.testing')
+    assert done.stderr.splitlines()[-1].endswith(REMEDY)
+    passed_over = 'try: import stickslip_ros.testing\nexcept ImportError: print("none")'
+    assert run_without_ros(packages, passed_over).stdout == 'none\n'
+
+
+@pytest.mark.usefixtures('compiled_kernels')
+def test_help_and_a_simulation_need_none(packages: Path):
+    assert run_without_ros(packages, DRIVE, '--help').stdout.startswith('usage: drive ')
+    words = ('simulate', '--voltage', '100', '--steps', '2')
+    assert run_without_ros(packages, STICKSLIP, *words).returncode == 0
