@@ -273,7 +273,6 @@ static inline double time_to_close(const Slide *slide, const Branch *branch, dou
     if (gap_m >= longest_s * (speed + 0.5 * longest_s * speeding) || speed <= 0.0)
         return longest_s;
     double t = gap_m / speed;
-    t -= (t * (speed + 0.5 * t * speeding) - gap_m) / (speed + t * speeding);
     return RESTING * longest_s < t && t < longest_s ? t : longest_s;
 }
 

@@ -225,7 +225,13 @@ class Operator(DriveClient):
     def change_state(self, transition: str) -> bool:
         """Ask for ``configure``, ``activate`` and so on; return whether the drive has done it."""
         request = ChangeState.Request(transition=Transition(label=transition))
-        return bool(self.call(ChangeState, 'change_state', request).success)
+        before = self.info
+        if transition == 'activate':
+            # It gives stamps a new origin, which may come after the first of them.
+            self.info = {}
+        done = bool(self.call(ChangeState, 'change_state', request).success)
+        self.info = self.info if done else before
+        return done
 
     def state(self) -> str:
         """Ask for the present state of the drive's lifecycle."""

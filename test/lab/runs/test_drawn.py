@@ -113,7 +113,7 @@ def test_a_style_is_typed_and_what_is_none_is_refused(
     for words, told in (
         (['--style', 'poster'], "style 'poster' is not known; use screen, paper or a file"),
         (['--style', 'none.mplstyle'], 'none.mplstyle'),
-        (['--width', '85'], 'width of a figure 85000 mm is above the maximum 500 mm'),
+        (['--width', '85'], '85 m is wider than a page; write 85mm, if millimetres are meant'),
     ):
         assert main(['plot', str(recorded_run[1]), *words]) == 2
         assert told in capsys.readouterr().err
