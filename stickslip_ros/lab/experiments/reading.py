@@ -197,6 +197,8 @@ def _of_recording(
         series = recorded_series(recording)
         own = recorded_stand(recording)
         settings = {name: each for name, each in own.flat().items() if name.startswith(OWN)}
+        if own.load_cell.contact == 'absent':  # its force is 0 by definition
+            series.pop('force_n', None)
     elif topics:
         series = mapped_series(recording, topics)
     else:

@@ -1,5 +1,7 @@
 """Recordings that cannot be fitted, or say too little, end in a line that says why."""
 
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -12,6 +14,7 @@ from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.fit import Fit, fit
 from stickslip_ros.lab.fitting.report import warnings_of
+from stickslip_ros.lab.runs.replay import DriveInput, replay_input
 from stickslip_ros.lab.tables.experiment import Reading
 from stickslip_ros.parameters import Parameters
 
@@ -20,6 +23,7 @@ RATE_HZ = 50e3
 RIG = Rig(preload_n=0.35, friction=0.26)
 STAND = Parameters().updated({'runner.damping': RIG.damping_n_s_per_m})
 ROUNDED_M = 1e-9
+OWN_SHARE = 0.03  # that a model may miss of the drive it models, read by a sensor with a low-pass
 GAIN_SHARE = 1e-3  # that readings of the feet without noise leave
 
 
@@ -66,6 +70,21 @@ def test_a_force_of_nothing_beside_a_motion_is_left_out_and_told():
     [one] = read_experiments(frame().assign(force_n=0.0), STAND, Reading(), DriveSource())
     assert [each.quantity for each in one.seen] == ['position_m']
     assert 'force_n shows noise alone and is left out' in one.notes[0]
+
+
+def test_a_recording_of_this_package_without_a_load_cell_is_fitted_by_its_motion(tmp_path: Path):
+    truth = STAND.updated(
+        {'stand.preload': 0.35, 'load_cell.contact': 'absent', 'contact.friction': 0.26}
+    )
+    path = tmp_path / 'own.mcap'
+    replay_input(DriveInput('rows', ROWS[:, 0], ROWS[:, 1], is_voltage=True), path, truth)
+    found = fit(path, ['contact.friction', 'actuator.gain'], parameters=STAND, starts=1)
+    [one] = found.experiments
+    assert [each.quantity for each in one.seen] == ['position_m']
+    assert one.notes == ()
+    friction, gain = found.estimates
+    assert friction.value == pytest.approx(0.26, rel=OWN_SHARE, abs=0.0)
+    assert gain.value == pytest.approx(truth.actuator.gain, rel=OWN_SHARE, abs=0.0)
 
 
 def test_readings_without_noise_are_fitted_at_the_preload_that_is_said():
