@@ -10,7 +10,7 @@ from benchmarks.outcome import Outcome, Row
 from benchmarks.sizes import Sizes
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
-from stickslip_ros.lab.gym import VOLTAGE, StickSlipEnv
+from stickslip_ros.lab.gym import VOLTAGE_ACTIONS, StickSlipEnv
 
 BLOCKS = 200
 NAME = 'stickslip_ros.lab.gym:StickSlip-v0'
@@ -19,7 +19,7 @@ ACTION, COMMAND = np.array([0.5]), Request('voltage', (150.0,))
 
 def run(sizes: Sizes) -> Outcome:
     """Blocks per second of the bench alone, and of the environment around it."""
-    env = gymnasium.make(NAME, actions=VOLTAGE, disable_env_checker=True)
+    env = gymnasium.make(NAME, actions=VOLTAGE_ACTIONS, disable_env_checker=True)
     programs = [
         Program(partial(_update, Bench(StickSlipEnv().parameters)), BLOCKS),
         Program(partial(_step, env), BLOCKS),

@@ -15,7 +15,7 @@ MN: Final = 1e3
 """Millinewtons in a newton."""
 NS_PER_S: Final = 1_000_000_000
 
-PREFIXES: Final[Mapping[str, int]] = {
+_PREFIXES: Final[Mapping[str, int]] = {
     '': 0,
     'p': -12,
     'n': -9,
@@ -102,10 +102,10 @@ def power_of_ten(unit: str, si_unit: str) -> int | None:
     for part, of_ours in zip(theirs, ours, strict=True):
         base, known = ('g', 3) if of_ours == 'kg' else (of_ours, 0)
         prefix = part.removesuffix(base)
-        is_known = part.endswith(base) and prefix in PREFIXES
+        is_known = part.endswith(base) and prefix in _PREFIXES
         if not is_known or (prefix and not (sign and base.isalpha())):
             return None
-        power += sign * (PREFIXES[prefix] - known)
+        power += sign * (_PREFIXES[prefix] - known)
         sign = {'/': -1, 'sqrt': 0}.get(of_ours, sign)
     return power
 

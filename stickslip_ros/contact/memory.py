@@ -27,7 +27,7 @@ CAPACITY = 1024
 FORGET_START = 1e-12
 """First allowance for a forgotten pair, relative to the maximal force; quadrupled as needed."""
 
-U, FORCE, ERROR = 0, 1, 2
+U, TURN_FORCE, TURN_ERROR = 0, 1, 2
 """Columns of ``turns``: displacement (m), force (N), known force error (N)."""
 
 
@@ -97,7 +97,7 @@ def move(curve: Record, memory: Record, u_m: float) -> None:
     else:
         travel_m = memory.sense * (u_m - memory.turns[memory.depth, U])
         folded_n = memory.sense * 2.0 * virgin_force(curve, 0.5 * travel_m)
-        memory.force_n = memory.turns[memory.depth, FORCE] + folded_n
+        memory.force_n = memory.turns[memory.depth, TURN_FORCE] + folded_n
     memory.u_m = u_m
 
 
@@ -157,8 +157,8 @@ def _push(curve: Record, memory: Record) -> None:
     travel_m = abs(memory.u_m - turns[depth, U])
     memory.lost_j = memory.lost_j + branch_loss(curve, depth, travel_m) - memory.base_j
     turns[depth + 1, U] = memory.u_m
-    turns[depth + 1, FORCE] = memory.force_n
-    turns[depth + 1, ERROR] = turns[depth, ERROR]
+    turns[depth + 1, TURN_FORCE] = memory.force_n
+    turns[depth + 1, TURN_ERROR] = turns[depth, TURN_ERROR]
     memory.depth = depth + 1
     memory.sense = -memory.sense
     memory.base_j = 0.0
@@ -192,7 +192,7 @@ def _forget(curve: Record, memory: Record) -> None:
         depth = _sweep(curve, turns, depth, allowance_n)
         allowance_n *= 4.0
     depth = min(depth, half)  # of forces that are no numbers nothing is forgotten
-    memory.force_n = memory.force_n + turns[depth, ERROR] - turns[memory.depth, ERROR]
+    memory.force_n = memory.force_n + turns[depth, TURN_ERROR] - turns[memory.depth, TURN_ERROR]
     memory.depth = depth
     memory.error_n = max(memory.error_n, 2.0 * allowance_n / 4.0)
 
@@ -224,7 +224,7 @@ def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
                 - virgin_force(curve, inner_m)
             )
             change_n = 2.0 * forces_n * (1.0 if turns[j, U] > turns[kept, U] else -1.0)
-            total_n = turns[j + 2, ERROR] + shift_n + change_n
+            total_n = turns[j + 2, TURN_ERROR] + shift_n + change_n
             forgets = abs(change_n) <= allowance_n and abs(total_n) <= allowance_n
         if forgets:
             shift_n += change_n
@@ -232,8 +232,8 @@ def _sweep(curve: Record, turns: Array, depth: int, allowance_n: float) -> int:
         else:
             kept += 1
             turns[kept, U] = turns[j, U]
-            turns[kept, FORCE] = turns[j, FORCE] + shift_n
-            turns[kept, ERROR] = turns[j, ERROR] + shift_n
+            turns[kept, TURN_FORCE] = turns[j, TURN_FORCE] + shift_n
+            turns[kept, TURN_ERROR] = turns[j, TURN_ERROR] + shift_n
             j += 1
     return kept
 
@@ -274,7 +274,7 @@ def branch_towards(curve: Record, memory: Record, direction: float) -> Branch:
         return Branch(memory.u_m, memory.force_n, -sense, 2.0, 0.5, reach_m)
     if depth == 0:
         return Branch(origin_m, 0.0, sense, 1.0, 1.0, math.inf)
-    return Branch(origin_m, turns[depth, FORCE], sense, 2.0, 0.5, loop_length(turns, depth))
+    return Branch(origin_m, turns[depth, TURN_FORCE], sense, 2.0, 0.5, loop_length(turns, depth))
 
 
 @kernel
@@ -305,7 +305,7 @@ def _force_after_closing(curve: Record, memory: Record, u_m: float) -> float:
     offset_m = u_m - turns[depth, U]
     if depth == 0:
         return math.copysign(virgin_force(curve, abs(offset_m)), offset_m)
-    return turns[depth, FORCE] + direction * 2.0 * virgin_force(curve, 0.5 * abs(offset_m))
+    return turns[depth, TURN_FORCE] + direction * 2.0 * virgin_force(curve, 0.5 * abs(offset_m))
 
 
 @kernel

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
 
-ROUNDING = 1e-9
+_ROUNDING = 1e-9
 """Share by which a cut-off may miss what a grid resolves: it was computed, so it is rounded."""
 WAVES_MIN = 2
 """Fewest waves of a line: one alone has no exponent."""
@@ -117,10 +117,10 @@ class Spectrum:
         _check_positive('length', length_m, 'm')
         first, last = 2.0 * math.pi / length_m, math.pi * points / length_m
         lower, upper = self.lower_cutoff_per_m, self.upper_cutoff_per_m
-        if lower < first * (1.0 - ROUNDING):
+        if lower < first * (1.0 - _ROUNDING):
             limit = f'below {first:.6g} rad/m, the one wave in the length of {length_m:.6g} m'
             raise OutOfRange('lower cut-off', lower, 'rad/m', limit, 'raise it or the length')
-        if upper > last * (1.0 + ROUNDING):
+        if upper > last * (1.0 + _ROUNDING):
             limit = f'above {last:.6g} rad/m, two of the {points} points per wave'
             raise OutOfRange('upper cut-off', upper, 'rad/m', limit, 'lower it or add points')
         waves = _wave_numbers(length_m, points)[: (points + 1) // 2]
@@ -130,8 +130,8 @@ class Spectrum:
             raise OutOfRange('upper cut-off', upper, 'rad/m', limit, hint)
 
     def _contains(self, wave: Array) -> NDArray[np.bool_]:
-        low = wave >= self.lower_cutoff_per_m * (1.0 - ROUNDING)
-        return np.asarray(low & (wave <= self.upper_cutoff_per_m * (1.0 + ROUNDING)))
+        low = wave >= self.lower_cutoff_per_m * (1.0 - _ROUNDING)
+        return np.asarray(low & (wave <= self.upper_cutoff_per_m * (1.0 + _ROUNDING)))
 
 
 def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> Array:

@@ -35,7 +35,7 @@ WINDOW_MAX = RING - TILE
 """Springs of the widest window."""
 WAVES = 384
 """Most waves of the line; the lowest ones, down to a wave for each of `rough_line`, are fewer."""
-STREAM = 41
+_STREAM = 41
 """Number of the random stream of the waves, beside those of seeds alone."""
 WIDE = 6.0
 """The parabola rises over half a window by so many standard deviations of the line along it."""
@@ -44,7 +44,7 @@ WIDTH_MIN = 0.05
 FARTHEST = 1 << 50
 """Springs by which a window moves at most."""
 NOWHERE = -(1 << 62)
-REACH = 1.1
+_REACH = 1.1
 """Springs up to so many times the depth before are looked at first."""
 PASSES = 100
 """Newton's steps to a depth end where the number of springs in contact stays: some five."""
@@ -108,7 +108,7 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
         hint = f'choose it such that it has {TILE} to {WINDOW_MAX}'
         raise OutOfRange('contact.line_points', contact.line_points, '', limit, hint)
     both_m = np.concatenate((-places_m[half - 1 :: -1], places_m[:half]))
-    rng = np.random.default_rng((contact.line_seed, STREAM, 1))
+    rng = np.random.default_rng((contact.line_seed, _STREAM, 1))
     track = record(
         TRACK,
         on=True,
@@ -146,7 +146,7 @@ def _waves(power_m2: Array, contact: ContactParameters) -> Array:
     edges = np.unique(np.rint(np.geomspace(modes[0], modes[-1] + 1, WAVES + 1)).astype(int))
     amplitude_m = 2.0 * np.sqrt(np.add.reduceat(power_m2, edges[:-1]))
     bounds = np.clip(edges - 0.5, modes[0], modes[-1])
-    shares = np.random.default_rng((contact.line_seed, STREAM, 0)).uniform(size=len(amplitude_m))
+    shares = np.random.default_rng((contact.line_seed, _STREAM, 0)).uniform(size=len(amplitude_m))
     angle = 2.0 * np.pi / contact.line_points * (bounds[:-1] + shares * np.diff(bounds))
     return np.column_stack((amplitude_m, angle, np.cos(angle), np.sin(angle)))
 
@@ -203,7 +203,7 @@ def _press(track: Record, foot: int, place: int, normal_n: float) -> float:
     for block in range(blocks):
         if _floor(track, foot, place, block) < lowest_m:
             lowest_m = min(lowest_m, _heights(track, foot, place, block))
-    reach_m = REACH * track.depths_m[foot]
+    reach_m = _REACH * track.depths_m[foot]
     while True:
         touch = 0
         for block in range(blocks):
@@ -216,7 +216,7 @@ def _press(track: Record, foot: int, place: int, normal_n: float) -> float:
         depth_m = _depth(touching_m[:touch], total_m, track.depths_m[foot])
         if depth_m < reach_m or touch == track.springs:
             break
-        reach_m = REACH * depth_m  # which few springs make too large
+        reach_m = _REACH * depth_m  # which few springs make too large
     track.touch[foot], track.depths_m[foot] = touch, depth_m
     return depth_m
 

@@ -35,7 +35,7 @@ from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind
 
 LANES = 8
 """Drives that go together: half as many take the same time, twice as many twice the time."""
-NEWTON_STEPS = 1
+_NEWTON_STEPS = 1
 """One is enough: with three the worst error of 120 cases changes in its eleventh digit."""
 STEP_SLACK = 1e-9
 """Share of a step by which a stretch may exceed a whole number of steps, for rounding."""
@@ -45,7 +45,7 @@ two microseconds, and their work is an integral over that range."""
 SLOPE_STEPS_MIN = 6.0
 """Long steps in which feet that follow a steep slope cross the presliding range, at least."""
 
-COUNTS = 'runs may_be_cut rests walled passes_left samples row'
+_COUNTS = 'runs may_be_cut rests walled passes_left samples row'
 FLOATS = (
     # Of plant and load; gamma is damping per mass, 1/s
     'per_kg damping_n_s_per_m gamma cell_n_per_m gain_m_per_v rest_v load_n '
@@ -70,7 +70,7 @@ FLOATS = (
 def lanes_kind(lanes: int) -> Kind:
     """Return the type of what steps of so many drives need at hand; each field has their lanes."""
     floats = dict.fromkeys(FLOATS.split(), (FLOAT, (lanes,)))
-    return kind(**dict.fromkeys(COUNTS.split(), (COUNT, (lanes,))), **floats)
+    return kind(**dict.fromkeys(_COUNTS.split(), (COUNT, (lanes,))), **floats)
 
 
 one_lane, all_lanes = on_stack(lanes_kind(1)), on_stack(lanes_kind(LANES))
@@ -310,7 +310,7 @@ def time_to_turn(
     time_s = -speed / speeding
     if time_s > 2.0 * longest_s:
         return longest_s
-    for _ in range(NEWTON_STEPS):
+    for _ in range(_NEWTON_STEPS):
         t = time_s
         value = speed + t * (
             speeding + t * (0.5 * jerk + t * (SIXTH * snap + t * 0.25 * SIXTH * crackle))

@@ -198,7 +198,7 @@ PIEZO_STATE = kind(
 )
 """What amplifier and piezo remember."""
 
-FOOT = kind(
+FOOT_MOTION = kind(
     m_per_s=FLOAT,  # Its velocity against the frame
     # The rest is of the present step: a parabola that is its way, the ends of its halves
     speed=FLOAT,
@@ -244,7 +244,7 @@ STATE = kind(
     preload_n=FLOAT,  # Present preload
     sums=SUMS,  # Energy and position integrals
     piezo=PIEZO_STATE,  # What amplifier and piezo remember
-    feet=(FOOT, (CONTACTS,)),
+    feet=(FOOT_MOTION, (CONTACTS,)),
     # Displacement of each foot against the frame, and what of it does not follow the piezo
     places_m=(FLOAT, (CONTACTS,)),
     offsets_m=(FLOAT, (CONTACTS,)),

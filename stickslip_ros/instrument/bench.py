@@ -24,9 +24,9 @@ from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
 from stickslip_ros.units import NANO, with_unit
 
 MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
-LOADED, REFUSED = int(Status.LOADED), int(Status.REFUSED)
-PRELOADING, FAULT = int(Status.PRELOADING), int(Status.FAULT)
-TIME_MAX_NS = 10**17
+_LOADED, _REFUSED = int(Status.LOADED), int(Status.REFUSED)
+_PRELOADING, _FAULT = int(Status.PRELOADING), int(Status.FAULT)
+_TIME_MAX_NS = 10**17
 """Latest time of a checkpoint: with that of the system as origin, stamps can hold what follows."""
 
 
@@ -206,7 +206,7 @@ class Bench:
         """Remember what was read from a file, if it fits together."""
         stand, sensing, motion = (values.pop(name) for name in ('stand', 'sensing', 'motion'))
         vars(self).update(values)
-        read(range(0, TIME_MAX_NS + 1, self._sample_ns), self.time_ns, 'checkpoint.time_ns')
+        read(range(0, _TIME_MAX_NS + 1, self._sample_ns), self.time_ns, 'checkpoint.time_ns')
         self._events = [replace(each, time_ns=self.time_ns) for each in self._events]
         self._is_faulty = bool(self.faults.names)
         self.stand.recall(stand, self.faults, is_powered=self._is_powered())
@@ -376,10 +376,10 @@ class Bench:
             | self.motion.status_bits
             | MOVE_DELAYED * bool(self._delayed)
             | AMPLIFIER_ENABLED * self._is_powered()
-            | LOADED * (self.stand.load_n != 0.0)
-            | REFUSED * self._last_refused
-            | PRELOADING * (not self.stand.is_preloaded)
-            | FAULT * self._is_faulty
+            | _LOADED * (self.stand.load_n != 0.0)
+            | _REFUSED * self._last_refused
+            | _PRELOADING * (not self.stand.is_preloaded)
+            | _FAULT * self._is_faulty
         )
         if bits != self._told_bits:
             self._told_bits, self._told_status = bits, Status(bits)

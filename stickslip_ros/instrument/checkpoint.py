@@ -24,9 +24,9 @@ HEAD = ('format', 'version', 'kinds', 'sha256')
 CONTENT = ('parameters', 'state', 'beside')
 SIZE_MAX = 1 << 26
 """Bytes of the largest checkpoint, unpacked; a usual one has some hundred thousand."""
-KINDS = (STATE, *(each.KIND['memory'] for each in CLASSES.values()))
+_KINDS = (STATE, *(each.KIND['memory'] for each in CLASSES.values()))
 KINDS_DIGEST = hashlib.sha256(
-    repr([without_gaps(kind).descr for kind in KINDS]).encode()
+    repr([without_gaps(kind).descr for kind in _KINDS]).encode()
 ).hexdigest()
 """Of all fields of the records: another one means that a state has another form."""
 CHANGEABLE = ('closed_loop.', 'frame_id.', 'jog.', 'limits.', 'record.', 'step.')

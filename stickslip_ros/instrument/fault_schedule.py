@@ -11,7 +11,7 @@ from stickslip_ros.files import read_text
 from stickslip_ros.instrument.commands import Request, TimedRequest
 from stickslip_ros.parameters import Scalar, read_yaml, spec_of, specs, to_nanoseconds
 
-PREFIX = 'fault.'
+_PREFIX = 'fault.'
 FAULTS = tuple(name for name, spec in specs().items() if spec.live)
 """Full names of the faults, in the order of declaration."""
 FORM = 'write - {at: 0.5, set: {fault.interferometer: freeze}} or - {at: 1.0, clear: true}'
@@ -104,7 +104,7 @@ def _settings(table: object, place: str) -> tuple[tuple[str, Scalar], ...]:
 
 
 def _setting(key: str, value: object, place: str) -> tuple[str, Scalar]:
-    name = key if key.startswith(PREFIX) else PREFIX + key
+    name = key if key.startswith(_PREFIX) else _PREFIX + key
     if name not in FAULTS:
         near = difflib.get_close_matches(name, FAULTS, n=1)
         hint = f'did you mean {near[0]}?' if near else f'use {", ".join(FAULTS)}'

@@ -10,7 +10,7 @@ from stickslip_ros.instrument.closed_loop import ClosedLoop, Goal, Observation, 
 from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 
-MOVING, STREAMING = int(Status.MOVING), int(Status.STREAMING)
+_MOVING, _STREAMING = int(Status.MOVING), int(Status.STREAMING)
 CLOSED_LOOP, IN_POSITION = int(Status.CLOSED_LOOP), int(Status.IN_POSITION)
 FAILURES = {
     Result.RANGE_LIMIT_REACHED: Status.RANGE_LIMIT_REACHED,
@@ -23,9 +23,9 @@ FAILURES = {
 """Results of a failed move, and the bit that each sets beside MOVEMENT_FAILED."""
 RATE = 3
 """Fields of a wave, the first of them, in which jogs at different rates differ."""
-SET_POINTS = ('voltage', 'position')
+_SET_POINTS = ('voltage', 'position')
 """Moves to a value that is wanted: the next one of the same topic is no end that is reported."""
-HOLD = 'hold'
+_HOLD = 'hold'
 """Name under which the end of a hold is reported."""
 
 
@@ -135,10 +135,10 @@ class Motion:
         if running is None:
             return bits
         if loop is None or not loop.holds:
-            bits |= MOVING
+            bits |= _MOVING
         if loop is not None:
             bits |= CLOSED_LOOP | IN_POSITION * loop.in_position
-        return bits | STREAMING * (running.command.name == 'waveform')
+        return bits | _STREAMING * (running.command.name == 'waveform')
 
     def start(self, command: Identity, wave: Wave, observation: Observation) -> None:
         """Follow a wave in place of the running move; a table, at the end of a cycle of one."""
@@ -231,14 +231,14 @@ class Motion:
         elif not loop.holds:
             self._report(running.command, outcome.result, outcome.why, 0)
         elif outcome.result in FAILURES:
-            hold = running.command._replace(name=HOLD)
+            hold = running.command._replace(name=_HOLD)
             self._report(hold, outcome.result, outcome.why, 0)
 
     def _make_way(self, command: Identity, observation: Observation) -> None:
         """End the running move; not reported of a set-point that gives way to the next."""
         running, loop = self._running, self._loop
         name = command.name
-        if running is None or running.command.name != name or name not in SET_POINTS:
+        if running is None or running.command.name != name or name not in _SET_POINTS:
             why = f'replaced by command {command.number}'
             self.end(Outcome(Result.ABORTED, why), observation)
         else:

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from stickslip_ros.parameters import Parameters
 
-REACH = 1.3
+_REACH = 1.3
 """A scan is tried up to so many times the stroke that is left: at its end, a jump back to the
 middle often leaves the runner nearer to the target than a step would."""
 CENTRES_MAX = 2
@@ -25,7 +25,7 @@ LEARN_STEPS = 5
 SCAN_MAX = 0.05
 """Largest voltage change of one update of the scan, per range: a jump that is short against the
 presliding displacement does not slip."""
-MARGIN = 0.08
+_MARGIN = 0.08
 """Share of the range at either end where the loop does not like to rest: creep would soon take
 the piezo to its end."""
 BURST_MAX = 2**31 - 1
@@ -141,7 +141,7 @@ class PositionLoop:
         self._learn(position_m)
         error_m = target_m - position_m
         self.is_coarse = not self._may_scan(error_m)
-        may_centre = self._centres < CENTRES_MAX and abs(error_m) <= REACH * self._half_scan_m()
+        may_centre = self._centres < CENTRES_MAX and abs(error_m) <= _REACH * self._half_scan_m()
         if not self.is_coarse and abs(error_m) <= self.settings.deadband_m:
             self.is_coarse = may_centre and not self._rests and self._is_at_an_end()
             self._rests = not self.is_coarse
@@ -190,12 +190,12 @@ class PositionLoop:
         room_m = self._stroke_m(abs(end_v - self.voltage_v))
         if not self.is_coarse and room_m > 0.0:
             return abs(error_m) <= 2.0 * self._half_scan_m()
-        return abs(error_m) <= max(REACH * room_m, settings.deadband_m)
+        return abs(error_m) <= max(_REACH * room_m, settings.deadband_m)
 
     def _is_at_an_end(self) -> bool:
         """Return whether the piezo has hardly any way left on one side."""
         low_v, high_v = self.settings.voltage_min_v, self.settings.voltage_max_v
-        return min(self.voltage_v - low_v, high_v - self.voltage_v) < MARGIN * (high_v - low_v)
+        return min(self.voltage_v - low_v, high_v - self.voltage_v) < _MARGIN * (high_v - low_v)
 
     def _half_scan_m(self) -> float:
         """Return how far a scan can go from the middle, m."""

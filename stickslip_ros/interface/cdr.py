@@ -21,7 +21,7 @@ from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.interface import messages as m
 from stickslip_ros.units import NS_PER_S
 
-HEADER: Final = b'\x00\x01\x00\x00'
+_HEADER: Final = b'\x00\x01\x00\x00'
 LONGEST_TAIL_BYTES: Final = 3
 """Some serialisers fill the last word, so a message may be this much longer than its fields."""
 JOINT_TAIL_BYTES: Final = 12
@@ -39,22 +39,22 @@ pack_number: Final = struct.Struct('<d').pack  # a number behind a header, align
 
 def pack_float64(value: float) -> bytes:
     """Pack a ``std_msgs/msg/Float64``."""
-    return _pack_float64(HEADER, value)
+    return _pack_float64(_HEADER, value)
 
 
 def pack_int32(value: int) -> bytes:
     """Pack a ``std_msgs/msg/Int32``."""
-    return _pack_int32(HEADER, value)
+    return _pack_int32(_HEADER, value)
 
 
 def pack_uint32(value: int) -> bytes:
     """Pack a ``std_msgs/msg/UInt32``."""
-    return _pack_uint32(HEADER, value)
+    return _pack_uint32(_HEADER, value)
 
 
 def pack_string(text: str) -> bytes:
     """Pack a ``std_msgs/msg/String``."""
-    return HEADER + _text_field(text)
+    return _HEADER + _text_field(text)
 
 
 def pack_float64_array(
@@ -103,7 +103,7 @@ def pack_stamped(stamp_ns: int, frame_id: str, values: Sequence[float]) -> bytes
 
 def pack_stamp(stamp_ns: int) -> bytes:
     """Pack a ``rosgraph_msgs/msg/Clock``, or the start of a message that has a header."""
-    return _pack_stamp(HEADER, *divmod(stamp_ns, NS_PER_S))
+    return _pack_stamp(_HEADER, *divmod(stamp_ns, NS_PER_S))
 
 
 @lru_cache(maxsize=CACHED_HEADS)
@@ -115,7 +115,7 @@ def frame_field(frame_id: str) -> bytes:
 
 def pack_joints(message: m.JointMessage) -> bytes:
     """Pack a ``sensor_msgs/msg/JointState``."""
-    body = pack_stamp(message.stamp_ns)[len(HEADER) :] + _text_field(message.frame_id)
+    body = pack_stamp(message.stamp_ns)[len(_HEADER) :] + _text_field(message.frame_id)
     body += _padding(len(body), 4) + struct.pack('<I', len(message.names))
     for name in message.names:
         body += _padding(len(body), 4) + _text_field(name)
@@ -123,7 +123,7 @@ def pack_joints(message: m.JointMessage) -> bytes:
         body += _padding(len(body), 4) + struct.pack('<I', len(numbers))
         if numbers:
             body += _padding(len(body), 8) + struct.pack(f'<{len(numbers)}d', *numbers)
-    return HEADER + body
+    return _HEADER + body
 
 
 def unpack(type_name: str, data: bytes) -> m.Message:
@@ -204,16 +204,16 @@ def _array_head(
         body += _text_field(label)
         body += _padding(len(body), 4) + _pack_words(size, stride)
     body += _padding(len(body), 4) + _pack_words(0, prod(sizes))
-    return HEADER + body + (_padding(len(body), 8) if prod(sizes) else b'')
+    return _HEADER + body + (_padding(len(body), 8) if prod(sizes) else b'')
 
 
 class _Cursor:
     """Takes the fields off a message one after the other; ValueError where they are not there."""
 
     def __init__(self, data: bytes) -> None:
-        if data[:2] != HEADER[:2] or len(data) < len(HEADER):
-            raise ValueError(f'they begin with "{data[:4].hex(" ")}", not "{HEADER.hex(" ")}"')
-        self._body = memoryview(data)[len(HEADER) :]
+        if data[:2] != _HEADER[:2] or len(data) < len(_HEADER):
+            raise ValueError(f'they begin with "{data[:4].hex(" ")}", not "{_HEADER.hex(" ")}"')
+        self._body = memoryview(data)[len(_HEADER) :]
         self._at = 0
 
     def int32(self) -> int:

@@ -33,7 +33,7 @@ from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.parameters.typed import to_si
 from stickslip_ros.units import NS_PER_S
 
-NAME_MAX = 1000
+_NAME_MAX = 1000
 """Characters of the name of a frame, or of a joint, in a message."""
 JOINTS_MAX = 1000
 """Joints of a message."""
@@ -209,8 +209,8 @@ def receive_request(topic: Topic, data: bytes) -> Request:
     """
     request = read_request(topic, data)
     for name in (request.frame_id, *request.joints.names):
-        if len(name) > NAME_MAX:
-            limit = f'longer than {NAME_MAX} characters'
+        if len(name) > _NAME_MAX:
+            limit = f'longer than {_NAME_MAX} characters'
             hint = 'give the name that the drive has, or none'
             raise OutOfRange(f'name in {topic.request}', name, '', limit, hint)
     joints = max(map(len, request.joints))

@@ -28,7 +28,7 @@ STREAMED = ('depth', 'reliability')
 """Policies that may be overridden where the next message makes up for a lost one."""
 QUEUED = ('depth',)
 """Those where none may be lost."""
-SET_POINTS = (m.FLOAT64, m.POINT_STAMPED, m.WRENCH_STAMPED, m.JOINT_STATE)
+_SET_POINTS = (m.FLOAT64, m.POINT_STAMPED, m.WRENCH_STAMPED, m.JOINT_STATE)
 """Types of the commands that may be streamed."""
 
 
@@ -122,7 +122,7 @@ def _topic_of(command: Command) -> Topic:
         command.text,
         numbers=command.numbers,
         is_table=command.is_table,
-        overridable=STREAMED if command.interface in SET_POINTS else (),
+        overridable=STREAMED if command.interface in _SET_POINTS else (),
     )
 
 

@@ -33,7 +33,7 @@ from stickslip_ros.sources import sources_digest
 
 CONFIG: Any = numba.config
 """Settings of numba; its attributes are made at run time."""
-ROOT = 0
+ROOT_USER = 0
 PRIVATE, READABLE, FILE_MODE = 0o700, 0o755, 0o644
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 DIGEST_BYTES = hashlib.sha256().digest_size
@@ -70,7 +70,7 @@ def cache_folders() -> Folders:
         folder = place / _name()
         _make(folder)
         is_own = _is_trusted(folder, os.geteuid())
-        if is_own or _is_trusted(folder, ROOT):
+        if is_own or _is_trusted(folder, ROOT_USER):
             read.append(folder)
         if is_own and os.access(folder, os.W_OK):
             return Folders(tuple(read), folder)
@@ -113,7 +113,7 @@ def _make(folder: Path) -> None:
     """Make a folder that only this user can write, if that can be done; root's can be read."""
     with suppress(OSError):
         folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.mkdir(mode=READABLE if os.geteuid() == ROOT else PRIVATE)
+        folder.mkdir(mode=READABLE if os.geteuid() == ROOT_USER else PRIVATE)
 
 
 def _is_trusted(folder: Path, owner: int) -> bool:

@@ -29,7 +29,7 @@ OPTIONS: dict[str, Any] = {
 """Without the GIL; IEEE division; calls folded into the loop; without numba's memory runtime,
 which spends two thirds of the time on counting references."""
 
-TRIED = 0, 68
+_TRIED = 0, 68
 """The newest numba of which the private methods below are known; so are those of 0.58."""
 ALIGNED = 64
 """Bytes between which a record on the stack begins: a line of the cache."""
@@ -64,7 +64,7 @@ class _PartCompiler(Compiler):
 FOR_KERNELS: dict[str, Any] = dict.fromkeys(('no_cpython_wrapper', 'no_cfunc_wrapper'), True)
 """Without the code that takes arguments from Python: for a hundred fields of records it takes
 longer to compile than the kernel."""
-if numba.version_info.short <= TRIED:  # optimised on each level all take half as long again
+if numba.version_info.short <= _TRIED:  # optimised on each level all take half as long again
     FOR_KERNELS['pipeline_class'] = _PartCompiler
 
 

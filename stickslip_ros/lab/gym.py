@@ -18,15 +18,15 @@ from stickslip_ros.instrument.reports import Output
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.units import NANO
 
-VOLTAGE, STEPS = 'voltage', 'steps'
+VOLTAGE_ACTIONS, STEP_ACTIONS = 'voltage', 'steps'
 EPISODE_ACTIONS = 1000
 SEEDS = 1 << 31
-LARGEST = 1e4
+_LARGEST = 1e4
 """Bound of a normalised observation, which is about 1; a runner that goes far away stays at it."""
 RGB_ARRAY = 'rgb_array'
-HEIGHT, WIDTH, VIEW = 64, 256, 2.0
+_HEIGHT, _WIDTH, _VIEW = 64, 256, 2.0
 """Pixels of a picture, and what its half shows, in largest targets."""
-STAGE, RUNNER, TARGET, BAR = (235, 235, 235), (90, 90, 90), (200, 60, 40), (40, 100, 200)
+_STAGE, _RUNNER, _TARGET, _BAR = (235, 235, 235), (90, 90, 90), (200, 60, 40), (40, 100, 200)
 
 Observation = NDArray[np.float32]
 
@@ -69,13 +69,15 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
     def __init__(
         self,
         parameters: Parameters | None = None,
-        actions: str = VOLTAGE,
+        actions: str = VOLTAGE_ACTIONS,
         target_max_m: float = 1e-6,
         render_mode: str | None = None,
     ) -> None:
         limit = 'not one of the kinds'
-        if actions not in (VOLTAGE, STEPS):
-            raise OutOfRange('actions', actions, '', limit, f'use {VOLTAGE} or {STEPS}')
+        if actions not in (VOLTAGE_ACTIONS, STEP_ACTIONS):
+            raise OutOfRange(
+                'actions', actions, '', limit, f'use {VOLTAGE_ACTIONS} or {STEP_ACTIONS}'
+            )
         if render_mode not in (None, RGB_ARRAY):
             raise OutOfRange('render_mode', render_mode, '', limit, f'use {RGB_ARRAY}')
         self.render_mode = render_mode
@@ -87,10 +89,10 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
         self._zero_v = amplifier.voltage_min
         self._range_v = amplifier.voltage_max - amplifier.voltage_min
         self._seen: Observation = np.zeros(4, np.float32)
-        self.observation_space = gymnasium.spaces.Box(-LARGEST, LARGEST, (4,), np.float32)
+        self.observation_space = gymnasium.spaces.Box(-_LARGEST, _LARGEST, (4,), np.float32)
         self.action_space: gymnasium.Space[Any] = (
             gymnasium.spaces.Box(-1.0, 1.0, (1,), np.float32)
-            if actions == VOLTAGE
+            if actions == VOLTAGE_ACTIONS
             else gymnasium.spaces.Discrete(3)
         )
         self._bench: Bench | None = None
@@ -129,16 +131,18 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
         if self.render_mode is None:
             return None
         position, _, voltage, error = self._seen
-        picture: NDArray[np.uint8] = np.full((HEIGHT, WIDTH, 3), 255, np.uint8)
+        picture: NDArray[np.uint8] = np.full((_HEIGHT, _WIDTH, 3), 255, np.uint8)
 
         def fill(low: float, high: float, rows: slice, colour: tuple[int, int, int]) -> None:
-            ends = np.clip(np.array([low, high]) / VIEW, -1.0, 1.0) * (WIDTH - 1) // 2 + WIDTH // 2
+            ends = (
+                np.clip(np.array([low, high]) / _VIEW, -1.0, 1.0) * (_WIDTH - 1) // 2 + _WIDTH // 2
+            )
             picture[rows, int(ends[0]) : int(ends[1]) + 1] = colour
 
-        fill(-VIEW, VIEW, slice(40, 48), STAGE)
-        fill(position - 0.3, position + 0.3, slice(24, 40), RUNNER)
-        fill(position + error, position + error, slice(12, 48), TARGET)
-        fill(-VIEW, VIEW * voltage, slice(56, 62), BAR)
+        fill(-_VIEW, _VIEW, slice(40, 48), _STAGE)
+        fill(position - 0.3, position + 0.3, slice(24, 40), _RUNNER)
+        fill(position + error, position + error, slice(12, 48), _TARGET)
+        fill(-_VIEW, _VIEW * voltage, slice(56, 62), _BAR)
         return picture
 
     def _step(self, bench: Bench, direction: int) -> Output:
@@ -173,7 +177,7 @@ class StickSlipEnv(gymnasium.Env[Observation, Any]):
         }
         position, error = readings.position_m / self._target_max_m, -error_m / self._target_max_m
         force = readings.force_n / self.parameters.stand.preload
-        seen = np.clip([position, force, 2.0 * share - 1.0, error], -LARGEST, LARGEST)
+        seen = np.clip([position, force, 2.0 * share - 1.0, error], -_LARGEST, _LARGEST)
         self._seen = seen.astype(np.float32)
         return self._seen.copy(), info
 

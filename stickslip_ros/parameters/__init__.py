@@ -1,9 +1,9 @@
 """Every number that can be set: declared once, with unit, bounds and source."""
 
 from stickslip_ros.parameters.declaration import (
-    AMPLITUDE,
-    FREQUENCY,
-    STROKE,
+    AMPLITUDE_SPEC,
+    FREQUENCY_SPEC,
+    STROKE_SPEC,
     Scalar,
     Spec,
     Unchosen,
@@ -41,10 +41,10 @@ from stickslip_ros.parameters.yaml_form import (
 )
 
 __all__ = [
-    'AMPLITUDE',
-    'FREQUENCY',
+    'AMPLITUDE_SPEC',
+    'FREQUENCY_SPEC',
     'SENSORS',
-    'STROKE',
+    'STROKE_SPEC',
     'TRUTH',
     'AmplifierParameters',
     'ContactParameters',

@@ -273,7 +273,7 @@ def find(declared: Mapping[str, Spec], name: str, otherwise: str) -> Spec:
     return declared[name]
 
 
-STROKE = Spec(float, 0.0, 'm', '', 'stroke of the feet', 0.0)
-AMPLITUDE = dataclasses.replace(STROKE, maximum=1.0)
-FREQUENCY = Spec(float, 1000.0, 'Hz', '', 'steps per second', -1e9, 1e9)
+STROKE_SPEC = Spec(float, 0.0, 'm', '', 'stroke of the feet', 0.0)
+AMPLITUDE_SPEC = dataclasses.replace(STROKE_SPEC, maximum=1.0)
+FREQUENCY_SPEC = Spec(float, 1000.0, 'Hz', '', 'steps per second', -1e9, 1e9)
 """What a run is asked for beside parameters."""

@@ -21,8 +21,8 @@ from stickslip_ros.parameters.tree import Parameters, specs
 
 ROS_KEY = 'ros__parameters'
 ANY_NODE = '/**'
-NUMBERS = ('tag:yaml.org,2002:int', 'tag:yaml.org,2002:float')
-HINT = 'compare it with config/test_stand.yaml'
+_NUMBERS = ('tag:yaml.org,2002:int', 'tag:yaml.org,2002:float')
+_HINT = 'compare it with config/test_stand.yaml'
 
 
 def format_value(value: Scalar) -> str:
@@ -93,12 +93,12 @@ def load_yaml(*paths: str | Path) -> Parameters:
 def load_values(path: Path) -> dict[str, object]:
     """Return what a ROS parameter file gives, by name and unchecked; otherwise as above."""
     text = read_text(path, 'check the path', 'give a ROS parameter file')
-    return _values(read_yaml(text, str(path), HINT) or {}, str(path))
+    return _values(read_yaml(text, str(path), _HINT) or {}, str(path))
 
 
 def parse_yaml(text: str, origin: str) -> Parameters:
     """Read the text of a ROS parameter file; messages name its ``origin``."""
-    return Parameters().updated(_values(read_yaml(text, origin, HINT) or {}, origin))
+    return Parameters().updated(_values(read_yaml(text, origin, _HINT) or {}, origin))
 
 
 def _values(document: object, origin: str) -> dict[str, object]:
@@ -129,7 +129,7 @@ def _flat(section: object, origin: str) -> dict[str, object]:
 
 def _items(node: object, origin: str) -> Iterator[tuple[str, object]]:
     if not isinstance(node, dict):
-        raise WrongKind(origin, node, 'a table of names', HINT)
+        raise WrongKind(origin, node, 'a table of names', _HINT)
     yield from ((str(key), value) for key, value in node.items())
 
 
@@ -191,5 +191,5 @@ class _Loader(yaml.SafeLoader):
         raise RecordingError(f'{self.origin}: line {node.start_mark.line + 1}', problem, hint)
 
 
-for tag in NUMBERS:
+for tag in _NUMBERS:
     _Loader.add_constructor(tag, _Loader.construct_number)

@@ -40,7 +40,7 @@ PART: Final = re.compile(r'([^\W\d]\w*)((?:\[\d+\])*)')
 """A name in the path of a field, and the places in the arrays behind it: ``position[0]``."""
 ORDERS: Final = {0: '>', 1: '<'}
 """What numpy calls the byte orders of plain CDR, by the first two bytes of a message."""
-HEAD_BYTES: Final = 4
+_HEAD_BYTES: Final = 4
 LENGTHS_MAX: Final = 100_000
 """Lengths that a message may say of itself before the number; each is a step for all messages."""
 BLOCK: Final = 1 << 18
@@ -112,7 +112,7 @@ class Field:
         starts, times_ns = piece.starts[places], piece.times_ns[places]
         ends = starts + gather(piece.data, starts - LENGTH_BYTES, '<i8')
         starts = starts + MESSAGE_HEAD.size
-        if np.any(ends - starts < HEAD_BYTES):
+        if np.any(ends - starts < _HEAD_BYTES):
             raise ValueError(f'a message on {self._topic} is shorter than its head')
         representations = gather(piece.data, starts, '>u2')
         values = np.empty(len(starts))
@@ -120,7 +120,7 @@ class Field:
             if each not in ORDERS:
                 raise ValueError(f'a message on {self._topic} is no plain CDR but {each:#06x}')
             these = representations == each
-            bodies = Bodies(piece.data, starts[these] + HEAD_BYTES, ends[these], ORDERS[each])
+            bodies = Bodies(piece.data, starts[these] + _HEAD_BYTES, ends[these], ORDERS[each])
             try:
                 values[these] = bodies.number(*self._value)
             except IndexError as error:

@@ -21,8 +21,8 @@ from stickslip_ros.recording.integrity import (
 from stickslip_ros.recording.layout import SUFFIX
 
 METADATA_FILE: Final = 'metadata.yaml'
-ROOT: Final = 'rosbag2_bagfile_information'
-VERSION: Final = 9
+METADATA_ROOT: Final = 'rosbag2_bagfile_information'
+_VERSION: Final = 9
 """Of the form of the file; Jazzy and Kilted write this one, and read all earlier ones."""
 
 _STORAGE: Final = 'mcap'
@@ -39,7 +39,7 @@ _WORDS: Final = {
 
 def write_metadata(folder: Path, parts: Sequence[Path]) -> Path:
     """Describe a bag of finished files, in the order in which they are played, for rosbag2."""
-    content = yaml.safe_dump({ROOT: _describe(parts)}, sort_keys=False)
+    content = yaml.safe_dump({METADATA_ROOT: _describe(parts)}, sort_keys=False)
     path = folder / METADATA_FILE
     try:
         with path.open('x', encoding='utf-8') as stream:
@@ -92,7 +92,7 @@ def _describe(paths: Sequence[Path]) -> dict[str, Any]:
             entry['message_count'] += said.channel_message_counts.get(key, 0)
     start_ns = min(times_ns, default=0)
     return {
-        'version': VERSION,
+        'version': _VERSION,
         'storage_identifier': _STORAGE,
         'duration': {'nanoseconds': max(times_ns, default=0) - start_ns},
         'starting_time': {'nanoseconds_since_epoch': start_ns},
@@ -144,7 +144,7 @@ def bag_parts(path: Path) -> list[Path]:
     try:
         text = read_text(path / METADATA_FILE, recover_hint(path), recover_hint(path))
         description: Any = read_yaml(text, str(path / METADATA_FILE), recover_hint(path))
-        description = description[ROOT]
+        description = description[METADATA_ROOT]
         storage = description['storage_identifier']
         names = [PurePath(name).name for name in description['relative_file_paths']]
         mode = str(description.get('compression_mode') or 'none').lower()

@@ -17,7 +17,7 @@ from typing import Final, TypeAlias
 from stickslip_ros.errors import quoted
 from stickslip_ros.recording.chunks import CHUNK_MAX_BYTES
 
-NUMBERS: Final = {
+_NUMBERS: Final = {
     'bool': 'u1',
     'byte': 'u1',
     'char': 'u1',
@@ -34,14 +34,14 @@ SEPARATOR: Final = re.compile(r'={3,}')
 NAMED: Final = re.compile(r'MSG:\s*(\S+)')
 FIELD: Final = re.compile(r'([\w/]+)(?:<=\d+)?(?:\[(<=)?(\d*)\])?\s+([^\W\d]\w*)\s*(=)?')
 """Type, whether the length of an array is a bound, the length, name, and whether a constant."""
-TIME: Final = ['int32 sec', 'uint32 nanosec']
-USUAL: Final = {f'builtin_interfaces/{name}': TIME for name in ('Time', 'Duration')}
+_TIME: Final = ['int32 sec', 'uint32 nanosec']
+_USUAL: Final = {f'builtin_interfaces/{name}': _TIME for name in ('Time', 'Duration')}
 """What some programs leave out."""
 DEPTH_MAX: Final = 64
 ALIGNMENT: Final = 8
 
 Width: TypeAlias = tuple[int, ...]
-NOTHING: Final[Width] = (0,) * ALIGNMENT
+_NOTHING: Final[Width] = (0,) * ALIGNMENT
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ def then(first: Width, second: Width) -> Width:
 
 def repeated(width: Width, count: int) -> Width:
     """Return the lengths of so many of a thing."""
-    total, power = NOTHING, width
+    total, power = _NOTHING, width
     while count:
         total = then(total, power) if count & 1 else total
         power, count = then(power, power), count >> 1
@@ -96,7 +96,7 @@ class Definitions:
     """The types of a text: that of the message of this name, and those that it needs."""
 
     def __init__(self, name: str, text: str) -> None:
-        self._lines: dict[str, list[str]] = {**USUAL}
+        self._lines: dict[str, list[str]] = {**_USUAL}
         self._known: dict[str, Struct] = {}
         lines = self._lines[_short(name)] = []
         for line in map(str.strip, text.splitlines()):
@@ -118,7 +118,7 @@ class Definitions:
             package = name.partition('/')[0]
             fields = [self._field(line, package, depth) for line in self._lines[name]]
             kinds = tuple(each for each in fields if each) or (PLACEHOLDER,)
-            width: Width | None = NOTHING
+            width: Width | None = _NOTHING
             for _, kind in kinds:
                 width = None if width is None or kind.width is None else then(width, kind.width)
             self._known[name] = Struct(_bounded(width), kinds)
@@ -133,8 +133,8 @@ class Definitions:
         if constant:
             return None
         kind: Kind
-        if base in NUMBERS:
-            kind = number(NUMBERS[base])
+        if base in _NUMBERS:
+            kind = number(_NUMBERS[base])
         elif base == 'string':
             kind = Text(None)
         elif base == 'wstring':
@@ -214,11 +214,11 @@ def way_to(kind: Kind, path: Sequence[str | int]) -> tuple[list[Kind | int], str
 
 def _joined(before: Sequence[Kind | int]) -> Iterator[Kind | int]:
     """Yield the same with neighbours of fixed length as one."""
-    width = NOTHING
+    width = _NOTHING
     for each in before:
         if isinstance(each, Kind) and each.width is not None:
             width = then(width, each.width)
         else:
             yield from (Kind(width), each)
-            width = NOTHING
+            width = _NOTHING
     yield Kind(width)

@@ -46,7 +46,7 @@ from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
 RECOVERY_RECORD: Final = 'stickslip_recovery'
 """Metadata record in which a recovered file says what it was made of and what is lost."""
 MARK: Final = '.recovered'  # what is added to the name of a recovered file or directory
-KINDS: Final = {int(each): each.name.lower().replace('_', ' ') for each in Opcode}
+_KINDS: Final = {int(each): each.name.lower().replace('_', ' ') for each in Opcode}
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ class Copy:
             except DAMAGE as error:
                 is_cut, index = isinstance(error, EndOfFile), chunks.get(at)
                 ends = (index.message_start_time, index.message_end_time) if index else ()
-                kind = KINDS.get(self._bytes(at, 1)[0], 'bytes')
+                kind = _KINDS.get(self._bytes(at, 1)[0], 'bytes')
                 problem = 'cut off, or a length in it is wrong' if is_cut else f'damaged ({error})'
                 end = starts[bisect_right(starts, at)]
                 times_ns = (each - self._origin_ns for each in ends)
@@ -236,7 +236,7 @@ class Copy:
         """Return where the record that begins here ends; ValueError if none can begin here."""
         head = self._bytes(start, RECORD_HEAD.size)
         opcode, length = RECORD_HEAD.unpack(head.ljust(RECORD_HEAD.size, b'\1'))
-        if len(head) == RECORD_HEAD.size and (opcode not in KINDS or length > CHUNK_MAX_BYTES):
+        if len(head) == RECORD_HEAD.size and (opcode not in _KINDS or length > CHUNK_MAX_BYTES):
             raise ValueError('no record begins here')
         return start + RECORD_HEAD.size + int(length)
 

@@ -19,7 +19,7 @@ from stickslip_ros.kernels.record import FLOAT
 from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, info_json, open_recorder
 
-PENDING, STATUS, JOINT = 'pending', 'status', 'joint'
+_PENDING, _STATUS, _JOINT = 'pending', 'status', 'joint'
 """Names of what a checkpoint holds beside the bench."""
 
 Publish = Callable[[Packed], None]
@@ -136,14 +136,14 @@ class ReportingBench:
             self._feed.resume([], self.bench.status, (time_ns, math.nan))
             return
         forms = {
-            PENDING: (FLOAT, (-1, self._columns)),
-            STATUS: Status | None,
-            JOINT: {'time_ns': range(time_ns + 1), 'position_m': ANY_FLOAT},
+            _PENDING: (FLOAT, (-1, self._columns)),
+            _STATUS: Status | None,
+            _JOINT: {'time_ns': range(time_ns + 1), 'position_m': ANY_FLOAT},
         }
         beside = read(forms, self.bench.beside, 'checkpoint.beside')
         read(range(0, time_ns + 1, block_ns), time_ns, 'checkpoint.time_ns')
-        time_ns, position_m = beside[JOINT].values()
-        self._feed.resume([beside[PENDING]], beside[STATUS], (time_ns, position_m))
+        time_ns, position_m = beside[_JOINT].values()
+        self._feed.resume([beside[_PENDING]], beside[_STATUS], (time_ns, position_m))
 
     @property
     def status(self) -> Status:
@@ -163,7 +163,7 @@ class ReportingBench:
         feed = self._feed
         pending = np.concatenate([np.empty((0, self._columns)), *feed.pending])
         joint = dict(zip(('time_ns', 'position_m'), feed.joint, strict=True))
-        return self.bench.save({PENDING: pending, STATUS: feed.status, JOINT: joint})
+        return self.bench.save({_PENDING: pending, _STATUS: feed.status, _JOINT: joint})
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """Do what ``Bench.update`` does, publish and write it; raise what has ended the file."""

@@ -11,7 +11,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.interface.messages import ArrayMessage
 
-TIME: Final = 't'  # column of a trace that holds the time, in s
+_TIME: Final = 't'  # column of a trace that holds the time, in s
 _LABEL: Final = re.compile(r'(?P<name>[^\[\]]+)(\[(?P<unit>[^\[\]]*)\])?')
 
 
@@ -72,7 +72,7 @@ def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Seri
     labels = blocks[0].labels[1].split(',') if len(blocks[0].labels) == 2 else []
     parts = [_LABEL.fullmatch(label) for label in labels]
     units = {part['name']: part['unit'] or '' for part in parts if part}
-    is_table = units.get(TIME) == 's' and len(units) == len(labels)
+    is_table = units.get(_TIME) == 's' and len(units) == len(labels)
     for block in blocks:
         same = block.labels == blocks[0].labels and block.data.shape[1:] == (len(units),)
         if not (is_table and same):
@@ -84,7 +84,7 @@ def split_columns(blocks: Sequence[ArrayMessage], origin: str) -> dict[str, Seri
             )
     table = np.concatenate([block.data for block in blocks])
     columns = dict(zip(units, table.T.copy(), strict=True))
-    time_s = columns.pop(TIME)
+    time_s = columns.pop(_TIME)
     return {
         name: Series(time_s, value, units[name], f'{origin} {name}')
         for name, value in columns.items()

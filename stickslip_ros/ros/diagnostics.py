@@ -30,7 +30,7 @@ long: a file begins with its parameters."""
 QUEUE_SHARE = 0.5
 """Share of the recorder's queue above which a report is a warning."""
 
-OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+_OK, _WARN, _ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
 class Refusals:
@@ -106,18 +106,18 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
         'behind_s': f'{report.behind_s:.6f}',
         'paused': str(session.is_paused).lower(),
     }
-    level, message = OK, 'paused' if session.is_paused else 'in time'
+    level, message = _OK, 'paused' if session.is_paused else 'in time'
     missing_blocks = report.missing_s / session.parameters.sim.block
     if report.real_time_factor < FACTOR_SHARE * wanted and missing_blocks > MISSING_BLOCKS:
-        level, message = ERROR, f'real-time factor {kept} instead of {wanted:g}'
+        level, message = _ERROR, f'real-time factor {kept} instead of {wanted:g}'
     elif report.lag_s > STAMPS_OFF_MAX_S:
-        level, message = WARN, f'{report.lag_s:.1f} s late, which is being made up'
+        level, message = _WARN, f'{report.lag_s:.1f} s late, which is being made up'
     elif report.overruns:
-        level = WARN
+        level = _WARN
         message = f'{report.overruns} of {report.ticks} ticks late{report.stalls.most}'
     # Set back here: what the report says is whether a preload was on its way since the last one.
     ramped, session.worker.preload_ramped = session.worker.preload_ramped, False
-    if ramped and level != OK:
+    if ramped and level != _OK:
         message += '; a preload on its way steps every spring'
     problems = []
     if report.given_up_s:
@@ -132,8 +132,8 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
             off = f"stamps are {abs(off_s):.1f} s {where} the system's time, more than"
             problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s; deactivate and activate the node')
     if problems:
-        told = [] if level == OK else [message]
-        level, message = max(level, WARN), '; '.join([*told, *problems])
+        told = [] if level == _OK else [message]
+        level, message = max(level, _WARN), '; '.join([*told, *problems])
     return _status(name, 'time', level, message, values)
 
 
@@ -148,12 +148,12 @@ def drive_status(name: str, session: Session, refusals: Refusals) -> DiagnosticS
         'setpoints_replaced': str(session.bench.replaced),
     }
     if session.failure is not None:
-        return _status(name, 'drive', ERROR, f'stopped: {session.failure}', values)
+        return _status(name, 'drive', _ERROR, f'stopped: {session.failure}', values)
     if late := long_block(session):
-        return _status(name, 'drive', ERROR, late, values)
+        return _status(name, 'drive', _ERROR, late, values)
     if news:
-        return _status(name, 'drive', WARN, f'{news} refused since the last report', values)
-    return _status(name, 'drive', OK, 'running', values)
+        return _status(name, 'drive', _WARN, f'{news} refused since the last report', values)
+    return _status(name, 'drive', _OK, 'running', values)
 
 
 def long_block(session: Session) -> str:
@@ -168,7 +168,7 @@ def fault_status(name: str, faults: Faults) -> DiagnosticStatus:
     """Return what is broken."""
     values = {fault: str(value) for fault, value in faults.items()}
     message = ', '.join(faults) or 'none'
-    return _status(name, 'faults', WARN if faults else OK, message, values)
+    return _status(name, 'faults', _WARN if faults else _OK, message, values)
 
 
 def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
@@ -183,14 +183,14 @@ def connection_status(name: str, connections: Connections) -> DiagnosticStatus:
     if unsent:
         problems.append(f'{sum(unsent.values())} messages not sent since the configuration')
     message = '; '.join(problems) or 'compatible'
-    return _status(name, 'connections', WARN if problems else OK, message, values)
+    return _status(name, 'connections', _WARN if problems else _OK, message, values)
 
 
 def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     """Return the state of the recording."""
     writer = session.worker.writer or session.worker.failed_writer
     if writer is None:
-        return _status(name, 'recorder', OK, 'not recording', {})
+        return _status(name, 'recorder', _OK, 'not recording', {})
     recorder, length = writer.recorder, session.parameters.record.queue_length
     queued, dropped, size_bytes = recorder.queued, recorder.dropped, recorder.size_bytes
     values = {
@@ -203,13 +203,13 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
         'dropped': str(dropped),
     }
     if recorder.error is not None:
-        return _status(name, 'recorder', ERROR, f'stopped: {recorder.error}', values)
+        return _status(name, 'recorder', _ERROR, f'stopped: {recorder.error}', values)
     length_s = (session.bench.time_ns - writer.begun_ns) * NANO
     values['length_s'] = f'{length_s:.3f}'
     if dropped:
-        return _status(name, 'recorder', ERROR, f'{dropped} dropped', values)
+        return _status(name, 'recorder', _ERROR, f'{dropped} dropped', values)
     if queued > QUEUE_SHARE * length and not writer.waits:
-        return _status(name, 'recorder', WARN, f'queue {queued} of {length}', values)
+        return _status(name, 'recorder', _WARN, f'queue {queued} of {length}', values)
     free_bytes = math.inf
     with suppress(OSError):
         free_bytes = shutil.disk_usage(recorder.path.parent).free
@@ -217,19 +217,19 @@ def recorder_status(name: str, session: Session) -> DiagnosticStatus:
     if free_bytes < FULL_SOON_S * rate and not session.parameters.record.keep_parts:
         left_min = free_bytes / rate / 60.0
         why = f'recording; at {MICRO * rate:.2g} MB/s the disk is full in {left_min:.0f} min'
-        return _status(name, 'recorder', WARN, why, values)
-    return _status(name, 'recorder', OK, 'recording', values)
+        return _status(name, 'recorder', _WARN, why, values)
+    return _status(name, 'recorder', _OK, 'recording', values)
 
 
 def idle_status(name: str, state: str, trouble: str) -> DiagnosticStatus:
     """Return the state of a node whose drive does not run, and the trouble that is why, if any."""
-    level, message = (ERROR, f'{state}; {trouble}') if trouble else (OK, state)
+    level, message = (_ERROR, f'{state}; {trouble}') if trouble else (_OK, state)
     return _status(name, 'drive', level, message, {})
 
 
 def compiling_status(name: str, line: str) -> DiagnosticStatus:
     """Return how far the kernels of a drive are."""
-    return _status(name, 'drive', WARN, line, {})
+    return _status(name, 'drive', _WARN, line, {})
 
 
 def _status(

@@ -23,7 +23,7 @@ from stickslip_ros.parameters import (
     specs,
 )
 
-SIM_TIME, CLOCK = 'use_sim_time', 'sim.publish_clock'
+SIM_TIME, _CLOCK = 'use_sim_time', 'sim.publish_clock'
 FOREIGN = (SIM_TIME, 'start_type_description_service')
 """Parameters that every node of rclpy has."""
 QOS_PREFIX = 'qos_overrides.'
@@ -97,9 +97,9 @@ def read_parameters(node: Node) -> Parameters:
 
 def check_clock(node: Node, changes: Mapping[str, object] = MappingProxyType({})) -> None:
     """Refuse a node that would follow the clock which it publishes, after these changes."""
-    now = {name: node.get_parameter(name).value for name in (CLOCK, SIM_TIME)} | dict(changes)
-    if now[CLOCK] and now[SIM_TIME]:
-        limit = f'not possible while {CLOCK} is true: the node would follow its own clock'
+    now = {name: node.get_parameter(name).value for name in (_CLOCK, SIM_TIME)} | dict(changes)
+    if now[_CLOCK] and now[SIM_TIME]:
+        limit = f'not possible while {_CLOCK} is true: the node would follow its own clock'
         raise OutOfRange(SIM_TIME, True, '', limit, 'set one of the two to false')
 
 
@@ -113,7 +113,7 @@ def judge_changes(node: Node, changes: list[Parameter], *, runs: bool) -> SetPar
         reason = f'{names} cannot change while the node is active; deactivate it first'
         return SetParametersResult(successful=False, reason=reason)
     try:
-        if SIM_TIME in new or CLOCK in new:
+        if SIM_TIME in new or _CLOCK in new:
             check_clock(node, new)
         if wanted:
             read_parameters(node).updated(wanted)

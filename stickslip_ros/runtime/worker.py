@@ -15,7 +15,7 @@ from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 from stickslip_ros.recording.run import Publish, ReportingBench, RunWriter
 from stickslip_ros.runtime.orders import Order
 
-PRELOADING = int(Status.PRELOADING)
+_PRELOADING = int(Status.PRELOADING)
 UNTROUBLED = (Result.DONE, Result.ABORTED)
 """Results of commands that neither were refused nor have failed."""
 Faults = dict[str, Scalar]
@@ -69,7 +69,7 @@ class Worker(ReportingBench):
         now_ns = self.bench.time_ns
         self._carry_out(orders, self._schedule.due(now_ns))
         output = self.advance_bench(now_ns + self._block_ns)
-        self.preload_ramped |= bool(int(output.status) & PRELOADING)
+        self.preload_ramped |= bool(int(output.status) & _PRELOADING)
         if self._keeps_clock:  # before the readings
             time_ns = output.readings.time_ns
             self._publish(Packed('clock', time_ns, pack_stamp(self.time_origin_ns + time_ns)))

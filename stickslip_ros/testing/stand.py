@@ -23,7 +23,7 @@ from stickslip_ros.testing.operator import LISTEN_DEPTH, TIMEOUT_S, Operator
 from stickslip_ros.units import NS_PER_S
 
 DOMAINS = range(1, 21)
-SPIN_S = 0.02
+_SPIN_S = 0.02
 HEARD_MAX = LISTEN_DEPTH // 2
 """Blocks after which the operator handles what it has heard: more than one message of a topic may
 come in one."""
@@ -194,7 +194,7 @@ class Stand:
     def _spin(self) -> None:
         try:
             while not self._ended.is_set():
-                self._executor.spin_once(timeout_sec=SPIN_S)
+                self._executor.spin_once(timeout_sec=_SPIN_S)
         except Exception as error:  # noqa: BLE001 - it is raised where the test waits
             self._crash = error
 

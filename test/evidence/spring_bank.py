@@ -28,7 +28,7 @@ from evidence.springs import History, Springs, pressed_depth, pull
 from stickslip_ros.contact.profile import LineProfile
 from stickslip_ros.contact.springs import BANK_ERROR, SPRINGS, SPRINGS_IN_ALL
 from stickslip_ros.drive.build import contacts_of
-from stickslip_ros.lab.validation.bank import STEPS, ramp, random_path
+from stickslip_ros.lab.validation.bank import TURN_STEPS, ramp, random_path
 from stickslip_ros.parameters import Parameters
 
 CONTACTS = ((2, UPPER_SHARE), (4, LOWER_SHARE))
@@ -114,7 +114,7 @@ def _at_constant_load(profile: str, preload_n: float, reach_m: float) -> Array:
 
 def at_constant_load(profile: str, preload_n: float, reach_m: float, legs: float) -> float:
     """Return the force after some legs of the random history."""
-    return float(_at_constant_load(profile, preload_n, reach_m)[round(legs * STEPS)])
+    return float(_at_constant_load(profile, preload_n, reach_m)[round(legs * TURN_STEPS)])
 
 
 @lru_cache(maxsize=2)

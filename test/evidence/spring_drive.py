@@ -31,7 +31,7 @@ from evidence.closed_forms import (
 )
 from evidence.group import NUMBA, Group
 from stickslip_ros.drive.build import gain_ratios
-from stickslip_ros.lab.validation.drive import CYCLES
+from stickslip_ros.lab.validation.drive import DRIVEN_CYCLES
 from stickslip_ros.parameters import Parameters
 
 compiled: Any = numba.njit
@@ -489,7 +489,7 @@ def _motion(voltage_v: float, load_n: float, *changes: tuple[str, float | str]) 
     values = dict(changes)
     spread = float(values.pop('actuator.gain_tolerance', 0.0))
     ratios = gain_ratios(spread, Parameters().sim.seed)
-    return run_springs(values, voltage_v, CYCLES, load_n, ratios)
+    return run_springs(values, voltage_v, DRIVEN_CYCLES, load_n, ratios)
 
 
 def _in_cycles(quantity: str, column: str, cycles: tuple[int, ...]) -> Group:

@@ -31,7 +31,7 @@ from evidence.group import NUMBA, Group, grid
 from evidence.spring_drive import PAPER, PERIOD_S, CycleMotion, mean_foot, steps_of_a_cycle
 from evidence.springs import pressed_depth
 from stickslip_ros.contact.hemisphere import lines_of
-from stickslip_ros.lab.validation.drive import CYCLES
+from stickslip_ros.lab.validation.drive import DRIVEN_CYCLES
 from stickslip_ros.parameters import Parameters
 
 compiled: Any = numba.njit
@@ -141,9 +141,9 @@ def _motion(voltage_v: float, *changes: tuple[str, float | str]) -> CycleMotion:
     springs = line.fixed_m.shape[1]
     fine = np.arange(-FARTHEST * FINER, (springs + FARTHEST) * FINER + 1, dtype=np.float64) / FINER
     lines_m = np.array([line.heights(foot, fine) for foot in range(FEET)])
-    steps_s = np.tile(steps_of_a_cycle(), CYCLES)
+    steps_s = np.tile(steps_of_a_cycle(), DRIVEN_CYCLES)
     preload_n = float(values.get('stand.preload', PAPER['stand.preload']))
-    sums = np.zeros((CYCLES, 2))
+    sums = np.zeros((DRIVEN_CYCLES, 2))
     lost_j = _slide(
         lines_m, line.fixed_m, line.spacing_m, preload_n * np.array(SHARES), damping,
         float(PAPER['runner.mass']), mean_foot(PAPER, voltage_v, steps_s), steps_s, sums,
@@ -259,7 +259,7 @@ GROUPS = [
     ),
     Group(
         FAMILY, 'drive_end_m', end_m, WAY, SOURCE, BY,
-        [{**case, 'cycle': cycle} for case in CASES for cycle in (4, CYCLES)],
+        [{**case, 'cycle': cycle} for case in CASES for cycle in (4, DRIVEN_CYCLES)],
         largest_m, NUMBA, is_slow=True,
     ),
     Group(

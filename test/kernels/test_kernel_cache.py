@@ -134,10 +134,10 @@ def test_a_folder_of_another_user_is_passed_over_and_one_of_root_is_read(
 ):
     folder = fresh_folders().write
     monkeypatch.setattr(os, 'geteuid', lambda: MINE + 1)
-    monkeypatch.setattr(kernel_cache, 'ROOT', MINE + 2)
+    monkeypatch.setattr(kernel_cache, 'ROOT_USER', MINE + 2)
     (tmp_path / 'user').write_text('', encoding='utf-8')
     assert fresh_folders() == ((), None)
-    monkeypatch.setattr(kernel_cache, 'ROOT', MINE)
+    monkeypatch.setattr(kernel_cache, 'ROOT_USER', MINE)
     assert fresh_folders() == ((folder,), None)
     folder.chmod(0o775)
     assert fresh_folders() == ((), None)

@@ -14,7 +14,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Status
-from stickslip_ros.lab.gym import EPISODE_ACTIONS, STEPS, VOLTAGE, StickSlipEnv
+from stickslip_ros.lab.gym import EPISODE_ACTIONS, STEP_ACTIONS, VOLTAGE_ACTIONS, StickSlipEnv
 from stickslip_ros.parameters import Parameters
 
 NAME = 'stickslip_ros.lab.gym:StickSlip-v0'
@@ -29,13 +29,13 @@ def episode(env: Any, actions: Any, seed: int) -> Any:
     return np.array([first, *(env.step(action)[0] for action in actions)])
 
 
-@pytest.mark.parametrize('actions', [VOLTAGE, STEPS])
+@pytest.mark.parametrize('actions', [VOLTAGE_ACTIONS, STEP_ACTIONS])
 def test_the_checker_of_gymnasium_passes(actions: str):
     check_env(gymnasium.make(NAME, actions=actions, render_mode='rgb_array').unwrapped)
 
 
 def test_steps_are_those_of_a_bench():
-    env = StickSlipEnv(actions=STEPS)
+    env = StickSlipEnv(actions=STEP_ACTIONS)
     seen = episode(env, [2] * 20 + [1] * 3 + [0] * 5, SEED)
     bench = Bench(env.parameters.updated({'sim.seed': env._bench.parameters.sim.seed}))
     sent = [None] + [1.0] * 20 + [None] * 3 + [-1.0] * 5
@@ -52,7 +52,7 @@ def test_steps_are_those_of_a_bench():
 @pytest.mark.parametrize('sent', [(100,), (-100,), (7, -3, 1, -1, 40, -5)])
 def test_steps_one_by_one_go_as_far_as_all_at_once(frequency_hz: float, sent: tuple[int, ...]):
     stand = FREE.updated({'step.frequency': frequency_hz})
-    env, bench = StickSlipEnv(stand, STEPS), Bench(stand)
+    env, bench = StickSlipEnv(stand, STEP_ACTIONS), Bench(stand)
     env.reset(seed=SEED)
     for steps in sent:
         action = 2 if steps > 0 else 0
@@ -106,7 +106,7 @@ def test_an_integrating_controller_reaches_a_target_within_the_scan_range():
 
 
 def test_seeds_decide_noise_and_target():
-    env = StickSlipEnv(actions=STEPS)
+    env = StickSlipEnv(actions=STEP_ACTIONS)
     first, again, other = (episode(env, [2, 2, 1], seed) for seed in (SEED, SEED, SEED + 1))
     np.testing.assert_array_equal(first, again)
     assert not np.array_equal(first[:, 0], other[:, 0])
@@ -114,7 +114,7 @@ def test_seeds_decide_noise_and_target():
 
 
 def test_episodes_are_cut_off_and_vector_environments_work():
-    envs = gymnasium.make_vec(NAME, num_envs=2, vectorization_mode='sync', actions=STEPS)
+    envs = gymnasium.make_vec(NAME, num_envs=2, vectorization_mode='sync', actions=STEP_ACTIONS)
     envs.reset(seed=SEED)
     for _ in range(EPISODE_ACTIONS):
         observations, _, ended, cut, _ = envs.step(np.array([1, 2]))

@@ -12,7 +12,7 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface import cdr
 from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
-from stickslip_ros.recording.bag import METADATA_FILE, ROOT
+from stickslip_ros.recording.bag import METADATA_FILE, METADATA_ROOT
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -120,7 +120,7 @@ def test_the_recorder_tells_of_files_that_exist_and_counts_what_is_in_them(tmp_p
     assert recorder.stored == in_files == recorder.written + 2 * 3  # latched, in later parts
     bag = record(tmp_path / 'bag.mcap', dataclasses.replace(FORM, bag=True))
     assert Path(bag.place) == tmp_path / 'bag'
-    described = yaml.safe_load((tmp_path / 'bag' / METADATA_FILE).read_text())[ROOT]
+    described = yaml.safe_load((tmp_path / 'bag' / METADATA_FILE).read_text())[METADATA_ROOT]
     assert bag.stored == described['message_count'] == recorder.stored
 
 
@@ -147,7 +147,7 @@ def test_only_the_last_parts_are_kept_and_the_run_says_where_it_begins(tmp_path:
 
 def test_a_bag_keeps_its_last_parts_too(tmp_path: Path):
     record(tmp_path / 'bag', dataclasses.replace(FORM, bag=True, keep_parts=1))
-    described = yaml.safe_load((tmp_path / 'bag' / METADATA_FILE).read_text())[ROOT]
+    described = yaml.safe_load((tmp_path / 'bag' / METADATA_FILE).read_text())[METADATA_ROOT]
     assert described['relative_file_paths'] == ['bag_3.mcap']
     assert len(Recording(tmp_path / 'bag').series('voltage').value) == 50
 

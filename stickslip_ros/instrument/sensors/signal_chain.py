@@ -20,7 +20,7 @@ WORKS, FROZEN, DROPPED_OUT = range(3)
 CONDITIONS = {'none': WORKS, 'freeze': FROZEN, 'dropout': DROPPED_OUT}
 """Conditions of a sensor, after the words of ``fault.<sensor>``."""
 
-FINEST = 2.0**52
+_FINEST = 2.0**52
 """From this number of quantisation steps on, the reading itself has no finer digits."""
 PLAYS = 16
 """Play operators of a loop; an even number, for which the weights below are exact."""
@@ -30,7 +30,7 @@ LOOP = kind(
     weight=FLOAT,  # Share of the input that passes each play; 0 is no loop
     spacing=FLOAT,  # Between the half-widths of neighbouring plays, in the unit of the input
 )
-FAULT = kind(
+SENSOR_FAULT = kind(
     condition=COUNT,  # WORKS, FROZEN or DROPPED_OUT
     offset=FLOAT,  # Jump of the reading, in its unit
 )
@@ -43,7 +43,7 @@ def sensor_kind(memory: Mapping[str, Field], **constants: Field) -> Kind:
         noise=FLOAT,  # Standard deviation of the white noise of one sample
         gain=FLOAT,  # Share of the way that the low-pass goes to its input in one sample
         resolution=FLOAT,  # Quantisation step; 0 is none
-        fault=FAULT,
+        fault=SENSOR_FAULT,
         memory=kind(
             samples=COUNT,  # Samples of the trace that it has read
             level=FLOAT,  # Output of the low-pass
@@ -120,6 +120,6 @@ def displayed(sensor: Record, value: float) -> float:
     if sensor.fault.condition == DROPPED_OUT:
         return np.nan
     above = memory.standing - memory.zero
-    if abs(above) < FINEST * sensor.resolution:
+    if abs(above) < _FINEST * sensor.resolution:
         return float(np.rint(above / sensor.resolution) * sensor.resolution)
     return float(above)

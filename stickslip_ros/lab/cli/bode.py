@@ -14,7 +14,7 @@ from stickslip_ros.lab.linear.swept_sine import MeasuredResponse, bode_rows, mea
 from stickslip_ros.lab.runs.plotting import check_picture, save_figure
 from stickslip_ros.lab.runs.sweep import parse_floats
 from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
-from stickslip_ros.parameters import FREQUENCY
+from stickslip_ros.parameters import FREQUENCY_SPEC
 from stickslip_ros.units import NM
 
 POINTS = 25  # frequencies that are measured by default
@@ -35,7 +35,7 @@ def bode_verb(arguments: argparse.Namespace) -> Answer:
         resonance_hz = linearise(parameters, arguments.at_voltage).resonance_hz
         frequencies = resonance_hz * np.geomspace(*BAND, POINTS)
     else:
-        frequencies = np.array(parse_floats('--frequency', arguments.frequency, FREQUENCY))
+        frequencies = np.array(parse_floats('--frequency', arguments.frequency, FREQUENCY_SPEC))
     measured = measure_response(
         parameters,
         frequencies,

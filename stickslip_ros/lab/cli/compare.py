@@ -16,7 +16,7 @@ from stickslip_ros.lab.comparison.words import sections, sentences
 from stickslip_ros.lab.runs import plotting
 from stickslip_ros.lab.runs.recorded import parse_window
 
-SUFFIXES = ('.html', '.htm')
+_SUFFIXES = ('.html', '.htm')
 SECONDS_MAX = 1e12
 
 
@@ -68,7 +68,7 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
 def _check(arguments: argparse.Namespace, b: str | None) -> None:
     """Refuse what would be without effect, or fail after the work is done."""
     report, shift_s = arguments.output, arguments.shift
-    if report is not None and report.suffix.lower() not in SUFFIXES:
+    if report is not None and report.suffix.lower() not in _SUFFIXES:
         raise WrongKind('--output', str(report), 'an .html file', 'end its name so')
     if shift_s is not None and not abs(shift_s) <= SECONDS_MAX:
         limit = f'not within {SECONDS_MAX:g} s'

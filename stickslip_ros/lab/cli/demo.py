@@ -34,15 +34,15 @@ FREE_HZ, FREE_STEPS = 100.0, 8
 PUSH_HZ, PUSH_STEPS, LOADED_STEPS, LAST_STEPS = 500.0, 100, 75, 10
 """Steps until the force against the load cell hardly rises; under a load, and after it; the last
 of them, over which the force is averaged."""
-STEPS = FREE_STEPS + PUSH_STEPS + 2 * LOADED_STEPS
+_STEPS = FREE_STEPS + PUSH_STEPS + 2 * LOADED_STEPS
 RAMP_SHARES = tuple(n / 20.0 for n in range(1, 21))
 """Levels of the direct-voltage ramp, as shares of half the amplifier's range."""
 LEVEL_S = 0.004
-LOAD_SHARE = 0.2
+_LOAD_SHARE = 0.2
 """Load over preload: below the force that the drive generates, so that it holds."""
 PAUSE_S = 0.03
 END_TIMEOUT_S = 20.0
-DOMAINS = 100
+_DOMAINS = 100
 UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
 """What rclpy warns of when an answer meets nobody; the operator then asks again."""
 
@@ -64,7 +64,7 @@ class DemoSummary:
     @property
     def passed(self) -> bool:
         """Whether all steps were made, nothing was dropped, and the node ended cleanly."""
-        return self.steps == STEPS and self.dropped == 0 and self.exit_status == 0
+        return self.steps == _STEPS and self.dropped == 0 and self.exit_status == 0
 
     @property
     def verdict(self) -> str:
@@ -130,7 +130,7 @@ def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) 
         }
     )
     settings.write_text(dump_yaml(parameters, 'Parameters of the demo.'), encoding='utf-8')
-    domain = int(os.environ.get('ROS_DOMAIN_ID') or 1 + os.getpid() % DOMAINS)
+    domain = int(os.environ.get('ROS_DOMAIN_ID') or 1 + os.getpid() % _DOMAINS)
     say('starting the drive, a process of its own')
     with _drive_process(settings, domain) as process, _operator(domain) as operator:
         await_start(operator, process)
@@ -210,7 +210,7 @@ def _command(operator: Operator, parameters: Parameters, range_v: float) -> list
         order('voltage', parameters.amplifier.voltage_min + 0.5 * share * range_v)
         operator.spin_for(LEVEL_S)
     push = step(PUSH_HZ, PUSH_STEPS)
-    order('load', -LOAD_SHARE * parameters.stand.preload)
+    order('load', -_LOAD_SHARE * parameters.stand.preload)
     loaded = step(PUSH_HZ, LOADED_STEPS)
     order('load', 0.0)
     again = step(PUSH_HZ, LOADED_STEPS)

@@ -11,7 +11,7 @@ from stickslip_ros.files import prepare_output, read_bytes
 from stickslip_ros.lab.cli.chosen import to_numbers
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.tables.experiment import (
-    COLUMNS,
+    EXPERIMENT_COLUMNS,
     MeasuredTable,
     Reading,
     read_experiment,
@@ -20,14 +20,14 @@ from stickslip_ros.lab.tables.experiment import (
 )
 from stickslip_ros.parameters import parse_assignments, read_yaml
 
-CSV = '.csv'
+_CSV = '.csv'
 
 
 def import_verb(arguments: argparse.Namespace) -> Answer:
     """Read, write."""
     output = arguments.output
     if output is not None:
-        if output.suffix.lower() != CSV:
+        if output.suffix.lower() != _CSV:
             raise WrongKind('output', str(output), 'a .csv file', 'end its name so')
         prepare_output(output)
     read: list[MeasuredTable] = []
@@ -82,7 +82,7 @@ def _lines(experiment: MeasuredTable) -> Iterator[str]:
     rows = len(next(iter(experiment.columns.values())))
     yield f'read    {experiment.origin}: {experiment.kind}, {rows} rows'
     for each in experiment.understood:
-        first = f'{each.first:.6g} {COLUMNS[experiment.kind][each.name].unit}'
+        first = f'{each.first:.6g} {EXPERIMENT_COLUMNS[experiment.kind][each.name].unit}'
         unit = f'in {each.unit}, times {each.factor:g}; first row {first}'
         yield f'        {each.name} is {each.header!r} {unit}'
     yield from (f'aside   {header!r}' for header in experiment.aside)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 NEEDS = {'.csv': '', '.parquet': 'pyarrow', '.xlsx': 'openpyxl'}
 """Ends of the names of the files, and packages without which they cannot be written."""
 EXCEL_ROWS_MAX = 1_048_575
-ROUNDING = 6  # decimals, in intervals: a sample on a border belongs to the later one
+_ROUNDING = 6  # decimals, in intervals: a sample on a border belongs to the later one
 
 
 def export_verb(arguments: argparse.Namespace) -> Answer:
@@ -70,6 +70,6 @@ def _means(frame: 'DataFrame', rate_hz: float) -> 'DataFrame':
     if not rate_hz > 0.0:
         raise OutOfRange('--rate', rate_hz, 'Hz', 'not above 0 Hz', 'raise it')
     start_s = frame.index[0]
-    means = frame.groupby(np.floor(np.round((frame.index - start_s) * rate_hz, ROUNDING))).mean()
+    means = frame.groupby(np.floor(np.round((frame.index - start_s) * rate_hz, _ROUNDING))).mean()
     means.index = ((means.index + 0.5) / rate_hz + start_s).rename(frame.index.name)
     return means

@@ -15,7 +15,7 @@ from stickslip_ros.units import FACTORS
 
 CHECK_FAILED = 1
 """Exit status of a verb that has done its work and found something wrong."""
-WIDTH = 80
+_WIDTH = 80
 """Columns of a table where no terminal says how many it has."""
 
 
@@ -38,7 +38,7 @@ class Answer:
                 print(part)
             else:
                 print(end='\n' * (place > 0))
-                Console(width=None if is_known else WIDTH).print(part)
+                Console(width=None if is_known else _WIDTH).print(part)
 
 
 def print_json(content: Any) -> None:

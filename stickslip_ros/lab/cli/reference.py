@@ -17,7 +17,7 @@ The test stand of Nguyen, Teidelt, Popov, Fatikow, Physical Mesomechanics (2014)
 as ROS 2 parameters. SI units. In brackets: place in that paper, or "assumed".
 Written by: stickslip parameters > config/test_stand.yaml
 """
-TITLE = """\
+_TITLE = """\
 # Topics and services
 
 Written by `stickslip interface > docs/reference/interface.md`; a test compares.
@@ -42,7 +42,7 @@ def interface_verb(_: argparse.Namespace) -> Answer:
 
 
 def _page() -> Iterator[str]:
-    yield TITLE
+    yield _TITLE
     yield from _topic_table('Subscribed topics', COMMAND_TOPICS)
     yield from _topic_table('Published topics', READINGS)
     services = [(f'`{service.name}`', service.type_name, service.text) for service in SERVICES]

@@ -33,11 +33,11 @@ from stickslip_ros.lab.runs.sweep import (
 )
 from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
-from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, Parameters, spec_of
+from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, Parameters, spec_of
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.units import MN, NM
 
-DRAWS, SLOW_DRAWS = 100, 20  # stands of a band; of a 0-amplitude, which takes 60 runs of each
+_DRAWS, _SLOW_DRAWS = 100, 20  # stands of a band; of a 0-amplitude, which takes 60 runs of each
 BANDS: Mapping[str, tuple[str, float, str]] = {
     'force_mean_n': ('generated force, mean of the last cycle', MN, 'mN'),
     'force_net_n': ('the same without elastic following', MN, 'mN'),
@@ -74,7 +74,7 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         f'({result.voltage_v:.4g} V), {result.frequency_hz:g} Hz'
     )
     bands = list[Table]()
-    if draws := chosen_draws(arguments, DRAWS):
+    if draws := chosen_draws(arguments, _DRAWS):
         if arguments.waveform is not None:
             hint = 'give --amplitude or --voltage'
             raise WrongKind(
@@ -133,8 +133,8 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
     sweep = Sweep(
         parameters=parameters,
         varied=tuple(axes),
-        frequencies_hz=parse_floats('frequency', arguments.frequency, FREQUENCY),
-        amplitudes_m=parse_floats('amplitude', arguments.amplitude, AMPLITUDE),
+        frequencies_hz=parse_floats('frequency', arguments.frequency, FREQUENCY_SPEC),
+        amplitudes_m=parse_floats('amplitude', arguments.amplitude, AMPLITUDE_SPEC),
         steps=arguments.steps,
     )
     journal_path = path.with_name(f'{path.name}.journal')
@@ -150,7 +150,7 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
             scheduler=arguments.scheduler,
             progress=progress,
         )
-        if draws := chosen_draws(arguments, DRAWS):
+        if draws := chosen_draws(arguments, _DRAWS):
             over_draws = [
                 run_sweep(replace(sweep, parameters=each), workers=arguments.workers)
                 for each in draws
@@ -193,7 +193,7 @@ def zero_amplitude_verb(arguments: argparse.Namespace) -> Answer:
         number('u_max of a lower contact', result.max_presliding_lower_m, '.3f', 'nm'),
     ]
     tables = [table(title, rows)]
-    if draws := chosen_draws(arguments, SLOW_DRAWS):
+    if draws := chosen_draws(arguments, _SLOW_DRAWS):
         found = [
             zero_amplitude(each, arguments.frequency, steps=arguments.steps) for each in draws
         ]

@@ -8,7 +8,7 @@ from stickslip_ros.process.signals import run
 
 # ruff: noqa: PLC0415 - that is what this module is for
 
-SELDOM = 20_000
+_SELDOM = 20_000
 """New objects after which a verb looks for garbage: a start makes 200 000 that stay."""
 
 
@@ -22,7 +22,7 @@ def stickslip() -> int:
 
 
 def _run_verb() -> int:
-    gc.set_threshold(SELDOM)
+    gc.set_threshold(_SELDOM)
     from stickslip_ros.lab.cli.main import main
 
     return main()

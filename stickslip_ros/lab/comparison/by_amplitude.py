@@ -11,7 +11,7 @@ import numpy as np
 import stickslip_ros
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.comparison.result import (
-    AMPLITUDE,
+    AMPLITUDE_COLUMN,
     Compared,
     Incomparable,
     Part,
@@ -25,7 +25,7 @@ from stickslip_ros.lab.runs.sweep import SweepCase, bare_name, case_course
 from stickslip_ros.lab.runs.sweep_table import OF_A_RUN, read_table
 from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
-from stickslip_ros.lab.tables.formats import FRAME
+from stickslip_ros.lab.tables.formats import DATA_FRAME
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.units import NM
 
@@ -34,11 +34,14 @@ if TYPE_CHECKING:
 
 MODEL, SWEEP = 'model', 'sweep'
 """The first is also the word that stands for the drive in place of a file."""
-PRELOAD, FREQUENCY, FORCE = 'preload_n', 'frequency_hz', 'force_n'
-MEASURED = (FORCE, 'step_length_m', 'energy_loss_per_step_j')
-NO_SETTINGS = {each for name in (AMPLITUDE, *MEASURED) for each in (name, sigma_name(name))}
-RENAMED = {'force_mean_n': FORCE}  # columns of a sweep that have another name in an experiment
-SAME = 1e-9  # relative difference up to which two typed numbers are the same
+PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
+_MEASURED = (FORCE_COLUMN, 'step_length_m', 'energy_loss_per_step_j')
+NO_SETTINGS = {
+    each for name in (AMPLITUDE_COLUMN, *_MEASURED) for each in (name, sigma_name(name))
+}
+RENAMED = {'force_mean_n': FORCE_COLUMN}
+"""Columns of a sweep that have another name in an experiment."""
+_SAME = 1e-9  # relative difference up to which two typed numbers are the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +54,7 @@ class PointTable:
     @property
     def quantities(self) -> list[str]:
         """What was measured."""
-        return [name for name in MEASURED if name in self.columns]
+        return [name for name in _MEASURED if name in self.columns]
 
     @property
     def settings(self) -> dict[str, list[Scalar]]:
@@ -70,7 +73,7 @@ class PointTable:
             for row in range(self.side.rows)
             if all(_is_same(self.columns[name][row], value) for name, value in at.items())
         ]
-        return sorted(rows, key=self.columns[AMPLITUDE].__getitem__)
+        return sorted(rows, key=self.columns[AMPLITUDE_COLUMN].__getitem__)
 
     def groups(self, names: Sequence[str]) -> list[dict[str, Scalar]]:
         """Return the different values of some settings, in the order of their appearance."""
@@ -86,7 +89,7 @@ def of_experiment(experiment: MeasuredTable) -> PointTable:
     """Return the points of an experiment by amplitude."""
     measured = experiment.columns
     columns = {name: measured[name].tolist() for name in POINT_COLUMNS if name in measured}
-    rows, described = len(columns[AMPLITUDE]), _constants(columns)
+    rows, described = len(columns[AMPLITUDE_COLUMN]), _constants(columns)
     side = Side(experiment.origin, BY_AMPLITUDE, rows, described, None, experiment.notes)
     return PointTable(side, columns)
 
@@ -94,7 +97,7 @@ def of_experiment(experiment: MeasuredTable) -> PointTable:
 def of_sweep(table: 'Path | DataFrame') -> PointTable:
     """Return the points of the table of a sweep."""
     rows, described = read_table(table)
-    origin = str(table) if isinstance(table, Path) else FRAME
+    origin = str(table) if isinstance(table, Path) else DATA_FRAME
     return _of_rows(rows, origin, SWEEP, described)
 
 
@@ -114,7 +117,7 @@ def of_model(
     and a column.
 
     """
-    names = [name for name in table.settings if name not in {PRELOAD, FREQUENCY}]
+    names = [name for name in table.settings if name not in {PRELOAD_COLUMN, FREQUENCY_COLUMN}]
     changed = parameters.changed()
     for name in map(bare_name, names):
         if name in changed:
@@ -123,9 +126,12 @@ def of_model(
     cases: dict[SweepCase, Row] = {}
     for row in range(table.side.rows):
         at = {name: each[row] for name, each in table.columns.items()}
-        values = {'stand.preload': at[PRELOAD], **{bare_name(name): at[name] for name in names}}
-        at_hz = float(at.get(FREQUENCY, frequency_hz))
-        case = SweepCase(tuple(values.items()), float(at[AMPLITUDE]), at_hz)
+        values = {
+            'stand.preload': at[PRELOAD_COLUMN],
+            **{bare_name(name): at[name] for name in names},
+        }
+        at_hz = float(at.get(FREQUENCY_COLUMN, frequency_hz))
+        case = SweepCase(tuple(values.items()), float(at[AMPLITUDE_COLUMN]), at_hz)
         cases[case] = {name: at[name] for name in names}
     run, bundle = partial(case_course, parameters, steps, ()), bundle_for(parameters)
     found = run_courses(run, list(cases), bundle, workers=workers, progress=progress)
@@ -141,15 +147,17 @@ def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
         problem = f'has {", ".join(b.quantities)}, {a.side.origin} has {", ".join(a.quantities)}'
         hint = 'a held runner has a force, a free one (load_cell.contact=absent) steps'
         raise Incomparable(b.side.origin, problem, hint)
-    shared = [at for at in a.groups([PRELOAD, *_varied(a, b)]) if b.rows_at(at)]
+    shared = [at for at in a.groups([PRELOAD_COLUMN, *_varied(a, b)]) if b.rows_at(at)]
     quantities = []
     for name in names:
         parts = tuple(part for at in shared if (part := _part(a, b, at, name)) is not None)
         if not parts:
             ranges = []
             for table in (a, b):
-                strokes_nm = NM * table.values(AMPLITUDE, range(table.side.rows))
-                preloads_n = ', '.join(f'{n:g}' for n in dict.fromkeys(table.columns[PRELOAD]))
+                strokes_nm = NM * table.values(AMPLITUDE_COLUMN, range(table.side.rows))
+                preloads_n = ', '.join(
+                    f'{n:g}' for n in dict.fromkeys(table.columns[PRELOAD_COLUMN])
+                )
                 ranges.append(f'{preloads_n} N, {min(strokes_nm):.5g} to {max(strokes_nm):.5g} nm')
             problem = f'({ranges[0]}) has no point within {b.side.origin} ({ranges[1]})'
             hint = f'compute its points with: stickslip compare {a.side.origin} model'
@@ -169,7 +177,7 @@ def _of_rows(
         if name not in OF_A_RUN
     }
     # A free runner makes steps and no force; of a held one that is steady it is the other way.
-    del columns['step_length_m' if any(columns[FORCE]) else FORCE]
+    del columns['step_length_m' if any(columns[FORCE_COLUMN]) else FORCE_COLUMN]
     in_columns = {'stand.preload', *map(bare_name, columns)}
     known = {name: each for name, each in (described or {}).items() if name not in in_columns}
     default = Parameters().flat()
@@ -190,7 +198,7 @@ def _is_same(one: Scalar, other: Scalar) -> bool:
     """Return whether two values are the same, but for the rounding of typed numbers."""
     if isinstance(one, (bool, str)) or isinstance(other, (bool, str)):
         return one == other
-    return abs(one - other) <= SAME * max(abs(one), abs(other))
+    return abs(one - other) <= _SAME * max(abs(one), abs(other))
 
 
 def _is_constant(column: Sequence[Scalar]) -> bool:
@@ -212,7 +220,7 @@ def _varied(a: PointTable, b: PointTable) -> list[str]:
         name
         for table in (a, b)
         for name, each in table.settings.items()
-        if name != PRELOAD and not _is_constant(each)
+        if name != PRELOAD_COLUMN and not _is_constant(each)
     ]
     for name in varied:
         for table, other in ((a, b), (b, a)):
@@ -225,16 +233,16 @@ def _varied(a: PointTable, b: PointTable) -> list[str]:
 def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Part | None:
     rows_a, rows_b = a.rows_at(at), b.rows_at(at)
     nodes_m, nodes = _averaged(b, name, rows_b)
-    edge_m = SAME * nodes_m[-1]
-    strokes_m = a.values(AMPLITUDE, rows_a)
+    edge_m = _SAME * nodes_m[-1]
+    strokes_m = a.values(AMPLITUDE_COLUMN, rows_a)
     is_inside = (nodes_m[0] - edge_m <= strokes_m) & (strokes_m <= nodes_m[-1] + edge_m)
     inside = [row for row, each in zip(rows_a, is_inside, strict=True) if each]
     if not inside:
         return None
-    x_m, values_a = a.values(AMPLITUDE, inside), a.values(name, inside)
+    x_m, values_a = a.values(AMPLITUDE_COLUMN, inside), a.values(name, inside)
     sigma = _sigma(a, b, name, inside, rows_b)
-    part = Part(at, AMPLITUDE, x_m, values_a, np.interp(x_m, nodes_m, nodes), sigma)
-    if name != FORCE:
+    part = Part(at, AMPLITUDE_COLUMN, x_m, values_a, np.interp(x_m, nodes_m, nodes), sigma)
+    if name != FORCE_COLUMN:
         return part
     threshold_a = threshold_of(strokes_m, a.values(name, rows_a))
     return replace(part, threshold_a=threshold_a, threshold_b=threshold_of(nodes_m, nodes))
@@ -242,7 +250,7 @@ def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Par
 
 def _averaged(table: PointTable, name: str, rows: Sequence[int]) -> tuple[Array, Array]:
     """Return rising strokes and a column; what was measured several times is its mean."""
-    nodes_m, index = np.unique(table.values(AMPLITUDE, rows), return_inverse=True)
+    nodes_m, index = np.unique(table.values(AMPLITUDE_COLUMN, rows), return_inverse=True)
     return nodes_m, np.bincount(index, table.values(name, rows)) / np.bincount(index)
 
 
@@ -250,12 +258,12 @@ def _sigma(
     a: PointTable, b: PointTable, name: str, rows_a: Sequence[int], rows_b: Sequence[int]
 ) -> Array | None:
     """Return the uncertainty of B - A; that of an amplitude counts by the slope of B."""
-    x_m = a.values(AMPLITUDE, rows_a)
+    x_m = a.values(AMPLITUDE_COLUMN, rows_a)
     terms, (nodes_m, nodes) = [], _averaged(b, name, rows_b)
     slope = np.full(len(x_m), np.nan)  # of B, unless it has one amplitude only
     if len(nodes_m) > 1:
         slope = np.interp(x_m, nodes_m, np.gradient(nodes, nodes_m))
-    for what, factor in ((name, 1.0), (AMPLITUDE, slope)):
+    for what, factor in ((name, 1.0), (AMPLITUDE_COLUMN, slope)):
         sigma = sigma_name(what)
         if sigma in a.columns:
             terms.append(factor * a.values(sigma, rows_a))

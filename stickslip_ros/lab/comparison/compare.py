@@ -9,8 +9,8 @@ from stickslip_ros.lab.comparison import by_amplitude, in_time
 from stickslip_ros.lab.comparison.by_amplitude import PointTable
 from stickslip_ros.lab.comparison.in_time import TimeRun
 from stickslip_ros.lab.comparison.result import (
-    AMPLITUDE,
-    TIME,
+    AMPLITUDE_COLUMN,
+    TIME_COLUMN,
     Alignment,
     ComparisonReport,
     Incomparable,
@@ -28,7 +28,7 @@ from stickslip_ros.lab.tables.experiment import (
     read_experiment,
     read_joined,
 )
-from stickslip_ros.lab.tables.formats import FRAME
+from stickslip_ros.lab.tables.formats import DATA_FRAME
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.integrity import is_recording
@@ -125,7 +125,7 @@ def compare(
         with progress_of(progress, 'runs') as show:
             model = by_amplitude.of_model(table, b, frequency_hz, steps, workers, show)
         found = by_amplitude.compare(table, model)
-        return ComparisonReport(table.side, model.side, AMPLITUDE, found)
+        return ComparisonReport(table.side, model.side, AMPLITUDE_COLUMN, found)
     if b is None:
         second = _attached(given[0], reading)
     else:
@@ -138,7 +138,7 @@ def compare(
         return _over_time(first, moved, alignment, window_s, offset=offset)
     if isinstance(first, PointTable) and isinstance(second, PointTable):
         found = by_amplitude.compare(_points(first, is_moved), second)
-        return ComparisonReport(first.side, second.side, AMPLITUDE, found)
+        return ComparisonReport(first.side, second.side, AMPLITUDE_COLUMN, found)
     raise Incomparable(
         second.side.origin,
         f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',
@@ -160,7 +160,7 @@ def _over_time(
     found = in_time.compare(a, b, offset=offset)
     made = in_time.steps_of(a), in_time.steps_of(b)
     steps_of_both = None if made[0] is None or made[1] is None else (made[0], made[1])
-    return ComparisonReport(a.side, b.side, TIME, found, alignment, window_s, steps_of_both)
+    return ComparisonReport(a.side, b.side, TIME_COLUMN, found, alignment, window_s, steps_of_both)
 
 
 def _points(a: PointTable | TimeRun, is_moved: bool) -> PointTable:
@@ -191,7 +191,7 @@ def _attached(given: 'Path | DataFrame | Run', reading: Reading) -> PointTable |
     """Return the experiment that a recording carries."""
     hint = 'name B, or the word model'
     if not isinstance(given, Run | Path):
-        raise RecordingError(FRAME, 'stands alone and is no recording', hint)
+        raise RecordingError(DATA_FRAME, 'stands alone and is no recording', hint)
     path = given if isinstance(given, Path) else given.path
     try:
         recording = Recording(path)

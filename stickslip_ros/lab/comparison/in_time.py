@@ -8,7 +8,7 @@ import numpy as np
 import stickslip_ros
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.comparison.result import (
-    TIME,
+    TIME_COLUMN,
     Alignment,
     Compared,
     Incomparable,
@@ -36,15 +36,15 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TIME_ORIGIN
 from stickslip_ros.recording.series import Series
 
-RECORDING, MODEL = 'recording', 'model'
+_RECORDING, _MODEL = 'recording', 'model'
 STANDS_STILL = 0.05  # share of what was seen to move below which a model is said to stand still
-POSITION, VOLTAGE = 'position_m', 'voltage_v'
+_POSITION, _VOLTAGE = 'position_m', 'voltage_v'
 NOT_COMPARED = {'wall_start', TIME_ORIGIN, 'seed', 'dt_s'}
 """Metadata that differ by chance, or that the parameters repeat."""
 RAMPS_MIN = 10  # fewer make no steps to speak of
 DECIDES = 0.9  # coefficient above which one quantity decides alone about a shift
 PERIOD_SLACK = 0.1  # ramps follow each other in the median of their periods, within this share
-SAMPLES_MAX = 1 << 20
+_SAMPLES_MAX = 1 << 20
 TIED = 1e-9  # coefficients this near are the same; of these lags the smallest counts
 
 
@@ -92,7 +92,7 @@ def of_recording(recording: Recording, topics: Mapping[str, str]) -> TimeRun:
         described |= parameters.flat()
         changed = parameters.changed()
     rows = max((len(each) for each in series.values()), default=0)
-    return TimeRun(Side(str(recording.path), RECORDING, rows, described, changed), series)
+    return TimeRun(Side(str(recording.path), _RECORDING, rows, described, changed), series)
 
 
 def of_experiment(experiment: MeasuredTable) -> TimeRun:
@@ -114,7 +114,7 @@ def of_model(experiment: Experiment, stand: Parameters) -> tuple[TimeRun, Alignm
     assert isinstance(experiment.drive, Voltage)
     begins_s = experiment.drive.begins_s
     series = {
-        each.quantity: Series(each.time_s + begins_s, prediction.values, each.unit, MODEL)
+        each.quantity: Series(each.time_s + begins_s, prediction.values, each.unit, _MODEL)
         for each, prediction in zip(experiment.seen, found, strict=True)
     }
     rows = max(len(each) for each in series.values())
@@ -125,7 +125,7 @@ def of_model(experiment: Experiment, stand: Parameters) -> tuple[TimeRun, Alignm
         if moved < STANDS_STILL * float(np.ptp(each.values)):
             share = moved / float(np.ptp(each.values))
             notes += (f'the {each.quantity} of the model moves {share:.2g} of the range of A',)
-    side = Side(MODEL, MODEL, rows, described, stand.changed(), notes)
+    side = Side(_MODEL, _MODEL, rows, described, stand.changed(), notes)
     alignment = (
         Alignment(late_s, 'estimated', decided_by='falls of the voltage') if late_s else None
     )
@@ -139,8 +139,8 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
     if not pairs:
         hint = 'give --shift instead of --align'
         raise Incomparable('the lag', 'cannot be found in single samples', hint)
-    if VOLTAGE in pairs and all(np.ptp(each.value) > 0.0 for each in pairs[VOLTAGE]):
-        one, other = pairs[VOLTAGE]
+    if _VOLTAGE in pairs and all(np.ptp(each.value) > 0.0 for each in pairs[_VOLTAGE]):
+        one, other = pairs[_VOLTAGE]
         clock = clock_shift(one.time_s, one.value, other.time_s, other.value)
         if clock.coefficient >= TRUSTED:
             return Alignment(
@@ -148,7 +148,7 @@ def align(a: TimeRun, b: TimeRun) -> Alignment:
                 'estimated',
                 clock.coefficient,
                 error_s=clock.error_s,
-                decided_by=VOLTAGE,
+                decided_by=_VOLTAGE,
                 doubts=tuple(clock.doubts()),
             )
     found = {
@@ -199,8 +199,8 @@ def compare(a: TimeRun, b: TimeRun, *, offset: bool = False) -> tuple[Compared, 
         terms = [np.interp(time_s, each.time_s, each.value) for each in known]
         sigma = np.sqrt(np.sum(np.square(terms), axis=0)) if terms else None
         of_a, of_b = inside.value[usable], values_b[usable]
-        moved = float(np.median(of_a - of_b)) if offset and name == POSITION else 0.0
-        part = Part({}, TIME, time_s, of_a, of_b + moved, sigma)
+        moved = float(np.median(of_a - of_b)) if offset and name == _POSITION else 0.0
+        part = Part({}, TIME_COLUMN, time_s, of_a, of_b + moved, sigma)
         found.append(Compared(name, (part,), len(inside) - len(time_s), moved))
     return tuple(found)
 
@@ -213,9 +213,9 @@ def steps_of(run: TimeRun) -> StepStatistics | None:
     falls, else falls are: there the runner is slow too. None of fewer than ten ramps.
 
     """
-    if not {VOLTAGE, POSITION} <= run.series.keys():
+    if not {_VOLTAGE, _POSITION} <= run.series.keys():
         return None
-    voltage, position = (_finite(run.series[name]) for name in (VOLTAGE, POSITION))
+    voltage, position = (_finite(run.series[name]) for name in (_VOLTAGE, _POSITION))
     if min(len(voltage), len(position)) < 2 or not np.ptp(voltage.value) > 0.0:
         return None
     time_s, share = voltage.time_s, (voltage.value - voltage.value.min()) / np.ptp(voltage.value)
@@ -266,7 +266,7 @@ def estimate_alignment(pairs: Sequence[tuple[Series, Series]]) -> Alignment:
     series = [*runs[0], *runs[1]]
     finest_s = min(float(np.median(np.diff(np.unique(each.time_s)))) for each in series)
     longest_s = max(float(each.time_s[-1] - each.time_s[0]) for each in series)
-    step_s = max(finest_s, longest_s / SAMPLES_MAX)
+    step_s = max(finest_s, longest_s / _SAMPLES_MAX)
     starts_s, values = list[float](), list[Array]()
     for run in runs:  # on even times, shape (quantities, n)
         start_s = max(float(each.time_s[0]) for each in run)

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import stickslip_ros
-from stickslip_ros.lab.comparison.result import TIME, Compared, ComparisonReport, Part
+from stickslip_ros.lab.comparison.result import TIME_COLUMN, Compared, ComparisonReport, Part
 from stickslip_ros.lab.comparison.words import place, sections, sentences, title
 from stickslip_ros.lab.runs.plotting import (
     BLACK,
@@ -33,15 +33,15 @@ PAGES = Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
-PIXELS = 800  # points per curve are no more than such a picture can show
+_PIXELS = 800  # points per curve are no more than such a picture can show
 LEGEND_MAX = 10
-NAME_MAX = 40  # characters of a file name in a legend; of a longer one it shows the end
+_NAME_MAX = 40  # characters of a file name in a legend; of a longer one it shows the end
 BARS_MAX = 200  # error bars of more points hide the points
 
 
 def report_page(comparison: ComparisonReport, command: str) -> str:
     """Return the report as HTML: the same text for the same comparison and typed command."""
-    is_over_time = comparison.axis == TIME
+    is_over_time = comparison.axis == TIME_COLUMN
     axis = 'time' if is_over_time else 'stroke of the feet'
     marks = 'solid A, dashed B' if is_over_time else 'points are A, lines B'
     pictures = []
@@ -70,7 +70,7 @@ def draw_comparison(comparison: ComparisonReport, quantities: Sequence[Compared]
     panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
     for quantity, overlay, residuals in zip(quantities, panels[::2], panels[1::2], strict=True):
         _draw_quantity(comparison, quantity, overlay, residuals)
-    along = 'time (s)' if comparison.axis == TIME else 'stroke of the feet (nm)'
+    along = 'time (s)' if comparison.axis == TIME_COLUMN else 'stroke of the feet (nm)'
     panels[-1].set_xlabel(along)
     if max(len(quantity.parts) for quantity in quantities) <= LEGEND_MAX:
         handles, labels = panels[0].get_legend_handles_labels()
@@ -91,16 +91,16 @@ def _draw_quantity(
     names = []
     for side, each in zip('AB', (comparison.a, comparison.b), strict=True):
         name = PurePath(each.origin).name
-        short = name if len(name) <= NAME_MAX else f'…{name[1 - NAME_MAX :]}'
+        short = name if len(name) <= _NAME_MAX else f'…{name[1 - _NAME_MAX :]}'
         names.append(f'{side}: {as_it_is(short)}')
     for index, part in enumerate(quantity.parts):
-        if comparison.axis == TIME:
+        if comparison.axis == TIME_COLUMN:
             for axes, values, name, style in (
                 (overlay, part.a, names[0], {'linewidth': 1.8, **curve_style(0)}),
                 (overlay, part.b, names[1], {'linewidth': 0.9, **curve_style(1)}),
                 (residuals, part.difference, '', {'linewidth': 0.8, 'color': BLACK}),
             ):
-                axes.plot(*decimated(part.x, factor * values, PIXELS), label=name, **style)
+                axes.plot(*decimated(part.x, factor * values, _PIXELS), label=name, **style)
             residuals.margins(x=0.0)
         else:
             labels = [f'{name}, {place(part.at)}' for name in names]

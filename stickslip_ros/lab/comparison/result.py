@@ -20,7 +20,8 @@ from stickslip_ros.units import unit_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-AMPLITUDE, TIME = 'amplitude_m', 'time_s'  # the two axes along which things are compared
+AMPLITUDE_COLUMN, TIME_COLUMN = 'amplitude_m', 'time_s'
+"""The two axes along which things are compared."""
 FLANK = (0.1, 0.5)  # shares of the largest force between which a force curve rises almost straight
 FLANK_POINTS_MIN = 2
 ROUNDING = 1e-12  # relative spread up to which values are one constant with rounding
@@ -72,7 +73,7 @@ class Part:
     """Points of a quantity, at least one, all finite: of one preload, or of a whole run."""
 
     at: dict[str, Scalar]  # preload, and what else varies; empty for a run
-    axis: str  # AMPLITUDE or TIME
+    axis: str  # AMPLITUDE_COLUMN or TIME_COLUMN
     # amplitudes or times of A's points, A, and B interpolated onto A's points, shape (n,)
     x: Array
     a: Array
@@ -100,7 +101,7 @@ class Part:
             'agreement': asdict(self.agreement),
             'threshold_a': self.threshold_a and asdict(self.threshold_a),
             'threshold_b': self.threshold_b and asdict(self.threshold_b),
-            'curve': None if self.axis == TIME else curve,
+            'curve': None if self.axis == TIME_COLUMN else curve,
         }
 
 
@@ -273,7 +274,7 @@ class Compared:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ComparisonReport(Drawn):
-    """The whole, along AMPLITUDE or TIME; without an alignment times were taken as they are."""
+    """The whole, along one of the two axes; without an alignment times were taken as they are."""
 
     a: Side
     b: Side

@@ -4,11 +4,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from stickslip_ros.lab.comparison.by_amplitude import FREQUENCY, PRELOAD
+from stickslip_ros.lab.comparison.by_amplitude import FREQUENCY_COLUMN, PRELOAD_COLUMN
 from stickslip_ros.lab.comparison.result import (
-    AMPLITUDE,
+    AMPLITUDE_COLUMN,
     ROUNDING,
-    TIME,
+    TIME_COLUMN,
     Compared,
     ComparisonReport,
     Threshold,
@@ -25,13 +25,13 @@ NAMES: Mapping[str, str] = {
     'foot_m': 'foot displacement',
 }
 NONE = '–'
-OWN = 'own'  # stands for the unit of the quantity
-NUMBERS = (
+_OWN = 'own'  # stands for the unit of the quantity
+_NUMBERS = (
     ('points', 'points', 'd', ''),
-    ('bias (mean)', 'bias', '.5g', OWN),
-    ('RMS', 'rms', '.5g', OWN),
+    ('bias (mean)', 'bias', '.5g', _OWN),
+    ('RMS', 'rms', '.5g', _OWN),
     ('RMS / range of A', 'relative_rms', '.3g', '%'),
-    ('largest', 'largest', '.5g', OWN),
+    ('largest', 'largest', '.5g', _OWN),
     ('largest at', 'largest_at', '', ''),
     ('correlation', 'correlation', '.6f', ''),
     ('chi-square', 'chi_square', '.4g', ''),
@@ -88,16 +88,16 @@ def title(quantity: Compared) -> str:
 
 def place(at: Mapping[str, Scalar]) -> str:
     """Return where a part is, ``0.5 N`` or ``0.5 N, contact.friction 0.3``."""
-    parts = [f'{at[PRELOAD]:g} N'] if PRELOAD in at else []
+    parts = [f'{at[PRELOAD_COLUMN]:g} N'] if PRELOAD_COLUMN in at else []
     for name, value in at.items():
-        if name in {PRELOAD, AMPLITUDE, TIME}:
+        if name in {PRELOAD_COLUMN, AMPLITUDE_COLUMN, TIME_COLUMN}:
             continue
         shown = f'{value:g}' if isinstance(value, float) else str(value)
-        parts.append(f'{shown} Hz' if name == FREQUENCY else f'{name} {shown}')
-    if AMPLITUDE in at:
-        parts.append(f'stroke {with_unit(float(at[AMPLITUDE]), "m")}')
-    if TIME in at:
-        parts.append(f'{at[TIME]:.9g} s')
+        parts.append(f'{shown} Hz' if name == FREQUENCY_COLUMN else f'{name} {shown}')
+    if AMPLITUDE_COLUMN in at:
+        parts.append(f'stroke {with_unit(float(at[AMPLITUDE_COLUMN]), "m")}')
+    if TIME_COLUMN in at:
+        parts.append(f'{at[TIME_COLUMN]:.9g} s')
     return ', '.join(parts)
 
 
@@ -129,10 +129,10 @@ def _numbers(quantity: Compared) -> Section:
     columns = [(place(part.at) or 'whole run', part.agreement, part.at) for part in quantity.parts]
     if len(columns) > 1:
         columns.append(('all', quantity.agreement, {}))
-    factors = {OWN: display_unit(quantity.unit)[0], '%': 100.0}
+    factors = {_OWN: display_unit(quantity.unit)[0], '%': 100.0}
     rows = []
-    for label, field, form, unit in NUMBERS:
-        shown = display_unit(quantity.unit)[1] if unit == OWN else unit
+    for label, field, form, unit in _NUMBERS:
+        shown = display_unit(quantity.unit)[1] if unit == _OWN else unit
         cells = []
         for _, agreement, known in columns:
             chi, cell = agreement.chi_square, {**vars(agreement)}

@@ -17,7 +17,7 @@ COST_MAX = 1e9  # cost of a wave that does not move the runner forwards
 RELIABLE_CHANGE = 0.5  # share by which the load may change a reliable step
 MISSED_SPEED = 4  # power with which a missed speed counts: more than a vibration gains by it
 PENALTY_MAX = 1.02  # penalty up to which a constraint is met
-LOAD_SHARE, PUSH_SHARE = 0.25, 0.02
+_LOAD_SHARE, _PUSH_SHARE = 0.25, 0.02
 """Shares of the friction limit: the load of a speed over load, the pushes that a step stands."""
 LOAD_STEPS = 3  # intervals between the loads at which a speed over load is looked at, from 0 on
 
@@ -53,13 +53,13 @@ def flatness(cycles: Cycles) -> float:
 
 def loads_up_to(load_n: float, limit_n: float) -> tuple[float, ...]:
     """Return the loads, N, of a speed over load."""
-    largest_n = load_n or LOAD_SHARE * limit_n
+    largest_n = load_n or _LOAD_SHARE * limit_n
     return tuple(largest_n * number / LOAD_STEPS for number in range(LOAD_STEPS + 1))
 
 
 def pushes(load_n: float, limit_n: float) -> tuple[float, ...]:
     """Return no load, and pushes in both directions, N."""
-    push_n = load_n or PUSH_SHARE * limit_n
+    push_n = load_n or _PUSH_SHARE * limit_n
     return 0.0, push_n, -push_n
 
 

@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 
 from stickslip_ros.drive.advance import FOOT, POSITION, TIME, VOLTAGE
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES
-from stickslip_ros.lab.design.search import RIVAL, SearchResult
-from stickslip_ros.lab.design.steady_cycle import CONTACT
+from stickslip_ros.lab.design.search import COMPARED_SHAPE, SearchResult
+from stickslip_ros.lab.design.steady_cycle import CONTACT_SHARE
 from stickslip_ros.lab.runs.courses import alone
 from stickslip_ros.lab.runs.plotting import GREY, curve_style, new_figure, styled
 from stickslip_ros.units import NM, display_unit
@@ -17,9 +17,9 @@ def draw_search(result: SearchResult) -> Figure:
     """Draw best wave and best saw-tooth over a cycle, and the searches over their evaluations."""
     name = result.search.goal.objective
     objective = OBJECTIVES[name]
-    figure = new_figure(11.0, 7.5, f'{name}: {result.best} and {RIVAL}')
+    figure = new_figure(11.0, 7.5, f'{name}: {result.best} and {COMPARED_SHAPE}')
     voltage, motion, contact, history = figure.subplots(2, 2).flat
-    for number, shape in enumerate(dict.fromkeys((result.best, RIVAL))):
+    for number, shape in enumerate(dict.fromkeys((result.best, COMPARED_SHAPE))):
         style = curve_style(number)
         wave, stand = result.shapes[shape].wave, result.search.stand
         [worth] = alone(result.search.worths(wave, [stand]))
@@ -29,7 +29,7 @@ def draw_search(result: SearchResult) -> Figure:
         for column, width in ((FOOT, 0.7), (POSITION, 2.0)):
             moved_nm = (trace[:, column] - trace[0, column]) * NM
             motion.plot(time_ms, moved_nm, **style, linewidth=width)
-        contact.plot(time_ms, trace[:, CONTACT], **style)
+        contact.plot(time_ms, trace[:, CONTACT_SHARE], **style)
     for limit in (-1.0, 1.0):
         contact.axhline(limit, color=GREY, linestyle=':')
     factor, unit = display_unit(objective.unit)

@@ -32,16 +32,16 @@ from stickslip_ros.lab.runs.journal import Journal, JournalIdentity
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import Stopped
 
-RIVAL = 'sawtooth'  # the shape against which a gain is counted
+COMPARED_SHAPE = 'sawtooth'  # the shape against which a gain is counted
 PLAIN = 'sawtooth, plain'  # the saw-tooth at full voltage and the highest frequency and preload
 SPREAD = 0.3  # standard deviation of the first generation, in the unit cube
-MARGIN = 0.02  # distance of the first place from the walls of the cube
-EVALUATIONS_MAX = 1_000_000
-NUMBERS = 2**64  # numbers of a journal: that of a wave is a hash of what was asked about it
-JOURNAL = JournalIdentity('optimise', stickslip_ros.__version__, NUMBERS, '')
+_MARGIN = 0.02  # distance of the first place from the walls of the cube
+_EVALUATIONS_MAX = 1_000_000
+_NUMBERS = 2**64  # numbers of a journal: that of a wave is a hash of what was asked about it
+JOURNAL = JournalIdentity('optimise', stickslip_ros.__version__, _NUMBERS, '')
 """What a journal of waves says of itself."""
 FINER, STEADIER = 4, 10.0  # factors of steps and rows, and of the steady state, in a check
-ERRORS, GAIN = 5.0, 0.02  # a gain counts above so many errors, and above this share
+_ERRORS, _GAIN = 5.0, 0.02  # a gain counts above so many errors, and above this share
 UNSEEN, UNSEEN_SEED, UNSEEN_SPREAD = 4, 1000, 0.15
 """Stands that no search has seen and that differ by chance; added to their seed; their spread."""
 UNSEEN_CHANGES: Mapping[str, Mapping[str, object]] = {
@@ -71,7 +71,7 @@ class WaveSearch:
     def __post_init__(self) -> None:
         """Refuse numbers of nothing."""
         for name, value, least, most, hint in (
-            ('number of evaluations', self.evaluations, 1, EVALUATIONS_MAX, 'a spline wants 300'),
+            ('number of evaluations', self.evaluations, 1, _EVALUATIONS_MAX, 'a spline wants 300'),
             ('seed', self.seed, 0, 2**32, 'take a natural number'),
         ):
             if not least <= value <= most:
@@ -148,12 +148,12 @@ class SearchResult:
 
     def gain_of(self, name: str) -> float:
         """Return the share by which a shape is better than the saw-tooth at its best."""
-        return self.search.gain(self.shapes[name].value, self.shapes[RIVAL].value)
+        return self.search.gain(self.shapes[name].value, self.shapes[COMPARED_SHAPE].value)
 
     @property
     def errors(self) -> float:
         """The gain as a multiple of the error of the integration, of both waves together."""
-        best, rival = self.shapes[self.best], self.shapes[RIVAL]
+        best, rival = self.shapes[self.best], self.shapes[COMPARED_SHAPE]
         difference, error = abs(best.value - rival.value), best.error + rival.error
         return difference and (difference / error if error else math.inf)
 
@@ -161,7 +161,7 @@ class SearchResult:
     def counts(self) -> bool:
         """Whether the gain is real: above five errors and 2 %, of a wave that meets the goal."""
         is_met = self.shapes[self.best].meets
-        return is_met and self.errors > ERRORS and self.gain_of(self.best) > GAIN
+        return is_met and self.errors > _ERRORS and self.gain_of(self.best) > _GAIN
 
 
 def optimise(
@@ -229,7 +229,7 @@ def _generations(search: WaveSearch, space: Space) -> Generator[list[Array], lis
         'verbose': -9,
     }
     while True:
-        begin = np.clip(start, MARGIN, 1.0 - MARGIN)
+        begin = np.clip(start, _MARGIN, 1.0 - _MARGIN)
         options['popsize'] = population
         strategy = cma.CMAEvolutionStrategy(begin, SPREAD, options)
         while not strategy.stop():
@@ -245,7 +245,7 @@ def _costs(
     search: WaveSearch, waves: Mapping[str, PeriodicWave], pool: Pool, journal: Journal | None
 ) -> dict[str, float]:
     """Return the costs of waves; what the journal remembers is not computed again."""
-    numbers = {text: int(sha256(text.encode()).hexdigest(), 16) % NUMBERS for text in waves}
+    numbers = {text: int(sha256(text.encode()).hexdigest(), 16) % _NUMBERS for text in waves}
     rows = journal.rows if journal else {}
     known: dict[str, Any] = {text: rows.get(n, {}).get('cost') for text, n in numbers.items()}
     todo = [text for text, c in known.items() if not isinstance(c, float) or not math.isfinite(c)]
@@ -260,13 +260,13 @@ def _costs(
 
 def _checked(search: WaveSearch, searched: Mapping[str, ShapeResult], pool: Pool) -> SearchResult:
     """Check every shape and the plain saw-tooth; play the best and its rival elsewhere."""
-    space, bundle = search.spaces[RIVAL], bundle_for(search.stand)
+    space, bundle = search.spaces[COMPARED_SHAPE], bundle_for(search.stand)
     shapes = {**searched, PLAIN: ShapeResult(space.wave(space.start))}
     checks = run_courses(partial(check, search), list(shapes.values()), bundle, pool=pool)
     shapes = dict(zip(shapes, checks, strict=True))
     result = SearchResult(search, shapes, {})
     stands = unseen_stands(search)
-    waves = shapes[result.best].wave, shapes[RIVAL].wave
+    waves = shapes[result.best].wave, shapes[COMPARED_SHAPE].wave
 
     def gain_on(stand: Parameters) -> Course[float]:
         [best] = yield from search.worths(waves[0], [stand])

@@ -14,7 +14,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 
 CURVE_ROWS = 48  # rows of each curved part; a converged answer does not depend on them
-TIME, HEIGHT = 0, 1  # columns of the rows of a shape
+CORNER_TIME, CORNER_HEIGHT = 0, 1  # columns of the rows of a shape
 
 
 class Trait(NamedTuple):

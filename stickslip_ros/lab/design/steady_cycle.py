@@ -25,13 +25,14 @@ from stickslip_ros.lab.runs.sawtooth_run import force_at_n
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 
-WINDOW = 20  # cycles of a mean; two means one after the other tell whether a drive is steady
-CYCLES_MAX = 400  # cycles after which a drive that is not steady is measured as it is
+_WINDOW = 20  # cycles of a mean; two means one after the other tell whether a drive is steady
+_CYCLES_MAX = 400  # cycles after which a drive that is not steady is measured as it is
 CHANGE = 1e-3  # share by which the mean of a window may change in a steady drive
 RESOLUTION_M = 1e-11  # change of a mean position, m, or of a step that is none
 _kept_plant = lru_cache(maxsize=LANES)(plant_of)  # for many waves and loads; not to be written
 SAMPLES = 256  # samples of the cycle that is looked at
-CONTACT = FORCE + 1  # column of a trace: force of all contacts as a share of their friction limit
+CONTACT_SHARE = FORCE + 1
+"""Column of a trace: force of all contacts as a share of their friction limit."""
 
 
 @dataclass(frozen=True)
@@ -64,19 +65,20 @@ class SteadyCycle:
 
     def trace(self, *, contacts: bool = False) -> Array:
         """
-        Play another cycle: time (s), voltage (V), mean foot, runner (m), cell (N), CONTACT.
+        Play another cycle: time (s), voltage (V), mean foot, runner (m), cell (N), CONTACT_SHARE.
 
-        CONTACT is there in every row if it is asked for, which takes longer.
+        CONTACT_SHARE is there in every row if it is asked for, which takes longer.
 
         """
-        trace, log = np.full((SAMPLES + 1, CONTACT + 1), np.nan), np.empty((1, 3))
+        trace, log = np.full((SAMPLES + 1, CONTACT_SHARE + 1), np.nan), np.empty((1, 3))
         plants, states, wave, load_n = self.drive
         states, limit_n = states.copy(), plants['contacts']['curve']['force_max_n'][0, ALL]
         for number, part in enumerate(np.split(trace, range(1, SAMPLES + 1) if contacts else [1])):
-            truth = np.empty((len(part), CONTACT))
+            truth = np.empty((len(part), CONTACT_SHARE))
             sample_s = min(number, 1) * wave.period_s / SAMPLES
             observe_samples(plants, states, wave, load_n, sample_s, truth, log)
-            part[:, :CONTACT], part[-1, CONTACT] = truth, states['contact_n'].item() / limit_n
+            part[:, :CONTACT_SHARE] = truth
+            part[-1, CONTACT_SHARE] = states['contact_n'].item() / limit_n
         trace[:, TIME] = np.linspace(0.0, wave.period_s, SAMPLES + 1)
         return trace
 
@@ -103,15 +105,15 @@ def measure(
     start_clock(states)
     is_free = parameters.load_cell.contact == 'absent'
     mean_m, cycles, steady = 0.0, 0, False
-    while not steady and cycles < CYCLES_MAX:
+    while not steady and cycles < _CYCLES_MAX:
         stop_if_asked()
         before_m, before_j = mean_m, float(states['sums']['feet_work_j'].item())
-        ramps = yield from cycles_of(plants, states, wave, WINDOW, load_n)
-        step_m = float(ramps[-1, RAMP_END] - ramps[0, RAMP_END]) / (WINDOW - 1)
+        ramps = yield from cycles_of(plants, states, wave, _WINDOW, load_n)
+        step_m = float(ramps[-1, RAMP_END] - ramps[0, RAMP_END]) / (_WINDOW - 1)
         position_m = float(ramps[:, RAMP_MEAN].mean())
         mean_m = step_m if is_free else position_m
         steady = abs(mean_m - before_m) <= max(change * abs(mean_m), RESOLUTION_M)
-        cycles += WINDOW
+        cycles += _WINDOW
     work_j, speed_m_per_s = states['sums']['feet_work_j'].item(), sense * step_m / wave.period_s
-    drive, work_j = (plants, states, wave, load_n), (float(work_j) - before_j) / WINDOW
+    drive, work_j = (plants, states, wave, load_n), (float(work_j) - before_j) / _WINDOW
     return SteadyCycle(speed_m_per_s, position_m, work_j, sense, drive)

@@ -14,7 +14,7 @@ from stickslip_ros.drive.build import slew_of
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import replacing
 from stickslip_ros.instrument.checks import FREQUENCY_MIN_HZ
-from stickslip_ros.lab.design.shapes import CURVE_ROWS, HEIGHT, SHAPES, TIME, spline
+from stickslip_ros.lab.design.shapes import CORNER_HEIGHT, CORNER_TIME, CURVE_ROWS, SHAPES, spline
 from stickslip_ros.parameters import Parameters, spec_of
 
 SPLINE = 'spline'
@@ -45,7 +45,7 @@ class PeriodicWave:
         make = spline if self.shape == SPLINE else SHAPES[self.shape].rows
         unit = make(rows=curve_rows, **self.values)
         if backwards:
-            unit[:, HEIGHT] = 1.0 - unit[:, HEIGHT]
+            unit[:, CORNER_HEIGHT] = 1.0 - unit[:, CORNER_HEIGHT]
         return playable(unit, stand, self.voltage_v, self.frequency_hz)
 
 
@@ -64,9 +64,9 @@ def playable(rows: Array, parameters: Parameters, voltage_v: float, frequency_hz
         limit = f'not above 0 V and up to {range_v:g} V'
         raise OutOfRange('voltage of a wave', voltage_v, 'V', limit, 'see amplifier.voltage_max')
     steps = np.diff(rows, axis=0)
-    wanted_s = steps[:, TIME] * period_s
+    wanted_s = steps[:, CORNER_TIME] * period_s
     slew_v_per_s = slew_of(parameters)
-    needed_s = np.abs(steps[:, HEIGHT]) * voltage_v * (1.0 + SLEW_SLACK) / slew_v_per_s
+    needed_s = np.abs(steps[:, CORNER_HEIGHT]) * voltage_v * (1.0 + SLEW_SLACK) / slew_v_per_s
     if needed_s.sum() >= period_s:
         limit = f'more than the slew rate of {slew_v_per_s:g} V/s allows at {voltage_v:g} V'
         raise OutOfRange('frequency', frequency_hz, 'Hz', limit, 'lower it or the voltage')
@@ -80,7 +80,7 @@ def playable(rows: Array, parameters: Parameters, voltage_v: float, frequency_hz
     lasts_s = np.where(steep, needed_s, pace * wanted_s)
     kept = np.concatenate(([True], lasts_s > 0.0))
     time_s = np.concatenate(([0.0], np.cumsum(lasts_s)))[kept]
-    volts = amplifier.voltage_min + voltage_v * rows[kept, HEIGHT]
+    volts = amplifier.voltage_min + voltage_v * rows[kept, CORNER_HEIGHT]
     return np.column_stack((time_s * (period_s / time_s[-1]), volts))
 
 

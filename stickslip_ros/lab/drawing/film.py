@@ -10,7 +10,7 @@ from stickslip_ros.contact.mdr import Presliding
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.parameters import Parameters
 
-CYCLES = 2
+FILM_CYCLES = 2
 FRAMES = 200
 """Pictures of these cycles."""
 BEFORE = 3
@@ -38,11 +38,11 @@ def film_of(
 ) -> Film | None:
     """Return the last whole cycles of a trace; None if it has none, or places are not known."""
     falls = steep_edges(voltage_v)
-    if len(falls) < CYCLES + 1:
+    if len(falls) < FILM_CYCLES + 1:
         return None
-    first, last = (float(time_s[falls[at]]) for at in (-1 - CYCLES, -1))
+    first, last = (float(time_s[falls[at]]) for at in (-1 - FILM_CYCLES, -1))
     step_s = (last - first) / (FRAMES - 1)
-    begin_s = float(time_s[falls[max(0, len(falls) - 1 - CYCLES - BEFORE)]])
+    begin_s = float(time_s[falls[max(0, len(falls) - 1 - FILM_CYCLES - BEFORE)]])
     at_s = last - step_s * np.arange(FRAMES + int((first - begin_s) / step_s))[::-1]
     foot, runner = (np.interp(at_s, time_s, each) for each in (foot_m, runner_m))
     if not np.isfinite(foot + runner).all():

@@ -8,19 +8,19 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import contacts_of
 from stickslip_ros.errors import RecordingError
-from stickslip_ros.lab.drawing.film import CYCLES, Film, film_of
+from stickslip_ros.lab.drawing.film import FILM_CYCLES, Film, film_of
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, Geometry, geometry_of
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import NM, with_unit
 
-MOVING = ('voltage_v', 'foot_m', 'position_m')
+_MOVING = ('voltage_v', 'foot_m', 'position_m')
 # Pixels: places from the left and the top, then sizes.
-WIDTH, HEIGHT, FILM_HEIGHT = 900, 350, 550
-MIDDLE, AXIS, SECTION, CONTACTS = 280.0, 165.0, 635.0, (775.0, 850.0)
+_WIDTH, _HEIGHT, _FILM_HEIGHT = 900, 350, 550
+_MIDDLE, _AXIS, _SECTION, _CONTACTS = 280.0, 165.0, 635.0, (775.0, 850.0)
 TABLE, WALL = (20.0, 520.0), 500.0
-CURVES, LANES = (70.0, 560.0), ((375.0, 445.0), (465.0, 515.0))
-RUNNER, REACH, STROKE, DISC = 320.0, 84.0, 32.0, 28.0
+_CURVES, _LANES = (70.0, 560.0), ((375.0, 445.0), (465.0, 515.0))
+_RUNNER, _REACH, _STROKE, _DISC = 320.0, 84.0, 32.0, 28.0
 """Longest runner, farthest end of a foot from the axis, longest way of a foot, largest contact."""
 SECONDS = 8.0
 """Length of a film."""
@@ -34,7 +34,7 @@ text{fill:var(--ink);font:13px sans-serif}.faint{fill:var(--faint);font-size:12p
 .frame{fill:var(--frame)}.steel{fill:var(--steel)}.dark{fill:var(--dark)}
 .piezo{fill:#f2c14e}.ruby{fill:#c1272d}.stick{fill:#009e73}.slip{fill:#e69f00}.laser{fill:#6fae8f}
 .beam{stroke:#d00;stroke-width:2;stroke-dasharray:7 4}.curve{fill:none;stroke-width:1.6}"""
-TITLE = 'The stand: six ruby feet on piezos, runner, preload, load cell, interferometer'
+_TITLE = 'The stand: six ruby feet on piezos, runner, preload, load cell, interferometer'
 TIP = """<defs><marker id="tip" viewBox="0 0 10 10" refX="9" refY="5" markerWidth="8"
  markerHeight="8" orient="auto"><path d="M0 0L10 5L0 10z" fill="context-stroke"/></marker>"""
 
@@ -81,15 +81,15 @@ def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
     """
     if isinstance(stand, Parameters):
         return Drawing(stand_svg(stand))
-    found = [stand.series[name] for name in MOVING if name in stand.series]
-    if len(found) < len(MOVING) or len({len(each) for each in found}) > 1:
+    found = [stand.series[name] for name in _MOVING if name in stand.series]
+    if len(found) < len(_MOVING) or len({len(each) for each in found}) > 1:
         raise RecordingError(stand.path, 'has no trace', 'record the topic trace')
     time_s = found[0].time_s
     last = len(time_s) if end_s is None else int(np.searchsorted(time_s, end_s, 'right'))
     values = (each.value[:last] for each in found)
     film = film_of(stand.parameters, time_s[:last], *values)
     if film is None:
-        problem = f'has no {CYCLES} cycles of a saw-tooth{"" if end_s is None else " so far"}'
+        problem = f'has no {FILM_CYCLES} cycles of a saw-tooth{"" if end_s is None else " so far"}'
         raise RecordingError(stand.path, problem, 'draw its parameters')
     return Drawing(stand_svg(stand.parameters, film))
 
@@ -97,18 +97,18 @@ def draw_stand(stand: Parameters | Run, end_s: float | None = None) -> Drawing:
 def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
     """Return the drawing of a stand as SVG; without a film nothing moves."""
     geometry = geometry_of(parameters)
-    scale = min(RUNNER / geometry.length_m, REACH / (DIAGONAL * geometry.reach_m))
-    height, times, foot, runner = HEIGHT, 1.0, None, None
+    scale = min(_RUNNER / geometry.length_m, _REACH / (DIAGONAL * geometry.reach_m))
+    height, times, foot, runner = _HEIGHT, 1.0, None, None
     if film is not None:
         stroke = scale * float(np.ptp(film.foot_m)) or 1.0
-        times = 10.0 ** math.floor(math.log10(STROKE / stroke))
-        times *= max(each for each in (1.0, 2.0, 5.0) if each * times * stroke <= STROKE)
-        height = FILM_HEIGHT
+        times = 10.0 ** math.floor(math.log10(_STROKE / stroke))
+        times *= max(each for each in (1.0, 2.0, 5.0) if each * times * stroke <= _STROKE)
+        height = _FILM_HEIGHT
         foot, runner = (times * scale * each for each in (film.foot_m, film.runner_m))
-    size = f'width="{WIDTH}" height="{height}"'
+    size = f'width="{_WIDTH}" height="{height}"'
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {WIDTH} {height}">',
-        f'<title>{TITLE}</title><style>{STYLE}</style>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {_WIDTH} {height}">',
+        f'<title>{_TITLE}</title><style>{STYLE}</style>',
         f'{TIP}{_foot(geometry, scale, foot)}</defs>',
         f'<rect {size} fill="var(--paper)"/>',
         *_side(parameters, geometry, scale, runner),
@@ -121,7 +121,7 @@ def stand_svg(parameters: Parameters, film: Film | None = None) -> str:
             f'{1e3 * film.length_s:.4g} ms are shown in {SECONDS:g} s; motion of feet and runner '
         )
         words += f'magnified {times:,.0f} times'.replace(',', ' ')
-        parts.append(_text(CURVES[0], LANES[-1][1] + 20, words, 'faint'))
+        parts.append(_text(_CURVES[0], _LANES[-1][1] + 20, words, 'faint'))
     return '\n'.join([*parts, '</svg>\n'])
 
 
@@ -141,40 +141,40 @@ def _side(
 ) -> Iterator[str]:
     """Yield what one sees from the side: of the six feet those in front."""
     half, edge = 0.5 * scale * geometry.length_m, scale * DIAGONAL * geometry.width_m
-    left, right, reach = MIDDLE - half, MIDDLE + half, scale * DIAGONAL * geometry.reach_m
-    above, below, ground = AXIS - reach, AXIS + reach, AXIS + reach + 22
+    left, right, reach = _MIDDLE - half, _MIDDLE + half, scale * DIAGONAL * geometry.reach_m
+    above, below, ground = _AXIS - reach, _AXIS + reach, _AXIS + reach + 22
     span = scale * (geometry.feet[-1].x_m + 4.0 * geometry.radius_m)
-    yield _box(MIDDLE - 0.6 * span, above - 14, 1.2 * span, 14, 'frame edge')
-    yield _box(MIDDLE - span, below, 2 * span, 22, 'frame edge')
+    yield _box(_MIDDLE - 0.6 * span, above - 14, 1.2 * span, 14, 'frame edge')
+    yield _box(_MIDDLE - span, below, 2 * span, 22, 'frame edge')
     yield _box(TABLE[0], ground, TABLE[1] - TABLE[0], 10, 'frame edge')
     # The runner stands on an edge: its lower faces lie in the shade.
-    ticks = ''.join(f'M{_px(MIDDLE + at * half / 12)} {AXIS - 5}v10' for at in range(-11, 12))
+    ticks = ''.join(f'M{_px(_MIDDLE + at * half / 12)} {_AXIS - 5}v10' for at in range(-11, 12))
     yield (
-        f'<g>{_box(left, AXIS - edge, 2 * half, edge, "steel edge")}'
-        f'{_box(left, AXIS, 2 * half, edge, "dark edge")}<path class="tick" d="{ticks}"/>'
+        f'<g>{_box(left, _AXIS - edge, 2 * half, edge, "steel edge")}'
+        f'{_box(left, _AXIS, 2 * half, edge, "dark edge")}<path class="tick" d="{ticks}"/>'
         f'{_animation("translate", runner)}</g>'
     )
     for each in geometry.feet:
         if each.side < 0:
-            place = f'{_px(MIDDLE + scale * each.x_m)} {_px(AXIS - each.up * reach)}'
+            place = f'{_px(_MIDDLE + scale * each.x_m)} {_px(_AXIS - each.up * reach)}'
             turn = ' scale(1 -1)' if each.up > 0 else ''
             yield f'<use href="#foot" transform="translate({place}){turn}"/>'
     spring = ''.join(f'l{12 * (-1) ** at} 4' for at in range(8))
-    spring = f'M{MIDDLE} {_px(above - 54)}v4{spring}v4'
+    spring = f'M{_MIDDLE} {_px(above - 54)}v4{spring}v4'
     yield f'<path class="line" d="{spring}" marker-end="url(#tip)"/>'
     preload = with_unit(parameters.stand.preload, 'N')
-    yield _text(MIDDLE + 22, above - 32, f'preload F_p = {preload}')
-    yield _box(30, AXIS - 20, 50, 40, 'laser edge')
-    yield _box(45, AXIS + 20, 20, ground - AXIS - 20, 'frame edge')
+    yield _text(_MIDDLE + 22, above - 32, f'preload F_p = {preload}')
+    yield _box(30, _AXIS - 20, 50, 40, 'laser edge')
+    yield _box(45, _AXIS + 20, 20, ground - _AXIS - 20, 'frame edge')
     beam = None if runner is None else left + runner
     yield (
-        f'<line class="beam" x1="80" y1="{AXIS}" x2="{_px(left)}" y2="{AXIS}">'
-        f'{_animation("x2", beam)}</line>{_text(20, AXIS - 28, "interferometer")}'
+        f'<line class="beam" x1="80" y1="{_AXIS}" x2="{_px(left)}" y2="{_AXIS}">'
+        f'{_animation("x2", beam)}</line>{_text(20, _AXIS - 28, "interferometer")}'
     )
     yield from _load_cell(parameters, geometry, scale, runner)
-    yield _box(WALL, AXIS - 30, 20, ground - AXIS + 30, 'frame edge')
-    yield _text(left, AXIS - edge - 8, f'runner, steel, {1e3 * parameters.runner.mass:.5g} g')
-    yield _text(MIDDLE - span - 8, below + 14, 'foot on its piezo', 'end')
+    yield _box(WALL, _AXIS - 30, 20, ground - _AXIS + 30, 'frame edge')
+    yield _text(left, _AXIS - edge - 8, f'runner, steel, {1e3 * parameters.runner.mass:.5g} g')
+    yield _text(_MIDDLE - span - 8, below + 14, 'foot on its piezo', 'end')
     yield f'<path class="line" d="M{_px(right - 50)} {_px(below)}h44" marker-end="url(#tip)"/>'
     yield _text(right, below + 4, 'x')
     bar_m = 10.0 ** math.floor(math.log10(0.5 * geometry.length_m))
@@ -187,47 +187,47 @@ def _load_cell(
 ) -> Iterator[str]:
     """Yield the spring between the end of the runner, or a gap behind it, and a block."""
     if parameters.load_cell.contact == 'absent':
-        yield _text(WALL + 20, AXIS - 37, 'no load cell', 'faint end')
+        yield _text(WALL + 20, _AXIS - 37, 'no load cell', 'faint end')
         return
-    length = max(WALL - MIDDLE - scale * geometry.cell_m, 20.0)
+    length = max(WALL - _MIDDLE - scale * geometry.cell_m, 20.0)
     zigzag = ''.join(f'l{_px(-length / 8)} {12 * (-1) ** at}' for at in range(6))
     is_fixed = parameters.load_cell.contact == 'attached'
     scales = None if runner is None or not is_fixed else 1.0 - runner / length
     button = '' if is_fixed else f'M{_px(-length)} -9v18'
     yield (
-        f'<g transform="translate({WALL} {AXIS})"><g><path class="line" '
+        f'<g transform="translate({WALL} {_AXIS})"><g><path class="line" '
         f'd="M0 0l{_px(-length / 8)} -6{zigzag}L{_px(-length)} 0{button}"/>'
         f'{_animation("scale", scales, 4)}</g></g>'
     )
-    yield _text(WALL + 20, AXIS - 52, 'load cell', 'end')
+    yield _text(WALL + 20, _AXIS - 52, 'load cell', 'end')
     stiffness = f'{1e-3 * parameters.load_cell.stiffness:.4g} kN/m'
-    yield _text(WALL + 20, AXIS - 37, stiffness, 'faint end')
+    yield _text(WALL + 20, _AXIS - 37, stiffness, 'faint end')
 
 
 def _section(geometry: Geometry, scale: float) -> Iterator[str]:
     half, radius = 0.5 * scale * geometry.width_m, scale * geometry.radius_m
     width, reach = scale * geometry.piezo_m[0], scale * geometry.reach_m
-    yield _text(SECTION, 28, 'across the motion', 'mid')
+    yield _text(_SECTION, 28, 'across the motion', 'mid')
     for angle in (45, 135, 225, 315):
-        yield f'<g transform="translate({SECTION} {AXIS}) rotate({angle})">'
+        yield f'<g transform="translate({_SECTION} {_AXIS}) rotate({angle})">'
         ball = f'a{_px(radius)} {_px(radius)} 0 0 0 {_px(2 * radius)} 0z'
         yield f'<path class="ruby edge" d="M{_px(-radius)} {_px(-half - radius)}{ball}"/>'
         yield _box(-0.5 * width, -reach, width, reach - half - radius, 'piezo edge')
         yield _box(-0.5 * width - 6, -reach - 9, width + 12, 9, 'frame edge') + '</g>'
-    yield f'<g transform="translate({SECTION} {AXIS}) rotate(45)">'
+    yield f'<g transform="translate({_SECTION} {_AXIS}) rotate(45)">'
     yield _box(-half, -half, 2 * half, 2 * half, 'steel edge') + '</g>'
-    yield _text(SECTION, AXIS + DIAGONAL * reach + 32, 'two feet above, four below', 'mid faint')
+    yield _text(_SECTION, _AXIS + DIAGONAL * reach + 32, 'two feet above, four below', 'mid faint')
 
 
 def _contacts(parameters: Parameters, film: Film | None) -> Iterator[str]:
     """Yield the areas of contact, and how much of each slips."""
     contacts, law = contacts_of(parameters), parameters.contact.law
     largest_m = max(each.indentation.radius_m for each in contacts)
-    middle = sum(CONTACTS) / 2
+    middle = sum(_CONTACTS) / 2
     yield _text(middle, 28, 'contacts' if law == 'mdr' else f'contacts, not of {law}', 'mid')
     for at, each in enumerate(contacts):
-        x, y = CONTACTS[at % 2], 70.0 + 95.0 * (at // 2)
-        radius = DISC * each.indentation.radius_m / largest_m
+        x, y = _CONTACTS[at % 2], 70.0 + 95.0 * (at // 2)
+        radius = _DISC * each.indentation.radius_m / largest_m
         core = None if film is None or law != 'mdr' else radius * np.sqrt(1.0 - film.slipping[at])
         circle = f'cx="{x}" cy="{y}" r="{_px(radius)}"'
         yield f'<circle class="slip edge" {circle}/>'
@@ -244,7 +244,7 @@ def _contacts(parameters: Parameters, film: Film | None) -> Iterator[str]:
 
 def _curves(film: Film, *, is_shared: bool) -> Iterator[str]:
     """Yield the ways, and the shares that slip, over time, with a line that follows the film."""
-    left, right = CURVES
+    left, right = _CURVES
     x = np.linspace(left, right, len(film.foot_m))
     ways = NM * np.stack((film.foot_m, film.runner_m))
     shares = 100.0 * film.slipping[[0, -1]]
@@ -253,7 +253,7 @@ def _curves(film: Film, *, is_shared: bool) -> Iterator[str]:
         (shares, {'contact above': '#d55e00', 'contact below': '#cc79a7'}, '% slips', 0.0, 100.0),
     )
     for (top, bottom), (rows, names, unit, low, high) in zip(
-        LANES, lanes[: 1 + is_shared], strict=False
+        _LANES, lanes[: 1 + is_shared], strict=False
     ):
         places = bottom - (rows - low) / max(high - low, 1e-9) * (bottom - top)
         for at, (name, colour) in enumerate(names.items()):
@@ -267,7 +267,7 @@ def _curves(film: Film, *, is_shared: bool) -> Iterator[str]:
         yield _text(right + 40, top + 54, unit, 'faint')
         yield f'<path class="tick" d="M{left} {top}V{bottom}H{right}"/>'
     along = _animation('translate', np.array([0.0, right - left]))
-    yield f'<path class="line" d="M{left} {LANES[0][0]}V{LANES[-1][1]}">{along}</path>'
+    yield f'<path class="line" d="M{left} {_LANES[0][0]}V{_LANES[-1][1]}">{along}</path>'
 
 
 def _box(x: float, y: float, width: float, height: float, kind: str) -> str:

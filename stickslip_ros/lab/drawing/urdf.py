@@ -8,7 +8,7 @@ from stickslip_ros.drive.build import friction_limit_n
 from stickslip_ros.lab.drawing.geometry import DIAGONAL, geometry_of
 from stickslip_ros.parameters import Parameters
 
-COLOURS = {
+_COLOURS = {
     'steel': '0.6 0.65 0.7 1',
     'piezo': '0.95 0.76 0.3 1',
     'ruby': '0.76 0.15 0.18 1',
@@ -50,7 +50,7 @@ def robot_description(parameters: Parameters) -> str:
     below_m = -DIAGONAL * geometry.reach_m - 2.0 * radius_m
     bar = _body(_box((length_m, width_m, width_m)), 'steel', HERE, 0.25 * math.pi)
     parts = [
-        f'<material name="{name}"><color rgba="{c}"/></material>' for name, c in COLOURS.items()
+        f'<material name="{name}"><color rgba="{c}"/></material>' for name, c in _COLOURS.items()
     ]
     parts += [
         _link(frames.stage, _body(table, 'frame', (0.0, 0.0, below_m))),

@@ -20,12 +20,12 @@ OVERLAP_MIN = 0.5
 NO_SPREAD = 1e-9  # variance, relative to that of the whole record, below which it is constant
 PER_SAMPLE = 4  # steps of the coarse search in a period of the slower record
 GRID_MOST = 1 << 19
-PEAKS, DIGITS = 6, 2  # of the correlation that are looked at closely; of equals the small shifts
-NEWTON_STEPS, TRIMS = 12, 3  # steps of Gauss and Newton at most; fits without outliers in each
+_PEAKS, _DIGITS = 6, 2  # of the correlation that are looked at closely; of equals the small shifts
+_NEWTON_STEPS, _TRIMS = 12, 3  # steps of Gauss and Newton at most; fits without outliers in each
 CLOSE = 0.01  # steps shorter than this share of the standard error change nothing
 FALLS = 30.0
 """Slopes beyond so many medians of all are falls: what lies within one tells of its noise only."""
-ALIKE = 4.0
+_ALIKE = 4.0
 """Unexplained share of the variance, relative to the best shift's, at which a rival is told."""
 TRUSTED = 0.8
 """Coefficient below which two records hardly look alike."""
@@ -50,7 +50,7 @@ class ClockShift:
                 f'the records hardly look alike, correlation {self.coefficient:.3f}; give the '
                 'shift'
             )
-        if 1.0 - self.rival**2 < ALIKE * (1.0 - self.coefficient**2):
+        if 1.0 - self.rival**2 < _ALIKE * (1.0 - self.coefficient**2):
             said.append(
                 f'a shift of {self.rival_s:.6f} s is nearly as good, correlation {self.rival:.5f} '
                 f'against {self.coefficient:.5f} at {self.shift_s:.6f} s; give the shift'
@@ -96,7 +96,7 @@ def clock_shift(
     lone = lone_outliers(yb)
     tb, yb = tb[~lone], yb[~lone]
     found = [_refined(ta, ya, tb, yb, shift_s) for shift_s in _peaks(ta, ya, tb, yb)]
-    alike = 1.0 - ALIKE * (1.0 - max((each[0] for each in found), default=0.0) ** 2)
+    alike = 1.0 - _ALIKE * (1.0 - max((each[0] for each in found), default=0.0) ** 2)
     found.sort(key=lambda each: (-min(each[0] ** 2, alike), abs(each[1])))
     coefficient, shift_s, error_s, off = found[0]
     apart_s = float(np.median(np.diff(tb)))
@@ -137,8 +137,8 @@ def _peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> list[float]:
     around = np.pad(scores, 1, constant_values=-2.0)
     tops = np.flatnonzero((scores >= around[:-2]) & (scores > around[2:]) & (scores > 0.0))
     shifts_s = ta[0] - tb[0] + step_s * (tops + 1 - len(on_b))
-    best = np.lexsort((np.abs(shifts_s), -np.round(scores[tops], DIGITS)))
-    return [float(each) for each in shifts_s[best[:PEAKS]]]
+    best = np.lexsort((np.abs(shifts_s), -np.round(scores[tops], _DIGITS)))
+    return [float(each) for each in shifts_s[best[:_PEAKS]]]
 
 
 def _refined(
@@ -147,7 +147,7 @@ def _refined(
     """Return coefficient, shift, its standard error, and number of outliers near a shift."""
     slopes = np.diff(ya) / np.maximum(np.diff(ta), np.finfo(np.float64).tiny)
     apart_s, moved_s = float(np.median(np.diff(tb))), 0.0
-    for _ in range(NEWTON_STEPS):
+    for _ in range(_NEWTON_STEPS):
         at_s = tb + shift_s + moved_s
         inside = (at_s >= ta[0]) & (at_s <= ta[-1])
         seen, at_s = yb[inside], at_s[inside]
@@ -158,7 +158,7 @@ def _refined(
         if usable.sum() <= columns.shape[1]:
             return 0.0, shift_s, math.inf, 0
         kept = usable
-        for _ in range(TRIMS):
+        for _ in range(_TRIMS):
             gains = np.linalg.lstsq(columns[kept], seen[kept], rcond=None)[0]
             rest = seen - columns @ gains
             limit = OUTLIERS * GAUSSIAN * float(np.median(np.abs(rest[usable])))

@@ -11,15 +11,15 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters import Scalar
 
-OVER_TIME = ('position_m', 'force_n', 'foot_position_m')
+OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
 """Quantities that may be seen over time."""
 OF_STEPS = ('force_n', 'step_length_m')
 """Numbers that may be read after steps: mean force in the load cell, net motion of a step."""
 NOISE_FACTOR = 1.4826 / math.sqrt(6.0)
 """Standard deviation of noise per median of its absolute second differences."""
-SAME = 1e-12  # share of the largest reading by which two that are the same may differ
-FINEST = 1e-6  # share of the range of readings that no sensor tells, and no model computes
-ROUNDING = 1.0 / math.sqrt(12.0)
+_SAME = 1e-12  # share of the largest reading by which two that are the same may differ
+_FINEST = 1e-6  # share of the range of readings that no sensor tells, and no model computes
+_ROUNDING = 1.0 / math.sqrt(12.0)
 """Standard deviation of rounding, as a share of the smallest step of the readings."""
 
 
@@ -67,7 +67,7 @@ class Seen:
     Attributes
     ----------
     quantity : str
-        One of OVER_TIME, or of OF_STEPS.
+        One of OF_TRACES, or of OF_STEPS.
     values : array, shape (n,)
         In SI units; a number is an array of one.
     time_s : array, shape (n,) or (0,)
@@ -139,7 +139,7 @@ class Experiment:
 
     def __post_init__(self) -> None:
         """Refuse what cannot have been seen."""
-        known = OVER_TIME if isinstance(self.drive, Voltage) else OF_STEPS
+        known = OF_TRACES if isinstance(self.drive, Voltage) else OF_STEPS
         for each in self.seen:
             if each.quantity not in known:
                 hint = 'leave it away'
@@ -182,10 +182,10 @@ def noise_of(values: Array) -> float:
 
 
 def rounding_of(values: Array) -> float:
-    """Return the standard deviation of rounding in values, at least FINEST of their range."""
+    """Return the standard deviation of rounding in values, at least _FINEST of their range."""
     steps = np.abs(np.diff(values))
-    least = SAME * float(np.max(np.abs(values)))
+    least = _SAME * float(np.max(np.abs(values)))
     is_rounded = np.mean(steps <= least) > 0.01  # noise that is finer than the steps
     smallest = float(np.min(steps, where=steps > least, initial=math.inf))
-    rounding = ROUNDING * smallest if is_rounded and math.isfinite(smallest) else 0.0
-    return max(rounding, least, FINEST * float(np.ptp(values)))
+    rounding = _ROUNDING * smallest if is_rounded and math.isfinite(smallest) else 0.0
+    return max(rounding, least, _FINEST * float(np.ptp(values)))

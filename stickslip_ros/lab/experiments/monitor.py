@@ -13,7 +13,7 @@ RATE_MOST_HZ = 1e5
 """Of faster samples every so many are looked at: more say nothing new of what is straight."""
 SEEN_FALL_SHARE = 1.0 / 3.0
 """Share of a fall between two samples up to which they show the fall itself."""
-SAMPLES_MIN = 12
+_SAMPLES_MIN = 12
 """Fewer samples show no wave: a saw-tooth has four unknowns, and is tested by as many again."""
 RAIL_SHARE = 0.01
 """Noise reaches so far beyond a rail, as a share of the range; so many samples may lie further."""
@@ -82,8 +82,8 @@ def monitor_of(
         shows_falls = bool(slew_v_per_s * apart_s <= SEEN_FALL_SHARE * np.ptp(volts))
         every = 1 if shows_falls else max(1, math.floor(1.0 / (RATE_MOST_HZ * apart_s) + 0.5))
         times, volts = times[::every], volts[::every]
-    if len(times) < SAMPLES_MIN:
-        limit = f'fewer than the {SAMPLES_MIN} that show a wave'
+    if len(times) < _SAMPLES_MIN:
+        limit = f'fewer than the {_SAMPLES_MIN} that show a wave'
         raise OutOfRange('number of samples', len(times), '', limit, 'record longer')
     if not np.ptp(volts) > 0.0:
         raise OutOfRange(

@@ -20,7 +20,7 @@ SAW_WINDOWS = (8, 10, 12, 15, 18, 22, 27, 33, 40)
 LINES = (1.7, 2.2, 3.3, 5.0)
 LINE_SURE = 5
 """Samples of a line that says something alone: fewer, after or before a jump, fit by chance."""
-CLEAR = 24.0
+_CLEAR = 24.0
 """Height of a saw-tooth in standard deviations of what it leaves over. Eight random samples come
 that near to one by chance once in 2e5 times: each with probability 2/12, five of them."""
 LOUD, UNLIKE = 2.0, 0.01
@@ -40,7 +40,7 @@ WEAK, WEAK_MOST = 128, 32
 """Lines shorter than WEAK samples follow each other WEAK_MOST times: a curve, if it is smooth."""
 ENDS, ENDS_FROM = (0.02, 0.98), 50
 """Quantiles between which samples are no strays, where there are so many."""
-GAIN = 25.0
+_GAIN = 25.0
 """Two pieces are two if they lower the sum of squares by so many variances of the noise."""
 PIECES_MOST = 10_000  # a minute of a processor
 REFITS = 4
@@ -65,7 +65,7 @@ class Finder:
             best = saw or line
             if saw and line:  # which may be a hold before it
                 split, cost = self._split(replace(line, scatter_v=saw.scatter_v), saw)
-                if cost < self._cost(saw, first, saw.last)[-1] - GAIN:
+                if cost < self._cost(saw, first, saw.last)[-1] - _GAIN:
                     best = self.fitted(replace(line, last=split)) or saw
             if best is None:  # the longer nothing is found, the further the next look
                 lost += 1 + lost // 4
@@ -151,7 +151,7 @@ class Finder:
             slope = line.slope_v_per_s if line and reach >= SAW_MIN else None
             saw = self._guess(first, first + window, slope)
             saw = saw and self.fitted(saw)
-            if not saw or saw.height_v < CLEAR * max(saw.scatter_v, 0.5 * self.noise_v):
+            if not saw or saw.height_v < _CLEAR * max(saw.scatter_v, 0.5 * self.noise_v):
                 continue
             if saw.scatter_v > self.most_v(saw):
                 continue
@@ -181,12 +181,12 @@ class Finder:
         if count < SAW_MIN - 3 or not 0 < lower < count:
             return None
         middles_v = rises_v[lower // 2], rises_v[(lower + count) // 2]
-        near = [np.abs(rises_v - each) < 2.0 * np.ptp(middles_v) / CLEAR for each in middles_v]
+        near = [np.abs(rises_v - each) < 2.0 * np.ptp(middles_v) / _CLEAR for each in middles_v]
         if near[0].sum() + near[1].sum() < (1.0 - 2.0 * STRAYS) * count - 2.0:
             return None  # a stray spoils two differences
         lower_v, upper_v = (float(rises_v[each].mean()) for each in near)
         height_v = upper_v - lower_v
-        if lower_v > height_v / CLEAR or upper_v < -height_v / CLEAR:
+        if lower_v > height_v / _CLEAR or upper_v < -height_v / _CLEAR:
             return None
         slope = min(lower_v, upper_v, key=abs) / self.period_s
         if slope_v_per_s is not None:
@@ -255,7 +255,7 @@ class Finder:
         scatter_v = min(a.scatter_v, b.scatter_v)
         same = [replace(each, scatter_v=scatter_v) for each in (a, b, one)]
         costs = [float(self._cost(each, each.first, each.last)[-1]) for each in same]
-        return one if costs[2] < costs[0] + costs[1] + GAIN else None
+        return one if costs[2] < costs[0] + costs[1] + _GAIN else None
 
     def _spare(self, a: WavePiece, b: WavePiece, c: WavePiece) -> bool:
         """Return whether the pieces around another explain its samples hardly worse."""
@@ -263,7 +263,7 @@ class Finder:
             return False
         b = replace(b, scatter_v=min(a.scatter_v, c.scatter_v))
         apart = sum(self._cost(each, each.first, each.last)[-1] for each in (a, b, c))
-        return bool(self._split(a, c)[1] < apart + GAIN)
+        return bool(self._split(a, c)[1] < apart + _GAIN)
 
     def _may_explain(self, pieces: tuple[WavePiece, ...], other: WavePiece) -> bool:
         times_s, volts_v = self.times_s[other.samples], self.volts_v[other.samples]

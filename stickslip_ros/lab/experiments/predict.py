@@ -25,11 +25,11 @@ Run: TypeAlias = tuple[Parameters, SawtoothSteps | Voltage, float, float]
 
 SAMPLE_S = 5e-6
 """Spacing of a trace: a runner of a few grams rings at 5 to 15 kHz on its contacts."""
-SAMPLES_MAX = 4_000_000
-AT_ONCE = 20_000  # samples after which it is asked whether somebody wants to stop
-COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
+_SAMPLES_MAX = 4_000_000
+_AT_ONCE = 20_000  # samples after which it is asked whether somebody wants to stop
+_COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
 """Columns of a trace, by quantity."""
-NUMBERS = {'force_n': 'force_mean_n', 'step_length_m': 'step_length_m'}
+_NUMBERS = {'force_n': 'force_mean_n', 'step_length_m': 'step_length_m'}
 """Fields of a run of steps, by quantity."""
 
 
@@ -158,8 +158,8 @@ def trace_course(
     """
     rows = voltage.rows
     samples = int(np.ceil(end_s / SAMPLE_S)) + 3
-    if samples > SAMPLES_MAX:
-        limit = f'above {SAMPLES_MAX * SAMPLE_S:g} s'
+    if samples > _SAMPLES_MAX:
+        limit = f'above {_SAMPLES_MAX * SAMPLE_S:g} s'
         raise OutOfRange('length of a run', end_s, 's', limit, 'take windows of it')
     wave = check_request(Request('waveform', tuple(rows.ravel().tolist())), stand)
     there = stand.updated({'amplifier.voltage_initial': float(rows[0, 1])})
@@ -168,18 +168,18 @@ def trace_course(
     start_clock(states)
     trace, log = np.empty((samples, FORCE + 1)), np.empty((1, 3))
     yield plants, states, wave, load_n, 0.0, trace[:1], log
-    for first in range(1, samples, AT_ONCE):
+    for first in range(1, samples, _AT_ONCE):
         stop_if_asked()
-        yield plants, states, wave, load_n, SAMPLE_S, trace[first : first + AT_ONCE], log
+        yield plants, states, wave, load_n, SAMPLE_S, trace[first : first + _AT_ONCE], log
     return trace
 
 
 def _look(result: Any, seen: Seen, shift_s: float) -> Prediction:
     """Return what a sensor would show of the result of a run."""
     if not seen.is_trace:
-        number = np.array([getattr(result, NUMBERS[seen.quantity])])
+        number = np.array([getattr(result, _NUMBERS[seen.quantity])])
         return Prediction(number, np.empty(0), np.empty(0))
-    return Prediction(*at_times(result[:, COLUMNS[seen.quantity]], seen.time_s - shift_s))
+    return Prediction(*at_times(result[:, _COLUMNS[seen.quantity]], seen.time_s - shift_s))
 
 
 def at_times(samples: Array, time_s: Array) -> tuple[Array, Array, Array]:

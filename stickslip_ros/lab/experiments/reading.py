@@ -40,17 +40,17 @@ from stickslip_ros.recording.run_file import RUN_RECORD
 if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
 
-VOLTAGE, FOOT = 'voltage_v', 'foot_m'
+_VOLTAGE, _FOOT = 'voltage_v', 'foot_m'
 SEEN = {'position_m': 'position_m', 'force_n': 'force_n', 'foot_position_m': 'foot_position_m'}
-JITTER, SAMPLED_SHARE = 0.2, 0.8
+_JITTER, _SAMPLED_SHARE = 0.2, 0.8
 """Times are samples if so large a share of their distances is so near to the middle one."""
-SAMPLES_MIN = 32  # readings below which nothing is read off a trace
+_SAMPLES_MIN = 32  # readings below which nothing is read off a trace
 MOVES_MIN = 1.2  # scatter of readings per noise, of which 1 is noise alone
 LONGEST_S = 2.0
 """Length of a recording that is run as a whole; of a longer one a window must be named."""
-FREE = {'load_cell.contact': 'absent'}
+_FREE = {'load_cell.contact': 'absent'}
 """Of a runner that is seen to move and whose force nobody measured."""
-OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
+_OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
 """Names of parameters that say how a stand of this package was set for a recording."""
 
 
@@ -146,8 +146,8 @@ def voltage_of(
     """
     if source.commands is not None:
         [commands] = listed_tables(source.commands)
-        table = read_experiment(commands, kind=OVER_TIME, measured=(VOLTAGE,))
-        rows = np.column_stack((table.columns['time_s'], table.columns[VOLTAGE]))
+        table = read_experiment(commands, kind=OVER_TIME, measured=(_VOLTAGE,))
+        rows = np.column_stack((table.columns['time_s'], table.columns[_VOLTAGE]))
         rows[:, 0] -= rows[0, 0]
         return Voltage(rows, (f'commands of {table.origin}',))
     found = recognise(
@@ -176,8 +176,8 @@ def played(given: DriveInput, stand: Parameters, source: DriveSource) -> Voltage
 
     """
     spacing_s = np.diff(given.time_s)
-    is_sampled = len(spacing_s) >= SAMPLES_MIN and bool(
-        np.mean(np.abs(spacing_s / np.median(spacing_s) - 1.0) < JITTER) > SAMPLED_SHARE
+    is_sampled = len(spacing_s) >= _SAMPLES_MIN and bool(
+        np.mean(np.abs(spacing_s / np.median(spacing_s) - 1.0) < _JITTER) > _SAMPLED_SHARE
     )
     if is_sampled and given.is_voltage:
         return voltage_of(given.time_s, given.voltage_v, stand, source)
@@ -196,7 +196,7 @@ def _of_recording(
     if RUN_RECORD in recording.metadata:
         series = recorded_series(recording)
         own = recorded_stand(recording)
-        settings = {name: each for name, each in own.flat().items() if name.startswith(OWN)}
+        settings = {name: each for name, each in own.flat().items() if name.startswith(_OWN)}
         if own.load_cell.contact == 'absent':  # its force is 0 by definition
             series.pop('force_n', None)
     elif topics:
@@ -207,9 +207,9 @@ def _of_recording(
     seen = tuple(
         Seen(quantity, series[name].value, series[name].time_s)
         for name, quantity in SEEN.items()
-        if name in series and len(series[name]) >= SAMPLES_MIN
+        if name in series and len(series[name]) >= _SAMPLES_MIN
     )
-    voltage = series.get(VOLTAGE)
+    voltage = series.get(_VOLTAGE)
     pair = None if voltage is None else (voltage.time_s, voltage.value)
     return _over_time(str(recording.path), pair, seen, stand, preload_n, source, settings)
 
@@ -220,14 +220,14 @@ def _of_table(
     """Return the experiment of a table over time."""
     columns, time_s, seen = table.columns, table.columns['time_s'], list[Seen]()
     for name, quantity in SEEN.items():
-        if name in columns and (known := np.isfinite(columns[name])).sum() >= SAMPLES_MIN:
+        if name in columns and (known := np.isfinite(columns[name])).sum() >= _SAMPLES_MIN:
             sigma = columns.get(sigma_name(name))
             error = None if sigma is None else float(np.nanmedian(sigma))
             seen.append(Seen(quantity, columns[name][known], time_s[known], error))
     pair = None
-    if VOLTAGE in columns:
-        known = np.isfinite(columns[VOLTAGE])
-        pair = time_s[known], columns[VOLTAGE][known]
+    if _VOLTAGE in columns:
+        known = np.isfinite(columns[_VOLTAGE])
+        pair = time_s[known], columns[_VOLTAGE][known]
     return _over_time(table.origin, pair, tuple(seen), stand, preload_n, source, {})
 
 
@@ -265,7 +265,7 @@ def _over_time(
     if preload_n is not None:
         own['stand.preload'] = preload_n
     if not settings and not any(each.quantity == 'force_n' for each in seen):
-        own |= FREE
+        own |= _FREE
     if not {'stand.preload'} & (own.keys() | stand.changed().keys()):
         text = f'the preload is not said, that of the stand, {stand.stand.preload:g} N, is taken'
         notes += (f'{origin}: {text}: name it with --preload',)
@@ -291,7 +291,7 @@ def _of_points(table: MeasuredTable, frequency_hz: float, steps: int) -> list[Ex
             )
             settings: dict[str, Scalar] = {'stand.preload': float(columns['preload_n'][row])}
             if quantity == 'step_length_m':
-                settings |= FREE
+                settings |= _FREE
             error = None if sigma is None else float(sigma[row])
             seen = Seen(quantity, columns[quantity][row : row + 1], sigma=error)
             found.append(Experiment(f'{table.origin} row {row + 1}', settings, drive, (seen,)))

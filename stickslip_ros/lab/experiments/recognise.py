@@ -35,7 +35,7 @@ HOLD, RAMP, SAWTOOTH, AS_SAMPLED = 'hold', 'ramp', 'saw-tooth', 'as it is'
 UNSEEN_MOST = 0.24
 """Share of the cycle that may lie between samples of neighbouring phases: in what was never seen
 anything may happen. At a quarter of the monitor's rate and above nothing is left to test."""
-MISSED_MOST = 0.02
+_MISSED_MOST = 0.02
 """Share of a segment's samples that its corners may miss, beside a few."""
 WHOLE_CYCLES = 0.05
 """Cycles this near to a whole number are whole."""
@@ -49,7 +49,7 @@ STRAY_COST = 8.0
 """What a sample that follows nothing adds to the measure by which two clocks are compared: the
 logarithm of the range of voltages in standard deviations of noise."""
 TOLD = 3  # refusals that a message quotes
-ALIKE = 6  # frequencies that look alike, which one of them quotes
+_ALIKE = 6  # frequencies that look alike, which one of them quotes
 
 
 @dataclass(frozen=True)
@@ -317,7 +317,7 @@ def _missed(part: CoursePart, piece: WavePiece, rows: Array, finder: Finder) -> 
     within_v = [np.interp(times_s + off_s, *rows.T) for off_s in (-near_s, 0.0, near_s)]
     missed_v = np.maximum(np.min(within_v, 0) - volts_v, volts_v - np.max(within_v, 0))
     missed = int(np.sum(missed_v > finder.tolerance_v(piece)))
-    if missed > STRAYS_IN_A_ROW + MISSED_MOST * len(times_s):
+    if missed > STRAYS_IN_A_ROW + _MISSED_MOST * len(times_s):
         yield f'what was recognised misses {missed} samples; give the commands'
     is_hold = not piece.slope_v_per_s and len(times_s) >= SURE_SCATTER
     if is_hold and piece.scatter_v > NOISE_AGREES * finder.noise_v:
@@ -359,9 +359,9 @@ def _ambiguous(segment: Segment, is_allowed: bool, rate_hz: float) -> Iterator[s
         )
     if segment.others_hz:
         alike_hz = segment.frequency_hz, *segment.others_hz
-        all_hz = ', '.join(f'{each:+.2f} Hz' for each in alike_hz[:ALIKE])
-        if len(alike_hz) > ALIKE:
-            all_hz += f' and {len(alike_hz) - ALIKE} others'
+        all_hz = ', '.join(f'{each:+.2f} Hz' for each in alike_hz[:_ALIKE])
+        if len(alike_hz) > _ALIKE:
+            all_hz += f' and {len(alike_hz) - _ALIKE} others'
         yield (
             f'{all_hz} give the same samples at {rate_hz:.2f} Hz (+ forwards, - backwards); give '
             'the highest frequency of the drive, its direction, or the position'

@@ -13,13 +13,13 @@ from stickslip_ros.parameters import Parameters
 LATE_MAX_S = 0.05  # beyond which a clock is not looked for
 FALL_S, FALL_V = 5e-5, 1.0
 """A corner follows a fall if the voltage has changed by so much within so short a time."""
-CLEAR = 1.3
+_CLEAR = 1.3
 """Times by which the best lag must beat that of two clocks that agree, to be believed."""
 SEEN_MIN = 8.0
 """Standard errors of the mean of the falls that a jerk must be above, to be one: noise of 10 to
 50 nm came to 5 at the best of 5,000 lags, rigs of 1.5 nm to 13 and more."""
 LATE_MIN_S = 1e-4  # what is less is left to the model's motion
-AROUND_S, STEP_S = 2e-4, 4e-6
+_AROUND_S, _STEP_S = 2e-4, 4e-6
 """How far around a lateness is looked with a model, and in which steps."""
 
 
@@ -37,13 +37,13 @@ class Lateness(NamedTuple):
     def is_clear(self) -> bool:
         """Whether the clock is late rather than on time."""
         is_seen = self.score * math.sqrt(self.falls) > SEEN_MIN
-        is_better = self.score > CLEAR * max(self.score_at_0, 0.0)
+        is_better = self.score > _CLEAR * max(self.score_at_0, 0.0)
         return abs(self.late_s) > LATE_MIN_S and is_seen and is_better
 
     @property
     def has_rival(self) -> bool:
         """Whether another lag is nearly as good."""
-        return self.score < CLEAR * self.rival_score
+        return self.score < _CLEAR * self.rival_score
 
 
 def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
@@ -102,8 +102,8 @@ def lateness_near(experiment: Experiment, stand: Parameters, rough_s: float) -> 
     The differences from one reading to the next do not see steps that are too long or too short.
 
     """
-    most, seen = round(AROUND_S / STEP_S), experiment.seen[0]
-    tried_s = (rough_s + STEP_S * np.arange(-most, most + 1)).tolist()
+    most, seen = round(_AROUND_S / _STEP_S), experiment.seen[0]
+    tried_s = (rough_s + _STEP_S * np.arange(-most, most + 1)).tolist()
     misses = []
     for late_s in tried_s:
         [[model, *_]] = predict(stand, [experiment], shifts_s=(late_s,))

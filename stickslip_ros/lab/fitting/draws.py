@@ -12,7 +12,7 @@ from stickslip_ros.files import read_bytes
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.parameters import Parameters
 
-DRAWS = 100  # where nobody says how many
+_DRAWS = 100  # where nobody says how many
 DRAWS_MAX = 10_000
 
 
@@ -39,7 +39,7 @@ def drawn(
     """
     if not 1 <= count <= DRAWS_MAX:
         limit = f'not from 1 to {DRAWS_MAX}'
-        raise OutOfRange('number of draws', count, '', limit, f'take {DRAWS}')
+        raise OutOfRange('number of draws', count, '', limit, f'take {_DRAWS}')
     known = np.isfinite(np.diag(covariance))
     chance = np.random.default_rng(seed)
     places = np.tile(place, (count, 1))
@@ -59,7 +59,7 @@ def read_stand(path: Path) -> Parameters:
     return _read(path)[0]
 
 
-def read_draws(path: Path, count: int = DRAWS, seed: int = 1) -> list[Parameters]:
+def read_draws(path: Path, count: int = _DRAWS, seed: int = 1) -> list[Parameters]:
     """
     Return draws of the fit that was written to a file, ``stickslip fit -o fitted.json``.
 

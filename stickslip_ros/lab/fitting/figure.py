@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from stickslip_ros.lab.fitting.fit import Fit
 
 CURVE_POINTS = 41
-PIXELS = 1500  # points of a curve are no more than a picture can show
-WORDS = {
+_PIXELS = 1500  # points of a curve are no more than a picture can show
+_WORDS = {
     'force_n': 'generated force',
     'step_length_m': 'step length',
     'position_m': 'position',
@@ -73,15 +73,15 @@ def _draw_trace(
         (measured, f'measured, {name}', {'linewidth': 1.8, **curve_style(0)}),
         (model, 'model', {'linewidth': 0.9, **curve_style(1)}),
     ):
-        top.plot(*decimated(each.time_s, factor * values, PIXELS), label=label, **style)
+        top.plot(*decimated(each.time_s, factor * values, _PIXELS), label=label, **style)
     missed = factor * (model - measured)
-    bottom.plot(*decimated(each.time_s, missed, PIXELS), linewidth=0.8, color=BLACK)
+    bottom.plot(*decimated(each.time_s, missed, _PIXELS), linewidth=0.8, color=BLACK)
     for sign in (-1.0, 1.0):
         bottom.axhline(sign * factor * sensor['noise'], color=GREY, linewidth=0.8, linestyle='--')
     for axes in (top, bottom):
         axes.set_xlim(float(each.time_s[0]), float(each.time_s[-1]))
     top.tick_params(labelbottom=False)
-    top.set_ylabel(f'{WORDS[each.quantity]} ({unit})')
+    top.set_ylabel(f'{_WORDS[each.quantity]} ({unit})')
     top.legend()
     bottom.set(xlabel='time (s); dashed: noise', ylabel=f'model −\nmeasured ({unit})')
 
@@ -117,7 +117,7 @@ def _draw_numbers(fit: 'Fit', quantity: str, workers: int, top: Axes, bottom: Ax
         curve = _curve(fit, [one for one, *_ in here], grid_nm / NM, workers)
         model = factor * np.array([each.values[0] for [each] in curve])
         top.plot(grid_nm, model, linewidth=1.0, label=f'model, {label}', **style)
-    top.set_ylabel(f'{WORDS[quantity]} ({unit})')
+    top.set_ylabel(f'{_WORDS[quantity]} ({unit})')
     top.legend()
     missed_label = '(model −\nmeasured)/σ' if is_known else f'model −\nmeasured ({unit})'
     bottom.set(xlabel='stroke of the feet (nm)', ylabel=missed_label)

@@ -51,7 +51,7 @@ WIDENED_MAX = 4  # times that a search goes on beyond bounds that nobody has giv
 TOLERANCE = 1e-6
 """Relative change of sum of squares, or of coordinates, at which a search ends: a thousandth of
 a standard error."""
-EVALUATIONS_MAX = 60  # steps of a search, from which it is said not to have converged
+_EVALUATIONS_MAX = 60  # steps of a search, from which it is said not to have converged
 SAME_CHANGE = 0.01
 """Change of chi-square, per its scale, within which two searches found the same minimum."""
 SAME_SHARE = 1e-10  # the same as a share of the sum of squares of the data, for data without noise
@@ -68,7 +68,9 @@ FOLLOWED_MAX = 3  # minima of the first searches from which one goes on
 APART = 0.05  # coordinates from which two minima are different ones
 CLOSE_S = 5e-7  # change of a clock that asks for another search
 ROUNDS_OF_NOISE = 3
-RIVAL = 3.84  # chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %
+RULED_OUT_BY = (
+    3.84  # chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %
+)
 
 
 @dataclass(frozen=True)
@@ -234,7 +236,7 @@ class Fit(Drawn):
         """Minima, or searches that ended in them, that are not ruled out beside this one."""
         if self.problem.has_traces:
             return len(self.others)
-        not_out = self._searches_within(RIVAL * self.uncertainty.variance_scale)
+        not_out = self._searches_within(RULED_OUT_BY * self.uncertainty.variance_scale)
         return max(not_out - self.same, 0)
 
     @property
@@ -440,7 +442,7 @@ def fit_experiments(
     )
 
 
-def search(problem: Problem, start: Array, most: int = EVALUATIONS_MAX) -> Minimum:
+def search(problem: Problem, start: Array, most: int = _EVALUATIONS_MAX) -> Minimum:
     """Search from coordinates: a bounded trust region, with one-sided differences."""
     place = np.clip(start, *problem.bounds)
     if problem.has_traces and not problem.metrics:
@@ -467,7 +469,7 @@ def search(problem: Problem, start: Array, most: int = EVALUATIONS_MAX) -> Minim
 
 def _search_or_nothing(problem: Problem, start: Array) -> Minimum:
     """Search, and find nothing at a stand that cannot be, unless it is the user's own."""
-    most = EVALUATIONS_MAX if problem.allowance is None else LOOSE_EVALUATIONS_MAX
+    most = _EVALUATIONS_MAX if problem.allowance is None else LOOSE_EVALUATIONS_MAX
     try:
         return search(problem, start, most)
     except StickSlipError:
@@ -559,7 +561,7 @@ def _tightened(
         for each in one.seen
         if each.left_out
     ]
-    rivals = [each for each in others if each.chi_square - best.chi_square < RIVAL]
+    rivals = [each for each in others if each.chi_square - best.chi_square < RULED_OUT_BY]
     return problem, found, tuple(rivals), tuple(notes)
 
 

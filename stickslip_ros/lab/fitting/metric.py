@@ -22,7 +22,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Seen
 from stickslip_ros.lab.experiments.predict import Prediction
 
-FREE = 30.0
+_FREE = 30.0
 """Size of a zero or a drift in ranges of the readings: none is too large."""
 DELAY_S = 2e-5
 """What a sensor may be late, and time constant of its low-pass, beyond what its clock is."""
@@ -191,8 +191,8 @@ def metric_of(
 
     """
     time_s = seen.time_s
-    reach = FREE * max(float(np.ptp(seen.values)), noise)
-    offset = FREE * float(np.max(np.abs(seen.values - predicted.values))) + reach
+    reach = _FREE * max(float(np.ptp(seen.values)), noise)
+    offset = _FREE * float(np.max(np.abs(seen.values - predicted.values))) + reach
     middle_s, half_s = 0.5 * (time_s[0] + time_s[-1]), 0.5 * (time_s[-1] - time_s[0])
     ones = np.ones_like(time_s)
     sensor = np.column_stack((ones, time_s - middle_s, predicted.rate, -predicted.curvature))

@@ -17,7 +17,7 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.fitting.problem import Problem
 from stickslip_ros.parameters import Parameters, spec_of
 
-TRIED: Mapping[str, Mapping[str, float]] = {
+_TRIED: Mapping[str, Mapping[str, float]] = {
     'contact.friction': {},
     'contact.prefactor': {},
     'contact.radius': {},
@@ -32,8 +32,8 @@ TRIED: Mapping[str, Mapping[str, float]] = {
     'actuator.gain_tolerance': {'actuator.gain_tolerance': 0.01},
 }
 """What may be missing, and what switches a little of it on where it is off."""
-SHARE = 3e-3  # by which a value that is there is changed
-TELLING = 10.0  # fall of chi-square from which a parameter is named
+_SHARE = 3e-3  # by which a value that is there is changed
+_TELLING = 10.0  # fall of chi-square from which a parameter is named
 TELLING_SHARE = 0.02  # and as a share of it
 
 
@@ -55,12 +55,12 @@ def missing_from(problem: Problem, place: Array) -> tuple[Missing, ...]:
     known = plain.slopes(place)
     missed = plain.whitened(here, None, place)
     names, stands = list[str](), list[Parameters]()
-    for name, switched in TRIED.items():
+    for name, switched in _TRIED.items():
         value = stand.flat()[name]
         if name in {one.name for one in problem.free}:
             continue
         is_off = not value
-        changes = switched if is_off and switched else {name: float(value) * (1.0 + SHARE)}
+        changes = switched if is_off and switched else {name: float(value) * (1.0 + _SHARE)}
         if is_off and not switched:
             continue
         try:
@@ -80,6 +80,6 @@ def missing_from(problem: Problem, place: Array) -> tuple[Missing, ...]:
         may_only_grow = not stand.flat()[name] and spec_of(name).minimum == 0.0
         if length > 0.0 and not (may_only_grow and along <= 0.0):
             found.append(Missing(name, before, before - along**2 / length))
-    least = max(TELLING, TELLING_SHARE * before)
+    least = max(_TELLING, TELLING_SHARE * before)
     telling = [each for each in found if each.chi_square - each.expected > least]
     return tuple(sorted(telling, key=lambda each: each.expected))

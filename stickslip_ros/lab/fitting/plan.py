@@ -23,7 +23,7 @@ from stickslip_ros.lab.fitting.problem import Problem, StandardErrors
 from stickslip_ros.lab.runs.sawtooth_run import full_stroke_m
 from stickslip_ros.parameters import Parameters, Scalar
 
-PRELOADS_N = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
+_PRELOADS_N = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0)
 STROKES = (0.4, 0.7, 1.0)  # shares of the range of the amplifier
 FREQUENCIES_HZ = (200.0, 600.0)
 TRIANGLES = (0.1, 0.4)  # shares of that range, 250 Hz
@@ -114,7 +114,7 @@ def candidates_of(fit: Fit) -> list[Candidate]:
     """Return measurements that could be made as those of a fit were."""
     stand, found = fit.parameters, list[Candidate]()
     top_v = stand.amplifier.voltage_max - stand.amplifier.voltage_min
-    for preload_n in PRELOADS_N:
+    for preload_n in _PRELOADS_N:
         preload = f'preload {preload_n:g}N'
         for hertz in FREQUENCIES_HZ:
             for share in STROKES:

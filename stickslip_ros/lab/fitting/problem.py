@@ -17,7 +17,7 @@ from stickslip_ros.lab.fitting.metric import Allowance, Metric, metric_of, waves
 from stickslip_ros.lab.runs.batch import Pool
 from stickslip_ros.parameters import Parameters
 
-GAIN, ROOM = 'actuator.gain', 1e-6
+_GAIN, _ROOM = 'actuator.gain', 1e-6
 STEP = 3e-4
 """Step of differences in a coordinate: 0.03 % of a value, or of a range. The forces of a fixed
 number of cycles are smooth in every parameter but for 8e-9 of themselves, so that a slope has a
@@ -25,7 +25,7 @@ noise of 1e-5 of them; the truncation is 1e-5 of a slope for central differences
 one-sided ones, where the force goes with the 13th power of a parameter, the steepest found."""
 BOUND_SHARE = 1e-3
 """Share of the range, in coordinates, within which a parameter sits on its bound."""
-STEPS_MIN, STEPS_MAX = 100, 6400
+_STEPS_MIN, _STEPS_MAX = 100, 6400
 """Cycles of a run; doubled from the one up to the other, until the number is steady."""
 STEADY_SHARE = 0.01  # share of a standard error by which twice as many cycles may change a number
 STEADY_NUMBER = 1e-5
@@ -176,7 +176,7 @@ class Problem:
         Strokes of steps were made, whatever gain a search tries: its amplifier can make them.
 
         """
-        if any(one.name == GAIN for one in self.free):
+        if any(one.name == _GAIN for one in self.free):
             drives = [one.drive for one in self.experiments]
             strokes_m = [each.amplitude_m for each in drives if isinstance(each, SawtoothSteps)]
             stands = [_with_room(stand, max(strokes_m, default=0.0)) for stand in stands]
@@ -279,7 +279,7 @@ class Problem:
                 k
                 for k in chosen
                 if problem.settings(k) in alike
-                and problem.steps(k).steps < STEPS_MAX
+                and problem.steps(k).steps < _STEPS_MAX
                 and problem.steps(k).is_steady
             ]
             if not more:
@@ -320,7 +320,7 @@ class Problem:
 
 def _with_room(stand: Parameters, stroke_m: float) -> Parameters:
     """Return a stand whose amplifier reaches as far as a stroke needs."""
-    highest_v = stand.amplifier.voltage_min + (1.0 + ROOM) * stroke_m / stand.actuator.gain
+    highest_v = stand.amplifier.voltage_min + (1.0 + _ROOM) * stroke_m / stand.actuator.gain
     if highest_v <= stand.amplifier.voltage_max:
         return stand
     return stand.updated({'amplifier.voltage_max': highest_v})
@@ -392,5 +392,5 @@ def pose(
             hint = 'set stand.preload_end=0: each point has one preload'
             raise OutOfRange('stand.preload_end', end_n, 'N', 'not 0 in a fit', hint)
     numbers = [k for k, one in enumerate(experiments) if isinstance(one.drive, SawtoothSteps)]
-    problem = problem.with_cycles({k: problem.steps(k).steps or STEPS_MIN for k in numbers})
+    problem = problem.with_cycles({k: problem.steps(k).steps or _STEPS_MIN for k in numbers})
     return problem.steady_at(problem.start)[0]

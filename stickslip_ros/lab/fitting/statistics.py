@@ -21,7 +21,7 @@ EFFECT = 1e-5
 """Share of the forces that one e-fold, or the whole range, must change: the noise of a slope."""
 RANK = 1e-5
 """Singular value, per largest, below which columns of unit length are dependent: the noise."""
-SHARE = 1e-3  # part of an undetermined combination from which a parameter belongs to it
+_SHARE = 1e-3  # part of an undetermined combination from which a parameter belongs to it
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,7 @@ def _covariance(
     blind = values <= RANK * values[0]
     seen = directions[~blind] / values[~blind, None]
     covariance = scale * (seen.T @ seen) / np.outer(lengths, lengths)
-    undetermined = np.sum(directions[blind] ** 2, axis=0) > SHARE
+    undetermined = np.sum(directions[blind] ** 2, axis=0) > _SHARE
     covariance[undetermined, :] = covariance[:, undetermined] = np.nan
     covariance[undetermined, undetermined] = np.inf
     return covariance, np.asarray(undetermined)

@@ -11,7 +11,7 @@ from stickslip_ros.lab.runs.plotting import GREY, new_figure, styled
 from stickslip_ros.units import NM
 
 BAND = 0.02, 3.0  # frequencies that are shown by default, as multiples of the resonance
-LINE_POINTS = 2000
+_LINE_POINTS = 2000
 
 
 @styled()
@@ -27,7 +27,7 @@ def draw_bode(
     ``matrix`` gives the closed form at frequencies, Hz, as that of a LinearDrive.
 
     """
-    grid: Array = np.geomspace(frequencies.min(), frequencies.max(), LINE_POINTS)
+    grid: Array = np.geomspace(frequencies.min(), frequencies.max(), _LINE_POINTS)
     figure = new_figure(10.0, 6.0)
     panels = figure.subplots(2, 2, sharex=True)
     lines, curves = curves_of(matrix(grid)), curves_of(matrix(frequencies))

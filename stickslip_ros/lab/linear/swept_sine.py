@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 SLIDING_SHARE = 2e-3  # sliding amplitude per maximal presliding of the contact that slips first
 VOLTAGE_SHARE = 2.5e-3
 """Largest amplitude of the voltage per range of the amplifier: no play of the hysteresis moves."""
-POINTS = 128
+_POINTS = 128
 """Corners of a sine per cycle, and readings, which are means from one corner to the next."""
-CYCLES_MIN, CYCLES_MAX, BEATS = 6, 80, 4.0
+_CYCLES_MIN, _CYCLES_MAX, _BEATS = 6, 80, 4.0
 """A sine rises during so many cycles, and is evaluated over as many: within these limits, over
-BEATS beats with the nearest resonance."""
+_BEATS beats with the nearest resonance."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -160,17 +160,17 @@ def _measure(
     name, frequency_hz, amplitude = case
     poles_hz = np.abs(np.linalg.eigvals(linear.A).imag) / (2.0 * np.pi)
     beat_hz = float(np.abs(frequency_hz - poles_hz).min())
-    beat_cycles = BEATS * frequency_hz / max(beat_hz, 1e-9 * frequency_hz)
-    cycles = int(np.clip(np.ceil(beat_cycles), CYCLES_MIN, CYCLES_MAX))
+    beat_cycles = _BEATS * frequency_hz / max(beat_hz, 1e-9 * frequency_hz)
+    cycles = int(np.clip(np.ceil(beat_cycles), _CYCLES_MIN, _CYCLES_MAX))
 
     def sine(points: Array) -> Array:
-        steady: Array = amplitude * np.sin(2.0 * np.pi * points / POINTS)
-        return smooth(points / (POINTS * cycles)) * steady
+        steady: Array = amplitude * np.sin(2.0 * np.pi * points / _POINTS)
+        return smooth(points / (_POINTS * cycles)) * steady
 
-    corners = np.arange(2 * cycles * POINTS + 1, dtype=float)
-    dt_s, ramps = 1.0 / (POINTS * frequency_hz), np.empty((1, 3))
+    corners = np.arange(2 * cycles * _POINTS + 1, dtype=float)
+    dt_s, ramps = 1.0 / (_POINTS * frequency_hz), np.empty((1, 3))
     wave, loads_n = level(linear.at_voltage_v), sine(corners[:-1] + 0.5)
-    rounded = np.sinc(1.0 / POINTS)
+    rounded = np.sinc(1.0 / _POINTS)
     if name == 'voltage_v':
         wave = table(np.column_stack((corners * dt_s, linear.at_voltage_v + sine(corners))))
         loads_n, rounded = np.zeros(len(loads_n)), rounded**2
@@ -182,12 +182,12 @@ def _measure(
         stop_if_asked()
         advance(plants, moving, wave, float(load_n), dt_s, ramps)
         integral_m_s[i] = integrals.item()
-    seen = rounded * np.sinc(1.0 / POINTS)
+    seen = rounded * np.sinc(1.0 / _POINTS)
     # The complex amplitude of the last cycles, m; a smooth window hides slow drift.
-    last = cycles * POINTS
+    last = cycles * _POINTS
     position_m, middle = np.diff(integral_m_s)[-last:] / dt_s, np.arange(last) + 0.5
     weights = (1.0 - np.cos(2.0 * np.pi * middle / last)) ** 2
-    turns = np.exp(-2j * np.pi * middle / POINTS)
+    turns = np.exp(-2j * np.pi * middle / _POINTS)
     phasor_m = complex(2.0 * np.mean(weights * position_m * turns) / np.mean(weights))
     return phasor_m / complex(0.0, -amplitude * seen)
 

@@ -11,7 +11,7 @@ from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface.messages import JOINT_STATE, STAMPED_FIELDS
 from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.lab.design.shapes import SHAPES
-from stickslip_ros.lab.panel.model import CYCLES, REBUILT, SPANS_S
+from stickslip_ros.lab.panel.model import HISTORY_SPANS_S, REBUILT, SCOPE_CYCLES
 from stickslip_ros.lab.tables.experiment import OVER_TIME, read_experiment
 from stickslip_ros.lab.tables.formats import SUFFIXES
 from stickslip_ros.parameters import SENSORS, specs
@@ -50,7 +50,7 @@ STARTS = {
     ('preload', 'preload'): 'stand.preload',
 }
 """What stands in a field at first: a value, or the parameter that says it."""
-WORDS = {
+_WORDS = {
     ('sawtooth', 'steps'): '0: until stopped',
     ('waveform', 'cycles'): '0: until stopped',
     ('position', 'step'): 'nm, relative',
@@ -73,7 +73,7 @@ ALARMS = (
 )
 SHAPE_ROWS = 100
 """Rows of a curved part of a shape."""
-NEEDED = ('amplifier.slew_rate', 'amplifier.voltage_min', 'jog.timeout')
+_NEEDED = ('amplifier.slew_rate', 'amplifier.voltage_min', 'jog.timeout')
 WAVE = ('amplitude V', 'frequency Hz', 'cycles')
 """What somebody chooses of a waveform that has a shape."""
 
@@ -119,8 +119,8 @@ def lamps() -> dict[str, Any]:
             }
             for each in SENSORS
         ],
-        'cycles': CYCLES,
-        'spans_s': SPANS_S,
+        'cycles': SCOPE_CYCLES,
+        'spans_s': HISTORY_SPANS_S,
     }
 
 
@@ -132,7 +132,7 @@ def is_fault(name: str) -> bool:
 def shown_parameters() -> list[str]:
     """Return the parameters that the page needs: what limits or begins a number."""
     limits = (each for pair in LIMITS.values() for each in pair)
-    named = {*STARTS.values(), *limits, *NEEDED, *REBUILT}
+    named = {*STARTS.values(), *limits, *_NEEDED, *REBUILT}
     known = {each.removeprefix('-') for each in named if isinstance(each, str)}
     return [name for name in specs() if name in known]
 
@@ -200,7 +200,7 @@ def _number(command: str, label: str) -> dict[str, Any]:
     factor, shown = display_unit(unit)
     low, high = LIMITS.get((command, name), (None, None))
     start = STARTS.get((command, name), 0.0)
-    words = WORDS.get((command, name), '')
+    words = _WORDS.get((command, name), '')
     limits = {'low': low, 'high': high, 'start': start, 'words': words}
     return {'name': name, 'unit': shown, 'factor': factor, **limits}
 

@@ -16,20 +16,20 @@ BINS = 600
 RECENT = (1 << 13, 1 << 15, 1 << 18)
 """Falls are looked for in the last so many samples; where there are too few, in more."""
 KEPT = RECENT[-1]
-JITTER_V, JITTER = 1.0, 0.03
+_JITTER_V, _JITTER = 1.0, 0.03
 """A voltage rests that changes by less, and by a lesser share of the last saw-tooth: what holds a
 place makes it tremble by tenths of a volt."""
-MARGIN = 0.15
+_MARGIN = 0.15
 """Share of a period that is shown before the first and after the last fall."""
 FREE_S = 0.02
 """Time that the scope shows where no period is known, s."""
 HISTORY_BIN_S = 0.01
 HISTORY_KEPT = 1 << 13
 
-COLUMNS = ('t', 'voltage', 'foot', *(each.reading for each in SENSORS))
+SAMPLE_COLUMNS = ('t', 'voltage', 'foot', *(each.reading for each in SENSORS))
 """Columns of samples; those of a sensor that is not there are not numbers."""
 TIME, VOLTAGE, FOOT = range(FIRST_READING)
-POSITION = COLUMNS.index('position')
+POSITION_READING = SAMPLE_COLUMNS.index('position')
 
 
 class SampleRing:
@@ -168,9 +168,9 @@ class Scope:
         """
         Return the picture of the last cycles.
 
-        Samples are rows of COLUMNS. Where the voltage rests but for a tremor, the last picture
-        that had falls is held. Where there was none, or without trigger, the newest samples are
-        shown.
+        Samples are rows of SAMPLE_COLUMNS. Where the voltage rests but for a tremor, the last
+        picture that had falls is held. Where there was none, or without trigger, the newest
+        samples are shown.
 
         """
         if not len(samples):
@@ -192,14 +192,14 @@ class Scope:
         if len(falls) < 2:
             return None
         period = float(np.median(np.diff(falls)))
-        if falls[-1] + MARGIN * period > len(samples) - 1 and len(falls) > 2:
+        if falls[-1] + _MARGIN * period > len(samples) - 1 and len(falls) > 2:
             falls = falls[:-1]
         first, last = int(falls[max(0, len(falls) - 1 - cycles)]), int(falls[-1])
-        begin = max(0, first - round(MARGIN * period))
-        end = min(len(samples), last + round(MARGIN * period) + 1)
+        begin = max(0, first - round(_MARGIN * period))
+        end = min(len(samples), last + round(_MARGIN * period) + 1)
         self._held = _shown(samples, slice(begin, end), first)
         swing_v = float(np.ptp(samples[begin:end, VOLTAGE]))
-        self._jitter_v = min(JITTER_V, JITTER * swing_v)
+        self._jitter_v = min(_JITTER_V, _JITTER * swing_v)
         sample_s = (samples[last, TIME] - samples[first, TIME]) / max(1, last - first)
         self._held = self._held._replace(period_s=period * sample_s)
         return self._held
@@ -215,7 +215,7 @@ def _shown(samples: Array, shown: slice, trigger: int) -> Picture:
     part, at_s = samples[shown], float(samples[trigger, TIME])
     x = part[:, TIME] - at_s
     curves = {'voltage': curve_of(x, part[:, VOLTAGE], 0.0)}
-    for name, column in (('foot', FOOT), ('runner', POSITION)):
+    for name, column in (('foot', FOOT), ('runner', POSITION_READING)):
         place = float(samples[trigger, column])
         curves[name] = curve_of(x, part[:, column], place if math.isfinite(place) else 0.0)
     return Picture(float(x[0]), float(x[-1]), at_s, 0.0, curves)

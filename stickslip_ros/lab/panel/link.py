@@ -30,13 +30,13 @@ from stickslip_ros.ros.executable import end_node, stay_on_this_host
 from stickslip_ros.ros.interface import SERVICE_TYPES
 from stickslip_ros.units import joined
 
-LOOK_S = 0.5
+_LOOK_S = 0.5
 """Time between two looks at who is there, and two questions for the state of the drive."""
 ANSWER_S = 1.5
 """Time after which a drive that has not answered counts as silent."""
-SPIN_S = 0.1
+_SPIN_S = 0.1
 TRANSITIONS = ('configure', 'activate', 'deactivate', 'cleanup')
-TELLING = 'step_simulation'
+_TELLING = 'step_simulation'
 """A service that only drives have, whatever their nodes are called."""
 BUTTONS = {each.name.removeprefix('~/'): SERVICE_TYPES[each.type_name] for each in SERVICES}
 CALLED = BUTTONS | {
@@ -81,7 +81,7 @@ class Link:
             'view': self.model.choose,
         }
         self._ended = Event()
-        self._looked_s = self._asked_s = -LOOK_S
+        self._looked_s = self._asked_s = -_LOOK_S
         self._drive = self._attached(self.model.drive)
         self._thread = Thread(target=self._run, name='client of the drive', daemon=True)
         self._thread.start()
@@ -114,9 +114,9 @@ class Link:
     def _run(self) -> None:
         while not self._ended.is_set():
             try:
-                self._executor.spin_once(timeout_sec=SPIN_S)
+                self._executor.spin_once(timeout_sec=_SPIN_S)
                 now_s = monotonic()
-                if now_s - self._looked_s >= LOOK_S:
+                if now_s - self._looked_s >= _LOOK_S:
                     self._looked_s = now_s
                     self._look()
                     self._ask_state(now_s)
@@ -154,7 +154,7 @@ class Link:
             node
             for name, namespace in self._node.get_node_names_and_namespaces()
             for node in [f'{namespace.rstrip("/")}/{name}']
-            if name == NODE_NAME or self._node.count_services(f'{node}/{TELLING}')
+            if name == NODE_NAME or self._node.count_services(f'{node}/{_TELLING}')
         ]
         self.model.is_there = self._services['get_state'].service_is_ready()
 
@@ -288,7 +288,7 @@ class Link:
         def take(answer: Any) -> None:
             words = '' if answer.success else f'{label} failed; the log of the drive says why'
             self.model.note('lifecycle', words, bad=not answer.success)
-            self._looked_s = -LOOK_S
+            self._looked_s = -_LOOK_S
 
         request = ChangeState.Request(transition=Transition(label=label))
         self._ask('lifecycle', 'change_state', request, take)

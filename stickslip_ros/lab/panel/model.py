@@ -20,11 +20,11 @@ from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.drawing.film import film_of
 from stickslip_ros.lab.drawing.picture import stand_svg
 from stickslip_ros.lab.panel.curves import (
-    COLUMNS,
     FOOT,
     KEPT,
-    POSITION,
+    POSITION_READING,
     RECENT,
+    SAMPLE_COLUMNS,
     TIME,
     VOLTAGE,
     BinHistory,
@@ -40,10 +40,10 @@ VELOCITY_S = 0.2
 """Time over which the slope of the position is the velocity, s."""
 SILENT_S = 1.5
 """Wall-clock time without a trace after which the page says so, s."""
-CYCLES, SPANS_S = (1, 2, 3, 5, 10), (2, 5, 10, 60)
+SCOPE_CYCLES, HISTORY_SPANS_S = (1, 2, 3, 5, 10), (2, 5, 10, 60)
 """Cycles that the scope may show, and times that the history may, s."""
 ACTIVE = 'active'
-ERROR = 2
+_ERROR = 2
 """Level of diagnostics from which the drive is late."""
 PARTS = ('time', 'recorder', 'faults')
 """Parts of the diagnostics that the page shows."""
@@ -84,7 +84,7 @@ class Source(Protocol):
 def drawing_of(stand: Parameters, samples: Array) -> str:
     """Return a stand in the last cycles of some samples, or, without any, at rest."""
     for count in RECENT:
-        trace = samples[-count:, [TIME, VOLTAGE, FOOT, POSITION]].T
+        trace = samples[-count:, [TIME, VOLTAGE, FOOT, POSITION_READING]].T
         film = film_of(stand, *trace) if len(samples) else None
         if film is not None or count >= len(samples):
             break
@@ -95,15 +95,15 @@ class View:
     """How the picture is taken, which those at the page choose."""
 
     def __init__(self) -> None:
-        self.cycles = 3  # one of CYCLES
-        self.span_s = 10  # one of SPANS_S
+        self.cycles = 3  # one of SCOPE_CYCLES
+        self.span_s = 10  # one of HISTORY_SPANS_S
         self.triggers = True  # whether the scope waits for falls
 
     def choose(self, wish: Mapping[str, Any]) -> None:
         """Take a choice; anything else is passed over."""
-        if wish.get('cycles') in CYCLES:
+        if wish.get('cycles') in SCOPE_CYCLES:
             self.cycles = int(wish['cycles'])
-        if wish.get('span_s') in SPANS_S:
+        if wish.get('span_s') in HISTORY_SPANS_S:
             self.span_s = int(wish['span_s'])
         if isinstance(wish.get('triggers'), bool):
             self.triggers = wish['triggers']
@@ -144,7 +144,7 @@ def _figures(samples: Array) -> dict[str, float | None]:
     if not len(samples):
         return dict.fromkeys((*always, 'velocity'))
     begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - FIGURE_S))
-    newest = dict(zip(COLUMNS, samples[begin:].T, strict=True))
+    newest = dict(zip(SAMPLE_COLUMNS, samples[begin:].T, strict=True))
     shown = [*always, *(each.reading for each in SENSORS if each.switch)]
     figures = {
         name: float(np.mean(newest[name])) if np.isfinite(newest[name][-1]) else None
@@ -152,7 +152,7 @@ def _figures(samples: Array) -> dict[str, float | None]:
         if name in always or not np.isnan(newest[name]).all()
     }
     begin = int(np.searchsorted(samples[:, TIME], samples[-1, TIME] - VELOCITY_S))
-    time_s, position_m = (samples[begin:, each] for each in (TIME, POSITION))
+    time_s, position_m = (samples[begin:, each] for each in (TIME, POSITION_READING))
     apart_s = time_s - np.mean(time_s)
     spread = float(apart_s @ apart_s)
     slope = float(apart_s @ (position_m - position_m[0])) / spread if spread else math.nan
@@ -170,7 +170,7 @@ class Model:
         self.is_there = False  # in the graph
         self.view = View()
         self._ring, self._history, self._scope = (
-            SampleRing(len(COLUMNS), KEPT),
+            SampleRing(len(SAMPLE_COLUMNS), KEPT),
             BinHistory(),
             Scope(),
         )
@@ -199,10 +199,10 @@ class Model:
 
     def take_trace(self, block: Array, names: Sequence[str] = TRUTH) -> None:
         """Take a block of a trace; where time starts anew, what was before is forgotten."""
-        samples = np.full((len(block), len(COLUMNS)), np.nan)
+        samples = np.full((len(block), len(SAMPLE_COLUMNS)), np.nan)
         for name, column in zip(names, block.T, strict=False):
-            if name in COLUMNS:
-                samples[:, COLUMNS.index(name)] = column
+            if name in SAMPLE_COLUMNS:
+                samples[:, SAMPLE_COLUMNS.index(name)] = column
         with self._lock:
             rows = self._ring.rows
             if len(rows) and samples[0, TIME] <= rows[-1, TIME]:
@@ -295,7 +295,7 @@ class Model:
         silent_s = monotonic() - self._heard_s
         if silent_s > SILENT_S:
             return 'waiting', f'no trace for {silent_s:.0f} s: waits for grants, or is held up'
-        if time['level'] >= ERROR:
+        if time['level'] >= _ERROR:
             return 'late', time['message']
         return 'running', 'simulated time runs'
 

@@ -15,9 +15,9 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.lab.panel.curves import (
-    COLUMNS,
     KEPT,
-    POSITION,
+    POSITION_READING,
+    SAMPLE_COLUMNS,
     TIME,
     BinHistory,
     Scope,
@@ -53,11 +53,11 @@ def samples_of(run: Run) -> Array:
         hint = 'of another program, say which topic it is: --map position_m=/rig/encoder.point.x'
         raise RecordingError(run.path, problem, hint)
     time_s = found['position_m'].time_s
-    samples = np.full((len(time_s), len(COLUMNS)), np.nan)
+    samples = np.full((len(time_s), len(SAMPLE_COLUMNS)), np.nan)
     samples[:, TIME] = time_s
     for name, series in found.items():
         is_same = len(series) == len(time_s) and np.array_equal(series.time_s, time_s)
-        samples[:, COLUMNS.index(name.rpartition('_')[0])] = (
+        samples[:, SAMPLE_COLUMNS.index(name.rpartition('_')[0])] = (
             series.value if is_same else np.interp(time_s, series.time_s, series.value)
         )
     return samples
@@ -93,7 +93,7 @@ class Player:
     def overview(self) -> dict[str, Any]:
         """Return the whole run for the time line: its ends, and its positions, m."""
         samples = self._samples
-        curve = curve_of(samples[:, TIME], samples[:, POSITION])
+        curve = curve_of(samples[:, TIME], samples[:, POSITION_READING])
         y_m = curve.base + curve.y.astype(float)
         points = [[round(x, 6), y] for x, y in zip(curve.x.tolist(), y_m.tolist(), strict=True)]
         shown = [point if np.isfinite(point[1]) else [point[0], None] for point in points]

@@ -28,7 +28,7 @@ TICKS_V_PER_US = (5, 10, 25, 50, 100, 150, 300)
 EDELER_V_PER_US = {25.0: 'no usable step below (Edeler)', 150.0: '0-amplitude least (Edeler)'}
 """Slew rates that Edeler's thesis names, from measurements on a stand of the same family."""
 BANDWIDTHS_HZ = (math.inf, 1e6, 300e3, 100e3, 30e3, 10e3)
-STEP_S = 2e-6
+_STEP_S = 2e-6
 """Longest time step behind a low-pass: half of it changes no force at the full stroke by 1e-3."""
 LEGEND_ROOM = 1.55
 
@@ -95,7 +95,7 @@ def rounded_stand(parameters: Parameters, preload_n: float, bandwidth_hz: float)
     """Return a stand whose amplifier has this bandwidth; infinity leaves the corners sharp."""
     if math.isinf(bandwidth_hz):
         return stand_at(parameters, preload_n, {'amplifier.bandwidth': 0.0})
-    step_s = min(parameters.sim.dt, STEP_S)
+    step_s = min(parameters.sim.dt, _STEP_S)
     changes = {'amplifier.bandwidth': bandwidth_hz, 'sim.dt': step_s}
     return stand_at(parameters, preload_n, changes)
 
@@ -139,7 +139,7 @@ def _draw_rounded(table: Table, figure: Figure) -> None:
 
 
 def _rounded_caption(parameters: Parameters) -> str:
-    step_us = min(parameters.sim.dt, STEP_S) / MICRO
+    step_us = min(parameters.sim.dt, _STEP_S) / MICRO
     return (
         'The voltage passes a first-order low-pass behind the slewing amplifier: both corners of '
         'the saw-tooth are rounded, its mean stays. Legend: bandwidth, and the amplitude from '

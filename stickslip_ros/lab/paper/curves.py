@@ -37,7 +37,7 @@ ZERO_STEP_S = 1e-5
 """Time step of runs that only look for a 0-amplitude; a tenth of it moves none by 0.1 nm."""
 PRELOAD_MIN_N, PRELOAD_MAX_N = 0.1, 1.0
 PROFILES = ('rough', 'smooth')
-CURVES = {
+_CURVES = {
     'max_presliding_upper_m': (GREY, '', '--', '$u_{x,max}$ of an upper contact, $F_{n1}$'),
     'max_presliding_lower_m': (BLACK, '', '-', '$u_{x,max}$ of a lower contact, $F_{n2}$'),
     'zero_quasi_static_m': (PURPLE, '', ':', '0-amplitude without rebound, closed form'),
@@ -185,7 +185,7 @@ def _draw_presliding(table: Table, figure: Figure) -> None:
     for axes, profile in zip(panels, PROFILES, strict=True):
         rows = table.where(profile=profile)
         preloads_n = rows.column('preload_n')
-        for name, (colour, marker, line, label) in CURVES.items():
+        for name, (colour, marker, line, label) in _CURVES.items():
             values_nm = rows.column(name) * NM
             axes.plot(preloads_n, values_nm, colour, marker=marker, linestyle=line, label=label)
         axes.set(title=profile, xlabel='preload (N)', xlim=(0.0, None), ylim=(0.0, None))

@@ -16,7 +16,7 @@ from stickslip_ros.lab.runs.plotting import new_figure, save_figure, styled
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.units import MICRO
 
-KINDS = ('.csv', '.md', '.png', '.svg')
+_KINDS = ('.csv', '.md', '.png', '.svg')
 """Files of a figure: its table (SI, all digits), its caption, its pictures."""
 CHANGED_MAX = 3  # changed parameters that a title names; of more it gives the number
 
@@ -76,7 +76,7 @@ def write_figure(
     table: Table,
     parameters: Parameters,
     folder: Path,
-    kinds: Sequence[str] = KINDS,
+    kinds: Sequence[str] = _KINDS,
 ) -> list[Path]:
     """Write a figure into a folder, which is made; return the files, one of each kind."""
     changed = [f'{name} = {value}' for name, value in parameters.changed().items()]

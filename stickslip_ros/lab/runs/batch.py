@@ -34,7 +34,7 @@ Keep = Callable[[int, Any], None]
 WORKERS_MAX = 1024
 SUBMITTED_MAX = 4 * WORKERS_MAX
 """Cases that wait or run at a time: enough for every worker, however many cases there are."""
-LOOK_S = 0.1  # time after which a batch looks whether somebody wants it to end
+_LOOK_S = 0.1  # time after which a batch looks whether somebody wants it to end
 CONNECT_S = 10.0  # time that a scheduler has to answer, s
 WORKERS_S = 10.0  # time that it may be without a worker, s
 
@@ -159,7 +159,7 @@ def _run(
             while future is None:
                 stop_if_asked()
                 try:
-                    future = ended.get(timeout=LOOK_S)
+                    future = ended.get(timeout=_LOOK_S)
                 except Empty:
                     pool.check()
             keep_all(future)
@@ -217,12 +217,12 @@ def _connect(distributed: Any, address: str) -> Any:
     try:
         # A client that fails leaves half of itself behind, so the first word is without one.
         asyncio.run(knock())
-        for _ in range(round(CONNECT_S / LOOK_S)):
+        for _ in range(round(CONNECT_S / _LOOK_S)):
             stop_if_asked()
             with suppress(AssertionError):
                 return distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
             # It heard of another batch, which has just ended, before its own first word.
-            time.sleep(LOOK_S)
+            time.sleep(_LOOK_S)
         raise ClusterError(address, 'clears up another batch', 'try again in a while')
     except (OSError, ValueError, asyncio.TimeoutError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__

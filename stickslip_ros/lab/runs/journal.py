@@ -22,7 +22,7 @@ from stickslip_ros.parameters import Parameters, Scalar
 
 Row = dict[str, Scalar]  # result of one case: names with units, and values that JSON knows
 
-HINT = 'start anew with --fresh, or choose another output'
+_HINT = 'start anew with --fresh, or choose another output'
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ class Journal:
             return
         first, *lines = whole.split(b'\n')
         if first + b'\n' != _line(header):
-            raise RecordingError(self.path, _difference(first, header), HINT)
+            raise RecordingError(self.path, _difference(first, header), _HINT)
         for number, line in enumerate(lines, start=2):
             try:
                 entry = json.loads(line)
@@ -117,7 +117,7 @@ class Journal:
             except (ValueError, KeyError, TypeError):
                 case, row = -1, {}
             if not 0 <= case < self._identity.cases:
-                raise RecordingError(self.path, f'line {number} is damaged', HINT)
+                raise RecordingError(self.path, f'line {number} is damaged', _HINT)
             self.rows[case] = row
         self._file.truncate(len(whole) + 1)
 

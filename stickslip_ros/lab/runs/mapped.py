@@ -10,7 +10,7 @@ from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.units import NS_PER_S
 
-EXAMPLE = 'position_m=/rig/encoder.point.x, or "force_n=/rig/cell.data (mN)"'
+_EXAMPLE = 'position_m=/rig/encoder.point.x, or "force_n=/rig/cell.data (mN)"'
 
 
 def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, Series]:
@@ -34,7 +34,7 @@ def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, 
         if not found:
             there = ', '.join(recording.types) or 'no topic'
             problem = f'has no topic and field {said!r}; it has {there}'
-            raise RecordingError(recording.path, problem, f'write --map {EXAMPLE}')
+            raise RecordingError(recording.path, problem, f'write --map {_EXAMPLE}')
         topic = max(found, key=len)
         factor = factor_of(unit, si_unit) if unit else 1.0
         if factor is None:

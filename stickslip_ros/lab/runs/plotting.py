@@ -31,7 +31,7 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK = (f'C{number}' for numb
 """Colours of screen.mplstyle, in their order."""
 GREY: Final = '0.4'
 NARROW_INCHES: Final = 5.0  # width below which labels have shorter lines and axes fewer of them
-WIDTH: Final = Spec(float, 85.0, 'mm', '', 'width of a figure', 40.0, 500.0)
+_WIDTH: Final = Spec(float, 85.0, 'mm', '', 'width of a figure', 40.0, 500.0)
 _style: ContextVar[dict[str, Any] | None] = ContextVar('style', default=None)
 
 
@@ -56,7 +56,7 @@ def style_of(style: str = '', width_mm: float | None = None) -> dict[str, Any]:
     for file in files:
         settings |= mpl.rc_params_from_file(file, use_default_template=False)
     if width_mm is not None:
-        WIDTH.check(WIDTH.text, width_mm)
+        _WIDTH.check(_WIDTH.text, width_mm)
         settings['figure.figsize'] = width_mm / 25.4, 1.0
     return settings
 

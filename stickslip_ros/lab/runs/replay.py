@@ -30,7 +30,7 @@ from stickslip_ros.recording.storage import CLOSING_RECORD
 from stickslip_ros.sources import sources_digest
 from stickslip_ros.units import NANO, NS_PER_S
 
-TIME, VOLTAGE, FOOT = 'time_s', 'voltage_v', 'foot_m'
+_TIME, _VOLTAGE, _FOOT = 'time_s', 'voltage_v', 'foot_m'
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,19 +199,21 @@ def _span(recording: Recording) -> tuple[int, int]:
 def read_drive_input(path: Path, stand: Parameters, reading: Reading = AS_IT_IS) -> DriveInput:
     """Read a voltage, or a stroke where there is none, over time."""
     if is_recording(path):
-        topics = {name: text for name, text in reading.topics.items() if name in {VOLTAGE, FOOT}}
+        topics = {name: text for name, text in reading.topics.items() if name in {_VOLTAGE, _FOOT}}
         if not topics:
-            hint = f'say which topic is the voltage: --map {VOLTAGE}=/rig/amplifier.data'
+            hint = f'say which topic is the voltage: --map {_VOLTAGE}=/rig/amplifier.data'
             raise RecordingError(path, 'gives no voltage to play', hint)
         found = mapped_series(Recording(path), topics)
-        name = VOLTAGE if VOLTAGE in found else FOOT
+        name = _VOLTAGE if _VOLTAGE in found else _FOOT
         time_s, values = found[name].time_s, found[name].value
     else:
-        columns = read_experiment(path, reading, kind=OVER_TIME, measured=(VOLTAGE, FOOT)).columns
-        name = VOLTAGE if VOLTAGE in columns else FOOT
-        time_s, values = columns[TIME], columns[name]
+        columns = read_experiment(
+            path, reading, kind=OVER_TIME, measured=(_VOLTAGE, _FOOT)
+        ).columns
+        name = _VOLTAGE if _VOLTAGE in columns else _FOOT
+        time_s, values = columns[_TIME], columns[name]
     if len(time_s) < 2:
         raise RecordingError(path, f'has {len(time_s)} rows', 'give at least two')
-    if name == FOOT:
+    if name == _FOOT:
         values = stand.amplifier.voltage_min + values / stand.actuator.gain
-    return DriveInput(str(path), time_s - time_s[0], values, is_voltage=name == VOLTAGE)
+    return DriveInput(str(path), time_s - time_s[0], values, is_voltage=name == _VOLTAGE)

@@ -62,13 +62,13 @@ PIXELS = 1320  # of a screen, across the figure
 LABEL_CHARACTERS = 17, 13  # in a line of an axis label, of a wide and of a narrow figure
 GAP_PX = 3.0  # between a label and what is beside it
 LABELLED_MAX = 12  # commands whose numbers are written; more would hide each other
-FALL_SHARE = 0.5
+_FALL_SHARE = 0.5
 """A fall is a drop between two samples by more than this share of the voltage range."""
-STEPS = 4  # falls in the enlarged stretch
+_STEPS = 4  # falls in the enlarged stretch
 BEFORE_PERIODS, AFTER_PERIODS = 1.2, 0.6
 """What is shown before the first of them and after the last one."""
 SLIP_SHARE = 0.1  # a runner that a step moves by this share of the stroke has slipped at the fall
-DONE, LOADED = Result.DONE.name, Status.LOADED.name
+_DONE, _LOADED = Result.DONE.name, Status.LOADED.name
 
 
 @dataclass(frozen=True)
@@ -158,15 +158,15 @@ def draw_run(
         next((time_s for time_s, _ in timed_messages(recording, 'status')), None),
     )
     falls_s = fall_times_s(inside['voltage_v']) if with_steps and 'voltage_v' in inside else []
-    with_steps = len(falls_s) >= STEPS and {'position_m', 'foot_m'} <= inside.keys()
-    enlarged_s = falls_s[:STEPS] if with_steps else []
+    with_steps = len(falls_s) >= _STEPS and {'position_m', 'foot_m'} <= inside.keys()
+    enlarged_s = falls_s[:_STEPS] if with_steps else []
     return _draw(plot, inside, enlarged_s, title), plot
 
 
 def fall_times_s(voltage: Series) -> list[float]:
     """Return the times, s, of the last samples before the falls of a saw-tooth."""
     change = np.abs(np.diff(voltage.value))
-    falls = np.flatnonzero(change > FALL_SHARE * np.ptp(voltage.value))
+    falls = np.flatnonzero(change > _FALL_SHARE * np.ptp(voltage.value))
     return [float(each) for each in voltage.time_s[falls]]
 
 
@@ -191,7 +191,7 @@ def _draw(
         for group in _in_a_row(plot):  # where a command took effect
             axes.axvline(group[0].time_s - zero_s, color=GREY, linewidth=0.8, linestyle=':')
         for shaded in plot.status:
-            if shaded.bit == LOADED:
+            if shaded.bit == _LOADED:
                 ends_s = shaded.start_s - zero_s, shaded.end_s - zero_s
                 axes.axvspan(*ends_s, color=ORANGE, alpha=0.2)
         if enlarged is not None:
@@ -278,7 +278,7 @@ def _lanes(plot: RunPlot) -> tuple[list[str], list[str]]:
         for bit, (first, *_) in bits.items()
         if first.start_s <= since_s and first.end_s >= plot.end_s
     ]
-    failed = [event.command for event in plot.events if event.result != DONE]
+    failed = [event.command for event in plot.events if event.result != _DONE]
     lanes = dict.fromkeys([*(each.command for each in plot.commands), *failed])
     lanes |= dict.fromkeys(bit.lower() for bit in bits if bit not in always)
     return list(lanes), [bit.lower() for bit in always]
@@ -302,7 +302,7 @@ def _draw_lanes(
     for span in plot.status:
         if span.bit.lower() in lanes:
             width_s, left_s = span.end_s - span.start_s, span.start_s - zero_s
-            shade = {'color': ORANGE, 'alpha': 0.4} if span.bit == LOADED else {'color': '0.7'}
+            shade = {'color': ORANGE, 'alpha': 0.4} if span.bit == _LOADED else {'color': '0.7'}
             axes.barh(lanes.index(span.bit.lower()), width_s, 0.6, left_s, **shade)
     for number, group in enumerate(_in_a_row(plot)):
         lane, times_s = lanes.index(group[0].command), [each.time_s - zero_s for each in group]
@@ -311,7 +311,7 @@ def _draw_lanes(
         words = ' to '.join(ends) if number < LABELLED_MAX else ''
         labels.append((lane, times_s[0], times_s[-1], words))
     for event in plot.events:
-        if event.result != DONE:
+        if event.result != _DONE:
             time_s = event.time_s - zero_s
             axes.plot(time_s, lanes.index(event.command), 'x', color=BLACK, markersize=5.0)
             labels.append((lanes.index(event.command), time_s, time_s, event.result))

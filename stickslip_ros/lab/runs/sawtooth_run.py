@@ -30,7 +30,7 @@ from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.courses import Course, alone, cycles_of
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.lab.runs.run_result import DriveRun, SawtoothRun
-from stickslip_ros.parameters import STROKE, Parameters, Unchosen, spec_of
+from stickslip_ros.parameters import STROKE_SPEC, Parameters, Unchosen, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -390,7 +390,7 @@ def relative_residual(ledger: EnergyLedger) -> float:
 
 def voltage_for(parameters: Parameters, amplitude_m: float) -> float:
     """Return the saw-tooth voltage for a stroke of the feet, V; refuse what is out of reach."""
-    STROKE.check('amplitude', amplitude_m)
+    STROKE_SPEC.check('amplitude', amplitude_m)
     largest_m = full_stroke_m(parameters)
     # A stroke typed in nanometres may exceed the largest by rounding only.
     if amplitude_m > largest_m * (1.0 + 1e-9):

@@ -24,8 +24,8 @@ from stickslip_ros.lab.runs.sawtooth_run import (
     voltage_for,
 )
 from stickslip_ros.parameters import (
-    AMPLITUDE,
-    FREQUENCY,
+    AMPLITUDE_SPEC,
+    FREQUENCY_SPEC,
     Parameters,
     Scalar,
     Spec,
@@ -39,12 +39,12 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 CASES_MAX = 100_000
-SPECS = {'amplitude_m': AMPLITUDE, 'frequency_hz': FREQUENCY}
+SPECS = {'amplitude_m': AMPLITUDE_SPEC, 'frequency_hz': FREQUENCY_SPEC}
 """What a sweep varies beside parameters."""
-COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
-EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160nm:33'
+_COUNT = Spec(int, 2, '', '', 'values of a range', 2, CASES_MAX)
+_EXAMPLE = 'write values with commas, as 0.1,0.5, or start:stop:count, as 0:160nm:33'
 ASKED = ('preload_n', 'amplitude_m', 'frequency_hz')
-COLUMNS = (
+SWEEP_COLUMNS = (
     *ASKED,
     'force_mean_n',
     'force_net_n',
@@ -110,7 +110,7 @@ class Sweep:
         for values, cases in itertools.groupby(self.cases(), lambda case: case.values):
             there = self.parameters.updated(dict(values))
             for case in cases:
-                FREQUENCY.check('frequency', case.frequency_hz)
+                FREQUENCY_SPEC.check('frequency', case.frequency_hz)
                 # An amplitude of 0 makes no steps; its frequency is checked with the next one.
                 if (voltage_v := voltage_for(there, case.amplitude_m)) > 0.0:
                     check_request(Request('sawtooth', (voltage_v, case.frequency_hz, 0.0)), there)
@@ -187,7 +187,7 @@ def sweep(
     """
     if 'amplitude_m' not in values:
         raise WrongKind('values', sorted(values), 'a sweep', 'give amplitude_m, the stroke in m')
-    given = {'frequency_hz': FREQUENCY.default, **values}
+    given = {'frequency_hz': FREQUENCY_SPEC.default, **values}
     axes = {}
     for name, each in given.items():
         spec = SPECS.get(name) or spec_of(name)
@@ -240,9 +240,9 @@ def parse_varied(assignments: list[str]) -> list[Axis]:
 def _range(name: str, text: str, spec: Spec) -> list[Scalar]:
     parts = text.split(':')
     if len(parts) != 3:
-        raise WrongKind(name, text, 'start:stop:count', EXAMPLE)
+        raise WrongKind(name, text, 'start:stop:count', _EXAMPLE)
     start, stop = to_si_list(name, parts[:2], spec.unit)
-    count = int(COUNT.check(f'{name} count', parts[2]))
+    count = int(_COUNT.check(f'{name} count', parts[2]))
     if start == stop:
         limit = f'both start and stop of a range of {count}'
         hint = 'move one of them, or give the value alone'
@@ -287,7 +287,7 @@ def case_course(
     varied = {column_name(name): values[name] for name in columns}
     return {
         **varied,
-        **{name: getattr(run, name) for name in COLUMNS},
+        **{name: getattr(run, name) for name in SWEEP_COLUMNS},
         STOP_RULE: stop_rule(steps),
     }
 

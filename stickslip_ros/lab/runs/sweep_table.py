@@ -12,23 +12,23 @@ from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.extras import load_extra
 from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.lab.runs.journal import Row
-from stickslip_ros.lab.runs.sweep import ASKED, COLUMNS, STOP_RULE, bare_name
+from stickslip_ros.lab.runs.sweep import ASKED, STOP_RULE, SWEEP_COLUMNS, bare_name
 from stickslip_ros.lab.tables.experiment import POINT_COLUMNS
-from stickslip_ros.lab.tables.formats import FRAME
+from stickslip_ros.lab.tables.formats import DATA_FRAME
 from stickslip_ros.parameters import Parameters, Scalar, Spec, spec_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 CSV, PARQUET = '.csv', '.parquet'
-VERSION, PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
+_VERSION, _PARAMETERS = 'stickslip_ros.version', 'stickslip_ros.parameters'
 """Metadata of a Parquet file, and comment lines above the header of CSV."""
-COMMENT = '# '
-MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
-OF_A_RUN = {*COLUMNS, STOP_RULE} - {*ASKED, *MEASURED}
+_COMMENT = '# '
+_MEASURED = ('force_mean_n', 'step_length_m', 'energy_loss_per_step_j')
+OF_A_RUN = {*SWEEP_COLUMNS, STOP_RULE} - {*ASKED, *_MEASURED}
 """Columns that say how a run went; all that are none of these are varied parameters."""
-NUMBERS = {name: POINT_COLUMNS[name] for name in ASKED}
-NUMBERS |= dict.fromkeys(MEASURED, Spec(float, 0.0, '', '', ''))
+_NUMBERS = {name: POINT_COLUMNS[name] for name in ASKED}
+_NUMBERS |= dict.fromkeys(_MEASURED, Spec(float, 0.0, '', '', ''))
 INDEX = ('', 'Unnamed: 0')
 """Names of a column that pandas writes in front, the numbers of the rows, and reads again."""
 AGAIN = 'write the table again with: stickslip sweep'
@@ -45,7 +45,7 @@ def check_table_path(path: Path) -> None:
 
 def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None:
     """Write rows with their names as header, floats to the bit; the file appears when complete."""
-    described = {VERSION: stickslip_ros.__version__, PARAMETERS: json.dumps(parameters.flat())}
+    described = {_VERSION: stickslip_ros.__version__, _PARAMETERS: json.dumps(parameters.flat())}
     with replacing(path) as part:
         if path.suffix == PARQUET:
             pyarrow = load_extra('a Parquet file', 'pyarrow')
@@ -54,7 +54,7 @@ def write_table(rows: Sequence[Row], path: Path, parameters: Parameters) -> None
             parquet.write_table(table.replace_schema_metadata(described), part)
             return
         with part.open('w', newline='', encoding='utf-8') as file:
-            file.writelines(f'{COMMENT}{name}: {text}\n' for name, text in described.items())
+            file.writelines(f'{_COMMENT}{name}: {text}\n' for name, text in described.items())
             writer = csv.DictWriter(file, list(rows[0]))
             writer.writeheader()
             writer.writerows(rows)
@@ -68,7 +68,7 @@ def is_sweep(path: 'Path | DataFrame') -> bool:
         return STOP_RULE in read_parquet(path, AGAIN).column_names
     try:
         with path.open(newline='', encoding='utf-8') as file:
-            below = (line for line in file if not line.startswith(COMMENT))
+            below = (line for line in file if not line.startswith(_COMMENT))
             return STOP_RULE in next(csv.reader(below), [])
     except (UnicodeDecodeError, csv.Error):
         return False
@@ -80,7 +80,7 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
     if not isinstance(path, Path):
         known, rows, first = path.attrs.get('parameters'), path.to_dict('records'), 1
         described = known and {'stickslip_ros': stickslip_ros.__version__, **known}
-        path = Path(FRAME)
+        path = Path(DATA_FRAME)
     elif path.suffix == PARQUET:
         table = read_parquet(path, AGAIN)
         metadata = table.schema.metadata or {}
@@ -90,8 +90,8 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
     else:
         with path.open(newline='', encoding='utf-8') as file:
             lines = list(file)
-        comments = list(itertools.takewhile(lambda line: line.startswith(COMMENT), lines))
-        pairs = (line.removeprefix(COMMENT).partition(': ') for line in comments)
+        comments = list(itertools.takewhile(lambda line: line.startswith(_COMMENT), lines))
+        pairs = (line.removeprefix(_COMMENT).partition(': ') for line in comments)
         described = _described({name: text.strip() for name, _, text in pairs})
         rows, first = list(csv.DictReader(lines[len(comments) :])), len(comments) + 2
     if not rows:
@@ -99,7 +99,7 @@ def read_table(path: 'Path | DataFrame') -> tuple[list[Row], dict[str, Scalar] |
     checked = []
     for number, row in enumerate(rows, first):
         where = f'{path}: line {number}'
-        missing = sorted(name for name in (*NUMBERS, 'steady') if row.get(name) in (None, ''))
+        missing = sorted(name for name in (*_NUMBERS, 'steady') if row.get(name) in (None, ''))
         if missing:
             raise RecordingError(where, f'column {missing[0]} has no value', AGAIN)
         if None in row:
@@ -126,15 +126,15 @@ def read_parquet(path: Path, hint: str) -> Any:
 
 
 def _described(metadata: Mapping[str, str]) -> dict[str, Scalar] | None:
-    if PARAMETERS not in metadata:
+    if _PARAMETERS not in metadata:
         return None
-    return {'stickslip_ros': metadata[VERSION], **json.loads(metadata[PARAMETERS])}
+    return {'stickslip_ros': metadata[_VERSION], **json.loads(metadata[_PARAMETERS])}
 
 
 def _value(name: str, value: Any, where: str) -> Scalar:
     """Return a value as what it is, or refuse it."""
-    if name in NUMBERS:
-        return NUMBERS[name].check(where, value)
+    if name in _NUMBERS:
+        return _NUMBERS[name].check(where, value)
     if name == 'steady':
         return str(value).lower() == 'true'
     if name in OF_A_RUN:

@@ -23,7 +23,7 @@ from stickslip_ros.notebook import Shown
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
 
-STEPS_MIN = 10
+_STEPS_MIN = 10
 STEP_MIN_M = 1e-10
 """Net step from which the runner is said to step: the resolution of the interferometer."""
 SCAN_POINTS = 32
@@ -107,8 +107,8 @@ def zero_amplitude(
         If the frequency is refused, or the runner steps at no amplitude.
 
     """
-    if steps < STEPS_MIN:
-        limit = f'below the minimum {STEPS_MIN} (the first steps are irregular)'
+    if steps < _STEPS_MIN:
+        limit = f'below the minimum {_STEPS_MIN} (the first steps are irregular)'
         raise OutOfRange('steps', steps, '', limit, 'raise it')
     free = parameters.updated({'load_cell.contact': 'absent'})
     full_m, done, bundle = full_stroke_m(free), 0, bundle_for(free)

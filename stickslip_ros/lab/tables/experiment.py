@@ -35,7 +35,7 @@ from stickslip_ros.lab.tables.columns import (
 from stickslip_ros.lab.tables.formats import tables_in
 from stickslip_ros.lab.tables.layout import EMPTY, HEAD_BYTES, TextForm, layout_of, to_number
 from stickslip_ros.lab.tables.units import factor_of, in_si, split_unit
-from stickslip_ros.parameters import AMPLITUDE, FREQUENCY, SENSORS, Spec, spec_of
+from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, SENSORS, Spec, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.units import quantity
 
@@ -66,8 +66,8 @@ def _sigma(unit: str, text: str) -> Spec:
 
 POINT_COLUMNS: Mapping[str, Spec] = {
     'preload_n': spec_of('stand.preload'),
-    'amplitude_m': dataclasses.replace(AMPLITUDE, maximum=LARGEST_AMPLITUDE_M),
-    'frequency_hz': FREQUENCY,
+    'amplitude_m': dataclasses.replace(AMPLITUDE_SPEC, maximum=LARGEST_AMPLITUDE_M),
+    'frequency_hz': FREQUENCY_SPEC,
     'force_n': _measured('N', 'generated force, mean over a cycle', 1e3),
     'step_length_m': _measured('m', 'net motion per cycle of a free runner', 1.0),
     'amplitude_sigma_m': _sigma('m', 'the amplitude'),
@@ -83,8 +83,8 @@ TIME_COLUMNS: Mapping[str, Spec] = {
     'voltage_sigma_v': _sigma('V', 'the voltage'),
     'foot_sigma_m': _sigma('m', 'the displacement'),
 }
-COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
-NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
+EXPERIMENT_COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
+_NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
 MEASURED = {
     BY_AMPLITUDE: ('force_n', 'step_length_m'),
     OVER_TIME: (*(each.quantity for each in SENSORS), 'voltage_v', 'foot_m'),
@@ -253,7 +253,9 @@ def _read(
 ) -> MeasuredTable:
     where = f'{origin}: line {layout.header or layout.first}'
     kind = kind or _kind(layout, reading, where)
-    useless = [f'--map {name}=' for name in reading.columns if name not in COLUMNS[kind]]
+    useless = [
+        f'--map {name}=' for name in reading.columns if name not in EXPERIMENT_COLUMNS[kind]
+    ]
     useless += ['--preload'] * bool(
         reading.preloads_n and kind == OVER_TIME and not reading.is_run
     )
@@ -268,14 +270,14 @@ def _read(
             alone = dataclasses.replace(layout, names=tuple(shown))
             parts.append(_read(source, alone, origin, of_one, 0, kind, measured))
         return _below_each_other(parts, origin)
-    names, aside = find_columns(layout, COLUMNS[kind], reading.columns, where)
+    names, aside = find_columns(layout, EXPERIMENT_COLUMNS[kind], reading.columns, where)
     preload_n = reading.preload_n(number) if kind == BY_AMPLITUDE else None
     if preload_n is not None and 'preload_n' in names:
         hint = 'leave --preload away, or give as many as there are files'
         raise RecordingError(where, f'names a preload, and --preload {preload_n:g} too', hint)
     given = [*names] if preload_n is None else ['preload_n', *names]
     _check_there(given, kind, measured or MEASURED[kind], aside, where)
-    chosen = understood(names, layout, COLUMNS[kind], where)
+    chosen = understood(names, layout, EXPERIMENT_COLUMNS[kind], where)
     values, lines = _numbers(source, layout, chosen, origin)
     is_known = {name: ~np.isnan(each) for name, each in values.items()}
     gaps = [
@@ -289,12 +291,14 @@ def _read(
     wanted = [name for name in measured if name in values][:1]
     needed = values if kind == BY_AMPLITUDE else ['time_s', *wanted]
     is_kept = np.all([is_known[name] for name in needed], axis=0)
-    is_kept &= np.any([is_known[name] for name in values if name not in NEEDED[kind]], axis=0)
+    is_kept &= np.any([is_known[name] for name in values if name not in _NEEDED[kind]], axis=0)
     values, lines = {name: each[is_kept] for name, each in values.items()}, lines[is_kept]
     if not len(lines):
         raise RecordingError(where, 'has no values below its header', 'give at least one row')
     for column in chosen:
-        _check_values(column, values[column.name], lines, COLUMNS[kind][column.name], origin)
+        _check_values(
+            column, values[column.name], lines, EXPERIMENT_COLUMNS[kind][column.name], origin
+        )
     if kind == OVER_TIME:
         wrong = np.flatnonzero(np.diff(values['time_s']) <= 0.0)
         if len(wrong):
@@ -357,8 +361,8 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
 
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude, by its columns."""
-    for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, NEEDED[BY_AMPLITUDE])):
-        specs = {name: COLUMNS[kind][name] for name in needed}
+    for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, _NEEDED[BY_AMPLITUDE])):
+        specs = {name: EXPERIMENT_COLUMNS[kind][name] for name in needed}
         if find_columns(layout, specs, reading.columns, where)[0]:
             return kind
     problem = f'columns {listed(filter(None, layout.names))} tell neither a time nor an amplitude'
@@ -371,15 +375,15 @@ def _check_there(
     names: Sequence[str], kind: str, measured: Sequence[str], aside: Sequence[str], where: str
 ) -> None:
     """Refuse a header that lacks a column, and ask which one it may be."""
-    missing: list[tuple[str, ...]] = [(name,) for name in NEEDED[kind] if name not in names]
+    missing: list[tuple[str, ...]] = [(name,) for name in _NEEDED[kind] if name not in names]
     if not set(measured) & set(names):
         missing.append(tuple(measured))
     for each in missing[:1]:
         problem = f'there is no {" or ".join(each)}'
-        name, hint = each[0], f'add it, in {COLUMNS[kind][each[0]].unit}'
+        name, hint = each[0], f'add it, in {EXPERIMENT_COLUMNS[kind][each[0]].unit}'
         if aside:
             problem += f'; not understood: {listed(aside)}'
-            name, option = suggestion(each, aside, COLUMNS[kind])
+            name, option = suggestion(each, aside, EXPERIMENT_COLUMNS[kind])
             hint = f'say which column it is, as {option}'
         if name == 'preload_n':
             hint += ', or give the preload of the file in N, as --preload 0.5'

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 # ruff: noqa: PLC0415 - what reads text does without
 
-FRAME = 'DataFrame'
+DATA_FRAME = 'DataFrame'
 """What stands for the name of a file."""
 Columns = Iterable[tuple[str, str, Any]]  # name, unit and numbers of each column
 Sources = Iterator[tuple[str, Path | bytes]]  # origin, and text or the path of one
@@ -56,7 +56,7 @@ def tables_in(path: 'Path | DataFrame') -> Sources:
     """
     if not isinstance(path, Path):
         frame = path if path.index.name is None else path.reset_index()
-        yield path.attrs.get('source', FRAME), _csv(frame)
+        yield path.attrs.get('source', DATA_FRAME), _csv(frame)
         return
     suffix = path.suffix.lower()
     if is_recording(path):

@@ -31,7 +31,7 @@ EMPTY = ('', '-', '--', 'nan', 'na', 'n/a', '#n/a', '#nv', 'null', 'none')
 """Cells, in lower case, where a number was not measured."""
 MISSING = {*EMPTY, 'inf', '-inf'}
 """Cells that may stand where numbers stand, and elsewhere."""
-COMMENT = re.compile(r'\s*[#%]+\s*')
+_COMMENT = re.compile(r'\s*[#%]+\s*')
 BOMS = {codecs.BOM_UTF8: 'utf-8-sig', codecs.BOM_UTF16_LE: 'utf-16', codecs.BOM_UTF16_BE: 'utf-16'}
 WINDOWS = 'cp1252'
 TEXT_HINT = 'save it as text: CSV in UTF-8, one row for each point or sample'
@@ -109,7 +109,7 @@ def layout_of(head: bytes, origin: str) -> TextForm:
         row=_filled(rows[first], width),
         header=header,
         first=first + 1,
-        notes=tuple(COMMENT.sub('', note).rstrip() for note in notes if COMMENT.match(note)),
+        notes=tuple(_COMMENT.sub('', note).rstrip() for note in notes if _COMMENT.match(note)),
         start_s=start_s,
     )
 
@@ -214,7 +214,7 @@ def _header(
     for at in reversed(range(first)):
         if not lines[at].strip(' \t,;'):
             continue
-        line = COMMENT.sub('', lines[at], count=1) if COMMENT.match(lines[at]) else lines[at]
+        line = _COMMENT.sub('', lines[at], count=1) if _COMMENT.match(lines[at]) else lines[at]
         width = len(_trimmed(rows[first]))
         names = _split(line, delimiter)
         if delimiter == BLANKS and len(names) != width:

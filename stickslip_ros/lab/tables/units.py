@@ -12,12 +12,12 @@ from stickslip_ros.extras import load_extra
 from stickslip_ros.units import power_of_ten
 
 SI_UNITS = ('s', 'm', 'N', 'V', 'Hz')
-SUFFIX = re.compile(r'(.*[^_\s])[_\s]([kmuµμnp]?)(s|m|n|v|hz)', re.IGNORECASE)
+_SUFFIX = re.compile(r'(.*[^_\s])[_\s]([kmuµμnp]?)(s|m|n|v|hz)', re.IGNORECASE)
 # A header may have 60,000 blanks, slashes or digits: no two parts that follow take the same ones.
 BRACKETED = re.compile(r'(.*\S|)\s*[\[(]([^\[\]()]*)[\])]\s*')
 SLASHED = re.compile(r'(.*\S)\s*/\s*([^\s/]+)\s*')
 SCALED = re.compile(r'([-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?)?\s*([^\W\d]+)', re.IGNORECASE)
-WORDS = {
+_WORDS = {
     'second': 's',
     'sec': 's',
     'meter': 'm',
@@ -26,7 +26,7 @@ WORDS = {
     'volt': 'V',
     'hertz': 'Hz',
 }
-DIGITS, WHOLE_END = 23, 2.0**53
+_DIGITS, _WHOLE_END = 23, 2.0**53
 """Digits of the powers of ten, and end of the whole numbers, that a float holds exactly."""
 BASES = {unit.lower(): unit for unit in SI_UNITS}
 
@@ -38,7 +38,7 @@ def factor_of(text: str, si_unit: str) -> float | None:
     if scaled is None or not math.isfinite(float(scaled[1] or 1.0)):
         return None
     number, unit = float(scaled[1] or 1.0), scaled[2]
-    unit = WORDS.get(unit.lower().removesuffix('s'), unit)
+    unit = _WORDS.get(unit.lower().removesuffix('s'), unit)
     powers = {each: power_of_ten(unit, each) for each in SI_UNITS}
     if (power := powers[si_unit]) is not None:
         return number * float(f'1e{power}')
@@ -65,9 +65,9 @@ def in_si(values: Array, factor: float) -> Array:
     if factor == 1.0 or divisor * factor != 1.0:
         return values * factor
     found = values / divisor
-    for digits in reversed(range(DIGITS - len(f'{abs(divisor):.0f}'))):  # the fewest count
+    for digits in reversed(range(_DIGITS - len(f'{abs(divisor):.0f}'))):  # the fewest count
         whole = np.rint(10.0**digits * values)
-        is_exact = (whole / 10.0**digits == values) & (np.abs(whole) < WHOLE_END)
+        is_exact = (whole / 10.0**digits == values) & (np.abs(whole) < _WHOLE_END)
         found = np.where(is_exact, whole / (10.0**digits * divisor), found)
     return found
 
@@ -83,6 +83,6 @@ def split_unit(header: str) -> tuple[str, str]:
         return found[1], found[2].strip()
     if (found := SLASHED.fullmatch(header)) is not None and unit_of_any(found[2]):
         return found[1], found[2]
-    if (found := SUFFIX.fullmatch(header)) is not None:
+    if (found := _SUFFIX.fullmatch(header)) is not None:
         return found[1], found[2].lower() + BASES[found[3].lower()]
     return header, ''

@@ -17,14 +17,14 @@ from stickslip_ros.parameters import Parameters
 move_springs = entry_point(move_springs)
 stored_in_springs = entry_point(stored_in_springs)
 
-SEED, TURNS, STEPS = 20140, 60, 8
+TURN_SEED, TURNS, TURN_STEPS = 20140, 60, 8
 """Of the random history at constant preload: nested loops, and full slip now and then."""
 FAR_M = 1e-6  # displacement after which everything has slipped
 RAMP_N = (2.0, 0.1, 1.5, 0.2, 1.0)  # corners of the preload on ramps, which starts at the last one
 RAMP_SEED, RAMP_TURNS, RAMP_STEPS = 97, 25, 40
 RAMP_REACH_M = 120e-9
 """Largest turn on ramps: full slip at a light preload, stick under a heavy one."""
-BALANCE_STEPS = 4000
+_BALANCE_STEPS = 4000
 
 
 def random_turns(seed: int, count: int) -> tuple[float, ...]:
@@ -34,7 +34,7 @@ def random_turns(seed: int, count: int) -> tuple[float, ...]:
 
 def random_path(reach_m: float) -> Array:
     """Return the random history of a reach, m."""
-    return zigzag(tuple(turn * reach_m for turn in random_turns(SEED, TURNS)), STEPS)
+    return zigzag(tuple(turn * reach_m for turn in random_turns(TURN_SEED, TURNS)), TURN_STEPS)
 
 
 def ramp(refinement: int = 1) -> tuple[Array, Array]:
@@ -91,14 +91,14 @@ def ramp_log(profile: str) -> Array:
 
 def bank_missing(profile: str) -> float:
     """Return which share of the work is neither stored nor lost while the preload changes."""
-    angles = np.linspace(0.0, 4.0 * np.pi, BALANCE_STEPS + 1, dtype=np.float64)
+    angles = np.linspace(0.0, 4.0 * np.pi, _BALANCE_STEPS + 1, dtype=np.float64)
     path_m, preloads_n = RAMP_REACH_M * np.sin(angles), 0.6 + 0.4 * np.cos(0.7 * angles)
     log = drag_along(spring_bank(profile, max(RAMP_N)), path_m, preloads_n)
     return missing_share(path_m, log[:, 0], log[:, 1] + log[:, 2])
 
 
 ANSWERS: Mapping[str, Callable[..., Any]] = {
-    'bank_force_n': lambda legs, **at: random_log(**at)[round(legs * STEPS), 0],
+    'bank_force_n': lambda legs, **at: random_log(**at)[round(legs * TURN_STEPS), 0],
     'bank_full_slip_n': bank_full_slip_n,
     'ramp_force_n': lambda profile, step: ramp_log(profile)[round(step), 0],
     'ramp_loss_j': lambda profile: ramp_log(profile)[-1, 2],

@@ -19,12 +19,12 @@ from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import Parameters
 
-FORCE, STORED, LOST = range(3)  # columns of a log
+_FORCE, _STORED, _LOST = range(3)  # columns of a log
 CONE_SLOPE = 0.01  # of the profile 'cone', which is no parameter
 WANDERING = (0.7, -0.3, 0.5, -0.1, 0.35, 0.05, 0.6, -0.5, 0.9, -1.2, 1.4, 0.2)
 """Turning points, as shares of a reach, with nested, closing and fully slipping loops."""
 WANDERING_STEPS = 30
-BALANCE_STEPS = 2000
+_BALANCE_STEPS = 2000
 SLOPE_STEP = 1e-4
 PULL_POINTS, PULL_WEIGHTS = np.polynomial.legendre.leggauss(200)
 """Of Gauss and Legendre, on (-1, 1)."""
@@ -111,7 +111,7 @@ def after_turns(turns_m: float | str, **at: Any) -> Array:
 
 def cycle_loss_j(profile: str, force_n: float, amplitude_m: float) -> float:
     """Return the friction loss of the memory kernel in a steady cycle."""
-    lost_j = remember(profile, force_n, (amplitude_m, -amplitude_m, amplitude_m))[:, LOST]
+    lost_j = remember(profile, force_n, (amplitude_m, -amplitude_m, amplitude_m))[:, _LOST]
     return float(lost_j[2] - lost_j[0])
 
 
@@ -142,7 +142,7 @@ def missing_share(history: Array, force_n: Array, energies_j: Array) -> float:
 
 def wandering_missing(profile: str, force_n: float, reach_m: float) -> float:
     """Return which share of the work along WANDERING is neither stored nor lost."""
-    path_m = wandering(reach_m, BALANCE_STEPS)
+    path_m = wandering(reach_m, _BALANCE_STEPS)
     log = remember(profile, force_n, tuple(path_m.tolist()))
     return missing_share(path_m, log[:, 0], log[:, 1] + log[:, 2])
 
@@ -231,12 +231,12 @@ ANSWERS: Mapping[str, Callable[..., Any]] = {
     'stick_radius_m': lambda displacement_m, **at: contact(**at).stick_radius(displacement_m),
     'pull_n': lambda displacement_m, **at: contact(**at).tangential_force(displacement_m),
     'pull_ratio': pull_ratio,
-    'kernel_force_n': lambda turns_m, **at: after_turns(turns_m, **at)[FORCE],
-    'kernel_loss_j': lambda turns_m, **at: after_turns(turns_m, **at)[LOST],
+    'kernel_force_n': lambda turns_m, **at: after_turns(turns_m, **at)[_FORCE],
+    'kernel_loss_j': lambda turns_m, **at: after_turns(turns_m, **at)[_LOST],
     'cycle_loss_j': cycle_loss_j,
-    'wandering_force_n': lambda **at: after_legs(**at)[FORCE],
-    'wandering_stored_j': lambda **at: after_legs(**at)[STORED],
-    'wandering_loss_j': lambda **at: after_legs(**at)[LOST],
+    'wandering_force_n': lambda **at: after_legs(**at)[_FORCE],
+    'wandering_stored_j': lambda **at: after_legs(**at)[_STORED],
+    'wandering_loss_j': lambda **at: after_legs(**at)[_LOST],
     'wandering_missing': wandering_missing,
     'ring_down_n': lambda after, **at: ring_down(**at)[0][round(after) - 1],
     'after_ring_down_n': after_ring_down_n,
@@ -244,7 +244,7 @@ ANSWERS: Mapping[str, Callable[..., Any]] = {
     'ball_normal_j': ball_normal_j,
     'ball_shift_m': ball_shift_m,
     'ball_stick_share': ball_stick_share,
-    'ball_stored_j': lambda **ball: ball_energies(**ball)[STORED],
-    'ball_loss_j': lambda **ball: ball_energies(**ball)[LOST],
+    'ball_stored_j': lambda **ball: ball_energies(**ball)[_STORED],
+    'ball_loss_j': lambda **ball: ball_energies(**ball)[_LOST],
 }
 """What is asked of one contact, by its name, which says the unit."""

@@ -17,7 +17,7 @@ from stickslip_ros.lab.runs.courses import alone, cycles_of
 from stickslip_ros.lab.validation.contacts import follow
 from stickslip_ros.parameters import Parameters
 
-CYCLES = 8
+DRIVEN_CYCLES = 8
 FREQUENCY_HZ = 1e3
 
 
@@ -39,8 +39,8 @@ def _motion(voltage_v: float, load_n: float, *changes: tuple[str, float | str]) 
         change_preload(plants, states, parameters, parameters.stand.preload_end)
     start_clock(states)
     frequency_hz = float(np.copysign(FREQUENCY_HZ, voltage_v))
-    wave = sawtooth(0.0, abs(voltage_v), frequency_hz, CYCLES + 1)
-    ramps = alone(cycles_of(plants, states, wave, CYCLES, load_n))
+    wave = sawtooth(0.0, abs(voltage_v), frequency_hz, DRIVEN_CYCLES + 1)
+    ramps = alone(cycles_of(plants, states, wave, DRIVEN_CYCLES, load_n))
     lost_j = take_ledger(plants, states).contact_lost_j
     return CycleMotion(ramps[:, RAMP_MEAN], ramps[:, RAMP_END], lost_j)
 

@@ -23,13 +23,13 @@ SIGMA_0, SIGMA_1, SIGMA_2 = 1e5, math.sqrt(1e5), 0.4
 STATIC_RATIO, STRIBECK_M_PER_S = 1.5, 1e-3
 """The benchmark of Canudas de Wit, Olsson, Astrom, Lischinsky (1995), for a unit mass."""
 BREAKAWAY = 0.7  # z_ba/z_ss of EPM
-NUMBERS = {'lugre': LUGRE, 'epm': EPM, 'dahl': DAHL}
+_NUMBERS = {'lugre': LUGRE, 'epm': EPM, 'dahl': DAHL}
 SPRING_N_PER_M, PULL_M_PER_S = 2.0, 0.1
 STICK_SLIP_S = 22.0
 BEFORE_SLIP_S = 0.05  # how long before the next slip a plateau is read
-SLOW_HZ, CYCLES, SETTLING = 0.25, 20, 10
+_SLOW_HZ, _CYCLES, _SETTLING = 0.25, 20, 10
 DT_S = 5e-5
-POSITION, SPEED, FRICTION = range(3)  # columns of a log
+_POSITION, _SPEED, _FRICTION = range(3)  # columns of a log
 LONG_S, SLIDES = 1.0, 200
 LOOP_STEPS, LOOP_CYCLES = 400, 30
 BLOCKS = 20
@@ -92,22 +92,22 @@ def stick_slip() -> tuple[Array, list[float]]:
     """Return the log of LuGre's stick-slip benchmark, rows DT_S apart, and the starts of slip."""
     log = np.zeros((round(STICK_SLIP_S / DT_S), 3))
     pull_mass(benchmark_law(LUGRE), SPRING_N_PER_M, 0.0, 0.0, 1.0, DT_S, log)
-    sliding = log[:, SPEED] > STRIBECK_M_PER_S
+    sliding = log[:, _SPEED] > STRIBECK_M_PER_S
     return log, ((np.flatnonzero(sliding[1:] & ~sliding[:-1]) + 2) * DT_S).tolist()
 
 
 def plateau_m(plateau: float) -> float:
     """Return where the mass sticks between two slips."""
     log, starts_s = stick_slip()
-    return float(log[round((starts_s[round(plateau)] - BEFORE_SLIP_S) / DT_S), POSITION])
+    return float(log[round((starts_s[round(plateau)] - BEFORE_SLIP_S) / DT_S), _POSITION])
 
 
 def drift_per_cycle_m(law: str, mean_n: float, wave_n: float) -> float:
     """Return the mean drift of the last cycles under an oscillating force."""
-    log = np.zeros((round((CYCLES + 1) / SLOW_HZ / DT_S), 3))
-    pull_mass(benchmark_law(NUMBERS[law]), 0.0, mean_n, wave_n, SLOW_HZ, DT_S, log)
-    cycle = len(log) // (CYCLES + 1)
-    return float(log[-1, POSITION] - log[-1 - SETTLING * cycle, POSITION]) / SETTLING
+    log = np.zeros((round((_CYCLES + 1) / _SLOW_HZ / DT_S), 3))
+    pull_mass(benchmark_law(_NUMBERS[law]), 0.0, mean_n, wave_n, _SLOW_HZ, DT_S, log)
+    cycle = len(log) // (_CYCLES + 1)
+    return float(log[-1, _POSITION] - log[-1 - _SETTLING * cycle, _POSITION]) / _SETTLING
 
 
 def trace(law: Record, displacements_m: Array, dt_s: float = 1e-3) -> tuple[Array, Array]:
@@ -125,20 +125,20 @@ def trace(law: Record, displacements_m: Array, dt_s: float = 1e-3) -> tuple[Arra
 def steady_friction_n(law: str, speed_m_per_s: float) -> float:
     """Return the friction of steady sliding."""
     places_m = speed_m_per_s * LONG_S * np.arange(SLIDES + 1, dtype=np.float64)
-    return float(trace(benchmark_law(NUMBERS[law]), places_m, LONG_S)[0][-1])
+    return float(trace(benchmark_law(_NUMBERS[law]), places_m, LONG_S)[0][-1])
 
 
 def virgin_friction_n(law: str, displacement_m: float) -> float:
     """Return the friction on the first loading, without damping."""
     places_m = np.linspace(0.0, displacement_m, 50, dtype=np.float64)
-    return float(trace(plain_law(NUMBERS[law]), places_m)[0][-1])
+    return float(trace(plain_law(_NUMBERS[law]), places_m)[0][-1])
 
 
 @lru_cache(maxsize=1)
 def steady_loop(law: str, amplitude_m: float) -> tuple[Array, Array]:
     """Return friction, N, and loss so far, J, along loops that become steady."""
     path_m = zigzag((amplitude_m, -amplitude_m) * LOOP_CYCLES, LOOP_STEPS)
-    return trace(plain_law(NUMBERS[law]), path_m)
+    return trace(plain_law(_NUMBERS[law]), path_m)
 
 
 @lru_cache(maxsize=2)
@@ -156,7 +156,7 @@ def loaded(preload_n: float, load_n: float) -> tuple[float, float]:
 ANSWERS: Mapping[str, Callable[..., Any]] = {
     'slip_start_s': lambda slip: stick_slip()[1][round(slip) - 1],  # faster than Stribeck's speed
     'plateau_m': plateau_m,
-    'largest_friction_n': lambda: np.max(stick_slip()[0][:, FRICTION]),
+    'largest_friction_n': lambda: np.max(stick_slip()[0][:, _FRICTION]),
     'drift_per_cycle_m': drift_per_cycle_m,
     'steady_friction_n': steady_friction_n,
     'virgin_friction_n': virgin_friction_n,

@@ -14,12 +14,12 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.lab.runs.plotting import BLUE, VERMILION, new_figure, save_figure, styled
 from stickslip_ros.lab.validation.self_test import CheckedAnswer, failed
 
-MARKDOWN, CSV, PNG = 'validation.md', 'validation.csv', 'validation.png'
-DIGITS = 6
-PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
+_MARKDOWN, _CSV, _PNG = 'validation.md', 'validation.csv', 'validation.png'
+_DIGITS = 6
+_PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
 """By powers of a thousand."""
 PREFIXED_UNITS = ('m', 'N', 'J', 'Pa', 'N/m')
-HEADER = ('quantity', 'case', 'against', 'made by', 'reference', 'ours', 'error', 'tolerance')
+_HEADER = ('quantity', 'case', 'against', 'made by', 'reference', 'ours', 'error', 'tolerance')
 LEAST_SHARE = 1e-6  # errors below that share of their tolerance are drawn there
 Answers = Mapping[str, Sequence[CheckedAnswer]]
 
@@ -27,10 +27,10 @@ Answers = Mapping[str, Sequence[CheckedAnswer]]
 def value_text(value: float, unit: str) -> str:
     """Return a value for the eye, with a prefix where its unit takes one: ``81.5873 nm``."""
     if unit not in PREFIXED_UNITS or value == 0.0 or not math.isfinite(value):
-        return f'{value:.{DIGITS}g} {unit}'.rstrip()
+        return f'{value:.{_DIGITS}g} {unit}'.rstrip()
     power = math.floor(math.log10(abs(value)) / 3.0)
-    power = min(max(power, min(PREFIXES)), max(PREFIXES))
-    return f'{value / 1000.0**power:.{DIGITS}g} {PREFIXES[power]}{unit}'
+    power = min(max(power, min(_PREFIXES)), max(_PREFIXES))
+    return f'{value / 1000.0**power:.{_DIGITS}g} {_PREFIXES[power]}{unit}'
 
 
 def summary_text(outcomes: Answers) -> str:
@@ -50,7 +50,7 @@ def markdown_text(outcomes: Answers) -> str:
     lines = [f'{summary_text(outcomes)}.', '', 'Errors are relative, to what validation.csv says.']
     for family, found in outcomes.items():
         lines += ['', f'### {family}', '']
-        lines += [markdown_row(HEADER), markdown_row(['---'] * len(HEADER))]
+        lines += [markdown_row(_HEADER), markdown_row(['---'] * len(_HEADER))]
         for each in found:
             row, word = each.reference, '' if each.passed else ' FAIL'
             values = (value_text(value, row.unit) for value in (row.reference, each.ours))
@@ -113,7 +113,7 @@ def draw_margins(outcomes: Answers, picture: Path) -> None:
 
 def write_report(outcomes: Answers, folder: Path) -> list[Path]:
     """Write the table as Markdown and CSV, and the picture of margins; return the files."""
-    files = [folder / name for name in (MARKDOWN, CSV, PNG)]
+    files = [folder / name for name in (_MARKDOWN, _CSV, _PNG)]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         files[0].write_text(markdown_text(outcomes), encoding='utf-8')

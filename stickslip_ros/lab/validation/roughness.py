@@ -23,7 +23,7 @@ from stickslip_ros.contact.roughness import (
 LENGTH_M = 1e-3
 RMS_HEIGHT_M = 1.1221e-6
 FIRST_PER_M = 2.0 * pi / LENGTH_M
-LINE_POINTS, SURFACE_POINTS, SEED = 1 << 14, 512, 11
+_LINE_POINTS, _SURFACE_POINTS, _SEED = 1 << 14, 512, 11
 
 
 @lru_cache(maxsize=3)
@@ -31,10 +31,10 @@ def line_and_surface(hurst: float) -> tuple[Array, Array]:
     """Return heights, m, whose spectra fill their grids from the first wave to the last."""
     line, surface = (
         Spectrum(hurst, RMS_HEIGHT_M, FIRST_PER_M, FIRST_PER_M * points / 2.0)
-        for points in (LINE_POINTS, SURFACE_POINTS)
+        for points in (_LINE_POINTS, _SURFACE_POINTS)
     )
-    line_m = rough_line(line, LENGTH_M, LINE_POINTS, SEED)
-    return line_m, rough_surface(surface, LENGTH_M, SURFACE_POINTS, SEED)
+    line_m = rough_line(line, LENGTH_M, _LINE_POINTS, _SEED)
+    return line_m, rough_surface(surface, LENGTH_M, _SURFACE_POINTS, _SEED)
 
 
 def fitted_hurst(body: str, hurst: float) -> float:

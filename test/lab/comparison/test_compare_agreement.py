@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from stickslip_ros.lab.comparison.result import (
-    AMPLITUDE,
+    AMPLITUDE_COLUMN,
     Part,
     agreement_of,
     correlation_of,
@@ -24,7 +24,7 @@ NM = 1e-9
 def part(a, b, sigma=None, **at) -> Part:
     a, b = np.array(a, dtype=float), np.array(b, dtype=float)
     sigma = None if sigma is None else np.array(sigma, float)
-    return Part(at, AMPLITUDE, np.arange(len(a), dtype=float) * NM, a, b, sigma)
+    return Part(at, AMPLITUDE_COLUMN, np.arange(len(a), dtype=float) * NM, a, b, sigma)
 
 
 def agreement(a, b, sigma=None):

@@ -11,9 +11,9 @@ import pytest
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.design.objectives import WaveGoal
 from stickslip_ros.lab.design.search import (
+    COMPARED_SHAPE,
     JOURNAL,
     PLAIN,
-    RIVAL,
     SearchResult,
     SearchStopped,
     ShapeResult,
@@ -146,9 +146,9 @@ def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
         assert len(found.history) == (0 if name == PLAIN else SMALL.evaluations)
         assert found.history == sorted(found.history, reverse=True)
         assert found.history[-1:] == [found.cost] * (name != PLAIN)
-    plain, rival, best = (result.shapes[name] for name in (PLAIN, RIVAL, result.best))
+    plain, rival, best = (result.shapes[name] for name in (PLAIN, COMPARED_SHAPE, result.best))
     assert rival.value >= plain.value
-    assert result.gain_of(RIVAL) == 0.0
+    assert result.gain_of(COMPARED_SHAPE) == 0.0
     assert result.gain_of(result.best) == pytest.approx(best.value / rival.value - 1.0)
     assert 0.0 < best.error < 0.05 * best.value
     stands = unseen_stands(SMALL)
@@ -164,7 +164,7 @@ def test_the_answer_has_every_shape_at_its_best_and_tries_the_best_elsewhere():
 def result_of(value, error):
     wave = SPEED.spaces[SPLINE].wave(SPEED.spaces[SPLINE].start)
     rival, best = (ShapeResult(wave, -one, [-one], one, error, meets=True) for one in (1.0, value))
-    return SearchResult(SMALL, {RIVAL: rival, SPLINE: best}, {})
+    return SearchResult(SMALL, {COMPARED_SHAPE: rival, SPLINE: best}, {})
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from stickslip_ros.drive.build import contacts_of, friction_limit_n
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, assess
 from stickslip_ros.lab.design.shapes import SHAPES
-from stickslip_ros.lab.design.steady_cycle import CONTACT, measure
+from stickslip_ros.lab.design.steady_cycle import CONTACT_SHARE, measure
 from stickslip_ros.lab.design.waves import SPLINE, PeriodicWave, Space, playable, write_wave
 from stickslip_ros.lab.runs.courses import alone
 from stickslip_ros.lab.runs.replay import read_drive_input
@@ -139,8 +139,10 @@ def test_contacts_that_are_looked_at_slip_fully_once_a_cycle():
     rows = playable(SHAPES['sawtooth'].rows(), FREE, 300.0, 1000.0)
     cycle = alone(measure(FREE, rows))
     looked, blind = cycle.trace(contacts=True), cycle.trace()
-    assert looked[:, 2:CONTACT] == pytest.approx(blind[:, 2:CONTACT], rel=1e-6, abs=1e-15)
-    shares = looked[:, CONTACT]
+    assert looked[:, 2:CONTACT_SHARE] == pytest.approx(
+        blind[:, 2:CONTACT_SHARE], rel=1e-6, abs=1e-15
+    )
+    shares = looked[:, CONTACT_SHARE]
     assert np.abs(shares).max() == pytest.approx(1.0, rel=1e-6)
 
 

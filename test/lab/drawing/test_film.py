@@ -9,7 +9,7 @@ import pytest
 
 from stickslip_ros import Parameters
 from stickslip_ros.drive.build import contacts_of
-from stickslip_ros.lab.drawing.film import BEFORE, CYCLES, FRAMES, film_of, slipping_shares
+from stickslip_ros.lab.drawing.film import BEFORE, FILM_CYCLES, FRAMES, film_of, slipping_shares
 from stickslip_ros.lab.drawing.picture import SECONDS, stand_svg
 
 RINGS_ERROR = 0.02
@@ -61,7 +61,7 @@ def trace(cycles: int, backwards: bool = False) -> tuple[np.ndarray, ...]:
 @pytest.mark.parametrize('backwards', [False, True])
 def test_the_film_shows_whole_cycles_from_a_fall_to_a_fall(backwards: bool):
     film = film_of(Parameters(), *trace(8, backwards))
-    assert film.length_s == pytest.approx(CYCLES * PERIOD_S)
+    assert film.length_s == pytest.approx(FILM_CYCLES * PERIOD_S)
     assert len(film.foot_m) == FRAMES
     assert np.ptp(film.foot_m) == pytest.approx(STROKE_M, rel=0.03)
     assert film.foot_m[0] == film.runner_m[0] == 0.0
@@ -76,7 +76,7 @@ def test_there_is_no_film_of_a_drive_that_rests_or_of_too_few_cycles():
     time_s = np.arange(500) / 50e3
     rest = np.zeros(500)
     assert film_of(Parameters(), time_s, rest, rest, rest) is None
-    assert film_of(Parameters(), *trace(CYCLES)) is None
+    assert film_of(Parameters(), *trace(FILM_CYCLES)) is None
 
 
 def values_of(svg: str, path: str) -> list[float]:
@@ -96,7 +96,7 @@ def test_the_film_moves_feet_and_runner_by_the_factor_that_it_states():
     foot = values_of(svg, ".//s:g[@id='foot']/s:g/s:animateTransform[@type='translate']")
     assert np.ptp(foot) == pytest.approx(times * scale * np.ptp(foot_m), rel=0.02)
     runner = values_of(svg, "./s:g/s:animateTransform[@type='translate']")
-    assert runner[-1] - runner[0] == pytest.approx(times * scale * 50e-6 * CYCLES * PERIOD_S)
+    assert runner[-1] - runner[0] == pytest.approx(times * scale * 50e-6 * FILM_CYCLES * PERIOD_S)
     # The piezo shears: fixed at one end, with the hemisphere at the other.
     piezo = ET.fromstring(svg).find(".//s:g[@id='foot']/s:g/s:rect", SVG)
     angles = values_of(svg, ".//s:animateTransform[@type='skewX']")

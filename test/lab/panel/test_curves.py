@@ -6,9 +6,9 @@ import pytest
 from stickslip_ros.lab.drawing.film import steep_edges
 from stickslip_ros.lab.panel.curves import (
     BINS,
-    COLUMNS,
-    POSITION,
+    POSITION_READING,
     RECENT,
+    SAMPLE_COLUMNS,
     VOLTAGE,
     BinHistory,
     SampleRing,
@@ -17,7 +17,7 @@ from stickslip_ros.lab.panel.curves import (
 )
 
 RATE_HZ = 50e3
-FORCE = COLUMNS.index('force')
+FORCE = SAMPLE_COLUMNS.index('force')
 ROUNDING = 1e-6
 """Of float32, relative."""
 
@@ -27,7 +27,7 @@ def sawtooth_samples(seconds: float, frequency_hz: float = 1e3, start_s: float =
     time_s = start_s + np.arange(round(seconds * RATE_HZ)) / RATE_HZ
     phase = (time_s * frequency_hz + 1e-9) % 1.0
     voltage = 300.0 * phase
-    samples = np.full((len(time_s), len(COLUMNS)), np.nan)
+    samples = np.full((len(time_s), len(SAMPLE_COLUMNS)), np.nan)
     samples[:, : FORCE + 1] = np.column_stack(
         [time_s, voltage, voltage / 2e9, time_s * 1e-6, 0.01 + 0.0 * time_s]
     )
@@ -174,7 +174,7 @@ def test_nothing_gives_no_picture():
 @pytest.mark.parametrize('block', [50, 500, 2500])
 def test_the_history_has_the_extremes_of_every_hundredth_of_a_second(block: int):
     samples = sawtooth_samples(1.0)
-    samples[30_000, POSITION], samples[40_000, FORCE] = 1.0, -1.0
+    samples[30_000, POSITION_READING], samples[40_000, FORCE] = 1.0, -1.0
     history = BinHistory()
     for begin in range(0, len(samples), block):
         history.add_all(samples[begin : begin + block])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip_ros.lab.comparison.compare import compare
-from stickslip_ros.lab.panel.curves import COLUMNS
+from stickslip_ros.lab.panel.curves import SAMPLE_COLUMNS
 from stickslip_ros.lab.panel.player import Player, samples_of
 from stickslip_ros.lab.runs.recorded_run import open_run
 from stickslip_ros.lab.runs.run_figure import plot_run
@@ -62,6 +62,6 @@ def test_the_panel_shows_it_where_it_is_there(path: Path):
     frame = player.frame()
     [size] = struct.unpack('<I', frame[:4])
     head = json.loads(frame[4 : 4 + size])
-    assert np.isfinite(samples[:, COLUMNS.index('foot_position')]).all()
+    assert np.isfinite(samples[:, SAMPLE_COLUMNS.index('foot_position')]).all()
     assert np.isfinite(head['figures']['foot_position'])
     assert 'foot_position' in [name for name, *_ in head['curves']]

@@ -27,7 +27,7 @@ from stickslip_ros.lab.runs.sweep import (
     stop_rule,
 )
 from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
-from stickslip_ros.parameters import AMPLITUDE, spec_of
+from stickslip_ros.parameters import AMPLITUDE_SPEC, spec_of
 
 PRELOAD = spec_of('stand.preload')
 FORCE_ERROR = 0.01
@@ -57,7 +57,7 @@ def test_a_list_is_taken_as_it_is_typed():
 
 
 def test_a_range_includes_both_ends():
-    values = parse_axis('amplitude', '0:160e-9:33', AMPLITUDE).values
+    values = parse_axis('amplitude', '0:160e-9:33', AMPLITUDE_SPEC).values
     assert len(values) == 33
     assert (values[0], values[-1]) == (0.0, 160e-9)
     assert values[16] == pytest.approx(80e-9, rel=1e-12, abs=0.0)

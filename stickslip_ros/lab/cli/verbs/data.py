@@ -26,7 +26,7 @@ WINDOW = option(
     'stretch that counts: 2ms@0.3s is 2 ms from 0.3 s on (default: the whole run)',
     metavar='LENGTH@START',
 )
-COMMANDS = option(
+_COMMANDS = option(
     '--commands',
     'table of times and voltages that drove the recordings, where it is known',
     to_path,
@@ -77,7 +77,7 @@ DATA = (
         WINDOW,
         titled(
             'for the model',
-            COMMANDS,
+            _COMMANDS,
             *FREQUENCY_MAX,
             *of_function(COMPARE_IN_PYTHON, 'frequency_hz', 'steps', default=None),
             WORKERS,
@@ -116,7 +116,7 @@ DATA = (
             'a free parameter that was measured otherwise, and how surely: runner.mass=3g+-1%%',
             'NAME=VALUE+-SHARE',
         ),
-        COMMANDS,
+        _COMMANDS,
         WINDOW,
         *of_function(
             'fitting.fit.fit',

@@ -18,7 +18,7 @@ from stickslip_ros.lab.cli.options import (
 )
 
 VALUES = 'VALUES'
-SLEW = option(
+_SLEW = option(
     '--slew', 'sets amplifier.slew_rate, as 150V/us', metavar='V/S', dest='amplifier.slew_rate'
 )
 RUNNERS = either(
@@ -58,7 +58,7 @@ SIMULATE = (
             option('--waveform', 'one cycle as a table of time and voltage', to_path),
             required=True,
         ),
-        SLEW,
+        _SLEW,
         *of_function(SIMULATE_IN_PYTHON, 'frequency_hz', 'steps'),
         NO_LOAD_CELL,
         DRAWS,
@@ -98,7 +98,7 @@ SIMULATE = (
         'largest up to the largest, extrapolated to zero. Directly: the smallest amplitude with '
         'a net step above 1e-10 m. The load cell is taken away, whatever load_cell.contact says.',
         PRELOAD,
-        SLEW,
+        _SLEW,
         *of_function('runs.zero_amplitude.zero_amplitude', 'frequency_hz', 'steps'),
         DRAWS,
         *PARAMETERS,
