@@ -19,6 +19,7 @@ COLCON := .venv-colcon$(SUFFIX)
 DOCS   := .venv-docs
 CODES  := .venv-foreign
 LOCK   := requirements/$(DISTRO).txt
+TESTS  := requirements/$(DISTRO)-test.txt
 
 UV_VERSION := 0.13.8
 PIP := -m pip --disable-pip-version-check --quiet
@@ -37,7 +38,7 @@ help: ## show this list
 	@echo 'make <target> [DISTRO=jazzy|kilted] [PYTHON=python3]'
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-setup: $(VENV)/kernels.stamp ## make the environment from the lock (the other targets do it too)
+setup: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## make the environment from the lock (the other targets do it too)
 
 demo: $(VENV)/kernels.stamp ## run the instrument once: runs/demo.mcap and runs/demo.png
 	$(BIN)/stickslip demo $(ARGS)
@@ -48,7 +49,7 @@ panel: $(VENV)/kernels.stamp ## a drive, its runner free, and its front panel in
 	trap 'kill $$drive 2> /dev/null; wait $$drive' EXIT; trap : INT TERM; \
 	$(BIN)/stickslip panel $(ARGS) || test $$? -eq 130
 
-test: $(VENV)/kernels.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
+test: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## run the tests; ARGS='-k name' chooses, ARGS=--cov measures
 	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --max-worker-restart=0 $(ARGS)
 
 test-pythons: ## the same on every supported Python of this machine, each in .venv-<version>
@@ -59,20 +60,20 @@ test-pythons: ## the same on every supported Python of this machine, each in .ve
 	    $(MAKE) test PYTHON=$$python VENV=.venv-$$version$(SUFFIX) || status=1; \
 	done; exit $$status
 
-fuzz: $(VENV)/kernels.stamp ## random real-valued commands on every stand; ARGS='--seconds 600'
+fuzz: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## random real-valued commands on every stand; ARGS='--seconds 600'
 	PYTHONPATH=test $(BIN)/python test/fuzz $(ARGS)
 
-mutate: $(VENV)/project.stamp ## put errors into copies of the package, report who sees them, half an hour; ARGS=WORD chooses
+mutate: $(VENV)/tests.stamp ## put errors into copies of the package, report who sees them, half an hour; ARGS=WORD chooses
 	$(BIN)/python scripts/mutate.py $(ARGS)
 
-evidence: $(VENV)/kernels.stamp ## make the references of the self-test anew, fail where one moved; ARGS=--foreign asks others too
+evidence: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## make the references of the self-test anew, fail where one moved; ARGS=--foreign asks others too
 	PYTHONPATH=test $(BIN)/python -m evidence
 	$(if $(filter --foreign,$(ARGS)),$(MAKE) foreign)
 
 foreign: $(CODES)/lock.stamp ## ask codes that others wrote: stickslip_ros/lab/validation/foreign.csv
 	PYTHONPATH="$(CURDIR)/test:$(CURDIR)" OMP_NUM_THREADS=1 $(CODES)/bin/python -m evidence.foreign
 
-same: $(VENV)/kernels.stamp ## record the same runs on a commit and here, compare the bytes; ARGS=COMMIT
+same: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## record the same runs on a commit and here, compare the bytes; ARGS=COMMIT
 	$(BIN)/python scripts/same_bytes.py $(ARGS)
 
 # One list: `make lint` types all of these, and each is a hook of .pre-commit-config.yaml.
@@ -81,26 +82,26 @@ LINT := lint-style lint-format lint-types lint-imports lint-manifest
 
 lint: $(LINT) ## style, format, types, import contracts and package.xml
 
-lint-style: $(VENV)/project.stamp
+lint-style: $(VENV)/tests.stamp
 	$(BIN)/ruff check .
 
-lint-format: $(VENV)/project.stamp
+lint-format: $(VENV)/tests.stamp
 	$(BIN)/ruff format --check .
 
-lint-types: $(VENV)/project.stamp
+lint-types: $(VENV)/tests.stamp
 	$(BIN)/mypy
 	$(BIN)/mypy --explicit-package-bases test/*/conftest.py test/lab/*/conftest.py
 
-lint-imports: $(VENV)/project.stamp
+lint-imports: $(VENV)/tests.stamp
 	$(BIN)/lint-imports
 
-lint-manifest: $(VENV)/project.stamp
+lint-manifest: $(VENV)/tests.stamp
 	$(BIN)/python scripts/check_manifest.py
 
-hooks: $(VENV)/project.stamp ## run the checks of lint before every commit
+hooks: $(VENV)/tests.stamp ## run the checks of lint before every commit
 	$(BIN)/pre-commit install
 
-bench: $(VENV)/kernels.stamp ## compare with other programs: benchmarks/results.json; ARGS=NAME for one
+bench: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## compare with other programs: benchmarks/results.json; ARGS=NAME for one
 	$(BIN)/python -m benchmarks $(ARGS)
 
 docs: $(DOCS)/lock.stamp ## build the documentation site, notebooks included: build/docs/index.html
@@ -133,15 +134,30 @@ define make-venv
 	@echo "1 of 3: making $(@D) for $(DISTRO), once"
 	@$(PYTHON) -m venv --clear $(@D)
 	@$(@D)/bin/python $(PIP) install $(shell grep -E '^(pip|setuptools|wheel)==' $(LOCK))
-	@echo "2 of 3: installing the $(shell cat $(^) | grep -c ==) packages of $(^), about a minute"
-	@$(@D)/bin/python $(PIP:--quiet=) install --no-build-isolation $(^:%=-r %)
+	@$(@D)/bin/python $(PIP) install uv==$(UV_VERSION) || true
+	@echo "2 of 3: installing the $(shell cat $(^) | grep -c ==) packages of $(^)"
+	@$(install)
 	@touch $@
 endef
 
-# The build tools come first, from the lock too: empy has no wheel, and neither it nor the project
-# shall be built with anything unpinned.
+# uv takes a sixth of the processor time that pip does, which asks where uv cannot: pip's own
+# settings may name another index. The build tools come first, from the lock too: empy has no
+# wheel, and neither it nor the project shall be built with anything unpinned.
+define install
+$(@D)/bin/uv pip install --python $(@D)/bin/python --no-build-isolation $(LOCKS:%=-r %) \
+	|| { echo 'by pip, which takes about a minute' >&2; \
+	     $(@D)/bin/python $(PIP) install --no-build-isolation $(LOCKS:%=-r %); }
+endef
+
+LOCKS = $(filter %.txt,$^)
+
 $(VENV)/lock.stamp: $(LOCK)
 	$(make-venv)
+
+$(VENV)/tests.stamp: $(TESTS) $(VENV)/project.stamp
+	@echo "installing what tests and lint need besides, of $(TESTS)"
+	@$(install)
+	@touch $@
 
 $(COLCON)/lock.stamp: $(LOCK) requirements/colcon.txt
 	$(make-venv)

@@ -13,8 +13,12 @@ pin() {
         --custom-compile-command 'make lock' --output-file "$output" "$@"
 }
 
+# What the drive, its demo and its panel need, and beside it what tests and lint add.
 for distribution in jazzy kilted; do
-    pin "requirements/$distribution.txt" setup.py requirements/build.in \
+    run=requirements/$distribution.txt
+    pin "$run" setup.py requirements/build.in \
+        --extra "$distribution" --extra completion --extra panel "$@"
+    pin "requirements/$distribution-test.txt" setup.py requirements/build.in --constraint "$run" \
         --extra "$distribution" --extra test --extra lint "$@"
 done
 pin requirements/colcon.txt requirements/colcon.in \
