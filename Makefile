@@ -40,7 +40,8 @@ help: ## show this list
 
 setup: $(VENV)/kernels.stamp $(VENV)/tests.stamp ## make the environment from the lock (the other targets do it too)
 
-demo: $(VENV)/kernels.stamp ## run the instrument once: runs/demo.mcap and runs/demo.png
+# The drive compiles what it needs; what only sweeps need can wait.
+demo: $(VENV)/project.stamp ## run the instrument once: runs/demo.mcap and runs/demo.png
 	$(BIN)/stickslip demo $(ARGS)
 	@echo 'next: make panel, to see it move and to move it in the browser' >&2
 
@@ -177,6 +178,6 @@ $(VENV)/project.stamp: $(VENV)/lock.stamp setup.py setup.cfg package.xml
 # What the digest of kernels/cache.py is made of. Where make takes kernels for older than they are,
 # the verb finds nothing to do.
 $(VENV)/kernels.stamp: $(VENV)/project.stamp $(wildcard $(addprefix stickslip_ros/,kernels/*.py contact/*.py drive/*.py instrument/*.py))
-	@echo "3 of 3: compiling the kernels, about a minute, once; they are kept"
+	@echo "3 of 3: compiling all kernels, about a minute, once; they are kept"
 	@$(BIN)/stickslip compile
 	@touch $@
