@@ -55,7 +55,6 @@ class DemoSummary:
     free_step_m: float  # motion of the free runner per step
     force_n: float  # mean reading over the last steps against the load cell
     loaded_force_n: float  # the same under a load that pulls back
-    real_time_factor: float  # mean over the run
     behind_s: float  # fall of simulated time behind the clock: ticks too late to be made up
     dropped: int  # messages that the recorder lost
     exit_status: int  # of the node after SIGINT
@@ -100,7 +99,6 @@ def _told(summary: DemoSummary, picture: Path) -> Iterator[str | Table]:
         number('step of the free runner', summary.free_step_m, '.2f', 'nm'),
         number('force against the load cell', summary.force_n, '.2f', 'mN'),
         number('the same under a load that pulls back', summary.loaded_force_n, '.2f', 'mN'),
-        number('real-time factor', summary.real_time_factor, '.3f'),
         ('messages dropped by the recorder', summary.dropped),
         ('node ended with status', summary.exit_status),
     ]
@@ -224,7 +222,6 @@ def _summarise(
     position, force = recording.series('position'), recording.series('force')
     title = f'{NODE_NAME}: time'
     reports = [part[title] for part in operator.diagnostics if title in part]
-    times = [report for report in reports if int(report['ticks'])]
     free, push, loaded, _ = bursts
     # The middles of the second ramp and of the last one: the ringing is over, what is late is so
     # in both.
@@ -235,8 +232,7 @@ def _summarise(
         free_step_m=float(np.diff(places_m)[0]) / (FREE_STEPS - 2),
         force_n=_last(force, push),
         loaded_force_n=_last(force, loaded),
-        real_time_factor=sum(float(t['real_time_factor']) for t in times) / len(times),
-        behind_s=float(times[-1]['behind_s']),
+        behind_s=float(reports[-1]['behind_s']),
         dropped=sum(channel.gaps for channel in recording.channels),
         exit_status=exit_status,
         recording=str(recording.path),
