@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 from mcap.writer import IndexType, Writer
 
 from stickslip_ros.interface.cdr import pack_float64
-from stickslip_ros.interface.messages import FLOAT64
+from stickslip_ros.message_types import FLOAT64
 
 MAGIC_BYTES = 8
 WITHOUT_INDEX: dict[str, Any] = {

@@ -26,9 +26,9 @@ from stickslip_ros import (
 )
 from stickslip_ros.interface.cdr import pack_float64, pack_stamped
 from stickslip_ros.interface.channels import Channel, Qos
-from stickslip_ros.interface.messages import FLOAT64, WRENCH_STAMPED
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
+from stickslip_ros.message_types import FLOAT64, WRENCH_STAMPED
 from stickslip_ros.recording.recorder import Recorder
 
 PUBLIC = vars(stickslip_ros)['PUBLIC']

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.interface import messages as m
+from stickslip_ros.message_types import FLOAT64_ARRAY, JOINT_STATE, POINT_STAMPED, WRENCH_STAMPED
 
 
 def _plain_array(message: Any) -> m.ArrayMessage:
@@ -39,10 +40,10 @@ def _plain_joints(message: Any) -> m.JointMessage:
 def plain(type_name: str, message: Any) -> str:
     """Write out what a message of any ROS library says, as `repr` does for our records."""
     kinds = {
-        m.FLOAT64_ARRAY: _plain_array,
-        m.POINT_STAMPED: _plain_point,
-        m.WRENCH_STAMPED: _plain_wrench,
-        m.JOINT_STATE: _plain_joints,
+        FLOAT64_ARRAY: _plain_array,
+        POINT_STAMPED: _plain_point,
+        WRENCH_STAMPED: _plain_wrench,
+        JOINT_STATE: _plain_joints,
     }
     return written(kinds.get(type_name, lambda each: each.data)(message))
 

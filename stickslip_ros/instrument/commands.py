@@ -21,14 +21,18 @@ from stickslip_ros.instrument.motion import Motion
 from stickslip_ros.instrument.reports import Identity, Result, Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import SimulatedStand
+from stickslip_ros.message_types import (
+    FLOAT64,
+    FLOAT64_ARRAY,
+    INT32,
+    JOINT_STATE,
+    POINT_STAMPED,
+    SET_BOOL,
+    TRIGGER,
+    WRENCH_STAMPED,
+)
 from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 
-FLOAT64, INT32 = 'std_msgs/msg/Float64', 'std_msgs/msg/Int32'
-FLOAT64_ARRAY = 'std_msgs/msg/Float64MultiArray'
-JOINT_STATE = 'sensor_msgs/msg/JointState'
-POINT_STAMPED = 'geometry_msgs/msg/PointStamped'
-WRENCH_STAMPED = 'geometry_msgs/msg/WrenchStamped'
-TRIGGER, SET_BOOL = 'std_srvs/srv/Trigger', 'std_srvs/srv/SetBool'
 WAVEFORM_ROWS_MAX = 100_000
 """Rows that a message may have; a measured voltage that is replayed from a file may be longer."""
 FAULT = 'fault'

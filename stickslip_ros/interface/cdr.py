@@ -19,6 +19,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.interface import messages as m
+from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, INT32, JOINT_STATE, STRING, UINT32
 from stickslip_ros.units import NS_PER_S
 
 _HEADER: Final = b'\x00\x01\x00\x00'
@@ -289,12 +290,12 @@ class _Cursor:
 
 
 _READERS: Final[dict[str, Callable[[_Cursor], m.Message]]] = {
-    m.FLOAT64: _Cursor.float64,
-    m.INT32: _Cursor.int32,
-    m.UINT32: _Cursor.uint32,
-    m.STRING: _Cursor.text,
-    m.FLOAT64_ARRAY: _Cursor.array,
-    m.JOINT_STATE: _Cursor.joints,
+    FLOAT64: _Cursor.float64,
+    INT32: _Cursor.int32,
+    UINT32: _Cursor.uint32,
+    STRING: _Cursor.text,
+    FLOAT64_ARRAY: _Cursor.array,
+    JOINT_STATE: _Cursor.joints,
     **{
         type_name: partial(_Cursor.stamped, count=len(fields))
         for type_name, fields in m.STAMPED_FIELDS.items()

@@ -4,16 +4,15 @@ from typing import Final, NamedTuple, TypeAlias
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import UnknownName, WrongKind
-from stickslip_ros.instrument import commands
-
-FLOAT64: Final = commands.FLOAT64
-INT32: Final = commands.INT32
-FLOAT64_ARRAY: Final = commands.FLOAT64_ARRAY
-POINT_STAMPED: Final = commands.POINT_STAMPED
-WRENCH_STAMPED: Final = commands.WRENCH_STAMPED
-JOINT_STATE: Final = commands.JOINT_STATE
-UINT32: Final = 'std_msgs/msg/UInt32'
-STRING: Final = 'std_msgs/msg/String'
+from stickslip_ros.instrument.commands import COMMANDS
+from stickslip_ros.message_types import (
+    FLOAT64,
+    INT32,
+    JOINT_STATE,
+    POINT_STAMPED,
+    UINT32,
+    WRENCH_STAMPED,
+)
 
 STAMPED_FIELDS: Final = {
     POINT_STAMPED: ('x', 'y', 'z'),
@@ -157,7 +156,7 @@ def find_quantity(topic: str, type_name: str, field: str) -> Quantity:
 
 def _unit(topic: str, field: str) -> str:
     if field == 'data':
-        command = commands.COMMANDS.get(topic.rpartition('/')[2])  # that of a reading is the same
+        command = COMMANDS.get(topic.rpartition('/')[2])  # that of a reading is the same
         return command.numbers[0].partition(' ')[2] if command and command.numbers else ''
     units = {'force': 'N', 'torque': 'N m', **JOINT_UNITS}
     return units.get(field.partition('.')[0], 'm')

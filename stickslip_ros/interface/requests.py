@@ -30,6 +30,7 @@ from stickslip_ros.interface.cdr import (
 )
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
+from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, INT32, JOINT_STATE
 from stickslip_ros.parameters.typed import to_si
 from stickslip_ros.units import NS_PER_S
 
@@ -50,7 +51,7 @@ def pack_request(request: Request, time_ns: int) -> Packed:
     """Return a request as the message of its topic, at the time at which it takes effect."""
     topic = BY_TOPIC.get(request.name)
     if topic is not None:
-        if topic.type_name == m.JOINT_STATE:
+        if topic.type_name == JOINT_STATE:
             joints = m.JointMessage(request.stamp_ns, request.frame_id, *request.joints)
             return Packed(topic.key, time_ns, pack_joints(joints))
         data = pack_command(
@@ -94,17 +95,17 @@ def pack_command(
         numbers = np.ravel(np.asarray(values, dtype=np.float64))
     except (TypeError, ValueError, OverflowError):
         raise WrongKind(topic.request, values, 'a list of numbers', wanted) from None
-    if topic.type_name != m.FLOAT64_ARRAY and not 1 <= len(numbers) <= len(topic.numbers):
+    if topic.type_name != FLOAT64_ARRAY and not 1 <= len(numbers) <= len(topic.numbers):
         few = numbers[:8].tolist()
         raise WrongKind(topic.request, few, f'1 to {len(topic.numbers)} numbers', wanted)
-    if topic.type_name == m.FLOAT64:
+    if topic.type_name == FLOAT64:
         return pack_float64(*numbers)
-    if topic.type_name == m.INT32:
+    if topic.type_name == INT32:
         return pack_int32(_whole(topic.request, numbers[0], -INT32_MAX - 1, INT32_MAX))
     if topic.type_name in m.STAMPED_FIELDS:
         rest = (0.0,) * (len(topic.numbers) - len(numbers))
         return pack_stamped(stamp_ns, frame_id, (*numbers, *rest))
-    if topic.type_name == m.JOINT_STATE:
+    if topic.type_name == JOINT_STATE:
         arrays = ((float(number),) for number in numbers)
         return pack_joints(m.JointMessage(stamp_ns, frame_id, (), *arrays))
     columns = ','.join(map(_column, topic.numbers))

@@ -3,10 +3,20 @@
 import math
 from dataclasses import dataclass, replace
 
-from stickslip_ros.instrument.commands import COMMANDS, SET_BOOL, TRIGGER, Command
+from stickslip_ros.instrument.commands import COMMANDS, Command
 from stickslip_ros.instrument.reports import trace_columns
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.message_types import (
+    FLOAT64,
+    FLOAT64_ARRAY,
+    JOINT_STATE,
+    POINT_STAMPED,
+    SET_BOOL,
+    STRING,
+    TRIGGER,
+    UINT32,
+    WRENCH_STAMPED,
+)
 from stickslip_ros.parameters import SENSORS, Parameters, Sensor, spec_of
 
 NODE_NAME = 'stickslip_drive'
@@ -28,7 +38,7 @@ STREAMED = ('depth', 'reliability')
 """Policies that may be overridden where the next message makes up for a lost one."""
 QUEUED = ('depth',)
 """Those where none may be lost."""
-_SET_POINTS = (m.FLOAT64, m.POINT_STAMPED, m.WRENCH_STAMPED, m.JOINT_STATE)
+_SET_POINTS = (FLOAT64, POINT_STAMPED, WRENCH_STAMPED, JOINT_STATE)
 """Types of the commands that may be streamed."""
 
 
@@ -126,7 +136,7 @@ def _topic_of(command: Command) -> Topic:
     )
 
 
-READING_TYPES = {'m': (m.POINT_STAMPED, 'point.x'), 'N': (m.WRENCH_STAMPED, 'wrench.force.x')}
+READING_TYPES = {'m': (POINT_STAMPED, 'point.x'), 'N': (WRENCH_STAMPED, 'wrench.force.x')}
 """Type of the readings in a unit, and which of its numbers is the reading; the rest is 0."""
 
 
@@ -147,15 +157,15 @@ def _reading_topic(row: Sensor, name: str, text: str, *switches: str) -> Topic:
 # fmt: off
 TOPICS = (
     *(_topic_of(command) for command in COMMANDS.values() if command.has_topic),
-    Topic('command/grant', m.FLOAT64_ARRAY, COMMAND,
+    Topic('command/grant', FLOAT64_ARRAY, COMMAND,
           '[until s, commands]: lockstep; run to this simulated time once so many commands came',
           recorded=False, switches=('sim.lockstep',), numbers=('until s', 'commands')),
     *(_reading_topic(
         row, row.reading, row.text + ': {field}; once per sim.block; stamp is the sample time'
     ) for row in SENSORS),
-    Topic('voltage', m.FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period',
+    Topic('voltage', FLOAT64, STREAM, 'voltage at the piezo, V; once per trace.period',
           pace='trace.period', overridable=STREAMED),
-    Topic(TRACE, m.FLOAT64_ARRAY, STREAM,
+    Topic(TRACE, FLOAT64_ARRAY, STREAM,
           f'oscilloscope: rows of {", ".join(trace_columns(Parameters()))}, then of sensors that '
           'are enabled, at trace.sample_rate; one block per trace.period',
           pace='trace.period', overridable=STREAMED),
@@ -164,18 +174,18 @@ TOPICS = (
         f'true {row.label}: {{field}}; with {row.reading}, of the same stamp',
         'sim.publish_truth',
     ) for row in SENSORS),
-    Topic('joint_states', m.JOINT_STATE, STREAM,
+    Topic('joint_states', JOINT_STATE, STREAM,
           'sim.joint_name: position, m (interferometer), velocity, m/s (change of that position '
           'since the message before), effort, N (load cell); sim.joint_states_rate',
           pace='sim.joint_states_rate', switches=('sim.joint_states_rate',), overridable=STREAMED),
-    Topic('~/status', m.UINT32, LATCHED, 'status bits, when they change'),
-    Topic('~/event', m.STRING, EVENTS,
+    Topic('~/status', UINT32, LATCHED, 'status bits, when they change'),
+    Topic('~/event', STRING, EVENTS,
           "JSON: a command's end and its result; stamp_ns if its sender gave a stamp",
           overridable=QUEUED),
-    Topic('~/request', m.STRING, EVENTS,
+    Topic('~/request', STRING, EVENTS,
           'JSON: what came by service, parameter or schedule, when it took effect',
           overridable=QUEUED),
-    Topic('~/info', m.STRING, LATCHED, 'JSON: parameters, units, versions, time origin'),
+    Topic('~/info', STRING, LATCHED, 'JSON: parameters, units, versions, time origin'),
     Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', SELDOM,
           'real-time factor, lateness, overruns and why (computing, waiting for a processor or '
           'the interpreter; nan where Linux does not tell), refusals, recorder, faults; in every '

@@ -16,8 +16,6 @@ from mcap.records import Message as Stored
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.messages import (
-    FLOAT64_ARRAY,
-    STRING,
     ArrayMessage,
     JointMessage,
     Message,
@@ -25,6 +23,7 @@ from stickslip_ros.interface.messages import (
     find_quantity,
 )
 from stickslip_ros.interface.schemas import SCHEMAS
+from stickslip_ros.message_types import FLOAT64_ARRAY, STRING
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.bag import bag_parts
 from stickslip_ros.recording.integrity import PROFILE, open_whole

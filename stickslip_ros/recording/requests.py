@@ -5,11 +5,11 @@ from collections.abc import Iterator
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.commands import Request, TimedRequest
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import unpack
 from stickslip_ros.interface.channels import Channel, Qos, name_in_file
 from stickslip_ros.interface.requests import NOTES, read_request
 from stickslip_ros.interface.topics import COMMAND_TOPICS, TOPICS
+from stickslip_ros.message_types import STRING
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import TOPICS_RECORD
 
@@ -38,7 +38,7 @@ def recorded_requests(recording: Recording) -> Iterator[TimedRequest]:
     for topic, stored in recording.records([notes, *commands]):
         at_ns = stored.log_time - recording.time_origin_ns
         if topic == notes:
-            text = str(unpack(m.STRING, stored.data))
+            text = str(unpack(STRING, stored.data))
             try:
                 note = json.loads(text)
                 settings = tuple(note['settings'].items())

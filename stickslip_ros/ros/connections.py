@@ -15,10 +15,11 @@ from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverriding
 from rclpy.service import Service
 
 from stickslip_ros.errors import StickSlipError, UnknownName
-from stickslip_ros.instrument.commands import COMMANDS, SET_BOOL, Request
+from stickslip_ros.instrument.commands import COMMANDS, Request
 from stickslip_ros.interface.channels import Channel
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import READINGS, SERVICES, TOPICS, Topic
+from stickslip_ros.message_types import SET_BOOL
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.run_file import save_checkpoint
 from stickslip_ros.ros.interface import MESSAGE_TYPES, SERVICE_TYPES, to_profile, to_qos

@@ -18,20 +18,30 @@ from written_messages import plain, written
 from stickslip_ros.errors import RecordingError, UnknownName, WrongKind
 from stickslip_ros.interface import cdr
 from stickslip_ros.interface import messages as m
+from stickslip_ros.message_types import (
+    FLOAT64,
+    FLOAT64_ARRAY,
+    INT32,
+    JOINT_STATE,
+    POINT_STAMPED,
+    STRING,
+    UINT32,
+    WRENCH_STAMPED,
+)
 
 #: What reads ROS's definitions imports modules that Python has renamed since.
 pytestmark = pytest.mark.filterwarnings('ignore:module .sre_:DeprecationWarning')
 
 ROSBAGS = get_typestore(Stores.ROS2_JAZZY)
 ROS_TYPES = {
-    m.FLOAT64: Float64,
-    m.INT32: Int32,
-    m.UINT32: UInt32,
-    m.STRING: String,
-    m.FLOAT64_ARRAY: Float64MultiArray,
-    m.POINT_STAMPED: PointStamped,
-    m.WRENCH_STAMPED: WrenchStamped,
-    m.JOINT_STATE: JointState,
+    FLOAT64: Float64,
+    INT32: Int32,
+    UINT32: UInt32,
+    STRING: String,
+    FLOAT64_ARRAY: Float64MultiArray,
+    POINT_STAMPED: PointStamped,
+    WRENCH_STAMPED: WrenchStamped,
+    JOINT_STATE: JointState,
 }
 TEXTS = st.text(st.characters(exclude_categories=['Cs'], exclude_characters='\0'), max_size=12)
 STAMPS_NS = st.integers(-(2**31) * 10**9, 2**31 * 10**9 - 1)
@@ -43,31 +53,31 @@ Vector = tuple[float, float, float]
 
 
 def unpacked_array(data: bytes) -> m.ArrayMessage:
-    message = cdr.unpack(m.FLOAT64_ARRAY, data)
+    message = cdr.unpack(FLOAT64_ARRAY, data)
     assert isinstance(message, m.ArrayMessage)
     return message
 
 
 def array_case(values: np.ndarray, labels: list[str]) -> Case:
     message = m.ArrayMessage(tuple(labels), values.shape, values)
-    return m.FLOAT64_ARRAY, cdr.pack_float64_array(values, labels), message
+    return FLOAT64_ARRAY, cdr.pack_float64_array(values, labels), message
 
 
 def point_case(stamp_ns: int, frame_id: str, xyz: Vector) -> Case:
     message = m.StampedMessage(stamp_ns, frame_id, xyz)
-    return m.POINT_STAMPED, cdr.pack_stamped(stamp_ns, frame_id, xyz), message
+    return POINT_STAMPED, cdr.pack_stamped(stamp_ns, frame_id, xyz), message
 
 
 def wrench_case(stamp_ns: int, frame_id: str, force: Vector, torque: Vector) -> Case:
     message = m.StampedMessage(stamp_ns, frame_id, force + torque)
-    return m.WRENCH_STAMPED, cdr.pack_stamped(stamp_ns, frame_id, force + torque), message
+    return WRENCH_STAMPED, cdr.pack_stamped(stamp_ns, frame_id, force + torque), message
 
 
 def joint_case(
     stamp_ns: int, frame_id: str, names: tuple[str, ...], *numbers: tuple[float, ...]
 ) -> Case:
     message = m.JointMessage(stamp_ns, frame_id, names, *numbers)
-    return m.JOINT_STATE, cdr.pack_joints(message), message
+    return JOINT_STATE, cdr.pack_joints(message), message
 
 
 def joints(fewest: int) -> st.SearchStrategy[Case]:
@@ -86,10 +96,10 @@ def arrays(axes: int, shortest: int) -> st.SearchStrategy[Case]:
 
 
 FULL_CASES = st.one_of(
-    ANY_FLOATS.map(lambda x: (m.FLOAT64, cdr.pack_float64(x), x)),
-    st.integers(-(2**31), 2**31 - 1).map(lambda x: (m.INT32, cdr.pack_int32(x), x)),
-    st.integers(0, 2**32 - 1).map(lambda x: (m.UINT32, cdr.pack_uint32(x), x)),
-    TEXTS.map(lambda x: (m.STRING, cdr.pack_string(x), x)),
+    ANY_FLOATS.map(lambda x: (FLOAT64, cdr.pack_float64(x), x)),
+    st.integers(-(2**31), 2**31 - 1).map(lambda x: (INT32, cdr.pack_int32(x), x)),
+    st.integers(0, 2**32 - 1).map(lambda x: (UINT32, cdr.pack_uint32(x), x)),
+    TEXTS.map(lambda x: (STRING, cdr.pack_string(x), x)),
     arrays(1, 1),
     arrays(2, 1),
     st.builds(point_case, STAMPS_NS, TEXTS, VECTORS),
@@ -161,13 +171,13 @@ def test_foreign_bytes_are_read_or_refused_but_never_crash(
 @pytest.mark.parametrize(
     ('type_name', 'foreign'),
     [
-        (m.FLOAT64, cdr.pack_int32(1)),
-        (m.INT32, cdr.pack_float64(1.0)),
-        (m.POINT_STAMPED, cdr.pack_stamped(0, 'runner', (0, 0, 0, 0, 0, 0))),
-        (m.STRING, b'\0\1\0\0\4\0\0\0abcd'),
-        (m.STRING, b'\0\1\0\0\2\0\0\0\xff\0'),
-        (m.STRING, b'\0\1\0\0\4\0\0\0a\0b\0'),
-        (m.FLOAT64, b'\0\0\0\0' + struct.pack('>d', 1.0)),
+        (FLOAT64, cdr.pack_int32(1)),
+        (INT32, cdr.pack_float64(1.0)),
+        (POINT_STAMPED, cdr.pack_stamped(0, 'runner', (0, 0, 0, 0, 0, 0))),
+        (STRING, b'\0\1\0\0\4\0\0\0abcd'),
+        (STRING, b'\0\1\0\0\2\0\0\0\xff\0'),
+        (STRING, b'\0\1\0\0\4\0\0\0a\0b\0'),
+        (FLOAT64, b'\0\0\0\0' + struct.pack('>d', 1.0)),
     ],
     ids=[
         'short',
@@ -185,7 +195,7 @@ def test_bytes_of_another_kind_are_refused(type_name: str, foreign: bytes):
 
 
 def test_a_last_word_that_is_filled_up_is_read():
-    assert cdr.unpack(m.STRING, cdr.pack_string('') + bytes(3)) == ''
+    assert cdr.unpack(STRING, cdr.pack_string('') + bytes(3)) == ''
 
 
 def test_an_empty_array_has_no_padding_but_is_read_with_the_padding_of_ros():

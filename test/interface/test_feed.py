@@ -10,6 +10,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import unpack
+from stickslip_ros.message_types import FLOAT64_ARRAY, JOINT_STATE
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.run import ReportingBench
 
@@ -24,7 +25,7 @@ def joints_of(values: Mapping[str, object], duration_ns: int) -> list[m.JointMes
 
     def take(packed):
         if packed.key == 'joint_states':
-            message = unpack(m.JOINT_STATE, packed.data)
+            message = unpack(JOINT_STATE, packed.data)
             assert isinstance(message, m.JointMessage)
             assert message.stamp_ns == packed.time_ns
             heard.append(message)
@@ -104,7 +105,7 @@ def test_a_trace_has_the_rate_and_the_period_of_the_parameters(rate_hz: float, p
 
     def take(packed):
         if packed.key == 'trace':
-            message = unpack(m.FLOAT64_ARRAY, packed.data)
+            message = unpack(FLOAT64_ARRAY, packed.data)
             assert isinstance(message, m.ArrayMessage)
             assert packed.time_ns == round(1e9 * period_s) * (len(heard) + 1)
             heard.append(message.data[:, 0])

@@ -3,7 +3,8 @@
 import pytest
 
 from stickslip_ros.instrument.commands import COMMANDS
-from stickslip_ros.interface.messages import FLOAT64, INT32, JOINT_STATE, find_quantity
+from stickslip_ros.interface.messages import find_quantity
+from stickslip_ros.message_types import FLOAT64, INT32, JOINT_STATE
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,16 @@ import pytest
 from stickslip_ros.interface import cdr
 from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.message_types import (
+    FLOAT64,
+    FLOAT64_ARRAY,
+    INT32,
+    JOINT_STATE,
+    POINT_STAMPED,
+    STRING,
+    UINT32,
+    WRENCH_STAMPED,
+)
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.recorder import Recorder
 
@@ -18,15 +28,15 @@ COLUMNS = ('sample', 't[s],voltage[V],foot[m],position[m],force[N]')
 MS_NS = 1_000_000
 
 CHANNELS = (
-    Channel('/stand/position', m.POINT_STAMPED, Qos(100)),
-    Channel('/stand/force', m.WRENCH_STAMPED, Qos(100, reliable=False)),
-    Channel('/stand/voltage', m.FLOAT64, Qos(10)),
-    Channel('/stand/trace', m.FLOAT64_ARRAY, Qos(10)),
-    Channel('/stand/command/steps', m.INT32, Qos(10)),
-    Channel('/stand/drive/status', m.UINT32, Qos(1, latched=True)),
-    Channel('/stand/drive/event', m.STRING, Qos(10)),
-    Channel('/stand/truth/position', m.POINT_STAMPED, Qos(100)),
-    Channel('/stand/joint_states', m.JOINT_STATE, Qos(10)),
+    Channel('/stand/position', POINT_STAMPED, Qos(100)),
+    Channel('/stand/force', WRENCH_STAMPED, Qos(100, reliable=False)),
+    Channel('/stand/voltage', FLOAT64, Qos(10)),
+    Channel('/stand/trace', FLOAT64_ARRAY, Qos(10)),
+    Channel('/stand/command/steps', INT32, Qos(10)),
+    Channel('/stand/drive/status', UINT32, Qos(1, latched=True)),
+    Channel('/stand/drive/event', STRING, Qos(10)),
+    Channel('/stand/truth/position', POINT_STAMPED, Qos(100)),
+    Channel('/stand/joint_states', JOINT_STATE, Qos(10)),
 )
 
 

@@ -16,9 +16,9 @@ from rosbags.typesys import Stores, get_typestore
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.schemas import TYPE_HASHES
+from stickslip_ros.message_types import FLOAT64, POINT_STAMPED, UINT32
 from stickslip_ros.recording.bag import METADATA_FILE
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import Recording
@@ -71,7 +71,7 @@ def foreign_bag(path: Path, mode: CompressionMode | None = None, **options) -> P
         writer.set_compression(mode, CompressionFormat.ZSTD)
     with writer:
         point = writer.add_connection(
-            '/position', m.POINT_STAMPED, typestore=STORE, offered_qos_profiles=[LATCHED]
+            '/position', POINT_STAMPED, typestore=STORE, offered_qos_profiles=[LATCHED]
         )
         flag = writer.add_connection('/flag', 'std_msgs/msg/Bool', typestore=STORE)
         for tick in range(3):
@@ -112,7 +112,7 @@ def test_a_file_that_stands_alone_tells_rosbag2_its_distribution(
 ):
     """The whole description, as rosbag2 writes it: one with entries missing would not open."""
     monkeypatch.setenv('ROS_DISTRO', 'jazzy')
-    voltage = Channel('/voltage', m.FLOAT64, Qos(10))
+    voltage = Channel('/voltage', FLOAT64, Qos(10))
     Recorder(tmp_path / 'run.mcap', [voltage]).close()
     record = Recording(tmp_path / 'run.mcap').metadata['rosbag2']
     told = yaml.safe_load(record['serialized_metadata'])
@@ -142,7 +142,7 @@ def test_the_description_tells_types_and_quality_of_service(described: dict):
     }
     assert topics['/stand/drive/status'] == {
         'name': '/stand/drive/status',
-        'type': m.UINT32,
+        'type': UINT32,
         'serialization_format': 'cdr',
         'offered_qos_profiles': [
             {
@@ -157,7 +157,7 @@ def test_the_description_tells_types_and_quality_of_service(described: dict):
                 'avoid_ros_namespace_conventions': False,
             }
         ],
-        'type_description_hash': TYPE_HASHES[m.UINT32],
+        'type_description_hash': TYPE_HASHES[UINT32],
     }
     assert topics['/stand/force']['offered_qos_profiles'][0]['reliability'] == 'best_effort'
 
@@ -201,7 +201,7 @@ def test_a_bag_opens_here_as_one_run(bag: Path, recorded: Path):
 
 
 def test_a_bag_without_messages_opens(tmp_path: Path):
-    Recorder(tmp_path / 'run', [Channel('/u', m.FLOAT64, Qos(1))], form=BAG).close()
+    Recorder(tmp_path / 'run', [Channel('/u', FLOAT64, Qos(1))], form=BAG).close()
     assert list(Recording(tmp_path / 'run').messages()) == []
     with Reader(tmp_path / 'run') as reader:
         assert reader.message_count == 0
@@ -295,7 +295,7 @@ def test_a_quality_of_service_of_a_wrong_kind_is_left_out(tmp_path: Path, qualit
     bag = tmp_path / 'bag'
     bag.mkdir()
     writer = foreign(bag / 'bag.mcap')
-    schema = writer.register_schema(m.FLOAT64, 'ros2msg', b'float64 data')
+    schema = writer.register_schema(FLOAT64, 'ros2msg', b'float64 data')
     number = writer.register_channel('/u', 'cdr', schema, {'offered_qos_profiles': quality})
     writer.add_message(number, 1, cdr.pack_float64(1.5), 1)
     writer.finish()

@@ -29,7 +29,7 @@ from memory import memory_limited_to
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface.cdr import pack_float64
-from stickslip_ros.interface.messages import FLOAT64
+from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.recording import chunks
 from stickslip_ros.recording.chunks import MAGIC
 from stickslip_ros.recording.reader import Recording

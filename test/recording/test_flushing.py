@@ -13,16 +13,16 @@ from mcap_records import rows_of
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.message_types import FLOAT64, UINT32
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.recover import recover_file
 
 MS_NS = 1_000_000
-VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
-STATUS = Channel('/status', m.UINT32, Qos(1, latched=True))
+VOLTAGE = Channel('/voltage', FLOAT64, Qos(10))
+STATUS = Channel('/status', UINT32, Qos(1, latched=True))
 #: A machine that is busy with other things may be late by this.
 PATIENCE_S = 20.0
 

@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 
 from stickslip_ros.errors import OutOfRange, RecordingError, StickSlipError
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.layout import FileForm, Layout
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run_file import NAME_MAX_BYTES, open_recorder, run_path
 
-VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
+VOLTAGE = Channel('/voltage', FLOAT64, Qos(10))
 SPLIT = FileForm(in_parts=True)
 BAG = FileForm(bag=True)
 #: What the longest name may still grow by: the number of a part and the mark of a recovery.

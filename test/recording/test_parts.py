@@ -10,17 +10,17 @@ from mcap_records import rows_of
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.message_types import FLOAT64, STRING, UINT32
 from stickslip_ros.recording.bag import METADATA_FILE, METADATA_ROOT
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 
 MS_NS = 1_000_000
-STATUS = Channel('/status', m.UINT32, Qos(1, latched=True))
-INFO = Channel('/info', m.STRING, Qos(1, latched=True))
-VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
+STATUS = Channel('/status', UINT32, Qos(1, latched=True))
+INFO = Channel('/info', STRING, Qos(1, latched=True))
+VOLTAGE = Channel('/voltage', FLOAT64, Qos(10))
 FORM = FileForm(flush_period_s=0.1, in_parts=True)
 STARTS_MS = (0, 100, 200, 300)
 METADATA = {'stickslip_run': {'seed': '7'}}

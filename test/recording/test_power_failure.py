@@ -9,8 +9,8 @@ import pytest
 from mcap_records import Row, rows_of
 
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.recording.layout import FileForm, Layout
 from stickslip_ros.recording.recover import recover_file
 from stickslip_ros.recording.storage import RunFiles, Stored
@@ -41,7 +41,7 @@ def test_no_moment_loses_what_was_secured(
         if path.exists() and os.path.sameopenfile(handle, stream.fileno()):
             safe.append((path.stat().st_size, files.written))
 
-    channels = [Channel(f'/t{i}', m.FLOAT64, Qos(1)) for i in range(3)]
+    channels = [Channel(f'/t{i}', FLOAT64, Qos(1)) for i in range(3)]
     form = FileForm(compression, chunk_size_bytes=1500, flush_period_s=0.0)
     files = RunFiles(Layout.plan(path), channels, form, {'run': {'seed': '7'}}, {}, dict)
     with path.open('rb') as stream, monkeypatch.context() as patch:

@@ -14,8 +14,14 @@ from written_messages import written
 
 from stickslip_ros.errors import RecordingError, StickSlipError, UnknownName, WrongKind
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.message_types import (
+    FLOAT64,
+    FLOAT64_ARRAY,
+    INT32,
+    POINT_STAMPED,
+    WRENCH_STAMPED,
+)
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import ChannelSummary, Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -68,14 +74,14 @@ def test_descriptions_and_attached_files_come_back(recording: Recording):
 
 def test_channels_tell_counts_times_and_rates(recording: Recording):
     channels = {each.topic: each for each in recording.channels}
-    force = ChannelSummary('/stand/force', m.WRENCH_STAMPED, 20, 0, 19 * MS_NS, 0)
+    force = ChannelSummary('/stand/force', WRENCH_STAMPED, 20, 0, 19 * MS_NS, 0)
     assert channels['/stand/force'] == force
     assert force.rate_hz == pytest.approx(1000.0, rel=1e-12)
     assert channels['/stand/voltage'].rate_hz == pytest.approx(100.0, rel=1e-12)
 
 
 def test_a_topic_with_one_message_or_none_has_no_rate(tmp_path: Path):
-    channels = [Channel('/one', m.INT32, Qos(1)), Channel('/none', m.INT32, Qos(1))]
+    channels = [Channel('/one', INT32, Qos(1)), Channel('/none', INT32, Qos(1))]
     with Recorder(tmp_path / 'run.mcap', channels) as recorder:
         recorder.put('/one', 5, cdr.pack_int32(1))
     one, none = Recording(tmp_path / 'run.mcap').channels
@@ -84,7 +90,7 @@ def test_a_topic_with_one_message_or_none_has_no_rate(tmp_path: Path):
 
 
 def test_a_recording_without_messages_opens(tmp_path: Path):
-    Recorder(tmp_path / 'run.mcap', [Channel('/trace', m.FLOAT64_ARRAY, Qos(1))]).close()
+    Recorder(tmp_path / 'run.mcap', [Channel('/trace', FLOAT64_ARRAY, Qos(1))]).close()
     recording = Recording(tmp_path / 'run.mcap')
     assert list(recording.messages()) == []
     assert recording.trace() == {}
@@ -125,7 +131,7 @@ def test_a_quantity_of_a_joint_that_the_messages_do_not_have_is_refused(recordin
 
 
 def test_a_point_is_placed_at_its_own_stamp_and_a_number_at_its_log_time(tmp_path: Path):
-    channels = [Channel('/p', m.POINT_STAMPED, Qos(1)), Channel('/u', m.FLOAT64, Qos(1))]
+    channels = [Channel('/p', POINT_STAMPED, Qos(1)), Channel('/u', FLOAT64, Qos(1))]
     with Recorder(tmp_path / 'run.mcap', channels) as recorder:
         recorder.put('/p', 2_500_000_000, cdr.pack_stamped(1_500_000_000, '', (0, 0, 0)))
         recorder.put('/u', 2_500_000_000, cdr.pack_float64(0.0))
@@ -159,13 +165,13 @@ def test_a_wrong_name_is_answered_with_the_right_ones(recording: Recording):
 
 
 def test_an_ending_means_the_topic_in_the_fewest_namespaces(tmp_path: Path):
-    channels = [Channel('/a/b/u', m.FLOAT64, Qos(1)), Channel('/laboratory/u', m.FLOAT64, Qos(1))]
+    channels = [Channel('/a/b/u', FLOAT64, Qos(1)), Channel('/laboratory/u', FLOAT64, Qos(1))]
     Recorder(tmp_path / 'run.mcap', channels).close()
     assert Recording(tmp_path / 'run.mcap').series('u').origin == 'run.mcap /laboratory/u'
 
 
 def test_an_ending_that_two_topics_share_is_refused(tmp_path: Path):
-    channels = [Channel(f'/{stand}/u', m.FLOAT64, Qos(1)) for stand in 'ab']
+    channels = [Channel(f'/{stand}/u', FLOAT64, Qos(1)) for stand in 'ab']
     Recorder(tmp_path / 'run.mcap', channels).close()
     with pytest.raises(RecordingError, match='u may be /a/u or /b/u'):
         Recording(tmp_path / 'run.mcap').series('u')
@@ -279,7 +285,7 @@ def test_a_damaged_head_of_a_chunk_never_crashes(recorded: Path, damaged: Path):
 def test_a_wrong_number_in_a_chunk_without_compression_is_refused(tmp_path: Path):
     path = tmp_path / 'run.mcap'
     message = cdr.pack_float64(1.5)
-    with Recorder(path, [Channel('/u', m.FLOAT64, Qos(1))], form=FileForm('none')) as recorder:
+    with Recorder(path, [Channel('/u', FLOAT64, Qos(1))], form=FileForm('none')) as recorder:
         recorder.put('/u', 0, message)
     path.write_bytes(path.read_bytes().replace(message, cdr.pack_float64(2.5)))
     with pytest.raises(RecordingError, match='the checksum of its data is wrong'):

@@ -14,15 +14,15 @@ from mcap_records import rows_of
 
 from stickslip_ros.errors import RecordingError, UnknownName
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.message_types import FLOAT64, INT32, STRING
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 
 Run = list[tuple[str, int, bytes]]
-VOLTAGE = Channel('/voltage', m.FLOAT64, Qos(10))
-STEPS = Channel('/steps', m.INT32, Qos(10))
+VOLTAGE = Channel('/voltage', FLOAT64, Qos(10))
+STEPS = Channel('/steps', INT32, Qos(10))
 NOISE = np.random.default_rng(1).bytes(1000)
 
 
@@ -115,7 +115,7 @@ def test_the_longest_queue_is_remembered(path: Path, unshared: None):
 @pytest.mark.parametrize('queue_length', [1, 2, 7])
 def test_threads_that_wait_for_room_lose_nothing(path: Path, queue_length: int):
     topics = [f'/t{index}' for index in range(4)]
-    channels = [Channel(topic, m.INT32, Qos(1)) for topic in topics]
+    channels = [Channel(topic, INT32, Qos(1)) for topic in topics]
 
     def put_all(topic: str) -> None:
         for value in range(200):
@@ -129,7 +129,7 @@ def test_threads_that_wait_for_room_lose_nothing(path: Path, queue_length: int):
             thread.join()
     assert recorder.queue_peak <= queue_length
     for topic in topics:
-        values = [cdr.unpack(m.INT32, data) for name, _, data in stored(path) if name == topic]
+        values = [cdr.unpack(INT32, data) for name, _, data in stored(path) if name == topic]
         assert values == list(range(200))
 
 
@@ -155,7 +155,7 @@ def test_a_topic_that_was_not_announced_is_refused(path: Path):
 def test_missing_folders_are_made(tmp_path: Path):
     path = tmp_path / 'runs' / 'today' / 'run.mcap'
     Recorder(path, [VOLTAGE]).close()
-    assert Recording(path).types == {'/voltage': m.FLOAT64}
+    assert Recording(path).types == {'/voltage': FLOAT64}
 
 
 def test_a_folder_that_cannot_be_made_is_refused(path: Path):
@@ -194,7 +194,7 @@ def test_metadata_that_is_not_text_leaves_no_file(path: Path):
 
 
 def test_a_full_disk_stops_the_writing_and_is_told(path: Path, small_disk: Callable):
-    channel = Channel('/event', m.STRING, Qos(1))
+    channel = Channel('/event', STRING, Qos(1))
     small_disk(20_000)
     recorder = Recorder(path, [channel], form=FileForm('none', chunk_size_bytes=5000))
     puts = 0

@@ -23,8 +23,8 @@ from rosbags.rosbag2 import Reader
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
+from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.recording.bag import METADATA_FILE
 from stickslip_ros.recording.chunks import MAGIC
 from stickslip_ros.recording.layout import FileForm
@@ -407,7 +407,7 @@ def test_what_was_written_before_the_disk_was_full_comes_back(
     path = tmp_path / 'run.mcap'
     form = FileForm(compression, chunk_size_bytes=5000)
     small_disk(20_000)
-    recorder = Recorder(path, [Channel('/n', m.FLOAT64, Qos(1))], form=form)
+    recorder = Recorder(path, [Channel('/n', FLOAT64, Qos(1))], form=form)
     taken = 0
     while recorder.put('/n', taken, cdr.pack_float64(taken), wait=True):
         taken += 1

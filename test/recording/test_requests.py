@@ -20,11 +20,11 @@ from stickslip_ros.instrument.commands import COMMANDS, WAVEFORM_ROWS_MAX, Reque
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.requests import pack_command, pack_request, receive_request
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
+from stickslip_ros.message_types import FLOAT64, STRING
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording, compare_data, data_digest
 from stickslip_ros.recording.recorder import Recorder
@@ -108,7 +108,7 @@ def test_topics_have_the_names_in_a_recording_that_they_always_had(tmp_path):
 
 def test_a_recording_that_is_no_run_has_no_requests(tmp_path):
     path = tmp_path / 'other.mcap'
-    with Recorder(path, [Channel('/voltage', m.FLOAT64, Qos(1))]):
+    with Recorder(path, [Channel('/voltage', FLOAT64, Qos(1))]):
         pass
     with pytest.raises(RecordingError, match='does not say which topic is which'):
         list(recorded_requests(Recording(path)))
@@ -117,7 +117,7 @@ def test_a_recording_that_is_no_run_has_no_requests(tmp_path):
 @pytest.mark.parametrize('text', ['[' * 5000, '"text"', '[]', '{}', '{"topic": 1}', '9' * 5000])
 def test_what_a_recording_says_of_its_topics_is_not_believed(tmp_path: Path, text: str):
     path, said = tmp_path / 'run.mcap', {'position': text, 'request': text}
-    Recorder(path, [Channel('/p', m.STRING, Qos(1))], metadata={'stickslip_topics': said}).close()
+    Recorder(path, [Channel('/p', STRING, Qos(1))], metadata={'stickslip_topics': said}).close()
     with pytest.raises(RecordingError, match='does not say which topic is which'):
         list(recorded_requests(Recording(path)))
 
@@ -125,7 +125,7 @@ def test_what_a_recording_says_of_its_topics_is_not_believed(tmp_path: Path, tex
 @pytest.mark.parametrize('text', ['[' * 5000, '"text"', '[]', '{}', '9' * 5000])
 def test_a_recorded_request_that_makes_no_sense_is_refused(tmp_path: Path, text: str):
     path = tmp_path / 'run.mcap'
-    content = {name: Channel(f'/{name}', m.STRING, Qos(1)) for name in ('position', 'request')}
+    content = {name: Channel(f'/{name}', STRING, Qos(1)) for name in ('position', 'request')}
     said = {
         name: json.dumps({'topic': each.topic, **vars(each.qos)}) for name, each in content.items()
     }

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.instrument.commands import SET_BOOL, typed_command
+from stickslip_ros.instrument.commands import typed_command
 from stickslip_ros.instrument.reports import Result, Status
 from stickslip_ros.interface.requests import typed_numbers
 from stickslip_ros.lab.cli.printing import Answer
+from stickslip_ros.message_types import SET_BOOL
 from stickslip_ros.ros.executable import stay_on_this_host
 from stickslip_ros.testing import Operator, open_context
 from stickslip_ros.units import MICRO, NANO

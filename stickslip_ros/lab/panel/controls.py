@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any
 
 from stickslip_ros.errors import StickSlipError, quoted
-from stickslip_ros.instrument.commands import SET_BOOL
 from stickslip_ros.instrument.reports import Status
-from stickslip_ros.interface.messages import JOINT_STATE, STAMPED_FIELDS
+from stickslip_ros.interface.messages import STAMPED_FIELDS
 from stickslip_ros.interface.topics import COMMAND_TOPICS, SERVICES, Topic
 from stickslip_ros.lab.design.shapes import SHAPES
 from stickslip_ros.lab.panel.model import HISTORY_SPANS_S, REBUILT, SCOPE_CYCLES
 from stickslip_ros.lab.tables.experiment import OVER_TIME, read_experiment
 from stickslip_ros.lab.tables.formats import SUFFIXES
+from stickslip_ros.message_types import JOINT_STATE, SET_BOOL
 from stickslip_ros.parameters import SENSORS, specs
 from stickslip_ros.units import display_unit
 

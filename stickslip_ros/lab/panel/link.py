@@ -19,11 +19,12 @@ from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.instrument.commands import typed_command
 from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.interface.cdr import unpack
-from stickslip_ros.interface.messages import FLOAT64_ARRAY, ArrayMessage
+from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.interface.requests import BY_TOPIC, typed_numbers
 from stickslip_ros.interface.topics import NODE_NAME, SERVICES, Topic
 from stickslip_ros.lab.panel.controls import read_parameter, shown_parameters
 from stickslip_ros.lab.panel.model import ACTIVE, PANEL, REBUILT, Model
+from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import specs
 from stickslip_ros.ros.client import DriveClient, command_topic, open_context
 from stickslip_ros.ros.executable import end_node, stay_on_this_host

@@ -12,9 +12,9 @@ from mcap_records import foreign, foreign_numbers
 
 from stickslip_ros import open_run
 from stickslip_ros.interface.cdr import pack_float64
-from stickslip_ros.interface.messages import FLOAT64
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.message_types import FLOAT64
 
 Run = tuple[SawtoothRun, Path]
 READERS: dict[str, Callable[..., Any]] = {

@@ -8,14 +8,14 @@ import pytest
 from mcap_records import foreign_numbers
 
 from stickslip_ros.interface import cdr
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.message_types import FLOAT64
 from stickslip_ros.recording.layout import FileForm
 from stickslip_ros.recording.recorder import Recorder
 
 MS_NS = 1_000_000
-CHANNEL = Channel('/voltage', m.FLOAT64, Qos(10))
+CHANNEL = Channel('/voltage', FLOAT64, Qos(10))
 
 
 def test_info_of_a_file_without_parameters_does_not_invent_them(tmp_path: Path, capsys):

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import pack_stamped
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.comparison.compare import compare
 from stickslip_ros.lab.comparison.in_time import estimate_alignment
 from stickslip_ros.lab.runs.recorded import recorded_series
+from stickslip_ros.message_types import POINT_STAMPED
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -56,7 +56,7 @@ def late(series, tmp_path_factory):
 
 def record_points(path, values_m, attachments=None):
     """Record positions alone, 1 kHz."""
-    channels = [Channel('/position', m.POINT_STAMPED, Qos(10))]
+    channels = [Channel('/position', POINT_STAMPED, Qos(10))]
     with Recorder(path, channels, attachments=attachments or {}) as recorder:
         for tick, value_m in enumerate(values_m):
             at_ns = tick * MS_NS

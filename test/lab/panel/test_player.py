@@ -12,10 +12,10 @@ from stickslip_ros.errors import RecordingError
 from stickslip_ros.instrument.reports import Event, Result
 from stickslip_ros.interface.cdr import pack_stamped, pack_string
 from stickslip_ros.interface.channels import Channel, Qos
-from stickslip_ros.interface.messages import POINT_STAMPED, STRING
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.panel import player as panel_player
 from stickslip_ros.lab.panel.player import SPEEDS, Player, samples_of
+from stickslip_ros.message_types import POINT_STAMPED, STRING
 from stickslip_ros.recording.recorder import Recorder
 
 

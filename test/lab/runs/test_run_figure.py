@@ -14,7 +14,6 @@ from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongK
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints
 from stickslip_ros.instrument.reports import Event, Result, Status
-from stickslip_ros.interface import messages as m
 from stickslip_ros.interface.cdr import pack_float64, pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel, Qos
 from stickslip_ros.lab.runs.plotting import style_of
@@ -36,6 +35,7 @@ from stickslip_ros.lab.runs.run_figure import (
     plot_run,
 )
 from stickslip_ros.lab.runs.sawtooth_run import simulate
+from stickslip_ros.message_types import FLOAT64, STRING, UINT32
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
@@ -260,12 +260,12 @@ def recorded(tmp_path):
     """Give a recording without trace: voltage, status, events, in a namespace, and strangers."""
     path = tmp_path / 'run.mcap'
     channels = [
-        Channel('/left/voltage', m.FLOAT64, Qos(1)),
-        Channel('/left/command/voltage', m.FLOAT64, Qos(1)),
-        Channel('/left/truth/voltage', m.FLOAT64, Qos(1)),
-        Channel('/left/position', m.FLOAT64, Qos(1)),
-        Channel('/left/stickslip_drive/status', m.UINT32, Qos(1)),
-        Channel('/left/stickslip_drive/event', m.STRING, Qos(1)),
+        Channel('/left/voltage', FLOAT64, Qos(1)),
+        Channel('/left/command/voltage', FLOAT64, Qos(1)),
+        Channel('/left/truth/voltage', FLOAT64, Qos(1)),
+        Channel('/left/position', FLOAT64, Qos(1)),
+        Channel('/left/stickslip_drive/status', UINT32, Qos(1)),
+        Channel('/left/stickslip_drive/event', STRING, Qos(1)),
     ]
     moving, loaded = int(Status.MOVING), int(Status.LOADED)
     with Recorder(path, channels) as recorder:
@@ -321,7 +321,7 @@ def test_topics_are_drawn_without_a_trace(recorded, tmp_path):
 
 
 def test_a_recording_of_nothing_is_refused(tmp_path):
-    with Recorder(tmp_path / 'run.mcap', [Channel('/voltage', m.FLOAT64, Qos(1))]):
+    with Recorder(tmp_path / 'run.mcap', [Channel('/voltage', FLOAT64, Qos(1))]):
         pass
     with pytest.raises(RecordingError, match='has neither position, force nor voltage'):
         plot_run(Recording(tmp_path / 'run.mcap'), tmp_path / 'run.png')

@@ -23,6 +23,7 @@ from stickslip_ros.lab.runs.recorded import (
 )
 from stickslip_ros.lab.runs.replay import replay
 from stickslip_ros.lab.runs.run_figure import plot_run
+from stickslip_ros.message_types import FLOAT64, JOINT_STATE, POINT_STAMPED, STRING
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording, compare_data
 from stickslip_ros.recording.recorder import Recorder
@@ -42,7 +43,7 @@ PLAN = {
 }
 WHOLE = TimeWindow(0.0, 1.0)
 PARTS = {'record__format': 'bag', 'record__flush_period': 0.01, 'record__split_duration': 0.02}
-STAMPED = {*m.STAMPED_FIELDS, m.JOINT_STATE}
+STAMPED = {*m.STAMPED_FIELDS, JOINT_STATE}
 Record = Callable[..., Path]
 
 
@@ -203,9 +204,9 @@ def test_what_is_recovered_is_told_in_simulated_time(tmp_path: Path):
 
 def test_a_recording_of_another_program_takes_the_origin_from_info(tmp_path: Path):
     channels = [
-        Channel('/left/stickslip_drive/info', m.STRING, Qos(1)),
-        Channel('/left/position', m.POINT_STAMPED, Qos(1)),
-        Channel('/left/voltage', m.FLOAT64, Qos(1)),
+        Channel('/left/stickslip_drive/info', STRING, Qos(1)),
+        Channel('/left/position', POINT_STAMPED, Qos(1)),
+        Channel('/left/voltage', FLOAT64, Qos(1)),
     ]
     with Recorder(tmp_path / 'bag.mcap', channels) as recorder:
         come_ns = ORIGIN_NS + 3 * MS_NS
@@ -229,7 +230,7 @@ def test_a_recording_of_another_program_takes_the_origin_from_info(tmp_path: Pat
     ],
 )
 def test_an_info_of_another_kind_tells_no_origin(tmp_path: Path, text: str):
-    with Recorder(tmp_path / 'bag.mcap', [Channel('/robot/info', m.STRING, Qos(1))]) as recorder:
+    with Recorder(tmp_path / 'bag.mcap', [Channel('/robot/info', STRING, Qos(1))]) as recorder:
         recorder.put('/robot/info', 5, cdr.pack_string(text))
     [(_, time_ns, _)] = Recording(tmp_path / 'bag.mcap').messages()
     assert time_ns == 5

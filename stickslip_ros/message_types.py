@@ -1,0 +1,14 @@
+"""Names of the types of messages and services, as ROS 2 writes them."""
+
+from typing import Final
+
+FLOAT64: Final = 'std_msgs/msg/Float64'
+INT32: Final = 'std_msgs/msg/Int32'
+UINT32: Final = 'std_msgs/msg/UInt32'
+STRING: Final = 'std_msgs/msg/String'
+FLOAT64_ARRAY: Final = 'std_msgs/msg/Float64MultiArray'
+JOINT_STATE: Final = 'sensor_msgs/msg/JointState'
+POINT_STAMPED: Final = 'geometry_msgs/msg/PointStamped'
+WRENCH_STAMPED: Final = 'geometry_msgs/msg/WrenchStamped'
+TRIGGER: Final = 'std_srvs/srv/Trigger'
+SET_BOOL: Final = 'std_srvs/srv/SetBool'
