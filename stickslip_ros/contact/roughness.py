@@ -1,5 +1,5 @@
 """
-Roughness: random self-affine lines and surfaces (Eqs 1 to 13), and the body that presses alike.
+Roughness: random self-affine lines (Eqs 1 and 9 to 13), and the body that presses alike.
 
 Two of the printed equations are read as they must have been meant: <h^2> of a line is
 2 int C_1D dq (Eq. 9 has a q too many; only without it does Eq. 10 follow), and the root of
@@ -123,7 +123,7 @@ class Spectrum:
         if upper > last * (1.0 + _ROUNDING):
             limit = f'above {last:.6g} rad/m, two of the {points} points per wave'
             raise OutOfRange('upper cut-off', upper, 'rad/m', limit, 'lower it or add points')
-        waves = _wave_numbers(length_m, points)[: (points + 1) // 2]
+        waves = wave_numbers(length_m, points)[: (points + 1) // 2]
         if np.count_nonzero(self._contains(waves)) < WAVES_MIN:
             limit = f'too near the lower one, {lower:.6g} rad/m: no {WAVES_MIN} waves of the grid'
             hint = 'raise it or lengthen the grid'
@@ -173,131 +173,15 @@ def rough_line(spectrum: Spectrum, length_m: float, points: int, seed: int) -> A
 def line_power(spectrum: Spectrum, length_m: float, points: int) -> Array:
     """Return the squares of B_1D of `rough_line`, m^2; that refuses what this refuses."""
     spectrum.check_grid(length_m, points)
-    power = spectrum.density_1d(_wave_numbers(length_m, points))
+    power = spectrum.density_1d(wave_numbers(length_m, points))
     power[(points + 1) // 2 :] = 0.0
     power *= spectrum.rms_height_m**2 / (2.0 * np.sum(power))
     return power
 
 
-def rough_surface(spectrum: Spectrum, length_m: float, points: int, seed: int) -> Array:
-    """
-    Return one realisation of a square rough surface (Eqs 1 to 3).
-
-    Parameters
-    ----------
-    spectrum : Spectrum
-        What the surface is made of.
-    length_m, points : float, int
-        Side L, m, with which the surface is periodic, and the number of points along it.
-    seed : int
-        Seed of the phases, >= 0.
-
-    Returns
-    -------
-    array, shape (points, points)
-        Heights, m, of mean zero and exactly the asked rms; refused like those of `rough_line`.
-
-    """
-    spectrum.check_grid(length_m, points)
-    power = spectrum.density_2d(_wave_numbers_2d(length_m, points))
-    power[0, 0] = 0.0
-    if points % 2 == 0:
-        power[points // 2, :] = power[:, -1] = 0.0
-    # The half that a real transform leaves out repeats all columns but the first.
-    power *= spectrum.rms_height_m**2 / (2.0 * np.sum(power) - np.sum(power[:, 0]))
-    phases = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, power.shape)
-    middle = (points + 1) // 2
-    phases[:-middle:-1, 0] = -phases[1:middle, 0]
-    return np.fft.irfft2(points**2 * np.sqrt(power) * np.exp(1j * phases), (points, points))
-
-
-def line_spectrum(heights_m: Array, length_m: float) -> tuple[Array, Array]:
-    """
-    Return wave numbers, rad/m, and the density C_1D, m^3, of a periodic line.
-
-    Parameters
-    ----------
-    heights_m : array, shape (points,)
-        Heights, m.
-    length_m : float
-        Length L, m.
-
-    Notes
-    -----
-    C_1D = |B_1D|^2 L/(2 pi), Eq. 13 solved for it. A line that is not periodic, such as a
-    measured one, needs a window first.
-
-    """
-    points = len(heights_m)
-    wanted = slice(1, (points + 1) // 2)
-    amplitudes = np.abs(np.fft.rfft(heights_m)[wanted]) / points
-    waves = _wave_numbers(length_m, points)[wanted]
-    return waves, amplitudes**2 * (length_m / (2.0 * np.pi))
-
-
-def surface_spectrum(heights_m: Array, length_m: float) -> tuple[Array, Array]:
-    """
-    Return wave numbers, rad/m, and the density C_2D, m^4, of a periodic square surface.
-
-    Parameters
-    ----------
-    heights_m : array, shape (points, points)
-        Heights, m.
-    length_m : float
-        Side L, m.
-
-    Notes
-    -----
-    C_2D = |B_2D|^2 (L/(2 pi))^2 (Eq. 3), averaged over the waves of a ring, one wave per length
-    wide; its wave number is the mean of theirs.
-
-    """
-    points = len(heights_m)
-    density = np.abs(np.fft.rfft2(heights_m) / points**2) ** 2 * (length_m / (2.0 * np.pi)) ** 2
-    waves = _wave_numbers_2d(length_m, points)
-    rings = np.rint(waves * (length_m / (2.0 * np.pi))).astype(int).ravel()
-    counts = np.bincount(rings)
-    wanted = slice(1, (points + 1) // 2)
-    mean_wave, mean_density = (
-        np.asarray(np.bincount(rings, values.ravel())[wanted] / counts[wanted])
-        for values in (waves, density)
-    )
-    return mean_wave, mean_density
-
-
-def fit_hurst(wave_number_per_m: Array, density: Array, dimensions: int) -> float:
-    """
-    Return the Hurst exponent of a density.
-
-    Parameters
-    ----------
-    wave_number_per_m, density : array
-        Wave numbers inside the power law, rad/m, and C_1D or C_2D there; 0 is left out.
-    dimensions : int
-        1 for C_1D ~ q^(-2H-1), 2 for C_2D ~ q^(-2H-2).
-
-    Notes
-    -----
-    Least squares of the logarithms. The waves of a line are weighted with 1/q, so that every
-    octave counts alike; the rings of a surface are not, as the first ones average over octaves.
-
-    """
-    filled = density > 0.0
-    wave = wave_number_per_m[filled]
-    weights = wave ** (0.5 * dimensions - 1.0)
-    slope, _ = np.polyfit(np.log(wave), np.log(density[filled]), 1, w=weights)
-    return float(-0.5 * (slope + dimensions))
-
-
-def _wave_numbers(length_m: float, points: int) -> Array:
+def wave_numbers(length_m: float, points: int) -> Array:
     """Return q of a real transform, rad/m, shape (points // 2 + 1,)."""
     return (2.0 * np.pi / length_m) * np.arange(points // 2 + 1, dtype=np.float64)
-
-
-def _wave_numbers_2d(length_m: float, points: int) -> Array:
-    """Return |q| of a real transform, rad/m, shape (points, points // 2 + 1)."""
-    along = np.fft.fftfreq(points, length_m / points / (2.0 * np.pi))
-    return np.asarray(np.hypot(along[:, np.newaxis], _wave_numbers(length_m, points)))
 
 
 def _check_positive(name: str, value: float, unit: str) -> None:

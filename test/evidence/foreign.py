@@ -40,9 +40,10 @@ from evidence.closed_forms import (
 from evidence.group import csv_text
 from evidence.half_space import GAPS, smooth_gap
 from evidence.roughness import HURSTS
-from stickslip_ros.contact.roughness import Spectrum, rough_surface
+from stickslip_ros.contact.roughness import Spectrum
 from stickslip_ros.lab.validation.references import TABLES, Reference, case_of
 from stickslip_ros.lab.validation.roughness import LENGTH_M, line_and_surface
+from stickslip_ros.lab.validation.surfaces import rough_surface
 
 MESH = 2e-5, 'its mesh of 256 x 256'
 ELEMENTS = 3e-3, 'its elements in contact, counted: each is 1 % of the radius wide'

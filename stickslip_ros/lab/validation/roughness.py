@@ -11,11 +11,13 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.roughness import (
     Spectrum,
-    fit_hurst,
     hess_factor,
-    line_spectrum,
     rough_line,
     rough_prefactor_1d,
+)
+from stickslip_ros.lab.validation.surfaces import (
+    fit_hurst,
+    line_spectrum,
     rough_surface,
     surface_spectrum,
 )
