@@ -111,15 +111,17 @@ class Recording:
     def _describe(self, file: Path) -> dict[str, dict[str, str]]:
         """Take in what a file says beside its messages; give its metadata."""
         with open_whole(file, checks_data=True) as reader:
+            summary = reader.get_summary()
+            assert summary is not None, 'a file without summary does not open'
             profile = reader.get_header().profile
-            if profile != PROFILE:
+            encodings = {each.encoding for each in summary.schemas.values()}
+            # Some programs name no profile; the schemas tell.
+            if profile != PROFILE and (profile or 'ros2msg' not in encodings):
                 raise RecordingError(
                     file,
                     f'it is an MCAP file of profile {profile!r}, not a recording of ROS 2',
                     'open it with the program that it was made for',
                 )
-            summary = reader.get_summary()
-            assert summary is not None, 'a file without summary does not open'
             schemas = {0: '', **{key: each.name for key, each in summary.schemas.items()}}
             for channel in summary.channels.values():
                 self.types.setdefault(channel.topic, schemas[channel.schema_id])

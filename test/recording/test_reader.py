@@ -314,6 +314,15 @@ def test_an_mcap_file_that_is_not_of_ros_is_refused(tmp_path: Path):
         Recording(tmp_path / 'run.mcap')
 
 
+def test_a_file_without_a_profile_is_known_by_its_schemas(tmp_path: Path):
+    path = foreign_numbers(tmp_path / 'run.mcap', [(2, 0, 1.5)], profile='')
+    [(_, _, message)] = Recording(path).messages()
+    assert message == 1.5
+    foreign(tmp_path / 'empty.mcap', '').finish()
+    with pytest.raises(RecordingError, match="profile '', not a recording of ROS 2"):
+        Recording(tmp_path / 'empty.mcap')
+
+
 def test_a_damaged_summary_is_refused(recorded: Path, damaged: Path):
     content = bytearray(recorded.read_bytes())
     content[content.rindex(b'/stand/voltage')] ^= 0xFF
