@@ -111,7 +111,7 @@ def with_content(data: bytes, content: object) -> bytes:
 
 def wrong_contents(content: Content) -> Iterator[tuple[str, Content]]:
     """Yield contents with one other value, and what was changed; they share what is the same."""
-    for part in ('state', 'beside', 'parameters'):
+    for part in ('state', 'attached', 'parameters'):
         for name, changed in _changed(part, content[part]):
             yield f'{part}{name}', {**content, part: changed}
 

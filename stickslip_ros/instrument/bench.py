@@ -108,7 +108,7 @@ class Bench:
         self.parameters = parameters
         self.time_ns = 0
         self.refused = 0
-        self.beside: Any = {}
+        self.attached: Any = {}
         self.faults = parameters.fault
         self._enabled = True
         self._is_faulty = False
@@ -162,18 +162,18 @@ class Bench:
         """Passes that the loops over time have made: what the drive has cost so far."""
         return self.stand.passes_made
 
-    def save(self, beside: Mapping[str, Any] | None = None) -> bytes:
+    def save(self, attached: Mapping[str, Any] | None = None) -> bytes:
         """
         Return a checkpoint: all that the bench remembers, to the bit, and its parameters.
 
         Parameters
         ----------
-        beside : mapping of str to object, optional
+        attached : mapping of str to object, optional
             Numbers, texts and arrays to keep with it; arrays come back as ``state_tree.read``
             makes them of texts.
 
         """
-        return checkpoint.pack(self.parameters, self, beside or {})
+        return checkpoint.pack(self.parameters, self, attached or {})
 
     @classmethod
     def restore(cls, saved: bytes, changes: Mapping[str, object] | None = None) -> 'Bench':
@@ -196,10 +196,10 @@ class Bench:
             If a parameter is refused.
 
         """
-        parameters, state, beside = checkpoint.unpack(saved)
+        parameters, state, attached = checkpoint.unpack(saved)
         bench = cls(checkpoint.changed_stand(parameters, changes or {}))
         bench._recall(read(cls.REMEMBERED, state, 'checkpoint'))
-        bench.beside = beside
+        bench.attached = attached
         return bench
 
     def _recall(self, values: dict[str, Any]) -> None:
@@ -214,8 +214,8 @@ class Bench:
         self.motion.recall(motion)
         wave, ramp_s = self.motion.wave, 0.0 if self.motion.is_new else self.stand.ramp_s
         if not can_be_played(wave, self.stand.cycle, ramp_s):
-            told = 'one that can be played from its place'
-            raise refusal('checkpoint.motion.wave', str(wave), told)
+            expected = 'one that can be played from its place'
+            raise refusal('checkpoint.motion.wave', str(wave), expected)
 
     def update(self, until_ns: int, requests: Iterable[Request] = ()) -> Output:
         """

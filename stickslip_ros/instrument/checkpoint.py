@@ -2,7 +2,7 @@
 The exact state of a bench as bytes, safe to read from files of unknown origin.
 
 A line of JSON that says what it is, then compressed JSON: all parameters, what the bench remembers
-(`state_tree`), and what was kept beside it. What follows from the parameters is not stored.
+(`state_tree`), and what was attached to it. What follows from the parameters is not stored.
 
 """
 
@@ -19,9 +19,9 @@ from stickslip_ros.instrument.sensing import CLASSES
 from stickslip_ros.instrument.state_tree import HINT, plain, read, without_gaps
 from stickslip_ros.parameters import Parameters, specs
 
-FORMAT = 5
+FORMAT = 6
 HEAD = ('format', 'version', 'kinds', 'sha256')
-CONTENT = ('parameters', 'state', 'beside')
+CONTENT = ('parameters', 'state', 'attached')
 SIZE_MAX = 1 << 26
 """Bytes of the largest checkpoint, unpacked; a usual one has some hundred thousand."""
 _KINDS = (STATE, *(each.KIND['memory'] for each in CLASSES.values()))
@@ -47,17 +47,17 @@ CHANGEABLE_PLANT = frozenset(('amplifier.slew_rate', 'runner.damping', 'runner.m
 """Parameters on which nothing depends that is remembered: of moves, and numbers of the plant."""
 
 
-def pack(parameters: Parameters, state: Any, beside: Any) -> bytes:
-    """Return a checkpoint: of a stand, what its bench remembers, and what is kept beside it."""
-    content = dict(zip(CONTENT, plain((parameters.flat(), state, beside)), strict=True))
+def pack(parameters: Parameters, state: Any, attached: Any) -> bytes:
+    """Return a checkpoint: of a stand, what its bench remembers, and what is attached to it."""
+    content = dict(zip(CONTENT, plain((parameters.flat(), state, attached)), strict=True))
     body = zlib.compress(json.dumps(content).encode(), 1)
-    told = FORMAT, stickslip_ros.__version__, KINDS_DIGEST, hashlib.sha256(body).hexdigest()
-    return json.dumps(dict(zip(HEAD, told, strict=True))).encode() + b'\n' + body
+    head = FORMAT, stickslip_ros.__version__, KINDS_DIGEST, hashlib.sha256(body).hexdigest()
+    return json.dumps(dict(zip(HEAD, head, strict=True))).encode() + b'\n' + body
 
 
 def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
     """
-    Return the stand of a checkpoint; its state and what was kept beside it, not checked yet.
+    Return the stand of a checkpoint; its state and what was attached to it, not checked yet.
 
     Raises
     ------
@@ -69,10 +69,10 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
     """
     first, _, body = data.partition(b'\n')
     head = _parsed(first)
-    told = [head.get(name) for name in HEAD] if isinstance(head, dict) else []
-    if [type(each) for each in told] != [int, str, str, str]:
+    found = [head.get(name) for name in HEAD] if isinstance(head, dict) else []
+    if [type(each) for each in found] != [int, str, str, str]:
         raise _refusal('is none', HINT)
-    form, version, kinds, digest = told
+    form, version, kinds, digest = found
     if (form, kinds) != (FORMAT, KINDS_DIGEST):
         hint = 'use the sources that have saved it, or start from rest'
         raise _refusal(f'is of another form, {form}, that of version {version}', hint)
@@ -88,7 +88,7 @@ def unpack(data: bytes) -> tuple[Parameters, Any, Any]:
         raise _refusal(f'holds no state, or more than {SIZE_MAX} bytes', HINT)
     forms = {name: spec.kind for name, spec in specs().items()}
     values = read(forms, content['parameters'], 'checkpoint.parameters')
-    return Parameters().updated(values), content['state'], content['beside']
+    return Parameters().updated(values), content['state'], content['attached']
 
 
 def _parsed(text: bytes) -> Any:

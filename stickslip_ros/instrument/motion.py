@@ -21,8 +21,8 @@ FAILURES = {
     Result.AMPLIFIER_DISABLED: Status(0),
 }
 """Results of a failed move, and the bit that each sets beside MOVEMENT_FAILED."""
-RATE = 3
-"""Fields of a wave, the first of them, in which jogs at different rates differ."""
+RAMP = slice(3)
+"""Fields of a wave that say what its ramps are; jogs at different rates differ in these."""
 _SET_POINTS = ('voltage', 'position')
 """Moves to a value that is wanted: the next one of the same topic is no end that is reported."""
 _HOLD = 'hold'
@@ -161,9 +161,9 @@ class Motion:
             self._make_way(command, observation)
             self._close_loop(command, goal, observation)
         else:
-            was_told = loop.holds
+            was_holding = loop.holds
             if loop.pursue(goal, observation):
-                self.replaced += not was_told
+                self.replaced += not was_holding
                 self._running = replace(running, command=command)
         self._renewed_ns = observation.time_ns
         self._stop_beyond_soft_limit(observation)
@@ -186,7 +186,7 @@ class Motion:
         elif wave is None:
             self._come_to_rest(f'ended by command {command.number}', observation)
             return
-        elif wave[:RATE] != self.wave[:RATE]:
+        elif wave[RAMP] != self.wave[RAMP]:
             self.replaced += 1
             steps = running.steps + observation.cycles
             self._running = replace(running, wave=wave, steps=steps)

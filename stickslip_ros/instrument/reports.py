@@ -145,8 +145,8 @@ INT64_END = 2**63
 def read_event(text: str) -> dict[str, Any] | None:
     """Return what a text of ``~/event`` says, by names of `Event`; None if it is none of ours."""
     try:
-        told = json.loads(text if len(text) <= EVENT_MAX else '')
-        event = {name: told[name] for name in _KINDS if name != 'stamp_ns' or name in told}
+        content = json.loads(text if len(text) <= EVENT_MAX else '')
+        event = {name: content[name] for name in _KINDS if name != 'stamp_ns' or name in content}
     except (ValueError, RecursionError, TypeError, KeyError):
         return None
     for name, value in event.items():

@@ -137,24 +137,30 @@ def _single(form: Any, tree: Any, place: str, *, is_checked: bool) -> Any:
     """Return a number, a text or a member of an enumeration."""
     limits = WHOLE if form is int else form
     if isinstance(limits, range):
-        is_right, told = type(tree) is int and tree in limits, f'from {limits[0]} to {limits[-1]}'
-        told += f' in steps of {limits.step}' if limits.step > 1 else ''
+        is_right, expected = (
+            type(tree) is int and tree in limits,
+            f'from {limits[0]} to {limits[-1]}',
+        )
+        expected += f' in steps of {limits.step}' if limits.step > 1 else ''
     elif form is float:
         is_small = not is_checked or (type(tree) is float and abs(tree) <= LARGEST)
         is_right = (type(tree) is float and is_small) or (type(tree) is int and tree in WHOLE)
-        told = 'a finite number' if is_checked else 'a number'
+        expected = 'a finite number' if is_checked else 'a number'
         tree = float(tree) if is_right and is_checked else tree
     elif issubclass(form, int) and issubclass(form, Enum):
         known = sum(int(each) for each in form)
-        is_right, told = type(tree) is int and tree & known == tree, f'bits of {known}'
+        is_right, expected = type(tree) is int and tree & known == tree, f'bits of {known}'
         tree = form(tree) if is_right else tree
     elif issubclass(form, Enum):
-        is_right, told = isinstance(tree, str) and tree in form.__members__, f'a {form.__name__}'
+        is_right, expected = (
+            isinstance(tree, str) and tree in form.__members__,
+            f'a {form.__name__}',
+        )
         tree = form[tree] if is_right else tree
     else:
-        is_right, told = type(tree) is form, f'a {form.__name__}'
+        is_right, expected = type(tree) is form, f'a {form.__name__}'
     if not is_right:
-        raise refusal(place, tree, told)
+        raise refusal(place, tree, expected)
     return tree
 
 
@@ -179,24 +185,24 @@ def _check(values: Any, name: str, place: str) -> None:
             _check(values[each], each, f'{place}.{each}')
         return
     if kind == FLAG:
-        values, told = values.view(np.uint8), '0 or 1'
+        values, expected = values.view(np.uint8), '0 or 1'
         is_right = values <= 1
     elif kind == COUNT:
-        is_right, told = (values >= 0) & (values <= COUNTS[name]), f'from 0 to {COUNTS[name]}'
+        is_right, expected = (values >= 0) & (values <= COUNTS[name]), f'from 0 to {COUNTS[name]}'
     elif name == 'sense':
-        is_right, told = abs(values) == 1.0, '1 or -1'
+        is_right, expected = abs(values) == 1.0, '1 or -1'
     elif name in {'age_s', 'slip_m_per_s'}:
-        is_right, told = (values > 0.0) & (values <= LARGEST), 'a finite number above 0'
+        is_right, expected = (values > 0.0) & (values <= LARGEST), 'a finite number above 0'
     else:
-        is_right, told = abs(values) <= LARGEST, 'a finite number'
+        is_right, expected = abs(values) <= LARGEST, 'a finite number'
         if name == 'truth_m':  # none before the first sample
             is_right |= np.isnan(values)
     if not np.all(is_right):
-        raise refusal(place, values[~is_right][0].item(), told)
+        raise refusal(place, values[~is_right][0].item(), expected)
 
 
 def refusal(place: str, value: Any, expected: str) -> WrongKind:
     """Return the refusal of a value; of a table or list it tells no more than that."""
     is_many = isinstance(value, dict | list)
-    told = f'a {type(value).__name__} of {len(value)}' if is_many else value
-    return WrongKind(place, told, expected, HINT)
+    shown = f'a {type(value).__name__} of {len(value)}' if is_many else value
+    return WrongKind(place, shown, expected, HINT)

@@ -150,7 +150,7 @@ class KernelCache(NullCache):
 
     """
 
-    _is_told = False
+    _has_warned = False
 
     def __init__(self, function: Callable[..., Any], kind: str) -> None:
         self._function = function
@@ -183,8 +183,8 @@ class KernelCache(NullCache):
                 broken = error
             except Exception:  # noqa: BLE001 - nobody lists what garbage may raise
                 broken = OSError(errno.EBADMSG, 'damaged', str(path))
-        if broken is not None and not KernelCache._is_told:
-            KernelCache._is_told = True
+        if broken is not None and not KernelCache._has_warned:
+            KernelCache._has_warned = True
             logging.getLogger(__name__).warning(
                 'compiled kernel %s: %s; it is compiled anew, with others like it',
                 broken.filename,

@@ -4,9 +4,9 @@ from stickslip_ros.parameters.declaration import (
     AMPLITUDE_SPEC,
     FREQUENCY_SPEC,
     STROKE_SPEC,
+    ReplaceableDefault,
     Scalar,
     Spec,
-    Unchosen,
     declared_by,
 )
 from stickslip_ros.parameters.instrument_groups import FaultParameters
@@ -53,11 +53,11 @@ __all__ = [
     'InterferometerParameters',
     'LoadCellParameters',
     'Parameters',
+    'ReplaceableDefault',
     'Scalar',
     'Sensor',
     'Spec',
     'StandParameters',
-    'Unchosen',
     'declared_by',
     'describe',
     'dump_yaml',

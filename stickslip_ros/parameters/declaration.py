@@ -17,7 +17,7 @@ ASSUMED = 'assumed'
 TABLE_1 = 'Table 1'
 
 
-class Unchosen(float):
+class ReplaceableDefault(float):
     """A default that nobody has chosen: something that knows better may replace it."""
 
 
@@ -91,7 +91,7 @@ class Spec:
 
 
 def _to_float(name: str, value: object, unit: str) -> float:
-    if isinstance(value, Unchosen):
+    if isinstance(value, ReplaceableDefault):
         return value
     if isinstance(value, str):
         return to_si(name, value, unit)

@@ -7,7 +7,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.parameters.declaration import (
     TABLE_1,
     Checked,
-    Unchosen,
+    ReplaceableDefault,
     choice,
     count,
     quantity,
@@ -256,7 +256,7 @@ class AmplifierParameters(Checked):
         300.0, 'V', 'highest output', bounds=(-999.0, 1e3), source='Section 2'
     )
     voltage_initial: float = quantity(
-        Unchosen(0.0),
+        ReplaceableDefault(0.0),
         'V',
         'output at the start, at which the contacts are relaxed',
         bounds=(-1e3, 1e3),

@@ -44,12 +44,12 @@ def _quoted(text: str) -> str:
 
 def describe(spec: Spec, *, limits: bool = True) -> str:
     """Return one line that says what a parameter is: text, unit, bounds or choices, source."""
-    told = f'{spec.text} [{spec.unit}]' if spec.unit else spec.text
+    line = f'{spec.text} [{spec.unit}]' if spec.unit else spec.text
     if limits and spec.minimum is not None and spec.maximum is not None:
-        told += f'; {spec.minimum:g} to {spec.maximum:g}'
+        line += f'; {spec.minimum:g} to {spec.maximum:g}'
     if limits and spec.choices:
-        told += f'; {" | ".join(spec.choices)}'
-    return f'{told} ({spec.source})'
+        line += f'; {" | ".join(spec.choices)}'
+    return f'{line} ({spec.source})'
 
 
 def dump_yaml(parameters: Parameters, heading: str) -> str:
@@ -69,8 +69,8 @@ def _before_values() -> dict[str, str]:
     for name, spec in specs().items():
         group, _, leaf = name.rpartition('.')
         indent, head = ('      ', f'    {group}:\n') if group else ('    ', '')
-        told = f'{indent}# {describe(spec)}\n{indent}{leaf}: '
-        found[name], current = (told if group == current else head + told), group
+        text = f'{indent}# {describe(spec)}\n{indent}{leaf}: '
+        found[name], current = (text if group == current else head + text), group
     return found
 
 

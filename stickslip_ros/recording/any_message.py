@@ -100,9 +100,9 @@ class Field:
         except (LookupError, ValueError):
             some = islice(leaves(kind), LEAVES)
             known = [name for name, leaf in some if isinstance(leaf, Number)]
-            told = ', '.join([*known[:LISTED], *['...'] * (len(known) > LISTED)]) or 'none'
-            told = f'its numbers are {told}'
-            raise UnknownName(f'field of {channel.topic}', field, told) from None
+            listed = ', '.join([*known[:LISTED], *['...'] * (len(known) > LISTED)]) or 'none'
+            hint = f'its numbers are {listed}'
+            raise UnknownName(f'field of {channel.topic}', field, hint) from None
         self._stamp = None
         with suppress(LookupError):
             self._stamp = [way_to(kind, ('header', 'stamp', name)) for name in ('sec', 'nanosec')]

@@ -20,7 +20,7 @@ from stickslip_ros.parameters import Parameters, to_nanoseconds
 from stickslip_ros.recording.run_file import CHECKPOINT_FILE, info_json, open_recorder
 
 _PENDING, _STATUS, _JOINT = 'pending', 'status', 'joint'
-"""Names of what a checkpoint holds beside the bench."""
+"""Names of what a checkpoint has attached."""
 
 Publish = Callable[[Packed], None]
 
@@ -59,8 +59,8 @@ class RunWriter:
         """Write what is latched, and a state that is not rest: the recording starts now."""
         self.begun_ns = time_ns
         self._begin_part(time_ns, checkpoint)
-        told = pack_uint32(int(status))
-        self.write(Packed('info', time_ns, self._info), Packed('status', time_ns, told))
+        packed = pack_uint32(int(status))
+        self.write(Packed('info', time_ns, self._info), Packed('status', time_ns, packed))
         self._part_bytes = 0
 
     def split_if_full(self, time_ns: int, save: Callable[[], bytes]) -> None:
@@ -130,9 +130,9 @@ class ReportingBench:
         self.record(writer)
 
     def _resume(self) -> None:
-        """Go on with what was kept beside the bench, if anything."""
+        """Go on with what was attached to the checkpoint, if anything."""
         time_ns, block_ns = self.bench.time_ns, self.bench.parameters.block_ns
-        if not self.bench.beside:
+        if not self.bench.attached:
             self._feed.resume([], self.bench.status, (time_ns, math.nan))
             return
         forms = {
@@ -140,10 +140,10 @@ class ReportingBench:
             _STATUS: Status | None,
             _JOINT: {'time_ns': range(time_ns + 1), 'position_m': ANY_FLOAT},
         }
-        beside = read(forms, self.bench.beside, 'checkpoint.beside')
+        attached = read(forms, self.bench.attached, 'checkpoint.attached')
         read(range(0, time_ns + 1, block_ns), time_ns, 'checkpoint.time_ns')
-        time_ns, position_m = beside[_JOINT].values()
-        self._feed.resume([beside[_PENDING]], beside[_STATUS], (time_ns, position_m))
+        time_ns, position_m = attached[_JOINT].values()
+        self._feed.resume([attached[_PENDING]], attached[_STATUS], (time_ns, position_m))
 
     @property
     def status(self) -> Status:

@@ -132,8 +132,8 @@ def pace_status(name: str, report: PaceReport, session: Session) -> DiagnosticSt
             off = f"stamps are {abs(off_s):.1f} s {where} the system's time, more than"
             problems.append(f'{off} {STAMPS_OFF_MAX_S:g} s; deactivate and activate the node')
     if problems:
-        told = [] if level == _OK else [message]
-        level, message = max(level, _WARN), '; '.join([*told, *problems])
+        before = [] if level == _OK else [message]
+        level, message = max(level, _WARN), '; '.join([*before, *problems])
     return _status(name, 'time', level, message, values)
 
 

@@ -88,9 +88,9 @@ class Pacer:
         self._period_s = block_s / real_time_factor if real_time_factor > 0.0 else 0.0
         self._lag_max_s = max(lag_max_s, 2.0 * self._period_s)
         self._overruns_total = 0
-        self._behind_s = self._behind_told_s = 0.0
+        self._behind_s = self._behind_reported_s = 0.0
         self._schedstat: int | None = None
-        self._stalls = self._told = Stalls()  # since the start, and of them those reported
+        self._stalls = self._stalls_reported = Stalls()  # since the start; at the last report
         self._lock = threading.Lock()
         self.start()
 
@@ -111,7 +111,7 @@ class Pacer:
             yield
             return
         if int(os.pread(self._schedstat, 64, 0).split()[2]):  # else this Linux does not count
-            self._stalls = self._told = Stalls(0.0, 0.0, 0.0)
+            self._stalls = self._stalls_reported = Stalls(0.0, 0.0, 0.0)
         try:
             yield
         finally:
@@ -176,9 +176,9 @@ class Pacer:
             self._report_s = now_s
             ticks, self._lateness_s = self._lateness_s, deque(maxlen=TICKS_KEPT)
             stalls = self._stalls
-            told, self._told = self._told, stalls
-            behind_s, before_s = self._behind_s, self._behind_told_s
-            self._behind_told_s = behind_s
+            before, self._stalls_reported = self._stalls_reported, stalls
+            behind_s, before_s = self._behind_s, self._behind_reported_s
+            self._behind_reported_s = behind_s
             lag_s = now_s - self._deadline_s - self._period_s if self._period_s else 0.0
         lateness = np.array(ticks)
         simulated_s = len(lateness) * self._block_s
@@ -195,7 +195,7 @@ class Pacer:
             given_up_s=behind_s - before_s,
             behind_s=behind_s,
             missing_s=max(0.0, elapsed_s * self.real_time_factor - simulated_s),
-            stalls=Stalls(*np.subtract(stalls, told).tolist()),
+            stalls=Stalls(*np.subtract(stalls, before).tolist()),
         )
 
 

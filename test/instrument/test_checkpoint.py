@@ -108,11 +108,11 @@ def test_a_restored_bench_goes_on_as_the_saved_one_does(stand: str, program: str
 def test_what_is_kept_beside_comes_back():
     bench = Bench(Parameters())
     trace = bench.update(1_000_000).readings.trace
-    beside = Bench.restore(bench.save({'trace': trace, 'name': 'run 7'})).beside
-    told = read({'trace': (FLOAT, trace.shape), 'name': str}, beside, 'beside')
+    attached = Bench.restore(bench.save({'trace': trace, 'name': 'run 7'})).attached
+    told = read({'trace': (FLOAT, trace.shape), 'name': str}, attached, 'attached')
     assert told['trace'].tobytes() == trace.tobytes()
     assert told['name'] == 'run 7'
-    assert Bench.restore(bench.save()).beside == {}
+    assert Bench.restore(bench.save()).attached == {}
 
 
 @pytest.mark.parametrize('order', [1, -1])
@@ -193,10 +193,10 @@ class Evil:
         pytest.param(b'9' * 100_000, id='digits'),
         pytest.param(b'\xff\xfe', id='no text'),
         {'parameters': {}, 'state': {}},
-        {'parameters': {}, 'state': {}, 'beside': {}},
-        {'parameters': Parameters().flat(), 'state': [1], 'beside': {}},
-        {'parameters': Parameters().flat(), 'state': {'time_ns': 0}, 'beside': {}},
-        {'parameters': {**Parameters().flat(), 'sim.seed': -1}, 'state': {}, 'beside': {}},
+        {'parameters': {}, 'state': {}, 'attached': {}},
+        {'parameters': Parameters().flat(), 'state': [1], 'attached': {}},
+        {'parameters': Parameters().flat(), 'state': {'time_ns': 0}, 'attached': {}},
+        {'parameters': {**Parameters().flat(), 'sim.seed': -1}, 'state': {}, 'attached': {}},
     ],
 )
 def test_nothing_of_strangers_is_made(content: object, capsys: pytest.CaptureFixture[str]):

@@ -13,8 +13,8 @@ from stickslip_ros.parameters import (
     ContactParameters,
     LoadCellParameters,
     Parameters,
+    ReplaceableDefault,
     Spec,
-    Unchosen,
     spec_of,
     specs,
     to_nanoseconds,
@@ -71,7 +71,7 @@ def test_every_parameter_has_unit_bounds_source_and_text():
 
 def test_every_default_is_of_its_kind_and_inside_its_bounds():
     for name, spec in specs().items():
-        assert type(spec.default) in {spec.kind, Unchosen}, name
+        assert type(spec.default) in {spec.kind, ReplaceableDefault}, name
         assert spec.check(name, spec.default) == spec.default
 
 

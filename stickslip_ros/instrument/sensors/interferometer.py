@@ -81,8 +81,10 @@ class Interferometer(
     def recall(self, values: dict[str, Any]) -> None:
         """Remember what was read from a file."""
         if len(values['past_m']) != len(self.past_m):
-            told = f'{len(self.past_m)} numbers, as long as interferometer.latency'
-            raise refusal('checkpoint.sensing.interferometer.past_m', len(values['past_m']), told)
+            expected = f'{len(self.past_m)} numbers, as long as interferometer.latency'
+            raise refusal(
+                'checkpoint.sensing.interferometer.past_m', len(values['past_m']), expected
+            )
         super().recall(values)
         self.walk.recall(values['walk'])
         self.past_m, self.is_referenced = values['past_m'], values['is_referenced']

@@ -55,11 +55,11 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
         operator.close()
         context.try_shutdown()
     event = found[0]
-    told = f'{command.name}: {event["result"]} at {event["time_ns"] * NANO:.9g} s'
+    outcome = f'{command.name}: {event["result"]} at {event["time_ns"] * NANO:.9g} s'
     if event['result'] != Result.DONE.name:
-        raise StickSlipError(f'{told}: {event["message"]}')
+        raise StickSlipError(f'{outcome}: {event["message"]}')
     steps = f', {event["steps"]} steps' if event['steps'] else ''
-    words = f'{told}{steps}; position reading {position_m / MICRO:.6g} um'
+    words = f'{outcome}{steps}; position reading {position_m / MICRO:.6g} um'
     return Answer({**event, 'position_m': position_m}, [words])
 
 

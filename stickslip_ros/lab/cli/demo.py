@@ -90,10 +90,10 @@ def demo_verb(arguments: argparse.Namespace) -> Answer:
     summary = _run_demo(parameters, arguments.output, say)
     say('drawing its recording')
     plot_run(Recording(summary.recording), picture, title=title, with_steps=True)
-    return Answer(summary, _told(summary, picture), 0 if summary.passed else CHECK_FAILED)
+    return Answer(summary, _described(summary, picture), 0 if summary.passed else CHECK_FAILED)
 
 
-def _told(summary: DemoSummary, picture: Path) -> Iterator[str | Table]:
+def _described(summary: DemoSummary, picture: Path) -> Iterator[str | Table]:
     rows = [
         ('steps made', summary.steps),
         number('step of the free runner', summary.free_step_m, '.2f', 'nm'),

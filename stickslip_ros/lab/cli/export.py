@@ -61,8 +61,8 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
         else:
             frame.to_excel(file, engine='openpyxl')
     columns = [frame.index.name, *frame.columns]
-    told = f'wrote {output}: {len(frame)} rows of {", ".join(columns)}'
-    return Answer({'output': str(output), 'rows': len(frame), 'columns': columns}, [told])
+    text = f'wrote {output}: {len(frame)} rows of {", ".join(columns)}'
+    return Answer({'output': str(output), 'rows': len(frame), 'columns': columns}, [text])
 
 
 def _means(frame: 'DataFrame', rate_hz: float) -> 'DataFrame':

@@ -288,8 +288,8 @@ def _animation(what: str, values: Array | None, digits: int = 1) -> str:
     if what in {'translate', 'skewX', 'scale'}:
         tag = f'<animateTransform attributeName="transform" type="{what}"'
     end = ' 1' if what == 'scale' else ''
-    told = ';'.join(_px(each, digits) + end for each in values.tolist())
-    return f'{tag} dur="{SECONDS:g}s" repeatCount="indefinite" values="{told}"/>'
+    places = ';'.join(_px(each, digits) + end for each in values.tolist())
+    return f'{tag} dur="{SECONDS:g}s" repeatCount="indefinite" values="{places}"/>'
 
 
 def _px(value: float, digits: int = 1) -> str:

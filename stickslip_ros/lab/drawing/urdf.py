@@ -37,7 +37,7 @@ def robot_description(parameters: Parameters) -> str:
     amplifier, mass_kg = parameters.amplifier, parameters.runner.mass
     along, across = mass_kg * width_m**2 / 6.0, mass_kg * (length_m**2 + width_m**2) / 12.0
     moments = {'ixx': along, 'iyy': across, 'izz': across, 'ixy': 0.0, 'ixz': 0.0, 'iyz': 0.0}
-    inertia = f'<mass value="{mass_kg:.9g}"/><inertia {_told(moments)}/>'
+    inertia = f'<mass value="{mass_kg:.9g}"/><inertia {_attributes(moments)}/>'
     stroke_m = parameters.actuator.gain * (amplifier.voltage_max - amplifier.voltage_min)
     limits = {
         'lower': stand.travel_min,
@@ -45,7 +45,7 @@ def robot_description(parameters: Parameters) -> str:
         'effort': friction_limit_n(parameters),
         'velocity': stroke_m * amplifier.frequency_max,
     }
-    slide = f'<axis xyz="1 0 0"/><limit {_told(limits)}/>'
+    slide = f'<axis xyz="1 0 0"/><limit {_attributes(limits)}/>'
     table = _box((3.0 * length_m, 0.5 * length_m, 2.0 * radius_m))
     below_m = -DIAGONAL * geometry.reach_m - 2.0 * radius_m
     bar = _body(_box((length_m, width_m, width_m)), 'steel', HERE, 0.25 * math.pi)
@@ -109,5 +109,5 @@ def _row(values: Place) -> str:
     return ' '.join(f'{each:.9g}' for each in values)
 
 
-def _told(values: Mapping[str, float]) -> str:
+def _attributes(values: Mapping[str, float]) -> str:
     return ' '.join(f'{name}="{value:.9g}"' for name, value in values.items())

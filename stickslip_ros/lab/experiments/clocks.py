@@ -117,8 +117,8 @@ def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.b
     y = np.asarray(values, np.float64)
     padded = np.pad(y, NEIGHBOURS, mode='reflect')
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * NEIGHBOURS + 1)
-    beside = np.sort(np.delete(windows, NEIGHBOURS, axis=1), axis=1)
-    low, high = beside[:, 1], beside[:, -2]
+    neighbours = np.sort(np.delete(windows, NEIGHBOURS, axis=1), axis=1)
+    low, high = neighbours[:, 1], neighbours[:, -2]
     noise = GAUSSIAN * float(np.median(np.abs(y - np.median(windows, axis=1))))
     beyond = np.maximum(y - high, low - y)
     return np.asarray(beyond > outliers * np.maximum(noise, high - low))

@@ -140,8 +140,8 @@ def parts_of(pieces: Sequence[WavePiece], finder: Finder) -> list[CoursePart]:
         around = list(pairwise(joints))
         sure = [
             piece
-            for piece, beside in zip(pieces, around, strict=False)
-            if piece.last - piece.first >= LINE_SURE or not any(x and x.jump_v for x in beside)
+            for piece, ends in zip(pieces, around, strict=False)
+            if piece.last - piece.first >= LINE_SURE or not any(x and x.jump_v for x in ends)
         ]
         if len(sure) == len(pieces):
             break

@@ -80,8 +80,8 @@ def waves_of(rows: Array) -> list[list[Cycle]]:
     length_s, rise_v = np.diff(time_s), np.diff(voltage_v)
     slope = np.divide(rise_v, length_s, out=np.full(len(rise_v), math.inf), where=length_s > 0.0)
     steep = np.abs(slope)
-    beside = np.fmin(np.append(math.inf, steep[:-1]), np.append(steep[1:], math.inf))
-    is_edge = (length_s <= EDGE_S) & (steep > EDGE_RATIO * beside) & (rise_v != 0.0)
+    gentler = np.fmin(np.append(math.inf, steep[:-1]), np.append(steep[1:], math.inf))
+    is_edge = (length_s <= EDGE_S) & (steep > EDGE_RATIO * gentler) & (rise_v != 0.0)
     starts = [0]
     for k in range(1, len(slope)):
         is_turn = not is_edge[k] and (

@@ -168,12 +168,12 @@ class Hub:
         self.source = source
         self.pages: set[_Socket] = set()
         self._sheet = json.dumps({'sheet': sheet})
-        self._told = ''
+        self._state_sent = ''
 
     def join(self, page: _Socket) -> None:
         """Tell a new page what there is; the picture comes by itself."""
         page.send(self._sheet)
-        self._told = ''
+        self._state_sent = ''
         self.source.do({'do': 'view'})
         self.pages.add(page)
 
@@ -183,14 +183,14 @@ class Hub:
             return
         frame = None
         try:
-            told = json.dumps({'state': self.source.state()}, allow_nan=False)
+            state = json.dumps({'state': self.source.state()}, allow_nan=False)
             frame = self.source.frame()
         except Exception as error:  # noqa: BLE001 - whatever it is, STOP must be heard
-            told = json.dumps({'failed': f'{type(error).__name__}: {error}'})
-        if told != self._told:
-            self._told = told
+            state = json.dumps({'failed': f'{type(error).__name__}: {error}'})
+        if state != self._state_sent:
+            self._state_sent = state
             for page in tuple(self.pages):
-                page.send(told)
+                page.send(state)
         if frame is not None:
             for page in tuple(self.pages):
                 page.show(frame)

@@ -154,11 +154,11 @@ class Run:
         return target
 
     def __repr__(self) -> str:
-        told = str(self._path or 'not recorded')
+        text = str(self._path or 'not recorded')
         if self._result is not None:
             force, step = with_unit(self.force_mean_n, 'N'), with_unit(self.step_length_m, 'm')
-            told = f'{self._result.steps} steps of {step}, mean force {force}; {told}'
-        return f'Run({told})'
+            text = f'{self._result.steps} steps of {step}, mean force {force}; {text}'
+        return f'Run({text})'
 
     def _repr_html_(self) -> str:
         shown = '' if self._result is None else self._result._repr_html_()

@@ -30,7 +30,7 @@ from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.courses import Course, alone, cycles_of
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.lab.runs.run_result import DriveRun, SawtoothRun
-from stickslip_ros.parameters import STROKE_SPEC, Parameters, Unchosen, spec_of
+from stickslip_ros.parameters import STROKE_SPEC, Parameters, ReplaceableDefault, spec_of
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import progress_of
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -267,7 +267,7 @@ def start_on_wave(parameters: Parameters, wave: Wave) -> Parameters:
     image of the run forwards.
 
     """
-    if not isinstance(parameters.amplifier.voltage_initial, Unchosen):
+    if not isinstance(parameters.amplifier.voltage_initial, ReplaceableDefault):
         return parameters
     return parameters.updated({'amplifier.voltage_initial': wave.start_v})
 

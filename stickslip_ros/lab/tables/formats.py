@@ -228,8 +228,8 @@ def _joined(columns: Columns) -> 'DataFrame':
     }
     lengths = {name: len(values) for name, values in flat.items()}
     if len(set(lengths.values())) != 1:
-        told = ', '.join(f'{name} has {count}' for name, count in lengths.items()) or 'none'
-        raise ValueError(f'its vectors are not of one length: {told}')
+        found = ', '.join(f'{name} has {count}' for name, count in lengths.items()) or 'none'
+        raise ValueError(f'its vectors are not of one length: {found}')
     return pd.DataFrame(flat)
 
 

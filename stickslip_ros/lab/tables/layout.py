@@ -81,10 +81,10 @@ def layout_of(head: bytes, origin: str) -> TextForm:
         problem = f'has no rows of numbers in its first {len(lines)} lines'
         raise RecordingError(f'{origin}: line 1', problem, TEXT_HINT)
     if rows[0][0].strip().lower() == RECORD_LENGTH and len(rows[0]) > TIME_BESIDE:
-        beside = {row[0].strip().lower(): row[1].strip() for row in rows if len(row) > 1}
+        settings = {row[0].strip().lower(): row[1].strip() for row in rows if len(row) > 1}
         first = header = 0
-        names = [*[''] * TIME_BESIDE, 'Time', beside.get('source') or 'signal']
-        units = [*[''] * TIME_BESIDE, *(beside.get(key, '') for key in (TIME_UNIT, SIGNAL_UNIT))]
+        names = [*[''] * TIME_BESIDE, 'Time', settings.get('source') or 'signal']
+        units = [*[''] * TIME_BESIDE, *(settings.get(key, '') for key in (TIME_UNIT, SIGNAL_UNIT))]
     else:
         first, header, names, units = _below(lines, rows, mask, delimiter, decimal)
     start_s, below = 0.0, _trimmed(rows[header])
