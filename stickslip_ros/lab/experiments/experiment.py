@@ -76,6 +76,8 @@ class Seen:
         Standard error of a value; None where nobody knows it.
     left_out : int
         Readings that were left out as outliers.
+    slow_s : float
+        Time constant of the sensor's low-pass, first order; 0 is none.
 
     """
 
@@ -84,6 +86,7 @@ class Seen:
     time_s: Array = field(default_factory=lambda: np.empty(0))
     sigma: float | None = None
     left_out: int = 0
+    slow_s: float = 0.0
 
     @property
     def is_trace(self) -> bool:

@@ -1,5 +1,6 @@
 """What a stand would show in an experiment: the one place where a model meets data."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -7,6 +8,7 @@ from itertools import islice
 from typing import Any, TypeAlias
 
 import numpy as np
+from scipy import signal
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.advance import FOOT, FORCE, POSITION
@@ -44,6 +46,7 @@ class Prediction:
         The quantity.
     rate, curvature : array, shape (n,) or (0,)
         Its derivatives with time, what a late and what a slow sensor misses; none of a number.
+        The second is that of a sensor that is twice as slow: both span a change of its slowness.
 
     """
 
@@ -179,7 +182,22 @@ def _look(result: Any, seen: Seen, shift_s: float) -> Prediction:
     if not seen.is_trace:
         number = np.array([getattr(result, _NUMBERS[seen.quantity])])
         return Prediction(number, np.empty(0), np.empty(0))
-    return Prediction(*at_times(result[:, _COLUMNS[seen.quantity]], seen.time_s - shift_s))
+    samples = low_passed(result[:, _COLUMNS[seen.quantity]], seen.slow_s)
+    time_s = seen.time_s - shift_s
+    values, rate, curvature = at_times(samples, time_s)
+    if seen.slow_s:
+        curvature = at_times(low_passed(samples, seen.slow_s), time_s)[2]
+    return Prediction(values, rate, curvature)
+
+
+def low_passed(samples: Array, slow_s: float) -> Array:
+    """Return samples behind a low-pass of first order that rested at the first of them."""
+    if not slow_s:
+        return samples
+    kept, share = math.exp(-SAMPLE_S / slow_s), -math.expm1(-SAMPLE_S / slow_s) * slow_s / SAMPLE_S
+    weights = (1.0 - share, share - kept)  # of straight lines between the samples
+    behind = signal.lfilter(weights, (1.0, -kept), samples - samples[0])
+    return np.asarray(behind + samples[0])
 
 
 def at_times(samples: Array, time_s: Array) -> tuple[Array, Array, Array]:

@@ -1,6 +1,13 @@
-"""How late the clock of a sensor is: the runner jerks where the voltage falls, whatever it is."""
+"""
+How late the clock of a sensor is, and how slow the sensor.
+
+The runner jerks where the voltage falls, whatever it is; a model's motion tells the rest.
+
+"""
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,8 +26,12 @@ SEEN_MIN = 8.0
 """Standard errors of the mean of the falls that a jerk must be above, to be one: noise of 10 to
 50 nm came to 5 at the best of 5,000 lags, rigs of 1.5 nm to 13 and more."""
 LATE_MIN_S = 1e-4  # what is less is left to the model's motion
-_AROUND_S, _STEP_S = 2e-4, 4e-6
-"""How far around a lateness is looked with a model, and in which steps."""
+_AROUND_S, _STEPS_S = 2e-4, (2e-5, 4e-6)
+"""How far around a lateness is looked with a model, and in which steps, coarse and fine."""
+_SLOW_S = (0.0, 4e-6, 8e-6, 1.6e-5, 3.2e-5, 6.4e-5, 1.28e-4, 2.56e-4, 5.12e-4)
+"""Time constants of a sensor's low-pass that are tried with a model: 0 is none, 0.5 ms 310 Hz."""
+_SURELY_SLOW = 20.0
+"""Fall of the squared differences, per mean of one, from which a low-pass is believed."""
 
 
 class Lateness(NamedTuple):
@@ -92,20 +103,38 @@ def lateness_in(experiment: Experiment, stand: Parameters) -> float:
         return 0.0
     found = lateness_of(experiment.seen[0], experiment.drive)
     rough_s = found.late_s if found is not None and found.is_clear else 0.0
-    return lateness_near(experiment, stand, rough_s)
+    return sensor_near(experiment, stand, rough_s, (0.0,))[0]
 
 
-def lateness_near(experiment: Experiment, stand: Parameters, rough_s: float) -> float:
+def sensor_near(
+    experiment: Experiment,
+    stand: Parameters,
+    rough_s: float,
+    slow_s: Sequence[float] = _SLOW_S,
+) -> tuple[float, float]:
     """
-    Return which lateness lets the motion of a model agree best from reading to reading, s.
+    Return with which lateness and slowness, s, a model moves most alike from reading to reading.
 
     The differences from one reading to the next do not see steps that are too long or too short.
 
     """
-    most, seen = round(_AROUND_S / _STEP_S), experiment.seen[0]
-    tried_s = (rough_s + _STEP_S * np.arange(-most, most + 1)).tolist()
-    misses = []
-    for late_s in tried_s:
-        [[model, *_]] = predict(stand, [experiment], shifts_s=(late_s,))
-        misses.append(float(np.sum(np.diff(model.values - seen.values) ** 2)))
-    return float(tried_s[int(np.argmin(misses))])
+    seen = experiment.seen[0]
+
+    def missed(late_s: float, as_slow_s: float) -> float:
+        one = replace(experiment, seen=(replace(seen, slow_s=as_slow_s),))
+        [[model]] = predict(stand, [one], shifts_s=(late_s,))
+        return float(np.sum(np.diff(model.values - seen.values) ** 2))
+
+    best = dict[float, tuple[float, float]]()  # misses and latenesses
+    for as_slow_s in slow_s:
+        late_s, around_s = rough_s, _AROUND_S
+        for step_s in _STEPS_S:
+            most = round(around_s / step_s)
+            tried_s = (late_s + step_s * np.arange(-most, most + 1)).tolist()
+            best[as_slow_s] = min((missed(each_s, as_slow_s), each_s) for each_s in tried_s)
+            late_s, around_s = best[as_slow_s][1], step_s
+    found_s = min(best, key=lambda each_s: best[each_s])
+    least, at_once = best[found_s][0], best[0.0][0]
+    if at_once - least < _SURELY_SLOW * least / len(seen.values):
+        found_s = 0.0
+    return best[found_s][1], found_s

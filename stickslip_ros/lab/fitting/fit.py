@@ -23,12 +23,19 @@ from stickslip_ros.lab.experiments.experiment import (
     rounding_of,
 )
 from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
-from stickslip_ros.lab.experiments.sensor_clock import lateness_near, lateness_of
+from stickslip_ros.lab.experiments.sensor_clock import lateness_of, sensor_near
 from stickslip_ros.lab.fitting.draws import drawn
 from stickslip_ros.lab.fitting.free import Free, choose_free, choose_known
-from stickslip_ros.lab.fitting.metric import Allowance
+from stickslip_ros.lab.fitting.metric import Allowance, slower
 from stickslip_ros.lab.fitting.missing import Missing, missing_from
-from stickslip_ros.lab.fitting.problem import Predicted, Problem, StandardErrors, pose, silent
+from stickslip_ros.lab.fitting.problem import (
+    FINEST,
+    Predicted,
+    Problem,
+    StandardErrors,
+    pose,
+    silent,
+)
 from stickslip_ros.lab.fitting.profile import profile
 from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimates_of, uncertainty
 from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
@@ -67,7 +74,14 @@ OTHER = 2.0  # standard errors from which a minimum that is not ruled out is ano
 FOLLOWED_MAX = 3  # minima of the first searches from which one goes on
 APART = 0.05  # coordinates from which two minima are different ones
 CLOSE_S = 5e-7  # change of a clock that asks for another search
-ROUNDS_OF_NOISE = 3
+ROUNDS_OF_NOISE = 5
+TRIED_SLOW_S = (2.5e-5, 8e-5, 2.5e-4)
+"""Time constants of sensors that are tried from the start where others leave too much: 6 kHz to
+640 Hz. A low-pass hides the ringing of the runner, and a search without it ends elsewhere."""
+SAID_SLOW_S = 2e-5  # from which a slow sensor is said: 8 kHz, where a runner rings
+UNEXPLAINED = 10.0
+"""Chi-square per reading above 1, per root of the readings, from which that is too much: noise
+comes to 4."""
 RULED_OUT_BY = (
     3.84  # chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %
 )
@@ -534,6 +548,10 @@ def _tightened(
     chains = run_batch(
         partial(_to_plain, replace(problem, pool=None)), _distinct(searches), workers=workers
     )
+    unexplained = 1.0 + UNEXPLAINED / math.sqrt(problem.count)
+    if min(chain[1][-1].chi_square for chain in chains) > unexplained * problem.count:
+        slow = partial(_from_slow, replace(problem, pool=None))
+        chains += run_batch(slow, TRIED_SLOW_S, workers=workers)
     chains.sort(key=lambda chain: chain[1][-1].chi_square)
     problem, found = replace(chains[0][0], pool=problem.pool), chains[0][1]
     [predicted] = problem.predicted([problem.stand(found[-1].place)])
@@ -541,12 +559,12 @@ def _tightened(
         more = [search(problem, each, LOOSE_EVALUATIONS_MAX) for each in grid.best(1)]
         found += [each for each in more if each.chi_square < found[-1].chi_square]
     for _ in range(ROUNDS_OF_NOISE):
-        here, before_s = found[-1].place, problem.shifts_s
+        here, before_s = found[-1].place, _sensors_of(problem)
         problem = _with_noise(replace(problem, allowance=None), here, outliers)
         problem = replace(problem, allowance=allowance, metrics=())
         problem = problem.measured_at(problem.predicted([problem.stand(here)])[0])
         found.append(search(problem, here))
-        if np.all(np.abs(np.subtract(problem.shifts_s, before_s)) < CLOSE_S):
+        if np.all(np.abs(np.subtract(_sensors_of(problem), before_s)) < CLOSE_S):
             break
     ends = [found[-1]]
     for _, chain in chains[1:FOLLOWED_MAX]:
@@ -561,6 +579,17 @@ def _tightened(
         for each in one.seen
         if each.left_out
     ]
+    for _, one, each, noise in problem.seen:
+        if each.is_trace and each.unit == 'm' and noise < allowance.reading_m:
+            notes.append(
+                f'{one.origin}: {each.quantity} shows a noise of {1e9 * noise:.2g} nm; a reading '
+                f'counts as {1e9 * allowance.reading_m:.2g} nm, for the model may be wrong by that'
+            )
+        if each.slow_s > SAID_SLOW_S:
+            notes.append(
+                f'{one.origin}: the sensor of {each.quantity} is slow, as behind a low-pass of '
+                f'{0.5 / (math.pi * each.slow_s):.2g} Hz'
+            )
     rivals = [each for each in others if each.chi_square - best.chi_square < RULED_OUT_BY]
     return problem, found, tuple(rivals), tuple(notes)
 
@@ -585,15 +614,37 @@ def _distinct(searches: Sequence[Minimum]) -> list[Minimum]:
 
 
 def _on_time(problem: Problem, place: Array) -> Problem:
-    """Return the problem with clocks that let the motion from sample to sample agree best."""
-    stand = problem.stand(place)
-    shifts = [
-        lateness_near(one, stand, problem.shift_s(number))
-        if isinstance(one.drive, Voltage)
-        else 0.0
-        for number, one in enumerate(problem.experiments)
-    ]
-    return replace(problem, shifts_s=tuple(shifts), metrics=())
+    """Return the problem with sensors that let the motion from sample to sample agree best."""
+    stand, shifts, experiments = problem.stand(place), list[float](), list[Experiment]()
+    for number, one in enumerate(problem.experiments):
+        late_s, told = 0.0, one
+        if isinstance(one.drive, Voltage):
+            late_s, slow_s = sensor_near(one, stand, problem.shift_s(number))
+            first, *others = one.seen
+            told = replace(one, seen=(replace(first, slow_s=slow_s), *others))
+        shifts.append(late_s)
+        experiments.append(told)
+    return replace(problem, experiments=tuple(experiments), shifts_s=tuple(shifts), metrics=())
+
+
+def _sensors_of(problem: Problem) -> list[float]:
+    """Return what the clocks are late, and the time constants of the sensors, s."""
+    return [*problem.shifts_s, *(each.slow_s for _, _, each, _ in problem.seen)]
+
+
+def _slowed(problem: Problem, slow_s: float) -> Problem:
+    """Return the problem with sensors of one low-pass."""
+    experiments = (
+        replace(one, seen=tuple(replace(each, slow_s=slow_s) for each in one.seen))
+        for one in problem.experiments
+    )
+    return replace(problem, experiments=tuple(experiments), metrics=())
+
+
+def _from_slow(problem: Problem, slow_s: float) -> tuple[Problem, list[Minimum]]:
+    """Search from the present values, by the motion that a slow sensor lets through."""
+    slow = _slowed(replace(problem, allowance=LOOSE[0]), slow_s)
+    return _to_plain(problem, _search_or_nothing(slow, problem.start))
 
 
 def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
@@ -615,18 +666,20 @@ def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:
                 noises.append(noise)
                 continue
             sizes, left = next(metrics).of_sensor(found.values - each.values)
+            late_s, slow_s = slower(each.slow_s, *sizes[2:4].tolist())
             if not seen:
-                shifts[number] += float(sizes[2])
+                shifts[number] += late_s
             out = lone_outliers(left, outliers or math.inf)
             kept = replace(
                 each,
                 values=each.values[~out],
                 time_s=each.time_s[~out],
                 left_out=each.left_out + int(out.sum()),
+                slow_s=slow_s,
             )
             seen.append(kept)
             white = max(noise_of(left[~out]), rounding_of(kept.values))
-            noises.append(each.sigma or white or noise)
+            noises.append(max(each.sigma or white or noise, FINEST))
         experiments.append(replace(one, seen=tuple(seen)))
         errors.append(tuple(noises))
     for number, one in enumerate(experiments):  # numbers that do not tell their error

@@ -32,6 +32,8 @@ STEADY_NUMBER = 1e-5
 """The same as a share of the largest number, where standard errors are not known."""
 UNKNOWN_SHARE = 0.02
 """Standard error of numbers beside traces, of the largest, until their residuals tell it."""
+FINEST = 5e-11
+"""Least noise of a trace, m or N: no sensor tells a sixth of an atom within microseconds."""
 SMALLEST_SHARE = 1e-7  # share of the largest number below which no change of it counts
 
 Predicted: TypeAlias = list[list[Prediction]]
@@ -349,7 +351,7 @@ def noise_at_first(experiments: Sequence[Experiment]) -> StandardErrors:
 
     def error_of(each: Seen) -> float:
         if each.is_trace:
-            return each.noise
+            return max(each.noise, FINEST)
         if each.sigma is not None and (has_traces or all(one.sigma is not None for one in seen)):
             return each.sigma
         return largest_of(experiments, each.quantity) * (UNKNOWN_SHARE if has_traces else 1.0)

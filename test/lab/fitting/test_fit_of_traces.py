@@ -10,11 +10,11 @@ from spring_rig import Rig, voltage
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage, noise_of
-from stickslip_ros.lab.experiments.predict import SAMPLE_S, Prediction, at_times
+from stickslip_ros.lab.experiments.predict import SAMPLE_S, Prediction, at_times, low_passed
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.draws import read_draws
 from stickslip_ros.lab.fitting.fit import Fit, fit
-from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, metric_of, waves_of
+from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, metric_of, slower, waves_of
 from stickslip_ros.lab.fitting.report import as_object, warnings_of
 from stickslip_ros.parameters import Parameters, Scalar
 
@@ -85,6 +85,37 @@ def test_the_sensor_is_said_and_what_drove_it(learned: tuple[Rig, Fit]):
     assert trace['drift_per_s'] == pytest.approx(rig.drift_m_per_s, rel=0.0, abs=2e-8)
     assert trace['zero'] == pytest.approx(rig.zero_m, rel=0.0, abs=5e-9)
     assert trace['rms'] < 2.0 * rig.noise_m
+
+
+def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide():
+    rig = Rig(preload_n=0.35, friction=0.24, mass_kg=3.4e-3, low_pass_hz=2e3)
+    free = ['contact.friction', 'runner.mass', 'actuator.gain']
+    stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
+    found = fit(experiment(rig, 1), free, parameters=stand, starts=1)
+    assert_holds(found, rig)
+    [[seen]] = [one.seen for one in found.experiments]
+    assert seen.slow_s == pytest.approx(1.0 / (2.0 * np.pi * rig.low_pass_hz), rel=0.1, abs=0.0)
+    assert any(
+        'the sensor of position_m is slow, as behind a low-pass of' in x for x in found.notes
+    )
+
+
+def test_lateness_and_time_constant_follow_from_what_the_columns_of_a_sensor_hold():
+    assert slower(8e-5, 0.0, 0.0) == pytest.approx((0.0, 8e-5))
+    late_s, more_s = 3e-6, 1e-6
+    first, second = late_s + more_s, late_s**2 / 2.0 + late_s * more_s + (8e-5 + more_s) * more_s
+    assert slower(8e-5, first, second) == pytest.approx((late_s, 8e-5 + more_s), rel=1e-9)
+    assert slower(1e-6, 0.0, -1e-10) == pytest.approx((1e-6, 0.0))
+
+
+@pytest.mark.parametrize('slow_s', [1e-6, 2e-5, 3e-4])
+def test_a_low_pass_of_a_ramp_is_late_by_its_time_constant_and_rests_before(slow_s: float):
+    ramp = 3.0 + np.maximum(SAMPLE_S * (np.arange(1000) - 100), 0.0)
+    behind = low_passed(ramp, slow_s)
+    since_s = SAMPLE_S * (np.arange(1000) - 100)
+    expected = since_s - slow_s * -np.expm1(-np.maximum(since_s, 0.0) / slow_s)
+    assert behind == pytest.approx(3.0 + np.where(since_s > 0.0, expected, 0.0), rel=1e-9)
+    assert low_passed(ramp, 0.0) is ramp
 
 
 def test_a_mass_that_was_weighed_makes_the_others_surer():
