@@ -298,7 +298,7 @@ def test_a_damaged_kernel_is_compiled_anew_and_kept_and_one_line_says_so(
     damage, package, monkeypatch, caplog
 ):
     monkeypatch.setattr(kernel_cache, 'cache_folders', fresh_folders)
-    monkeypatch.setattr(kernel_cache.KernelCache, '_is_told', False)
+    monkeypatch.setattr(kernel_cache.KernelCache, '_has_warned', False)
     assert _call_anew() == entry_point(thrice)(1.0) == 3.0
     kept = sorted(fresh_folders().write.glob('*.nbc'))
     for file in kept:
