@@ -76,8 +76,8 @@ MUTATIONS = (
     ),
     Mutation(
         'a closed loop pops one turning point, not two', 'contact/memory.py',
-        '_resume(curve, memory, max(depth - 2, 0))',
-        '_resume(curve, memory, max(depth - 1, 0))',
+        'resume_branch(curve, memory, max(depth - 2, 0))',
+        'resume_branch(curve, memory, max(depth - 1, 0))',
     ),
     Mutation(
         "Masing's rule without its factor 2", 'contact/memory.py',

@@ -18,12 +18,6 @@ def _begin(text: str, length: int) -> str:
     return text if len(text) <= length else f'{text[:length]}...'
 
 
-def _shown(value: object, unit: str) -> str:
-    """Give a value as a reader wants it, with its unit behind it."""
-    text = f'{value:.6g}' if isinstance(value, float) else quoted(value)
-    return f'{text} {unit}' if unit else text
-
-
 class OutOfRange(StickSlipError, ValueError):
     """
     A value is outside the limit that it must keep.
@@ -34,7 +28,9 @@ class OutOfRange(StickSlipError, ValueError):
     """
 
     def __init__(self, name: str, value: object, unit: str, limit: str, hint: str) -> None:
-        super().__init__(f'{name} {_shown(value, unit)} is {limit}; {hint}')
+        text = f'{value:.6g}' if isinstance(value, float) else quoted(value)
+        shown = f'{text} {unit}' if unit else text
+        super().__init__(f'{name} {shown} is {limit}; {hint}')
         self.name = name
         self.value = value
         self.unit = unit

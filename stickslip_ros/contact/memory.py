@@ -87,13 +87,13 @@ def move(curve: Record, memory: Record, u_m: float) -> None:
 
     """
     if (u_m - memory.u_m) * memory.sense < 0.0:
-        _reverse(curve, memory, u_m)
+        reverse(curve, memory, u_m)
     while memory.depth > 0 and memory.sense * (u_m - memory.turns[memory.depth, U]) >= loop_length(
         memory.turns, memory.depth
     ):
-        _close_loop(curve, memory)
+        close_loop(curve, memory)
     if memory.depth == 0:
-        memory.force_n = _follow_virgin(curve, memory, u_m)
+        memory.force_n = follow_virgin(curve, memory, u_m)
     else:
         travel_m = memory.sense * (u_m - memory.turns[memory.depth, U])
         folded_n = memory.sense * 2.0 * virgin_force(curve, 0.5 * travel_m)
@@ -102,7 +102,7 @@ def move(curve: Record, memory: Record, u_m: float) -> None:
 
 
 @kernel
-def _follow_virgin(curve: Record, memory: Record, u_m: float) -> float:
+def follow_virgin(curve: Record, memory: Record, u_m: float) -> float:
     """Return the force on the virgin curve, N: in full slip, past its end, its origin slides."""
     offset_m = u_m - memory.turns[0, U]
     memory.sense = 1.0 if offset_m >= 0.0 else -1.0
@@ -132,27 +132,27 @@ def branch_loss(curve: Record, depth: int, travel_m: float) -> float:
 
 
 @kernel
-def _reverse(curve: Record, memory: Record, u_m: float) -> None:
+def reverse(curve: Record, memory: Record, u_m: float) -> None:
     """Turn round: remember the turning point, unless the branch is still in its linear core."""
     travel_m = abs(memory.u_m - memory.turns[memory.depth, U])
     core_m = curve.core_m if memory.depth == 0 else 2.0 * curve.core_m
     if travel_m > core_m:
-        _push(curve, memory)
+        push_turn(curve, memory)
         return
     crosses = memory.sense * (u_m - memory.turns[memory.depth, U]) < 0.0
     if memory.depth == 0 or not crosses:
         return
     memory.lost_j -= memory.base_j
     memory.sense = -memory.sense
-    _resume(curve, memory, memory.depth - 1)
+    resume_branch(curve, memory, memory.depth - 1)
 
 
 @kernel
-def _push(curve: Record, memory: Record) -> None:
+def push_turn(curve: Record, memory: Record) -> None:
     """Put the present point on the stack and start a branch in the other direction."""
     turns = memory.turns
     if memory.depth + 1 == turns.shape[0]:
-        _forget(curve, memory)
+        forget_pairs(curve, memory)
     depth = memory.depth
     travel_m = abs(memory.u_m - turns[depth, U])
     memory.lost_j = memory.lost_j + branch_loss(curve, depth, travel_m) - memory.base_j
@@ -165,16 +165,16 @@ def _push(curve: Record, memory: Record) -> None:
 
 
 @kernel
-def _close_loop(curve: Record, memory: Record) -> None:
+def close_loop(curve: Record, memory: Record) -> None:
     """Wipe out the innermost loop and resume the branch that it interrupted."""
     depth = memory.depth
     loop_j = branch_loss(curve, depth, loop_length(memory.turns, depth))
     memory.lost_j = memory.lost_j + loop_j - memory.base_j
-    _resume(curve, memory, max(depth - 2, 0))
+    resume_branch(curve, memory, max(depth - 2, 0))
 
 
 @kernel
-def _resume(curve: Record, memory: Record, older: int) -> None:
+def resume_branch(curve: Record, memory: Record, older: int) -> None:
     """Go on along an older branch, from the turning point after it."""
     travel_m = abs(memory.turns[older + 1, U] - memory.turns[older, U])
     memory.base_j = branch_loss(curve, older, travel_m)
@@ -182,7 +182,7 @@ def _resume(curve: Record, memory: Record, older: int) -> None:
 
 
 @kernel
-def _forget(curve: Record, memory: Record) -> None:
+def forget_pairs(curve: Record, memory: Record) -> None:
     """Halve a full stack by forgetting the pairs of turning points that matter least."""
     turns = memory.turns
     half = turns.shape[0] // 2
@@ -290,11 +290,11 @@ def force_ahead(curve: Record, memory: Record, branch: Branch, u_m: float) -> fl
     if 0.0 <= travel_m < branch.reach_m:
         folded_n = branch.fold * virgin_force(curve, travel_m * branch.unfold)
         return branch.force_n + branch.sense * folded_n
-    return _force_after_closing(curve, memory, u_m)
+    return force_after_closing(curve, memory, u_m)
 
 
 @kernel
-def _force_after_closing(curve: Record, memory: Record, u_m: float) -> float:
+def force_after_closing(curve: Record, memory: Record, u_m: float) -> float:
     """Return the force at a displacement that lies beyond the closing of at least one loop, N."""
     direction = 1.0 if u_m > memory.u_m else -1.0
     turns, depth = memory.turns, memory.depth

@@ -67,11 +67,11 @@ class PowerProfile:
 
     def height(self, x_m: Array | float) -> Array:
         """Return g at the places x, m (any shape); the smallest indentation that reaches x."""
-        return _power_sum(np.asarray(x_m, dtype=float), self.prefactors, self.exponents)
+        return power_sum(np.asarray(x_m, dtype=float), self.prefactors, self.exponents)
 
     def radius_at_height(self, height_m: Array | float) -> Array:
         """Return x >= 0 with g(x) = height, m (any shape): the contact radius of Eq. 25."""
-        return _solve_power_sum(height_m, self.prefactors, self.exponents)
+        return solve_power_sum(height_m, self.prefactors, self.exponents)
 
     def half_width(self, depth_m: Array | float) -> Array:
         """Return the contact radius at a depth, m."""
@@ -94,11 +94,11 @@ class PowerProfile:
         With g(a) = d this is the bracket of Eq. 24, sum of n_i/(n_i + 1) Q_i a^(n_i + 1).
 
         """
-        return _power_sum(np.asarray(radius_m, dtype=float), *self._area_terms())
+        return power_sum(np.asarray(radius_m, dtype=float), *self._area_terms())
 
     def radius_at_area(self, area_m2: Array | float) -> Array:
         """Return the contact radius a with a given pressed area, m: the inverse of Eq. 24."""
-        return _solve_power_sum(area_m2, *self._area_terms())
+        return solve_power_sum(area_m2, *self._area_terms())
 
     def _area_terms(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         terms = zip(self.prefactors, self.exponents, strict=True)
@@ -129,12 +129,13 @@ def rough_profile(radius_m: float, prefactor: float, hurst: float) -> PowerProfi
     return PowerProfile((1.0 / radius_m, prefactor), (2.0, hurst))
 
 
-def _power_sum(x: Array, prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> Array:
+def power_sum(x: Array, prefactors: tuple[float, ...], exponents: tuple[float, ...]) -> Array:
+    """Return sum_i Q_i |x|^n_i, of the shape of x."""
     terms = zip(prefactors, exponents, strict=True)
     return np.asarray(sum(q * np.abs(x) ** n for q, n in terms))
 
 
-def _solve_power_sum(
+def solve_power_sum(
     total: Array | float, prefactors: tuple[float, ...], exponents: tuple[float, ...]
 ) -> Array:
     """

@@ -94,7 +94,7 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
     """
     spacing_m = contact.line_length / contact.line_points
     power_m2 = line_power(spectrum, contact.line_length, contact.line_points)
-    waves = _waves(contact.travel * power_m2, contact)
+    waves = waves_of_line(contact.travel * power_m2, contact)
     places_m = spacing_m * (np.arange(contact.line_points // 2) + 0.5)
     rises_m = places_m**2 / contact.radius
     # Of the spectrum, not of the waves that were drawn: all seeds have windows of one width.
@@ -132,7 +132,7 @@ def track_of(contact: ContactParameters, spectrum: Spectrum, normal_pa: float) -
     return track
 
 
-def _waves(power_m2: Array, contact: ContactParameters) -> Array:
+def waves_of_line(power_m2: Array, contact: ContactParameters) -> Array:
     """
     Return the waves of the runner's line of a power, a row of ``waves`` for each.
 
@@ -160,7 +160,7 @@ def window_profile(track: Record, foot: int, place: int = 0) -> LineProfile:
 
 
 @kernel
-def _roll(track: Record, foot: int, place: int) -> None:
+def roll_on(track: Record, foot: int, place: int) -> None:
     """Evaluate what a window at a place needs of the runner's line, and is not known."""
     first, last = -place // TILE, (track.springs - 1 - place) // TILE
     known = track.tiles[foot]
@@ -194,9 +194,9 @@ def _evaluate(track: Record, foot: int, tile: int) -> None:
 
 
 @kernel
-def _press(track: Record, foot: int, place: int, normal_n: float) -> float:
+def press_foot(track: Record, foot: int, place: int, normal_n: float) -> float:
     """Press a foot with a force; return its depth, m, and note the heights of what it touches."""
-    _roll(track, foot, place)
+    roll_on(track, foot, place)
     blocks = track.springs // TILE
     line_m, touching_m = track.line_m, track.touching_m[foot]
     lowest_m = _heights(track, foot, place, blocks // 2)
@@ -213,7 +213,7 @@ def _press(track: Record, foot: int, place: int, normal_n: float) -> float:
                     touching_m[touch] = line_m[i] - lowest_m
                     touch += 1 if touching_m[touch] < reach_m else 0
         total_m = normal_n / track.normal_n_per_m
-        depth_m = _depth(touching_m[:touch], total_m, track.depths_m[foot])
+        depth_m = depth_of_sum(touching_m[:touch], total_m, track.depths_m[foot])
         if depth_m < reach_m or touch == track.springs:
             break
         reach_m = _REACH * depth_m  # which few springs make too large
@@ -241,7 +241,7 @@ def _heights(track: Record, foot: int, place: int, block: int) -> float:
 
 
 @kernel
-def _depth(heights_m: Array, total_m: float, depth_m: float) -> float:
+def depth_of_sum(heights_m: Array, total_m: float, depth_m: float) -> float:
     """Return the depth at which the compressions of springs have a sum, from a depth; Newton."""
     before = -1
     for _ in range(PASSES):
@@ -292,7 +292,7 @@ def lay(
     force_max_n, limit_m = 0.0, 0.0
     for foot in range(first, last):
         normal_n = bank.shares[foot] * preload_n + bank.weights_n[foot]
-        limit_m = max(limit_m, compliance * _press(track, foot, place, normal_n))
+        limit_m = max(limit_m, compliance * press_foot(track, foot, place, normal_n))
         force_max_n += bank.friction * normal_n
     cells_per_m, width_m = CELLS / limit_m, limit_m / CELLS
     for j in range(CELLS + 1):

@@ -83,12 +83,12 @@ def wanted(plant: Record, wave: Wave, clock: Record, row: int = 0) -> tuple[floa
     if not plant.amplifier.on:
         return plant.voltage_min_v, 0.0, corner_s
     if plant.amplifier.resolution_v > 0.0:
-        return _convert(plant, target_v, slope_v_per_s, corner_s, clock.ramp_s)
+        return convert(plant, target_v, slope_v_per_s, corner_s, clock.ramp_s)
     return target_v, slope_v_per_s, corner_s
 
 
 @kernel
-def _convert(
+def convert(
     plant: Record, target_v: float, slope_v_per_s: float, corner_s: float, clock_s: float
 ) -> tuple[float, float, float]:
     """

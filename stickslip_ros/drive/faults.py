@@ -33,17 +33,21 @@ def apply_faults(
     """
     plant = plants[0]
     if dead_foot != plant.dead:
-        _change_dead_foot(plants, states, parameters, dead_foot)
+        change_dead_foot(plants, states, parameters, dead_foot)
     if runner_stuck and not plant.stuck:
-        _stop_runner(plant, states[0])
+        state = states[0]
+        kinetic_j = 0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s
+        state.sums.stuck_lost_j += kinetic_j
+        state.velocity_m_per_s, state.pressed = 0.0, False
     plant.amplifier.on = amplifier_on
     plant.stuck = runner_stuck
     set_ideal(plant)
 
 
-def _change_dead_foot(
+def change_dead_foot(
     plants: Record, states: Record, parameters: Parameters, dead_foot: int
 ) -> None:
+    """Let a foot stand where it is, from 1, or none, 0; the one before goes on from its place."""
     plant, state = plants[0], states[0]
     if plant.contacts[ALL].law.number == COULOMB:
         limit = 'not 0 under the rigid law of Coulomb, which does not say how feet share a load'
@@ -65,9 +69,3 @@ def _unbent(plant: Record, state: Record, foot: int) -> float:
         return float(state.places_m[foot])
     ratio = 0.0 if foot == plant.dead else plant.ratios[foot]
     return float(state.offsets_m[foot] + ratio * state.foot_m)
-
-
-def _stop_runner(plant: Record, state: Record) -> None:
-    kinetic_j = 0.5 * plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s
-    state.sums.stuck_lost_j += kinetic_j
-    state.velocity_m_per_s, state.pressed = 0.0, False

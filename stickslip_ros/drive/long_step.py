@@ -139,13 +139,13 @@ def longest_on_slope(plant: Record, rate_v_per_s: float) -> float:
 @kernel
 def long_steps(lanes: Record, drives: Any) -> None:
     """Let every drive, a tuple of plants, states and more, step until a stiffness jumps."""
-    _look_ahead(lanes, drives)
-    _swing(lanes, drives)
-    _arrive(lanes, drives)
+    look_ahead(lanes, drives)
+    swing(lanes, drives)
+    arrive(lanes, drives)
 
 
 @kernel
-def _look_ahead(lanes: Record, drives: Any) -> None:
+def look_ahead(lanes: Record, drives: Any) -> None:
     """Find what pulls and holds the runners in this step, and how long it is."""
     for i in range(len(lanes.h_s)):
         left_s, longest_s = lanes.left_s[i], lanes.longest_s[i]
@@ -161,7 +161,7 @@ def _look_ahead(lanes: Record, drives: Any) -> None:
         lanes.rests[i] = abs(speed) < RESTING * abs(speeding) * h_s
     for i in range(len(lanes.h_s)):
         if lanes.runs[i]:
-            _find_branch(lanes, i, drives[i][0][0], drives[i][1][0])
+            find_branch(lanes, i, drives[i][0][0], drives[i][1][0])
     for i in range(len(lanes.h_s)):
         speed, speeding, h_s = lanes.speed[i], lanes.speeding[i], lanes.h_s[i]
         held_n_per_m, gamma, sense = lanes.held_n_per_m[i], lanes.gamma[i], lanes.sense[i]
@@ -176,11 +176,11 @@ def _look_ahead(lanes: Record, drives: Any) -> None:
         lanes.may_be_cut[i] = turns | closes | (lanes.walled[i] != 0)
     for i in range(len(lanes.h_s)):
         if lanes.may_be_cut[i] and lanes.runs[i]:
-            _cut(lanes, i, drives[i][0][0])
+            cut_step(lanes, i, drives[i][0][0])
 
 
 @kernel
-def _find_branch(lanes: Record, i: int, plant: Record, state: Record) -> None:
+def find_branch(lanes: Record, i: int, plant: Record, state: Record) -> None:
     """Note the branch that lies ahead, its tangent, and what holds the runner besides."""
     curve, memory = plant.contacts[ALL].curve, state.contacts[ALL].memory
     direction = lanes.speeding[i] if lanes.rests[i] else lanes.speed[i]
@@ -198,7 +198,7 @@ def _find_branch(lanes: Record, i: int, plant: Record, state: Record) -> None:
 
 
 @kernel
-def _cut(lanes: Record, i: int, plant: Record) -> None:
+def cut_step(lanes: Record, i: int, plant: Record) -> None:
     """End the step where sliding turns, a loop closes or a wall is met, if that is within it."""
     speed, speeding, jerk, h_s = lanes.speed[i], lanes.speeding[i], lanes.jerk[i], lanes.h_s[i]
     omega_squared, gamma = lanes.omega_squared[i], lanes.gamma[i]
@@ -221,7 +221,7 @@ def _branch(lanes: Record, i: int) -> Branch:
 
 
 @kernel
-def _swing(lanes: Record, drives: Any) -> None:
+def swing(lanes: Record, drives: Any) -> None:
     """Let the runners swing on the tangents, in two half steps, and look up what these miss."""
     for i in range(len(lanes.h_s)):
         speed, pull, pull_rate = lanes.speed[i], lanes.pull[i], lanes.pull_rate[i]
@@ -249,7 +249,7 @@ def _swing(lanes: Record, drives: Any) -> None:
 
 
 @kernel
-def _arrive(lanes: Record, drives: Any) -> None:
+def arrive(lanes: Record, drives: Any) -> None:
     """Bring runners, feet and contacts to the end of the step, and book it."""
     for i in range(len(lanes.h_s)):
         h_s, y_middle = lanes.h_s[i], lanes.y_middle[i]

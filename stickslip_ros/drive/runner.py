@@ -143,13 +143,13 @@ def look_ahead(plant: Record, state: Record, stride: Record) -> None:
     stride.held_n_per_m = holding_stiffness(plant, state, runner.speeding, stride.longest_s)
     held_n_per_m = stride.held_n_per_m + stride.others_n_per_m + stride.tangent
     runner.omega_squared = held_n_per_m * stride.per_kg
-    _drag_along(stride)
+    drag_along(stride)
     runner.jerk = runner.pull_rate - runner.omega_squared * runner.speed
     runner.jerk = runner.jerk - runner.gamma * runner.speeding
 
 
 @kernel
-def _drag_along(stride: Record) -> None:
+def drag_along(stride: Record) -> None:
     """Note how the contacts would pull on a runner at rest, dragged by feet and frame."""
     tangent, driven, pulled, sway = stride.tangent, stride.driven, stride.pulled, stride.sway
     stride.drive.speed = driven * pulled.speed + tangent * sway.speed
@@ -171,7 +171,7 @@ def cut(plant: Record, state: Record, stride: Record) -> None:
 @kernel
 def swing(_plant: Record, _state: Record, stride: Record) -> None:
     """Let it go exactly on the stiffness ahead."""
-    _drag_along(stride)
+    drag_along(stride)
     swing_twice(stride.runner, 0.5 * stride.lasts_s)
 
 
@@ -179,11 +179,15 @@ def swing(_plant: Record, _state: Record, stride: Record) -> None:
 def pass_middle(plant: Record, state: Record, stride: Record) -> None:
     """Add what its stiffness has missed of contacts and walls in the middle."""
     runner, h_s = stride.runner, stride.lasts_s
-    add_in_middle(runner, -_missed(plant, state, stride, runner.middle_m, 0.5 * h_s), h_s)
+    add_in_middle(
+        runner, -missed_acceleration(plant, state, stride, runner.middle_m, 0.5 * h_s), h_s
+    )
 
 
 @kernel
-def _missed(plant: Record, state: Record, stride: Record, way_m: float, time_s: float) -> float:
+def missed_acceleration(
+    plant: Record, state: Record, stride: Record, way_m: float, time_s: float
+) -> float:
     """Return the acceleration that its stiffness misses after a way and a time, m/s^2."""
     missed_n = state.contact_n - stride.before_n - stride.tangent * way_m
     missed_n = missed_n + stride.driven * way_on(stride.pulled, time_s)
@@ -199,7 +203,7 @@ def _missed(plant: Record, state: Record, stride: Record, way_m: float, time_s: 
 def arrive(plant: Record, state: Record, stride: Record) -> None:
     """Add what it has missed at the end, book the stride, let runner and mean foot be there."""
     runner, start_m, h_s = stride.runner, state.position_m, stride.lasts_s
-    add_at_end(runner, -_missed(plant, state, stride, runner.end_m, h_s), h_s)
+    add_at_end(runner, -missed_acceleration(plant, state, stride, runner.end_m, h_s), h_s)
     end_m, speed = start_m + runner.end_m, runner.end_m_per_s
     middle_m, middle_m_per_s = start_m + runner.middle_m, runner.middle_m_per_s
     book(plant, state, h_s, stride.load_n, end_m, speed, middle_m, middle_m_per_s)

@@ -25,7 +25,7 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
     for k in moving(plant):
         state.feet[k].stiffness = 0.0
     stride.frame_m = frame_place(plant, state)
-    stride.recoil = _recoil(plant, state, stride, 0.0)
+    stride.recoil = frame_recoil(plant, state, stride, 0.0)
     swing(plant, state, stride)
 
 
@@ -72,7 +72,7 @@ def swing(plant: Record, state: Record, stride: Record) -> None:
 
 
 @kernel
-def _recoil(plant: Record, state: Record, stride: Record, time_s: float) -> float:
+def frame_recoil(plant: Record, state: Record, stride: Record, time_s: float) -> float:
     """
     Return the acceleration of the frame, m/s^2, at the start, in the middle or at the end.
 
@@ -107,7 +107,7 @@ def pass_middle(plant: Record, state: Record, stride: Record) -> None:
     if not bends(plant):
         return
     h_s = stride.lasts_s
-    recoil = _recoil(plant, state, stride, 0.5 * h_s) - stride.recoil
+    recoil = frame_recoil(plant, state, stride, 0.5 * h_s) - stride.recoil
     for k in moving(plant):
         foot = state.feet[k]
         missed = foot.load_n - foot.before_n - 0.5 * h_s * foot.n_per_s
@@ -122,7 +122,7 @@ def arrive(plant: Record, state: Record, stride: Record) -> None:
     if not bends(plant):
         return
     piezo, h_s, square = plant.piezo, stride.lasts_s, 0.0
-    recoil = _recoil(plant, state, stride, h_s) - stride.recoil
+    recoil = frame_recoil(plant, state, stride, h_s) - stride.recoil
     for k in moving(plant):
         foot = state.feet[k]
         missed = foot.load_n - foot.before_n - h_s * foot.n_per_s

@@ -25,7 +25,7 @@ class BeyondSoftLimit(StickSlipError):
 
 def check_voltage(parameters: Parameters, voltage_v: float) -> Wave:
     """Return the wave that goes to a voltage of the amplifier's range."""
-    _check_range(parameters, 'voltage', voltage_v)
+    check_range(parameters, 'voltage', voltage_v)
     return level(voltage_v)
 
 
@@ -33,8 +33,8 @@ def check_sawtooth(
     parameters: Parameters, amplitude_v: float, frequency_hz: float, steps: float
 ) -> Wave:
     """Return a saw-tooth from the lower end of the range on; 0 steps run until stopped."""
-    _check_amplitude(parameters, 'amplitude', amplitude_v)
-    _check_frequency(parameters, amplitude_v, frequency_hz)
+    check_amplitude(parameters, 'amplitude', amplitude_v)
+    check_frequency(parameters, amplitude_v, frequency_hz)
     if not (steps == math.floor(steps) and 0 <= steps <= STEPS_MAX):
         limit = f'not a whole number from 0 to {STEPS_MAX}'
         raise OutOfRange('steps', steps, '', limit, 'round it; 0 runs until stopped')
@@ -69,8 +69,8 @@ def check_jog(parameters: Parameters, frequency_hz: float) -> Wave | None:
 
 def _stepping(parameters: Parameters, frequency_hz: float, steps: int) -> Wave:
     amplitude_v = parameters.step.amplitude
-    _check_amplitude(parameters, 'step.amplitude', amplitude_v)
-    _check_frequency(parameters, amplitude_v, frequency_hz)
+    check_amplitude(parameters, 'step.amplitude', amplitude_v)
+    check_frequency(parameters, amplitude_v, frequency_hz)
     return sawtooth(parameters.amplifier.voltage_min, amplitude_v, frequency_hz, steps)
 
 
@@ -96,13 +96,14 @@ def check_waveform(parameters: Parameters, numbers: Array, cycles: int = 1) -> W
         hint = 'let the times rise'
         raise OutOfRange(f'waveform time of row {row + 1}', float(wave[row, 0]), 's', limit, hint)
     for row in (int(np.argmin(wave[:, 1])), int(np.argmax(wave[:, 1]))):
-        _check_range(parameters, f'waveform voltage of row {row + 1}', float(wave[row, 1]))
+        check_range(parameters, f'waveform voltage of row {row + 1}', float(wave[row, 1]))
     if cycles != 1:
-        _check_repetition(parameters, wave, cycles)
+        check_repetition(parameters, wave, cycles)
     return table(wave, cycles)
 
 
-def _check_repetition(parameters: Parameters, wave: Array, cycles: int) -> None:
+def check_repetition(parameters: Parameters, wave: Array, cycles: int) -> None:
+    """Refuse a table that is repeated unless it ends where it begins, and is slow enough."""
     if not 0 <= cycles <= STEPS_MAX:
         limit = f'not from 0 to {STEPS_MAX}'
         raise OutOfRange('waveform cycles', cycles, '', limit, '0 repeats until replaced')
@@ -165,7 +166,7 @@ def check_faults(_: Parameters, settings: Mapping[str, Scalar]) -> Mapping[str, 
     return settings
 
 
-def _check_range(parameters: Parameters, name: str, voltage_v: float) -> None:
+def check_range(parameters: Parameters, name: str, voltage_v: float) -> None:
     """Refuse a voltage outside the range of the amplifier."""
     amplifier = parameters.amplifier
     if voltage_v > amplifier.voltage_max:
@@ -178,7 +179,7 @@ def _check_range(parameters: Parameters, name: str, voltage_v: float) -> None:
         raise OutOfRange(name, voltage_v, 'V', limit, hint)
 
 
-def _check_amplitude(parameters: Parameters, name: str, amplitude_v: float) -> None:
+def check_amplitude(parameters: Parameters, name: str, amplitude_v: float) -> None:
     """Refuse a saw-tooth that is higher than the range of the amplifier, or has no height."""
     amplifier = parameters.amplifier
     range_v = amplifier.voltage_max - amplifier.voltage_min
@@ -191,7 +192,7 @@ def _check_amplitude(parameters: Parameters, name: str, amplitude_v: float) -> N
         raise OutOfRange(name, amplitude_v, 'V', 'not above 0 V', hint)
 
 
-def _check_frequency(parameters: Parameters, amplitude_v: float, frequency_hz: float) -> None:
+def check_frequency(parameters: Parameters, amplitude_v: float, frequency_hz: float) -> None:
     """Refuse a frequency that amplifier or slew rate do not allow at this amplitude."""
     amplifier = parameters.amplifier
     if frequency_hz == 0.0:

@@ -192,7 +192,10 @@ class ClosedLoop:
         block_s = (observation.time_ns - self._last_ns) * NANO
         self._last_ns = observation.time_ns
         if self.goal.direction:
-            self._advance_set_point(block_s, observation.position_m)
+            next_m = self._set_point_m + self.goal.velocity_m_per_s * block_s
+            if self.goal.direction * (next_m - observation.position_m) <= self._lead_m:
+                self._set_point_m = next_m  # it waits for a runner that is far behind
+            self._move_target(self._set_point_m, observation.position_m)
             return
         way_m = self._target_m - self._set_point_m
         largest_m = velocity_m_per_s * block_s
@@ -200,13 +203,6 @@ class ClosedLoop:
             self._set_point_m += largest_m if way_m > 0.0 else -largest_m
         else:
             self._set_point_m = self._target_m
-
-    def _advance_set_point(self, block_s: float, position_m: float) -> None:
-        """Let the set point go on with its velocity, unless the runner is far behind."""
-        next_m = self._set_point_m + self.goal.velocity_m_per_s * block_s
-        if self.goal.direction * (next_m - position_m) <= self._lead_m:
-            self._set_point_m = next_m
-        self._move_target(self._set_point_m, position_m)
 
     def _watch_position(self, observation: Observation) -> None:
         error_m = abs(self._target_m - observation.position_m)

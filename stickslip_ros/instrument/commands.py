@@ -207,15 +207,12 @@ def check_request(request: Request, parameters: Parameters) -> Any:
         _refuse_numbers(request, 'give names, positions, velocities')
         return command.check(parameters, request.joints)
     if command.frame:
-        _check_frame(request, getattr(parameters.frame_id, command.frame))
+        frame_id = getattr(parameters.frame_id, command.frame)
+        if request.frame_id not in ('', frame_id):
+            limit = f'not {frame_id}, the frame of the drive'
+            hint = 'transform it, leave the frame empty, or change frame_id.*'
+            raise OutOfRange(f'{request.name} frame', request.frame_id, '', limit, hint)
     return command.check(parameters, *_numbers_of(request, command))
-
-
-def _check_frame(request: Request, frame_id: str) -> None:
-    if request.frame_id not in ('', frame_id):
-        limit = f'not {frame_id}, the frame of the drive'
-        hint = 'transform it, leave the frame empty, or change frame_id.*'
-        raise OutOfRange(f'{request.name} frame', request.frame_id, '', limit, hint)
 
 
 def _all_finite(request: Request) -> Array:
@@ -266,117 +263,130 @@ def _any(_: Parameters, *numbers: float) -> float | None:
     return numbers[0] if numbers else None
 
 
-def _move(bench: Instrument, accepted: Accepted) -> Result | None:
+def move(bench: Instrument, accepted: Accepted) -> Result | None:
+    """Begin a move; there is nothing to do where the check has left no wave."""
     if accepted.value is None:
         return Result.DONE
     bench.motion.start(accepted.command, accepted.value, bench.observe_powered())
     return None
 
 
-def _jog(bench: Instrument, accepted: Accepted) -> None:
+def jog(bench: Instrument, accepted: Accepted) -> None:
+    """Begin to step, go on at another rate, or end."""
     bench.motion.jog(accepted.command, accepted.value, bench.observe_powered())
 
 
-def _approach(bench: Instrument, accepted: Accepted) -> None:
+def approach(bench: Instrument, accepted: Accepted) -> None:
+    """Give the closed loop a position to hold."""
     bench.motion.approach(accepted.command, accepted.value, bench.observe_powered())
 
 
-def _pursue(bench: Instrument, accepted: Accepted) -> None:
+def pursue(bench: Instrument, accepted: Accepted) -> None:
+    """Give the closed loop a position or a velocity; a message without either changes nothing."""
     if accepted.value is not None:
         bench.motion.pursue(accepted.command, accepted.value, bench.observe_powered())
 
 
-def _load(bench: Instrument, accepted: Accepted) -> Result:
+def set_load(bench: Instrument, accepted: Accepted) -> Result:
+    """Push the runner with the force from now on."""
     bench.stand.load_n = accepted.value
     return Result.DONE
 
 
-def _preload(bench: Instrument, accepted: Accepted) -> None:
+def set_preload(bench: Instrument, accepted: Accepted) -> None:
+    """Begin to change the preload; it gets there at its rate."""
     bench.change_preload(accepted.command, accepted.value)
 
 
-def _stop(bench: Instrument, accepted: Accepted) -> Result:
+def stop(bench: Instrument, accepted: Accepted) -> Result:
+    """End the running move at the present voltage."""
     bench.end_move(f'stopped by command {accepted.command.number}')
     return Result.DONE
 
 
-def _reset(bench: Instrument, accepted: Accepted) -> Result:
+def reset(bench: Instrument, accepted: Accepted) -> Result:
+    """Begin anew in all but time."""
     bench.reset(f'reset by command {accepted.command.number}')
     return Result.DONE
 
 
-def _zero_position(bench: Instrument, accepted: Accepted) -> Result:
+def zero_position(bench: Instrument, accepted: Accepted) -> Result:
+    """Make the present position reading 0; a closed loop would hold another place, and ends."""
     if bench.motion.status_bits & Status.CLOSED_LOOP:
         bench.end_move(f'position zeroed by command {accepted.command.number}')
     bench.sensing.interferometer.zero()
     return Result.DONE
 
 
-def _tare_force(bench: Instrument, _: Accepted) -> Result:
+def tare_force(bench: Instrument, _: Accepted) -> Result:
+    """Make the present force reading 0."""
     bench.sensing.load_cell.zero()
     return Result.DONE
 
 
-def _enable_amplifier(bench: Instrument, accepted: Accepted) -> Result:
+def enable_amplifier(bench: Instrument, accepted: Accepted) -> Result:
+    """Switch the amplifier on or off."""
     bench.enable(wanted=bool(accepted.value))
     return Result.DONE
 
 
-def _clear_faults(bench: Instrument, _: Accepted) -> Result:
+def clear_faults(bench: Instrument, _: Accepted) -> Result:
+    """End every fault; those of the schedule come again at their times."""
     bench.apply_faults(FaultParameters(schedule=bench.faults.schedule))
     return Result.DONE
 
 
-def _set_faults(bench: Instrument, accepted: Accepted) -> Result:
+def set_faults(bench: Instrument, accepted: Accepted) -> Result:
+    """Let faults begin or end, by their names."""
     bench.apply_faults(Parameters(fault=bench.faults).updated(accepted.value).fault)
     return Result.DONE
 
 
 # fmt: off
 _ROWS = (
-    Command('voltage', FLOAT64, ('voltage V',), checks.check_voltage, _move,
+    Command('voltage', FLOAT64, ('voltage V',), checks.check_voltage, move,
             'direct piezo voltage, V (scan mode); the amplifier slews to it'),
     Command('sawtooth', FLOAT64_ARRAY, ('amplitude V', 'frequency Hz', 'steps'),
-            checks.check_sawtooth, _move,
+            checks.check_sawtooth, move,
             '[amplitude V, frequency Hz (its sign is the direction), steps (0: until stopped)]'),
-    Command('steps', INT32, ('steps',), checks.check_steps, _move,
+    Command('steps', INT32, ('steps',), checks.check_steps, move,
             'signed number of steps at step.amplitude and step.frequency; 0 does nothing'),
-    Command('jog', FLOAT64, ('frequency Hz',), checks.check_jog, _jog,
+    Command('jog', FLOAT64, ('frequency Hz',), checks.check_jog, jog,
             'signed steps per second; stops when jog.timeout passes without a new one; 0 stops'),
-    Command('waveform', FLOAT64_ARRAY, ('time s', 'voltage V'), checks.check_waveform, _move,
+    Command('waveform', FLOAT64_ARRAY, ('time s', 'voltage V'), checks.check_waveform, move,
             'rows of time s, voltage V; times rise from 0, straight lines in between; at most '
             f'{WAVEFORM_ROWS_MAX} rows; played once, or as often as the size of a first axis '
             'labelled cycle says (0: until stopped)', is_table=True),
-    Command('position', POINT_STAMPED, ('x m', 'y m', 'z m'), checks.check_position, _approach,
+    Command('position', POINT_STAMPED, ('x m', 'y m', 'z m'), checks.check_position, approach,
             'closed loop: point.x, m; coarse steps, then fine scan, then hold; the rest must be '
             '0; in frame_id.stage, or no frame',
             frame='stage'),
     Command(JOINT, JOINT_STATE, ('position m', 'velocity m/s', 'effort N'),
-            check_joints, _pursue,
+            check_joints, pursue,
             'sim.joint_name in closed loop: position, m, or without one velocity, m/s; empty and '
             '.nan are not commanded, effort is refused'),
     Command('load', WRENCH_STAMPED, ('force.x N', 'force.y N', 'force.z N',
                                      'torque.x N m', 'torque.y N m', 'torque.z N m'),
-            checks.check_load, _load,
+            checks.check_load, set_load,
             'external force on the runner, N: force.x, positive along +x; the rest must be 0; '
             'in frame_id.runner, or no frame',
             frame='runner'),
-    Command('preload', FLOAT64, ('preload N',), checks.check_preload, _preload,
+    Command('preload', FLOAT64, ('preload N',), checks.check_preload, set_preload,
             'preload F_p, N; the drive goes there at stand.preload_rate'),
-    Command('stop', TRIGGER, (), _any, _stop,
+    Command('stop', TRIGGER, (), _any, stop,
             'end the running move and hold the present voltage'),
-    Command('reset', TRIGGER, (), _any, _reset,
+    Command('reset', TRIGGER, (), _any, reset,
             'relaxed contacts, runner at 0, no load, voltage as at the start; time runs on'),
-    Command('zero_position', TRIGGER, (), _any, _zero_position,
+    Command('zero_position', TRIGGER, (), _any, zero_position,
             'make the present position reading 0'),
-    Command('tare_force', TRIGGER, (), _any, _tare_force,
+    Command('tare_force', TRIGGER, (), _any, tare_force,
             'make the present force reading 0'),
-    Command('enable_amplifier', SET_BOOL, ('wanted 0 or 1',), _any, _enable_amplifier,
+    Command('enable_amplifier', SET_BOOL, ('wanted 0 or 1',), _any, enable_amplifier,
             'amplifier on or off; off, the piezo goes to the lowest voltage and moves are '
             'refused'),
-    Command('clear_faults', TRIGGER, (), _any, _clear_faults,
+    Command('clear_faults', TRIGGER, (), _any, clear_faults,
             'end every fault, by parameter or schedule'),
-    Command(FAULT, '', (), checks.check_faults, _set_faults,
+    Command(FAULT, '', (), checks.check_faults, set_faults,
             'faults by name and value; they come by parameter or schedule'),
 )
 # fmt: on

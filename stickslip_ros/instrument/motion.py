@@ -142,8 +142,10 @@ class Motion:
 
     def start(self, command: Identity, wave: Wave, observation: Observation) -> None:
         """Follow a wave in place of the running move; a table, at the end of a cycle of one."""
-        if len(wave.rows) and self._is_within_cycle(observation):
-            wave = after(self.wave, observation.ramp_s, wave)
+        before, has_begun = self.wave, not self.is_new or self.wave.lead_s > 0.0
+        goes_on = has_begun and repeats(before) and observation.cycles < before.cycles
+        if len(wave.rows) and goes_on:
+            wave = after(before, observation.ramp_s, wave)
         self._make_way(command, observation)
         self._running = Running(command, wave)
         self._follow(wave)
@@ -209,11 +211,6 @@ class Motion:
             self._go_on(loop, observation)
         elif not is_jog and observation.arrived:
             self.end(Outcome(Result.DONE), observation)
-
-    def _is_within_cycle(self, observation: Observation) -> bool:
-        """Return whether a table is repeated that has begun, or waits for the one before it."""
-        wave, has_begun = self.wave, not self.is_new or self.wave.lead_s > 0.0
-        return has_begun and repeats(wave) and observation.cycles < wave.cycles
 
     def end(self, outcome: Outcome, observation: Observation) -> None:
         """End the running move, if there is one, and hold its present voltage."""

@@ -68,7 +68,9 @@ def cache_folders() -> Folders:
     read: list[Path] = []
     for place in _places():
         folder = place / _name()
-        _make(folder)
+        with suppress(OSError):  # only this user can write it; root's can be read
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(mode=READABLE if os.geteuid() == ROOT_USER else PRIVATE)
         is_own = _is_trusted(folder, os.geteuid())
         if is_own or _is_trusted(folder, ROOT_USER):
             read.append(folder)
@@ -107,13 +109,6 @@ def _name() -> str:
 
 # Now, and not at the first kernel: sources may change while a program runs.
 sources_digest(_package())
-
-
-def _make(folder: Path) -> None:
-    """Make a folder that only this user can write, if that can be done; root's can be read."""
-    with suppress(OSError):
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        folder.mkdir(mode=READABLE if os.geteuid() == ROOT_USER else PRIVATE)
 
 
 def _is_trusted(folder: Path, owner: int) -> bool:

@@ -32,14 +32,11 @@ def format_value(value: Scalar) -> str:
     if isinstance(value, float):
         mantissa, e, exponent = repr(value).partition('e')
         return (mantissa if '.' in mantissa else f'{mantissa}.0') + e + exponent
-    return _quoted(value) if isinstance(value, str) else str(value)
-
-
-def _quoted(text: str) -> str:
-    """Return a text in quotes: single ones, double ones where it needs escapes."""
-    if text.isprintable():
-        return "'" + text.replace("'", "''") + "'"
-    return json.dumps(text)
+    if isinstance(value, int):
+        return str(value)
+    if value.isprintable():
+        return "'" + value.replace("'", "''") + "'"
+    return json.dumps(value)  # in double quotes, with escapes
 
 
 def describe(spec: Spec, *, limits: bool = True) -> str:

@@ -52,7 +52,7 @@ def spline(
     time, height = np.array((times, heights), dtype=np.float64)
     widths, top, share = np.diff(time), int(np.argmax(height)), 2 * rows // (len(time) - 1) + 1
     chords = np.diff(height) / widths
-    parts = [_slopes(widths[part], chords[part]) for part in (np.s_[:top], np.s_[top:])]
+    parts = [pchip_slopes(widths[part], chords[part]) for part in (np.s_[:top], np.s_[top:])]
     start = np.concatenate([slopes[:-1] for slopes in parts])
     end = np.concatenate([slopes[1:] for slopes in parts])
     twist = (start + end - 2.0 * chords) / widths
@@ -65,7 +65,7 @@ def spline(
     return np.vstack((curve, (1.0, 0.0)))
 
 
-def _slopes(widths: Array, chords: Array) -> Array:
+def pchip_slopes(widths: Array, chords: Array) -> Array:
     """Return the slopes of a PCHIP at its knots: Fritsch and Butland 1984, ends as of Moler."""
     if len(chords) == 1:
         return np.repeat(chords, 2)

@@ -219,7 +219,7 @@ def linear_drive(
     if not walls.low_m < at_m < walls.high_m:
         cell += walls.stop_n_per_m
     cell = float(cell)
-    rates, foot_m = _rates(plant, mass_kg, damping_n_s_per_m, contacts_n_per_m, cell)
+    rates, foot_m = rates_of_states(plant, mass_kg, damping_n_s_per_m, contacts_n_per_m, cell)
     names, matrix = tuple(rates), np.array(list(rates.values()))
     seen = np.array([_unit(names, 'position_m'), foot_m])
     n = len(names)
@@ -265,7 +265,7 @@ def smooth(share: Array) -> Array:
     return 0.5 - 0.5 * np.cos(np.pi * np.clip(share, 0.0, 1.0))
 
 
-def _rates(
+def rates_of_states(
     plant: Record,
     mass_kg: float,
     damping_n_s_per_m: float,

@@ -144,7 +144,7 @@ def measure_response(
         for name, column in zip(INPUTS, amplitudes, strict=True)
         for hertz, amplitude in zip(frequencies, column, strict=True)
     ]
-    task = partial(_measure, plants, states, linear)
+    task = partial(response_to_sine, plants, states, linear)
     with shown_progress('sines', quiet=not progress) as show:
         found = run_batch(task, cases, workers=workers, progress=show)
     voltage, load = np.array(found).reshape(2, -1)
@@ -153,7 +153,7 @@ def measure_response(
     )
 
 
-def _measure(
+def response_to_sine(
     plants: Record, states: Record, linear: LinearDrive, case: tuple[str, float, float]
 ) -> complex:
     """Return the response of the runner to one sine."""

@@ -83,7 +83,11 @@ def sheet() -> dict[str, Any]:
     return {
         'kind': 'drive',
         **lamps(),
-        'commands': [_command(each) for each in COMMAND_TOPICS if _is_for_people(each)],
+        'commands': [  # lockstep and joints are for programs
+            _command(each)
+            for each in COMMAND_TOPICS
+            if not each.switches and each.type_name != JOINT_STATE
+        ],
         'services': {
             each.name.removeprefix('~/'): {
                 'text': each.text,
@@ -94,11 +98,6 @@ def sheet() -> dict[str, Any]:
         'faults': [_parameter(name) for name in specs() if is_fault(name)],
         'rebuilt': [_parameter(name) for name in REBUILT],
     }
-
-
-def _is_for_people(topic: Topic) -> bool:
-    """Return whether somebody gives a command, who has no use for lockstep and joints."""
-    return not topic.switches and topic.type_name != JOINT_STATE
 
 
 def lamps() -> dict[str, Any]:

@@ -68,7 +68,7 @@ def tables_in(path: 'Path | DataFrame') -> Sources:
         return
     try:
         if suffix == '.xlsx':
-            yield from _sheets(readable(path))
+            yield from read_sheets(readable(path))
         else:
             yield str(path), _csv(READERS[suffix](readable(path)))
     except StickSlipError:
@@ -93,7 +93,7 @@ def _check_bytes(size_bytes: int) -> None:
         raise ValueError(f'it unpacks to more than {UNPACKED_MAX_BYTES} bytes')
 
 
-def _sheets(path: Path) -> Sources:
+def read_sheets(path: Path) -> Sources:
     """Yield the cells of each sheet: lines above the header are read as those of a text."""
     openpyxl = load_extra(f'a table {path.suffix}', 'openpyxl')
     tags = size_bytes = 0
@@ -119,7 +119,8 @@ def _sheets(path: Path) -> Sources:
             yield origin, text.getvalue().encode()
 
 
-def _parquet(path: Path) -> 'DataFrame':
+def read_parquet(path: Path) -> 'DataFrame':
+    """Return the table, once its size is known to be bearable."""
     parquet = load_extra(f'a table {path.suffix}', 'pyarrow.parquet')
     import pandas as pd
 
@@ -129,7 +130,7 @@ def _parquet(path: Path) -> 'DataFrame':
     return pd.read_parquet(path)
 
 
-def _hdf5(path: Path) -> 'DataFrame':
+def read_hdf5(path: Path) -> 'DataFrame':
     """Return the datasets of one length; their units are attributes, ``units`` or ``unit``."""
     h5py = load_extra(f'a table {path.suffix}', 'h5py')
     found: list[Any] = []
@@ -150,12 +151,12 @@ def _hdf5(path: Path) -> 'DataFrame':
         return _joined((each.name.rpartition('/')[2], unit_of(each), each[()]) for each in found)
 
 
-def _matlab(path: Path) -> 'DataFrame':
+def read_matlab(path: Path) -> 'DataFrame':
     """Return the vectors of one length; since version 7.3 such a file is HDF5."""
     with path.open('rb') as file:
         head = file.read(MATLAB_HEAD_BYTES)
     if head.startswith(MATLAB_HDF5):
-        return _hdf5(path)
+        return read_hdf5(path)
     _check_bytes(path.stat().st_size)
     content = path.read_bytes()
     if 0 in head[:4]:  # version 4
@@ -200,7 +201,7 @@ def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
         at = end if kind == MATLAB_PACKED else end + -end % 8
 
 
-def _tdms(path: Path) -> 'DataFrame':
+def read_tdms(path: Path) -> 'DataFrame':
     """Return the channels, and their time where they say how far apart their samples are."""
     with load_extra(f'a table {path.suffix}', 'nptdms').TdmsFile.open(path) as tdms:
         if tdms.file_status.incomplete_final_segment:
@@ -234,11 +235,11 @@ def _joined(columns: Columns) -> 'DataFrame':
 
 
 READERS: dict[str, Callable[[Path], 'DataFrame']] = {
-    '.parquet': _parquet,
-    '.h5': _hdf5,
-    '.hdf5': _hdf5,
-    '.mat': _matlab,
-    '.tdms': _tdms,
+    '.parquet': read_parquet,
+    '.h5': read_hdf5,
+    '.hdf5': read_hdf5,
+    '.mat': read_matlab,
+    '.tdms': read_tdms,
 }
 """Formats by the ends of file names, beside workbooks."""
 SUFFIXES = {'.xlsx', *READERS}

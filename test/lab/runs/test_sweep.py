@@ -125,13 +125,13 @@ def test_a_sweep_is_the_full_product_with_amplitude_fastest(short):
 
 def test_a_case_solves_nothing_that_one_before_it_has_solved(stand, monkeypatch):
     solved = []
-    solve = profile._solve_power_sum
+    solve = profile.solve_power_sum
 
     def noted_and_solved(*given):
         solved.append(given)
         return solve(*given)
 
-    monkeypatch.setattr(profile, '_solve_power_sum', noted_and_solved)
+    monkeypatch.setattr(profile, 'solve_power_sum', noted_and_solved)
 
     def solves_of(**changes):
         values = {'stand.preload': 0.4321, 'stand.preload_limit': 1.234} | {
