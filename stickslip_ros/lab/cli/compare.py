@@ -7,13 +7,14 @@ from rich.table import Table
 
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.cli.chosen import chosen_look, chosen_parameters
+from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.experiment import said_of_tables
 from stickslip_ros.lab.cli.printing import Answer, table
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
 from stickslip_ros.lab.comparison.compare import compare
 from stickslip_ros.lab.comparison.words import sections, sentences
 from stickslip_ros.lab.runs import plotting
+from stickslip_ros.lab.runs.bands import DRAWS
 from stickslip_ros.lab.runs.recorded import parse_window
 
 _SUFFIXES = ('.html', '.htm')
@@ -39,6 +40,7 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
         align=arguments.align,
         offset=arguments.offset,
         window_s=parse_window(arguments.window) if arguments.window else None,
+        draws=chosen_draws(arguments, DRAWS),
         workers=arguments.workers,
         progress=not arguments.json,
     )
@@ -78,6 +80,7 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
         '--params': ' '.join(map(str, arguments.params)),
         '--frequency': arguments.frequency,
         '--steps': arguments.steps,
+        '--draws': arguments.draws,
     }
     for name, value in given.items():
         if value and b != MODEL:

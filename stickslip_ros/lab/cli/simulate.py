@@ -17,7 +17,7 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer, number, table
-from stickslip_ros.lab.runs.bands import LEVELS, band_of, bands_over
+from stickslip_ros.lab.runs.bands import DRAWS, LEVELS, band_of, bands_over
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.lab.runs.replay import read_drive_input
@@ -37,7 +37,7 @@ from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, Parameters,
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.units import MN, NM
 
-_DRAWS, _SLOW_DRAWS = 100, 20  # stands of a band; of a 0-amplitude, which takes 60 runs of each
+_SLOW_DRAWS = 20  # stands of a band of a 0-amplitude, which takes 60 runs of each
 BANDS: Mapping[str, tuple[str, float, str]] = {
     'force_mean_n': ('generated force, mean of the last cycle', MN, 'mN'),
     'force_net_n': ('the same without elastic following', MN, 'mN'),
@@ -74,7 +74,7 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         f'({result.voltage_v:.4g} V), {result.frequency_hz:g} Hz'
     )
     bands = list[Table]()
-    if draws := chosen_draws(arguments, _DRAWS):
+    if draws := chosen_draws(arguments, DRAWS):
         if arguments.waveform is not None:
             hint = 'give --amplitude or --voltage'
             raise WrongKind(
@@ -150,7 +150,7 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
             scheduler=arguments.scheduler,
             progress=progress,
         )
-        if draws := chosen_draws(arguments, _DRAWS):
+        if draws := chosen_draws(arguments, DRAWS):
             over_draws = [
                 run_sweep(replace(sweep, parameters=each), workers=arguments.workers)
                 for each in draws

@@ -1,8 +1,11 @@
 """Compares two files, or a file and the model: recognises them and chooses the way."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.lab.comparison import by_amplitude, in_time
@@ -12,10 +15,13 @@ from stickslip_ros.lab.comparison.result import (
     AMPLITUDE_COLUMN,
     TIME_COLUMN,
     Alignment,
+    Compared,
     ComparisonReport,
     Incomparable,
 )
+from stickslip_ros.lab.experiments.experiment import noise_of
 from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
+from stickslip_ros.lab.runs.bands import bands_with_noise
 from stickslip_ros.lab.runs.batch import Progress
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.lab.runs.sweep_table import is_sweep
@@ -55,6 +61,7 @@ def compare(
     align: bool = False,
     offset: bool = False,
     window_s: tuple[float, float] | None = None,
+    draws: Sequence[Parameters] = (),
     workers: int = 0,
     report: Callable[[MeasuredTable], None] | None = None,
     progress: bool | Progress = False,
@@ -90,6 +97,8 @@ def compare(
         Lay the position of B onto that of A: find the difference of their zeros and add it.
     window_s : tuple of float, optional
         Start and end of the stretch of A that counts, s.
+    draws : sequence of Parameters
+        Stands as likely as B, ``Fit.draws(100)``: what they show is told as bands.
     workers : int
         Runs of the model at once; 0 is one per core.
     report : callable, optional
@@ -118,14 +127,24 @@ def compare(
             raise Incomparable(first.side.origin, 'is compared with what drove it', hint)
         source = DriveSource(commands, frequency_max_hz)
         [experiment] = read_experiments(given, b, reading, source)
-        shown, alignment = in_time.of_model(experiment, b)
-        return _over_time(first, shown, alignment, window_s, offset=True)
+
+        def over_time(stand: Parameters) -> ComparisonReport:
+            shown, alignment = in_time.of_model(experiment, stand)
+            return _over_time(first, shown, alignment, window_s, offset=True)
+
+        return _with_bands(over_time, b, draws, progress)
     if isinstance(b, Parameters):
         table = _points(first, is_moved)
-        with progress_of(progress, 'runs') as show:
-            model = by_amplitude.of_model(table, b, frequency_hz, steps, workers, show)
-        found = by_amplitude.compare(table, model)
-        return ComparisonReport(table.side, model.side, AMPLITUDE_COLUMN, found)
+
+        def of_points(stand: Parameters) -> ComparisonReport:
+            with progress_of(False if draws else progress, 'runs') as show:
+                model = by_amplitude.of_model(table, stand, frequency_hz, steps, workers, show)
+            found = by_amplitude.compare(table, model)
+            return ComparisonReport(table.side, model.side, AMPLITUDE_COLUMN, found)
+
+        return _with_bands(of_points, b, draws, progress)
+    if draws:
+        raise Incomparable('draws', 'are of no model', 'give parameters as B, or leave them away')
     if b is None:
         second = _attached(given[0], reading)
     else:
@@ -144,6 +163,34 @@ def compare(
         f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',
         'compare two over time, or two by amplitude and preload',
     )
+
+
+def _with_bands(
+    compared_with: Callable[[Parameters], ComparisonReport],
+    stand: Parameters,
+    draws: Sequence[Parameters],
+    progress: bool | Progress,
+) -> ComparisonReport:
+    """Return the comparison with a stand, with bands of what draws and noise show."""
+    report = compared_with(stand)
+    if not draws:
+        return report
+    found = list[tuple[Compared, ...]]()
+    with progress_of(progress, 'draws') as show:
+        for number, each in enumerate(draws, 1):
+            found.append(compared_with(each).quantities)
+            show(number, len(draws))
+    quantities = []
+    for k, quantity in enumerate(report.quantities):
+        parts = []
+        for j, part in enumerate(quantity.parts):
+            drawn = [each[k].parts[j].b for each in found]
+            noise = part.sigma
+            if noise is None:
+                noise = np.array(noise_of(part.a) if part.axis == TIME_COLUMN else 0.0)
+            parts.append(replace(part, band=bands_with_noise(drawn, part.b, noise)))
+        quantities.append(replace(quantity, parts=tuple(parts)))
+    return replace(report, quantities=tuple(quantities))
 
 
 def _over_time(

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import stickslip_ros
+from stickslip_ros.arrays import Array
 from stickslip_ros.lab.comparison.result import TIME_COLUMN, Compared, ComparisonReport, Part
 from stickslip_ros.lab.comparison.words import place, sections, sentences, title
 from stickslip_ros.lab.runs.plotting import (
@@ -102,6 +103,8 @@ def _draw_quantity(
             ):
                 axes.plot(*decimated(part.x, factor * values, _PIXELS), label=name, **style)
             residuals.margins(x=0.0)
+            if part.band is not None:
+                _fill_bands(residuals, part.x, part, factor)
         else:
             labels = [f'{name}, {place(part.at)}' for name in names]
             _draw_part(overlay, residuals, part, factor, curve_style(index), labels)
@@ -129,3 +132,16 @@ def _draw_part(
     overlay.errorbar(x, a, label=labels[0], **style | {'linestyle': ''}, **bar)
     overlay.plot(x, b, label=labels[1], linewidth=1.2, **style)
     residuals.errorbar(x, b - a, linewidth=0.8, **style, **bar)
+    if part.band is not None:
+        _fill_bands(residuals, NM * part.x, part, factor)
+
+
+def _fill_bands(axes: Axes, x: Array, part: Part, factor: float) -> None:
+    """Shade where differences are expected from what is not known of B, and noise."""
+    order = np.argsort(x, kind='stable')
+    order = order[:: 1 + len(order) // _PIXELS]
+    band = part.band or {}
+    for share in ('95', '68'):
+        ends = (part.b - band[f'{side}_{share}'] for side in ('high', 'low'))
+        low, high = (factor * each[order] for each in ends)
+        axes.fill_between(x[order], low, high, color=GREY, alpha=0.25, linewidth=0.0)

@@ -44,8 +44,8 @@ class Agreement:
     """
     How far B is from A.
 
-    There is no correlation if A or B is constant, no relative RMS if A is, and no chi-square
-    unless uncertainties are known.
+    There is no correlation if A or B is constant, no relative RMS if A is, no chi-square unless
+    uncertainties are known, and no shares of A within bands unless B has some.
 
     """
 
@@ -57,6 +57,9 @@ class Agreement:
     correlation: float | None
     relative_rms: float | None
     chi_square: ChiSquare | None
+    within_68: float | None = None
+    within_95: float | None = None
+    width_95: float | None = None  # mean
 
 
 @dataclass(frozen=True)
@@ -81,6 +84,8 @@ class Part:
     sigma: Array | None = None  # uncertainty of B - A, shape (n,)
     threshold_a: Threshold | None = None  # of forces by amplitude
     threshold_b: Threshold | None = None
+    # ends of the bands of B by their names, shapes (n,), see ``lab.runs.bands``
+    band: dict[str, Array] | None = None
 
     @property
     def difference(self) -> Array:
@@ -95,6 +100,7 @@ class Part:
     def to_json(self) -> dict[str, Any]:
         """Return what JSON can say; of runs, which have many, not the points themselves."""
         points = {self.axis: self.x, 'a': self.a, 'b': self.b, 'sigma': self.sigma}
+        points |= self.band or {}
         curve = {name: None if each is None else each.tolist() for name, each in points.items()}
         return {
             'at': self.at,
@@ -123,7 +129,20 @@ def agreement_of(parts: Sequence[Part]) -> Agreement:
         correlation=correlation_of(a, b),
         relative_rms=rms / range_a if range_a > 0.0 else None,
         chi_square=_chi_square(difference, [part.sigma for part in parts]),
+        **_within_bands(a, [part.band for part in parts if part.band]),
     )
+
+
+def _within_bands(a: Array, found: Sequence[dict[str, Array]]) -> dict[str, float]:
+    """Return which share of A lies within bands, and how wide they are; nothing without them."""
+    if not found:
+        return {}
+    ends = {name: np.concatenate([each[name] for each in found]) for name in found[0]}
+    return {
+        'within_68': float(np.mean((a >= ends['low_68']) & (a <= ends['high_68']))),
+        'within_95': float(np.mean((a >= ends['low_95']) & (a <= ends['high_95']))),
+        'width_95': float(np.mean(ends['high_95'] - ends['low_95'])),
+    }
 
 
 def correlation_of(a: Array, b: Array) -> float | None:

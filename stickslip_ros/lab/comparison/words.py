@@ -40,6 +40,9 @@ _NUMBERS = (
     ('largest normalised residual', 'largest_residual', '.3g', 'sigma'),
     ('within 1 sigma', 'within_one_sigma', '.3g', '%'),
     ('within 2 sigma', 'within_two_sigma', '.3g', '%'),
+    ('A within the 68 % band', 'within_68', '.3g', '%'),
+    ('A within the 95 % band', 'within_95', '.3g', '%'),
+    ('width of the 95 % band', 'width_95', '.4g', _OWN),
 )
 """Rows of a table: what docs/howto/compare.md calls it, its field, its form, its unit."""
 

@@ -4,11 +4,14 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ndtri
 
+from stickslip_ros.arrays import Array
 from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for
 from stickslip_ros.parameters import Parameters
 
+DRAWS = 100  # stands of a band
 LEVELS: Mapping[str, float] = {
     'low_95': 0.025,
     'low_68': 0.16,
@@ -23,6 +26,29 @@ def band_of(values: ArrayLike) -> dict[str, float]:
     """Return the ends of the bands of a number over draws, shape (draws,)."""
     found = np.quantile(np.asarray(values, dtype=np.float64), list(LEVELS.values()))
     return dict(zip(LEVELS, found.tolist(), strict=True))
+
+
+def bands_with_noise(values: ArrayLike, middle: Array, noise: ArrayLike) -> dict[str, Array]:
+    """
+    Return the ends of the bands within which readings are expected, shapes (n,).
+
+    Parameters
+    ----------
+    values : array_like, shape (draws, n)
+        What the draws say.
+    middle : array, shape (n,)
+        What the stand says that they are drawn about.
+    noise : array_like, shape (n,) or ()
+        Standard deviation of the readings, normal.
+
+    """
+    ends = {}
+    for (name, share), end in zip(
+        LEVELS.items(), np.quantile(np.asarray(values), list(LEVELS.values()), axis=0), strict=True
+    ):
+        beyond = np.hypot(end - middle, ndtri(share) * np.asarray(noise))
+        ends[name] = middle + np.sign(share - 0.5) * beyond
+    return ends
 
 
 def bands_over(

@@ -47,6 +47,34 @@ def test_a_table_over_time_is_compared_at_the_preload_that_is_said():
     assert a.agreement.rms < b.agreement.rms
 
 
+def test_a_model_is_compared_with_the_bands_of_its_draws():
+    chance = np.random.default_rng(2)
+    draws = [
+        STAND.updated({'contact.friction': RIG.friction * (1.0 + 0.02 * each)})
+        for each in chance.normal(size=40)
+    ]
+    middle = STAND.updated({'contact.friction': RIG.friction})
+    found = compare(frame(), middle, preloads_n=(0.35,), draws=draws, progress=False)
+    [position] = found.quantities
+    assert position.agreement.within_95 is not None
+    assert position.agreement.within_68 is not None
+    assert 0.9 < position.agreement.within_95 <= 1.0
+    assert 0.6 < position.agreement.within_68 < position.agreement.within_95
+    [part] = position.parts
+    assert part.band is not None
+    lows = [part.band[name] for name in ('low_95', 'low_68', 'middle', 'high_68', 'high_95')]
+    assert np.all(np.diff(lows, axis=0) > 0.0)
+    wrong = compare(frame(), STAND, preloads_n=(0.35,), draws=[STAND, STAND])
+    assert wrong.quantities[0].agreement.within_95 < 0.7
+    assert found.to_json()['quantities'][0]['agreement']['width_95'] > 4.0 * RIG.noise_m
+    assert len(found.plot().axes) == 2
+
+
+def test_draws_of_files_are_refused():
+    with pytest.raises(StickSlipError, match='draws are of no model'):
+        compare(frame(), frame(), draws=[STAND])
+
+
 def test_a_fit_tells_the_preload_that_nobody_said_and_an_encoder_that_counts_the_other_way():
     warnings = warnings_of(fitted(frame(sign=-1.0), ()))
     for text in (

@@ -1,6 +1,7 @@
 """Verbs that read what was measured or recorded."""
 
 from stickslip_ros.lab.cli.options import (
+    DRAWS,
     FIGURE,
     LOOK,
     MAP,
@@ -82,6 +83,7 @@ DATA = (
             *of_function(COMPARE_IN_PYTHON, 'frequency_hz', 'steps', default=None),
             WORKERS,
         ),
+        DRAWS,
         *PARAMETERS,
     ),
     verb(
