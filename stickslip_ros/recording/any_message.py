@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any, Final
@@ -15,7 +16,9 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import (
+    LENGTH_BYTES,
     MESSAGE_HEAD,
+    SEQUENCE_AT,
     TIME_MAX_NS,
     ChunkMessages,
     Places,
@@ -33,7 +36,6 @@ from stickslip_ros.recording.definition import (
     way_to,
 )
 from stickslip_ros.recording.integrity import open_whole
-from stickslip_ros.recording.reader import Recording
 from stickslip_ros.units import NS_PER_S
 
 PART: Final = re.compile(r'([^\W\d]\w*)((?:\[\d+\])*)')
@@ -45,36 +47,51 @@ LENGTHS_MAX: Final = 100_000
 """Lengths that a message may say of itself before the number; each is a step for all messages."""
 BLOCK: Final = 1 << 18
 """Messages that are read side by side: so many bound the memory that it takes."""
-LENGTH_BYTES: Final = 8  # of a record, in front of it
 LISTED, LEAVES = 20, 1000
 """Numbers of a message that a refusal names, and fields among which it looks for them."""
 
 
-def numbers_of(recording: Recording, topic: str, field: str) -> tuple[NDArray[np.int64], Array]:
+def numbers_of(
+    files: Sequence[Path],
+    topic: str,
+    field: str,
+    *,
+    definition: str = '',
+    by_stamp: bool = True,
+    repeats: bool = False,
+) -> tuple[Places, Array]:
     """
     Return the time, ns, and one number of each message of a topic, in the order of time.
 
-    The time is the stamp of the header where the message has one, else that of the file. A field
-    is a path such as ``point.x``, ``wrench.force.x``, ``data`` or ``position[0]``. RecordingError:
-    a message is damaged, or there is none; UnknownName: no such field, or it is no number.
+    The time is the stamp of the header where the message has one and it is asked for, else that of
+    the file. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or
+    ``position[0]``; the definition is that of the file, if none is given. What parts of a run
+    repeat counts once. RecordingError: a message is damaged, or of unknown definition;
+    UnknownName: no such field, or it is no number.
 
     """
-    found: list[tuple[Places, Array]] = []
-    for file in recording.files:
+    found: list[tuple[Places, Array]] = [(np.empty(0, np.int64), np.empty(0))]
+    last = -1
+    for file in files:
         with open_whole(file) as reader:
             fields: dict[int, Field] = {}
+            is_first = True
             for piece in reader.pieces([topic]):
-                for key in np.unique(piece.channels).tolist():
+                numbers = gather(piece.data, piece.starts + SEQUENCE_AT, '<u4')
+                is_repeated = repeats and is_first and len(numbers) and numbers[0] == last
+                begin, is_first = int(is_repeated), is_first and not len(numbers)
+                last = int(numbers[-1]) if len(numbers) else last
+                for key in np.unique(piece.channels[begin:]).tolist():
                     stop_if_asked()
                     if key not in fields:
                         channel = reader.summary.channels[key]
                         schema = reader.summary.schemas.get(channel.schema_id)
-                        fields[key] = Field(file, channel, schema, field)
-                    places = np.flatnonzero(piece.channels == key)
+                        if schema and definition:
+                            schema = replace(schema, data=definition.encode())
+                        fields[key] = Field(file, channel, schema, field, by_stamp=by_stamp)
+                    places = np.flatnonzero(piece.channels[begin:] == key) + begin
                     blocks = (places[at : at + BLOCK] for at in range(0, len(places), BLOCK))
                     found += [fields[key].read(piece, block) for block in blocks]
-    if not found:
-        raise RecordingError(recording.path, f'has no message on {topic}', 'name another topic')
     times_ns, values = map(np.concatenate, zip(*found, strict=True))
     order = np.argsort(times_ns, kind='stable')
     return times_ns[order], values[order]
@@ -83,7 +100,9 @@ def numbers_of(recording: Recording, topic: str, field: str) -> tuple[NDArray[np
 class Field:
     """A number of the messages of a channel, and their stamp if they have one."""
 
-    def __init__(self, file: Path, channel: Channel, schema: Schema | None, field: str) -> None:
+    def __init__(
+        self, file: Path, channel: Channel, schema: Schema | None, field: str, *, by_stamp: bool
+    ) -> None:
         self._file, self._topic, self._field = file, channel.topic, field
         path = _path(channel.topic, field)
         hint = 'record it with ros2 bag record -s mcap, or convert it'
@@ -104,8 +123,10 @@ class Field:
             hint = f'its numbers are {listed}'
             raise UnknownName(f'field of {channel.topic}', field, hint) from None
         self._stamp = None
-        with suppress(LookupError):
-            self._stamp = [way_to(kind, ('header', 'stamp', name)) for name in ('sec', 'nanosec')]
+        if by_stamp:
+            with suppress(LookupError):
+                names = 'sec', 'nanosec'
+                self._stamp = [way_to(kind, ('header', 'stamp', name)) for name in names]
 
     def read(self, piece: ChunkMessages, places: Places) -> tuple[Places, Array]:
         """Return time, ns, and number of some messages; ValueError if one is damaged."""

@@ -24,8 +24,12 @@ CHUNK_MAX_BYTES: Final = 1 << 30
 TIME_MAX_NS: Final = (1 << 63) - 1
 RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
 MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time
-LOG_TIME_AT: Final = 6
+SEQUENCE_AT, LOG_TIME_AT = 2, 6
+LENGTH_BYTES: Final = 8  # of a record, in front of it
+INDEX_HEAD_BYTES: Final = 6  # channel and size, in front of the rows of an index
+INDEX_ROW_BYTES: Final = 16  # a time and a place
 MAGIC: Final = b'\x89MCAP0\r\n'
+NONE: Final = np.empty(0, np.int64)
 WHOLE_FILE: Final = ChunkIndex(0, 0, '', 0, 0, 0, {}, 0, 0)
 """Stands for the messages of a file without chunks."""
 
@@ -109,7 +113,19 @@ def find_messages(
         at += length
     if at != end:
         raise ValueError('a record is longer than its chunk')
-    places = np.array(starts, np.int64)
+    return messages_at(
+        data, offset, np.array(starts, np.int64), wanted, np.array(described, np.int64)
+    )
+
+
+def messages_at(
+    data: bytes,
+    offset: int,
+    places: Places,
+    wanted: Collection[int] | None = None,
+    described: Places = NONE,
+) -> ChunkMessages:
+    """Return the messages that begin at some places, behind opcode and length."""
     channels = gather(data, places, '<u2')
     if wanted is not None:
         is_wanted = np.isin(channels, list(wanted))
@@ -118,7 +134,7 @@ def find_messages(
     if np.any(times_ns > TIME_MAX_NS):
         raise ValueError(f'a time of {times_ns.max()} ns is above {TIME_MAX_NS} ns')
     times_ns = times_ns.astype(np.int64)
-    return ChunkMessages(offset, data, places, channels, times_ns, np.array(described, np.int64))
+    return ChunkMessages(offset, data, places, channels, times_ns, described)
 
 
 class ChunkReader(SeekingReader):
@@ -214,7 +230,31 @@ class ChunkReader(SeekingReader):
         else:
             self._stream.seek(index.chunk_start_offset + RECORD_HEAD.size)
             data = unpack_chunk(Chunk.read(ReadDataStream(self._stream)))
+            if wanted and index.message_index_offsets:
+                places = self._indexed(index, wanted, data)
+                if places is not None:
+                    return messages_at(data, index.chunk_start_offset, places, wanted)
         return find_messages(data, index.chunk_start_offset, wanted)
+
+    def _indexed(self, index: ChunkIndex, wanted: set[int], data: bytes) -> Places | None:
+        """Return the places of messages in a chunk as its index has them, None if it is wrong."""
+        found = [NONE]
+        for channel in wanted & index.message_index_offsets.keys():
+            self._stream.seek(index.message_index_offsets[channel])
+            opcode, length = RECORD_HEAD.unpack(self._stream.read(RECORD_HEAD.size))
+            rows = self._stream.read(min(length, CHUNK_MAX_BYTES))[INDEX_HEAD_BYTES:]
+            if opcode != Opcode.MESSAGE_INDEX or len(rows) % INDEX_ROW_BYTES:
+                return None
+            found.append(np.frombuffer(rows, '<i8')[1::2])  # behind its time
+        begins = np.unique(np.concatenate(found))
+        latest = len(data) - RECORD_HEAD.size - MESSAGE_HEAD.size
+        if len(begins) and not (begins[0] >= 0 and begins[-1] <= latest):
+            return None
+        places = begins + RECORD_HEAD.size
+        opcodes = gather(data, begins, 'u1')
+        lengths = gather(data, places - LENGTH_BYTES, '<i8')
+        is_right = (opcodes == Opcode.MESSAGE) & (lengths >= MESSAGE_HEAD.size)
+        return places if np.all(is_right & (lengths <= len(data) - places)) else None
 
 
 def _begin(index: ChunkIndex) -> tuple[int, int]:

@@ -19,12 +19,18 @@ from stickslip_ros.interface.messages import (
     ArrayMessage,
     JointMessage,
     Message,
-    StampedMessage,
     find_quantity,
 )
 from stickslip_ros.interface.schemas import SCHEMAS
-from stickslip_ros.message_types import FLOAT64_ARRAY, STRING
+from stickslip_ros.message_types import (
+    FLOAT64_ARRAY,
+    JOINT_STATE,
+    POINT_STAMPED,
+    STRING,
+    WRENCH_STAMPED,
+)
 from stickslip_ros.process.stopping import stop_if_asked
+from stickslip_ros.recording.any_message import numbers_of
 from stickslip_ros.recording.bag import bag_parts
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
@@ -40,6 +46,8 @@ from stickslip_ros.units import NANO, NS_PER_S
 
 INFO_ENDING: Final = '/info'
 _SEQUENCE_NUMBERS: Final = 1 << 32
+FRONTS: Final = {POINT_STAMPED: 'point.', WRENCH_STAMPED: 'wrench.'}
+"""What stands in front of a number's name in its definition."""
 
 
 @dataclass
@@ -181,19 +189,27 @@ class Recording:
                 return columns[field or next(iter(columns))]
             known = ', '.join(columns) or 'no samples'
             raise UnknownName(f'column of {name}', field, f'this recording has {known}')
-        quantity = find_quantity(name, self.types[name], field)
-        is_ours = RUN_RECORD in self.metadata
-        pairs = [
-            (
-                each.stamp_ns - self.time_origin_ns
-                if isinstance(each, StampedMessage | JointMessage) and not is_ours
-                else at_ns,
-                quantity.of(each),
+        type_name, is_ours = self.types[name], RUN_RECORD in self.metadata
+        quantity = find_quantity(name, type_name, field)
+        if type_name == JOINT_STATE:
+            pairs = [
+                (at_ns if is_ours else each.stamp_ns - self.time_origin_ns, quantity.of(each))
+                for _, at_ns, each in self._read([name])
+                if isinstance(each, JointMessage)
+            ]
+            times_ns = np.array([time for time, _ in pairs], dtype=np.int64)
+            values = np.array([value for _, value in pairs], dtype=np.float64)
+        else:
+            path = FRONTS.get(type_name, '') + quantity.name
+            times_ns, values = numbers_of(
+                self.files,
+                name,
+                path,
+                definition=SCHEMAS[type_name],
+                by_stamp=not is_ours,
+                repeats=self._repeats,
             )
-            for _, at_ns, each in self._read([name])
-        ]
-        times_ns = np.array([time for time, _ in pairs], dtype=np.int64)
-        values = np.array([value for _, value in pairs], dtype=np.float64)
+            times_ns = times_ns - self.time_origin_ns
         return Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
 
     def trace(self, topic: str = 'trace') -> dict[str, Series]:

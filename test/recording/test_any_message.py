@@ -152,7 +152,7 @@ def test_numbers_of_any_message_are_those_that_rosbags_and_mcap_ros2_read(
         by_mcap_ros2 = [dict(numbers_in(each[-1])) for each in reader.iter_decoded_messages()]
     in_all = set.intersection(*(set(each) for each in by_rosbags))
     for field in random.sample(sorted(in_all), min(len(in_all), 8)):
-        times_ns, values = numbers_of(recording, '/t', field)
+        times_ns, values = numbers_of(recording.files, '/t', field)
         assert times_ns.tolist() == [MS_NS * at for at in range(1, 6)]
         np.testing.assert_array_equal(values, [each[field] for each in by_rosbags], str(types))
         if field in by_mcap_ros2[0]:  # it leaves out the place-holder of a type without fields
@@ -160,7 +160,7 @@ def test_numbers_of_any_message_are_those_that_rosbags_and_mcap_ros2_read(
     in_some = set.union(*(set(each) for each in by_rosbags)) - in_all
     for field in sorted(in_some)[:2]:
         with pytest.raises(StickSlipError, match='in that array'):
-            numbers_of(recording, '/t', field)
+            numbers_of(recording.files, '/t', field)
 
 
 def headed(sec: int, nanosec: int, value: float) -> bytes:
@@ -188,14 +188,14 @@ def test_any_name_constant_default_and_bound_is_read(
     text: str, field: str, data: bytes, tmp_path: Path
 ):
     recording = recorded(tmp_path / 'run.mcap', [LITTLE + data] * 2, text)
-    times_ns, values = numbers_of(recording, '/t', field)
+    times_ns, values = numbers_of(recording.files, '/t', field)
     assert times_ns.tolist() == [MS_NS, 2 * MS_NS]
     assert values.tolist() == [1.5, 1.5]
 
 
 def test_a_message_is_placed_at_its_stamp_and_one_without_at_the_time_of_the_file(tmp_path: Path):
     rows = [headed(5, 7, 1.5), headed(0, 0, 2.5), headed(3, 0, 3.5)]
-    times_ns, values = numbers_of(recorded(tmp_path / 'run.mcap', rows, HEADED), '/t', 'Kp')
+    times_ns, values = numbers_of(recorded(tmp_path / 'run.mcap', rows, HEADED).files, '/t', 'Kp')
     assert times_ns.tolist() == [2 * MS_NS, 3_000_000_000, 5_000_000_007]
     assert values.tolist() == [2.5, 3.5, 1.5]
 
@@ -218,14 +218,14 @@ def test_a_message_is_placed_at_its_stamp_and_one_without_at_the_time_of_the_fil
 def test_a_stamp_that_is_no_time_is_refused(before: str, after: str, row: bytes, tmp_path: Path):
     recording = recorded(tmp_path / 'run.mcap', [row], HEADED.replace(before, after))
     with pytest.raises(StickSlipError, match=r'has the stamp .* on /t; write whole seconds'):
-        numbers_of(recording, '/t', 'Kp')
+        numbers_of(recording.files, '/t', 'Kp')
 
 
 def test_a_stamp_of_another_kind_is_not_looked_at(tmp_path: Path):
     """A text times a billion once took 2 GB."""
     text = HEADED.replace('uint32 nanosec', 'string nanosec')
     row = LITTLE + struct.pack('<iI4sIB7xd', 5, 3, b'ab', 1, 0, 1.5)
-    times_ns, values = numbers_of(recorded(tmp_path / 'run.mcap', [row], text), '/t', 'Kp')
+    times_ns, values = numbers_of(recorded(tmp_path / 'run.mcap', [row], text).files, '/t', 'Kp')
     assert (times_ns.tolist(), values.tolist()) == ([MS_NS], [1.5])
 
 
@@ -255,7 +255,7 @@ DEEP = '\n'.join(f'===\nMSG: p/A{k}\nA{k + 1} x\n' for k in range(5000))
 def test_a_definition_that_makes_no_sense_is_refused(text: str, told: str, tmp_path: Path):
     recording = recorded(tmp_path / 'run.mcap', [LITTLE + bytes(8)], text)
     with pytest.raises(StickSlipError, match=told):
-        numbers_of(recording, '/t', 'x')
+        numbers_of(recording.files, '/t', 'x')
 
 
 @pytest.mark.parametrize(
@@ -281,7 +281,7 @@ def test_a_message_of_other_bytes_is_refused(
     monkeypatch.setattr(any_message, 'LENGTHS_MAX', 100)
     recording = recorded(tmp_path / 'run.mcap', [data], text)
     with pytest.raises(StickSlipError, match=told):
-        numbers_of(recording, '/t', 'x')
+        numbers_of(recording.files, '/t', 'x')
 
 
 def test_a_definition_that_is_no_text_or_of_another_language_is_refused(tmp_path: Path):
@@ -294,7 +294,7 @@ def test_a_definition_that_is_no_text_or_of_another_language_is_refused(tmp_path
     recording = Recording(tmp_path / 'run.mcap')
     for name, told in {'/a': 'cannot be read', '/b': 'has no def', '/c': 'has no def'}.items():
         with pytest.raises(StickSlipError, match=told):
-            numbers_of(recording, name, 'x')
+            numbers_of(recording.files, name, 'x')
 
 
 def test_a_message_of_a_hundred_thousand_fields_is_read(tmp_path: Path):
@@ -302,7 +302,7 @@ def test_a_message_of_a_hundred_thousand_fields_is_read(tmp_path: Path):
     text = '\n'.join(f'float32 f{number}' for number in range(count))
     row = LITTLE + np.arange(count, dtype='<f4').tobytes()
     recording = recorded(tmp_path / 'run.mcap', [row], text)
-    assert numbers_of(recording, '/t', f'f{count - 1}')[1].tolist() == [count - 1.0]
+    assert numbers_of(recording.files, '/t', f'f{count - 1}')[1].tolist() == [count - 1.0]
 
 
 def test_two_types_on_one_topic_are_read_each_by_its_definition(tmp_path: Path):
@@ -313,4 +313,4 @@ def test_two_types_on_one_topic_are_read_each_by_its_definition(tmp_path: Path):
         data = LITTLE + struct.pack('<f' if at == 0 else '<d', 1.5 + at)
         writer.add_message(channel, at, data, at)
     writer.finish()
-    assert numbers_of(Recording(tmp_path / 'run.mcap'), '/t', 'x')[1].tolist() == [1.5, 2.5]
+    assert numbers_of([tmp_path / 'run.mcap'], '/t', 'x')[1].tolist() == [1.5, 2.5]

@@ -165,6 +165,41 @@ def test_a_large_file_without_chunks_is_recovered_into_chunks(
     assert len(list(Recording(tmp_path / 'output.mcap').messages())) == 100
 
 
+@pytest.fixture
+def indexed(tmp_path: Path) -> Path:
+    """Write two topics in turn, in several chunks with an index of their messages."""
+    writer = foreign(tmp_path / 'run.mcap', chunk_size=1000, compression=CompressionType.NONE)
+    schema = writer.register_schema(FLOAT64, 'ros2msg', b'float64 data')
+    numbers = [writer.register_channel(topic, 'cdr', schema) for topic in ('/u', '/v')]
+    for at in range(100):
+        writer.add_message(numbers[at % 2], at, pack_float64(float(at)), at, at)
+    writer.finish()
+    return tmp_path / 'run.mcap'
+
+
+def test_messages_are_found_by_the_index_of_a_chunk(
+    indexed: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.delattr(chunks, 'find_messages')  # which looks at each record
+    assert Recording(indexed).series('v').value.tolist() == list(range(1, 100, 2))
+
+
+@pytest.mark.parametrize('wrong', [0, 1, 9, 1 << 20, (1 << 63) - 1])
+def test_an_index_that_leads_nowhere_is_not_followed(indexed: Path, wrong: int):
+    with indexed.open('rb') as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    content = bytearray(indexed.read_bytes())
+    at = next(iter(summary.chunk_indexes[0].message_index_offsets.values()))
+    head_bytes = 9 + 6 + 8  # of the record and of the index, and a time
+    content[at + head_bytes : at + head_bytes + 8] = wrong.to_bytes(8, 'little')
+    data_end = content.rindex(encoded(DataEnd(0))[:1] + (4).to_bytes(8, 'little')) + 9
+    content[data_end : data_end + 4] = bytes(4)  # of which nothing is known then
+    indexed.write_bytes(content)
+    for topic, values in (('u', range(0, 100, 2)), ('v', range(1, 100, 2))):
+        assert Recording(indexed).series(topic).value.tolist() == list(values)
+
+
 @settings(derandomize=True, deadline=None, max_examples=50)
 @given(
     parts=st.lists(st.lists(st.integers(0, 20), min_size=1, max_size=8), min_size=1, max_size=6),

@@ -39,7 +39,10 @@ def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, 
         factor = factor_of(unit, si_unit) if unit else 1.0
         if factor is None:
             raise WrongKind(f'unit of {name}', unit, f'a unit of {si_unit}', 'say mN, nm, mV ...')
-        times_ns, values = numbers_of(recording, topic, said[len(topic) + 1 :])
+        times_ns, values = numbers_of(recording.files, topic, said[len(topic) + 1 :])
+        if not len(values):
+            hint = 'name another topic'
+            raise RecordingError(recording.path, f'has no message on {topic}', hint)
         read[name] = times_ns, in_si(values, factor), si_unit, f'{recording.path.name} {said}'
     start_ns = min(times_ns[0] for times_ns, *_ in read.values())
     return {
