@@ -16,11 +16,9 @@ import math
 
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import COUNT, FLOAT, Record, kind
+from stickslip_ros.parameters import LAWS
 
-MDR, COULOMB, DAHL, LUGRE, EPM = range(5)
-LAW_NUMBERS = {'mdr': MDR, 'coulomb': COULOMB, 'dahl': DAHL, 'lugre': LUGRE, 'epm': EPM}
-
-
+MDR, COULOMB, DAHL, LUGRE, EPM = range(len(LAWS))
 SHARE_MIN = 1e-6
 """Plastic share of a step that is elastic up to its middle but ends beyond steady sliding."""
 

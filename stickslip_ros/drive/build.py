@@ -9,7 +9,7 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.contact.ageing import AGEING, friction_ratio
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
-from stickslip_ros.contact.laws import LAW, LAW_NUMBERS, MDR
+from stickslip_ros.contact.laws import LAW, MDR
 from stickslip_ros.contact.mdr import Presliding, presliding
 from stickslip_ros.contact.reaction import CONTACT, relax
 from stickslip_ros.contact.springs import SPRINGS_IN_ALL, Group, bank_of_rows, spring_bank
@@ -35,6 +35,7 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import in_python
 from stickslip_ros.kernels.record import Record, record, records
 from stickslip_ros.parameters import (
+    LAWS,
     ContactParameters,
     FrictionLawParameters,
     Parameters,
@@ -292,7 +293,7 @@ def _kept_contact(
         CONTACT,
         curve=tabulate(contacts),
         bank=_kept_bank(contact, weight_n, largest_n),
-        law=_law_of(LAW_NUMBERS[contact.law], law, contacts),
+        law=_law_of(LAWS.index(contact.law), law, contacts),
         ageing=ageing_of(contact),
         compliance=contact.friction * elasticity_of(contact).cattaneo_mindlin,
         preload_n=stand.preload,

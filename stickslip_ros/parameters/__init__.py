@@ -11,6 +11,7 @@ from stickslip_ros.parameters.declaration import (
 )
 from stickslip_ros.parameters.instrument_groups import FaultParameters
 from stickslip_ros.parameters.physics_groups import (
+    LAWS,
     AmplifierParameters,
     ContactParameters,
     FrictionLawParameters,
@@ -43,6 +44,7 @@ from stickslip_ros.parameters.yaml_form import (
 __all__ = [
     'AMPLITUDE_SPEC',
     'FREQUENCY_SPEC',
+    'LAWS',
     'SENSORS',
     'STROKE_SPEC',
     'TRUTH',

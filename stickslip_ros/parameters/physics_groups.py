@@ -20,6 +20,8 @@ SLOWEST_HZ = 1.0
 """Lowest bandwidth of the amplifier, and lowest resonance of the piezo, if there is one."""
 SOFTEST_N_PER_M = 1e5
 """Softest stack: a twentieth of the contact on it, which it leaves 5 % of the motion."""
+LAWS = ('mdr', 'coulomb', 'dahl', 'lugre', 'epm')
+"""The contact model and the other laws; `contact.laws` numbers them in this order."""
 
 PAPER_RMS_HEIGHT = 1.1221e-6
 PAPER_PREFACTOR = 4.4478e-4
@@ -37,7 +39,7 @@ class ContactParameters(Checked):
     )
     law: str = choice(
         'mdr',
-        ('mdr', 'coulomb', 'dahl', 'lugre', 'epm'),
+        LAWS,
         'contact model of the paper, or a rival friction law',
         source='Section 3',
     )

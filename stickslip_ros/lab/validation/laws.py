@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.contact.laws import DAHL, EPM, LAW, LUGRE, deflect
+from stickslip_ros.contact.laws import LAW, LUGRE, deflect
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.kernels.kernel import entry_point
 from stickslip_ros.kernels.record import Record, record
 from stickslip_ros.lab.validation.contacts import zigzag
-from stickslip_ros.parameters import Parameters
+from stickslip_ros.parameters import LAWS, Parameters
 
 deflect = entry_point(deflect)
 
@@ -23,7 +23,6 @@ SIGMA_0, SIGMA_1, SIGMA_2 = 1e5, math.sqrt(1e5), 0.4
 STATIC_RATIO, STRIBECK_M_PER_S = 1.5, 1e-3
 """The benchmark of Canudas de Wit, Olsson, Astrom, Lischinsky (1995), for a unit mass."""
 BREAKAWAY = 0.7  # z_ba/z_ss of EPM
-_NUMBERS = {'lugre': LUGRE, 'epm': EPM, 'dahl': DAHL}
 SPRING_N_PER_M, PULL_M_PER_S = 2.0, 0.1
 STICK_SLIP_S = 22.0
 BEFORE_SLIP_S = 0.05  # how long before the next slip a plateau is read
@@ -105,7 +104,7 @@ def plateau_m(plateau: float) -> float:
 def drift_per_cycle_m(law: str, mean_n: float, wave_n: float) -> float:
     """Return the mean drift of the last cycles under an oscillating force."""
     log = np.zeros((round((_CYCLES + 1) / _SLOW_HZ / DT_S), 3))
-    pull_mass(benchmark_law(_NUMBERS[law]), 0.0, mean_n, wave_n, _SLOW_HZ, DT_S, log)
+    pull_mass(benchmark_law(LAWS.index(law)), 0.0, mean_n, wave_n, _SLOW_HZ, DT_S, log)
     cycle = len(log) // (_CYCLES + 1)
     return float(log[-1, _POSITION] - log[-1 - _SETTLING * cycle, _POSITION]) / _SETTLING
 
@@ -125,20 +124,20 @@ def trace(law: Record, displacements_m: Array, dt_s: float = 1e-3) -> tuple[Arra
 def steady_friction_n(law: str, speed_m_per_s: float) -> float:
     """Return the friction of steady sliding."""
     places_m = speed_m_per_s * LONG_S * np.arange(SLIDES + 1, dtype=np.float64)
-    return float(trace(benchmark_law(_NUMBERS[law]), places_m, LONG_S)[0][-1])
+    return float(trace(benchmark_law(LAWS.index(law)), places_m, LONG_S)[0][-1])
 
 
 def virgin_friction_n(law: str, displacement_m: float) -> float:
     """Return the friction on the first loading, without damping."""
     places_m = np.linspace(0.0, displacement_m, 50, dtype=np.float64)
-    return float(trace(plain_law(_NUMBERS[law]), places_m)[0][-1])
+    return float(trace(plain_law(LAWS.index(law)), places_m)[0][-1])
 
 
 @lru_cache(maxsize=1)
 def steady_loop(law: str, amplitude_m: float) -> tuple[Array, Array]:
     """Return friction, N, and loss so far, J, along loops that become steady."""
     path_m = zigzag((amplitude_m, -amplitude_m) * LOOP_CYCLES, LOOP_STEPS)
-    return trace(plain_law(_NUMBERS[law]), path_m)
+    return trace(plain_law(LAWS.index(law)), path_m)
 
 
 @lru_cache(maxsize=2)
