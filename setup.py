@@ -61,9 +61,8 @@ setup(
     packages=find_packages(include=[NAME, f'{NAME}.*']),
     package_data={
         NAME: ['py.typed', '*.pyi'],
-        f'{NAME}.lab.comparison': ['templates/*.html'],
         f'{NAME}.lab.panel': ['page/*'],
-        f'{NAME}.lab.runs': ['*.mplstyle'],
+        f'{NAME}.lab.runs': ['*.css', '*.mplstyle'],
         f'{NAME}.lab.validation': ['*.csv'],
     },
     data_files=data_files,
@@ -75,7 +74,6 @@ setup(
         'numba>=0.57',
         'scipy',
         'matplotlib',
-        'jinja2',
         'pandas',
         'PyYAML',
         'mcap>=1.5',  # brings lz4 and zstandard

@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 DIST = ROOT / 'dist'
 SHIPPED = (
     'stickslip_ros/py.typed',
-    'stickslip_ros/lab/comparison/templates/comparison.html',
+    'stickslip_ros/lab/runs/page.css',
     'stickslip_ros/lab/panel/page/panel.js',
     'stickslip_ros/lab/validation/foreign.csv',
     'stickslip_ros/lab/validation/references.csv',

@@ -13,9 +13,9 @@ __version__ = '0.1.0'
 
 PUBLIC = {
     'Bench': 'instrument.bench',
-    'ComparisonReport': 'lab.comparison.result',
+    'ComparisonReport': 'lab.comparison.report',
     'DriveRun': 'lab.runs.run_result',
-    'Fit': 'lab.fitting.fit',
+    'Fit': 'lab.fitting.report',
     'LinearDrive': 'lab.linear.linearise',
     'MeasuredResponse': 'lab.linear.swept_sine',
     'Output': 'instrument.reports',

@@ -8,11 +8,11 @@ from stickslip_ros.instrument.bench import Bench as Bench
 from stickslip_ros.instrument.commands import Request as Request
 from stickslip_ros.instrument.reports import Output as Output
 from stickslip_ros.lab.comparison.compare import compare as compare
-from stickslip_ros.lab.comparison.result import ComparisonReport as ComparisonReport
+from stickslip_ros.lab.comparison.report import ComparisonReport as ComparisonReport
 from stickslip_ros.lab.drawing.picture import draw_stand as draw_stand
 from stickslip_ros.lab.drawing.urdf import robot_description as robot_description
-from stickslip_ros.lab.fitting.fit import Fit as Fit
 from stickslip_ros.lab.fitting.fit import fit as fit
+from stickslip_ros.lab.fitting.report import Fit as Fit
 from stickslip_ros.lab.linear.linearise import LinearDrive as LinearDrive
 from stickslip_ros.lab.linear.linearise import linearise as linearise
 from stickslip_ros.lab.linear.swept_sine import MeasuredResponse as MeasuredResponse

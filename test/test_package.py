@@ -4,6 +4,7 @@ import ast
 import importlib
 import os
 from collections import defaultdict
+from graphlib import TopologicalSorter
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -133,3 +134,20 @@ def test_one_class_name_has_one_meaning():
             if isinstance(node, ast.ClassDef) and not node.name.startswith('_'):
                 places[node.name].append(f'{path.relative_to(ROOT)}:{node.lineno}')
     assert {name: found for name, found in places.items() if len(found) > 1} == {}
+
+
+def test_no_module_imports_itself_through_others_not_even_late():
+    paths = {
+        '.'.join(path.relative_to(ROOT).with_suffix('').parts).removesuffix('.__init__'): path
+        for path in (ROOT / NAME).rglob('*.py')
+    }
+    imported = {module: set[str]() for module in paths}
+    for module, path in paths.items():
+        for node in ast.walk(ast.parse(path.read_text(encoding='utf-8'))):
+            if isinstance(node, ast.ImportFrom):
+                inside = {f'{node.module}.{each.name}' for each in node.names} & paths.keys()
+                imported[module] |= inside or {str(node.module)}
+            elif isinstance(node, ast.Import):
+                imported[module] |= {each.name for each in node.names}
+    assert f'{NAME}.lab.fitting.figure' in imported[f'{NAME}.lab.fitting.report']  # a late one
+    TopologicalSorter(imported).prepare()  # a CycleError names the circle

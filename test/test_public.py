@@ -85,7 +85,7 @@ def test_a_run_that_is_not_recorded_has_a_result_and_no_file(run: Run, tmp_path:
     given: Any = {'amplitude_m': AMPLITUDE_M, 'frequency_hz': FREQUENCY_HZ, 'steps': STEPS}
     silent = simulate(**given, is_recorded=False)
     assert silent.force_mean_n == run.force_mean_n
-    assert 'force_mean_n' in silent._repr_html_()
+    assert 'generated force, mean of the last cycle' in silent._repr_html_()
     assert re.fullmatch(
         r'Run\(\d+ steps of .* [nu]m, mean force .* mN; not recorded\)', repr(silent)
     )
@@ -201,7 +201,7 @@ def test_presliding_takes_the_contact_of_the_stand():
 def test_comparisons_take_runs_files_and_parameters(run: Run, tmp_path: Path):
     comparison = compare(run, run.save(tmp_path / 'run.mcap'))
     assert all(each.agreement.largest == 0.0 for each in comparison.quantities)
-    assert 'How this page was made' in comparison.save(tmp_path / 'page.html').read_text()
+    assert '<h2>what was compared</h2>' in comparison.save(tmp_path / 'page.html').read_text()
     table = tmp_path / 'forces.csv'
     force_n = run_drive(Parameters(), 100e-9, 1000.0, STEPS).force_mean_n
     table.write_text(f'preload_n,amplitude_m,force_n\n0.5,100e-9,{force_n!r}\n')
@@ -256,7 +256,7 @@ def test_notebooks_show_tables_and_no_markup_of_names(run: Run):
     assert '<td>stand.preload</td><td>0.25</td><td>N</td>' in (
         Parameters().updated({'stand.preload': 0.25})._repr_html_()
     )
-    assert 'force_mean_n' in run._repr_html_()
+    assert 'generated force, mean of the last cycle' in run._repr_html_()
     named = Parameters().updated({'frame_id.stage': '<b>'})
     assert '&lt;b&gt;' in named._repr_html_()
 

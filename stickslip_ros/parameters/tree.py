@@ -6,7 +6,6 @@ from itertools import compress
 from operator import attrgetter
 
 from stickslip_ros.errors import OutOfRange, WrongKind
-from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters.declaration import (
     Checked,
     Scalar,
@@ -42,14 +41,17 @@ from stickslip_ros.parameters.sensors import (
     LoadCellParameters,
     Sensor,
 )
+from stickslip_ros.sections import Section, Shown
 from stickslip_ros.units import NS_PER_S
+
+_PAPER = 'none', 'the stand of the paper'
 
 
 @dataclass(frozen=True)
 @with_fields(
     {each.name: (each.group, field(default_factory=each.group)) for each in SENSORS}, 'trace'
 )
-class Parameters(Checked):
+class Parameters(Shown, Checked):
     """Everything that can be set, in groups; ``Parameters()`` is the test stand of the paper."""
 
     autostart: bool = switch(True, 'configure and activate the node without a manager', fixed=True)
@@ -143,9 +145,10 @@ class Parameters(Checked):
             changes[group] = getattr(self, group).with_checked(leaves)
         return self.with_checked(changes)
 
-    def _repr_html_(self) -> str:
+    def sections(self) -> list[Section]:
+        """Return what differs from the stand of the paper."""
         rows = [(name, value, spec_of(name).unit) for name, value in self.changed().items()]
-        return html_table('Parameters', rows or [('as in the paper', '', '')])
+        return [Section('parameters that differ from the default', rows or [_PAPER])]
 
     def changed(self) -> dict[str, Scalar]:
         """Return the values that differ from the default."""

@@ -3,16 +3,13 @@
 import argparse
 import shlex
 
-from rich.table import Table
-
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.experiment import said_of_tables
-from stickslip_ros.lab.cli.printing import Answer, table
+from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
 from stickslip_ros.lab.comparison.compare import compare
-from stickslip_ros.lab.comparison.words import sections, sentences
 from stickslip_ros.lab.runs import plotting
 from stickslip_ros.lab.runs.bands import DRAWS
 from stickslip_ros.lab.runs.recorded import parse_window
@@ -48,23 +45,9 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
         comparison.save(arguments.output, shlex.join(['stickslip', *arguments.words]))
     if arguments.figure is not None:
         plotting.save_figure(comparison.plot(**look), arguments.figure)
-    parts: list[str | Table] = [
-        f'{letter}  {side.origin}: {side.kind}, {side.rows} rows'
-        for letter, side in (('A', comparison.a), ('B', comparison.b))
-    ]
-    if comparison.differences:
-        rows = [(each.name, each.a, each.b) for each in comparison.differences]
-        parts.append(table('settings of A and B that differ', rows, ('name', 'A', 'B')))
-    for title, header, rows_of in sections(comparison):
-        parts.append(table(title, rows_of, header))
-    parts += sentences(comparison)
-    if b == MODEL:
-        parts += (f'note    {note}' for note in comparison.b.notes)
-    if arguments.output is not None:
-        parts.append(f'report {arguments.output}')
-    if arguments.figure is not None:
-        parts.append(f'figure {arguments.figure}')
-    return Answer(comparison.to_json(), parts)
+    files = {'report': arguments.output, 'figure': arguments.figure}
+    written = (f'{name} {path}' for name, path in files.items() if path is not None)
+    return Answer(comparison.to_json(), [*comparison.sections(), *written])
 
 
 def _check(arguments: argparse.Namespace, b: str | None) -> None:

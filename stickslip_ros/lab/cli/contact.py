@@ -9,7 +9,8 @@ import numpy as np
 from stickslip_ros.contact.hemisphere import presliding
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.cli.chosen import chosen_parameters, to_numbers
-from stickslip_ros.lab.cli.printing import Answer, number, table
+from stickslip_ros.lab.cli.printing import Answer
+from stickslip_ros.sections import Section, number
 
 
 def contact_verb(arguments: argparse.Namespace) -> Answer:
@@ -36,7 +37,7 @@ def contact_verb(arguments: argparse.Namespace) -> Answer:
         displacements_m = np.array(fractions) * contact.max_displacement_m
         result['tangential_force_n'] = contact.tangential_force(displacements_m).tolist()
     title = f'{material.profile} hemisphere under {normal_force_n:g} N'
-    return Answer(result, [table(title, _rows(result, fractions))])
+    return Answer(result, [Section(title, [*_rows(result, fractions)])])
 
 
 def _rows(result: dict[str, Any], fractions: list[float]) -> Iterator[tuple[str, str, str]]:

@@ -13,19 +13,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.table import Table
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.files import make_folder
 from stickslip_ros.interface.topics import NODE_NAME
 from stickslip_ros.lab.cli.chosen import chosen_parameters
-from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer, number, table
+from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.runs.run_figure import plot_run
 from stickslip_ros.parameters import Parameters, dump_yaml
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.ros.executable import stay_on_this_host
+from stickslip_ros.sections import Section, number
 from stickslip_ros.testing import Operator, open_context
 from stickslip_ros.units import NANO
 
@@ -93,7 +93,7 @@ def demo_verb(arguments: argparse.Namespace) -> Answer:
     return Answer(summary, _described(summary, picture), 0 if summary.passed else CHECK_FAILED)
 
 
-def _described(summary: DemoSummary, picture: Path) -> Iterator[str | Table]:
+def _described(summary: DemoSummary, picture: Path) -> Iterator[Section | str]:
     rows = [
         ('steps made', summary.steps),
         number('step of the free runner', summary.free_step_m, '.2f', 'nm'),
@@ -102,7 +102,7 @@ def _described(summary: DemoSummary, picture: Path) -> Iterator[str | Table]:
         ('messages dropped by the recorder', summary.dropped),
         ('node ended with status', summary.exit_status),
     ]
-    yield table('The drive, commanded over topics', rows)
+    yield Section('The drive, commanded over topics', rows)
     yield f'recording {summary.recording}\npicture   {picture}\n\n{summary.verdict}'
 
 

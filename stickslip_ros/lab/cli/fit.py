@@ -1,30 +1,27 @@
 """``stickslip fit``: parameters of the drive from recordings and tables, with error bars."""
 
 import argparse
+import shlex
 from collections.abc import Iterator
-
-from rich.table import Table
 
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.experiment import said_of_tables
-from stickslip_ros.lab.cli.printing import Answer, table
+from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.fitting.figure import draw_fit
-from stickslip_ros.lab.fitting.fit import Fit, fit
+from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.plan import Plan, plan
 from stickslip_ros.lab.fitting.report import (
     as_object,
-    basis_of,
     check_output,
-    sections,
-    warnings_of,
     write_fit,
 )
 from stickslip_ros.lab.runs.plotting import check_picture, looking, save_figure
 from stickslip_ros.lab.runs.recorded import parse_window
 from stickslip_ros.parameters import parse_assignments
 from stickslip_ros.progress import shown_progress
+from stickslip_ros.sections import Section
 
 
 def fit_verb(arguments: argparse.Namespace) -> Answer:
@@ -61,7 +58,7 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
     )
     origin = ', '.join(path.name for path in arguments.files)
     content = as_object(fitted)
-    planned: list[str | Table] = []
+    planned: list[Section | str] = []
     if arguments.plan:
         with shown_progress('planning', quiet=arguments.json):
             chosen = plan(fitted, arguments.plan)
@@ -71,29 +68,21 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
             for each, row in zip(chosen.chosen, chosen.errors, strict=True)
         ]
     for path in arguments.output:
-        write_fit(path, fitted, content, origin)
+        write_fit(path, fitted, content, origin, shlex.join(['stickslip', *arguments.words]))
     files = [*arguments.output]
     if arguments.figure:
         with shown_progress('drawing', quiet=arguments.json), looking(**look):
             save_figure(draw_fit(fitted, arguments.workers), arguments.figure)
         files.append(arguments.figure)
-    return Answer(content, [*_parts(fitted), *planned, *(f'file    {path}' for path in files)])
+    return Answer(content, [*fitted.sections(), *planned, *(f'file    {path}' for path in files)])
 
 
-def _plan(chosen: Plan) -> Iterator[str | Table]:
+def _plan(chosen: Plan) -> Iterator[Section | str]:
     """Yield what to measure next, and how."""
     names = [name.partition('.')[2] for name in chosen.names]
     rows = [('now', *(f'{100.0 * each:.3g}' for each in chosen.errors_now))]
     for number, (each, errors) in enumerate(zip(chosen.chosen, chosen.errors, strict=True), 1):
         rows.append((f'{number}. {each.words}', *(f'{100.0 * error:.3g}' for error in errors)))
-    yield table('what to measure next, and the errors expected then (%)', rows, ('', *names))
+    yield Section('what to measure next, and the errors expected then (%)', rows, ('', *names))
     for each in chosen.chosen:
         yield from (f'command stickslip command {line}' for line in each.commands)
-
-
-def _parts(fit: Fit) -> Iterator[str | Table]:
-    for title, header, rows in sections(fit):
-        yield table(title, rows, header)
-    yield f'errors  {basis_of(fit)}'
-    yield from (f'note    {note}' for note in fit.notes)
-    yield from (f'warning {warning}' for warning in warnings_of(fit))

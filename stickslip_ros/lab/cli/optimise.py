@@ -9,7 +9,7 @@ from typing import Any
 from stickslip_ros.errors import RecordingError, WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_look, chosen_parameters
-from stickslip_ros.lab.cli.printing import Answer, table
+from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES, WaveGoal, cell_of
 from stickslip_ros.lab.design.picture import draw_search
 from stickslip_ros.lab.design.search import (
@@ -26,6 +26,7 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.process.stopping import Stopped
 from stickslip_ros.progress import shown_progress
+from stickslip_ros.sections import Section
 from stickslip_ros.units import display_unit, with_unit
 
 JUDGES = 8  # draws of a fit whose mean judges a wave
@@ -152,14 +153,14 @@ def _parts(result: SearchResult, path: Path) -> Iterator[Any]:
         for name, one in result.shapes.items()
     ]
     header = ('wave', unit or 'value', 'error', 'gain', 'V', 'Hz', 'N')
-    yield table(f'{search.goal.objective}: {objective.formula}', rows, header)
+    yield Section(f'{search.goal.objective}: {objective.formula}', rows, header)
     said = 'counts' if result.counts else 'does not count'
     yield (
         f'gain    {best}: {result.gain_of(best):+.1%} over the best saw-tooth, '
         f'{result.errors:.3g} errors of the integration: {said}'
     )
     unseen = [(name, shown(gain, '+.1%')) for name, gain in result.unseen.items()]
-    yield table('gain on other stands', unseen)
+    yield Section('gain on other stands', unseen)
     if search.judges:
         yield f'judged  by the mean of {len(search.judges)} draws of what is known of the stand'
     wave = result.shapes[best].wave

@@ -6,10 +6,11 @@ from typing import Any
 
 from stickslip_ros.files import make_folder
 from stickslip_ros.lab.cli.chosen import chosen_parameters
-from stickslip_ros.lab.cli.printing import Answer, table
+from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.paper.figure import write_figure
 from stickslip_ros.lab.paper.make import chosen_figures, make_tables
 from stickslip_ros.progress import shown_progress
+from stickslip_ros.sections import Section
 
 
 def figures_verb(arguments: argparse.Namespace) -> Answer:
@@ -37,7 +38,7 @@ def figures_verb(arguments: argparse.Namespace) -> Answer:
             ]
             content[figure.name] = {'files': [str(path) for path in files], 'rows': known}
     rows = [(figure.name, figure.title, len(tables[figure.name].rows)) for figure in figures]
-    shown = table('figures', rows, ('name', 'shows', 'rows'))
+    shown = Section('figures', rows, ('name', 'shows', 'rows'))
     return Answer(content, [shown, f'folder {arguments.output}'])
 
 

@@ -4,14 +4,15 @@ import dataclasses
 import json
 import os
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
-from stickslip_ros.units import FACTORS
+from stickslip_ros.sections import Section
 
 CHECK_FAILED = 1
 """Exit status of a verb that has done its work and found something wrong."""
@@ -24,7 +25,7 @@ class Answer:
     """What a verb has to say."""
 
     content: Any  # what ``--json`` prints, SI units: a dataclass or JSON; None: nothing
-    parts: Iterable[str | Table] = ()  # what people read instead, one after the other
+    parts: Iterable[Section | str] = ()  # what people read instead, one after the other
     status: int = 0  # exit status of the process
 
     def show(self, *, as_json: bool) -> None:
@@ -34,11 +35,13 @@ class Answer:
             return
         is_known = sys.stdout.isatty() or 'COLUMNS' in os.environ
         for place, part in enumerate(self.parts):
-            if isinstance(part, str):
-                print(part)
-            else:
-                print(end='\n' * (place > 0))
-                Console(width=None if is_known else _WIDTH).print(part)
+            section = Section(notes=(part,)) if isinstance(part, str) else part
+            if section.title:
+                print('\n' * (place > 0) + section.title)
+            if section.rows:
+                Console(width=None if is_known else _WIDTH).print(_table(section))
+            for note in section.notes:
+                print(note)
 
 
 def print_json(content: Any) -> None:
@@ -49,25 +52,14 @@ def print_json(content: Any) -> None:
         print(json.dumps(content, indent=2))
 
 
-def table(title: str, rows: Iterable[Sequence[object]], header: Sequence[str] = ()) -> Table:
+def _table(section: Section) -> Table:
     """Return rows as a table, the first column as names and the others right-aligned."""
-    cells = [[str(cell) for cell in row] for row in rows]
     shown = Table(
-        title=title,
-        title_justify='left',
-        box=SIMPLE_HEAD,
-        show_edge=False,
-        pad_edge=False,
-        show_header=bool(header),
+        box=SIMPLE_HEAD, show_edge=False, pad_edge=False, show_header=bool(section.header)
     )
-    for column in range(max(len(row) for row in [header, *cells])):
-        name = header[column] if header else ''
-        shown.add_column(name, justify='right' if column else 'left', overflow='fold')
-    for row in cells:
-        shown.add_row(*row)
+    for column in range(max(len(row) for row in [section.header, *section.rows])):
+        name = str(section.header[column]) if section.header else ''
+        shown.add_column(Text(name), justify='right' if column else 'left', overflow='fold')
+    for row in section.rows:
+        shown.add_row(*(Text(str(cell)) for cell in row))
     return shown
-
-
-def number(name: str, value: float, digits: str, unit: str = '') -> tuple[str, str, str]:
-    """Return the row of a number in SI, shown in one of FACTORS with digits such as ``.4f``."""
-    return name, f'{value * FACTORS[unit]:{digits}}', unit

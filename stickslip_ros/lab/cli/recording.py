@@ -5,16 +5,15 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
-from rich.table import Table
-
 from stickslip_ros.files import make_folder, prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look
 from stickslip_ros.lab.cli.experiment import said_of_tables
-from stickslip_ros.lab.cli.printing import Answer, table
+from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.runs.recorded import recorded_stand
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import Recovery, recover
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
+from stickslip_ros.sections import Section
 from stickslip_ros.units import NS_PER_S, with_unit
 
 
@@ -32,15 +31,15 @@ def info_verb(arguments: argparse.Namespace) -> Answer:
         for topic in result['topics']
     ]
     header = ('topic', 'type', 'messages', 'rate (Hz)', 'missing')
-    parts: list[str | Table] = [table(str(arguments.file), topics, header)]
+    parts: list[Section | str] = [Section(str(arguments.file), topics, header)]
     if result['run']:
-        parts.append(table('run', result['run'].items()))
+        parts.append(Section('run', result['run'].items()))
     changed = result['changed_parameters']
     if changed is None:
         parts.append(f'parameters: not known, the file has no {PARAMETERS_FILE}')
     else:
         rows = changed.items() or [('none', 'the stand of the paper')]
-        parts.append(table('parameters that differ from the default', rows))
+        parts.append(Section('parameters that differ from the default', rows))
     return Answer(result, parts)
 
 
@@ -87,10 +86,10 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
         for each in plot.quantities
     ]
     title = f'{plot.start_s:.9g} s to {plot.end_s:.9g} s'
-    parts = [table(title, rows, ('quantity', 'samples', 'smallest', 'largest'))]
+    parts = [Section(title, rows, ('quantity', 'samples', 'smallest', 'largest'))]
     if plot.events:
         events = [(f'{each.time_s:.6f} s', each.command, each.result) for each in plot.events]
-        parts.append(table('events', events, ('time', 'command', 'result')))
+        parts.append(Section('events', events, ('time', 'command', 'result')))
     return Answer(content, [*parts, f'picture {picture}'])
 
 
@@ -105,7 +104,7 @@ def recover_verb(arguments: argparse.Namespace) -> Answer:
     return Answer({'written': str(written or ''), 'files': files}, [*parts, end])
 
 
-def _recover_parts(recovery: Recovery) -> Iterator[str | Table]:
+def _recover_parts(recovery: Recovery) -> Iterator[Section | str]:
     if recovery.is_whole:
         yield f'{recovery.source} is whole: {recovery.messages} messages'
         return
@@ -114,14 +113,16 @@ def _recover_parts(recovery: Recovery) -> Iterator[str | Table]:
         for each in recovery.topics
     ]
     header = ('topic', 'messages', 'first (s)', 'last (s)', 'missing')
-    yield table(f'read of {recovery.source}', topics, header)
+    yield Section(f'read of {recovery.source}', topics, header)
     losses = [
         (loss.offset, loss.size_bytes, *_seconds(loss.first_ns, loss.last_ns), loss.problem)
         for loss in recovery.losses
     ]
     if losses:
         header = ('at byte', 'bytes', 'first (s)', 'last (s)', 'problem')
-        yield table(f'lost: {recovery.lost_bytes} of {recovery.size_bytes} bytes', losses, header)
+        yield Section(
+            f'lost: {recovery.lost_bytes} of {recovery.size_bytes} bytes', losses, header
+        )
     if recovery.unchecked:
         yield f'{recovery.unchecked} messages are covered by no checksum'
     yield from recovery.notes

@@ -7,13 +7,11 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from rich.table import Table
-
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_values
 from stickslip_ros.lab.cli.experiment import said_of_tables
-from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer, table
+from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.experiments.reading import DriveSource, played
 from stickslip_ros.lab.runs.replay import Replay, read_drive_input, replay, replay_input
 from stickslip_ros.lab.tables.experiment import Reading
@@ -22,6 +20,7 @@ from stickslip_ros.progress import shown_progress
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.run_file import RUN_RECORD
+from stickslip_ros.sections import Section
 from stickslip_ros.units import MN, NM
 
 
@@ -66,7 +65,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
         return replay_input(as_played, output, stand, progress=show)
 
 
-def _parts(result: Replay, output: str) -> Iterator[str | Table]:
+def _parts(result: Replay, output: str) -> Iterator[Section | str]:
     rows = [
         ('requests carried out again', result.requests),
         ('simulated time', f'{result.simulated_s:g} s'),
@@ -76,7 +75,7 @@ def _parts(result: Replay, output: str) -> Iterator[str | Table]:
         ('recording', output),
         *((f'changed {name}', value) for name, value in result.changed.items()),
     ]
-    yield table(f'replay of {result.source}', rows)
+    yield Section(f'replay of {result.source}', rows)
     if result.identical:
         yield 'every message is identical, byte for byte'
     elif result.changed:

@@ -7,16 +7,15 @@ third looks for one stroke; the last two do without sensors.
 """
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import fields, replace
 
 import numpy as np
-from rich.table import Table
 
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_parameters
-from stickslip_ros.lab.cli.printing import Answer, number, table
+from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.runs.bands import DRAWS, LEVELS, band_of, bands_over
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.journal import Journal
@@ -35,15 +34,12 @@ from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude
 from stickslip_ros.parameters import AMPLITUDE_SPEC, FREQUENCY_SPEC, Parameters, spec_of
 from stickslip_ros.progress import shown_progress
-from stickslip_ros.units import MN, NM
+from stickslip_ros.sections import Section
+from stickslip_ros.units import NM, display_unit, unit_of
 
 _SLOW_DRAWS = 20  # stands of a band of a 0-amplitude, which takes 60 runs of each
-BANDS: Mapping[str, tuple[str, float, str]] = {
-    'force_mean_n': ('generated force, mean of the last cycle', MN, 'mN'),
-    'force_net_n': ('the same without elastic following', MN, 'mN'),
-    'step_length_m': ('step length, last 10 cycles', NM, 'nm'),
-}
-"""Numbers of a run that have bands, in words, with factor and unit."""
+_BANDS = 'force_mean_n', 'force_net_n', 'step_length_m'
+"""Numbers of a run that have bands."""
 
 
 def simulate_verb(arguments: argparse.Namespace) -> Answer:
@@ -69,11 +65,7 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         progress=not arguments.json,
     )
     result = run.result
-    title = (
-        f'preload {result.preload_n:g} N, stroke {result.amplitude_m * NM:.4g} nm '
-        f'({result.voltage_v:.4g} V), {result.frequency_hz:g} Hz'
-    )
-    bands = list[Table]()
+    bands = list[Section]()
     if draws := chosen_draws(arguments, DRAWS):
         if arguments.waveform is not None:
             hint = 'give --amplitude or --voltage'
@@ -83,43 +75,28 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
         bands.append(_bands(draws, arguments, result.voltage_v, result.frequency_hz))
     held = 'the runner is fixed to the load cell, so its steps end; --no-load-cell frees it'
     note = [held] if parameters.load_cell.contact == 'attached' else []
-    return Answer(result, [table(title, _rows(result)), *bands, *note])
+    return Answer(result, [*result.sections(), *bands, *note])
 
 
 def _bands(
     draws: Sequence[Parameters], arguments: argparse.Namespace, voltage_v: float, hertz: float
-) -> Table:
+) -> Section:
     """Return the bands of force and step length of the drive alone, under the same voltage."""
 
     def course(stand: Parameters) -> Course[dict[str, float]]:
         amplitude_m = voltage_v * stand.actuator.gain
         run = yield from drive_course(stand, amplitude_m, hertz, arguments.steps)
-        return {name: getattr(run, name) for name in BANDS}
+        return {name: getattr(run, name) for name in _BANDS}
 
     with shown_progress('draws', quiet=arguments.json) as progress:
         found = bands_over(draws, course, progress=progress)
-    rows = [
-        (words, *(f'{factor * value:.4f}' for value in found[name].values()), unit)
-        for name, (words, factor, unit) in BANDS.items()
-    ]
+    rows = []
+    for each in (each for each in fields(SawtoothRun) if each.name in _BANDS):
+        factor, unit = display_unit(unit_of(each.name))
+        cells = (f'{factor * value:.4f}' for value in found[each.name].values())
+        rows.append((each.metadata['words'], *cells, unit))
     title = f'{len(draws)} draws of {arguments.draws}, the drive alone'
-    return table(title, rows, ('', *LEVELS, 'unit'))
-
-
-def _rows(result: SawtoothRun) -> Iterator[tuple[object, ...]]:
-    yield number('generated force, mean of the last cycle', result.force_mean_n, '.4f', 'mN')
-    yield number('the same without elastic following', result.force_net_n, '.4f', 'mN')
-    yield number('generated force, start of the ramp', result.force_ramp_start_n, '.4f', 'mN')
-    yield number('step length, last 10 cycles', result.step_length_m, '.4f', 'nm')
-    yield number('standard deviation of a step', result.step_scatter_m, '.4f', 'nm')
-    yield number('correlation length of steps', result.step_correlation_m, '.4f', 'nm')
-    yield 'steps', result.steps, 'steady' if result.steady else 'NOT steady'
-    yield number('simulated time', result.simulated_s, '.4f', 's')
-    yield number('wall time', result.wall_s, '.4f', 's')
-    yield number('real-time factor', result.real_time_factor, '.1f')
-    yield number('energy residual / work of the feet', result.energy_residual, '.2e')
-    if result.recording:
-        yield 'recording', result.recording
+    return Section(title, rows, ('', *LEVELS, 'unit'))
 
 
 def sweep_verb(arguments: argparse.Namespace) -> Answer:
@@ -156,7 +133,7 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
                 for each in draws
             ]
             for case, row in enumerate(rows):
-                for name in BANDS:
+                for name in _BANDS:
                     band = band_of([each[case][name] for each in over_draws])
                     row |= {f'{name}_{level}': value for level, value in band.items()}
         write_table(rows, path, parameters)
@@ -170,7 +147,7 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
     ]
     return Answer(
         {'file': str(path), 'stop_rule': rule, 'rows': rows},
-        [table('sweep', counts), f'stop    {rule}', f'table   {path}'],
+        [Section('sweep', counts), f'stop    {rule}', f'table   {path}'],
     )
 
 
@@ -182,22 +159,14 @@ def zero_amplitude_verb(arguments: argparse.Namespace) -> Answer:
         steps=arguments.steps,
         progress=not arguments.json,
     )
-    title = f'preload {result.preload_n:g} N, {result.frequency_hz:g} Hz, {result.steps} steps'
-    fitted = f'{result.fit_from_m * NM:.2f} to {result.fit_to_m * NM:.2f}'
-    rows = [
-        number("0-amplitude, Edeler's extrapolation", result.zero_amplitude_m, '.3f', 'nm'),
-        number('slope of step length', result.slope, '.4f'),
-        (f'line fitted at {result.fit_points} amplitudes', fitted, 'nm'),
-        number('rms deviation from that line', result.fit_rms_m, '.4f', 'nm'),
-        number('0-amplitude, first net step', result.zero_amplitude_direct_m, '.3f', 'nm'),
-        number('u_max of a lower contact', result.max_presliding_lower_m, '.3f', 'nm'),
-    ]
-    tables = [table(title, rows)]
+    tables = result.sections()
     if draws := chosen_draws(arguments, _SLOW_DRAWS):
         found = [
             zero_amplitude(each, arguments.frequency, steps=arguments.steps) for each in draws
         ]
         band = band_of([each.zero_amplitude_m for each in found])
         row = ("0-amplitude, Edeler's", *(f'{NM * value:.3f}' for value in band.values()), 'nm')
-        tables.append(table(f'{len(draws)} draws of {arguments.draws}', [row], ('', *LEVELS, '')))
+        tables.append(
+            Section(f'{len(draws)} draws of {arguments.draws}', [row], ('', *LEVELS, ''))
+        )
     return Answer(result, tables)

@@ -4,14 +4,12 @@ import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from rich.table import Table
-from rich.text import Text
-
 from stickslip_ros.files import make_folder
-from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer, table
+from stickslip_ros.lab.cli.printing import CHECK_FAILED, Answer
 from stickslip_ros.lab.validation.report import as_objects, summary_text, value_text, write_report
 from stickslip_ros.lab.validation.self_test import CheckedAnswer, failed, validate
 from stickslip_ros.progress import shown_progress
+from stickslip_ros.sections import Section
 
 
 def validate_verb(arguments: argparse.Namespace) -> Answer:
@@ -31,16 +29,14 @@ def validate_verb(arguments: argparse.Namespace) -> Answer:
 
 def _parts(
     outcomes: Mapping[str, Sequence[CheckedAnswer]], files: Sequence[Path]
-) -> Iterator[str | Table]:
+) -> Iterator[Section | str]:
     header = ('family', 'references', 'failed', 'largest error, of its tolerance')
-    shown = table('contact mechanics and drive against references', (), header)
+    rows = []
     for family, found in outcomes.items():
         wrong = sum(not each.passed for each in found)
         largest = max(each.error / each.reference.tolerance for each in found)
-        cells = (family, str(len(found)), str(wrong or ''), f'{largest:.2g}')
-        style = 'bold red' if wrong else ''
-        shown.add_row(*(Text(cell) for cell in cells), style=style)
-    yield shown
+        rows.append((family, len(found), wrong or '', f'{largest:.2g}'))
+    yield Section('contact mechanics and drive against references', rows, header)
     yield from map(failure_text, failed(outcomes))
     yield summary_text(outcomes)
     yield from map(str, files)

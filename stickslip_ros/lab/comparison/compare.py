@@ -11,12 +11,12 @@ from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.lab.comparison import by_amplitude, in_time
 from stickslip_ros.lab.comparison.by_amplitude import PointTable
 from stickslip_ros.lab.comparison.in_time import TimeRun
+from stickslip_ros.lab.comparison.report import ComparisonReport
 from stickslip_ros.lab.comparison.result import (
     AMPLITUDE_COLUMN,
     TIME_COLUMN,
     Alignment,
     Compared,
-    ComparisonReport,
     Incomparable,
 )
 from stickslip_ros.lab.experiments.experiment import noise_of

@@ -1,147 +1,29 @@
-"""The report of a comparison: one page of HTML that needs nothing else, to read or to print."""
+"""The report of a comparison: numbers that say and draw themselves."""
 
-import base64
-from collections.abc import Sequence
-from pathlib import PurePath
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
-import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from stickslip_ros.lab.comparison.result import Compared, Comparison
+from stickslip_ros.lab.comparison.words import sections, sentences
+from stickslip_ros.lab.runs.drawn import Drawn
+from stickslip_ros.sections import Section
 
-import stickslip_ros
-from stickslip_ros.arrays import Array
-from stickslip_ros.lab.comparison.result import TIME_COLUMN, Compared, ComparisonReport, Part
-from stickslip_ros.lab.comparison.words import place, sections, sentences, title
-from stickslip_ros.lab.runs.plotting import (
-    BLACK,
-    GREY,
-    as_it_is,
-    curve_style,
-    decimated,
-    is_narrow,
-    new_figure,
-    styled,
-    svg_of,
-)
-from stickslip_ros.units import NM, display_unit
-
-PAGES = Environment(
-    loader=PackageLoader('stickslip_ros.lab.comparison'),
-    autoescape=True,
-    undefined=StrictUndefined,
-    trim_blocks=True,
-    lstrip_blocks=True,
-)
-_PIXELS = 800  # points per curve are no more than such a picture can show
-LEGEND_MAX = 10
-_NAME_MAX = 40  # characters of a file name in a legend; of a longer one it shows the end
-BARS_MAX = 200  # error bars of more points hide the points
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
-def report_page(comparison: ComparisonReport, command: str) -> str:
-    """Return the report as HTML: the same text for the same comparison and typed command."""
-    is_over_time = comparison.axis == TIME_COLUMN
-    axis = 'time' if is_over_time else 'stroke of the feet'
-    marks = 'solid A, dashed B' if is_over_time else 'points are A, lines B'
-    pictures = []
-    for quantity in comparison.quantities:
-        figure = draw_comparison(comparison, [quantity])
-        svg = base64.b64encode(svg_of(figure).encode()).decode()
-        text = f'Above: {title(quantity)} against {axis}, {marks}. Below: B − A.'
-        url = f'data:image/svg+xml;base64,{svg}'
-        pictures.append({'title': title(quantity), 'text': text, 'url': url})
-    return PAGES.get_template('comparison.html').render(
-        comparison=comparison,
-        sides=(('A', comparison.a), ('B', comparison.b)),
-        sentences=sentences(comparison),
-        pictures=pictures,
-        sections=list(sections(comparison)),
-        command=command,
-        version=stickslip_ros.__version__,
-    )
+class ComparisonReport(Drawn, Comparison):
+    """What ``compare`` returns."""
 
+    def sections(self) -> Iterator[Section]:
+        """Yield what was found, what was compared, and the numbers of each quantity."""
+        return sections(self, self._draw)
 
-@styled()
-def draw_comparison(comparison: ComparisonReport, quantities: Sequence[Compared]) -> Figure:
-    """Draw quantities of a comparison below each other, each with its difference below it."""
-    figure = new_figure(8.0, 3.5 + 2.5 * len(quantities))
-    ratios = (2.0, 1.0) * len(quantities)
-    panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
-    for quantity, overlay, residuals in zip(quantities, panels[::2], panels[1::2], strict=True):
-        _draw_quantity(comparison, quantity, overlay, residuals)
-    along = 'time (s)' if comparison.axis == TIME_COLUMN else 'stroke of the feet (nm)'
-    panels[-1].set_xlabel(along)
-    if max(len(quantity.parts) for quantity in quantities) <= LEGEND_MAX:
-        handles, labels = panels[0].get_legend_handles_labels()
-        order = sorted(range(len(labels)), key=lambda index: labels[index][0])
-        figure.legend(
-            [handles[index] for index in order],
-            [labels[index] for index in order],
-            ncols=1 if is_narrow(figure) else 2,
-            loc='outside upper center',
-        )
-    return figure
+    def _draw(self, quantities: Sequence[Compared] = ()) -> 'Figure':
+        # It takes long.
+        from stickslip_ros.lab.comparison.figure import draw_comparison  # noqa: PLC0415
 
+        return draw_comparison(self, quantities or self.quantities)
 
-def _draw_quantity(
-    comparison: ComparisonReport, quantity: Compared, overlay: Axes, residuals: Axes
-) -> None:
-    factor, unit = display_unit(quantity.unit)
-    names = []
-    for side, each in zip('AB', (comparison.a, comparison.b), strict=True):
-        name = PurePath(each.origin).name
-        short = name if len(name) <= _NAME_MAX else f'…{name[1 - _NAME_MAX :]}'
-        names.append(f'{side}: {as_it_is(short)}')
-    for index, part in enumerate(quantity.parts):
-        if comparison.axis == TIME_COLUMN:
-            for axes, values, name, style in (
-                (overlay, part.a, names[0], {'linewidth': 1.8, **curve_style(0)}),
-                (overlay, part.b, names[1], {'linewidth': 0.9, **curve_style(1)}),
-                (residuals, part.difference, '', {'linewidth': 0.8, 'color': BLACK}),
-            ):
-                axes.plot(*decimated(part.x, factor * values, _PIXELS), label=name, **style)
-            residuals.margins(x=0.0)
-            if part.band is not None:
-                _fill_bands(residuals, part.x, part, factor)
-        else:
-            labels = [f'{name}, {place(part.at)}' for name in names]
-            _draw_part(overlay, residuals, part, factor, curve_style(index), labels)
-    overlay.set_ylabel(f'{title(quantity)} ({unit})')
-    residuals.set_ylabel(f'B − A ({unit})')
-    residuals.axhline(0.0, color=GREY, linewidth=0.8)
-
-
-def _draw_part(
-    overlay: Axes,
-    residuals: Axes,
-    part: Part,
-    factor: float,
-    style: dict[str, Any],
-    labels: Sequence[str],
-) -> None:
-    """Draw one preload: A as points, with error bars where known, B as a line."""
-    order = np.argsort(part.x, kind='stable')
-    x, a, b = (each[order] for each in (part.x, part.a, part.b))
-    x, a, b = NM * x, factor * a, factor * b
-    bars = None
-    if part.sigma is not None and len(x) <= BARS_MAX:
-        bars = factor * part.sigma[order]
-    bar: dict[str, Any] = {'yerr': bars, 'capsize': 2, 'elinewidth': 0.8, 'marker': 'o'}
-    overlay.errorbar(x, a, label=labels[0], **style | {'linestyle': ''}, **bar)
-    overlay.plot(x, b, label=labels[1], linewidth=1.2, **style)
-    residuals.errorbar(x, b - a, linewidth=0.8, **style, **bar)
-    if part.band is not None:
-        _fill_bands(residuals, NM * part.x, part, factor)
-
-
-def _fill_bands(axes: Axes, x: Array, part: Part, factor: float) -> None:
-    """Shade where differences are expected from what is not known of B, and noise."""
-    order = np.argsort(x, kind='stable')
-    order = order[:: 1 + len(order) // _PIXELS]
-    band = part.band or {}
-    for share in ('95', '68'):
-        ends = (part.b - band[f'{side}_{share}'] for side in ('high', 'low'))
-        low, high = (factor * each[order] for each in ends)
-        axes.fill_between(x[order], low, high, color=GREY, alpha=0.25, linewidth=0.0)
+    def __repr__(self) -> str:
+        return '\n'.join(sentences(self))

@@ -3,22 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from html import escape
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from scipy.special import chdtrc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
-from stickslip_ros.files import replacing
-from stickslip_ros.lab.runs.drawn import Drawn
-from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Scalar
 from stickslip_ros.units import unit_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 AMPLITUDE_COLUMN, TIME_COLUMN = 'amplitude_m', 'time_s'
 """The two axes along which things are compared."""
@@ -178,8 +171,6 @@ def _chi_square(difference: Array, sigmas: Sequence[Array | None]) -> ChiSquare 
     sigma = np.concatenate(known) if len(known) == len(sigmas) else np.zeros(1)
     if not np.all(np.isfinite(sigma) & (sigma > 0.0)):
         return None
-    from scipy.special import chdtrc
-
     residuals = difference / sigma
     total = float(np.sum(residuals**2))
     return ChiSquare(
@@ -292,7 +283,7 @@ class Compared:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ComparisonReport(Drawn):
+class Comparison:
     """The whole, along one of the two axes; without an alignment times were taken as they are."""
 
     a: Side
@@ -313,42 +304,6 @@ class ComparisonReport(Drawn):
             for name, value in self.a.described.items()
             if name in self.b.described and self.b.described[name] != value
         )
-
-    def save(self, path: str | Path, command: str = '') -> Path:
-        """
-        Write a page of HTML that needs nothing else, in place of an older one.
-
-        It names the ``command`` that made it, if there was one.
-
-        Raises
-        ------
-        RecordingError
-            If it cannot be written.
-
-        """
-        # ruff: noqa: PLC0415 - they import this
-        from stickslip_ros.lab.comparison.report import report_page
-
-        page, path = report_page(self, command), Path(path)
-        with replacing(path) as part:
-            part.write_text(page, encoding='utf-8')
-        return path
-
-    def _draw(self) -> 'Figure':
-        from stickslip_ros.lab.comparison.report import draw_comparison
-
-        return draw_comparison(self, self.quantities)
-
-    def __repr__(self) -> str:
-        from stickslip_ros.lab.comparison.words import sentences
-
-        return '\n'.join(sentences(self))
-
-    def _repr_html_(self) -> str:
-        from stickslip_ros.lab.comparison.words import sections, sentences
-
-        tables = [html_table(title, rows, header) for title, header, rows in sections(self)]
-        return '\n'.join([*tables, *(f'<p>{escape(text)}</p>' for text in sentences(self))])
 
     def to_json(self) -> dict[str, Any]:
         """Return what JSON can say."""

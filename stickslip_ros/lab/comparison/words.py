@@ -1,6 +1,8 @@
-"""A comparison as sentences and table rows, the same on a screen and in the report."""
+"""A comparison in sections: sentences and tables, the same on a screen and on a page."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -10,13 +12,14 @@ from stickslip_ros.lab.comparison.result import (
     ROUNDING,
     TIME_COLUMN,
     Compared,
-    ComparisonReport,
+    Comparison,
+    Side,
     Threshold,
 )
 from stickslip_ros.parameters import SENSORS, Scalar
+from stickslip_ros.sections import Section
 from stickslip_ros.units import MN, NM, display_unit, with_unit
 
-Section = tuple[str, tuple[str, ...], list[tuple[str, ...]]]  # title, header, rows
 NAMES: Mapping[str, str] = {
     'step_length_m': 'step length',
     'energy_loss_per_step_j': 'friction loss per step',
@@ -25,6 +28,10 @@ NAMES: Mapping[str, str] = {
     'foot_m': 'foot displacement',
 }
 NONE = '–'
+_UNSAID = 'not in the file'
+_SAME_SETTINGS = (
+    'None. Compared are those that both state: parameters, seed, versions, columns with one value.'
+)
 _OWN = 'own'  # stands for the unit of the quantity
 _NUMBERS = (
     ('points', 'points', 'd', ''),
@@ -47,41 +54,51 @@ _NUMBERS = (
 """Rows of a table: what docs/howto/compare.md calls it, its field, its form, its unit."""
 
 
-def sections(comparison: ComparisonReport) -> Iterator[Section]:
-    """Yield the tables of a comparison: one per quantity, then what is read off the forces."""
+def sections(
+    comparison: Comparison, draw: Callable[[Sequence[Compared]], Any]
+) -> Iterator[Section]:
+    """Yield what was found, what was compared, and the numbers of each quantity, to be drawn."""
+    a, b = comparison.a, comparison.b
+    yield Section(f'comparison of {a.origin} and {b.origin}', notes=sentences(comparison))
+    sides: list[tuple[str, ...]] = [
+        ('is a', a.kind, b.kind),
+        ('rows', f'{a.rows}', f'{b.rows}'),
+        *(
+            (words, *(str(each.described.get(name, _UNSAID)) for each in (a, b)))
+            for words, name in (('version', 'stickslip_ros'), ('seed', 'sim.seed'))
+        ),
+        ('parameters that are not the default', _changed(a), _changed(b)),
+    ]
+    if a.notes or b.notes:
+        sides.append(('notes', '\n'.join(a.notes), '\n'.join(b.notes)))
+    yield Section('what was compared', sides, ('', f'A: {a.origin}', f'B: {b.origin}'))
+    differing = [(each.name, each.a, each.b) for each in comparison.differences]
+    header = ('name', 'A', 'B') if differing else ()
+    yield Section(
+        'settings of A and B that differ',
+        differing,
+        header,
+        () if differing else (_SAME_SETTINGS,),
+    )
     for quantity in comparison.quantities:
-        yield _numbers(quantity)
+        yield _numbers(quantity)._replace(draw=partial(draw, [quantity]))
         pairs = [
             (place(part.at), part.threshold_a, part.threshold_b)
             for part in quantity.parts
             if part.threshold_a and part.threshold_b
         ]
         if pairs:
-            zeros = [(name, a.zero_amplitude_m, b.zero_amplitude_m) for name, a, b in pairs]
-            yield (
-                '0-amplitude (nm)',
-                ('preload', 'A', 'B', 'B − A'),
-                [
-                    (
-                        name,
-                        _number(a_m, '.3f', NM),
-                        _number(b_m, '.3f', NM),
-                        _number(None if a_m is None or b_m is None else b_m - a_m, '.3f', NM),
-                    )
-                    for name, a_m, b_m in zeros
-                ],
-            )
-            yield _saturations(pairs)
+            yield from _thresholds(pairs)
     if comparison.steps:
-        a, b = comparison.steps
-        rows: list[tuple[str, ...]] = [('number', f'{a.count}', f'{b.count}', '')]
-        for name, of_a, of_b in (
-            ('mean', a.mean_m, b.mean_m),
-            ('standard deviation', a.scatter_m, b.scatter_m),
-            ('correlation length', a.correlation_m, b.correlation_m),
+        of_a, of_b = comparison.steps
+        rows: list[tuple[str, ...]] = [('number', f'{of_a.count}', f'{of_b.count}', '')]
+        for name, one_m, other_m in (
+            ('mean', of_a.mean_m, of_b.mean_m),
+            ('standard deviation', of_a.scatter_m, of_b.scatter_m),
+            ('correlation length', of_a.correlation_m, of_b.correlation_m),
         ):
-            rows.append((name, _number(of_a, '.4f', NM), _number(of_b, '.4f', NM), 'nm'))
-        yield 'steps in the second half of each run', ('', 'A', 'B', 'unit'), rows
+            rows.append((name, _number(one_m, '.4f', NM), _number(other_m, '.4f', NM), 'nm'))
+        yield Section('steps in the second half of each run', rows, ('', 'A', 'B', 'unit'))
 
 
 def title(quantity: Compared) -> str:
@@ -104,7 +121,7 @@ def place(at: Mapping[str, Scalar]) -> str:
     return ', '.join(parts)
 
 
-def sentences(comparison: ComparisonReport) -> list[str]:
+def sentences(comparison: Comparison) -> list[str]:
     """Return what was found, in sentences that state numbers and nothing else."""
     said, alignment = list[str](), comparison.alignment
     if alignment is not None:
@@ -147,20 +164,32 @@ def _numbers(quantity: Compared) -> Section:
                 cells.append(_number(cell.get(field), form, factors.get(unit, 1)))
         if set(cells) != {NONE}:
             rows.append((label, *cells, shown))
-    return title(quantity), ('B − A', *(name for name, _, _ in columns), 'unit'), rows
+    header = 'B − A', *(name for name, _, _ in columns), 'unit'
+    return Section(title(quantity), rows, header)
 
 
-def _saturations(pairs: list[tuple[str, Threshold, Threshold]]) -> Section:
-    header = ('preload', 'A', 'at stroke (nm)', 'B', 'at stroke (nm)', 'B − A')
-    rows = []
+def _thresholds(pairs: Sequence[tuple[str, Threshold, Threshold]]) -> Iterator[Section]:
+    """Yield what is read off force curves."""
+    zeros, tops = [], []
     for name, a, b in pairs:
+        zero_a_m, zero_b_m = a.zero_amplitude_m, b.zero_amplitude_m
+        both = None if zero_a_m is None or zero_b_m is None else zero_b_m - zero_a_m
+        zeros.append((name, *(_number(each, '.3f', NM) for each in (zero_a_m, zero_b_m, both))))
         cells = [
             cell
             for each in (a, b)
             for cell in (f'{MN * each.saturation:.3f}', f'{NM * each.saturation_at_m:.5g}')
         ]
-        rows.append((name, *cells, f'{MN * (b.saturation - a.saturation):.3f}'))
-    return 'largest force (mN)', header, rows
+        tops.append((name, *cells, f'{MN * (b.saturation - a.saturation):.3f}'))
+    yield Section('0-amplitude (nm)', zeros, ('preload', 'A', 'B', 'B − A'))
+    header = 'preload', 'A', 'at stroke (nm)', 'B', 'at stroke (nm)', 'B − A'
+    yield Section('largest force (mN)', tops, header)
+
+
+def _changed(side: Side) -> str:
+    if side.changed is None:
+        return _UNSAID
+    return '\n'.join(f'{name} = {value}' for name, value in side.changed.items()) or 'none'
 
 
 def _number(value: float | None, form: str, factor: float) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import PurePath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen
 from stickslip_ros.lab.experiments.predict import Prediction, predict
-from stickslip_ros.lab.fitting.report import sensors_of
+from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.runs.batch import pool_of
 from stickslip_ros.lab.runs.plotting import (
     BLACK,
@@ -24,9 +24,6 @@ from stickslip_ros.lab.runs.plotting import (
 )
 from stickslip_ros.units import MN, NM, display_unit
 
-if TYPE_CHECKING:
-    from stickslip_ros.lab.fitting.fit import Fit
-
 CURVE_POINTS = 41
 _PIXELS = 1500  # points of a curve are no more than a picture can show
 _WORDS = {
@@ -38,9 +35,9 @@ _WORDS = {
 
 
 @styled()
-def draw_fit(fit: 'Fit', workers: int = 0) -> Figure:
+def draw_fit(fit: FitResult, workers: int = 0) -> Figure:
     """Draw a fit: each trace and each quantity of steps, and below what the model misses."""
-    traces = sensors_of(fit)
+    traces = fit.sensors
     kinds = [
         quantity
         for quantity in ('force_n', 'step_length_m')
@@ -60,7 +57,7 @@ def draw_fit(fit: 'Fit', workers: int = 0) -> Figure:
 
 
 def _draw_trace(
-    fit: 'Fit', one: Experiment, each: Seen, sensor: dict[str, float], top: Axes, bottom: Axes
+    fit: FitResult, one: Experiment, each: Seen, sensor: dict[str, float], top: Axes, bottom: Axes
 ) -> None:
     """Draw a trace without the zero and drift of its sensor, the model, and what is left."""
     number = fit.experiments.index(one)
@@ -86,7 +83,7 @@ def _draw_trace(
     bottom.set(xlabel='time (s); dashed: noise', ylabel=f'model −\nmeasured ({unit})')
 
 
-def _draw_numbers(fit: 'Fit', quantity: str, workers: int, top: Axes, bottom: Axes) -> None:
+def _draw_numbers(fit: FitResult, quantity: str, workers: int, top: Axes, bottom: Axes) -> None:
     """Draw numbers against the stroke, a curve of the model for each preload and frequency."""
     points = [
         (one, one.drive, found[0], noises[0])
@@ -125,7 +122,7 @@ def _draw_numbers(fit: 'Fit', quantity: str, workers: int, top: Axes, bottom: Ax
 
 
 def _curve(
-    fit: 'Fit', points: Sequence[Experiment], strokes_m: Array, workers: int
+    fit: FitResult, points: Sequence[Experiment], strokes_m: Array, workers: int
 ) -> list[list[Prediction]]:
     """Return what the fitted stand shows between points of one preload and frequency."""
     drives = [one.drive for one in points if isinstance(one.drive, SawtoothSteps)]

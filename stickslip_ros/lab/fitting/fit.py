@@ -4,13 +4,13 @@ import itertools
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import optimize
-from scipy.stats import chi2, qmc
+from scipy.stats import qmc
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, StickSlipError
@@ -24,33 +24,27 @@ from stickslip_ros.lab.experiments.experiment import (
 )
 from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of, sensor_near
-from stickslip_ros.lab.fitting.draws import drawn
 from stickslip_ros.lab.fitting.free import Free, choose_free, choose_known
 from stickslip_ros.lab.fitting.metric import Allowance, slower
-from stickslip_ros.lab.fitting.missing import Missing, missing_from
+from stickslip_ros.lab.fitting.missing import missing_from
 from stickslip_ros.lab.fitting.problem import (
     FINEST,
-    Predicted,
     Problem,
     StandardErrors,
     pose,
     silent,
 )
 from stickslip_ros.lab.fitting.profile import profile
-from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimates_of, uncertainty
+from stickslip_ros.lab.fitting.report import Fit
+from stickslip_ros.lab.fitting.result import RULED_OUT_BY, Minimum, best_of
+from stickslip_ros.lab.fitting.statistics import uncertainty
 from stickslip_ros.lab.runs.batch import Progress, pool_of, run_batch
-from stickslip_ros.lab.runs.drawn import Drawn
 from stickslip_ros.lab.tables.experiment import MeasuredTable, Reading
-from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import Show, progress_of
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from stickslip_ros.lab.tables.formats import Table
-
-# ruff: noqa: PLC0415 - its figure and report import this
 
 STARTS_MAX = 1000
 ROUNDS = 6  # searches with ever more cycles, until they suffice at the minimum
@@ -59,9 +53,6 @@ TOLERANCE = 1e-6
 """Relative change of sum of squares, or of coordinates, at which a search ends: a thousandth of
 a standard error."""
 _EVALUATIONS_MAX = 60  # steps of a search, from which it is said not to have converged
-SAME_CHANGE = 0.01
-"""Change of chi-square, per its scale, within which two searches found the same minimum."""
-SAME_SHARE = 1e-10  # the same as a share of the sum of squares of the data, for data without noise
 LOOSE = Allowance(2e-8, 0.3), Allowance(4e-9, 0.05)
 """What the model may be wrong by in the first searches of traces. Steps that are a little too
 short add up to a large miss, and a search that is to mend it at once ends elsewhere: from places
@@ -82,185 +73,6 @@ SAID_SLOW_S = 2e-5  # from which a slow sensor is said: 8 kHz, where a runner ri
 UNEXPLAINED = 10.0
 """Chi-square per reading above 1, per root of the readings, from which that is too much: noise
 comes to 4."""
-RULED_OUT_BY = (
-    3.84  # chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %
-)
-
-
-@dataclass(frozen=True)
-class Minimum:
-    """
-    Where a search ended, whether it converged, and how many stands it tried.
-
-    There are no coordinates if the search came to a stand that cannot be.
-
-    """
-
-    coordinates: tuple[float, ...]
-    chi_square: float
-    converged: bool
-    evaluations: int
-
-    @property
-    def place(self) -> Array:
-        """Coordinates of the minimum, shape (free,)."""
-        return np.array(self.coordinates)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Fit(Drawn):
-    """
-    What a fit comes to.
-
-    Attributes
-    ----------
-    problem : Problem
-        What was fitted, with the cycles of each run.
-    searches, refined : tuple of Minimum
-        Where each search ended, and those that went on from the best with more cycles.
-    others : tuple of Minimum
-        Other minima that traces do not rule out.
-    steady : bool
-        Whether all runs had cycles enough.
-    uncertainty : Uncertainty
-        Slopes at the minimum and what follows from them.
-    predicted : list of lists of Prediction
-        What the fitted stand shows, for each experiment and what was seen there.
-    missing : tuple of Missing
-        What the stand may lack, the most telling first.
-    wall_s : float
-        Time it took.
-    notes : tuple of str
-        What was changed in the stand for it.
-
-    """
-
-    problem: Problem
-    searches: tuple[Minimum, ...]
-    refined: tuple[Minimum, ...]
-    others: tuple[Minimum, ...]
-    steady: bool
-    uncertainty: Uncertainty
-    predicted: Predicted
-    missing: tuple[Missing, ...]
-    wall_s: float
-    notes: tuple[str, ...] = ()
-
-    @property
-    def found(self) -> Minimum:
-        """The minimum."""
-        return self.refined[-1] if self.refined else _best(self.searches)
-
-    @property
-    def parameters(self) -> Parameters:
-        """The fitted stand."""
-        return self.problem.stand(self.found.place)
-
-    @cached_property
-    def estimates(self) -> tuple[Estimate, ...]:
-        """The free parameters."""
-        return estimates_of(self.problem, self.found.place, self.uncertainty)
-
-    def _draw(self) -> 'Figure':
-        from stickslip_ros.lab.fitting.figure import draw_fit
-
-        return draw_fit(self)
-
-    def __repr__(self) -> str:
-        from stickslip_ros.lab.fitting.report import warnings_of
-
-        found = (
-            f'{each.name} {each.value:.6g} ± {each.standard_error:.2g} {each.unit}'.rstrip()
-            for each in self.estimates
-        )
-        return '\n'.join([*found, *(f'warning: {text}' for text in warnings_of(self))])
-
-    def _repr_html_(self) -> str:
-        from stickslip_ros.lab.fitting.report import sections, warnings_of
-
-        tables = [html_table(title, rows, header) for title, header, rows in sections(self)]
-        warnings = [(text,) for text in warnings_of(self)]
-        return '\n'.join([*tables, html_table('Warnings', warnings) * bool(warnings)])
-
-    def draws(self, count: int, seed: int = 1) -> list[Parameters]:
-        """
-        Return stands that are as likely as what is known of this one.
-
-        Parameters
-        ----------
-        count, seed : int
-            Their number, and the seed of the chance.
-
-        Returns
-        -------
-        list of Parameters
-            From the normal distribution of the coordinates (of a logarithm mostly) at the minimum;
-            what is not determined stays as it was found.
-
-        """
-        free, place = self.problem.free, self.found.place
-        return drawn(self.parameters, free, place, self.uncertainty.covariance_z, count, seed)
-
-    @property
-    def covariance(self) -> Array:
-        """In the units of the parameters, shape (free, free); not a number where there is none."""
-        slopes = np.array([one.slope(one.value) for one in self.estimates])
-        return np.asarray(self.uncertainty.covariance_z * np.outer(slopes, slopes))
-
-    @property
-    def experiments(self) -> tuple[Experiment, ...]:
-        """What was fitted, without outliers."""
-        return self.problem.experiments
-
-    @property
-    def chi_square(self) -> float:
-        """Sum of squared residuals; if no errors are known, per square of the largest number."""
-        return self.found.chi_square
-
-    @property
-    def reduced_chi_square(self) -> float | None:
-        """Chi-square per degree of freedom; None without one."""
-        dof = self.uncertainty.dof
-        return self.chi_square / dof if dof else None
-
-    @property
-    def p_value(self) -> float | None:
-        """Chance of a larger chi-square if model and known errors are right; else None."""
-        dof = self.uncertainty.dof
-        if not self.problem.noise.known or not dof:
-            return None
-        return float(chi2.sf(self.chi_square, dof))
-
-    @property
-    def noise_n(self) -> float | None:
-        """Standard error of a force from the residuals; None where it is known."""
-        noise = self.problem.noise
-        if noise.known:
-            return None
-        return float(np.sqrt(self.uncertainty.variance_scale)) * noise.values[0][0]
-
-    @property
-    def same(self) -> int:
-        """Searches that ended in this minimum."""
-        rounding = SAME_SHARE * self.problem.signal**2
-        return self._searches_within(SAME_CHANGE * self.uncertainty.variance_scale + rounding)
-
-    @property
-    def rivals(self) -> int:
-        """Minima, or searches that ended in them, that are not ruled out beside this one."""
-        if self.problem.has_traces:
-            return len(self.others)
-        not_out = self._searches_within(RULED_OUT_BY * self.uncertainty.variance_scale)
-        return max(not_out - self.same, 0)
-
-    @property
-    def evaluations(self) -> int:
-        """Stands tried in all searches."""
-        return sum(one.evaluations for one in (*self.searches, *self.refined))
-
-    def _searches_within(self, most: float) -> int:
-        least = _best(self.searches).chi_square
-        return sum(one.chi_square - least <= most for one in self.searches)
 
 
 def fit(
@@ -412,7 +224,7 @@ def fit_experiments(
     )
     with pool_of(workers) as pool:
         problem = replace(problem, pool=pool)
-        here, refined, steady = _best(searches), list[Minimum](), True
+        here, refined, steady = best_of(searches), list[Minimum](), True
         rivals: tuple[Minimum, ...] = ()
         if problem.has_traces:
             problem, refined, rivals, noted = _tightened(
@@ -490,10 +302,6 @@ def _search_or_nothing(problem: Problem, start: Array) -> Minimum:
         if np.array_equal(start, problem.start):
             raise
         return Minimum((), math.inf, converged=False, evaluations=0)
-
-
-def _best(searches: Sequence[Minimum]) -> Minimum:
-    return min(searches, key=lambda found: found.chi_square)
 
 
 def _refine(problem: Problem, best: Minimum) -> tuple[Problem, list[Minimum], bool]:

@@ -18,8 +18,8 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.fitting.fit import Fit
 from stickslip_ros.lab.fitting.problem import Problem, StandardErrors
+from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.runs.sawtooth_run import full_stroke_m
 from stickslip_ros.parameters import Parameters, Scalar
 
@@ -66,7 +66,7 @@ class Plan:
     errors: Array
 
 
-def plan(fit: Fit, count: int = 5, candidates: Sequence[Candidate] | None = None) -> Plan:
+def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None = None) -> Plan:
     """
     Return which measurements would make the parameters of a fit surest.
 
@@ -110,7 +110,7 @@ def plan(fit: Fit, count: int = 5, candidates: Sequence[Candidate] | None = None
     return Plan(names, now, tuple(chosen), np.array(errors))
 
 
-def candidates_of(fit: Fit) -> list[Candidate]:
+def candidates_of(fit: FitResult) -> list[Candidate]:
     """Return measurements that could be made as those of a fit were."""
     stand, found = fit.parameters, list[Candidate]()
     top_v = stand.amplifier.voltage_max - stand.amplifier.voltage_min
@@ -136,7 +136,7 @@ def candidates_of(fit: Fit) -> list[Candidate]:
 
 
 def _experiment(
-    fit: Fit, stand: Parameters, preload_n: float, volts: float, hertz: float
+    fit: FitResult, stand: Parameters, preload_n: float, volts: float, hertz: float
 ) -> Experiment:
     """Return what would be seen under a wave, of negative volts a triangle, as in the fit."""
     like = fit.experiments[0]
@@ -158,7 +158,7 @@ def _experiment(
     return Experiment('planned', settings, Voltage(np.array(rows)), (looked,))
 
 
-def _information(fit: Fit, candidate: Candidate) -> Array:
+def _information(fit: FitResult, candidate: Candidate) -> Array:
     """Return what a candidate would tell of the coordinates, shape (free, free)."""
     problem, place = fit.problem, fit.found.place
     if candidate.experiment is None:

@@ -1,10 +1,10 @@
-"""What a fit says: warnings, the object for JSON, and the stand as a ROS parameter file."""
+"""What a fit says: sections, warnings, the object for JSON, and a ROS parameter file."""
 
 import json
 import math
 from collections.abc import Iterator
 from pathlib import Path, PurePath
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,14 +12,17 @@ import stickslip_ros
 from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
-from stickslip_ros.lab.fitting.fit import Fit
+from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.fitting.statistics import Estimate
+from stickslip_ros.lab.runs.drawn import Drawn
 from stickslip_ros.parameters import dump_yaml
+from stickslip_ros.sections import Section
 from stickslip_ros.units import display_unit
 
-Section: TypeAlias = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
-"""A table that a result says itself in: title, header, rows."""
-JSON, YAML = ('.json',), ('.yaml', '.yml')
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+JSON, YAML, HTML = ('.json',), ('.yaml', '.yml'), ('.html', '.htm')
 CORRELATED = 0.95
 CONDITION_MAX = 30.0
 """Condition number from which parameters are collinear (Belsley, Kuh, Welsch 1980)."""
@@ -32,7 +35,73 @@ OPPOSITE = -0.3  # correlation of model and readings below which they go opposit
 SHOWN = 0.1  # part of a combination from which a parameter is named
 
 
-def warnings_of(fit: Fit) -> tuple[str, ...]:
+class Fit(Drawn, FitResult):
+    """
+    What a fit comes to.
+
+    Attributes
+    ----------
+    problem : Problem
+        What was fitted, with the cycles of each run.
+    searches, refined : tuple of Minimum
+        Where each search ended, and those that went on from the best with more cycles.
+    others : tuple of Minimum
+        Other minima that traces do not rule out.
+    steady : bool
+        Whether all runs had cycles enough.
+    uncertainty : Uncertainty
+        Slopes at the minimum and what follows from them.
+    predicted : list of lists of Prediction
+        What the fitted stand shows, for each experiment and what was seen there.
+    missing : tuple of Missing
+        What the stand may lack, the most telling first.
+    wall_s : float
+        Time it took.
+    notes : tuple of str
+        What was changed in the stand for it.
+
+    """
+
+    def sections(self) -> Iterator[Section]:
+        """Yield the estimates, their quality, what was seen, correlations, what is missing."""
+        header = 'parameter', 'estimate', 'std error', '95 % low', '95 % high', 'unit'
+        estimates = [_row(one) for one in self.estimates]
+        title = f'fit of {", ".join(one.name for one in self.estimates)}'
+        yield Section(title, estimates, header, self._said(), self._draw)
+        yield Section('quality', list(_quality(self)))
+        if traces := [_trace_row(*each) for each in self.sensors]:
+            header_of = 'recording', 'quantity', 'readings', 'noise', 'missed', 'unit', 'late (us)'
+            yield Section('what was seen over time', traces, header_of)
+        if len(self.estimates) > 1:
+            names = [one.name for one in self.estimates]
+            rows = [
+                (name, *('-' if np.isnan(value) else f'{value:+.3f}' for value in row))
+                for name, row in zip(names, self.uncertainty.correlation, strict=True)
+            ]
+            yield Section('correlation', rows, ('', *(name.partition('.')[2] for name in names)))
+        if self.missing:
+            title = 'what the stand may lack: chi-square per reading, noise and sensor alone'
+            rows = [
+                (each.name, *(f'{value / self.readings:.4g}' for value in each[1:]))
+                for each in self.missing
+            ]
+            yield Section(title, rows, ('parameter', 'now', 'if it were free'))
+
+    def _draw(self) -> 'Figure':
+        from stickslip_ros.lab.fitting.figure import draw_fit  # noqa: PLC0415 - takes long
+
+        return draw_fit(self)
+
+    def _said(self) -> list[str]:
+        notes = (f'Note: {note}.' for note in self.notes)
+        warnings = (f'Warning: {warning}.' for warning in warnings_of(self))
+        return [f'Errors: {basis_of(self)}.', *notes, *warnings]
+
+    def __repr__(self) -> str:
+        return '\n'.join([*map(_estimate, self.estimates), *self._said()])
+
+
+def warnings_of(fit: FitResult) -> tuple[str, ...]:
     """Return sentences about what is doubtful in a fit; none if nothing is."""
     return (
         *(text for one in fit.experiments for text in one.notes),
@@ -42,7 +111,7 @@ def warnings_of(fit: Fit) -> tuple[str, ...]:
     )
 
 
-def as_object(fit: Fit) -> dict[str, Any]:
+def as_object(fit: FitResult) -> dict[str, Any]:
     """Return a fit as JSON can hold it: None stands for what is infinite or not a number."""
     doubt = fit.uncertainty
     content = {
@@ -80,32 +149,27 @@ def as_object(fit: Fit) -> dict[str, Any]:
 
 
 def check_output(path: Path) -> None:
-    """Refuse a file that is neither JSON nor YAML, or cannot be written, before the work."""
-    if path.suffix.lower() not in {*JSON, *YAML}:
-        raise WrongKind('output', str(path), 'a .json or .yaml file', 'end its name so')
+    """Refuse a file of another kind, or that cannot be written, before the work."""
+    if path.suffix.lower() not in {*JSON, *YAML, *HTML}:
+        raise WrongKind('output', str(path), 'a .json, .yaml or .html file', 'end its name so')
     prepare_output(path)
 
 
-def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str) -> None:
-    """Write what ``as_object`` says as JSON, or the fitted stand as a ROS parameter file."""
+def write_fit(path: Path, fit: Fit, content: dict[str, Any], origin: str, command: str) -> None:
+    """Write a page, what ``as_object`` says as JSON, or the stand as a ROS parameter file."""
     path.parent.mkdir(parents=True, exist_ok=True)
+    if path.suffix.lower() in HTML:
+        fit.save(path, command)
+        return
     if path.suffix.lower() in JSON:
         text = json.dumps(content, indent=2) + '\n'
     else:
-        lines = [f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.']
-        for one in fit.estimates:
-            value = f'{one.value:.6g} {one.unit}'.rstrip() + ', not determined'
-            if math.isfinite(one.standard_error):
-                value = f'{one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip()
-                value += f', 95 % interval {one.low:.6g} to {one.high:.6g}'
-            lines.append(f'{one.name}: {value}')
-        lines += [f'Note: {note}' for note in content['notes']]
-        lines += [f'Warning: {warning}' for warning in content['warnings']]
-        text = dump_yaml(fit.parameters, '\n'.join(lines))
+        made = f'Fitted to {origin} by stickslip fit, version {stickslip_ros.__version__}.'
+        text = dump_yaml(fit.parameters, f'{made}\n{fit}')
     path.write_text(text, encoding='utf-8')
 
 
-def _search_warnings(fit: Fit) -> Iterator[str]:
+def _search_warnings(fit: FitResult) -> Iterator[str]:
     if not fit.found.converged:
         yield 'the search did not converge: raise --starts, or narrow --bounds'
     if not fit.steady:
@@ -131,7 +195,7 @@ def _search_warnings(fit: Fit) -> Iterator[str]:
             f'{fit.rivals} of {len(fit.searches)} searches ended in another minimum that the '
             'points do not rule out at 95 %: the intervals hold for this one only'
         )
-    readings = readings_of(fit)
+    readings = fit.readings
     if fit.missing and fit.missing[0].chi_square > _MISSED_MOST * readings:
         worst = fit.missing[0]
         yield (
@@ -152,7 +216,7 @@ def _search_warnings(fit: Fit) -> Iterator[str]:
         yield from _opposite_ways(fit)
 
 
-def _opposite_ways(fit: Fit) -> Iterator[str]:
+def _opposite_ways(fit: FitResult) -> Iterator[str]:
     """Yield what goes against the stand at the start: the fitted one may stand still."""
     [began] = fit.problem.predicted([fit.problem.stand(fit.problem.start)])
     for number, one, each, _ in fit.problem.seen:
@@ -182,7 +246,7 @@ def _estimate_warnings(one: Estimate) -> Iterator[str]:
         yield f'{one.name} has a standard error above its value'
 
 
-def _trade_warnings(fit: Fit) -> Iterator[str]:
+def _trade_warnings(fit: FitResult) -> Iterator[str]:
     names = [one.name for one in fit.estimates]
     for row, column in zip(*np.triu_indices(len(names), k=1), strict=True):
         together = float(fit.uncertainty.correlation[row, column])
@@ -201,7 +265,7 @@ def _trade_warnings(fit: Fit) -> Iterator[str]:
         )
 
 
-def _points(fit: Fit) -> list[dict[str, Any]]:
+def _points(fit: FitResult) -> list[dict[str, Any]]:
     """Return the numbers that were fitted, one object each."""
     rows = list[dict[str, Any]]()
     for one, found, noises in zip(
@@ -226,7 +290,7 @@ def _points(fit: Fit) -> list[dict[str, Any]]:
     return rows
 
 
-def _traces(fit: Fit) -> list[dict[str, Any]]:
+def _traces(fit: FitResult) -> list[dict[str, Any]]:
     """Return what was seen over time and how the sensors are, one object each."""
     return [
         {
@@ -238,67 +302,16 @@ def _traces(fit: Fit) -> list[dict[str, Any]]:
             **sensor,
             'driven_by': list(one.drive.said),
         }
-        for one, each, sensor in sensors_of(fit)
+        for one, each, sensor in fit.sensors
         if isinstance(one.drive, Voltage)
     ]
 
 
-def sensors_of(fit: Fit) -> list[tuple[Experiment, Seen, dict[str, float]]]:
-    """Return each quantity over time, with noise, zero, drift and lateness of its sensor."""
-    found, metrics = [], iter(fit.problem.metrics)
-    for number, one, each, noise in fit.problem.seen:
-        if not isinstance(one.drive, Voltage):
-            continue
-        model = fit.predicted[number][one.seen.index(each)]
-        sizes, left = next(metrics).of_sensor(model.values - each.values)
-        zero, drift, late_s, _ = sizes.tolist()
-        sensor = {
-            'noise': noise,
-            'zero': -zero,
-            'drift_per_s': -drift,
-            'late_s': fit.problem.shift_s(number) + late_s,
-            'rms': float(np.sqrt(np.mean(left**2))),
-        }
-        found.append((one, each, sensor))
-    return found
-
-
-def sections(fit: Fit) -> list[Section]:
-    """Return what a fit says, as tables: title, header, rows of text."""
-    header: tuple[str, ...] = (
-        'parameter',
-        'estimate',
-        'std error',
-        '95 % low',
-        '95 % high',
-        'unit',
-    )
-    found: list[Section] = [('fit', header, [_row(one) for one in fit.estimates])]
-    found.append(('quality', (), [(name, str(value)) for name, value in _quality(fit)]))
-    if traces := [_trace_row(*each) for each in sensors_of(fit)]:
-        header = ('recording', 'quantity', 'readings', 'noise', 'missed', 'unit', 'late (us)')
-        found.append(('what was seen over time', header, traces))
-    if len(fit.estimates) > 1:
-        names = [one.name for one in fit.estimates]
-        rows: list[tuple[str, ...]] = [
-            (name, *('-' if np.isnan(value) else f'{value:+.3f}' for value in row))
-            for name, row in zip(names, fit.uncertainty.correlation, strict=True)
-        ]
-        found.append(('correlation', ('', *(name.partition('.')[2] for name in names)), rows))
-    if fit.missing:
-        title = 'what the stand may lack: chi-square per reading, noise and sensor alone'
-        header = ('parameter', 'now', 'if it were free')
-        rows = [
-            (each.name, *(f'{value / readings_of(fit):.4g}' for value in each[1:]))
-            for each in fit.missing
-        ]
-        found.append((title, header, rows))
-    return found
-
-
-def readings_of(fit: Fit) -> int:
-    """Return how many values were seen."""
-    return sum(len(each.values) for _, _, each, _ in fit.problem.seen)
+def _estimate(one: Estimate) -> str:
+    if not math.isfinite(one.standard_error):
+        return f'{one.name}: {one.value:.6g} {one.unit}'.rstrip() + ', not determined'
+    value = f'{one.name}: {one.value:.6g} ± {one.standard_error:.2g} {one.unit}'.rstrip()
+    return f'{value}, 95 % interval {one.low:.6g} to {one.high:.6g}'
 
 
 def _row(one: Estimate) -> tuple[str, ...]:
@@ -316,7 +329,7 @@ def _trace_row(one: Experiment, each: Seen, sensor: dict[str, float]) -> tuple[s
     return (PurePath(one.origin).name, each.quantity, readings, noise, rms, unit, late)
 
 
-def basis_of(fit: Fit) -> str:
+def basis_of(fit: FitResult) -> str:
     """Return a sentence that says what the errors rest on."""
     allowance, doubt = fit.problem.allowance, fit.uncertainty
     if allowance is not None:
@@ -333,7 +346,7 @@ def basis_of(fit: Fit) -> str:
     )
 
 
-def _quality(fit: Fit) -> Iterator[tuple[str, object]]:
+def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
     doubt = fit.uncertainty
     yield 'points', fit.problem.count
     yield 'degrees of freedom', doubt.dof

@@ -28,6 +28,7 @@ from stickslip_ros.lab.linear.curves import Complex
 from stickslip_ros.lab.linear.sampled import StateSpace, held, read, reduced
 from stickslip_ros.lab.runs.drawn import Drawn
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.sections import Section, number
 from stickslip_ros.units import MICRO
 
 if TYPE_CHECKING:
@@ -94,6 +95,16 @@ class LinearDrive(Drawn):
         moved: Any = np.linalg.solve(s * np.eye(len(self.A)) - self.A, self.B[None])
         matrix: Complex = self.C @ moved + self.D
         return matrix
+
+    def sections(self) -> list[Section]:
+        """Return where it is stuck, how stiff it is there, and its resonance."""
+        title = f'stuck at {self.at_voltage_v:g} V, preload {self.parameters.stand.preload:g} N'
+        rows = [
+            number('stiffness of the contacts', self.contact_n_per_m, '.4f', 'N/um'),
+            number('stiffness of what the runner touches', self.cell_n_per_m, '.4f', 'N/um'),
+            ('resonance of the runner', f'{self.resonance_hz:.1f}', 'Hz'),
+        ]
+        return [Section(title, rows, draw=self._draw)]
 
     def _draw(self) -> 'Figure':
         from stickslip_ros.lab.linear.bode import BAND, draw_bode  # noqa: PLC0415 - takes long

@@ -29,6 +29,8 @@ from stickslip_ros.lab.runs.journal import Row
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.progress import shown_progress
+from stickslip_ros.sections import Section, number
+from stickslip_ros.units import NM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +38,8 @@ if TYPE_CHECKING:
 SLIDING_SHARE = 2e-3  # sliding amplitude per maximal presliding of the contact that slips first
 VOLTAGE_SHARE = 2.5e-3
 """Largest amplitude of the voltage per range of the amplifier: no play of the hysteresis moves."""
+_BELOW = 0.9
+"""Measurement and closed form are compared below this share of the resonance."""
 _POINTS = 128
 """Corners of a sine per cycle, and readings, which are means from one corner to the next."""
 _CYCLES_MIN, _CYCLES_MAX, _BEATS = 6, 80, 4.0
@@ -70,6 +74,28 @@ class MeasuredResponse(Drawn):
     voltage_amplitude_v: Array
     load_amplitude_n: Array
     softening: float
+
+    @property
+    def largest_deviation(self) -> float | None:
+        """The largest size of ``deviation`` below the resonance, if anything is there."""
+        below = self.frequency_hz <= _BELOW * self.linear.resonance_hz
+        found = np.abs(np.array(self.deviation)[:, below])
+        return float(found.max()) if found.size else None
+
+    def sections(self) -> list[Section]:
+        """Return the drive in closed form, and how what was measured differs."""
+        [linear], lowest_hz = self.linear.sections(), self.frequency_hz.min()
+        per_v, per_n = (abs(column[0]) for column in self.linear.response(lowest_hz))
+        rows = [
+            *linear.rows,
+            (f'position per voltage at {lowest_hz:.4g} Hz', f'{per_v * NM:.5f}', 'nm/V'),
+            (f'position per load at {lowest_hz:.4g} Hz', f'{per_n * NM:.5f}', 'nm/N'),
+            number('stiffness lost by partial slip', self.softening, '.2e'),
+        ]
+        if self.largest_deviation is not None:
+            words = f'largest deviation up to {_BELOW:g} of the resonance'
+            rows.append((words, f'{self.largest_deviation:.2%}', ''))
+        return [linear._replace(rows=rows, draw=self._draw)]
 
     def _draw(self) -> 'Figure':
         from stickslip_ros.lab.linear.bode import draw_bode  # noqa: PLC0415 - takes long

@@ -1,12 +1,18 @@
-"""Results that draw themselves, as wide as a screen or a journal wants them."""
+"""Results that draw themselves, as wide as a screen or a journal wants them, and make a page."""
 
+# ruff: noqa: PLC0415 - matplotlib takes long
+
+from pathlib import Path
 from typing import TYPE_CHECKING
+
+from stickslip_ros.files import replacing
+from stickslip_ros.sections import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Drawn:
+class Drawn(Shown):
     """A result with a figure."""
 
     def plot(self, *, style: str = '', width_mm: float | None = None) -> 'Figure':
@@ -17,10 +23,29 @@ class Drawn:
         paper, where a column has 85 mm, with letters of 8 pt.
 
         """
-        from stickslip_ros.lab.runs.plotting import looking  # noqa: PLC0415 - takes long
+        from stickslip_ros.lab.runs.plotting import looking
 
         with looking(style, width_mm):
             return self._draw()
+
+    def save(self, path: str | Path, command: str = '') -> Path:
+        """
+        Write a page of HTML that needs nothing else, in place of an older one.
+
+        It names the ``command`` that made it, if there was one.
+
+        Raises
+        ------
+        RecordingError
+            If it cannot be written.
+
+        """
+        from stickslip_ros.lab.runs.page import page_of
+
+        page, path = page_of(self.sections(), command), Path(path)
+        with replacing(path) as part:
+            part.write_text(page, encoding='utf-8')
+        return path
 
     def _draw(self) -> 'Figure':
         raise NotImplementedError

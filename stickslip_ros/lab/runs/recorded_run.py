@@ -11,10 +11,10 @@ from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.runs.recorded import TimeWindow, recorded_series, recorded_stand
 from stickslip_ros.lab.runs.run_result import SawtoothRun
-from stickslip_ros.notebook import html_table
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
+from stickslip_ros.sections import Section, Shown
 from stickslip_ros.units import with_unit
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-class Run:
+class Run(Shown):
     """
     A recorded run: a file, or one that lives as long as this object.
 
@@ -160,12 +160,13 @@ class Run:
             text = f'{self._result.steps} steps of {step}, mean force {force}; {text}'
         return f'Run({text})'
 
-    def _repr_html_(self) -> str:
-        shown = '' if self._result is None else self._result._repr_html_()
+    def sections(self) -> list[Section]:
+        """Return what it came to, if that is known, and its topics."""
+        shown = [] if self._result is None else self._result.sections()
         if self._path is None:
             return shown
         rows = [(each.topic, each.type_name, each.messages) for each in self.recording.channels]
-        return shown + html_table(str(self.path), rows, ('topic', 'type', 'messages'))
+        return [*shown, Section(str(self.path), rows, ('topic', 'type', 'messages'))]
 
 
 def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:

@@ -19,9 +19,10 @@ from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, alone, bundle_for
 from stickslip_ros.lab.runs.sawtooth_run import drive_course, full_stroke_m
-from stickslip_ros.notebook import Shown
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
+from stickslip_ros.sections import Section, Shown, number
+from stickslip_ros.units import NM
 
 _STEPS_MIN = 10
 STEP_MIN_M = 1e-10
@@ -75,6 +76,20 @@ class ZeroAmplitude(Shown):
     fit_points: int
     steps: int
     step_min_m: float
+
+    def sections(self) -> list[Section]:
+        """Return the numbers."""
+        title = f'preload {self.preload_n:g} N, {self.frequency_hz:g} Hz, {self.steps} steps'
+        fitted = f'{self.fit_from_m * NM:.2f} to {self.fit_to_m * NM:.2f}'
+        rows = [
+            number("0-amplitude, Edeler's extrapolation", self.zero_amplitude_m, '.3f', 'nm'),
+            number('slope of step length', self.slope, '.4f'),
+            (f'line fitted at {self.fit_points} amplitudes', fitted, 'nm'),
+            number('rms deviation from that line', self.fit_rms_m, '.4f', 'nm'),
+            number('0-amplitude, first net step', self.zero_amplitude_direct_m, '.3f', 'nm'),
+            number('u_max of a lower contact', self.max_presliding_lower_m, '.3f', 'nm'),
+        ]
+        return [Section(title, rows)]
 
 
 def zero_amplitude(

@@ -1,5 +1,6 @@
 """`stickslip compare` as it is typed, and as docs/howto/compare.md shows it."""
 
+import html
 import json
 import re
 import shlex
@@ -103,7 +104,7 @@ def test_the_report_tells_its_command(capsys: Any, example: Path):
     page = (example / 'pages/page.html').read_text(encoding='utf-8')
     command = re.search(r'<pre>(.*?)</pre>', page)
     assert command
-    typed = shlex.split(command[1].replace('&#39;', "'"))
+    typed = shlex.split(html.unescape(command[1]))
     parsed = build_parser().parse_args(typed[1:])
     assert parsed == build_parser().parse_args(words)
 

@@ -39,9 +39,10 @@ def fit(path: Path, *words: str) -> int:
 def test_the_fitted_stand_runs_from_its_yaml_and_the_json_says_how_good_it_is(
     experiment, capsys, tmp_path
 ):
-    files = [tmp_path / 'new' / name for name in ('fit.yaml', 'fit.json', 'fit.png')]
-    yaml, text, picture = files
-    words = ['-o', str(yaml), '-o', str(text), '--figure', str(picture), '--json']
+    names = 'fit.yaml', 'fit.json', 'fit.html', 'fit.png'
+    yaml, text, page, picture = files = [tmp_path / 'new' / name for name in names]
+    words = [each for file in files[:3] for each in ('-o', str(file))]
+    words += ['--figure', str(picture), '--json']
     assert fit(experiment, *FREE, *QUICK, *words) == 0
     result = json.loads(capsys.readouterr().out)
     assert json.loads(text.read_text(encoding='utf-8')) == result
@@ -57,6 +58,9 @@ def test_the_fitted_stand_runs_from_its_yaml_and_the_json_says_how_good_it_is(
         encoding='utf-8'
     )
     assert picture.read_bytes().startswith(b'\x89PNG')
+    shown = page.read_text(encoding='utf-8')
+    assert f'<td>contact.friction</td><td>{stand.contact.friction:.6g}</td>' in shown
+    assert '<img src="data:image/svg+xml;base64,' in shown
 
 
 def test_the_tables_show_errors_and_correlation(experiment, capsys):
@@ -82,7 +86,7 @@ def test_without_standard_errors_the_basis_of_the_errors_is_said(experiment, cap
     shown = capsys.readouterr().out
     assert 'noise of a point, estimated' in shown
     assert 'scaled by the residuals, as the points have no standard errors' in shown
-    assert 'note    contact.prefactor was set to 0' in shown
+    assert 'Note: contact.prefactor was set to 0' in shown
 
 
 def test_with_steps_every_run_makes_as_many_as_the_experiment(experiment, capsys):

@@ -10,11 +10,12 @@ from contextlib import contextmanager
 import pytest
 
 from stickslip_ros.lab.cli.main import main
-from stickslip_ros.lab.cli.printing import Answer, number, table
+from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.cli.verbs import VERBS
 from stickslip_ros.lab.validation.references import read_references
 from stickslip_ros.process.signals import REFUSED
 from stickslip_ros.progress import shown_progress
+from stickslip_ros.sections import Section, number
 
 PATIENCE_S = 60.0
 DONE_BEFORE, TOTAL = 500, 100_000_000
@@ -84,7 +85,7 @@ def test_long_work_shows_how_far_it_is(words, bars, monkeypatch, tmp_path, ros_d
 
 def test_an_answer_is_a_table_for_people_or_json_in_si_units(capsys):
     rows = [number('stroke', 60e-9, '.1f', 'nm'), ('steps', 20)]
-    answer = Answer({'stroke_m': 60e-9, 'steps': 20}, [table('a run', rows), 'done'])
+    answer = Answer({'stroke_m': 60e-9, 'steps': 20}, [Section('a run', rows), 'done'])
     answer.show(as_json=False)
     shown = capsys.readouterr().out
     assert re.search(r'^stroke   60\.0   nm\nsteps      20 *$', shown, re.MULTILINE)
@@ -94,7 +95,7 @@ def test_an_answer_is_a_table_for_people_or_json_in_si_units(capsys):
 
 
 def test_a_table_is_as_wide_as_a_narrow_terminal_where_nobody_says_how_wide(capsys, monkeypatch):
-    answer = Answer(None, [table('a table', [('x' * 200,)])])
+    answer = Answer(None, [Section('a table', [('x' * 200,)])])
     for columns, width in ((None, 80), ('90', 90)):
         if columns:
             monkeypatch.setenv('COLUMNS', columns)

@@ -356,7 +356,7 @@ WISHES = {
     'contact --normal-force 1 --curve 0.1,x': "--curve 'x' is not a finite number",
     'figures --only fig9': "figure 'fig9' is not known; use fig2, fig6a, fig6b, fig7",
     f'{FIT} --free contact.law': "free parameter 'contact.law' is not a quantity",
-    f'{FIT} -o fit.txt': "output 'fit.txt' is not a .json or .yaml file",
+    f'{FIT} -o fit.txt': "output 'fit.txt' is not a .json, .yaml or .html file",
     f'{FIT} --figure fit.bmp': "kind of picture '.bmp' is not known",
     'import points.csv --preload much': "--preload 'much' is not a number in uN, mN, N or kN",
     'import points.csv -o clean.txt': "output 'clean.txt' is not a .csv file; end its name so",

@@ -10,8 +10,7 @@ import pytest
 
 from stickslip_ros.errors import RecordingError
 from stickslip_ros.lab.comparison.compare import compare
-from stickslip_ros.lab.comparison.report import draw_comparison, report_page
-from stickslip_ros.lab.comparison.words import sections, sentences
+from stickslip_ros.lab.runs.page import page_of
 from stickslip_ros.lab.runs.plotting import svg_of
 from stickslip_ros.parameters import Parameters
 
@@ -47,6 +46,10 @@ class Page(HTMLParser):
         return [attributes.get(name) or '' for each, attributes in self.tags if each == tag]
 
 
+def page(comparison, command):
+    return page_of(comparison.sections(), command)
+
+
 @pytest.fixture(scope='module')
 def points(tmp_path_factory):
     """Give a comparison by amplitude of a file whose name and notes are nasty."""
@@ -72,11 +75,11 @@ def comparison(request, points, runs):
 
 
 def test_the_page_needs_nothing_else(comparison):
-    text = report_page(comparison, COMMAND)
-    page = Page(text)
-    tags = {tag for tag, _ in page.tags}
+    text = page(comparison, COMMAND)
+    shown = Page(text)
+    tags = {tag for tag, _ in shown.tags}
     assert not tags & {'script', 'link', 'iframe', 'object', 'embed', 'base', 'form'}
-    sources = [page.attributes(tag, name) for tag, name in (('img', 'src'), ('a', 'href'))]
+    sources = [shown.attributes(tag, name) for tag, name in (('img', 'src'), ('a', 'href'))]
     assert all(url.startswith('data:image/svg+xml;base64,') for urls in sources for url in urls)
     without_data = re.sub(r'data:image/svg\+xml;base64,[\w+/=]+', '', text)
     assert 'http' not in without_data
@@ -85,10 +88,10 @@ def test_the_page_needs_nothing_else(comparison):
 
 
 def test_there_is_a_picture_of_every_quantity_that_needs_nothing_else(comparison):
-    page = Page(report_page(comparison, COMMAND))
-    urls = page.attributes('img', 'src')
+    shown = Page(page(comparison, COMMAND))
+    urls = shown.attributes('img', 'src')
     assert len(urls) == len(comparison.quantities)
-    assert all(page.attributes('img', 'alt'))
+    assert all(shown.attributes('img', 'alt'))
     for url in urls:
         svg = ET.fromstring(base64.b64decode(url.partition(',')[2]))
         assert svg.tag.endswith('svg')
@@ -103,9 +106,9 @@ def test_there_is_a_picture_of_every_quantity_that_needs_nothing_else(comparison
 
 
 def test_settings_that_differ_have_a_heading_and_their_absence_a_sentence(runs):
-    words = ' '.join(Page(report_page(runs, COMMAND)).texts)
+    words = ' '.join(Page(page(runs, COMMAND)).texts)
     assert runs.differences == ()
-    assert 'Settings of A and B that differ' in words
+    assert 'settings of A and B that differ' in words
     assert 'None. Compared are those that both state: parameters, seed, versions' in words
 
 
@@ -122,12 +125,12 @@ def test_the_legend_names_the_files(points, runs, origin, shown):
     named = dataclasses.replace(runs, a=dataclasses.replace(runs.a, origin=origin))
     words = re.findall('<!-- (.*?) -->', svg_of(named.plot()))
     assert {f'A: {shown}', 'B: run.mcap'} <= set(words)
-    words = re.findall('<!-- (.*?) -->', svg_of(draw_comparison(points, points.quantities)))
+    words = re.findall('<!-- (.*?) -->', svg_of(points.plot()))
     assert {'B: model, 0.1 N', 'B: model, 0.5 N'} <= set(words)
 
 
 def test_what_comes_from_a_file_is_escaped(points):
-    text = report_page(points, NASTY)
+    text = page(points, NASTY)
     texts = Page(text).texts
     assert '<script' not in text
     assert NASTY in texts
@@ -135,20 +138,21 @@ def test_what_comes_from_a_file_is_escaped(points):
 
 
 def test_every_number_of_the_tables_and_every_sentence_is_on_the_page(comparison):
-    texts = Page(report_page(comparison, COMMAND)).texts
-    for _, header, rows in sections(comparison):
-        for cell in (cell for row in [header, *rows] for cell in row if cell):
-            assert cell in texts
-    for sentence in sentences(comparison):
+    texts = Page(page(comparison, COMMAND)).texts
+    for section in comparison.sections():
+        for cell in (cell for row in [section.header, *section.rows] for cell in row if cell):
+            assert all(line in texts for line in str(cell).split('\n'))
+        assert set(section.notes) <= set(texts)
+    for sentence in repr(comparison).split('\n'):
         assert sentence in texts
     assert COMMAND in texts
 
 
 def test_the_page_says_what_was_compared(points, runs):
-    texts = Page(report_page(points, COMMAND)).texts
+    texts = Page(page(points, COMMAND)).texts
     assert 'experiment by amplitude' in texts
     assert 'not in the file' in texts
-    texts = Page(report_page(runs, COMMAND)).texts
+    texts = Page(page(runs, COMMAND)).texts
     assert texts.count('recording') == 2
     assert any('times of B were shifted by 0.001 s, as given' in each for each in texts)
 
@@ -164,7 +168,7 @@ def test_the_same_comparison_gives_the_same_bytes(comparison, tmp_path):
 
 def test_a_report_of_many_samples_stays_small(runs):
     assert sum(quantity.agreement.points for quantity in runs.quantities) > 4000
-    assert len(report_page(runs, COMMAND)) < 2_000_000
+    assert len(page(runs, COMMAND)) < 2_000_000
 
 
 def test_a_report_that_cannot_be_written_is_refused(points, tmp_path):
@@ -176,6 +180,6 @@ def test_a_report_that_cannot_be_written_is_refused(points, tmp_path):
 def test_sentences_say_when_all_is_equal(recorded_run):
     path = str(recorded_run[1])
     same = compare(path, path)
-    told = sentences(same)
+    told = repr(same).split('\n')
     assert len(told) == 4
     assert all(re.fullmatch(r'The .* of B equals that of A at all \d+ points\.', t) for t in told)

@@ -7,7 +7,6 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.lab.comparison.compare import compare
 from stickslip_ros.lab.comparison.in_time import TimeRun, steps_of
 from stickslip_ros.lab.comparison.result import Side
-from stickslip_ros.lab.comparison.words import sections
 from stickslip_ros.lab.runs.sawtooth_run import simulate
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.series import Series
@@ -100,6 +99,6 @@ def test_a_simulated_run_scatters_in_a_comparison_as_it_says_itself(tmp_path):
         assert steps.scatter_m == pytest.approx(run.result.step_scatter_m, abs=noise_m)
     assert report.steps[0].mean_m == pytest.approx(runs[0].step_length_m, rel=2e-3)
     assert report.steps[1].scatter_m > 10.0 * report.steps[0].scatter_m
-    table = {name: rows for name, _, rows in sections(report)}
+    table = {each.title: each.rows for each in report.sections()}
     assert len(table['steps in the second half of each run']) == 4
     assert report.to_json()['steps'][1]['count'] == report.steps[1].count

@@ -13,9 +13,9 @@ from scipy.stats import binom, chi2
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments import predict as predict_module
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
-from stickslip_ros.lab.fitting.fit import Fit, fit, fit_experiments
+from stickslip_ros.lab.fitting.fit import fit, fit_experiments
 from stickslip_ros.lab.fitting.free import choose_free
-from stickslip_ros.lab.fitting.report import as_object, warnings_of
+from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.parameters import Parameters
 

@@ -12,8 +12,8 @@ from stickslip_ros.lab.comparison.compare import compare
 from stickslip_ros.lab.experiments.experiment import Seen, Voltage, noise_of
 from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
-from stickslip_ros.lab.fitting.fit import Fit, fit
-from stickslip_ros.lab.fitting.report import warnings_of
+from stickslip_ros.lab.fitting.fit import fit
+from stickslip_ros.lab.fitting.report import Fit, warnings_of
 from stickslip_ros.lab.runs.replay import DriveInput, replay_input
 from stickslip_ros.lab.tables.experiment import Reading
 from stickslip_ros.parameters import Parameters

@@ -13,9 +13,9 @@ from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage, 
 from stickslip_ros.lab.experiments.predict import SAMPLE_S, Prediction, at_times, low_passed
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.draws import read_draws
-from stickslip_ros.lab.fitting.fit import Fit, fit
+from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.metric import DELAY_S, Allowance, metric_of, slower, waves_of
-from stickslip_ros.lab.fitting.report import as_object, warnings_of
+from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
 from stickslip_ros.parameters import Parameters, Scalar
 
 ROWS = voltage((-60.0, 250.0, 1), (-170.0, 200.0, 1), (280.0, 300.0, 5), (300.0, 600.0, 8))

@@ -124,8 +124,8 @@ def test_a_style_is_typed_and_what_is_none_is_refused(
 def test_results_say_in_a_line_what_they_are(table: Path):
     assert repr(linearise(Parameters())).startswith('LinearDrive: resonance ')
     fitted = fit(table, ['contact.friction'], steps=20, starts=1)
-    assert repr(fitted).startswith('contact.friction 0.2')
-    assert 'warning: p-value' in repr(fitted)
+    assert repr(fitted).startswith('contact.friction: 0.2')
+    assert 'Warning: p-value' in repr(fitted)
     assert 'the model misses the points' in fitted._repr_html_()
     compared = compare(table, Parameters(), steps=20)
     assert repr(compared).startswith('Over 4 points the force of B')

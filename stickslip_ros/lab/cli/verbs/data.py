@@ -140,7 +140,7 @@ DATA = (
         WORKERS,
         many(
             '-o --output',
-            '.json: everything; .yaml: the fitted stand for --params',
+            '.json: everything; .html: a page; .yaml: the fitted stand for --params',
             'FILE',
             to_path,
         ),

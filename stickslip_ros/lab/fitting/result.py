@@ -1,0 +1,184 @@
+"""What a fit comes to: the best of many searches, and how good it is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import chi2
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.experiments.experiment import Experiment, Seen, Voltage
+from stickslip_ros.lab.fitting.draws import drawn
+from stickslip_ros.lab.fitting.missing import Missing
+from stickslip_ros.lab.fitting.problem import Predicted, Problem
+from stickslip_ros.lab.fitting.statistics import Estimate, Uncertainty, estimates_of
+from stickslip_ros.parameters import Parameters
+
+_SAME_CHANGE = 0.01
+"""Change of chi-square, per its scale, within which two searches found the same minimum."""
+_SAME_SHARE = 1e-10
+"""The same as a share of the sum of squares of the data, for data without noise."""
+RULED_OUT_BY = 3.84
+"""Chi-square, per its scale, by which a minimum must be worse to be ruled out at 95 %."""
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """
+    Where a search ended, whether it converged, and how many stands it tried.
+
+    There are no coordinates if the search came to a stand that cannot be.
+
+    """
+
+    coordinates: tuple[float, ...]
+    chi_square: float
+    converged: bool
+    evaluations: int
+
+    @property
+    def place(self) -> Array:
+        """Coordinates of the minimum, shape (free,)."""
+        return np.array(self.coordinates)
+
+
+def best_of(searches: Sequence[Minimum]) -> Minimum:
+    """Return the search that ended lowest."""
+    return min(searches, key=lambda found: found.chi_square)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FitResult:
+    """The numbers of a ``Fit``, which says what they are."""
+
+    problem: Problem
+    searches: tuple[Minimum, ...]
+    refined: tuple[Minimum, ...]
+    others: tuple[Minimum, ...]
+    steady: bool
+    uncertainty: Uncertainty
+    predicted: Predicted
+    missing: tuple[Missing, ...]
+    wall_s: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def found(self) -> Minimum:
+        """The minimum."""
+        return self.refined[-1] if self.refined else best_of(self.searches)
+
+    @property
+    def parameters(self) -> Parameters:
+        """The fitted stand."""
+        return self.problem.stand(self.found.place)
+
+    @cached_property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """The free parameters."""
+        return estimates_of(self.problem, self.found.place, self.uncertainty)
+
+    def draws(self, count: int, seed: int = 1) -> list[Parameters]:
+        """
+        Return stands that are as likely as what is known of this one.
+
+        Parameters
+        ----------
+        count, seed : int
+            Their number, and the seed of the chance.
+
+        Returns
+        -------
+        list of Parameters
+            From the normal distribution of the coordinates (of a logarithm mostly) at the minimum;
+            what is not determined stays as it was found.
+
+        """
+        free, place = self.problem.free, self.found.place
+        return drawn(self.parameters, free, place, self.uncertainty.covariance_z, count, seed)
+
+    @property
+    def covariance(self) -> Array:
+        """In the units of the parameters, shape (free, free); not a number where there is none."""
+        slopes = np.array([one.slope(one.value) for one in self.estimates])
+        return np.asarray(self.uncertainty.covariance_z * np.outer(slopes, slopes))
+
+    @property
+    def experiments(self) -> tuple[Experiment, ...]:
+        """What was fitted, without outliers."""
+        return self.problem.experiments
+
+    @property
+    def chi_square(self) -> float:
+        """Sum of squared residuals; if no errors are known, per square of the largest number."""
+        return self.found.chi_square
+
+    @property
+    def reduced_chi_square(self) -> float | None:
+        """Chi-square per degree of freedom; None without one."""
+        dof = self.uncertainty.dof
+        return self.chi_square / dof if dof else None
+
+    @property
+    def p_value(self) -> float | None:
+        """Chance of a larger chi-square if model and known errors are right; else None."""
+        dof = self.uncertainty.dof
+        if not self.problem.noise.known or not dof:
+            return None
+        return float(chi2.sf(self.chi_square, dof))
+
+    @property
+    def noise_n(self) -> float | None:
+        """Standard error of a force from the residuals; None where it is known."""
+        noise = self.problem.noise
+        if noise.known:
+            return None
+        return float(np.sqrt(self.uncertainty.variance_scale)) * noise.values[0][0]
+
+    @property
+    def same(self) -> int:
+        """Searches that ended in this minimum."""
+        rounding = _SAME_SHARE * self.problem.signal**2
+        return self._searches_within(_SAME_CHANGE * self.uncertainty.variance_scale + rounding)
+
+    @property
+    def rivals(self) -> int:
+        """Minima, or searches that ended in them, that are not ruled out beside this one."""
+        if self.problem.has_traces:
+            return len(self.others)
+        not_out = self._searches_within(RULED_OUT_BY * self.uncertainty.variance_scale)
+        return max(not_out - self.same, 0)
+
+    @property
+    def evaluations(self) -> int:
+        """Stands tried in all searches."""
+        return sum(one.evaluations for one in (*self.searches, *self.refined))
+
+    @cached_property
+    def sensors(self) -> list[tuple[Experiment, Seen, dict[str, float]]]:
+        """Each quantity over time, with noise, zero, drift and lateness of its sensor."""
+        found, metrics = [], iter(self.problem.metrics)
+        for number, one, each, noise in self.problem.seen:
+            if not isinstance(one.drive, Voltage):
+                continue
+            model = self.predicted[number][one.seen.index(each)]
+            sizes, left = next(metrics).of_sensor(model.values - each.values)
+            zero, drift, late_s, _ = sizes.tolist()
+            sensor = {
+                'noise': noise,
+                'zero': -zero,
+                'drift_per_s': -drift,
+                'late_s': self.problem.shift_s(number) + late_s,
+                'rms': float(np.sqrt(np.mean(left**2))),
+            }
+            found.append((one, each, sensor))
+        return found
+
+    @property
+    def readings(self) -> int:
+        """How many values were seen."""
+        return sum(len(each.values) for _, _, each, _ in self.problem.seen)
+
+    def _searches_within(self, most: float) -> int:
+        least = best_of(self.searches).chi_square
+        return sum(one.chi_square - least <= most for one in self.searches)

@@ -1,0 +1,68 @@
+"""What a result says, in sections: one description for a screen, a notebook and a page."""
+
+import dataclasses
+from collections.abc import Callable, Iterable, Sequence
+from html import escape
+from typing import Any, NamedTuple
+
+from stickslip_ros.units import FACTORS, display_unit, unit_of
+
+
+class Section(NamedTuple):
+    """A table under its title, sentences below it, and what a page draws above it."""
+
+    title: str = ''
+    rows: Sequence[Sequence[object]] = ()
+    header: Sequence[object] = ()
+    notes: Sequence[str] = ()
+    draw: Callable[[], Any] | None = None
+
+
+class Shown:
+    """A result that says itself in sections, which a notebook shows."""
+
+    def sections(self) -> Iterable[Section]:
+        """Return what is to be said."""
+        raise NotImplementedError
+
+    def _repr_html_(self) -> str:
+        return '\n'.join(html_of(each) for each in self.sections())
+
+
+def html_of(section: Section, heading: str = 'h4', picture: str = '') -> str:
+    """Return a section as HTML; whatever its cells hold is shown as text."""
+    lines = [f'<{heading}>{_text(section.title)}</{heading}>{picture}']
+    if section.rows:
+        head = [_row(section.header, 'th')] if section.header else []
+        lines += ['<table>', *head, *(_row(row, 'td') for row in section.rows), '</table>']
+    return '\n'.join([*lines, *(f'<p>{_text(note)}</p>' for note in section.notes)])
+
+
+def number(name: str, value: float, digits: str, unit: str = '') -> tuple[str, str, str]:
+    """Return the row of a number in SI, shown in one of FACTORS with digits such as ``.4f``."""
+    return name, f'{value * FACTORS[unit]:{digits}}', unit
+
+
+def said(words: str, digits: str, **default: Any) -> Any:
+    """Return a field of a dataclass that is a number, named with its SI unit, for ``rows_of``."""
+    return dataclasses.field(**default, metadata={'words': words, 'digits': digits})
+
+
+def rows_of(result: Any) -> list[tuple[str, str, str]]:
+    """Return rows of the ``said`` fields of a dataclass."""
+    rows = []
+    for each in dataclasses.fields(result):
+        if each.metadata:
+            factor, unit = display_unit(unit_of(each.name))
+            value = format(factor * getattr(result, each.name), each.metadata['digits'])
+            rows.append((each.metadata['words'], value, unit))
+    return rows
+
+
+def _row(cells: Sequence[object], kind: str) -> str:
+    return '<tr>' + ''.join(f'<{kind}>{_text(cell)}</{kind}>' for cell in cells) + '</tr>'
+
+
+def _text(cell: object) -> str:
+    text = f'{cell:.6g}' if isinstance(cell, float) else str(cell)
+    return escape(text).replace('\n', '<br>')
