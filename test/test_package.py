@@ -151,3 +151,19 @@ def test_no_module_imports_itself_through_others_not_even_late():
                 imported[module] |= {each.name for each in node.names}
     assert f'{NAME}.lab.fitting.figure' in imported[f'{NAME}.lab.fitting.report']  # a late one
     TopologicalSorter(imported).prepare()  # a CycleError names the circle
+
+
+def test_one_public_constant_has_one_meaning():
+    places = defaultdict(list)
+    for path in sorted((ROOT / 'stickslip_ros').rglob('*.py')):
+        for node in ast.parse(path.read_text(encoding='utf-8')).body:
+            targets = node.targets if isinstance(node, ast.Assign) else []
+            targets = [node.target] if isinstance(node, ast.AnnAssign) else targets
+            for target in targets:
+                for each in target.elts if isinstance(target, ast.Tuple) else [target]:
+                    name = each.id if isinstance(each, ast.Name) else ''
+                    if name.isupper() and not name.startswith('_'):
+                        places[name].append(f'{path.relative_to(ROOT)}:{node.lineno}')
+    answers = places.pop('ANSWERS')  # of a module of the self-test, and of all of them
+    assert {place.rpartition('/')[0] for place in answers} == {f'{NAME}/lab/validation'}
+    assert {name: found for name, found in places.items() if len(found) > 1} == {}

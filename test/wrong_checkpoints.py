@@ -20,8 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.drive.advance import FOOT, TIME
-from stickslip_ros.drive.records import STATE
+from stickslip_ros.drive.records import FOOT, STATE, TIME
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request

@@ -48,7 +48,7 @@ from stickslip_ros.drive.long_step import (
 )
 from stickslip_ros.drive.piezo import fastest_m_per_s
 from stickslip_ros.drive.plant import may_pass, pace_of, step
-from stickslip_ros.drive.records import ALL, Wave
+from stickslip_ros.drive.records import ALL, FOOT, FORCE, POSITION, VOLTAGE, Wave
 from stickslip_ros.drive.runner import cell_force
 from stickslip_ros.drive.travel import lay_contacts
 from stickslip_ros.drive.waveform import ramp_is_over, row_at
@@ -58,8 +58,6 @@ from stickslip_ros.kernels.record import Record
 
 RAMP_START, RAMP_MEAN, RAMP_END = 0, 1, 2
 """Columns of the log of ramps: position after the fall, mean and final position, m."""
-TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
-"""Columns of a trace."""
 CROSSING_S = 4e-5
 """Feet that are rounded off, or ring, go at most sim.dt/CROSSING_S of the presliding range in one
 step: an eighth of it at the default of 5 us."""

@@ -24,6 +24,8 @@ ALL = 0
 """Number of all contacts together, which an ideal drive moves as one. Each foot, from 1 on, has a
 number too; where the feet differ, the drive moves these."""
 CONTACTS = 1 + FEET
+TIME, VOLTAGE, FOOT, POSITION, FORCE = range(5)
+"""Columns of a trace; a table of voltages has the first two."""
 PLAYS_MAX = 64
 DECADES = 6
 """Elements of creep."""

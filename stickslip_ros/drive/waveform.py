@@ -6,14 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.records import ENDLESS, Wave
+from stickslip_ros.drive.records import ENDLESS, TIME, VOLTAGE, Wave
 from stickslip_ros.kernels.kernel import kernel
 from stickslip_ros.kernels.record import Record
 
 CORNER_S = 1e-15
 """A corner nearer than this has been reached: rounding, no time of the drive."""
-TIME, VOLTAGE = 0, 1
-"""Columns of a table."""
 LOW_31_BITS = (1 << 31) - 1
 LOW_32_BITS = (1 << 32) - 1
 MIXER = 0x45D9F3B

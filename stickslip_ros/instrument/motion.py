@@ -21,7 +21,7 @@ FAILURES = {
     Result.AMPLIFIER_DISABLED: Status(0),
 }
 """Results of a failed move, and the bit that each sets beside MOVEMENT_FAILED."""
-RAMP = slice(3)
+RAMP_FIELDS = slice(3)
 """Fields of a wave that say what its ramps are; jogs at different rates differ in these."""
 _SET_POINTS = ('voltage', 'position')
 """Moves to a value that is wanted: the next one of the same topic is no end that is reported."""
@@ -188,7 +188,7 @@ class Motion:
         elif wave is None:
             self._come_to_rest(f'ended by command {command.number}', observation)
             return
-        elif wave[RAMP] != self.wave[RAMP]:
+        elif wave[RAMP_FIELDS] != self.wave[RAMP_FIELDS]:
             self.replaced += 1
             steps = running.steps + observation.cycles
             self._running = replace(running, wave=wave, steps=steps)

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from stickslip_ros.drive.advance import FORCE, RAMP_END, RAMP_MEAN, observe_samples
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, observe_samples
 from stickslip_ros.drive.build import plant_of
+from stickslip_ros.drive.records import FORCE
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.linear.linearise import linearise

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from stickslip_ros.drive.advance import POSITION, RAMP_END, RAMP_MEAN, observe_samples
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, observe_samples
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.drive.frame import frame_place
+from stickslip_ros.drive.records import POSITION
 from stickslip_ros.drive.waveform import level, sawtooth
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.kernels.kernel import entry_point

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from fuzz_stands import drawn, stand_of
 
-from stickslip_ros.drive.advance import FORCE, POSITION, TIME
 from stickslip_ros.drive.ledger import EnergyLedger
+from stickslip_ros.drive.records import FORCE, POSITION, TIME
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request

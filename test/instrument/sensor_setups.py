@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from bench_runs import PERFECT
 
-from stickslip_ros.drive.advance import FORCE, POSITION
+from stickslip_ros.drive.records import FORCE, POSITION
 from stickslip_ros.instrument.reports import Status
 from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.parameters import FaultParameters, Parameters

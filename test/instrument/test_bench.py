@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from bench_runs import MS, PERFECT, drive_bench, load, sawtooth
 
-from stickslip_ros.drive.advance import FOOT, FORCE, POSITION, RAMP_END, RAMP_START, TIME, VOLTAGE
+from stickslip_ros.drive.advance import RAMP_END, RAMP_START
+from stickslip_ros.drive.records import FOOT, FORCE, POSITION, TIME, VOLTAGE
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request

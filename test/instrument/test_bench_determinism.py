@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from bench_runs import MS, drive_bench, load, sawtooth
 
-from stickslip_ros.drive.advance import FORCE, POSITION
+from stickslip_ros.drive.records import FORCE, POSITION
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Result

@@ -7,7 +7,7 @@ from bench_runs import MS, drive_bench
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip_ros.drive.advance import POSITION
+from stickslip_ros.drive.records import POSITION
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.joints import Joints

@@ -5,7 +5,7 @@ import pytest
 from bench_runs import MS, drive_bench, sawtooth
 from sensor_setups import HEALTHY, RATE_HZ, ROUNDING, SIGMAS, broken
 
-from stickslip_ros.drive.advance import FOOT, FORCE, POSITION
+from stickslip_ros.drive.records import FOOT, FORCE, POSITION
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.reports import trace_columns
 from stickslip_ros.instrument.sensing import Sensing

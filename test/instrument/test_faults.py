@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from bench_runs import MS, drive_bench, steps
 
-from stickslip_ros.drive.advance import FOOT, POSITION, VOLTAGE
+from stickslip_ros.drive.records import FOOT, POSITION, VOLTAGE
 from stickslip_ros.errors import OutOfRange, UnknownName
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request, check_request

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from bench_runs import MS, drive_bench, sawtooth, steps
 
-from stickslip_ros.drive.advance import POSITION, RAMP_END, VOLTAGE
+from stickslip_ros.drive.advance import RAMP_END
+from stickslip_ros.drive.records import POSITION, VOLTAGE
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Result, Status

@@ -7,7 +7,7 @@ import pytest
 from bench_runs import PERFECT, load
 
 from stickslip_ros.contact.springs import friction_limit
-from stickslip_ros.drive.advance import FORCE, POSITION
+from stickslip_ros.drive.records import FORCE, POSITION
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from stickslip_ros.drive.advance import FOOT, POSITION, TIME, VOLTAGE
+from stickslip_ros.drive.records import FOOT, POSITION, TIME, VOLTAGE
 from stickslip_ros.lab.design.objectives import COST_MAX, OBJECTIVES
 from stickslip_ros.lab.design.search import COMPARED_SHAPE, SearchResult
 from stickslip_ros.lab.design.steady_cycle import CONTACT_SHARE

@@ -6,18 +6,10 @@ from functools import lru_cache
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.advance import (
-    FOOT,
-    FORCE,
-    POSITION,
-    RAMP_END,
-    RAMP_MEAN,
-    TIME,
-    observe_samples,
-)
+from stickslip_ros.drive.advance import RAMP_END, RAMP_MEAN, observe_samples
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.long_step import LANES
-from stickslip_ros.drive.records import ALL, Wave
+from stickslip_ros.drive.records import ALL, FOOT, FORCE, POSITION, TIME, Wave
 from stickslip_ros.drive.waveform import table
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.lab.runs.courses import Course, cycles_of

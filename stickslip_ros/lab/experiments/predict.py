@@ -11,8 +11,8 @@ import numpy as np
 from scipy import signal
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.advance import FOOT, FORCE, POSITION
 from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
+from stickslip_ros.drive.records import FOOT, FORCE, POSITION
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage

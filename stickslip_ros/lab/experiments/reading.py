@@ -123,8 +123,12 @@ def read_experiments(
                 continue
             one = _of_table(table, stand, reading.preload_n(number), source)
         one = _without_outliers(one, outliers) if outliers else one
-        found.append(one.within(*window_s) if window_s else one)
-        _check_length(found[-1])
+        one = one.within(*window_s) if window_s else one
+        if isinstance(one.drive, Voltage) and one.end_s > LONGEST_S:
+            limit = f'above {LONGEST_S:g} s, of which all is run for each stand that is tried'
+            hint = 'name a stretch of some waves: --window 0.3s@2s'
+            raise OutOfRange(f'length of {one.origin}', one.end_s, 's', limit, hint)
+        found.append(one)
     return found
 
 
@@ -311,10 +315,3 @@ def _without_outliers(one: Experiment, factor: float) -> Experiment:
         )
         seen.append(kept)
     return replace(one, seen=tuple(seen))
-
-
-def _check_length(one: Experiment) -> None:
-    if isinstance(one.drive, Voltage) and one.end_s > LONGEST_S:
-        limit = f'above {LONGEST_S:g} s, of which all is run for each stand that is tried'
-        hint = 'name a stretch of some waves: --window 0.3s@2s'
-        raise OutOfRange(f'length of {one.origin}', one.end_s, 's', limit, hint)

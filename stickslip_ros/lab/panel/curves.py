@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.drive.records import FOOT, TIME, VOLTAGE
 from stickslip_ros.instrument.reports import FIRST_READING
 from stickslip_ros.lab.drawing.film import steep_edges
 from stickslip_ros.parameters import SENSORS
@@ -28,7 +29,6 @@ HISTORY_KEPT = 1 << 13
 
 SAMPLE_COLUMNS = ('t', 'voltage', 'foot', *(each.reading for each in SENSORS))
 """Columns of samples; those of a sensor that is not there are not numbers."""
-TIME, VOLTAGE, FOOT = range(FIRST_READING)
 POSITION_READING = SAMPLE_COLUMNS.index('position')
 
 

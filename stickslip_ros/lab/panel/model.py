@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.drive.records import FOOT, TIME, VOLTAGE
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.commands import COMMANDS
 from stickslip_ros.instrument.reports import Status
@@ -20,13 +21,10 @@ from stickslip_ros.interface.topics import SERVICES
 from stickslip_ros.lab.drawing.film import film_of
 from stickslip_ros.lab.drawing.picture import stand_svg
 from stickslip_ros.lab.panel.curves import (
-    FOOT,
     KEPT,
     POSITION_READING,
     RECENT,
     SAMPLE_COLUMNS,
-    TIME,
-    VOLTAGE,
     BinHistory,
     SampleRing,
     Scope,

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.drive.records import TIME
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.lab.panel.curves import (
     KEPT,
     POSITION_READING,
     SAMPLE_COLUMNS,
-    TIME,
     BinHistory,
     Scope,
     curve_of,

@@ -12,10 +12,10 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.drive.advance import FORCE, LANES_MIN, observe_all
+from stickslip_ros.drive.advance import LANES_MIN, observe_all
 from stickslip_ros.drive.build import plant_of, state_at_rest
 from stickslip_ros.drive.long_step import LANES
-from stickslip_ros.drive.records import Wave
+from stickslip_ros.drive.records import FORCE, Wave
 from stickslip_ros.drive.waveform import level
 from stickslip_ros.kernels.record import Record
 from stickslip_ros.parameters import Parameters

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
+from stickslip_ros.drive.records import VOLTAGE
 from stickslip_ros.lab.drawing.film import steep_edges
 from stickslip_ros.lab.panel.curves import (
     BINS,
     POSITION_READING,
     RECENT,
     SAMPLE_COLUMNS,
-    VOLTAGE,
     BinHistory,
     SampleRing,
     Scope,
