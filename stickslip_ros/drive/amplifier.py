@@ -154,7 +154,7 @@ def time_to_settle(
     if tau_s == 0.0:
         return math.inf
     aim = AIM_OF_CONVERTER if plant.amplifier.resolution_v > 0.0 else AIM
-    aim_v = aim * _fall_gap(plant, wave)
+    aim_v = aim * fall_gap(plant, wave)
     off_v = abs(output_v - input_v + rate_v_per_s * tau_s)
     settles = off_v - aim_v > SETTLED_V and aim_v > 0.0
     return tau_s * math.log(off_v / aim_v) if settles else math.inf
@@ -168,13 +168,14 @@ def is_fall_over(
     target_v, slope_v_per_s, _ = target(wave, after.clock, row)
     lag_v = slope_v_per_s * plant.amplifier.tau_s
     end_v = clamp(plant, target_v + slope_v_per_s * stretch_s)
-    gap_v = _fall_gap(plant, wave)
+    gap_v = fall_gap(plant, wave)
     is_over = abs(after.voltage_v - end_v + lag_v) <= gap_v
     return is_over and abs(before_v - clamp(plant, target_v) + lag_v) > gap_v
 
 
 @kernel
-def _fall_gap(plant: Record, wave: Wave) -> float:
+def fall_gap(plant: Record, wave: Wave) -> float:
+    """Return how near to its end a fall counts as over, V."""
     return max(FALL_SHARE * abs(wave.rise_v), plant.amplifier.resolution_v)
 
 

@@ -34,7 +34,7 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
         push_n = own_n + button.damping_n_s_per_m * speed
         state.pressed = push_n + button.mass_kg * both_n * both_per_kg > 0.0
     elif speed > own_speed and gap_m <= RESTING * longest_s * (speed - own_speed):
-        before_j = _motion_energy(plant, state)
+        before_j = motion_energy(plant, state)
         per_impulse = per_kg + 1.0 / button.mass_kg
         impulse = (1.0 + button.restitution) * (speed - own_speed) / per_impulse
         speed -= impulse * per_kg
@@ -48,7 +48,7 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
             own_speed += impulse / button.mass_kg
             state.button_m, state.pressed = state.position_m - button.gap_m, True
         state.velocity_m_per_s, state.button_m_per_s = speed, own_speed
-        state.sums.stand_lost_j += before_j - _motion_energy(plant, state)
+        state.sums.stand_lost_j += before_j - motion_energy(plant, state)
     if state.pressed:
         stride.others_kg += button.mass_kg
         stride.others_n_s_per_m += button.damping_n_s_per_m
@@ -57,7 +57,8 @@ def feel(plant: Record, state: Record, stride: Record) -> None:
 
 
 @kernel
-def _motion_energy(plant: Record, state: Record) -> float:
+def motion_energy(plant: Record, state: Record) -> float:
+    """Return the kinetic energy of runner and load button, J."""
     runner_j = plant.mass_kg * state.velocity_m_per_s * state.velocity_m_per_s
     button_j = plant.button.mass_kg * state.button_m_per_s * state.button_m_per_s
     return 0.5 * (runner_j + button_j)

@@ -95,7 +95,9 @@ def clock_shift(
             raise OutOfRange(f'record {name}', len(values), 'samples', 'without change', hint)
     lone = lone_outliers(yb)
     tb, yb = tb[~lone], yb[~lone]
-    found = [_refined(ta, ya, tb, yb, shift_s) for shift_s in _peaks(ta, ya, tb, yb)]
+    found = [
+        refined_shift(ta, ya, tb, yb, shift_s) for shift_s in correlation_peaks(ta, ya, tb, yb)
+    ]
     alike = 1.0 - _ALIKE * (1.0 - max((each[0] for each in found), default=0.0) ** 2)
     found.sort(key=lambda each: (-min(each[0] ** 2, alike), abs(each[1])))
     coefficient, shift_s, error_s, off = found[0]
@@ -124,7 +126,7 @@ def lone_outliers(values: ArrayLike, outliers: float = OUTLIERS) -> NDArray[np.b
     return np.asarray(beyond > outliers * np.maximum(noise, high - low))
 
 
-def _peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> list[float]:
+def correlation_peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> list[float]:
     """Return shifts at which two records correlate best, one for each peak."""
     step_s = max(np.median(np.diff(tb)) / PER_SAMPLE, max(np.ptp(ta), np.ptp(tb)) / GRID_MOST)
     grids = [np.arange(times[0], times[-1], step_s) for times in (ta, tb)]
@@ -141,7 +143,7 @@ def _peaks(ta: Array, ya: Array, tb: Array, yb: Array) -> list[float]:
     return [float(each) for each in shifts_s[best[:_PEAKS]]]
 
 
-def _refined(
+def refined_shift(
     ta: Array, ya: Array, tb: Array, yb: Array, shift_s: float
 ) -> tuple[float, float, float, int]:
     """Return coefficient, shift, its standard error, and number of outliers near a shift."""

@@ -159,6 +159,11 @@ class Experiment:
         """Time of the last sample."""
         return max((float(each.time_s[-1]) for each in self.seen if each.is_trace), default=0.0)
 
+    @property
+    def lasts_s(self) -> float:
+        """Length of a run, s: to the last corner and the last reading; 0 of steps."""
+        return max(self.drive.lasts_s, self.end_s) if isinstance(self.drive, Voltage) else 0.0
+
     def within(self, start_s: float, end_s: float) -> 'Experiment':
         """Return what was seen in a stretch; the drive begins where it began."""
         seen = []

@@ -95,7 +95,7 @@ def predict_all(
     """Do what ``predict`` does for several stands, whose runs go beside each other."""
     shifts = [each or (0.0,) * len(experiments) for each in shifts_s]
     runs: list[Run] = [
-        (stand.updated(dict(one.settings)), one.drive, one.load_n, _end_s(one))
+        (stand.updated(dict(one.settings)), one.drive, one.load_n, one.lasts_s)
         for stand in stands
         for one in experiments
     ]
@@ -117,12 +117,6 @@ def predict_all(
         ]
         for of_stand in shifts
     ]
-
-
-def _end_s(experiment: Experiment) -> float:
-    """Return how long a run lasts, s: to the last corner, and as long as something was seen."""
-    drive = experiment.drive
-    return max(drive.lasts_s, experiment.end_s) if isinstance(drive, Voltage) else 0.0
 
 
 def _kept(run: Run) -> list[Any]:

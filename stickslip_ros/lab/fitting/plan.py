@@ -96,7 +96,7 @@ def plan(fit: FitResult, count: int = 5, candidates: Sequence[Candidate] | None 
     inside = np.ix_(known, known)
     information = np.linalg.inv(fit.uncertainty.covariance_z[inside])
     given = candidates_of(fit) if candidates is None else candidates
-    gains = [(each, _information(fit, each)[inside]) for each in given]
+    gains = [(each, information_of(fit, each)[inside]) for each in given]
     count = min(count, len(gains))
     chosen, errors = list[Candidate](), list[Array]()
     for _ in range(count):
@@ -158,7 +158,7 @@ def _experiment(
     return Experiment('planned', settings, Voltage(np.array(rows)), (looked,))
 
 
-def _information(fit: FitResult, candidate: Candidate) -> Array:
+def information_of(fit: FitResult, candidate: Candidate) -> Array:
     """Return what a candidate would tell of the coordinates, shape (free, free)."""
     problem, place = fit.problem, fit.found.place
     if candidate.experiment is None:

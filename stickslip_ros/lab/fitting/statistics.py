@@ -105,7 +105,7 @@ def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Unce
         row = directions[-1]
         weakest[active] = row * np.sign(row[np.argmax(np.abs(row))])
     scale = 1.0 if is_known else chi_square / dof
-    covariance_z, undetermined = _covariance(values, directions, lengths[active], scale)
+    covariance_z, undetermined = covariance_of(values, directions, lengths[active], scale)
     if any(
         sits and not one.is_limited(value)  # the model goes on beyond this bound
         for one, value, sits in zip(
@@ -117,7 +117,7 @@ def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Unce
     whole_z = np.full((free, free), np.nan)  # what is not active has no covariance
     np.fill_diagonal(whole_z, np.inf)
     whole_z[np.ix_(active, active)] = covariance_z
-    _widen(problem, coordinates, whole_z)
+    widen(problem, coordinates, whole_z)
     upper = 0.5 * (1.0 + LEVEL)
     return Uncertainty(
         dof=dof,
@@ -132,7 +132,7 @@ def uncertainty(problem: Problem, coordinates: Array, chi_square: float) -> Unce
     )
 
 
-def _widen(problem: Problem, coordinates: Array, covariance_z: Array) -> None:
+def widen(problem: Problem, coordinates: Array, covariance_z: Array) -> None:
     """Widen what curves too much for slopes to what a grid does not rule out."""
     grid = profile(problem, coordinates)
     if grid is None:
@@ -175,7 +175,7 @@ def estimates_of(problem: Problem, coordinates: Array, doubt: Uncertainty) -> tu
     return tuple(estimates)
 
 
-def _covariance(
+def covariance_of(
     values: Array, directions: Array, lengths: Array, scale: float
 ) -> tuple[Array, Flags]:
     """Return the covariance of active coordinates, and which of them are not determined."""
