@@ -29,7 +29,7 @@ LENGTH_BYTES: Final = 8  # of a record, in front of it
 INDEX_HEAD_BYTES: Final = 6  # channel and size, in front of the rows of an index
 INDEX_ROW_BYTES: Final = 16  # a time and a place
 MAGIC: Final = b'\x89MCAP0\r\n'
-NONE: Final = np.empty(0, np.int64)
+_NO_PLACES: Final[Places] = np.empty(0, np.int64)
 WHOLE_FILE: Final = ChunkIndex(0, 0, '', 0, 0, 0, {}, 0, 0)
 """Stands for the messages of a file without chunks."""
 
@@ -123,7 +123,7 @@ def messages_at(
     offset: int,
     places: Places,
     wanted: Collection[int] | None = None,
-    described: Places = NONE,
+    described: Places = _NO_PLACES,
 ) -> ChunkMessages:
     """Return the messages that begin at some places, behind opcode and length."""
     channels = gather(data, places, '<u2')
@@ -238,7 +238,7 @@ class ChunkReader(SeekingReader):
 
     def _indexed(self, index: ChunkIndex, wanted: set[int], data: bytes) -> Places | None:
         """Return the places of messages in a chunk as its index has them, None if it is wrong."""
-        found = [NONE]
+        found = [_NO_PLACES]
         for channel in wanted & index.message_index_offsets.keys():
             self._stream.seek(index.message_index_offsets[channel])
             opcode, length = RECORD_HEAD.unpack(self._stream.read(RECORD_HEAD.size))

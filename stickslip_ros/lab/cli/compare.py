@@ -11,7 +11,7 @@ from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.comparison.by_amplitude import MODEL
 from stickslip_ros.lab.comparison.compare import compare
 from stickslip_ros.lab.runs import plotting
-from stickslip_ros.lab.runs.bands import DRAWS
+from stickslip_ros.lab.runs.bands import BAND_DRAWS
 from stickslip_ros.lab.runs.recorded import parse_window
 
 _SUFFIXES = ('.html', '.htm')
@@ -37,7 +37,7 @@ def compare_verb(arguments: argparse.Namespace) -> Answer:
         align=arguments.align,
         offset=arguments.offset,
         window_s=parse_window(arguments.window) if arguments.window else None,
-        draws=chosen_draws(arguments, DRAWS),
+        draws=chosen_draws(arguments, BAND_DRAWS),
         workers=arguments.workers,
         progress=not arguments.json,
     )

@@ -16,7 +16,7 @@ from stickslip_ros.errors import WrongKind
 from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_draws, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
-from stickslip_ros.lab.runs.bands import DRAWS, LEVELS, band_of, bands_over
+from stickslip_ros.lab.runs.bands import BAND_DRAWS, LEVELS, band_of, bands_over
 from stickslip_ros.lab.runs.courses import Course
 from stickslip_ros.lab.runs.journal import Journal
 from stickslip_ros.lab.runs.replay import read_drive_input
@@ -66,7 +66,7 @@ def simulate_verb(arguments: argparse.Namespace) -> Answer:
     )
     result = run.result
     bands = list[Section]()
-    if draws := chosen_draws(arguments, DRAWS):
+    if draws := chosen_draws(arguments, BAND_DRAWS):
         if arguments.waveform is not None:
             hint = 'give --amplitude or --voltage'
             raise WrongKind(
@@ -127,7 +127,7 @@ def sweep_verb(arguments: argparse.Namespace) -> Answer:
             scheduler=arguments.scheduler,
             progress=progress,
         )
-        if draws := chosen_draws(arguments, DRAWS):
+        if draws := chosen_draws(arguments, BAND_DRAWS):
             over_draws = [
                 run_sweep(replace(sweep, parameters=each), workers=arguments.workers)
                 for each in draws

@@ -27,7 +27,7 @@ NAMES: Mapping[str, str] = {
     'voltage_v': 'voltage',
     'foot_m': 'foot displacement',
 }
-NONE = '–'
+_NONE = '–'
 _UNSAID = 'not in the file'
 _SAME_SETTINGS = (
     'None. Compared are those that both state: parameters, seed, versions, columns with one value.'
@@ -162,7 +162,7 @@ def _numbers(quantity: Compared) -> Section:
             else:
                 cell |= vars(chi) if chi else {}
                 cells.append(_number(cell.get(field), form, factors.get(unit, 1)))
-        if set(cells) != {NONE}:
+        if set(cells) != {_NONE}:
             rows.append((label, *cells, shown))
     header = 'B − A', *(name for name, _, _ in columns), 'unit'
     return Section(title(quantity), rows, header)
@@ -193,7 +193,7 @@ def _changed(side: Side) -> str:
 
 
 def _number(value: float | None, form: str, factor: float) -> str:
-    return NONE if value is None else f'{factor * value:{form}}'
+    return _NONE if value is None else f'{factor * value:{form}}'
 
 
 def _found(quantity: Compared) -> Iterator[str]:

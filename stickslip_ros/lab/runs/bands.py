@@ -11,7 +11,7 @@ from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for
 from stickslip_ros.parameters import Parameters
 
-DRAWS = 100  # stands of a band
+BAND_DRAWS = 100  # stands of a band
 LEVELS: Mapping[str, float] = {
     'low_95': 0.025,
     'low_68': 0.16,
