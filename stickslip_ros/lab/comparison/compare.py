@@ -125,7 +125,7 @@ def compare(
         if align or shift_s is not None:
             hint = 'leave --shift and --align away: the clock is found by the falls'
             raise Incomparable(first.side.origin, 'is compared with what drove it', hint)
-        source = DriveSource(commands, frequency_max_hz)
+        source = DriveSource(commands, frequency_max_hz, window_s=window_s)
         [experiment] = read_experiments(given, b, reading, source)
 
         def over_time(stand: Parameters) -> ComparisonReport:

@@ -19,6 +19,7 @@ NOISE_FACTOR = 1.4826 / math.sqrt(6.0)
 """Standard deviation of noise per median of its absolute second differences."""
 _SAME = 1e-12  # share of the largest reading by which two that are the same may differ
 _FINEST = 1e-6  # share of the range of readings that no sensor tells, and no model computes
+_WITHIN_MIN = 2  # readings of a window that are too few
 _ROUNDING = 1.0 / math.sqrt(12.0)
 """Standard deviation of rounding, as a share of the smallest step of the readings."""
 
@@ -111,6 +112,15 @@ class Seen:
             return self.sigma
         return noise_of(self.values)
 
+    def within(self, origin: str, start_s: float, end_s: float) -> 'Seen':
+        """Return what was seen over time in a stretch, s; refuse one that holds too little."""
+        inside = (self.time_s >= start_s) & (self.time_s <= end_s)
+        if inside.sum() <= _WITHIN_MIN:
+            limit = f'with {inside.sum()} samples of the {self.quantity} of {origin}, which are '
+            limit += f'from {self.time_s[0]:.6g} to {self.time_s[-1]:.6g} s'
+            raise OutOfRange('start of the window', start_s, 's', limit, 'move it, or lengthen it')
+        return replace(self, time_s=self.time_s[inside], values=self.values[inside])
+
 
 @dataclass(frozen=True, eq=False)
 class Experiment:
@@ -166,17 +176,7 @@ class Experiment:
 
     def within(self, start_s: float, end_s: float) -> 'Experiment':
         """Return what was seen in a stretch; the drive begins where it began."""
-        seen = []
-        for each in self.seen:
-            if each.is_trace:
-                inside = (each.time_s >= start_s) & (each.time_s <= end_s)
-                if inside.sum() > 2:
-                    seen.append(
-                        replace(each, time_s=each.time_s[inside], values=each.values[inside])
-                    )
-        if not seen:
-            limit = f'without a sample of {self.origin}'
-            raise OutOfRange('start of the window', start_s, 's', limit, 'move it')
+        seen = (each.within(self.origin, start_s, end_s) for each in self.seen if each.is_trace)
         return replace(self, seen=tuple(seen))
 
 

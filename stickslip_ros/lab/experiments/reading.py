@@ -48,6 +48,8 @@ _SAMPLES_MIN = 32  # readings below which nothing is read off a trace
 MOVES_MIN = 1.2  # scatter of readings per noise, of which 1 is noise alone
 LONGEST_S = 2.0
 """Length of a recording that is run as a whole; of a longer one a window must be named."""
+LEAD_S = 0.05
+"""What is run before a window, from rest: a few steps, after which contacts remember no more."""
 _FREE = {'load_cell.contact': 'absent'}
 """Of a runner that is seen to move and whose force nobody measured."""
 _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
@@ -61,6 +63,7 @@ class DriveSource:
     commands: 'Table | None' = None  # times and voltages, exactly
     frequency_max_hz: float | None = None  # of the saw-teeth in a slow monitor
     direction: int = 0  # of all saw-teeth, 1 or -1; 0 is unknown
+    window_s: tuple[float, float] | None = None  # stretch of recordings that counts, in their time
 
 
 def read_experiments(
@@ -70,7 +73,6 @@ def read_experiments(
     source: DriveSource,
     frequency_hz: float = 1000.0,
     steps: int = 0,
-    window_s: tuple[float, float] | None = None,
     outliers: float = 6.0,
 ) -> list[Experiment]:
     """
@@ -85,13 +87,11 @@ def read_experiments(
     reading : Reading
         Which column or topic is what, and preloads.
     source : DriveSource
-        What is known of the voltage.
+        What is known of the voltage, and the window.
     frequency_hz : float
         SawtoothSteps per second of points that have none.
     steps : int
         Cycles from rest after which numbers were read; 0: when they were steady.
-    window_s : tuple of float, optional
-        Stretch of recordings that counts, s.
     outliers : float
         Robust standard deviations from which a lone reading is left out; 0 keeps all.
 
@@ -122,13 +122,7 @@ def read_experiments(
                 found += _of_points(table, frequency_hz, steps)
                 continue
             one = _of_table(table, stand, reading.preload_n(number), source)
-        one = _without_outliers(one, outliers) if outliers else one
-        one = one.within(*window_s) if window_s else one
-        if isinstance(one.drive, Voltage) and one.end_s > LONGEST_S:
-            limit = f'above {LONGEST_S:g} s, of which all is run for each stand that is tried'
-            hint = 'name a stretch of some waves: --window 0.3s@2s'
-            raise OutOfRange(f'length of {one.origin}', one.end_s, 's', limit, hint)
-        found.append(one)
+        found.append(_without_outliers(one, outliers) if outliers else one)
     return found
 
 
@@ -250,6 +244,19 @@ def _over_time(
     if voltage is None and source.commands is None:
         hint = 'name its voltage, --map voltage_v=TOPIC.FIELD, or give --commands'
         raise RecordingError(origin, 'does not say what drove it', hint)
+    if source.window_s is not None and source.commands is None and voltage is not None:
+        start_s, end_s = source.window_s
+        start_s -= LEAD_S
+        inside = (voltage[0] >= start_s) & (voltage[0] <= end_s)
+        voltage = voltage[0][inside], voltage[1][inside]
+        seen = tuple(each.within(origin, start_s, end_s) for each in seen)
+    begins_s = float(voltage[0][0] if voltage is not None else seen[0].time_s[0])
+    ends_s = max(float(each.time_s[-1]) for each in seen)
+    lasts_s = (source.window_s[1] if source.window_s else ends_s) - begins_s
+    if lasts_s > LONGEST_S:
+        limit = f'above {LONGEST_S:g} s, of which all is run for each stand that is tried'
+        hint = 'name a stretch of some waves: --window 0.3s@2s'
+        raise OutOfRange(f'length of {origin}', lasts_s, 's', limit, hint)
     still = [each for each in seen if float(np.std(each.values)) <= MOVES_MIN * each.noise]
     if len(still) == len(seen):
         hint = 'check which topic or column it is, and that the runner moved'
@@ -274,7 +281,10 @@ def _over_time(
         text = f'the preload is not said, that of the stand, {stand.stand.preload:g} N, is taken'
         notes += (f'{origin}: {text}: name it with --preload',)
     late = tuple(replace(each, time_s=each.time_s - begins_s) for each in seen)
-    return Experiment(origin, own, drive, late, notes=notes)
+    one = Experiment(origin, own, drive, late, notes=notes)
+    if source.window_s is not None:
+        return one.within(*(each_s - begins_s for each_s in source.window_s))
+    return one
 
 
 def _of_points(table: MeasuredTable, frequency_hz: float, steps: int) -> list[Experiment]:

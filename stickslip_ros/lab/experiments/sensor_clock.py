@@ -25,6 +25,9 @@ _CLEAR = 1.3
 SEEN_MIN = 8.0
 """Standard errors of the mean of the falls that a jerk must be above, to be one: noise of 10 to
 50 nm came to 5 at the best of 5,000 lags, rigs of 1.5 nm to 13 and more."""
+ENOUGH_FALLS = 0.5
+"""Share of the falls that lie within the readings at the best lag, which others must have too."""
+ALIKE_FALLS = 0.9  # share of the largest average that a shorter lag may have
 LATE_MIN_S = 1e-4  # what is less is left to the model's motion
 _AROUND_S, _STEPS_S = 2e-4, (2e-5, 4e-6)
 """How far around a lateness is looked with a model, and in which steps, coarse and fine."""
@@ -62,8 +65,9 @@ def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     Return by how much what was seen is late against the voltage; None without falls to go by.
 
     Where the voltage falls, the feet jerk and so does the runner: the absolute second difference
-    of its readings, summed over all falls, is largest where the clocks agree. Nothing is assumed
-    of the stand. To a sample; a fit finds the rest.
+    of its readings, on average over the falls, is largest where the clocks agree; of lags that
+    are alike the shortest counts. Nothing is assumed of the stand. To a sample; a fit finds the
+    rest.
 
     """
     time_s, values = seen.time_s, seen.values
@@ -82,18 +86,23 @@ def lateness_of(seen: Seen, voltage: Voltage) -> Lateness | None:
     found = places + lags[:, np.newaxis]
     inside = (found >= 0) & (found < len(jerk))
     sums: Array = np.where(inside, jerk[np.clip(found, 0, len(jerk) - 1)], 0.0).sum(axis=1)
-    score = sums / (len(falls_s) * max(float(jerk.std()), 1e-300))
-    best = int(np.argmax(score))
-    near = np.abs(lags - lags[best]) > 3
-    rival = int(np.argmax(np.where(near, score, -np.inf)))
-    zero = float(score[np.abs(lags) <= 1].max())
+    counts = inside.sum(axis=1)  # more falls lie within the readings at some lags than at others
+    is_enough = counts >= ENOUGH_FALLS * counts.max()
+    score = np.where(is_enough, sums / np.maximum(counts, 1), 0.0) / max(float(jerk.std()), 1e-300)
+    around = max(round(LATE_MIN_S / sample_s), 1)
+    alike = np.flatnonzero(score >= ALIKE_FALLS * score.max())  # a wave that repeats has several
+    least = int(alike[np.argmin(np.abs(lags[alike]))])
+    best = int(np.argmax(np.where(np.abs(lags - lags[least]) <= around, score, -np.inf)))
+    is_apart = np.abs(lags - lags[best]) > around
+    rival = int(np.argmax(np.where(is_apart, score, -np.inf)))
+    zero = float(score[np.abs(lags) <= around].max())
     return Lateness(
         float(lags[best] * sample_s),
         float(score[best]),
         zero,
         float(lags[rival] * sample_s),
         float(score[rival]),
-        len(falls_s),
+        int(counts[best]),
     )
 
 

@@ -158,9 +158,9 @@ def fit(
     """
     reading = Reading(headers or {}, preloads_n, report, is_run=True)
     stand = parameters or Parameters()
-    source = DriveSource(commands, frequency_max_hz)
+    source = DriveSource(commands, frequency_max_hz, window_s=window_s)
     experiments = read_experiments(
-        experiment, stand, reading, source, frequency_hz, steps, window_s, outliers
+        experiment, stand, reading, source, frequency_hz, steps, outliers
     )
     stand, chosen, notes = choose_free(stand, free, start, bounds)
     with progress_of(progress, 'runs') as show:

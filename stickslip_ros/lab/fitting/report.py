@@ -72,6 +72,13 @@ class Fit(Drawn, FitResult):
         if traces := [_trace_row(*each) for each in self.sensors]:
             header_of = 'recording', 'quantity', 'readings', 'noise', 'missed', 'unit', 'late (us)'
             yield Section('what was seen over time', traces, header_of)
+            drove = [
+                (PurePath(one.origin).name, said)
+                for one in self.experiments
+                if isinstance(one.drive, Voltage)
+                for said in one.drive.said
+            ]
+            yield Section('what drove it', drove)
         if len(self.estimates) > 1:
             names = [one.name for one in self.estimates]
             rows = [

@@ -10,7 +10,7 @@ from spring_rig import Rig, voltage
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison.compare import compare
 from stickslip_ros.lab.experiments.experiment import Seen, Voltage, noise_of
-from stickslip_ros.lab.experiments.reading import DriveSource, read_experiments
+from stickslip_ros.lab.experiments.reading import LEAD_S, DriveSource, read_experiments
 from stickslip_ros.lab.experiments.sensor_clock import lateness_of
 from stickslip_ros.lab.fitting.fit import fit
 from stickslip_ros.lab.fitting.report import Fit, warnings_of
@@ -149,3 +149,44 @@ def test_a_refusal_quotes_a_few_of_the_frequencies_that_look_alike():
         read_experiments(table, STAND, Reading(), DriveSource())
     assert ' others give the same samples' in str(refused.value)
     assert len(str(refused.value)) < 1000
+
+
+def test_a_window_of_a_long_recording_is_run_from_shortly_before_it():
+    rows = voltage(*((280.0, 600.0, 8), (300.0, 600.0, 8)) * 8)
+    time_s, position_m = RIG.positions(rows, RATE_HZ, 1)
+    table = pd.DataFrame(
+        {'time_s': time_s, 'voltage_v': np.interp(time_s, *rows.T), 'position_m': position_m}
+    )
+    window_s = 0.2, 0.23
+    [one] = read_experiments(table, STAND, Reading(), DriveSource(window_s=window_s))
+    [seen] = one.seen
+    assert isinstance(one.drive, Voltage)
+    assert one.drive.begins_s == pytest.approx(0.2 - LEAD_S, rel=0.0, abs=1.0 / RATE_HZ)
+    assert (seen.time_s[[0, -1]] + one.drive.begins_s).tolist() == pytest.approx(
+        window_s, rel=0.0, abs=1.5 / RATE_HZ
+    )
+    stand = STAND.updated({'contact.friction': RIG.friction})
+    found = compare(table, stand, preloads_n=(0.35,), window_s=window_s)
+    assert found.quantities[0].agreement.rms < 3.0 * RIG.noise_m
+
+
+def test_a_recording_that_is_too_long_or_has_nothing_in_the_window_is_refused():
+    time_s = np.linspace(0.0, 10.0, 5000)
+    table = pd.DataFrame({'time_s': time_s, 'voltage_v': time_s, 'position_m': 1e-6 * time_s})
+    with pytest.raises(StickSlipError, match=r'10 s is above 2 s, .* --window 0.3s@2s'):
+        read_experiments(table, STAND, Reading(), DriveSource())
+    with pytest.raises(StickSlipError, match=r'0 samples of the position_m of .* from 0 to 10 s'):
+        read_experiments(table, STAND, Reading(), DriveSource(window_s=(11.0, 12.0)))
+
+
+@pytest.mark.parametrize('multiple', [1.0, 2.0])
+def test_a_saw_tooth_at_a_multiple_of_the_rate_of_its_monitor_is_no_hold(multiple: float):
+    rate_hz = 1000.0
+    rows = voltage((280.0, multiple * rate_hz, 40), rest_s=8e-3)
+    time_s, position_m = RIG.positions(rows, RATE_HZ, 1)
+    at_s = np.arange(0.0, rows[-1, 0], 1.0 / rate_hz) + 2.5e-4
+    table = pd.DataFrame({'time_s': time_s, 'position_m': position_m})
+    monitor = pd.DataFrame({'time_s': at_s, 'voltage_v': np.interp(at_s, *rows.T)})
+    table = table.merge(monitor, on='time_s', how='outer')
+    with pytest.raises(StickSlipError, match='give the commands'):
+        read_experiments(table, STAND, Reading(), DriveSource())
