@@ -1,6 +1,7 @@
 """What a result says, in sections: one description for a screen, a notebook and a page."""
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterable, Sequence
 from html import escape
 from typing import Any, NamedTuple
@@ -57,6 +58,21 @@ def rows_of(result: Any) -> list[tuple[str, str, str]]:
             value = format(factor * getattr(result, each.name), each.metadata['digits'])
             rows.append((each.metadata['words'], value, unit))
     return rows
+
+
+def plain(value: Any) -> Any:
+    """Return what JSON can hold: records as objects, None of what is infinite or no number."""
+    if dataclasses.is_dataclass(value):
+        value = {each.name: getattr(value, each.name) for each in dataclasses.fields(value)}
+    elif isinstance(value, tuple) and hasattr(value, '_asdict'):
+        value = value._asdict()
+    elif hasattr(value, 'tolist'):
+        value = value.tolist()
+    if isinstance(value, dict):
+        return {name: plain(part) for name, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _row(cells: Sequence[object], kind: str) -> str:

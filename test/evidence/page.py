@@ -1,18 +1,23 @@
 """The generated tables of docs/evidence/validation.md, each behind a comment with its name."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from stickslip_ros.lab.validation.contacts import depth_m, normal_stiffness_n_per_m
 from stickslip_ros.lab.validation.references import TABLES, read_references
-from stickslip_ros.lab.validation.report import markdown_row
 from stickslip_ros.lab.validation.self_test import CheckedAnswer
 
 PAGE = Path(__file__).parents[2] / 'docs' / 'evidence' / 'validation.md'
 FAMILIES = ('family', 'references', 'against', 'tolerance', 'largest error/tolerance')
 SPHERES = ('F_n (N)', 'depth d', 'stiffness dF_n/dd')
 ANSWERED = {'depth_m': depth_m, 'normal_stiffness_n_per_m': normal_stiffness_n_per_m}
+
+
+def markdown_row(cells: Iterable[str]) -> str:
+    """Return a row; what Markdown would take for a mark-up is written otherwise."""
+    plain = (cell.replace('|', '\\|').replace('*', '\\*') for cell in cells)
+    return f'| {" | ".join(plain)} |'
 
 
 def families_table(outcomes: Mapping[str, Sequence[CheckedAnswer]]) -> str:

@@ -4,13 +4,12 @@ import argparse
 
 import numpy as np
 
-from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.linear.bode import BAND
 from stickslip_ros.lab.linear.linearise import linearise
 from stickslip_ros.lab.linear.swept_sine import bode_rows, measure_response
-from stickslip_ros.lab.runs.plotting import check_picture, save_figure
+from stickslip_ros.lab.runs.plotting import save_figure
 from stickslip_ros.lab.runs.sweep import parse_floats
 from stickslip_ros.lab.runs.sweep_table import check_table_path, write_table
 from stickslip_ros.parameters import FREQUENCY_SPEC
@@ -24,9 +23,6 @@ def bode_verb(arguments: argparse.Namespace) -> Answer:
     look = chosen_look(arguments)
     if arguments.output:
         check_table_path(arguments.output)
-    if arguments.figure:
-        check_picture(arguments.figure)
-        prepare_output(arguments.figure)
     if arguments.frequency is None:
         resonance_hz = linearise(parameters, arguments.at_voltage).resonance_hz
         frequencies = resonance_hz * np.geomspace(*BAND, POINTS)

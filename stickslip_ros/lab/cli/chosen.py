@@ -4,6 +4,7 @@ import argparse
 from typing import Any
 
 from stickslip_ros.errors import OutOfRange
+from stickslip_ros.files import prepare_output
 from stickslip_ros.parameters import Parameters, load_values, parse_assignments
 from stickslip_ros.parameters.typed import to_si_list
 
@@ -45,8 +46,9 @@ def chosen_values(arguments: argparse.Namespace) -> dict[str, object]:
 
 
 def chosen_look(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Return how the figures look that a command line asks for; refuse what is no look."""
-    from stickslip_ros.lab.runs.plotting import style_of  # noqa: PLC0415 - takes long
+    """Return how the figures look that a command line asks for; refuse what cannot be."""
+    # It takes long.
+    from stickslip_ros.lab.runs.plotting import check_picture, style_of  # noqa: PLC0415
 
     width_m = arguments.width
     if width_m is not None and width_m >= 1.0:
@@ -54,4 +56,7 @@ def chosen_look(arguments: argparse.Namespace) -> dict[str, Any]:
         raise OutOfRange('--width', width_m, 'm', 'wider than a page', hint)
     look = {'style': arguments.style, 'width_mm': None if width_m is None else 1e3 * width_m}
     style_of(**look)
+    if getattr(arguments, 'figure', None) is not None:
+        check_picture(arguments.figure)
+        prepare_output(arguments.figure)
     return look

@@ -69,7 +69,5 @@ def _check(arguments: argparse.Namespace, b: str | None) -> None:
         if value and b != MODEL:
             hint = f'write the word {MODEL} for B, or leave it away'
             raise OutOfRange(name, str(value), '', 'without effect on files', hint)
-    if arguments.figure is not None:
-        plotting.check_picture(arguments.figure)
-    for path in filter(None, (report, arguments.figure)):
-        prepare_output(path)
+    if report is not None:
+        prepare_output(report)

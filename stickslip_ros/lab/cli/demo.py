@@ -25,7 +25,7 @@ from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.series import Series
 from stickslip_ros.ros.executable import stay_on_this_host
-from stickslip_ros.sections import Section, number
+from stickslip_ros.sections import Section, rows_of, said
 from stickslip_ros.testing import Operator, open_context
 from stickslip_ros.units import NANO
 
@@ -47,17 +47,21 @@ UNANSWERED = 'ignore:failed to send response:RuntimeWarning'
 """What rclpy warns of when an answer meets nobody; the operator then asks again."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class DemoSummary:
     """What the demo saw."""
 
-    steps: int  # of all bursts, as the drive counted them
-    free_step_m: float  # motion of the free runner per step
-    force_n: float  # mean reading over the last steps against the load cell
-    loaded_force_n: float  # the same under a load that pulls back
+    # of all bursts, as the drive counted them
+    steps: int = said('steps made', '.0f')
+    # motion of the free runner per step
+    free_step_m: float = said('step of the free runner', '.2f')
+    # mean reading over the last steps against the load cell
+    force_n: float = said('force against the load cell', '.2f')
+    # the same under a load that pulls back
+    loaded_force_n: float = said('the same under a load that pulls back', '.2f')
     behind_s: float  # fall of simulated time behind the clock: ticks too late to be made up
-    dropped: int  # messages that the recorder lost
-    exit_status: int  # of the node after SIGINT
+    dropped: int = said('messages dropped by the recorder', '.0f')
+    exit_status: int = said('node ended with status', '.0f')  # after SIGINT
     recording: str
 
     @property
@@ -90,20 +94,9 @@ def demo_verb(arguments: argparse.Namespace) -> Answer:
     summary = _run_demo(parameters, arguments.output, say)
     say('drawing its recording')
     plot_run(Recording(summary.recording), picture, title=title, with_steps=True)
-    return Answer(summary, _described(summary, picture), 0 if summary.passed else CHECK_FAILED)
-
-
-def _described(summary: DemoSummary, picture: Path) -> Iterator[Section | str]:
-    rows = [
-        ('steps made', summary.steps),
-        number('step of the free runner', summary.free_step_m, '.2f', 'nm'),
-        number('force against the load cell', summary.force_n, '.2f', 'mN'),
-        number('the same under a load that pulls back', summary.loaded_force_n, '.2f', 'mN'),
-        ('messages dropped by the recorder', summary.dropped),
-        ('node ended with status', summary.exit_status),
-    ]
-    yield Section('The drive, commanded over topics', rows)
-    yield f'recording {summary.recording}\npicture   {picture}\n\n{summary.verdict}'
+    shown = Section('The drive, commanded over topics', rows_of(summary))
+    files = f'recording {summary.recording}\npicture   {picture}\n\n{summary.verdict}'
+    return Answer(summary, [shown, files], 0 if summary.passed else CHECK_FAILED)
 
 
 def _run_demo(parameters: Parameters, folder: Path, say: Callable[[str], None]) -> DemoSummary:

@@ -1,7 +1,6 @@
 """Tables as laboratories have them: ``stickslip import``, and options of verbs that read them."""
 
 import argparse
-import dataclasses
 import sys
 from collections.abc import Iterator
 from typing import Any
@@ -43,7 +42,7 @@ def import_verb(arguments: argparse.Namespace) -> Answer:
         {
             'file': each.origin,
             'kind': each.kind,
-            'columns': [dataclasses.asdict(column) for column in each.understood],
+            'columns': each.understood,
             'aside': each.aside,
             'notes': each.notes,
         }

@@ -5,7 +5,6 @@ import shlex
 from collections.abc import Iterator
 
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.files import prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look, chosen_parameters
 from stickslip_ros.lab.cli.experiment import said_of_tables
 from stickslip_ros.lab.cli.printing import Answer
@@ -17,7 +16,7 @@ from stickslip_ros.lab.fitting.report import (
     check_output,
     write_fit,
 )
-from stickslip_ros.lab.runs.plotting import check_picture, looking, save_figure
+from stickslip_ros.lab.runs.plotting import looking, save_figure
 from stickslip_ros.lab.runs.recorded import parse_window
 from stickslip_ros.parameters import parse_assignments
 from stickslip_ros.progress import shown_progress
@@ -29,9 +28,6 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
     for path in arguments.output:
         check_output(path)
     look = chosen_look(arguments)
-    if arguments.figure:
-        check_picture(arguments.figure)
-        prepare_output(arguments.figure)
     if arguments.seed < 0:
         raise OutOfRange('seed', arguments.seed, '', 'below 0', 'raise it')
     names = [name.strip() for name in arguments.free.split(',') if name.strip()]

@@ -21,7 +21,7 @@ from stickslip_ros.lab.design.search import (
 )
 from stickslip_ros.lab.design.waves import PeriodicWave, write_wave
 from stickslip_ros.lab.runs.journal import Journal
-from stickslip_ros.lab.runs.plotting import check_picture, looking, save_figure
+from stickslip_ros.lab.runs.plotting import looking, save_figure
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.process.stopping import Stopped
@@ -39,9 +39,6 @@ def optimise_verb(arguments: argparse.Namespace) -> Answer:
         raise RecordingError(path, 'is no table of a wave', 'let its name end in .csv')
     prepare_output(path)
     look = chosen_look(arguments)
-    if arguments.figure:
-        check_picture(arguments.figure)
-        prepare_output(arguments.figure)
     objective = OBJECTIVES[search.goal.objective]
     sign = -1.0 if objective.is_largest else 1.0
 
@@ -105,9 +102,9 @@ def _content(result: SearchResult, path: Path) -> dict[str, Any]:
     objective = OBJECTIVES[result.search.goal.objective]
     shapes = {
         name: {
-            'value': _or_none(one.value),
-            'error': _or_none(one.error),
-            'gain': _or_none(result.gain_of(name)),
+            'value': one.value,
+            'error': one.error,
+            'gain': result.gain_of(name),
             'meets_constraint': one.meets,
             **vars(one.wave),
         }
@@ -119,17 +116,12 @@ def _content(result: SearchResult, path: Path) -> dict[str, Any]:
         'unit': objective.unit,
         'formula': objective.formula,
         'best': result.best,
-        'gain': _or_none(result.gain_of(result.best)),
-        'gain_in_errors': _or_none(result.errors),
+        'gain': result.gain_of(result.best),
+        'gain_in_errors': result.errors,
         'counts': result.counts,
-        'unseen': {name: _or_none(gain) for name, gain in result.unseen.items()},
+        'unseen': result.unseen,
         'shapes': shapes,
     }
-
-
-def _or_none(value: float) -> float | None:
-    """Return a number, or None, which JSON knows, of what is none."""
-    return value if math.isfinite(value) else None
 
 
 def _parts(result: SearchResult, path: Path) -> Iterator[Any]:

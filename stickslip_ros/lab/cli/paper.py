@@ -1,7 +1,6 @@
 """``stickslip figures``: the figures of the paper."""
 
 import argparse
-import math
 from typing import Any
 
 from stickslip_ros.files import make_folder
@@ -32,16 +31,7 @@ def figures_verb(arguments: argparse.Namespace) -> Answer:
             progress(len(content), len(figures))
             runs = tables[figure.name]
             files = write_figure(figure, runs, parameters, arguments.output)
-            known = [
-                {name: None if is_unknown(value) else value for name, value in row.items()}
-                for row in runs.rows
-            ]
-            content[figure.name] = {'files': [str(path) for path in files], 'rows': known}
+            content[figure.name] = {'files': [str(path) for path in files], 'rows': runs.rows}
     rows = [(figure.name, figure.title, len(tables[figure.name].rows)) for figure in figures]
     shown = Section('figures', rows, ('name', 'shows', 'rows'))
     return Answer(content, [shown, f'folder {arguments.output}'])
-
-
-def is_unknown(value: object) -> bool:
-    """Return whether a value is no number, or infinite: JSON knows neither."""
-    return isinstance(value, float) and not math.isfinite(value)

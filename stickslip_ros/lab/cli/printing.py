@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from stickslip_ros.sections import Section
+from stickslip_ros.sections import Section, plain
 
 CHECK_FAILED = 1
 """Exit status of a verb that has done its work and found something wrong."""
@@ -24,7 +24,7 @@ _WIDTH = 80
 class Answer:
     """What a verb has to say."""
 
-    content: Any  # what ``--json`` prints, SI units: a dataclass or JSON; None: nothing
+    content: Any  # what ``--json`` prints, SI units: what ``plain`` takes; None: nothing
     parts: Iterable[Section | str] = ()  # what people read instead, one after the other
     status: int = 0  # exit status of the process
 
@@ -45,11 +45,9 @@ class Answer:
 
 
 def print_json(content: Any) -> None:
-    """Print an object as JSON; dataclasses become objects, nothing comes of None."""
-    if dataclasses.is_dataclass(content) and not isinstance(content, type):
-        content = dataclasses.asdict(content)
+    """Print an object as JSON; nothing comes of None."""
     if content is not None:
-        print(json.dumps(content, indent=2))
+        print(json.dumps(plain(content), indent=2))
 
 
 def _table(section: Section) -> Table:

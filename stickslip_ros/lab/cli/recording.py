@@ -1,7 +1,6 @@
 """``stickslip info``, ``recover`` and ``plot``: what is in a recording, or left of it."""
 
 import argparse
-import dataclasses
 from collections.abc import Iterator
 from typing import Any
 
@@ -50,8 +49,7 @@ def describe_recording(recording: Recording) -> dict[str, Any]:
         changed = recorded_stand(recording).changed()
     return {
         'topics': [
-            {**dataclasses.asdict(channel), 'rate_hz': channel.rate_hz}
-            for channel in recording.channels
+            {**vars(channel), 'rate_hz': channel.rate_hz} for channel in recording.channels
         ],
         'changed_parameters': changed,
         'run': recording.metadata.get(RUN_RECORD, {}),
@@ -72,10 +70,7 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     run = Run(arguments.file, topics=said_of_tables(arguments)['headers'])
     with plotting.looking(**chosen_look(arguments)):
         plot = run_figure.plot_run(run.recording, picture, window, quantities=run.series)
-    content = {'picture': str(picture), **dataclasses.asdict(plot)}
-    content['commands'] = [command._asdict() for command in plot.commands]
-    content['events'] = [event._asdict() for event in plot.events]
-    content['status'] = [span._asdict() for span in plot.status]
+    content = {'picture': str(picture), **vars(plot)}
     rows = [
         (
             recorded.RUN_QUANTITIES[each.name],
@@ -98,10 +93,9 @@ def recover_verb(arguments: argparse.Namespace) -> Answer:
     if arguments.output:
         make_folder(arguments.output.parent)
     recoveries, written = recover(arguments.file, arguments.output)
-    files = [dataclasses.asdict(each) for each in recoveries]
     end = f'wrote {written}' if written else f'{arguments.file} is whole: nothing was written'
     parts = [part for each in recoveries for part in _recover_parts(each)]
-    return Answer({'written': str(written or ''), 'files': files}, [*parts, end])
+    return Answer({'written': str(written or ''), 'files': recoveries}, [*parts, end])
 
 
 def _recover_parts(recovery: Recovery) -> Iterator[Section | str]:

@@ -33,7 +33,7 @@ def replay_verb(arguments: argparse.Namespace) -> Answer:
     else:
         with tempfile.TemporaryDirectory() as folder:
             result = _replay(arguments, Path(folder) / 'replay.mcap')
-    content = {**dataclasses.asdict(result), 'output': str(kept or '')}
+    content = {**vars(result), 'output': str(kept or '')}
     is_same_run = not result.changed and not arguments.from_rest
     status = CHECK_FAILED if is_same_run and result.identical is False else 0
     return Answer(content, _parts(result, str(kept or 'not kept')), status)

@@ -1,7 +1,7 @@
 """What a comparison comes to: numbers, all of B minus A in SI units, as docs/howto/compare.md."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -11,6 +11,7 @@ from scipy.special import chdtrc
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.parameters import Scalar
+from stickslip_ros.sections import plain
 from stickslip_ros.units import unit_of
 
 AMPLITUDE_COLUMN, TIME_COLUMN = 'amplitude_m', 'time_s'
@@ -94,13 +95,12 @@ class Part:
         """Return what JSON can say; of runs, which have many, not the points themselves."""
         points = {self.axis: self.x, 'a': self.a, 'b': self.b, 'sigma': self.sigma}
         points |= self.band or {}
-        curve = {name: None if each is None else each.tolist() for name, each in points.items()}
         return {
             'at': self.at,
-            'agreement': asdict(self.agreement),
-            'threshold_a': self.threshold_a and asdict(self.threshold_a),
-            'threshold_b': self.threshold_b and asdict(self.threshold_b),
-            'curve': None if self.axis == TIME_COLUMN else curve,
+            'agreement': self.agreement,
+            'threshold_a': self.threshold_a,
+            'threshold_b': self.threshold_b,
+            'curve': None if self.axis == TIME_COLUMN else points,
         }
 
 
@@ -220,7 +220,7 @@ class Side:
 
     def to_json(self) -> dict[str, Any]:
         """Return what JSON can say, but not all that is known."""
-        return {name: value for name, value in asdict(self).items() if name != 'described'}
+        return {name: value for name, value in vars(self).items() if name != 'described'}
 
 
 @dataclass(frozen=True)
@@ -274,7 +274,7 @@ class Compared:
         """Return what JSON can say."""
         return {
             'name': self.name,
-            'agreement': asdict(self.agreement),
+            'agreement': self.agreement,
             'parts': [part.to_json() for part in self.parts],
             'left_out': self.left_out,
             'offset': self.offset,
@@ -305,15 +305,17 @@ class Comparison:
             if name in self.b.described and self.b.described[name] != value
         )
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> Any:
         """Return what JSON can say."""
-        return {
-            'a': self.a.to_json(),
-            'b': self.b.to_json(),
-            'axis': self.axis,
-            'differences': [asdict(each) for each in self.differences],
-            'alignment': self.alignment and asdict(self.alignment),
-            'window_s': self.window_s,
-            'steps': self.steps and [asdict(each) for each in self.steps],
-            'quantities': [each.to_json() for each in self.quantities],
-        }
+        return plain(
+            {
+                'a': self.a.to_json(),
+                'b': self.b.to_json(),
+                'axis': self.axis,
+                'differences': self.differences,
+                'alignment': self.alignment,
+                'window_s': self.window_s,
+                'steps': self.steps,
+                'quantities': [each.to_json() for each in self.quantities],
+            }
+        )

@@ -16,7 +16,7 @@ from stickslip_ros.lab.fitting.result import FitResult
 from stickslip_ros.lab.fitting.statistics import Estimate
 from stickslip_ros.lab.runs.drawn import Drawn
 from stickslip_ros.parameters import dump_yaml
-from stickslip_ros.sections import Section
+from stickslip_ros.sections import Section, plain
 from stickslip_ros.units import display_unit
 
 if TYPE_CHECKING:
@@ -118,41 +118,42 @@ def warnings_of(fit: FitResult) -> tuple[str, ...]:
     )
 
 
-def as_object(fit: FitResult) -> dict[str, Any]:
+def as_object(fit: FitResult) -> Any:
     """Return a fit as JSON can hold it: None stands for what is infinite or not a number."""
     doubt = fit.uncertainty
-    content = {
-        'estimates': [{**vars(one), 'is_log': one.is_log} for one in fit.estimates],
-        'names': [one.name for one in fit.estimates],
-        'coordinates': list(fit.found.coordinates),
-        'covariance_of_coordinates': doubt.covariance_z.tolist(),
-        'covariance': fit.covariance.tolist(),
-        'correlation': fit.uncertainty.correlation.tolist(),
-        'sigma_known': fit.problem.noise.known,
-        'noise_n': fit.noise_n,
-        'allowance': fit.problem.allowance and fit.problem.allowance._asdict(),
-        'known': fit.problem.known,
-        'chi_square': fit.chi_square,
-        'dof': doubt.dof,
-        'reduced_chi_square': fit.reduced_chi_square,
-        'p_value': fit.p_value,
-        'covariance_scale': doubt.variance_scale,
-        'interval_quantile': doubt.quantile,
-        'singular_values': doubt.singular_values,
-        'condition_number': doubt.condition,
-        'warnings': warnings_of(fit),
-        'notes': list(fit.notes),
-        'converged': fit.found.converged,
-        'starts': len(fit.searches),
-        'starts_in_same_minimum': fit.same,
-        'evaluations': fit.evaluations,
-        'wall_s': fit.wall_s,
-        'missing': [each._asdict() for each in fit.missing],
-        'points': _points(fit),
-        'traces': _traces(fit),
-        'parameters': fit.parameters.changed(),
-    }
-    return {name: _plain(value) for name, value in content.items()}
+    return plain(
+        {
+            'estimates': [{**vars(one), 'is_log': one.is_log} for one in fit.estimates],
+            'names': [one.name for one in fit.estimates],
+            'coordinates': fit.found.coordinates,
+            'covariance_of_coordinates': doubt.covariance_z,
+            'covariance': fit.covariance,
+            'correlation': fit.uncertainty.correlation,
+            'sigma_known': fit.problem.noise.known,
+            'noise_n': fit.noise_n,
+            'allowance': fit.problem.allowance,
+            'known': fit.problem.known,
+            'chi_square': fit.chi_square,
+            'dof': doubt.dof,
+            'reduced_chi_square': fit.reduced_chi_square,
+            'p_value': fit.p_value,
+            'covariance_scale': doubt.variance_scale,
+            'interval_quantile': doubt.quantile,
+            'singular_values': doubt.singular_values,
+            'condition_number': doubt.condition,
+            'warnings': warnings_of(fit),
+            'notes': fit.notes,
+            'converged': fit.found.converged,
+            'starts': len(fit.searches),
+            'starts_in_same_minimum': fit.same,
+            'evaluations': fit.evaluations,
+            'wall_s': fit.wall_s,
+            'missing': fit.missing,
+            'points': _points(fit),
+            'traces': _traces(fit),
+            'parameters': fit.parameters.changed(),
+        }
+    )
 
 
 def check_output(path: Path) -> None:
@@ -376,13 +377,3 @@ def _quality(fit: FitResult) -> Iterator[tuple[str, object]]:
         steps = 'steps until steady' if is_steady else 'steps per run'
         yield steps, f'{min(cycles)} to {max(cycles)}'
     yield 'time', f'{fit.wall_s:.1f} s'
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, dict):
-        return {name: _plain(part) for name, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
-    return value

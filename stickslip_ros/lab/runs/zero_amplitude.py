@@ -21,8 +21,7 @@ from stickslip_ros.lab.runs.courses import Course, alone, bundle_for
 from stickslip_ros.lab.runs.sawtooth_run import drive_course, full_stroke_m
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
-from stickslip_ros.sections import Section, Shown, number
-from stickslip_ros.units import NM
+from stickslip_ros.sections import Section, Shown, rows_of, said
 
 _STEPS_MIN = 10
 STEP_MIN_M = 1e-10
@@ -37,7 +36,7 @@ ONSET_SHARE = 0.01
 ONSET_HALVINGS = 9  # halvings of the range of amplitudes: 160 nm become 0.3 nm
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ZeroAmplitude(Shown):
     """
     The 0-amplitude of a drive.
@@ -63,33 +62,24 @@ class ZeroAmplitude(Shown):
 
     """
 
-    zero_amplitude_m: float
-    slope: float
+    zero_amplitude_m: float = said("0-amplitude, Edeler's extrapolation", '.3f')
+    slope: float = said('slope of step length', '.4f')
     method: str
-    zero_amplitude_direct_m: float
-    max_presliding_lower_m: float
+    zero_amplitude_direct_m: float = said('0-amplitude, first net step', '.3f')
+    max_presliding_lower_m: float = said('u_max of a lower contact', '.3f')
     preload_n: float
     frequency_hz: float
-    fit_from_m: float
-    fit_to_m: float
-    fit_rms_m: float
-    fit_points: int
+    fit_from_m: float = said('line fitted from', '.2f')
+    fit_to_m: float = said('to', '.2f')
+    fit_rms_m: float = said('rms deviation from that line', '.4f')
+    fit_points: int = said('amplitudes of the line', '.0f')
     steps: int
     step_min_m: float
 
     def sections(self) -> list[Section]:
         """Return the numbers."""
         title = f'preload {self.preload_n:g} N, {self.frequency_hz:g} Hz, {self.steps} steps'
-        fitted = f'{self.fit_from_m * NM:.2f} to {self.fit_to_m * NM:.2f}'
-        rows = [
-            number("0-amplitude, Edeler's extrapolation", self.zero_amplitude_m, '.3f', 'nm'),
-            number('slope of step length', self.slope, '.4f'),
-            (f'line fitted at {self.fit_points} amplitudes', fitted, 'nm'),
-            number('rms deviation from that line', self.fit_rms_m, '.4f', 'nm'),
-            number('0-amplitude, first net step', self.zero_amplitude_direct_m, '.3f', 'nm'),
-            number('u_max of a lower contact', self.max_presliding_lower_m, '.3f', 'nm'),
-        ]
-        return [Section(title, rows)]
+        return [Section(title, rows_of(self))]
 
 
 def zero_amplitude(

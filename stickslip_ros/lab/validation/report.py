@@ -1,20 +1,24 @@
-"""The self-test as texts and files: Markdown to read, CSV to compute with, and margins."""
+"""The self-test in sections and files: a page to read, CSV to compute with, and margins."""
 
 import csv
 import io
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from stickslip_ros.errors import WrongKind
-from stickslip_ros.lab.runs.plotting import BLUE, VERMILION, new_figure, save_figure, styled
+from stickslip_ros.lab.runs.page import page_of
+from stickslip_ros.lab.runs.plotting import BLUE, VERMILION, new_figure, styled
 from stickslip_ros.lab.validation.self_test import CheckedAnswer, failed
+from stickslip_ros.sections import Section
 
-_MARKDOWN, _CSV, _PNG = 'validation.md', 'validation.csv', 'validation.png'
+_PAGE, _CSV = 'validation.html', 'validation.csv'
 _DIGITS = 6
 _PREFIXES = {-4: 'p', -3: 'n', -2: 'u', -1: 'm', 0: '', 1: 'k', 2: 'M', 3: 'G'}
 """By powers of a thousand."""
@@ -39,58 +43,59 @@ def summary_text(outcomes: Answers) -> str:
     return f'{total} references, {wrong} failed' if wrong else f'{total} references, all passed'
 
 
-def markdown_row(cells: Iterable[str]) -> str:
-    """Return a row; what Markdown would take for a mark-up is written otherwise."""
-    plain = (cell.replace('|', '\\|').replace('*', '\\*') for cell in cells)
-    return f'| {" | ".join(plain)} |'
+def failure_text(found: CheckedAnswer) -> str:
+    """Return what is wrong with an answer, and what error was to be expected."""
+    row = found.reference
+    return (
+        f'FAIL {row.quantity} of {row.case or "the default"}: {value_text(found.ours, row.unit)}, '
+        f'not {value_text(row.reference, row.unit)} ({row.source}, {row.made_by}); '
+        f'error {found.error:.2g} above {row.tolerance:.2g}: {row.why}'
+    )
 
 
-def markdown_text(outcomes: Answers) -> str:
-    """Return every reference as Markdown, one section per family."""
-    lines = [f'{summary_text(outcomes)}.', '', 'Errors are relative, to what validation.csv says.']
+def sections(outcomes: Answers) -> Iterator[Section]:
+    """Yield the families and what failed, then every reference, a section for each family."""
+    rows = []
     for family, found in outcomes.items():
-        lines += ['', f'### {family}', '']
-        lines += [markdown_row(_HEADER), markdown_row(['---'] * len(_HEADER))]
+        wrong = sum(not each.passed for each in found)
+        largest = max(each.error / each.reference.tolerance for each in found)
+        rows.append((family, len(found), wrong or '', f'{largest:.2g}'))
+    header = ('family', 'references', 'failed', 'largest error, of its tolerance')
+    notes = [*map(failure_text, failed(outcomes)), summary_text(outcomes)]
+    title = 'contact mechanics and drive against references'
+    yield Section(title, rows, header, notes, partial(draw_margins, outcomes))
+    for family, found in outcomes.items():
+        rows_of_family = []
         for each in found:
             row, word = each.reference, '' if each.passed else ' FAIL'
             values = (value_text(value, row.unit) for value in (row.reference, each.ours))
             errors = (f'{each.error:.1e}{word}', f'{row.tolerance:.1e}')
             cells = (row.quantity, row.case, row.source, row.made_by, *values, *errors)
-            lines.append(markdown_row(cells))
-    return '\n'.join(lines) + '\n'
+            rows_of_family.append(cells)
+        yield Section(family, rows_of_family, _HEADER)
 
 
 def as_objects(outcomes: Answers) -> list[dict[str, Any]]:
-    """Return a row of the table with our answer, SI, for each reference; None: not finite."""
-    return [
-        {
-            key: None if isinstance(value, float) and not math.isfinite(value) else value
-            for key, value in row.items()
-        }
-        for row in _rows(outcomes)
-    ]
-
-
-def _rows(outcomes: Answers) -> Iterator[dict[str, Any]]:
+    """Return a row of the table with our answer, SI, for each reference."""
+    rows = []
     for each in chain.from_iterable(outcomes.values()):
         ours = {'ours': each.ours, 'unit': each.reference.unit, 'error': each.error}
-        yield {**each.reference._asdict(), **ours, 'passed': each.passed}
+        rows.append({**each.reference._asdict(), **ours, 'passed': each.passed})
+    return rows
 
 
 def csv_text(outcomes: Answers) -> str:
     """Return the same as CSV, with all digits."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    for number, row in enumerate(_rows(outcomes)):
-        if not number:
-            writer.writerow(row)
-        writer.writerow(row.values())
+    text, rows = io.StringIO(), as_objects(outcomes)
+    writer = csv.DictWriter(text, rows[0], lineterminator='\n')
+    writer.writeheader()
+    writer.writerows(rows)
     return text.getvalue()
 
 
 @styled()
-def draw_margins(outcomes: Answers, picture: Path) -> None:
-    """Draw which share of its tolerance each error uses, a PNG file."""
+def draw_margins(outcomes: Answers) -> Figure:
+    """Draw which share of its tolerance each error uses."""
     figure = new_figure(8.0, 5.0, f'stickslip validate: {summary_text(outcomes)}')
     axes = figure.subplots()
     for line, found in enumerate(outcomes.values()):
@@ -108,17 +113,16 @@ def draw_margins(outcomes: Answers, picture: Path) -> None:
     axes.invert_yaxis()
     drawn_at_left = f'error/tolerance (at most {LEAST_SHARE:g} drawn at the left)'
     axes.set(xlabel=drawn_at_left, title='Every reference: right of the line it fails')
-    save_figure(figure, picture)
+    return figure
 
 
 def write_report(outcomes: Answers, folder: Path) -> list[Path]:
-    """Write the table as Markdown and CSV, and the picture of margins; return the files."""
-    files = [folder / name for name in (_MARKDOWN, _CSV, _PNG)]
+    """Write every reference as a page and as CSV; return the files."""
+    page, table = files = [folder / name for name in (_PAGE, _CSV)]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        files[0].write_text(markdown_text(outcomes), encoding='utf-8')
-        files[1].write_text(csv_text(outcomes), encoding='utf-8')
-        draw_margins(outcomes, files[2])
+        page.write_text(page_of(sections(outcomes), 'stickslip validate'), encoding='utf-8')
+        table.write_text(csv_text(outcomes), encoding='utf-8')
     except OSError as error:
         hint = f'{error.strerror or error}: choose another folder'
         raise WrongKind('--output', str(folder), 'a folder that can be written', hint) from None

@@ -1,6 +1,7 @@
 """``stickslip import``, and what other verbs say of a table before they compute."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -52,7 +53,8 @@ def test_compare_takes_one_file_per_preload_and_says_first_what_it_read(capsys: 
     words = ['--preload', '0.1,0.5', '--steps', '20']
     assert main(['compare', 'messung.csv', 'messung.csv', 'model', *words]) == 0
     out, err = capsys.readouterr()
-    assert 'A  messung.csv, messung.csv: experiment by amplitude, 4 rows' in out
+    assert out.startswith('comparison of messung.csv, messung.csv and model\n')
+    assert re.search(r'^rows +4 ', out, re.MULTILINE)
     assert err.count("force_n is 'Kraft (mN)' in mN, times 0.001; first row 0.0015 N") == 2
     assert "aside   'Temp (°C)'" in err
 

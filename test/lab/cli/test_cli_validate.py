@@ -7,7 +7,7 @@ import pytest
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.validation.references import Reference, read_references
 
-FILES = ['validation.csv', 'validation.md', 'validation.png']
+FILES = ['validation.csv', 'validation.html']
 WRONG = Reference(
     'Wrong', 'hess_factor', 'exponent=2', 2.2, 0.01, 2.2,
     'one in a hundred is counted twice', 'a [bold] ruler', 'nobody', '1',

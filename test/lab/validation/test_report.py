@@ -10,14 +10,14 @@ from stickslip_ros.lab.validation.references import Reference, read_references
 from stickslip_ros.lab.validation.report import (
     as_objects,
     csv_text,
-    markdown_text,
+    sections,
     summary_text,
     value_text,
     write_report,
 )
 from stickslip_ros.lab.validation.self_test import CheckedAnswer, validate
+from stickslip_ros.sections import plain
 
-PNG_START = b'\x89PNG\r\n'
 ROW = Reference('One', 'depth_m', 'x=1', 1.0, 0.01, 1.0, 'a test', 'a test', 'nobody', '1')
 
 
@@ -44,10 +44,11 @@ def test_a_value_is_shown_with_the_prefix_that_suits_it(value, unit, text):
 
 def test_table_and_picture_are_written_and_written_again_alike(outcomes, tmp_path):
     files = write_report(outcomes, tmp_path / 'a' / 'b')
-    assert [path.name for path in files] == ['validation.md', 'validation.csv', 'validation.png']
-    assert files[0].read_text(encoding='utf-8') == markdown_text(outcomes)
+    assert [path.name for path in files] == ['validation.html', 'validation.csv']
+    page = files[0].read_text(encoding='utf-8')
+    assert '<h2>Normal load</h2>' in page
+    assert page.count('data:image/svg+xml;base64') == 1
     assert files[1].read_text(encoding='utf-8') == csv_text(outcomes)
-    assert files[2].read_bytes().startswith(PNG_START)
     again = write_report(outcomes, tmp_path / 'c')
     assert [p.read_bytes() for p in files] == [p.read_bytes() for p in again]
 
@@ -64,8 +65,10 @@ def test_the_csv_has_every_reference_with_all_digits(outcomes):
 def test_an_answer_that_is_wrong_or_no_number_is_marked_everywhere(ours, tmp_path):
     outcomes = {'One': [CheckedAnswer(ROW, ours)]}
     assert summary_text(outcomes) == '1 references, 1 failed'
-    assert ' FAIL ' in markdown_text(outcomes)
-    [row] = as_objects(outcomes)
+    summary, family = sections(outcomes)
+    assert summary.notes[0].startswith('FAIL depth_m of x=1')
+    assert 'FAIL' in str(family.rows[0][-2])
+    [row] = plain(as_objects(outcomes))
     assert row['passed'] is False
     assert row['ours'] == (None if ours != ours else ours)  # noqa: PLR0124
     assert all(path.is_file() for path in write_report(outcomes, tmp_path))

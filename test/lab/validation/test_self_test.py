@@ -14,13 +14,13 @@ from stickslip_ros.contact.roughness import Spectrum
 from stickslip_ros.contact.springs import move_springs
 from stickslip_ros.drive.build import plant_of
 from stickslip_ros.kernels.kernel import entry_point
-from stickslip_ros.lab.cli.validate import failure_text
 from stickslip_ros.lab.validation.references import (
     Reference,
     arguments_of,
     case_of,
     read_references,
 )
+from stickslip_ros.lab.validation.report import failure_text
 from stickslip_ros.lab.validation.self_test import MODULES, CheckedAnswer, answer, validate
 
 move_springs = entry_point(move_springs)

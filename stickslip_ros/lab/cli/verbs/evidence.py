@@ -23,8 +23,8 @@ EVIDENCE = (
         'validate',
         'self-test: contact and drive against references',
         'Compare what this installation computes with the references that ship with it: closed '
-        'forms, springs one by one, 3-D solutions, codes of others, print. Writes validation.md, '
-        'validation.csv and validation.png. Exit status 1 if an answer is wrong.',
+        'forms, springs one by one, 3-D solutions, codes of others, print. Writes a page '
+        '(validation.html) and validation.csv. Exit status 1 if an answer is wrong.',
         folder('runs/validation'),
     ),
 )
