@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy import optimize
@@ -73,6 +73,14 @@ SAID_SLOW_S = 2e-5  # from which a slow sensor is said: 8 kHz, where a runner ri
 UNEXPLAINED = 10.0
 """Chi-square per reading above 1, per root of the readings, from which that is too much: noise
 comes to 4."""
+
+
+class Searching(NamedTuple):
+    """How minima are looked for: from how many places, by which chance, in how many processes."""
+
+    starts: int = 8
+    seed: int = 1
+    workers: int = 0  # 0 is one per core
 
 
 def fit(
@@ -171,9 +179,7 @@ def fit(
             known=choose_known(known or {}, chosen),
             allowance=Allowance(shape_m, step_share),
             outliers=outliers,
-            starts=starts,
-            seed=seed,
-            workers=workers,
+            how=Searching(starts, seed, workers),
             progress=show,
         )
     return replace(fitted, notes=(*notes, *fitted.notes))
@@ -187,9 +193,7 @@ def fit_experiments(
     known: Mapping[str, tuple[float, float]] | None = None,
     allowance: Allowance = Allowance(),  # noqa: B008 - it does not change
     outliers: float = 6.0,
-    starts: int = 8,
-    seed: int = 1,
-    workers: int = 0,
+    how: Searching = Searching(),  # noqa: B008 - it does not change
     progress: Show | None = None,
 ) -> Fit:
     """Do what ``fit`` does to experiments, and to what ``choose_free`` returns."""
@@ -198,20 +202,20 @@ def fit_experiments(
 
     def tick() -> None:
         if progress is not None:
-            progress(next(computed), 0, f'{searched} of {starts} searches ended')
+            progress(next(computed), 0, f'{searched} of {how.starts} searches ended')
 
     def count(done: int, _: int) -> None:
         nonlocal searched
         searched = done
 
-    if not 1 <= starts <= STARTS_MAX:
+    if not 1 <= how.starts <= STARTS_MAX:
         limit = f'not from 1 to {STARTS_MAX}'
-        raise OutOfRange('number of starts', starts, '', limit, 'change --starts')
+        raise OutOfRange('number of starts', how.starts, '', limit, 'change --starts')
     problem = pose(parameters, free, experiments, known, tick)
     problem, notes = _with_clocks(problem)
     places = [problem.start]  # the present values, then a Latin hypercube in the bounds
-    if starts > 1:
-        shares = qmc.LatinHypercube(d=len(free), seed=seed).random(starts - 1)
+    if how.starts > 1:
+        shares = qmc.LatinHypercube(d=len(free), seed=how.seed).random(how.starts - 1)
         lower, upper = problem.bounds
         if problem.has_traces:
             lower, upper = (
@@ -220,15 +224,15 @@ def fit_experiments(
         places += list(qmc.scale(shares, lower, np.maximum(upper, lower + 1e-9)))
     first = replace(problem, allowance=LOOSE[0]) if problem.has_traces else problem
     searches = run_batch(
-        partial(_search_or_nothing, first), places, workers=workers, progress=count
+        partial(_search_or_nothing, first), places, workers=how.workers, progress=count
     )
-    with pool_of(workers) as pool:
+    with pool_of(how.workers) as pool:
         problem = replace(problem, pool=pool)
         here, refined, steady = best_of(searches), list[Minimum](), True
         rivals: tuple[Minimum, ...] = ()
         if problem.has_traces:
             problem, refined, rivals, noted = _tightened(
-                problem, searches, allowance, outliers, workers
+                problem, searches, allowance, outliers, how.workers
             )
             here, notes = refined[-1], notes + noted
         problem, more, steady = _refine(problem, here)

@@ -13,7 +13,7 @@ from scipy.stats import binom, chi2
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.experiments import predict as predict_module
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps
-from stickslip_ros.lab.fitting.fit import fit, fit_experiments
+from stickslip_ros.lab.fitting.fit import Searching, fit, fit_experiments
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.report import Fit, as_object, warnings_of
 from stickslip_ros.lab.runs.courses import Course
@@ -49,7 +49,7 @@ def fitted(
     start = {name: text for name, text in beside.items() if name in free_names}
     bounds = {name.replace('__', '.'): text for name, text in values.items()}
     stand, free, _ = choose_free(truth, free_names, start, bounds)
-    return fit_experiments(stand, free, points, starts=starts, workers=1)
+    return fit_experiments(stand, free, points, how=Searching(starts, workers=1))
 
 
 @pytest.fixture(scope='module')
@@ -116,7 +116,7 @@ def test_data_without_noise_give_the_parameters_back_from_most_starts(truth):
 def test_the_rms_height_comes_back_and_the_prefactor_gives_way(truth):
     rough = truth.updated({'contact.prefactor': 0.0, 'contact.rms_height': 1.3e-6})
     stand, free, notes = choose_free(truth, ['contact.rms_height'])
-    fit = fit_experiments(stand, free, exact_points(rough), starts=1)
+    fit = fit_experiments(stand, free, exact_points(rough), how=Searching(1))
     assert_same_values(fit, [1.3e-6])
     assert fit.parameters.contact.prefactor == 0.0
     assert notes == (
@@ -203,7 +203,7 @@ def test_the_truth_lies_in_the_intervals_as_often_as_they_promise(truth, known):
     for seed in range(SETS):
         stand, free, _ = choose_free(truth, list(TRUTH))
         found = fit_experiments(
-            stand, free, noisy_points(truth, seed, known=known), starts=1, workers=1
+            stand, free, noisy_points(truth, seed, known=known), how=Searching(1, workers=1)
         )
         inside += [one.low <= TRUTH[one.name] <= one.high for one in found.estimates]
     assert np.all(inside >= SETS_INSIDE)
@@ -241,7 +241,7 @@ def test_default_bounds_give_way_to_what_the_model_is_by_default(damping):
     stand = Parameters().updated({'runner.damping': damping})
     start, free, _ = choose_free(stand, list(TRUTH), {'runner.damping': '20'})
     assert free[1].lower == 2.0
-    fit = fit_experiments(start, free, exact_points(stand), starts=1, workers=1)
+    fit = fit_experiments(start, free, exact_points(stand), how=Searching(1, workers=1))
     friction, found = fit.estimates
     assert found.lower == 0.0
     assert abs(found.value - damping) < 0.05
@@ -274,7 +274,7 @@ def test_two_moduli_that_act_as_one_are_told(truth):
 def test_the_number_of_threads_changes_nothing(truth):
     points = noisy_points(truth, 3)
     stand, free, _ = choose_free(truth, list(TRUTH), {'runner.damping': '60'})
-    one, two = (fit_experiments(stand, free, points, starts=3, workers=n) for n in (1, 2))
+    one, two = (fit_experiments(stand, free, points, how=Searching(3, workers=n)) for n in (1, 2))
     assert (one.estimates, one.searches) == (two.estimates, two.searches)
     assert np.array_equal(one.covariance, two.covariance)
 

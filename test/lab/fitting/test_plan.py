@@ -10,7 +10,7 @@ from test_fit_of_traces import NAMES, experiment
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.experiments.experiment import Voltage
-from stickslip_ros.lab.fitting.fit import fit, fit_experiments
+from stickslip_ros.lab.fitting.fit import Searching, fit, fit_experiments
 from stickslip_ros.lab.fitting.free import choose_free
 from stickslip_ros.lab.fitting.plan import plan
 from stickslip_ros.parameters import Parameters
@@ -45,7 +45,7 @@ def test_a_second_preload_comes_first_and_has_the_errors_that_were_expected():
 def test_numbers_are_planned_too_and_a_count_that_is_none_is_refused():
     truth = Parameters().updated(TRUTH)
     stand, free, _ = choose_free(truth, list(TRUTH))
-    known = fit_experiments(stand, free, exact_points(truth), starts=1)
+    known = fit_experiments(stand, free, exact_points(truth), how=Searching(1))
     planned = plan(known, 2)
     assert all(each.commands[1].startswith('sawtooth ') for each in planned.chosen)
     assert np.all(planned.errors[1] < planned.errors_now)
