@@ -238,7 +238,7 @@ class ChunkReader(SeekingReader):
 
     def _indexed(self, index: ChunkIndex, wanted: set[int], data: bytes) -> Places | None:
         """Return the places of messages in a chunk as its index has them, None if it is wrong."""
-        found = [_NO_PLACES]
+        found: list[NDArray[Any]] = [_NO_PLACES]
         for channel in wanted & index.message_index_offsets.keys():
             self._stream.seek(index.message_index_offsets[channel])
             opcode, length = RECORD_HEAD.unpack(self._stream.read(RECORD_HEAD.size))
