@@ -16,6 +16,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import (
+    ALWAYS,
     LENGTH_BYTES,
     MESSAGE_HEAD,
     SEQUENCE_AT,
@@ -59,6 +60,7 @@ def numbers_of(
     definition: str = '',
     by_stamp: bool = True,
     repeats: bool = False,
+    window_ns: tuple[int, int] = ALWAYS,
 ) -> tuple[Places, Array]:
     """
     Return the time, ns, and one number of each message of a topic, in the order of time.
@@ -66,7 +68,8 @@ def numbers_of(
     The time is the stamp of the header where the message has one and it is asked for, else that of
     the file. A field is a path such as ``point.x``, ``wrench.force.x``, ``data`` or
     ``position[0]``; the definition is that of the file, if none is given. What parts of a run
-    repeat counts once. RecordingError: a message is damaged, or of unknown definition;
+    repeat counts once. Of a window all chunks are read that may hold messages of these log times.
+    RecordingError: a message is damaged, or of unknown definition;
     UnknownName: no such field, or it is no number.
 
     """
@@ -76,7 +79,7 @@ def numbers_of(
         with open_whole(file) as reader:
             fields: dict[int, Field] = {}
             is_first = True
-            for piece in reader.pieces([topic]):
+            for piece in reader.pieces([topic], window_ns):
                 numbers = gather(piece.data, piece.starts + SEQUENCE_AT, '<u4')
                 is_repeated = repeats and is_first and len(numbers) and numbers[0] == last
                 begin, is_first = int(is_repeated), is_first and not len(numbers)

@@ -22,6 +22,7 @@ Places = NDArray[np.int64]
 CHUNK_MAX_BYTES: Final = 1 << 30
 """Of a chunk, and of those that are open at once; what is larger is refused before it is read."""
 TIME_MAX_NS: Final = (1 << 63) - 1
+ALWAYS: Final = 0, TIME_MAX_NS  # log times, ns
 RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
 MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time
 SEQUENCE_AT, LOG_TIME_AT = 2, 6
@@ -157,32 +158,43 @@ class ChunkReader(SeekingReader):
             raise ValueError('it has no summary')
         return summary
 
-    def pieces(self, topics: Collection[str] | None = None) -> Iterator[ChunkMessages]:
-        """Give messages chunk by chunk, in the order of the file."""
-        indexes, wanted = self._select(topics)
+    def pieces(
+        self, topics: Collection[str] | None = None, window_ns: tuple[int, int] = ALWAYS
+    ) -> Iterator[ChunkMessages]:
+        """Give messages chunk by chunk, in the order of the file; chunks of a window are whole."""
+        indexes, wanted = self._select(topics, window_ns)
         for index in indexes:
             yield self._read(index, wanted)
 
     def messages(
-        self, topics: Collection[str] | None = None, *, in_time_order: bool = True
+        self,
+        topics: Collection[str] | None = None,
+        window_ns: tuple[int, int] = ALWAYS,
+        *,
+        in_time_order: bool = True,
     ) -> Iterator[tuple[Schema | None, Channel, Message]]:
         """Give schema, channel and message, in the order of log times or of the file."""
         summary = self.summary
-        rows = self._by_time(topics) if in_time_order else self._by_place(topics)
+        order = self._by_time if in_time_order else self._by_place
+        rows = order(topics, window_ns)
         for place, piece in rows:
             message = piece.message(place)
             channel = summary.channels[message.channel_id]
             schema = summary.schemas[channel.schema_id] if channel.schema_id else None
             yield schema, channel, message
 
-    def _by_place(self, topics: Collection[str] | None) -> Iterator[tuple[int, ChunkMessages]]:
-        for piece in self.pieces(topics):
+    def _by_place(
+        self, topics: Collection[str] | None, window_ns: tuple[int, int]
+    ) -> Iterator[tuple[int, ChunkMessages]]:
+        for piece in self.pieces(topics, window_ns):
             for place in range(len(piece.starts)):
                 yield place, piece
 
-    def _by_time(self, topics: Collection[str] | None) -> Iterator[tuple[int, ChunkMessages]]:
+    def _by_time(
+        self, topics: Collection[str] | None, window_ns: tuple[int, int]
+    ) -> Iterator[tuple[int, ChunkMessages]]:
         """Open each chunk when its first message is due; of one time the order of the file."""
-        indexes, wanted = self._select(topics)
+        indexes, wanted = self._select(topics, window_ns)
         later = sorted(indexes, key=_begin, reverse=True)
         due: list[tuple[Row, Iterator[Row]]] = []
         while later or due:
@@ -204,7 +216,9 @@ class ChunkReader(SeekingReader):
                 heapq.heappop(due)
             yield place, piece
 
-    def _select(self, topics: Collection[str] | None) -> tuple[list[ChunkIndex], set[int] | None]:
+    def _select(
+        self, topics: Collection[str] | None, window_ns: tuple[int, int]
+    ) -> tuple[list[ChunkIndex], set[int] | None]:
         """Return the chunks that may hold wanted messages, and their channels; None: all."""
         summary = self.summary
         wanted = None
@@ -213,9 +227,13 @@ class ChunkReader(SeekingReader):
         found = [
             each
             for each in sorted(summary.chunk_indexes, key=lambda each: each.chunk_start_offset)
-            if wanted is None
-            or not each.message_index_offsets
-            or wanted & each.message_index_offsets.keys()
+            if each.message_end_time >= window_ns[0]
+            and each.message_start_time <= window_ns[1]
+            and (
+                wanted is None
+                or not each.message_index_offsets
+                or wanted & each.message_index_offsets.keys()
+            )
         ]
         return (found if summary.chunk_indexes else [WHOLE_FILE]), wanted
 

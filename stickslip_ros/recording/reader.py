@@ -2,8 +2,10 @@
 
 import hashlib
 import json
+import math
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import zip_longest
@@ -32,6 +34,7 @@ from stickslip_ros.message_types import (
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.any_message import numbers_of
 from stickslip_ros.recording.bag import bag_parts
+from stickslip_ros.recording.chunks import ALWAYS, TIME_MAX_NS
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
@@ -107,6 +110,7 @@ class Recording:
         for file in self.files:
             closing = self._describe(file).get(CLOSING_RECORD, {})
         self._repeats = PART_RECORD in self.metadata
+        self._window_s = -math.inf, math.inf
         if self._repeats and not self.path.exists():  # by the name that parts share
             layout = Layout.plan(self.path, split=True)
             oldest = layout.part(self.metadata[PART_RECORD].get(FIRST_PART, 0))
@@ -159,6 +163,46 @@ class Recording:
             raise RecordingError(self.path, problem, hint) from None
 
     @cached_property
+    def span_s(self) -> tuple[float, float]:
+        """First and last time of all messages, s; not numbers where there are none."""
+        times_ns = list[int]()
+        for file in self.files:
+            with open_whole(file) as reader:
+                said = reader.summary.statistics
+                if said and said.message_count:
+                    times_ns += said.message_start_time, said.message_end_time
+        if not times_ns:
+            return math.nan, math.nan
+        first_ns, last_ns = min(times_ns), max(times_ns)
+        origin_ns = self.time_origin_ns
+        return (first_ns - origin_ns) / NS_PER_S, (last_ns - origin_ns) / NS_PER_S
+
+    def within(self, start_s: float, end_s: float) -> 'Recording':
+        """
+        Give the recording with ``series`` and ``trace`` of a stretch alone, both ends included.
+
+        Of a recording of this package no more is read of the file than that takes.
+
+        """
+        part = copy(self)
+        part._window_s = start_s, end_s  # noqa: SLF001 - its own
+        return part
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether a drive of this package made it."""
+        return RUN_RECORD in self.metadata
+
+    def _window_ns(self, *, is_open: bool) -> tuple[int, int]:
+        """Return the log times of messages of the stretch; or from its start on."""
+        start_s, end_s = self._window_s
+        if not self.is_ours:  # its messages are placed at their stamps
+            return ALWAYS
+        first_ns = 0 if math.isinf(start_s) else math.floor(start_s * NS_PER_S)
+        last_ns = TIME_MAX_NS if is_open or math.isinf(end_s) else math.ceil(end_s * NS_PER_S)
+        return first_ns + self.time_origin_ns, last_ns + self.time_origin_ns
+
+    @cached_property
     def channels(self) -> list[ChannelSummary]:
         """What each topic holds, in the order of the file; costs one pass over the messages."""
         summaries = {topic: ChannelSummary(topic, kind) for topic, kind in self.types.items()}
@@ -189,11 +233,11 @@ class Recording:
                 return columns[field or next(iter(columns))]
             known = ', '.join(columns) or 'no samples'
             raise UnknownName(f'column of {name}', field, f'this recording has {known}')
-        type_name, is_ours = self.types[name], RUN_RECORD in self.metadata
+        type_name = self.types[name]
         quantity = find_quantity(name, type_name, field)
         if type_name == JOINT_STATE:
             pairs = [
-                (at_ns if is_ours else each.stamp_ns - self.time_origin_ns, quantity.of(each))
+                (at_ns if self.is_ours else each.stamp_ns - self.time_origin_ns, quantity.of(each))
                 for _, at_ns, each in self._read([name])
                 if isinstance(each, JointMessage)
             ]
@@ -206,17 +250,26 @@ class Recording:
                 name,
                 path,
                 definition=SCHEMAS[type_name],
-                by_stamp=not is_ours,
+                by_stamp=not self.is_ours,
                 repeats=self._repeats,
+                window_ns=self._window_ns(is_open=False),
             )
             times_ns = times_ns - self.time_origin_ns
-        return Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
+        series = Series(times_ns / NS_PER_S, values, quantity.unit, self._origin(name))
+        return series.window(*self._window_s)
 
     def trace(self, topic: str = 'trace') -> dict[str, Series]:
         """Give all columns of a trace, by name: ``voltage``, ``foot``, ``position``, ``force``."""
         name = self.find(topic)
-        blocks = [each for _, _, each in self._read([name]) if isinstance(each, ArrayMessage)]
-        return split_columns(blocks, self._origin(name))
+        blocks = list[ArrayMessage]()
+        # A block comes when its last sample has been taken.
+        for _, _, each in self._read([name], self._window_ns(is_open=True)):
+            if isinstance(each, ArrayMessage):
+                if self.is_ours and each.data.ndim == 2 and each.data[0, 0] > self._window_s[1]:
+                    break
+                blocks.append(each)
+        columns = split_columns(blocks, self._origin(name))
+        return {key: each.window(*self._window_s) for key, each in columns.items()}
 
     def find(self, name: str) -> str:
         """Give the full name of a topic; refuse a name with which none, or more than one, ends."""
@@ -239,13 +292,19 @@ class Recording:
         for _, topic, message in self._stored(topics, in_time_order=False):
             yield topic, message
 
-    def _read(self, topics: list[str]) -> Iterator[tuple[str, int, Message]]:
-        for type_name, topic, message in self._stored(topics, in_time_order=True):
+    def _read(
+        self, topics: list[str], window_ns: tuple[int, int] = ALWAYS
+    ) -> Iterator[tuple[str, int, Message]]:
+        for type_name, topic, message in self._stored(topics, window_ns, in_time_order=True):
             time_ns = message.log_time - self.time_origin_ns
             yield topic, time_ns, unpack(type_name, message.data)
 
     def _stored(
-        self, topics: list[str] | None, *, in_time_order: bool
+        self,
+        topics: list[str] | None,
+        window_ns: tuple[int, int] = ALWAYS,
+        *,
+        in_time_order: bool,
     ) -> Iterator[tuple[str, str, Stored]]:
         """Give type, topic and message, file by file, without what a part only repeats."""
         last: dict[str, int] = {}
@@ -253,7 +312,7 @@ class Recording:
             before = dict(last) if self._repeats else {}
             with open_whole(file) as reader:
                 for schema, channel, message in reader.messages(
-                    topics, in_time_order=in_time_order
+                    topics, window_ns, in_time_order=in_time_order
                 ):
                     stop_if_asked()
                     if before.pop(channel.topic, None) == message.sequence:

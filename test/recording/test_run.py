@@ -1,7 +1,9 @@
 """One run: what it is asked and what it says is packed once, for a file and for who publishes."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -10,6 +12,7 @@ from stickslip_ros.instrument.bench import Bench
 from stickslip_ros.instrument.commands import Request
 from stickslip_ros.interface.feed import Packed
 from stickslip_ros.parameters import Parameters
+from stickslip_ros.recording import chunks
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recorder import Recorder
 from stickslip_ros.recording.run import ReportingBench, RunWriter
@@ -148,3 +151,50 @@ def record_and_delete(path: Path) -> None:
 def test_a_file_that_was_deleted_is_refused_at_the_end_of_its_context(tmp_path: Path):
     with pytest.raises(RecordingError, match='deleted, moved or replaced'):
         record_and_delete(tmp_path / 'run.mcap')
+
+
+@pytest.fixture(scope='module')
+def in_parts(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """Record 0.1 s in parts of many chunks."""
+    path = tmp_path_factory.mktemp('parts') / 'run.mcap'
+    record_blocks(path, {'record.split_size': 50_000, 'record.chunk_size': 5_000}, 100)
+    return Recording(path)
+
+
+@pytest.mark.parametrize(
+    'window_s', [(0.0, 0.02), (0.0137, 0.0711), (0.05, 0.05), (0.09, 7.0), (3.0, 4.0)]
+)
+def test_a_stretch_has_what_the_whole_has_there(
+    in_parts: Recording, window_s: tuple[float, float]
+):
+    part, trace = in_parts.within(*window_s), in_parts.trace()
+    pairs = [(part.series('position'), in_parts.series('position'))]
+    pairs += [(each, trace[name]) for name, each in part.trace().items()]
+    for found, whole in pairs:
+        expected = whole.window(*window_s)
+        assert found.time_s.tolist() == expected.time_s.tolist()
+        assert found.value.tolist() == expected.value.tolist()
+    assert part.trace().keys() in (set(), trace.keys())
+
+
+def test_of_a_stretch_no_more_chunks_are_opened_than_it_takes(
+    in_parts: Recording, monkeypatch: pytest.MonkeyPatch
+):
+    opened, unpack = [], chunks.unpack_chunk
+
+    def noted(chunk: Any) -> bytes:
+        opened.append(chunk)
+        return unpack(chunk)
+
+    monkeypatch.setattr(chunks, 'unpack_chunk', noted)
+    in_parts.series('position')
+    every = len(opened)
+    opened.clear()
+    in_parts.within(0.05, 0.051).series('position')
+    assert 1 <= len(opened) <= 3 < every
+
+
+def test_a_recording_tells_from_when_to_when_it_goes(in_parts: Recording, tmp_path: Path):
+    assert in_parts.span_s == (0.0, 0.1)
+    RunWriter(tmp_path / 'empty.mcap', Parameters()).close()
+    assert all(math.isnan(each) for each in Recording(tmp_path / 'empty.mcap').span_s)
