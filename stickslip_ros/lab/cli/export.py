@@ -1,7 +1,11 @@
 """``stickslip export``: what a recording holds over time, as a table for other programs."""
 
 import argparse
-from typing import TYPE_CHECKING
+import itertools
+import math
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 
@@ -11,7 +15,7 @@ from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.lab.cli.experiment import said_of_tables
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.runs.mapped import mapped_series
-from stickslip_ros.lab.runs.recorded import parse_window, recorded_series
+from stickslip_ros.lab.runs.recorded import parse_window, series_by_stretch
 from stickslip_ros.lab.runs.recorded_run import frame_of
 from stickslip_ros.recording.reader import Recording
 
@@ -37,39 +41,84 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
         raise StickSlipError(f'{problem}; leave one of the two away')
     prepare_output(output)
     recording = Recording(arguments.file)
+    window = parse_window(arguments.window) if arguments.window else None
     if topics:
         found = mapped_series(recording, topics)
+        if window:
+            found = {name: each.window(*window) for name, each in found.items()}
+        stretches = iter([found])
     else:
-        found = recorded_series(recording, traced=not arguments.readings)
-    if arguments.window:
-        window = parse_window(arguments.window)
-        found = {name: each.window(*window) for name, each in found.items()}
-    frame = frame_of(found, str(recording.path))
-    if frame.empty:
+        stretches = series_by_stretch(recording, window, traced=not arguments.readings)
+    tables = (frame_of(each, str(recording.path)) for each in stretches)
+    frames: Iterator[DataFrame] = (each for each in tables if not each.empty)
+    if arguments.rate is not None:
+        frames = _means(frames, arguments.rate)
+    first = next(frames, None)
+    if first is None:
         problem = f'has nothing to write of {", ".join(recording.types) or "its topics"}'
         hint = 'say which topic is what by --map, or move the window'
         raise RecordingError(recording.path, problem, hint)
-    frame = frame if arguments.rate is None else _means(frame, arguments.rate)
-    if suffix == '.xlsx' and len(frame) > EXCEL_ROWS_MAX:
-        problem = f'has {len(frame)} rows, above the {EXCEL_ROWS_MAX} of a sheet'
-        raise RecordingError(recording.path, problem, 'choose a --rate, or write .parquet')
+    frames = itertools.chain([first], frames)
     with replacing(output) as part, part.open('wb') as file:
         if suffix == '.csv':
-            frame.to_csv(file, lineterminator='\n')
+            rows = _write_csv(frames, file)
         elif suffix == '.parquet':
-            frame.to_parquet(file)
+            rows = _write_parquet(frames, file)
         else:
-            frame.to_excel(file, engine='openpyxl')
-    columns = [frame.index.name, *frame.columns]
-    text = f'wrote {output}: {len(frame)} rows of {", ".join(columns)}'
-    return Answer({'output': str(output), 'rows': len(frame), 'columns': columns}, [text])
+            rows = _write_excel(frames, file, recording.path)
+    columns = [first.index.name, *first.columns]
+    told = f'wrote {output}: {rows} rows of {", ".join(columns)}'
+    return Answer({'output': str(output), 'rows': rows, 'columns': columns}, [told])
 
 
-def _means(frame: 'DataFrame', rate_hz: float) -> 'DataFrame':
-    """Return the means over intervals of a frequency, at their middles, without empty ones."""
+def _write_csv(frames: 'Iterable[DataFrame]', file: BinaryIO) -> int:
+    rows = 0
+    for frame in frames:
+        frame.to_csv(file, header=not rows, lineterminator='\n')
+        rows += len(frame)
+    return rows
+
+
+def _write_parquet(frames: 'Iterable[DataFrame]', file: BinaryIO) -> int:
+    import pyarrow as pa  # noqa: PLC0415 - an extra
+    from pyarrow.parquet import ParquetWriter  # noqa: PLC0415
+
+    rows, writer = 0, None
+    for frame in frames:
+        groups = pa.Table.from_pandas(frame, schema=writer and writer.schema)
+        writer = writer or ParquetWriter(file, groups.schema)
+        writer.write_table(groups)
+        rows += len(frame)
+    if writer is not None:
+        writer.close()
+    return rows
+
+
+def _write_excel(frames: 'Iterable[DataFrame]', file: BinaryIO, path: Path) -> int:
+    import pandas as pd  # noqa: PLC0415 - takes long
+
+    frame = pd.concat(frames)
+    if len(frame) > EXCEL_ROWS_MAX:
+        problem = f'has {len(frame)} rows, above the {EXCEL_ROWS_MAX} of a sheet'
+        raise RecordingError(path, problem, 'choose a --rate, or write .parquet')
+    frame.to_excel(file, engine='openpyxl')
+    return len(frame)
+
+
+def _means(frames: 'Iterator[DataFrame]', rate_hz: float) -> 'Iterator[DataFrame]':
+    """Give the means over intervals of a frequency, at their middles, without empty ones."""
+    import pandas as pd  # noqa: PLC0415 - takes long
+
     if not rate_hz > 0.0:
         raise OutOfRange('--rate', rate_hz, 'Hz', 'not above 0 Hz', 'raise it')
-    start_s = frame.index[0]
-    means = frame.groupby(np.floor(np.round((frame.index - start_s) * rate_hz, _ROUNDING))).mean()
-    means.index = ((means.index + 0.5) / rate_hz + start_s).rename(frame.index.name)
-    return means
+    start_s, sums, counts = math.nan, list['DataFrame'](), list['DataFrame']()
+    for frame in frames:
+        start_s = frame.index[0] if math.isnan(start_s) else start_s
+        intervals = frame.groupby(np.floor(np.round((frame.index - start_s) * rate_hz, _ROUNDING)))
+        sums.append(intervals.sum())
+        counts.append(intervals.count())
+    if sums:  # an interval may lie in two stretches
+        total, count = (pd.concat(each).groupby(level=0).sum() for each in (sums, counts))
+        means = total / count
+        means.index = ((means.index + 0.5) / rate_hz + start_s).rename(frame.index.name)
+        yield means

@@ -1,19 +1,24 @@
 """What a recording says, within a stretch: quantities over time, commands, events, status."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.instrument.commands import COMMANDS, JOINT, Request
 from stickslip_ros.instrument.reports import Status, read_event
+from stickslip_ros.interface.messages import ArrayMessage
 from stickslip_ros.interface.topics import READINGS
+from stickslip_ros.message_types import FLOAT64_ARRAY
 from stickslip_ros.parameters import SENSORS, Parameters, parse_yaml
 from stickslip_ros.parameters.typed import to_si_list
+from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, TOPICS_RECORD
-from stickslip_ros.recording.series import Series
+from stickslip_ros.recording.series import Series, split_columns
 from stickslip_ros.units import NANO, with_unit
 
 RUN_QUANTITIES = {
@@ -24,6 +29,11 @@ RUN_QUANTITIES = {
 """Quantities of a run in words, by their columns in an experiment file: without the unit they are
 the columns of the trace, and the topics."""
 TRACE_SAMPLES_MIN = 2
+STRETCH_S = 30.0
+"""Of a longer recording no more than this is held at a time: the trace takes 7 MB a second."""
+
+
+_NO_SAMPLES = Series(np.empty(0), np.empty(0), '', '')
 
 
 class TimeWindow(NamedTuple):
@@ -79,17 +89,70 @@ def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, S
     once per ``trace.period``, and no displacement of the feet.
 
     """
-    trace = recording.trace() if traced and topic_name(recording, 'trace') else {}
-    found = {}
+    return _read(recording, _sources(recording, traced=traced))
+
+
+def series_by_stretch(
+    recording: Recording, window: TimeWindow | None = None, *, traced: bool = True
+) -> Iterator[dict[str, Series]]:
+    """
+    Give the same stretch by stretch, of STRETCH_S at most, so that no more is held at a time.
+
+    Of a recording of another program, whose messages may be stored in any order, all at once.
+
+    """
+    sources = _sources(recording, traced=traced)
+    stretches = _stretches(recording, window)
+    for stretch in stretches:
+        stop_if_asked()
+        found = _read(recording.within(*stretch), sources)
+        if len(stretches) > 1:  # what has no samples in it has some in others
+            found = {name: found.get(name, _NO_SAMPLES) for name in sources}
+        yield found
+
+
+def _stretches(recording: Recording, window: TimeWindow | None) -> list[TimeWindow]:
+    start_s, end_s = recording.span_s
+    if window is not None:
+        start_s, end_s = max(start_s, window.start_s), min(end_s, window.end_s)
+    if not recording.is_ours or not end_s - start_s > STRETCH_S:
+        return [window or TimeWindow(-math.inf, math.inf)]
+    edges_s = np.linspace(start_s, end_s, math.ceil((end_s - start_s) / STRETCH_S) + 1).tolist()
+    ends_s = [*(math.nextafter(each, -math.inf) for each in edges_s[1:-1]), end_s]
+    return [TimeWindow(*each) for each in zip(edges_s, ends_s, strict=False)]
+
+
+def _sources(recording: Recording, *, traced: bool) -> dict[str, str]:
+    """Return the topic of each quantity; that of the trace may be the topic of several."""
+    topic, columns, samples = topic_name(recording, 'trace') if traced else '', set[str](), 0
+    for _, _, block in recording.messages([topic]) if topic else ():
+        if isinstance(block, ArrayMessage):
+            columns, samples = set(split_columns([block], topic)), samples + len(block.data)
+        if samples >= TRACE_SAMPLES_MIN:
+            break
+    sources = {}
     for quantity in RUN_QUANTITIES:
         name = quantity.rpartition('_')[0]
-        series = trace.get(name)
-        if series is None or len(series) < TRACE_SAMPLES_MIN:
-            topic = topic_name(recording, name)
-            if not topic:
-                continue
+        is_traced = name in columns and samples >= TRACE_SAMPLES_MIN
+        if found := topic if is_traced else topic_name(recording, name):
+            sources[quantity] = found
+    return sources
+
+
+def _read(recording: Recording, sources: Mapping[str, str]) -> dict[str, Series]:
+    """Return the quantities that have samples."""
+    traces = {
+        topic: recording.trace(topic)
+        for topic in {*sources.values()}
+        if recording.types[topic] == FLOAT64_ARRAY
+    }
+    found = {}
+    for quantity, topic in sources.items():
+        if topic in traces:
+            series = traces[topic].get(quantity.rpartition('_')[0])
+        else:
             series = recording.series(topic)
-        if len(series):
+        if series is not None and len(series):
             found[quantity] = series
     return found
 
