@@ -15,7 +15,7 @@ from stickslip_ros.files import prepare_output, replacing
 from stickslip_ros.lab.cli.experiment import said_of_tables
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.lab.runs.mapped import mapped_series
-from stickslip_ros.lab.runs.recorded import parse_window, series_by_stretch
+from stickslip_ros.lab.runs.recorded import parse_window, series_by_stretch, stretches_of
 from stickslip_ros.lab.runs.recorded_run import frame_of
 from stickslip_ros.recording.reader import Recording
 
@@ -48,7 +48,9 @@ def export_verb(arguments: argparse.Namespace) -> Answer:
             found = {name: each.window(*window) for name, each in found.items()}
         stretches = iter([found])
     else:
-        stretches = series_by_stretch(recording, window, traced=not arguments.readings)
+        stretches = series_by_stretch(
+            recording, stretches_of(recording, window), traced=not arguments.readings
+        )
     tables = (frame_of(each, str(recording.path)) for each in stretches)
     frames: Iterator[DataFrame] = (each for each in tables if not each.empty)
     if arguments.rate is not None:

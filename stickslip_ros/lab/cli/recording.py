@@ -68,8 +68,9 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     if arguments.output:
         prepare_output(picture)
     run = Run(arguments.file, topics=said_of_tables(arguments)['headers'])
+    series = run.series if run.topics else None
     with plotting.looking(**chosen_look(arguments)):
-        plot = run_figure.plot_run(run.recording, picture, window, quantities=run.series)
+        plot = run_figure.plot_run(run.recording, picture, window, quantities=series)
     content = {'picture': str(picture), **vars(plot)}
     rows = [
         (

@@ -1,7 +1,7 @@
 """What a recording says, within a stretch: quantities over time, commands, events, status."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -92,34 +92,36 @@ def recorded_series(recording: Recording, *, traced: bool = True) -> dict[str, S
     return _read(recording, _sources(recording, traced=traced))
 
 
+def stretches_of(recording: Recording, window: TimeWindow | None = None) -> list[TimeWindow]:
+    """
+    Return a recording, or a window of it, as stretches of STRETCH_S at most.
+
+    A short one is a single stretch; so is that of another program, whose messages may be stored
+    in any order.
+
+    """
+    outer = window or TimeWindow(-math.inf, math.inf)
+    start_s, end_s = recording.span_s
+    start_s, end_s = max(start_s, outer.start_s), min(end_s, outer.end_s)
+    if not recording.is_ours or not end_s - start_s > STRETCH_S:
+        return [outer]
+    between_s = np.linspace(start_s, end_s, math.ceil((end_s - start_s) / STRETCH_S) + 1)[1:-1]
+    starts_s = [outer.start_s, *between_s.tolist()]
+    ends_s = [*(math.nextafter(each, -math.inf) for each in starts_s[1:]), outer.end_s]
+    return [TimeWindow(*each) for each in zip(starts_s, ends_s, strict=True)]
+
+
 def series_by_stretch(
-    recording: Recording, window: TimeWindow | None = None, *, traced: bool = True
+    recording: Recording, stretches: Sequence[TimeWindow], *, traced: bool = True
 ) -> Iterator[dict[str, Series]]:
-    """
-    Give the same stretch by stretch, of STRETCH_S at most, so that no more is held at a time.
-
-    Of a recording of another program, whose messages may be stored in any order, all at once.
-
-    """
+    """Give for each stretch what ``recorded_series`` gives of all, so that no more is held."""
     sources = _sources(recording, traced=traced)
-    stretches = _stretches(recording, window)
     for stretch in stretches:
         stop_if_asked()
         found = _read(recording.within(*stretch), sources)
         if len(stretches) > 1:  # what has no samples in it has some in others
             found = {name: found.get(name, _NO_SAMPLES) for name in sources}
         yield found
-
-
-def _stretches(recording: Recording, window: TimeWindow | None) -> list[TimeWindow]:
-    start_s, end_s = recording.span_s
-    if window is not None:
-        start_s, end_s = max(start_s, window.start_s), min(end_s, window.end_s)
-    if not recording.is_ours or not end_s - start_s > STRETCH_S:
-        return [window or TimeWindow(-math.inf, math.inf)]
-    edges_s = np.linspace(start_s, end_s, math.ceil((end_s - start_s) / STRETCH_S) + 1).tolist()
-    ends_s = [*(math.nextafter(each, -math.inf) for each in edges_s[1:-1]), end_s]
-    return [TimeWindow(*each) for each in zip(edges_s, ends_s, strict=False)]
 
 
 def _sources(recording: Recording, *, traced: bool) -> dict[str, str]:

@@ -134,7 +134,9 @@ class Run(Shown):
         from stickslip_ros.lab.runs.run_figure import draw_run
 
         with looking(style, width_mm):
-            return draw_run(self.recording, window, quantities=self.series)[0]
+            return draw_run(
+                self.recording, window, quantities=self.series if self.topics else None
+            )[0]
 
     def save(self, path: str | Path) -> Path:
         """

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import cycle, groupby
 from pathlib import Path
 from textwrap import fill
@@ -45,6 +45,8 @@ from stickslip_ros.lab.runs.recorded import (
     events_within,
     recorded_commands,
     recorded_series,
+    series_by_stretch,
+    stretches_of,
     timed_messages,
 )
 from stickslip_ros.parameters import SENSORS
@@ -90,6 +92,15 @@ class Extent:
         largest = float(known.max()) if len(known) else None
         return cls(name, series.unit, len(series), smallest, largest, series.origin)
 
+    @classmethod
+    def joined(cls, parts: Sequence['Extent']) -> 'Extent':
+        """Return that of all stretches of a quantity."""
+        low = [each.smallest for each in parts if each.smallest is not None]
+        high = [each.largest for each in parts if each.largest is not None]
+        samples = sum(each.samples for each in parts)
+        ends = min(low, default=None), max(high, default=None)
+        return cls(parts[0].name, parts[0].unit, samples, *ends, parts[0].origin)
+
 
 @dataclass(frozen=True)
 class RunPlot:
@@ -132,8 +143,10 @@ def draw_run(
     whole run, if wanted with its first steps enlarged above it. Raises RecordingError, OutOfRange.
 
     """
-    found = recorded_series(recording) if quantities is None else quantities
-    series = {name: each for name, each in found.items() if name in RUN_QUANTITIES}
+    extents = dict[str, Extent]()
+    if quantities is None:
+        quantities, extents = _overview(recording, window)
+    series = {name: each for name, each in quantities.items() if name in RUN_QUANTITIES}
     if not series:
         problem = 'has neither position, force nor voltage'
         hint = 'record a run that lasts a while, or say by --map which topic is what'
@@ -151,7 +164,7 @@ def draw_run(
         raise OutOfRange('length of the window', length_s, 's', limit, 'raise it')
     plot = RunPlot(
         *shown,
-        tuple(Extent.of(name, each) for name, each in inside.items()),
+        tuple(extents.get(name) or Extent.of(name, each) for name, each in inside.items()),
         tuple(each for each in commands if shown.start_s <= each.time_s <= shown.end_s),
         tuple(events_within(recording, shown)),
         tuple(bits_within(recording, shown)),
@@ -161,6 +174,35 @@ def draw_run(
     with_steps = len(falls_s) >= _STEPS and {'position_m', 'foot_m'} <= inside.keys()
     enlarged_s = falls_s[:_STEPS] if with_steps else []
     return _draw(plot, inside, enlarged_s, title), plot
+
+
+def _overview(
+    recording: Recording, window: TimeWindow | None
+) -> tuple[dict[str, Series], dict[str, Extent]]:
+    """Return quantities; of a long recording the samples that a picture needs, and extents."""
+    stretches = stretches_of(recording)
+    if len(stretches) == 1:
+        return recorded_series(recording), {}
+    if window is not None:
+        stretches = stretches_of(recording, check_window(window, TimeWindow(*recording.span_s)))
+    pixels = math.ceil(PIXELS / len(stretches))
+    thin: dict[str, list[Series]] = {}
+    extents: dict[str, list[Extent]] = {}
+    for found in series_by_stretch(recording, stretches):
+        for name, each in found.items():
+            if len(each):
+                extents.setdefault(name, []).append(Extent.of(name, each))
+                time_s, value = decimated(each.time_s, each.value, pixels)
+                thin.setdefault(name, []).append(replace(each, time_s=time_s, value=value))
+    joined = {
+        name: replace(
+            parts[0],
+            time_s=np.concatenate([each.time_s for each in parts]),
+            value=np.concatenate([each.value for each in parts]),
+        )
+        for name, parts in thin.items()
+    }
+    return joined, {name: Extent.joined(parts) for name, parts in extents.items()}
 
 
 def fall_times_s(voltage: Series) -> list[float]:

@@ -13,6 +13,7 @@ from mcap_records import foreign, foreign_numbers
 from stickslip_ros import open_run
 from stickslip_ros.interface.cdr import pack_float64
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.lab.runs import recorded
 from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.message_types import FLOAT64
 
@@ -67,6 +68,23 @@ def test_topics_of_one_length_and_other_times_share_a_table(tmp_path: Path):
     table = tmp_path / 'run.csv'
     assert main(['export', str(tmp_path / 'run.mcap'), *words, '-o', str(table)]) == 0
     assert READERS['.csv'](table).notna().sum().tolist() == [4, 2, 3]
+
+
+@pytest.mark.parametrize('suffix', READERS)
+@pytest.mark.parametrize(
+    'words', [(), ('--readings',), ('--rate', '913.7'), ('--window', '3ms@1ms')]
+)
+def test_a_long_recording_is_written_stretch_by_stretch_as_a_short_one(
+    recorded_run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str,
+    words: tuple[str, ...],
+):  # fmt: skip
+    frames = []
+    for name, stretch_s in (('short', 30.0), ('long', 0.0013)):
+        monkeypatch.setattr(recorded, 'STRETCH_S', stretch_s)
+        table = tmp_path / f'{name}{suffix}'
+        assert main(['export', str(recorded_run[1]), '-o', str(table), *words]) == 0
+        frames.append(READERS[suffix](table))
+    pd.testing.assert_frame_equal(*frames, rtol=1e-13 if '--rate' in words else 1e-15)
 
 
 @pytest.mark.parametrize('words', [('run.xlsx',), ('run.csv', '--readings')])

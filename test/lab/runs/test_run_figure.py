@@ -325,3 +325,18 @@ def test_a_recording_of_nothing_is_refused(tmp_path):
         pass
     with pytest.raises(RecordingError, match='has neither position, force nor voltage'):
         plot_run(Recording(tmp_path / 'run.mcap'), tmp_path / 'run.png')
+
+
+@pytest.mark.parametrize('window', [None, parse_window('3ms@1ms')])
+def test_a_long_recording_is_drawn_stretch_by_stretch_with_the_same_extents(
+    recorded_run, monkeypatch, window
+):
+    told, drawn = [], []
+    for stretch_s in (30.0, 0.0013):
+        monkeypatch.setattr('stickslip_ros.lab.runs.recorded.STRETCH_S', stretch_s)
+        figure, plot = draw_run(Recording(recorded_run[1]), window)
+        told.append(plot)
+        drawn.append([line.get_ydata() for axes in figure.axes for line in axes.lines[:1]])
+    assert told[0] == told[1]
+    for short, long in zip(*drawn, strict=True):
+        assert (short.min(), short.max()) == (long.min(), long.max())
