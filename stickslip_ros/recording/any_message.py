@@ -16,7 +16,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.chunks import (
-    ALWAYS,
+    ALL_TIMES_NS,
     LENGTH_BYTES,
     MESSAGE_HEAD,
     SEQUENCE_AT,
@@ -60,7 +60,7 @@ def numbers_of(
     definition: str = '',
     by_stamp: bool = True,
     repeats: bool = False,
-    window_ns: tuple[int, int] = ALWAYS,
+    window_ns: tuple[int, int] = ALL_TIMES_NS,
 ) -> tuple[Places, Array]:
     """
     Return the time, ns, and one number of each message of a topic, in the order of time.

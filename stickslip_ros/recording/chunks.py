@@ -22,7 +22,7 @@ Places = NDArray[np.int64]
 CHUNK_MAX_BYTES: Final = 1 << 30
 """Of a chunk, and of those that are open at once; what is larger is refused before it is read."""
 TIME_MAX_NS: Final = (1 << 63) - 1
-ALWAYS: Final = 0, TIME_MAX_NS  # log times, ns
+ALL_TIMES_NS: Final = 0, TIME_MAX_NS  # log times, ns
 RECORD_HEAD: Final = struct.Struct('<BQ')  # opcode and length
 MESSAGE_HEAD: Final = struct.Struct('<HIQQ')  # channel, sequence number, log and publish time
 SEQUENCE_AT, LOG_TIME_AT = 2, 6
@@ -159,7 +159,7 @@ class ChunkReader(SeekingReader):
         return summary
 
     def pieces(
-        self, topics: Collection[str] | None = None, window_ns: tuple[int, int] = ALWAYS
+        self, topics: Collection[str] | None = None, window_ns: tuple[int, int] = ALL_TIMES_NS
     ) -> Iterator[ChunkMessages]:
         """Give messages chunk by chunk, in the order of the file; chunks of a window are whole."""
         indexes, wanted = self._select(topics, window_ns)
@@ -169,7 +169,7 @@ class ChunkReader(SeekingReader):
     def messages(
         self,
         topics: Collection[str] | None = None,
-        window_ns: tuple[int, int] = ALWAYS,
+        window_ns: tuple[int, int] = ALL_TIMES_NS,
         *,
         in_time_order: bool = True,
     ) -> Iterator[tuple[Schema | None, Channel, Message]]:

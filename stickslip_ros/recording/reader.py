@@ -34,7 +34,7 @@ from stickslip_ros.message_types import (
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.any_message import numbers_of
 from stickslip_ros.recording.bag import bag_parts
-from stickslip_ros.recording.chunks import ALWAYS, TIME_MAX_NS
+from stickslip_ros.recording.chunks import ALL_TIMES_NS, TIME_MAX_NS
 from stickslip_ros.recording.integrity import PROFILE, open_whole
 from stickslip_ros.recording.layout import Layout
 from stickslip_ros.recording.run_file import RUN_RECORD, TIME_ORIGIN, to_time_ns
@@ -197,7 +197,7 @@ class Recording:
         """Return the log times of messages of the stretch; or from its start on."""
         start_s, end_s = self._window_s
         if not self.is_ours:  # its messages are placed at their stamps
-            return ALWAYS
+            return ALL_TIMES_NS
         first_ns = 0 if math.isinf(start_s) else math.floor(start_s * NS_PER_S)
         last_ns = TIME_MAX_NS if is_open or math.isinf(end_s) else math.ceil(end_s * NS_PER_S)
         return first_ns + self.time_origin_ns, last_ns + self.time_origin_ns
@@ -293,7 +293,7 @@ class Recording:
             yield topic, message
 
     def _read(
-        self, topics: list[str], window_ns: tuple[int, int] = ALWAYS
+        self, topics: list[str], window_ns: tuple[int, int] = ALL_TIMES_NS
     ) -> Iterator[tuple[str, int, Message]]:
         for type_name, topic, message in self._stored(topics, window_ns, in_time_order=True):
             time_ns = message.log_time - self.time_origin_ns
@@ -302,7 +302,7 @@ class Recording:
     def _stored(
         self,
         topics: list[str] | None,
-        window_ns: tuple[int, int] = ALWAYS,
+        window_ns: tuple[int, int] = ALL_TIMES_NS,
         *,
         in_time_order: bool,
     ) -> Iterator[tuple[str, str, Stored]]:

@@ -84,7 +84,8 @@ def test_a_long_recording_is_written_stretch_by_stretch_as_a_short_one(
         table = tmp_path / f'{name}{suffix}'
         assert main(['export', str(recorded_run[1]), '-o', str(table), *words]) == 0
         frames.append(READERS[suffix](table))
-    pd.testing.assert_frame_equal(*frames, rtol=1e-13 if '--rate' in words else 1e-15)
+    short, long = frames
+    pd.testing.assert_frame_equal(short, long, rtol=1e-13 if '--rate' in words else 1e-15)
 
 
 @pytest.mark.parametrize('words', [('run.xlsx',), ('run.csv', '--readings')])
