@@ -96,8 +96,8 @@ MUTATIONS = (
     ),
     Mutation(
         'slip does not renew an aged contact', 'contact/ageing.py',
-        'renewed = -math.expm1(-share)',
-        'renewed = 0.0 * share',
+        'share = slip_m / ageing.distance_m',
+        'share = 0.0 * slip_m',
     ),
     Mutation(
         'friction falls with velocity: a sign', 'contact/ageing.py',

@@ -10,7 +10,7 @@ rival laws know only the friction limit.
 
 """
 
-from stickslip_ros.contact.ageing import AGEING, friction_ratio, older, slip_speed
+from stickslip_ros.contact.ageing import AGEING
 from stickslip_ros.contact.laws import COULOMB, LAW, MDR, deflect
 from stickslip_ros.contact.memory import (
     MEMORY,
@@ -27,6 +27,7 @@ from stickslip_ros.contact.springs import (
     friction_limit,
     load_springs,
     move_springs,
+    slide_springs,
     stored_in_springs,
 )
 from stickslip_ros.contact.virgin import CURVE, virgin_energy
@@ -54,9 +55,7 @@ CONTACT_STATE = kind(
     preload_n=FLOAT,  # Present preload
     window_m=FLOAT,  # Displacement at which roughness that travels came to rest
     bristle_m=FLOAT,  # Deflection of the bristles of a rival law
-    age_s=FLOAT,  # Age theta of a contact that ages
-    slip_m_per_s=FLOAT,  # Speed with which its slipping springs slip, + v_c
-    friction_ratio=FLOAT,  # Its present friction coefficient, per mu0
+    slip_m_per_s=FLOAT,  # Mean speed with which the springs of one that ages slipped last
     # Stiffness with which springs or bristles answered last, N/m
     answered_n_per_m=FLOAT,
     springs=SPRINGS_STATE,  # Forces of the springs
@@ -68,8 +67,6 @@ def relax(contacts: Record, preload_n: float) -> Record:
     """Let new contacts, of zeros and of CONTACT_STATE, be without shear; return them."""
     contacts['memory']['sense'] = 1.0
     contacts['preload_n'] = preload_n
-    for name in ('age_s', 'slip_m_per_s', 'friction_ratio'):
-        contacts[name] = 1.0
     return contacts
 
 
@@ -141,25 +138,15 @@ def _react_by_springs(
 ) -> None:
     """Move the springs; hand back to the turning points in the moment of full slip."""
     curve, memory, ageing = contact.curve, state.memory, contact.ageing
-    du_m, before = u_m - memory.u_m, state.friction_ratio
+    du_m, before_n = u_m - memory.u_m, state.preload_n
     if ageing.on and dt_s > 0.0:
-        lag_m = ageing.rate_share * friction_limit(contact.bank, preload_n)
-        lag_m /= stick_stiffness(contact, state)
-        if lag_m > 0.0:
-            state.slip_m_per_s = slip_speed(ageing, state.slip_m_per_s, du_m, lag_m, dt_s)
-        state.friction_ratio = friction_ratio(ageing, state.age_s, state.slip_m_per_s)
-    force_n, lost_j = move_springs(
-        contact.bank,
-        state.springs,
-        du_m,
-        state.preload_n,
-        preload_n,
-        before,
-        state.friction_ratio,
-    )
-    if ageing.on:
+        force_n, lost_j = slide_springs(
+            contact.bank, ageing, state.springs, du_m, before_n, preload_n, dt_s
+        )
         slip_m = du_m - (force_n - memory.force_n) / stick_stiffness(contact, state)
-        state.age_s = older(ageing, state.age_s, slip_m, dt_s)
+        state.slip_m_per_s = slip_m / dt_s
+    else:
+        force_n, lost_j = move_springs(contact.bank, state.springs, du_m, before_n, preload_n)
     lost_j += memory.lost_j
     slips = abs(force_n) >= (1.0 - SLIP_SLACK) * friction_limit(contact.bank, preload_n)
     state.on_springs = not slips or preload_n != contact.preload_n or ageing.on

@@ -13,6 +13,7 @@ for the bank itself, so that full slip is exactly mu F_n.
 
 """
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
@@ -20,10 +21,11 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip_ros.arrays import Array
+from stickslip_ros.contact.ageing import ratio_at_rest, slide
 from stickslip_ros.contact.mdr import Elasticity
 from stickslip_ros.contact.memory import elongation
 from stickslip_ros.contact.profile import Profile
-from stickslip_ros.kernels.kernel import kernel
+from stickslip_ros.kernels.kernel import kernel, kernel_apart
 from stickslip_ros.kernels.record import COUNT, FLOAT, Kind, Record, kind, record
 
 SPRINGS_IN_ALL = 128
@@ -76,6 +78,7 @@ def springs_kind(springs: int) -> Kind:
     return kind(
         forces_n=per_spring,  # Tangential forces. Springs that nothing presses have none.
         losses_j=per_spring,  # Friction losses in the last step
+        ages_s=per_spring,  # Ages, of a contact that ages
         last=(COUNT, (GROUPS_MAX,)),  # Highest spring of each group that was pressed then
     )
 
@@ -238,17 +241,26 @@ def depth_at(bank: Record, group: int, preload_n: float) -> float:
 
 
 @kernel
+def _press(
+    bank: Record, springs: Record, group: int, before_n: float, after_n: float
+) -> tuple[int, float, float]:
+    """Note what the preload now presses; return the highest spring moved, and both depths, m."""
+    last = last_pressed(bank, group, before_n, springs.last[group])
+    old_m = new_m = depth_of(bank, group, before_n, last)
+    springs.last[group] = last
+    if after_n != before_n:
+        springs.last[group] = last_pressed(bank, group, after_n, last)
+        new_m = depth_of(bank, group, after_n, springs.last[group])
+        last = max(last, springs.last[group])
+    return last, old_m, new_m
+
+
+@kernel
 def move_springs(
-    bank: Record,
-    springs: Record,
-    du_m: float,
-    before_n: float,
-    after_n: float,
-    before: float = 1.0,
-    after: float = 1.0,
+    bank: Record, springs: Record, du_m: float, before_n: float, after_n: float
 ) -> tuple[float, float]:
     """
-    Move the runner against all springs, while preload and friction go from one value to another.
+    Move the runner against all springs, while the preload goes from one value to another.
 
     Parameters
     ----------
@@ -260,8 +272,6 @@ def move_springs(
         Change of the relative displacement, m.
     before_n, after_n : float
         Preload at the beginning and at the end, N.
-    before, after : float
-        Friction coefficient at the beginning and at the end, per mu.
 
     Returns
     -------
@@ -272,13 +282,7 @@ def move_springs(
     total_n = 0.0
     lost_j = 0.0
     for group in range(bank.groups):
-        last = last_pressed(bank, group, before_n, springs.last[group])
-        old_m = new_m = depth_of(bank, group, before_n, last)
-        springs.last[group] = last
-        if after_n != before_n:
-            springs.last[group] = last_pressed(bank, group, after_n, last)
-            new_m = depth_of(bank, group, after_n, springs.last[group])
-            last = max(last, springs.last[group])
+        last, old_m, new_m = _press(bank, springs, group, before_n, after_n)
         own = slice(bank.first[group], last + 1)
         _move_group(
             bank.heights_m[own],
@@ -290,12 +294,46 @@ def move_springs(
             du_m,
             old_m,
             new_m,
-            before,
-            after,
         )
         force_n, loss_j = _sums(springs.forces_n[own], springs.losses_j[own])
         total_n += force_n
         lost_j += loss_j
+    return total_n, lost_j
+
+
+@kernel_apart
+def slide_springs(
+    bank: Record,
+    ageing: Record,
+    springs: Record,
+    du_m: float,
+    before_n: float,
+    after_n: float,
+    dt_s: float,
+) -> tuple[float, float]:
+    """Do so in a time, s, with springs that age; one that comes into contact is new."""
+    total_n = 0.0
+    lost_j = 0.0
+    for group in range(bank.groups):
+        last, old_m, new_m = _press(bank, springs, group, before_n, after_n)
+        own = range(bank.first[group], last + 1)
+        youngest_s = math.inf
+        for i in own:
+            if not old_m > bank.heights_m[i]:
+                springs.ages_s[i] = 0.0
+            youngest_s = min(youngest_s, springs.ages_s[i])
+        all_stick = ratio_at_rest(ageing, youngest_s + dt_s)
+        for i in own:
+            limit_n = bank.limit_n_per_m[i] * max(new_m - bank.heights_m[i], 0.0)
+            shear, force_n, age_s = bank.shear_n_per_m[i], springs.forces_n[i], springs.ages_s[i]
+            trial_n = force_n + shear * du_m
+            if max(abs(force_n), abs(trial_n)) <= all_stick * limit_n:
+                force_n, age_s = trial_n, age_s + dt_s
+            else:
+                force_n, age_s, loss_j = slide(ageing, age_s, force_n, limit_n, shear, du_m, dt_s)
+                lost_j += loss_j
+            springs.forces_n[i], springs.ages_s[i] = force_n, age_s
+            total_n += force_n
     return total_n, lost_j
 
 
@@ -310,13 +348,11 @@ def _move_group(
     du_m: float,
     old_m: float,
     new_m: float,
-    before: float,
-    after: float,
 ) -> None:
     """Move against the springs of a group one by one, without a sum: so several go at a time."""
     for i in range(len(heights_m)):
-        limit_n = after * (limit_n_per_m[i] * max(new_m - heights_m[i], 0.0))
-        old_limit_n = before * (limit_n_per_m[i] * max(old_m - heights_m[i], 0.0))
+        limit_n = limit_n_per_m[i] * max(new_m - heights_m[i], 0.0)
+        old_limit_n = limit_n_per_m[i] * max(old_m - heights_m[i], 0.0)
         trial_n = forces_n[i] + shear_n_per_m[i] * du_m
         force_n = min(max(trial_n, -limit_n), limit_n)
         onset_n = min(max(trial_n, -old_limit_n), old_limit_n)
@@ -406,7 +442,7 @@ def load_springs(
             low_m = middle_m
         else:
             high_m = middle_m
-    move_springs(bank, springs, 0.5 * (low_m + high_m), preload_n, preload_n, 1.0, 1.0)
+    move_springs(bank, springs, 0.5 * (low_m + high_m), preload_n, preload_n)
 
 
 @kernel

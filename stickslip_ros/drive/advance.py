@@ -70,9 +70,11 @@ LAW_REFINEMENT = 4
 """Steps of a rival law are so many times shorter: how stiff it will be is not known beforehand."""
 LANES_MIN = 4
 """Drives from which on lanes pay, though some of them stay empty."""
-LAGS_MAX = 2.0
-"""While the slip speed of a contact lags, a step lasts at most so many of its lags: after a fall
-the friction then drops within nanoseconds. Without it the energy balances to 8e-4, not 5e-5."""
+RATE_REFINEMENT = 2
+"""And so many times where friction depends on the velocity: then energy balances to 2e-4."""
+GAP_SHARE = 0.03
+"""Share of the presliding range by which springs slip less or more in a step than the runner goes
+past the feet, at most: after a fall the friction drops within nanoseconds."""
 BURST = 4
 """Steps of one length before the next length is chosen."""
 PASSES_MIN = 100_000
@@ -306,19 +308,18 @@ def _burst(
         longest_s = longest_on_slope(plant, rate_v_per_s)
     else:
         longest_s = _longest_in_burst(plant, state, input_v, rate_v_per_s)
-    if plant.contacts[ALL].law.number != MDR:
+    contact = plant.contacts[ALL]
+    if contact.law.number != MDR:
         longest_s /= LAW_REFINEMENT
-    curve, ageing = plant.contacts[ALL].curve, plant.contacts[ALL].ageing
-    lag_m = ageing.rate_share * curve.force_max_n / curve.cells[0, 1]
-    if lag_m > 0.0:
+    if contact.ageing.rate_share > 0.0:
         slip_m_per_s = state.contacts[1 if plant.separate else ALL].slip_m_per_s
-        against = abs(state.velocity_m_per_s - plant.gain_m_per_v * rate_v_per_s)
-        gap = abs(against + ageing.cutoff_m_per_s - slip_m_per_s)
-        if gap * longest_s > LAGS_MAX * lag_m:
-            longest_s = LAGS_MAX * lag_m / gap
+        past_m_per_s = plant.gain_m_per_v * rate_v_per_s - state.velocity_m_per_s
+        gap_m_per_s = abs(abs(past_m_per_s) - abs(slip_m_per_s))
+        longest_s /= RATE_REFINEMENT
+        longest_s = min(longest_s, GAP_SHARE * contact.curve.limit_m / gap_m_per_s)
     steps = max(1, math.ceil(left_s / longest_s - STEP_SLACK))
     dt_s = left_s / steps
-    if steps <= BURST or (plant.ideal and not lag_m > 0.0) or longest_s >= plant.dt_s:
+    if steps <= BURST or (plant.ideal and not contact.ageing.on) or longest_s >= plant.dt_s:
         return dt_s, steps, 0.0
     return dt_s, BURST, left_s - BURST * dt_s
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from stickslip_ros.arrays import Array
-from stickslip_ros.contact.ageing import AGEING, friction_ratio
+from stickslip_ros.contact.ageing import AGEING
 from stickslip_ros.contact.hemisphere import elasticity_of, lines_of, profile_of
 from stickslip_ros.contact.laws import LAW, MDR
 from stickslip_ros.contact.mdr import Presliding, presliding
@@ -479,10 +479,8 @@ def state_at_rest(plants: Record, preload_n: float) -> Record:
     relax(states['contacts'], preload_n)
     ageing = plants[0].contacts[ALL].ageing
     if ageing.on:
-        contacts, rest_s, slip_m_per_s = states[0].contacts, ageing.rest_s, ageing.cutoff_m_per_s
-        contacts['age_s'], contacts['slip_m_per_s'] = rest_s, slip_m_per_s
-        contacts['friction_ratio'] = in_python(friction_ratio)(ageing, rest_s, slip_m_per_s)
-        contacts['on_springs'] = True
+        states['contacts']['springs']['ages_s'] = ageing.rest_s
+        states['contacts']['on_springs'] = True
     if plants['separate'].item():
         divide_among_feet(plants, states)
     rest_piezo(plants[0], states[0]['piezo'])

@@ -40,8 +40,7 @@ def divide_among_feet(plants: Record, states: Record) -> None:
         contact.on_springs = whole.on_springs
         contact.preload_n = whole.preload_n
         contact.bristle_m = whole.bristle_m
-        contact.age_s, contact.slip_m_per_s = whole.age_s, whole.slip_m_per_s
-        contact.friction_ratio = whole.friction_ratio
+        contact.slip_m_per_s = whole.slip_m_per_s
         if remembers_turns(plant.contacts[ALL], whole):
             _repeat_turns(plant.contacts[k].curve, contact.memory, whole.memory)
             lost_j += contact_lost(plant.contacts[k], contact)
@@ -85,5 +84,6 @@ def _divide_springs(plant: Record, state: Record, k: int) -> float:
     for i in range(bank.first[group + 1] - first):
         force_n = state.contacts[ALL].springs.forces_n[first + i] / count
         state.contacts[k].springs.forces_n[i] = force_n
+        state.contacts[k].springs.ages_s[i] = state.contacts[ALL].springs.ages_s[first + i]
         total_n += force_n
     return total_n

@@ -191,8 +191,8 @@ def _check(values: Any, name: str, place: str) -> None:
         is_right, expected = (values >= 0) & (values <= COUNTS[name]), f'from 0 to {COUNTS[name]}'
     elif name == 'sense':
         is_right, expected = abs(values) == 1.0, '1 or -1'
-    elif name in {'age_s', 'slip_m_per_s'}:
-        is_right, expected = (values > 0.0) & (values <= LARGEST), 'a finite number above 0'
+    elif name == 'ages_s':
+        is_right, expected = (values >= 0.0) & (values <= LARGEST), 'a finite number from 0'
     else:
         is_right, expected = abs(values) <= LARGEST, 'a finite number'
         if name == 'truth_m':  # none before the first sample

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from stickslip_ros.contact.ageing import slide
 from stickslip_ros.contact.reaction import (
     CONTACT_STATE,
     contact_lost,
@@ -21,6 +22,7 @@ from stickslip_ros.parameters import Parameters
 react = entry_point(react)
 contact_lost = entry_point(contact_lost)
 contact_stored = entry_point(contact_stored)
+slide = entry_point(slide)
 
 MU0, A, B = 0.3, 0.01, 0.015
 DISTANCE_M, V0, CUTOFF = 1e-6, 1e-3, 1e-4
@@ -43,11 +45,11 @@ class Slider:
         values = {'contact.friction_rate': rate, 'contact.friction_ageing': ageing}
         self.model = all_contacts(Parameters().updated(values)).copy()
         self.state = relax(record(CONTACT_STATE), 0.5)
-        self.state.on_springs, self.state.slip_m_per_s = True, CUTOFF
+        self.state.on_springs, self.state.springs.ages_s[:] = True, 1.0
 
     def settle(self, speed_m_per_s: float) -> float:
         """Slide until all springs slip, from the age of steady sliding; return the coefficient."""
-        self.state.age_s = DISTANCE_M / speed_m_per_s
+        self.state.springs.ages_s[:] = DISTANCE_M / speed_m_per_s
         return self.go(speed_m_per_s, 2.0 * DISTANCE_M)[-1]
 
     def go(self, speed_m_per_s: float, way_m: float, step_m: float = WAY_M) -> list[float]:
@@ -80,7 +82,7 @@ def test_steady_sliding_has_the_coefficient_of_its_velocity(speed):
 @pytest.mark.parametrize('ratio', [3.0, 10.0, 0.1])
 def test_a_velocity_step_is_followed_over_the_critical_distance(ratio):
     slider = Slider()
-    slider.state.age_s = DISTANCE_M / V0
+    slider.state.springs.ages_s[:] = DISTANCE_M / V0
     before = slider.go(V0, 8.0 * DISTANCE_M)[-1]
     after = np.array(slider.go(ratio * V0, 6.0 * DISTANCE_M))
     # The springs slip by the way of the runner but for that by which they stretch.
@@ -120,6 +122,44 @@ def test_a_held_contact_relaxes_with_the_logarithm_of_time_by_its_rate_effect():
     assert early - late == pytest.approx(A * math.log(10.0), rel=1e-2)
 
 
+@pytest.mark.parametrize('speed', [1e-3, 1e-4, 0.0, -CUTOFF, -1e-3])
+@pytest.mark.parametrize('pulled', [-1.07, 0.0, 0.9, 1.15])
+def test_a_step_of_a_spring_is_as_exact_as_a_thousand(speed, pulled):
+    ageing = Slider(ageing=0.0).model.ageing
+    limit_n, n_per_m, time_s = 0.01, 5e4, 2e-5
+
+    def slid(steps):
+        force_n, lost_j = pulled * limit_n, 0.0
+        for _ in range(steps):
+            way_m, dt_s = speed * time_s / steps, time_s / steps
+            force_n, _, more_j = slide(ageing, 1.0, force_n, limit_n, n_per_m, way_m, dt_s)
+            lost_j += more_j
+        return force_n, lost_j
+
+    (force_n, lost_j), (exact_n, exact_j) = slid(1), slid(1000)
+    assert force_n == pytest.approx(exact_n, rel=1e-9)
+    assert lost_j == pytest.approx(exact_j, rel=0.05, abs=1e-16)
+
+
+def test_a_spring_slips_at_the_speed_that_its_force_says():
+    ageing, limit_n, n_per_m, dt_s = Slider(ageing=0.0).model.ageing, 0.01, 5e4, 1e-10
+    for speed in (1e-4, 1e-3, 0.05):
+        coefficient = MU0 + A * math.log((speed + CUTOFF) / (V0 + CUTOFF))
+        force_n = limit_n * coefficient / MU0
+        later_n, _, _ = slide(ageing, 1.0, force_n, limit_n, n_per_m, 0.0, dt_s)
+        assert (force_n - later_n) / (n_per_m * dt_s) == pytest.approx(speed, rel=0.01)
+
+
+def test_the_edge_of_a_contact_is_renewed_while_its_middle_goes_on_ageing():
+    slider, way_m = Slider(rate=0.0), 2e-8
+    slider.go(V0, way_m, 5e-10)
+    springs, last = slider.state.springs, slider.state.springs.last[0]
+    slid_m = way_m - springs.forces_n[last] * slider.model.bank.per_shear_m_per_n[last]
+    assert springs.ages_s[0] == pytest.approx(1.0 + way_m / V0, rel=1e-12)
+    assert springs.ages_s[last] == pytest.approx(math.exp(-slid_m / DISTANCE_M), rel=1e-4)
+    assert np.all(np.diff(springs.ages_s[: last + 1]) <= 0.0)
+
+
 def test_friction_only_loses_energy_and_all_of_it_is_booked():
     slider, random = Slider(), np.random.default_rng(7)
     state, work_j, lost_j = slider.state, 0.0, 0.0
@@ -138,7 +178,7 @@ def test_a_contact_that_does_not_age_goes_back_to_its_turning_points():
     slider = Slider(rate=0.0, ageing=0.0)
     slider.go(V0, DISTANCE_M)
     assert not slider.state.on_springs
-    assert (slider.state.age_s, slider.state.friction_ratio) == (1.0, 1.0)
+    assert np.all(slider.state.springs.ages_s == 1.0)
 
 
 @pytest.mark.parametrize(

@@ -108,9 +108,14 @@ def test_feet_that_are_moved_one_by_one_age_like_all_as_one(drive):
     assert ways_m[1] == pytest.approx(ways_m[0], rel=APART)
 
 
-def test_a_change_of_preload_goes_on_with_the_age(drive):
+def test_a_change_of_preload_goes_on_with_the_ages_and_new_springs_are_young(drive):
     machine = drive(**AGES, contact__rest_time=100.0)
     change_preload(machine.plants, machine.states, machine.parameters, 0.4)
     machine.start(sawtooth(0.0, 0.0, 1000.0, 0), [0.11])
     assert machine.state.preload_n == 0.4
-    assert machine.contacts['age_s'] == pytest.approx(100.1, rel=0.02)
+    springs = machine.contacts[0].springs
+    assert springs.ages_s[: springs.last[0] + 1] == pytest.approx(100.11)
+    before = springs.last[0]
+    change_preload(machine.plants, machine.states, machine.parameters, 0.8)
+    machine.start(sawtooth(0.0, 0.0, 1000.0, 0), [0.5])
+    assert np.all(springs.ages_s[before + 2 : springs.last[0] + 1] < 0.5)

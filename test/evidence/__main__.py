@@ -8,6 +8,7 @@ import sys
 import time
 
 from evidence import (
+    ageing,
     contact_groups,
     half_space,
     laws,
@@ -33,6 +34,7 @@ MODULES = (
     laws,
     spring_drive,
     travelling,
+    ageing,
 )
 FAMILIES = (
     'Normal load',
@@ -50,6 +52,7 @@ FAMILIES = (
     'Friction laws',
     'Drive',
     'Travelling roughness',
+    'Friction that ages',
 )
 """In the order of the table, in which the codes of others come last."""
 GROUPS: tuple[Group, ...] = tuple(
