@@ -362,8 +362,10 @@ def _tightened(
     )
     unexplained = 1.0 + UNEXPLAINED / math.sqrt(problem.count)
     if min(chain[1][-1].chi_square for chain in chains) > unexplained * problem.count:
-        slow = partial(_from_slow, replace(problem, pool=None))
-        chains += run_batch(slow, TRIED_SLOW_S, workers=workers)
+        sensors = [(problem.shifts_s, slow_s) for slow_s in TRIED_SLOW_S]
+        sensors += [(_latest(problem), slow_s) for slow_s in (0.0, TRIED_SLOW_S[0])]
+        with_sensor = partial(_with_sensor, replace(problem, pool=None))
+        chains += run_batch(with_sensor, sensors, workers=workers)
     chains.sort(key=lambda chain: chain[1][-1].chi_square)
     problem, found = replace(chains[0][0], pool=problem.pool), chains[0][1]
     [predicted] = problem.predicted([problem.stand(found[-1].place)])
@@ -444,19 +446,27 @@ def _sensors_of(problem: Problem) -> list[float]:
     return [*problem.shifts_s, *(each.slow_s for _, _, each, _ in problem.seen)]
 
 
-def _slowed(problem: Problem, slow_s: float) -> Problem:
-    """Return the problem with sensors of one low-pass."""
+def _latest(problem: Problem) -> tuple[float, ...]:
+    """Return what the clocks are late by the falls, s, be it clear or not."""
+    found = (
+        lateness_of(one.seen[0], one.drive) if isinstance(one.drive, Voltage) else None
+        for one in problem.experiments
+    )
+    return tuple(each.late_s if each else 0.0 for each in found)
+
+
+def _with_sensor(
+    problem: Problem, sensor: tuple[tuple[float, ...], float]
+) -> tuple[Problem, list[Minimum]]:
+    """Search from the present values with clocks that are late and one low-pass of all sensors."""
+    shifts_s, slow_s = sensor
     experiments = (
         replace(one, seen=tuple(replace(each, slow_s=slow_s) for each in one.seen))
         for one in problem.experiments
     )
-    return replace(problem, experiments=tuple(experiments), metrics=())
-
-
-def _from_slow(problem: Problem, slow_s: float) -> tuple[Problem, list[Minimum]]:
-    """Search from the present values, by the motion that a slow sensor lets through."""
-    slow = _slowed(replace(problem, allowance=LOOSE[0]), slow_s)
-    return _to_plain(problem, _search_or_nothing(slow, problem.start))
+    problem = replace(problem, experiments=tuple(experiments), shifts_s=shifts_s, metrics=())
+    loose = _search_or_nothing(replace(problem, allowance=LOOSE[0]), problem.start)
+    return _to_plain(problem, loose)
 
 
 def _with_noise(problem: Problem, place: Array, outliers: float) -> Problem:

@@ -100,6 +100,19 @@ def test_a_sensor_too_slow_for_the_ringing_is_told_and_its_intervals_are_wide():
     )
 
 
+def test_a_clock_that_noise_hides_is_tried_where_a_fit_leaves_too_much():
+    rig = Rig(preload_n=0.35, friction=0.24, noise_m=4.9e-9, late_s=1.05e-3, low_pass_hz=36e3)
+    seen = experiment(rig, 1)
+    by_falls = lateness_of(seen.seen[0], Voltage(ROWS))
+    assert by_falls is not None
+    assert not by_falls.is_clear
+    free = ['contact.friction', 'runner.mass', 'actuator.gain']
+    stand = Parameters().updated({'runner.damping': rig.damping_n_s_per_m})
+    found = fit(seen, free, parameters=stand, starts=1)
+    assert_holds(found, rig)
+    assert found.problem.shifts_s[0] == pytest.approx(rig.late_s, rel=0.0, abs=2e-5)
+
+
 def test_lateness_and_time_constant_follow_from_what_the_columns_of_a_sensor_hold():
     assert slower(8e-5, 0.0, 0.0) == pytest.approx((0.0, 8e-5))
     late_s, more_s = 3e-6, 1e-6
