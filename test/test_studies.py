@@ -168,3 +168,9 @@ def test_a_guide_takes_its_part_of_the_force():
     force_mn = study('unknowns')['found']['force at 0.1 N (mN)']
     share = force_mn['guide and cable, 10 kN/m'] / force_mn['default']
     assert share == pytest.approx(1.0 / 1.1, abs=0.01)
+
+
+def test_a_fit_of_an_ideal_rig_holds_the_truth_in_each_interval():
+    kept = study('learned_rigs')['kept']
+    assert len(kept) == 5
+    assert kept['holds'].all()
