@@ -284,17 +284,7 @@ def move_springs(
     for group in range(bank.groups):
         last, old_m, new_m = _press(bank, springs, group, before_n, after_n)
         own = slice(bank.first[group], last + 1)
-        _move_group(
-            bank.heights_m[own],
-            bank.limit_n_per_m[own],
-            bank.shear_n_per_m[own],
-            bank.per_shear_m_per_n[own],
-            springs.forces_n[own],
-            springs.losses_j[own],
-            du_m,
-            old_m,
-            new_m,
-        )
+        move_group(bank, springs, own, du_m, old_m, new_m)
         force_n, loss_j = _sums(springs.forces_n[own], springs.losses_j[own])
         total_n += force_n
         lost_j += loss_j
@@ -338,18 +328,29 @@ def slide_springs(
 
 
 @kernel
-def _move_group(
-    heights_m: Array,
-    limit_n_per_m: Array,
-    shear_n_per_m: Array,
-    per_shear_m_per_n: Array,
-    forces_n: Array,
-    losses_j: Array,
-    du_m: float,
-    old_m: float,
-    new_m: float,
+def move_group(
+    bank: Record, springs: Record, own: slice, du_m: float, old_m: float, new_m: float
 ) -> None:
-    """Move against the springs of a group one by one, without a sum: so several go at a time."""
+    """
+    Move against the springs of a group one by one, without a sum: so several go at a time.
+
+    Parameters
+    ----------
+    bank : record of BANK
+        Constants.
+    springs : record of SPRINGS_STATE
+        Forces and losses are changed in place.
+    own : slice
+        Springs of the group, down to the last that touches.
+    du_m : float
+        Change of the relative displacement, m.
+    old_m, new_m : float
+        Depth of the group before and after, m.
+
+    """
+    heights_m, limit_n_per_m = bank.heights_m[own], bank.limit_n_per_m[own]
+    shear_n_per_m, per_shear_m_per_n = bank.shear_n_per_m[own], bank.per_shear_m_per_n[own]
+    forces_n, losses_j = springs.forces_n[own], springs.losses_j[own]
     for i in range(len(heights_m)):
         limit_n = limit_n_per_m[i] * max(new_m - heights_m[i], 0.0)
         old_limit_n = limit_n_per_m[i] * max(old_m - heights_m[i], 0.0)
