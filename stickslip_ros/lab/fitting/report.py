@@ -216,6 +216,17 @@ def _search_warnings(fit: FitResult) -> Iterator[str]:
                 'no parameter explains half of what the model misses: check the preload, the '
                 'units of the columns, their clocks, and what drove the recording'
             )
+    if not fit.missing and fit.problem.allowance is not None:
+        for one, each, sensor in fit.sensors:
+            least = fit.problem.allowance.reading_m if each.unit == 'm' else 0.0
+            if sensor['rms'] > _MISSED_MOST * max(sensor['noise'], least):
+                factor, unit = display_unit(each.unit)
+                yield (
+                    f'{one.origin}: the model misses {each.quantity} by '
+                    f'{factor * sensor["rms"]:.2g} {unit}, its noise is '
+                    f'{factor * sensor["noise"]:.2g} {unit}, and none of the parameters that '
+                    'were tried explains it: the intervals rest on the allowance'
+                )
     if fit.p_value is not None and fit.p_value < P_VALUE_MIN:
         yield (
             f'p-value {fit.p_value:.2g}: the model misses the points by more than their standard '

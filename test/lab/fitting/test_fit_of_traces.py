@@ -1,6 +1,7 @@
 """Rigs of springs, which share no code with the drive, are learned from the motion they show."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -129,6 +130,16 @@ def test_a_low_pass_of_a_ramp_is_late_by_its_time_constant_and_rests_before(slow
     expected = since_s - slow_s * -np.expm1(-np.maximum(since_s, 0.0) / slow_s)
     assert behind == pytest.approx(3.0 + np.where(since_s > 0.0, expected, 0.0), rel=1e-9)
     assert low_passed(ramp, 0.0) is ramp
+
+
+def test_what_no_parameter_explains_is_warned_of(learned: tuple[Rig, Fit]):
+    _, found = learned
+    text = 'none of the parameters that were tried explains it'
+    assert not any(text in warning for warning in warnings_of(found))
+    [[noise]] = found.problem.noise.values
+    less = replace(found.problem.noise, values=((noise / 2.0,),))
+    quieter = replace(found, missing=(), problem=replace(found.problem, noise=less))
+    assert sum(text in warning for warning in warnings_of(quieter)) == 1
 
 
 def test_a_mass_that_was_weighed_makes_the_others_surer():
