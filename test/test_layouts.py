@@ -102,8 +102,9 @@ def test_plotjuggler_finds_a_size_for_each_of_its_plots():
         assert len(list(tab.iter('Container'))) == int(tab.get('containers', '0'))
 
 
-def test_layouts_and_page_template_are_installed(keywords):
+def test_layouts_and_the_data_of_each_package_are_installed(keywords):
     config = dict(keywords['data_files'])['share/stickslip_ros/config']
     assert {FOXGLOVE, PLOTJUGGLER, 'config/test_stand.yaml'} <= set(config)
-    [pattern] = keywords['package_data']['stickslip_ros.lab.comparison']
-    assert list((ROOT / 'stickslip_ros' / 'lab' / 'comparison').glob(pattern))
+    for package, patterns in keywords['package_data'].items():
+        for pattern in patterns:
+            assert list((ROOT / package.replace('.', '/')).glob(pattern)), (package, pattern)
