@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from stickslip_ros.errors import OutOfRange, RecordingError, WrongKind
 from stickslip_ros.lab.tables.experiment import TIME_COLUMNS
 from stickslip_ros.lab.tables.units import factor_of, in_si
@@ -11,6 +13,7 @@ from stickslip_ros.recording.series import Series
 from stickslip_ros.units import NS_PER_S
 
 _EXAMPLE = 'position_m=/rig/encoder.point.x, or "force_n=/rig/cell.data (mN)"'
+_FINER = {'m': 'nm', 'N': 'mN', 'V': 'mV'}
 
 
 def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, Series]:
@@ -43,7 +46,13 @@ def mapped_series(recording: Recording, topics: Mapping[str, str]) -> dict[str, 
         if not len(values):
             hint = 'name another topic'
             raise RecordingError(recording.path, f'has no message on {topic}', hint)
-        read[name] = times_ns, in_si(values, factor), si_unit, f'{recording.path.name} {said}'
+        values = in_si(values, factor)
+        typical, largest = float(np.nanmedian(np.abs(values))), TIME_COLUMNS[name].maximum
+        if largest is not None and typical > largest:
+            limit = f'in the median, above the largest {name}, {largest:g} {si_unit}'
+            hint = f'give its unit, as --map {name}="{said} ({_FINER[si_unit]})"'
+            raise OutOfRange(f'{name} of {recording.path}', typical, si_unit, limit, hint)
+        read[name] = times_ns, values, si_unit, f'{recording.path.name} {said}'
     start_ns = min(times_ns[0] for times_ns, *_ in read.values())
     return {
         name: Series((times_ns - start_ns) / NS_PER_S, values, unit, origin)

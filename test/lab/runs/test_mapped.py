@@ -7,13 +7,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from mcap_records import foreign_numbers
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
 from stickslip_ros import Parameters, StickSlipError, compare, open_run
 from stickslip_ros.lab.cli.main import main
 from stickslip_ros.lab.panel.player import Player
+from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.run_result import SawtoothRun
+from stickslip_ros.recording.reader import Recording
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 Run = tuple[SawtoothRun, Path]
@@ -173,3 +176,12 @@ def test_a_message_of_other_bytes_is_refused(tmp_path: Path):
         writer.write(connection, START_NS, b'\x00\x01\x00\x00\x00')
     with pytest.raises(StickSlipError, match='is damaged'):
         open_run(tmp_path / 'bag', topics={'force_n': '/rig/cell.data'})
+
+
+def test_counts_that_are_taken_for_metres_are_refused(tmp_path: Path):
+    rows = ((1000 * k, k, 2000.0 + k) for k in range(20))
+    recording = Recording(foreign_numbers(tmp_path / 'counts.mcap', rows))
+    with pytest.raises(StickSlipError, match=r'above the largest position_m, 1 m; give its unit'):
+        mapped_series(recording, {'position_m': '/u.data'})
+    read = mapped_series(recording, {'position_m': '/u.data (1.22 nm)'})
+    assert read['position_m'].value[0] == pytest.approx(2000.0 * 1.22e-9)
