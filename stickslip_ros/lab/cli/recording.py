@@ -8,38 +8,18 @@ from stickslip_ros.files import make_folder, prepare_output
 from stickslip_ros.lab.cli.chosen import chosen_look
 from stickslip_ros.lab.cli.experiment import said_of_tables
 from stickslip_ros.lab.cli.printing import Answer
-from stickslip_ros.lab.runs.recorded import recorded_stand
+from stickslip_ros.lab.runs.recorded import recorded_stand, sections_of
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.recover import Recovery, recover
 from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD
-from stickslip_ros.sections import Section
+from stickslip_ros.sections import Section, plain
 from stickslip_ros.units import NS_PER_S, with_unit
 
 
 def info_verb(arguments: argparse.Namespace) -> Answer:
     """Read a recording."""
-    result = describe_recording(Recording(arguments.file))
-    topics = [
-        (
-            topic['topic'],
-            topic['type_name'].rpartition('/')[2],
-            topic['messages'],
-            f'{topic["rate_hz"]:.1f}' if topic['rate_hz'] else '-',
-            topic['gaps'],
-        )
-        for topic in result['topics']
-    ]
-    header = ('topic', 'type', 'messages', 'rate (Hz)', 'missing')
-    parts: list[Section | str] = [Section(str(arguments.file), topics, header)]
-    if result['run']:
-        parts.append(Section('run', result['run'].items()))
-    changed = result['changed_parameters']
-    if changed is None:
-        parts.append(f'parameters: not known, the file has no {PARAMETERS_FILE}')
-    else:
-        rows = changed.items() or [('none', 'the stand of the paper')]
-        parts.append(Section('parameters that differ from the default', rows))
-    return Answer(result, parts)
+    recording = Recording(arguments.file)
+    return Answer(describe_recording(recording), sections_of(recording))
 
 
 def describe_recording(recording: Recording) -> dict[str, Any]:
@@ -49,7 +29,7 @@ def describe_recording(recording: Recording) -> dict[str, Any]:
         changed = recorded_stand(recording).changed()
     return {
         'topics': [
-            {**vars(channel), 'rate_hz': channel.rate_hz} for channel in recording.channels
+            {**plain(channel), 'rate_hz': channel.rate_hz} for channel in recording.channels
         ],
         'changed_parameters': changed,
         'run': recording.metadata.get(RUN_RECORD, {}),
@@ -71,7 +51,7 @@ def plot_verb(arguments: argparse.Namespace) -> Answer:
     series = run.series if run.topics else None
     with plotting.looking(**chosen_look(arguments)):
         plot = run_figure.plot_run(run.recording, picture, window, quantities=series)
-    content = {'picture': str(picture), **vars(plot)}
+    content = {'picture': str(picture), **plain(plot)}
     rows = [
         (
             recorded.RUN_QUANTITIES[each.name],

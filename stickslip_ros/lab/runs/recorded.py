@@ -17,8 +17,9 @@ from stickslip_ros.parameters.typed import to_si_list
 from stickslip_ros.process.stopping import stop_if_asked
 from stickslip_ros.recording.reader import Recording
 from stickslip_ros.recording.requests import recorded_requests
-from stickslip_ros.recording.run_file import PARAMETERS_FILE, TOPICS_RECORD
+from stickslip_ros.recording.run_file import PARAMETERS_FILE, RUN_RECORD, TOPICS_RECORD
 from stickslip_ros.recording.series import Series, split_columns
+from stickslip_ros.sections import Section
 from stickslip_ros.units import NANO, with_unit
 
 RUN_QUANTITIES = {
@@ -65,6 +66,23 @@ class BitSpan(NamedTuple):
     bit: str
     start_s: float
     end_s: float
+
+
+def sections_of(recording: Recording) -> Iterator[Section]:
+    """Yield topics, what is known of the run, and the parameters that differ from the default."""
+    rows = []
+    for each in recording.channels:
+        rate = f'{each.rate_hz:.1f}' if each.rate_hz else '-'
+        name = each.type_name.rpartition('/')[2]
+        rows.append((each.topic, name, each.messages, rate, each.gaps))
+    header = 'topic', 'type', 'messages', 'rate (Hz)', 'missing'
+    yield Section(str(recording.path), rows, header)
+    if run := recording.metadata.get(RUN_RECORD):
+        yield Section('run', list(run.items()))
+    if PARAMETERS_FILE in recording.attachments:
+        yield from recorded_stand(recording).sections()
+    else:
+        yield Section(f'parameters: not known, the file has no {PARAMETERS_FILE}')
 
 
 def recorded_stand(recording: Recording) -> Parameters:

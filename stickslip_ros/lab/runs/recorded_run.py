@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING
 
 from stickslip_ros.errors import RecordingError, StickSlipError
 from stickslip_ros.files import prepare_output
-from stickslip_ros.lab.runs.recorded import TimeWindow, recorded_series, recorded_stand
+from stickslip_ros.lab.runs.recorded import (
+    TimeWindow,
+    recorded_series,
+    recorded_stand,
+    sections_of,
+)
 from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.recording.reader import Recording
@@ -163,12 +168,9 @@ class Run(Shown):
         return f'Run({text})'
 
     def sections(self) -> list[Section]:
-        """Return what it came to, if that is known, and its topics."""
+        """Return what it came to, if that is known, and what is in its file."""
         shown = [] if self._result is None else self._result.sections()
-        if self._path is None:
-            return shown
-        rows = [(each.topic, each.type_name, each.messages) for each in self.recording.channels]
-        return [*shown, Section(str(self.path), rows, ('topic', 'type', 'messages'))]
+        return shown if self._path is None else [*shown, *sections_of(self.recording)]
 
 
 def open_run(path: str | Path, topics: Mapping[str, str] | None = None) -> Run:

@@ -70,7 +70,7 @@ class ZeroAmplitude(Shown):
     preload_n: float
     frequency_hz: float
     fit_from_m: float = said('line fitted from', '.2f')
-    fit_to_m: float = said('to', '.2f')
+    fit_to_m: float = said('line fitted up to', '.2f')
     fit_rms_m: float = said('rms deviation from that line', '.4f')
     fit_points: int = said('amplitudes of the line', '.0f')
     steps: int

@@ -1,12 +1,14 @@
 """`stickslip simulate` and `stickslip info`: a run without ROS, and what its file says."""
 
 import json
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from stickslip_ros.lab.cli.main import main
+from stickslip_ros.recording.reader import ChannelSummary
 
 KEYS = {
     'preload_n',
@@ -71,6 +73,8 @@ def test_a_recorded_run_is_described_by_info(capsys: Any, tmp_path: Path):
     assert topics['/position']['type_name'] == 'geometry_msgs/msg/PointStamped'
     assert topics['/command/sawtooth']['messages'] == 1
     assert {topic['gaps'] for topic in told['topics']} == {0}
+    names = {each.name for each in fields(ChannelSummary)}
+    assert all(topic.keys() == {*names, 'rate_hz'} for topic in told['topics'])
     assert told['run']['seed'] == '1'
     assert told['attachments'].keys() == {'parameters.yaml'}
 
