@@ -100,6 +100,6 @@ def test_ctrl_c_says_how_far_the_fit_came_and_ends_with_130(experiment, capsys, 
     def pressed(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr('stickslip_ros.lab.fitting.fit.search', pressed)
+    monkeypatch.setattr('stickslip_ros.lab.fitting.search.search', pressed)
     assert fit(experiment, *FREE, '--starts', '1') == 130
     assert 'stopped after 0 of 1 cases' in capsys.readouterr().err
