@@ -7,7 +7,7 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.kernels.cache import why_not_kept
 from stickslip_ros.parameters import SENSORS, Parameters
 
-KERNELS = 185 + 3 * len(SENSORS)
+KERNELS = 188 + 3 * len(SENSORS)
 """What ``compile_kernels`` compiles where nothing is compiled yet; of a sensor its loop, low-pass
 and display, at least."""
 LANES_KERNELS = 13  # what lanes of several drives take besides
