@@ -19,7 +19,6 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import shown_progress
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.run_file import RUN_RECORD
 from stickslip_ros.sections import Section, plain
 from stickslip_ros.units import MN, NM
 
@@ -48,7 +47,7 @@ def _replay(arguments: argparse.Namespace, output: Path) -> Replay:
 
         reading = Reading(**said_of_tables(arguments))
         is_run = not reading.headers and is_recording(arguments.file)
-        if is_run and RUN_RECORD in Recording(arguments.file).metadata:
+        if is_run and Recording(arguments.file).is_ours:
             return replay(
                 arguments.file, output, changes, from_rest=arguments.from_rest, progress=show
             )

@@ -35,7 +35,6 @@ from stickslip_ros.lab.tables.experiment import (
 from stickslip_ros.parameters import Parameters, Scalar
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
-from stickslip_ros.recording.run_file import RUN_RECORD
 
 if TYPE_CHECKING:
     from stickslip_ros.lab.tables.formats import Table
@@ -191,7 +190,7 @@ def _of_recording(
 ) -> Experiment:
     """Return the experiment of a recording, of this package or, mapped, of another program."""
     settings: dict[str, Scalar] = {}
-    if RUN_RECORD in recording.metadata:
+    if recording.is_ours:
         series = recorded_series(recording)
         own = recorded_stand(recording)
         settings = {name: each for name, each in own.flat().items() if name.startswith(_OWN)}

@@ -14,6 +14,7 @@ from stickslip_ros.lab.runs.recorded import (
     recorded_series,
     recorded_stand,
     sections_of,
+    stretches_of,
 )
 from stickslip_ros.lab.runs.run_result import SawtoothRun
 from stickslip_ros.parameters import Parameters
@@ -138,10 +139,11 @@ class Run(Shown):
         from stickslip_ros.lab.runs.plotting import looking
         from stickslip_ros.lab.runs.run_figure import draw_run
 
+        # A short one is read once for all pictures, a long one never as a whole.
+        is_held = self.topics or len(stretches_of(self.recording)) == 1
         with looking(style, width_mm):
-            return draw_run(
-                self.recording, window, quantities=self.series if self.topics else None
-            )[0]
+            quantities = self.series if is_held else None
+            return draw_run(self.recording, window, quantities=quantities)[0]
 
     def save(self, path: str | Path) -> Path:
         """
