@@ -1,10 +1,10 @@
 """A client of the virtual stand that waits, with a time limit, and keeps what it hears."""
 
 import json
+import time
 from collections import Counter
 from collections.abc import Callable
 from functools import partial
-from time import monotonic
 from typing import Any
 
 from lifecycle_msgs.msg import Transition
@@ -22,7 +22,8 @@ from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.reports import read_event
 from stickslip_ros.interface.topics import NODE_NAME, PREFIX, READINGS
 from stickslip_ros.process.stopping import stop_if_asked
-from stickslip_ros.ros.client import DriveClient, Handshake
+from stickslip_ros.recording.run_file import TIME_ORIGIN
+from stickslip_ros.ros.client import DriveClient, Handshake, stamp_ns
 from stickslip_ros.ros.executable import end_node
 from stickslip_ros.units import NANO, NS_PER_S
 
@@ -116,6 +117,8 @@ class Operator(DriveClient):
         self.check: Callable[[], None] = stop_if_asked
         self.tell: Callable[[], str] = lambda: f'simulated time {self.time_ns * NANO:.9g} s'
         self._undated: list[Any] = []
+        self._activated_ns = 0  # the system's time
+        self._info_before: dict[str, Any] = {}
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
         for topic in sorted(READINGS, key=lambda topic: topic.key != 'info'):
@@ -137,10 +140,10 @@ class Operator(DriveClient):
             If it does not come true in time; ``what`` was waited for.
 
         """
-        end_s = monotonic() + timeout_s
+        end_s = time.monotonic() + timeout_s
         while not condition():
             self.check()
-            if monotonic() > end_s:
+            if time.monotonic() > end_s:
                 why = f'{what} did not come within {timeout_s:g} s'
                 raise StickSlipError(f'{why}: {self.tell()}')
             self._executor.spin_once(timeout_sec=0.05)
@@ -227,11 +230,19 @@ class Operator(DriveClient):
         request = ChangeState.Request(transition=Transition(label=transition))
         before = self.info
         if transition == 'activate':
-            # It gives stamps a new origin, which may come after the first of them.
+            # It gives stamps a new origin, which may come after the first of them, and before the
+            # last ones with the old origin.
+            self._activated_ns, self._info_before = time.time_ns(), before
             self.info = {}
         done = bool(self.call(ChangeState, 'change_state', request).success)
         self.info = self.info if done else before
         return done
+
+    def simulated_ns(self, message: Any) -> int:
+        """Return the simulated time of a message, ns; stamps have an origin each activation."""
+        is_late = stamp_ns(message) < self._activated_ns and self.info[TIME_ORIGIN]
+        info = self._info_before if is_late and self._info_before else self.info
+        return stamp_ns(message) - int(info[TIME_ORIGIN])
 
     def state(self) -> str:
         """Ask for the present state of the drive's lifecycle."""

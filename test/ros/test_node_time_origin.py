@@ -110,6 +110,24 @@ def test_each_activation_begins_with_stamps_of_now(start_drive: Callable):
     assert restarted(stand, 'deactivate', 'activate', sim__time_origin='zero') == 0
 
 
+def test_a_position_from_before_the_activation_that_comes_late_keeps_its_time(
+    start_drive: Callable,
+):
+    stand = start_drive()
+    operator = stand.operator
+    heard = operator.listen('position')
+    operator.spin_until(lambda: len(heard) > 1, 'positions')
+    late, late_ns = heard[-1], operator.simulated_ns(heard[-1])
+    assert operator.change_state('deactivate')
+    between_ns = time.time_ns()
+    assert operator.change_state('activate')
+    operator.spin_until(lambda: bool(operator.info), 'info')
+    assert operator.simulated_ns(late) == late_ns
+    operator.spin_until(lambda: stamp_ns(heard[-1]) > between_ns, 'a position')
+    newest = heard[-1]
+    assert operator.simulated_ns(newest) == stamp_ns(newest) - told_origin_ns(stand)
+
+
 def test_a_drive_that_waits_to_be_activated_does_not_fall_behind(manual: Any):
     assert manual.operator.change_state('configure')
     waited_ns = time.time_ns()
