@@ -196,6 +196,9 @@ def test_a_jog_lasts_as_long_as_its_key_is_held_but_not_in_a_field(page: Page):
     before = page.locator('#events p', has_text='jog').count()
     page.locator('#jog-frequency').focus()
     page.keyboard.press('ArrowRight')
+    send(page, 'Send load', 'load')  # its end comes after that of a jog, had there been one
+    expect(note(page, 'load')).to_have_text('DONE')
+    assert page.locator('#events p', has_text='jog').count() == before
     page.get_by_label('Steps forwards').focus()
     page.keyboard.down('ArrowRight')
     expect(lamp(page, 'MOVING')).to_be_visible()
@@ -203,7 +206,8 @@ def test_a_jog_lasts_as_long_as_its_key_is_held_but_not_in_a_field(page: Page):
     expect(lamp(page, 'MOVING')).to_be_visible()
     page.keyboard.up('ArrowRight')
     expect(note(page, 'jog')).to_contain_text('DONE')
-    assert page.locator('#events p', has_text='jog').count() == before + 1
+    # One, unless a page on a busy machine renewed it too late.
+    assert page.locator('#events p', has_text='jog').count() > before
 
 
 def test_the_voltage_control_stands_where_the_drive_is(
@@ -231,10 +235,9 @@ def test_a_step_is_relative_to_the_target_that_is_held(page: Page):
     expect(note(page, 'position')).to_have_text('DONE')
     expect(target).to_have_text('target +500.0')
     page.locator('#position-step').fill('40')
-    for _ in range(2):
+    for held in ('+460.0', '+420.0'):
         send(page, 'Step backwards', 'position')
-        page.wait_for_timeout(300)
-    expect(target).to_have_text('target +420.0')
+        expect(target).to_have_text(f'target {held}')
     await_figure(page, 'position', lambda now: abs(now - 420.0) < 10.0)
     page.locator('#position-step').press('Enter')  # forwards, not to the field above
     expect(target).to_have_text('target +460.0')
