@@ -191,7 +191,7 @@ class StandParameters(Checked):
     """The frame that holds the six hemispheres."""
 
     preload: float = quantity(
-        0.5,
+        ReplaceableDefault(0.5),
         'N',
         'preload F_p of the external spring; 0.1 to 1 N in the paper',
         bounds=(1e-3, 100.0),

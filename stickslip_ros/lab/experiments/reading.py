@@ -32,7 +32,7 @@ from stickslip_ros.lab.tables.experiment import (
     listed_tables,
     read_experiment,
 )
-from stickslip_ros.parameters import Parameters, Scalar
+from stickslip_ros.parameters import Parameters, ReplaceableDefault, Scalar
 from stickslip_ros.recording.integrity import is_recording
 from stickslip_ros.recording.reader import Recording
 
@@ -276,7 +276,7 @@ def _over_time(
         own['stand.preload'] = preload_n
     if not settings and not any(each.quantity == 'force_n' for each in seen):
         own |= _FREE
-    if not {'stand.preload'} & (own.keys() | stand.changed().keys()):
+    if 'stand.preload' not in own and isinstance(stand.stand.preload, ReplaceableDefault):
         text = f'the preload is not said, that of the stand, {stand.stand.preload:g} N, is taken'
         notes += (f'{origin}: {text}: name it with --preload',)
     late = tuple(replace(each, time_s=each.time_s - begins_s) for each in seen)

@@ -41,7 +41,9 @@ def fitted(table: pd.DataFrame, preloads_n: tuple[float, ...] = (0.35,)) -> Fit:
 
 def test_a_table_over_time_is_compared_at_the_preload_that_is_said():
     said, unsaid = compare(frame(), STAND, preloads_n=(0.35,)), compare(frame(), STAND)
-    assert not any('preload' in note for note in said.b.notes)
+    set_by_name = compare(frame(), STAND.updated({'stand.preload': '0.5'}))
+    for each in (said, set_by_name):
+        assert not any('preload' in note for note in each.b.notes)
     assert any('that of the stand, 0.5 N, is taken' in note for note in unsaid.b.notes)
     [a], [b] = said.quantities, unsaid.quantities
     assert a.agreement.rms < b.agreement.rms
