@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,10 +17,12 @@ from stickslip_ros.lab.comparison.result import (
     Side,
     threshold_of,
 )
-from stickslip_ros.lab.runs.batch import Progress, run_courses
-from stickslip_ros.lab.runs.courses import bundle_for
+from stickslip_ros.lab.experiments.experiment import OF_STEPS
+from stickslip_ros.lab.experiments.predict import predict
+from stickslip_ros.lab.experiments.reading import FREE, of_points
+from stickslip_ros.lab.runs.batch import Progress, pool_of
 from stickslip_ros.lab.runs.journal import Row
-from stickslip_ros.lab.runs.sweep import SweepCase, bare_name, case_course
+from stickslip_ros.lab.runs.sweep import bare_name
 from stickslip_ros.lab.runs.sweep_table import OF_A_RUN, read_table
 from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
@@ -35,10 +36,7 @@ if TYPE_CHECKING:
 MODEL, SWEEP = 'model', 'sweep'
 """The first is also the word that stands for the drive in place of a file."""
 PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
-_MEASURED = (FORCE_COLUMN, 'step_length_m', 'energy_loss_per_step_j')
-NO_SETTINGS = {
-    each for name in (AMPLITUDE_COLUMN, *_MEASURED) for each in (name, sigma_name(name))
-}
+NO_SETTINGS = {each for name in (AMPLITUDE_COLUMN, *OF_STEPS) for each in (name, sigma_name(name))}
 RENAMED = {'force_mean_n': FORCE_COLUMN}
 """Columns of a sweep that have another name in an experiment."""
 _SAME = 1e-9  # relative difference up to which two typed numbers are the same
@@ -54,7 +52,7 @@ class PointTable:
     @property
     def quantities(self) -> list[str]:
         """What was measured."""
-        return [name for name in _MEASURED if name in self.columns]
+        return [name for name in OF_STEPS if name in self.columns]
 
     @property
     def settings(self) -> dict[str, list[Scalar]]:
@@ -110,7 +108,7 @@ def of_model(
     progress: Progress,
 ) -> PointTable:
     """
-    Run the drive once at each different point of a table.
+    Return what the drive shows at the points of a table, runs of the same settings made once.
 
     The table sets the preload and what it has columns for; the frequency is for one without.
     Raises StickSlipError if the stand cannot make one of the points, or a parameter is both set
@@ -123,21 +121,18 @@ def of_model(
         if name in changed:
             problem = f'is set, and a column of {table.side.origin} too'
             raise Incomparable(name, problem, 'take --set or the column away')
-    cases: dict[SweepCase, Row] = {}
-    for row in range(table.side.rows):
-        at = {name: each[row] for name, each in table.columns.items()}
-        values = {
-            'stand.preload': at[PRELOAD_COLUMN],
-            **{bare_name(name): at[name] for name in names},
-        }
-        at_hz = float(at.get(FREQUENCY_COLUMN, frequency_hz))
-        case = SweepCase(tuple(values.items()), float(at[AMPLITUDE_COLUMN]), at_hz)
-        cases[case] = {name: at[name] for name in names}
-    run, bundle = partial(case_course, parameters, steps, ()), bundle_for(parameters)
-    found = run_courses(run, list(cases), bundle, workers=workers, progress=progress)
-    rows = [{**varied, **row} for varied, row in zip(cases.values(), found, strict=True)]
+    if FORCE_COLUMN not in table.columns and 'step_length_m' in table.columns:
+        parameters = parameters.updated(FREE)
+    asked = of_points(table.side.origin, table.columns, frequency_hz, steps, names)
+    with pool_of(workers) as pool:
+        found = predict(parameters, asked, pool=pool, progress=progress)
+    columns = {AMPLITUDE_COLUMN: table.columns[AMPLITUDE_COLUMN], **table.settings}
+    columns.setdefault(FREQUENCY_COLUMN, [frequency_hz] * table.side.rows)
+    for one, [each] in zip(asked, found, strict=True):
+        columns.setdefault(one.seen[0].quantity, []).append(float(each.values[0]))
+    unsteady = np.reshape([not each.is_steady for [each] in found], (-1, table.side.rows))
     described = {'stickslip_ros': stickslip_ros.__version__, **parameters.flat()}
-    return _of_rows(rows, MODEL, MODEL, described)
+    return _pointed(columns, MODEL, MODEL, described, int(np.sum(unsteady.any(axis=0))))
 
 
 def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
@@ -145,7 +140,7 @@ def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
     names = [name for name in a.quantities if name in b.quantities]
     if not names:
         problem = f'has {", ".join(b.quantities)}, {a.side.origin} has {", ".join(a.quantities)}'
-        hint = 'a held runner has a force, a free one (load_cell.contact=absent) steps'
+        hint = 'a held runner has a force, a free one steps'
         raise Incomparable(b.side.origin, problem, hint)
     shared = [at for at in a.groups([PRELOAD_COLUMN, *_varied(a, b)]) if b.rows_at(at)]
     quantities = []
@@ -178,18 +173,29 @@ def _of_rows(
     }
     # A free runner makes steps and no force; of a held one that is steady it is the other way.
     del columns['step_length_m' if any(columns[FORCE_COLUMN]) else FORCE_COLUMN]
+    return _pointed(columns, origin, kind, described, sum(not row['steady'] for row in rows))
+
+
+def _pointed(
+    columns: dict[str, list[Scalar]],
+    origin: str,
+    kind: str,
+    described: dict[str, Scalar] | None,
+    unsteady: int,
+) -> PointTable:
+    """Return columns as points, with what is known of their stand and runs."""
+    rows = len(columns[AMPLITUDE_COLUMN])
     in_columns = {'stand.preload', *map(bare_name, columns)}
     known = {name: each for name, each in (described or {}).items() if name not in in_columns}
     default = Parameters().flat()
     changed = {name: each for name, each in known.items() if default.get(name, each) != each}
-    unsteady = sum(not row['steady'] for row in rows)
     side = Side(
         origin=origin,
         kind=kind,
-        rows=len(rows),
+        rows=rows,
         described={**known, **_constants(columns)},
         changed=None if described is None else changed,
-        notes=(f'{unsteady} of {len(rows)} runs were not steady',) if unsteady else (),
+        notes=(f'{unsteady} of {rows} runs were not steady',) if unsteady else (),
     )
     return PointTable(side, columns)
 

@@ -10,11 +10,12 @@ import numpy as np
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange, WrongKind
 from stickslip_ros.parameters import Scalar
+from stickslip_ros.units import unit_of
 
 OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
 """Quantities that may be seen over time."""
-OF_STEPS = ('force_n', 'step_length_m')
-"""Numbers that may be read after steps: mean force in the load cell, net motion of a step."""
+OF_STEPS = ('force_n', 'step_length_m', 'energy_loss_per_step_j')
+"""Numbers that may be read after steps: mean force in the load cell, net motion, friction loss."""
 NOISE_FACTOR = 1.4826 / math.sqrt(6.0)
 """Standard deviation of noise per median of its absolute second differences."""
 _SAME = 1e-12  # share of the largest reading by which two that are the same may differ
@@ -97,7 +98,7 @@ class Seen:
     @property
     def unit(self) -> str:
         """Unit of the values."""
-        return 'N' if self.quantity == 'force_n' else 'm'
+        return unit_of(self.quantity)
 
     @property
     def noise(self) -> float:

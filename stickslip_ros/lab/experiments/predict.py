@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import islice
+from itertools import cycle, islice
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,7 +16,7 @@ from stickslip_ros.drive.records import FOOT, FORCE, POSITION
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.commands import Request, check_request
 from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
-from stickslip_ros.lab.runs.batch import Pool, run_courses
+from stickslip_ros.lab.runs.batch import Pool, Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for, together
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
 from stickslip_ros.parameters import Parameters
@@ -31,8 +31,8 @@ _SAMPLES_MAX = 4_000_000
 _AT_ONCE = 20_000  # samples after which it is asked whether somebody wants to stop
 _COLUMNS = {'position_m': POSITION, 'force_n': FORCE, 'foot_position_m': FOOT}
 """Columns of a trace, by quantity."""
-_NUMBERS = {'force_n': 'force_mean_n', 'step_length_m': 'step_length_m'}
-"""Fields of a run of steps, by quantity."""
+_FIELDS = {'force_n': 'force_mean_n'}
+"""Fields of a run of steps that have another name than the quantity."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +47,15 @@ class Prediction:
     rate, curvature : array, shape (n,) or (0,)
         Its derivatives with time, what a late and what a slow sensor misses; none of a number.
         The second is that of a sensor that is twice as slow: both span a change of its slowness.
+    is_steady : bool
+        Whether a number did not change any more when it was read.
 
     """
 
     values: Array
     rate: Array
     curvature: Array
+    is_steady: bool = True
 
 
 def predict(
@@ -61,6 +64,7 @@ def predict(
     *,
     shifts_s: Sequence[float] = (),
     pool: Pool | None = None,
+    progress: Progress | None = None,
 ) -> list[list[Prediction]]:
     """
     Return what a stand would show in experiments, for each what was seen there.
@@ -75,6 +79,8 @@ def predict(
         What the clocks of the sensors are late, s, for each experiment; by default 0.
     pool : Pool, optional
         Threads for the runs; by default there is one.
+    progress : callable, optional
+        Receives how many runs of how many have been made in a pool.
 
     Raises
     ------
@@ -82,7 +88,7 @@ def predict(
         If a stand cannot be, or cannot do what drove it.
 
     """
-    return predict_all([stand], experiments, [shifts_s], pool=pool)[0]
+    return predict_all([stand], experiments, [shifts_s], pool=pool, progress=progress)[0]
 
 
 def predict_all(
@@ -91,6 +97,7 @@ def predict_all(
     shifts_s: Sequence[Sequence[float]],
     *,
     pool: Pool | None = None,
+    progress: Progress | None = None,
 ) -> list[list[list[Prediction]]]:
     """Do what ``predict`` does for several stands, whose runs go beside each other."""
     shifts = [each or (0.0,) * len(experiments) for each in shifts_s]
@@ -99,12 +106,16 @@ def predict_all(
         for stand in stands
         for one in experiments
     ]
+    for (stand, *_), one in zip(runs, cycle(experiments), strict=False):
+        if stand.load_cell.contact == 'absent' and any(x.quantity == 'force_n' for x in one.seen):
+            limit, hint = 'without the force that was seen', 'set load_cell.contact=attached'
+            raise OutOfRange('load_cell.contact', 'absent', '', limit, hint)
     kept = {run: _kept(run) for run in runs}
     new = [run for run, results in kept.items() if not results]
     if pool is None:
         made = together(map(_course, new))
     else:
-        made = run_courses(_course, new, bundle_for(stands[0]), pool=pool)
+        made = run_courses(_course, new, bundle_for(stands[0]), pool=pool, progress=progress)
     for run, result in zip(new, made, strict=True):
         kept[run].append(result)
     results = iter([kept[run][0] for run in runs])
@@ -174,8 +185,8 @@ def trace_course(
 def _look(result: Any, seen: Seen, shift_s: float) -> Prediction:
     """Return what a sensor would show of the result of a run."""
     if not seen.is_trace:
-        number = np.array([getattr(result, _NUMBERS[seen.quantity])])
-        return Prediction(number, np.empty(0), np.empty(0))
+        number = np.array([getattr(result, _FIELDS.get(seen.quantity, seen.quantity))])
+        return Prediction(number, np.empty(0), np.empty(0), is_steady=result.steady)
     samples = low_passed(result[:, _COLUMNS[seen.quantity]], seen.slow_s)
     time_s = seen.time_s - shift_s
     values, rate, curvature = at_times(samples, time_s)

@@ -1,6 +1,6 @@
 """Experiments out of files: recordings of any rig, tables over time, tables by amplitude."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +23,7 @@ from stickslip_ros.lab.runs.mapped import mapped_series
 from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.lab.runs.replay import DriveInput
+from stickslip_ros.lab.runs.sweep import bare_name
 from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import (
     BY_AMPLITUDE,
@@ -49,7 +50,7 @@ LONGEST_S = 2.0
 """Length of a recording that is run as a whole; of a longer one a window must be named."""
 LEAD_S = 0.05
 """What is run before a window, from rest: a few steps, after which contacts remember no more."""
-_FREE = {'load_cell.contact': 'absent'}
+FREE = {'load_cell.contact': 'absent'}
 """Of a runner that is seen to move and whose force nobody measured."""
 _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
 """Names of parameters that say how a stand of this package was set for a recording."""
@@ -118,7 +119,11 @@ def read_experiments(
         else:
             table = read_experiment(each, reading, number=number)
             if table.kind == BY_AMPLITUDE:
-                found += _of_points(table, frequency_hz, steps)
+                for quantity in OF_STEPS:
+                    if quantity in table.columns and not np.any(table.columns[quantity]):
+                        hint = f'check the column {quantity}'
+                        raise RecordingError(table.origin, f'has no {quantity} other than 0', hint)
+                found += of_points(table.origin, table.columns, frequency_hz, steps)
                 continue
             one = _of_table(table, stand, reading.preload_n(number), source)
         found.append(_without_outliers(one, outliers) if outliers else one)
@@ -275,7 +280,7 @@ def _over_time(
     if preload_n is not None:
         own['stand.preload'] = preload_n
     if not settings and not any(each.quantity == 'force_n' for each in seen):
-        own |= _FREE
+        own |= FREE
     if 'stand.preload' not in own and isinstance(stand.stand.preload, ReplaceableDefault):
         text = f'the preload is not said, that of the stand, {stand.stand.preload:g} N, is taken'
         notes += (f'{origin}: {text}: name it with --preload',)
@@ -286,31 +291,44 @@ def _over_time(
     return one
 
 
-def _of_points(table: MeasuredTable, frequency_hz: float, steps: int) -> list[Experiment]:
-    """Return the experiments of a table by amplitude: one for each number of each row."""
-    columns, found = table.columns, list[Experiment]()
-    rows = len(columns['amplitude_m'])
-    hertz = columns.get('frequency_hz', np.full(rows, frequency_hz))
+def of_points(
+    origin: str,
+    columns: Mapping[str, Any],
+    frequency_hz: float,
+    steps: int,
+    varied: Sequence[str] = (),
+) -> list[Experiment]:
+    """
+    Return the experiments of points by amplitude: one for each number of each row.
+
+    Parameters
+    ----------
+    origin : str
+        Where the points come from.
+    columns : mapping of str to values
+        Columns as in POINT_COLUMNS; a quantity after the other, in the order of OF_STEPS.
+    frequency_hz : float
+        Steps per second where there is no such column.
+    steps : int
+        Cycles from rest after which numbers were read; 0: when they were steady.
+    varied : sequence of str
+        Columns of parameters that were set.
+
+    """
+    found, rows = list[Experiment](), len(columns['amplitude_m'])
+    hertz = columns.get('frequency_hz', [frequency_hz] * rows)
     for quantity in OF_STEPS:
-        if quantity not in columns:
-            continue
-        if not np.any(columns[quantity]):
-            hint = f'check the column {quantity}'
-            raise RecordingError(table.origin, f'has no {quantity} other than 0', hint)
-        sigma = columns.get(sigma_name(quantity))
-        for row in range(rows):
-            drive = SawtoothSteps(
-                float(columns['amplitude_m'][row]), float(hertz[row]), steps, is_steady=not steps
-            )
-            settings: dict[str, Scalar] = {'stand.preload': float(columns['preload_n'][row])}
-            if quantity == 'step_length_m':
-                settings |= _FREE
+        values, sigma = columns.get(quantity, ()), columns.get(sigma_name(quantity))
+        is_free = 'step_length_m' in columns and (quantity != 'force_n')
+        for row, value in enumerate(values):
+            settings: dict[str, Scalar] = dict(FREE if is_free else {})
+            settings['stand.preload'] = float(columns['preload_n'][row])
+            settings |= {bare_name(name): columns[name][row] for name in varied}
+            stroke_m, at_hz = float(columns['amplitude_m'][row]), float(hertz[row])
             error = None if sigma is None else float(sigma[row])
-            seen = Seen(quantity, columns[quantity][row : row + 1], sigma=error)
-            found.append(Experiment(f'{table.origin} row {row + 1}', settings, drive, (seen,)))
-    if not found:
-        hint = f'give one of {", ".join(OF_STEPS)}'
-        raise RecordingError(table.origin, 'has no number that can be fitted', hint)
+            seen = Seen(quantity, np.array([value]), sigma=error)
+            drive = SawtoothSteps(stroke_m, at_hz, steps, is_steady=not steps)
+            found.append(Experiment(f'{origin} row {row + 1}', settings, drive, (seen,)))
     return found
 
 

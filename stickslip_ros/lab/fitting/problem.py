@@ -385,10 +385,6 @@ def pose(
         )
     for one in experiments:
         there = parameters.updated(dict(one.settings))
-        forces = [each for each in one.seen if each.quantity == 'force_n']
-        if forces and there.load_cell.contact == 'absent':
-            hint = 'set load_cell.contact=attached'
-            raise OutOfRange('load_cell.contact', 'absent', '', 'without a force to fit', hint)
         if there.stand.preload_end:
             end_n = there.stand.preload_end
             hint = 'set stand.preload_end=0: each point has one preload'

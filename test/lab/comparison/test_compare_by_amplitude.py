@@ -284,11 +284,16 @@ def test_a_free_runner_is_compared_by_its_steps(tmp_path):
         (row['preload_n'], row['amplitude_m'], row['step_length_m'] + 1e-9, 1000.0) for row in rows
     ]
     path = write_points(tmp_path / 'steps.csv', points, columns)
-    [steps] = compare(path, free, steps=STEPS).quantities
-    assert steps.name == 'step_length_m'
-    assert steps.agreement.bias == pytest.approx(-1e-9, rel=1e-6, abs=0.0)
-    with pytest.raises(StickSlipError, match='a held runner has a force, a free one'):
-        compared(path, 'model')
+    for stand in (free, Parameters()):  # whose runner is taken to be free, as a fit does
+        comparison = compare(path, stand, steps=STEPS)
+        [steps] = comparison.quantities
+        assert steps.name == 'step_length_m'
+        assert steps.agreement.bias == pytest.approx(-1e-9, rel=1e-6, abs=0.0)
+        assert comparison.b.changed == {'load_cell.contact': 'absent'}
+    forces = write_points(tmp_path / 'forces.csv', [(0.1, 1e-7, 0.02)], (*columns[:2], 'force_n'))
+    refused(forces, path, 'a held runner has a force, a free one steps')
+    with pytest.raises(StickSlipError, match='without the force that was seen'):
+        compare(forces, free)
 
 
 def refused(a, b, message, **shift):

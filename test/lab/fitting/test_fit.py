@@ -290,7 +290,7 @@ def test_too_few_points_are_refused(truth, known, count, least):
 @pytest.mark.parametrize(
     ('changes', 'message'),
     [
-        ({'load_cell.contact': 'absent'}, "load_cell.contact 'absent' is without a force to fit"),
+        ({'load_cell.contact': 'absent'}, "load_cell.contact 'absent' is without the force that"),
         ({'stand.preload_end': 0.3}, 'stand.preload_end 0.3 N is not 0 in a fit'),
         ({'amplifier.voltage_max': 200.0}, 'amplitude 1.4e-07 m is above the 1.06667e-07 m'),
     ],
