@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip_ros.errors import OutOfRange, WrongKind
+from stickslip_ros.errors import OutOfRange, StickSlipError, WrongKind
 from stickslip_ros.instrument.commands import (
     JOINT,
     WAVEFORM_ROWS_MAX,
@@ -32,7 +32,7 @@ from stickslip_ros.interface.feed import Packed
 from stickslip_ros.interface.topics import COMMAND_TOPICS, Topic
 from stickslip_ros.message_types import FLOAT64, FLOAT64_ARRAY, INT32, JOINT_STATE
 from stickslip_ros.parameters.typed import to_si
-from stickslip_ros.units import NS_PER_S
+from stickslip_ros.units import NS_PER_S, quantity
 
 _NAME_MAX = 1000
 """Characters of the name of a frame, or of a joint, in a message."""
@@ -137,7 +137,8 @@ def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
     labels = [label.partition(' ')[::2] for label in command.numbers]
     wanted = ', '.join(command.numbers) or 'no numbers'
     hint = f'{command.name} takes {wanted}' + ', row after row' * command.is_table
-    count = max(len(words), len(labels)) if command.is_table else len(labels)
+    rows = -(-len(words) // len(labels)) if command.is_table else 1
+    count = max(rows, 1) * len(labels)
     rest = {JOINT: math.nan}.get(command.name, 0.0 if command.frame else None)
     numbers: list[float | None] = [rest] * count
     for k, word in enumerate(words):
@@ -147,12 +148,24 @@ def typed_numbers(command: Command, words: Sequence[str]) -> list[float]:
         if place >= count:
             raise WrongKind(f'{command.name} number', word, 'one of its numbers', hint)
         label, unit = labels[place % len(labels)]
-        is_bare = unit[:1].isdigit()  # wanted 0 or 1
         text = re.sub(r'(?<=\d),(?=\d)', '.', text)
-        numbers[place] = to_si(number_name(command.name, label), text, '' if is_bare else unit)
-    if None in numbers:
-        raise WrongKind(f'{command.name} numbers', list(words), 'all of them', hint)
+        numbers[place] = _typed_number(number_name(command.name, label), text, unit)
+    lacking = ', '.join(labels[k % len(labels)][0] for k, n in enumerate(numbers) if n is None)
+    if lacking:
+        raise StickSlipError(f'{hint}; nothing is given for {lacking}')
     return [number for number in numbers if number is not None]
+
+
+def _typed_number(name: str, text: str, unit: str) -> float:
+    """Return a number as it is typed; what has no unit is a count, or a choice of ``0 or 1``."""
+    if unit and not unit[0].isdigit():
+        return to_si(name, text, unit)
+    number = quantity(text, '')
+    if unit and number not in {0.0, 1.0}:
+        raise WrongKind(name, text, unit, 'give 1 for on, 0 for off')
+    if number is None or not number.is_integer():
+        raise WrongKind(name, text, 'a whole number', 'give one such as 42')
+    return number
 
 
 def _column(label: str) -> str:

@@ -5,10 +5,10 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from stickslip_ros.errors import StickSlipError
+from stickslip_ros.errors import OutOfRange, StickSlipError
 from stickslip_ros.instrument.commands import typed_command
 from stickslip_ros.instrument.reports import Result, Status
-from stickslip_ros.interface.requests import typed_numbers
+from stickslip_ros.interface.requests import BY_TOPIC, pack_command, typed_numbers
 from stickslip_ros.lab.cli.printing import Answer
 from stickslip_ros.message_types import SET_BOOL
 from stickslip_ros.ros.executable import stay_on_this_host
@@ -23,7 +23,11 @@ ENDED_BY = re.compile(r'by command (\d+)$')
 def command_verb(arguments: argparse.Namespace) -> Answer:
     """Send the command; return how it ended, or refuse with the reason of the drive."""
     command = typed_command(arguments.name)
-    numbers = typed_numbers(command, arguments.numbers)
+    numbers, cycles = typed_numbers(command, arguments.numbers), arguments.cycles
+    if command.has_topic:  # what no message holds needs no drive to be refused
+        pack_command(BY_TOPIC[command.name], numbers, cycles=cycles)
+    if cycles != 1 and not command.is_table:
+        raise OutOfRange('--cycles', cycles, '', f'not for {command.name}', 'leave it out')
     stay_on_this_host()
     context = open_context(namespace=arguments.namespace)
     operator = Operator(context)
@@ -39,7 +43,7 @@ def command_verb(arguments: argparse.Namespace) -> Answer:
                 raise StickSlipError(answer.message)
             return Answer({'command': command.name}, [f'{command.name}: {Result.DONE.name}'])
         is_moving, before = (operator.status or 0) & Status.MOVING, len(operator.events)
-        operator.command(command.name, numbers, arguments.cycles)
+        operator.command(command.name, numbers, cycles)
         if arguments.no_wait:
             operator.shake_hands()  # a later answer: the command has left this process
             return Answer({'command': command.name}, [f'{command.name}: sent'])

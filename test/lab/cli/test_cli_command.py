@@ -46,10 +46,6 @@ def test_services_and_vectors_too(drive_in_domain: Any, capsys: Any):
 
 
 def test_what_the_drive_refuses_is_refused_with_its_reason(drive_in_domain: Any, capsys: Any):
-    for words in (['steps', '1.5'], ['waveform', '0', '0', '1', '0', '--cycles', '9' * 11]):
-        assert main(['command', *words]) == 2
-        [line] = capsys.readouterr().err.splitlines()
-        assert 'is not a whole number from' in line
     assert main(['command', 'voltage', '301']) == 2
     told = capsys.readouterr().err
     assert told.startswith('stickslip: voltage: INVALID_PARAMETER at ')
@@ -83,7 +79,11 @@ def test_a_command_is_known_by_its_first_word(capsys: Any):
 @pytest.mark.parametrize(
     ('name', 'words', 'told'),
     [
-        ('sawtooth', ['300', '500'], r'sawtooth takes amplitude V, frequency Hz, steps'),
+        ('sawtooth', ['300', '500'], r'takes .*, steps; nothing is given for steps$'),
+        ('waveform', ['0s', '0V', '1ms'], r'row after row; nothing is given for voltage$'),
+        ('sawtooth', ['300', '500', '1.5'], r"sawtooth steps '1.5' is not a whole number"),
+        ('steps', ['x'], r"^steps 'x' is not a whole number; give one such as 42$"),
+        ('enable_amplifier', ['2'], r"enable_amplifier wanted '2' is not 0 or 1; give 1 for on"),
         ('sawtooth', ['300', '500', '1', '2'], "sawtooth number '2' is not one of its numbers"),
         ('sawtooth', ['volts=3'], "sawtooth number 'volts=3' is not one of its numbers"),
         ('sawtooth', ['500Hz', '300V', '1'], r'sawtooth amplitude .*500Hz'),
@@ -93,6 +93,23 @@ def test_a_command_is_known_by_its_first_word(capsys: Any):
 def test_numbers_that_do_not_fit_are_refused(name: str, words: list[str], told: str):
     with pytest.raises(StickSlipError, match=told):
         typed_numbers(COMMANDS[name], words)
+
+
+@pytest.mark.parametrize(
+    ('typed', 'told'),
+    [
+        ('steps 1.5', "steps '1.5' is not a whole number"),
+        ('steps 3000000000', 'steps 3e+09 is not a whole number from -2147483648'),
+        (f'waveform 0 0 1 0 --cycles {"9" * 11}', 'cycles 99999999999 is not a whole number from'),
+        ('voltage 10V --cycles 3', '--cycles 3 is not for voltage; leave it out'),
+    ],
+)
+def test_what_no_message_holds_is_refused_without_a_drive(
+    typed: str, told: str, monkeypatch: pytest.MonkeyPatch, capsys: Any
+):
+    monkeypatch.setattr('stickslip_ros.lab.cli.command.open_context', None)  # nobody is asked
+    assert main(['command', *typed.split()]) == 2
+    assert told in capsys.readouterr().err
 
 
 def test_numbers_are_read_in_order_and_by_name():
