@@ -20,7 +20,7 @@ from stickslip_ros.instrument.sensing import Sensing
 from stickslip_ros.instrument.stand import SimulatedStand
 from stickslip_ros.instrument.state_tree import UNCHECKED, read, refusal
 from stickslip_ros.kernels.record import Record
-from stickslip_ros.parameters import FaultParameters, Parameters, to_nanoseconds
+from stickslip_ros.parameters import FaultParameters, Parameters, Scalar, to_nanoseconds
 from stickslip_ros.units import NANO, with_unit
 
 MOVE_DELAYED, AMPLIFIER_ENABLED = int(Status.MOVE_DELAYED), int(Status.AMPLIFIER_ENABLED)
@@ -310,6 +310,11 @@ class Bench:
         self._enabled = wanted
         self.apply_faults(self.faults)
 
+    def change_parameters(self, values: Mapping[str, Scalar]) -> None:
+        """Have other values of live parameters from now on."""
+        self.parameters = self.parameters.updated(values)
+        self.motion.change_parameters(self.parameters, self._observe())
+
     def apply_faults(self, faults: FaultParameters) -> None:
         """Have these faults, and no others, from now on; or refuse them."""
         is_powered = self._enabled and not faults.amplifier_off
@@ -362,6 +367,7 @@ class Bench:
         return Observation(
             time_ns=self.time_ns,
             position_m=self.sensing.position_m,
+            reading_m=self.sensing.reading_m,
             voltage_v=self.stand.voltage_v,
             cycles=0 if self.motion.is_new else self.stand.cycle,
             ramp_s=0.0 if self.motion.is_new else self.stand.ramp_s,
@@ -392,11 +398,18 @@ class Bench:
             self._report(command, result, why)
 
     def _report(
-        self, command: Identity, result: Result, message: str = '', steps: int = 0
+        self,
+        command: Identity,
+        result: Result,
+        message: str = '',
+        steps: int = 0,
+        step_m: float | None = None,
     ) -> None:
-        number, name, stamp_ns = command
-        self._events.append(Event(self.time_ns, number, name, result, steps, message, stamp_ns))
+        number, name, stamp_ns, tag = command
+        self._events.append(
+            Event(self.time_ns, number, name, result, steps, message, stamp_ns, tag, step_m)
+        )
 
 
 def _identity(number: int, request: Request) -> Identity:
-    return Identity(number, request.name, request.stamp_ns)
+    return Identity(number, request.name, request.stamp_ns, request.tag)

@@ -19,7 +19,7 @@ from stickslip_ros.instrument.sensing import CLASSES
 from stickslip_ros.instrument.state_tree import HINT, plain, read, without_gaps
 from stickslip_ros.parameters import Parameters, specs
 
-FORMAT = 6
+FORMAT = 7
 HEAD = ('format', 'version', 'kinds', 'sha256')
 CONTENT = ('parameters', 'state', 'attached')
 SIZE_MAX = 1 << 26

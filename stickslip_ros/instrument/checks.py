@@ -10,7 +10,7 @@ from stickslip_ros.drive.build import slew_of
 from stickslip_ros.drive.records import Wave
 from stickslip_ros.drive.waveform import level, sawtooth, table
 from stickslip_ros.errors import OutOfRange, StickSlipError, UnknownName, WrongKind
-from stickslip_ros.parameters import Parameters, Scalar, spec_of
+from stickslip_ros.parameters import Parameters, Scalar, is_fault, spec_of, specs
 
 STEPS_MAX = 2**31 - 1
 ROWS_MAX = 1_000_000
@@ -159,10 +159,20 @@ def check_preload(parameters: Parameters, force_n: float) -> float:
 def check_faults(_: Parameters, settings: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
     """Return full names of parameters ``fault.*`` and their new values."""
     for name, value in settings.items():
-        if not spec_of(name).live:
+        if not is_fault(name):
             hint = 'name parameters fault.*, but not fault.schedule'
             raise UnknownName('fault', name, hint)
         spec_of(name).check(name, value)
+    return settings
+
+
+def check_live(parameters: Parameters, settings: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
+    """Return full names of live parameters that are no faults, and their new values."""
+    for name in settings:
+        if is_fault(name) or not spec_of(name).live:
+            live = (each for each, spec in specs().items() if spec.live and not is_fault(each))
+            raise UnknownName('live parameter', name, f'use {", ".join(live)}')
+    parameters.updated(settings)
     return settings
 
 

@@ -56,6 +56,8 @@ class Observation(NamedTuple):
         Simulated time.
     position_m : float
         Mean position reading of the block, m; not a number without a sensor.
+    reading_m : float or None
+        Last position reading of the block, m; None where there is none.
     voltage_v : float
         Voltage at the piezo.
     cycles : int
@@ -69,6 +71,7 @@ class Observation(NamedTuple):
 
     time_ns: int
     position_m: float
+    reading_m: float | None
     voltage_v: float
     cycles: int
     ramp_s: float
@@ -135,6 +138,17 @@ class ClosedLoop:
         """Remember what was read from a file."""
         self._loop.recall(values.pop('_loop'))
         vars(self).update(values)
+
+    @property
+    def step_m(self) -> float | None:
+        """Length of a step, m, as learned from readings; None before."""
+        return self._loop.learned_m
+
+    def change_parameters(self, parameters: Parameters) -> None:
+        """Have other values of live parameters from now on."""
+        if not (self._parameters.closed_loop.velocity or self.goal.direction or self.holds):
+            self._set_point_m = math.nan  # it was at the target, and starts from the runner
+        self._parameters = parameters
 
     def pursue(self, goal: Goal, observation: Observation) -> bool:
         """

@@ -35,8 +35,8 @@ from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 
 WAVEFORM_ROWS_MAX = 100_000
 """Rows that a message may have; a measured voltage that is replayed from a file may be longer."""
-FAULT = 'fault'
-"""The command that takes names and values in place of numbers."""
+FAULT, PARAMETERS = 'fault', 'parameters'
+"""The commands that take names and values in place of numbers."""
 JOINT = 'joint'
 """The command that takes joints in place of numbers."""
 
@@ -54,7 +54,7 @@ class Request:
         Its numbers, in the order of the topic; rows of a waveform one after another. An
         ``array.array`` where there may be many.
     settings : tuple of (str, value)
-        Of ``fault``: full names of parameters ``fault.*`` and their new values.
+        Of ``fault`` and ``parameters``: full names of parameters and their new values.
     stamp_ns : int
         Stamp in the header of its message; 0 where its sender gave none.
     frame_id : str
@@ -63,6 +63,8 @@ class Request:
         Of ``joint``: what is asked of which joint.
     cycles : int
         Of ``waveform``: how often it is played; 0 repeats until replaced.
+    tag : str
+        Word of its sender that comes back in its events; empty for none.
 
     """
 
@@ -73,11 +75,12 @@ class Request:
     frame_id: str = ''
     joints: Joints = NOTHING
     cycles: int = 1
+    tag: str = ''
 
     @property
     def size(self) -> int:
         """Numbers and characters that it holds, as a measure of its memory."""
-        texts = self.frame_id, *self.joints.names
+        texts = self.frame_id, self.tag, *self.joints.names
         return len(self.values) + sum(map(len, (*texts, *self.joints)))
 
 
@@ -113,6 +116,9 @@ class Instrument(Protocol):
 
     def apply_faults(self, faults: FaultParameters) -> None:
         """Have these faults and no others."""
+
+    def change_parameters(self, values: Mapping[str, Scalar]) -> None:
+        """Have other values of live parameters."""
 
 
 class Accepted(NamedTuple):
@@ -200,8 +206,8 @@ def check_request(request: Request, parameters: Parameters) -> Any:
         raise UnknownName('command', request.name, f'use {", ".join(COMMANDS)}')
     if command.is_table:
         return command.check(parameters, _all_finite(request), request.cycles)
-    if command.name == FAULT:
-        _refuse_numbers(request, 'name the faults and their values')
+    if command.name in (FAULT, PARAMETERS):
+        _refuse_numbers(request, 'give names and values')
         return command.check(parameters, dict(request.settings))
     if command.name == JOINT:
         _refuse_numbers(request, 'give names, positions, velocities')
@@ -314,6 +320,7 @@ def zero_position(bench: Instrument, accepted: Accepted) -> Result:
     """Make the present position reading 0; a closed loop would hold another place, and ends."""
     if bench.motion.status_bits & Status.CLOSED_LOOP:
         bench.end_move(f'position zeroed by command {accepted.command.number}')
+    bench.motion.forget_start()
     bench.sensing.interferometer.zero()
     return Result.DONE
 
@@ -333,6 +340,12 @@ def enable_amplifier(bench: Instrument, accepted: Accepted) -> Result:
 def clear_faults(bench: Instrument, _: Accepted) -> Result:
     """End every fault; those of the schedule come again at their times."""
     bench.apply_faults(FaultParameters(schedule=bench.faults.schedule))
+    return Result.DONE
+
+
+def set_parameters(bench: Instrument, accepted: Accepted) -> Result:
+    """Change live parameters, by their names."""
+    bench.change_parameters(accepted.value)
     return Result.DONE
 
 
@@ -388,6 +401,8 @@ _ROWS = (
             'end every fault, by parameter or schedule'),
     Command(FAULT, '', (), checks.check_faults, set_faults,
             'faults by name and value; they come by parameter or schedule'),
+    Command(PARAMETERS, '', (), checks.check_live, set_parameters,
+            'live parameters by name and value, when they were set'),
 )
 # fmt: on
 COMMANDS: Mapping[str, Command] = {command.name: command for command in _ROWS}

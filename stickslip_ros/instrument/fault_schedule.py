@@ -9,10 +9,10 @@ from pathlib import Path
 from stickslip_ros.errors import OutOfRange, RecordingError, UnknownName, WrongKind
 from stickslip_ros.files import read_text
 from stickslip_ros.instrument.commands import Request, TimedRequest
-from stickslip_ros.parameters import Scalar, read_yaml, spec_of, specs, to_nanoseconds
+from stickslip_ros.parameters import Scalar, is_fault, read_yaml, spec_of, specs, to_nanoseconds
 
 _PREFIX = 'fault.'
-FAULTS = tuple(name for name, spec in specs().items() if spec.live)
+FAULTS = tuple(filter(is_fault, specs()))
 """Full names of the faults, in the order of declaration."""
 FORM = 'write - {at: 0.5, set: {fault.interferometer: freeze}} or - {at: 1.0, clear: true}'
 

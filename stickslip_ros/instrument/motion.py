@@ -42,12 +42,15 @@ class Running:
         What it follows; None in closed loop, which finds out on the way.
     steps : int
         Steps that a jog made at its earlier rates.
+    start_m : float or None
+        Position reading at its start, m; None where there was none, or steps have no one length.
 
     """
 
     command: Identity
     wave: Wave | None
     steps: int = 0
+    start_m: float | None = None
 
     @property
     def direction(self) -> int:
@@ -61,8 +64,8 @@ class Running:
         return self.direction != 0 or (self.wave is not None and repeats(self.wave))
 
 
-Report = Callable[[Identity, Result, str, int], None]
-"""Receives the end of a move: its command, result, reason, steps."""
+Report = Callable[[Identity, Result, str, int, float | None], None]
+"""Receives the end of a move: its command, result, reason, steps and their length, m."""
 
 
 class Motion:
@@ -109,7 +112,7 @@ class Motion:
         loop = values.pop('_loop')
         vars(self).update(values)
         if loop is not None:
-            start = Observation(0, 0.0, 0.0, 0, 0.0, arrived=True)
+            start = Observation(0, 0.0, 0.0, 0.0, 0, 0.0, arrived=True)
             self._loop = ClosedLoop(self._parameters, loop['goal'], start)
             self._loop.recall(loop)
 
@@ -147,7 +150,7 @@ class Motion:
         if len(wave.rows) and goes_on:
             wave = after(before, observation.ramp_s, wave)
         self._make_way(command, observation)
-        self._running = Running(command, wave)
+        self._running = Running(command, wave, start_m=observation.reading_m)
         self._follow(wave)
         self._stop_beyond_soft_limit(observation)
 
@@ -159,7 +162,7 @@ class Motion:
     def pursue(self, command: Identity, goal: Goal, observation: Observation) -> None:
         """Give a new goal to the closed loop of this command; without one, close the loop."""
         running, loop = self._running, self._loop
-        if running is None or loop is None or running.command.name != command.name:
+        if running is None or loop is None or not _continues(running.command, command):
             self._make_way(command, observation)
             self._close_loop(command, goal, observation)
         else:
@@ -169,6 +172,23 @@ class Motion:
                 self._running = replace(running, command=command)
         self._renewed_ns = observation.time_ns
         self._stop_beyond_soft_limit(observation)
+
+    def change_parameters(self, parameters: Parameters, observation: Observation) -> None:
+        """Have other values of live parameters; a target that they exclude is given up."""
+        self._parameters = parameters
+        if self._loop is None:
+            return
+        self._loop.change_parameters(parameters)
+        target_m, limits = self._loop.goal.position_m, parameters.limits
+        is_inside = target_m is None or limits.soft_min <= target_m <= limits.soft_max
+        if limits.has_soft_limits and not is_inside and not self._loop.holds:
+            why = f'the target {target_m:g} m is outside the soft limits, which have changed'
+            self.end(Outcome(Result.RANGE_LIMIT_REACHED, why), observation)
+
+    def forget_start(self) -> None:
+        """Know no longer where the running move began: the position has another zero."""
+        if self._running is not None:
+            self._running = replace(self._running, start_m=None)
 
     def _close_loop(self, command: Identity, goal: Goal, observation: Observation) -> None:
         self._running = Running(command, None)
@@ -180,10 +200,10 @@ class Motion:
         running = self._running
         if running is None or running.command.name != command.name:
             if wave is None:
-                self._report(command, Result.DONE, 'no jog was running', 0)
+                self._report(command, Result.DONE, 'no jog was running', 0, None)
                 return
             self._make_way(command, observation)
-            self._running = Running(command, wave)
+            self._running = Running(command, wave, start_m=observation.reading_m)
             self._follow(wave)
         elif wave is None:
             self._come_to_rest(f'ended by command {command.number}', observation)
@@ -191,7 +211,9 @@ class Motion:
         elif wave[RAMP_FIELDS] != self.wave[RAMP_FIELDS]:
             self.replaced += 1
             steps = running.steps + observation.cycles
-            self._running = replace(running, wave=wave, steps=steps)
+            changed = replace(running, wave=wave, steps=steps)
+            turns = changed.direction != running.direction
+            self._running = replace(changed, start_m=None) if turns else changed
             self._follow(wave)
         self._renewed_ns = observation.time_ns
         self._stop_beyond_soft_limit(observation)
@@ -224,18 +246,21 @@ class Motion:
             self._failed = Status.MOVEMENT_FAILED | FAILURES[outcome.result]
         if loop is None:
             steps = running.steps + observation.cycles if running.is_cyclic else 0
-            self._report(running.command, outcome.result, outcome.why, steps)
+            start_m, end_m, step_m = running.start_m, observation.reading_m, None
+            if running.direction and steps and start_m is not None and end_m is not None:
+                step_m = running.direction * (end_m - start_m) / steps
+            self._report(running.command, outcome.result, outcome.why, steps, step_m)
         elif not loop.holds:
-            self._report(running.command, outcome.result, outcome.why, 0)
+            self._report(running.command, outcome.result, outcome.why, 0, loop.step_m)
         elif outcome.result in FAILURES:
             hold = running.command._replace(name=_HOLD)
-            self._report(hold, outcome.result, outcome.why, 0)
+            self._report(hold, outcome.result, outcome.why, 0, loop.step_m)
 
     def _make_way(self, command: Identity, observation: Observation) -> None:
-        """End the running move; not reported of a set-point that gives way to the next."""
+        """End the running move; not reported of a set-point that its sender replaces."""
         running, loop = self._running, self._loop
-        name = command.name
-        if running is None or running.command.name != name or name not in _SET_POINTS:
+        is_next = running is not None and _continues(running.command, command)
+        if not is_next or command.name not in _SET_POINTS:
             why = f'replaced by command {command.number}'
             self.end(Outcome(Result.ABORTED, why), observation)
         else:
@@ -261,7 +286,7 @@ class Motion:
         if outcome.result is not Result.DONE:
             self.end(outcome, observation)
         elif self._running is not None and not held:
-            self._report(self._running.command, Result.DONE, '', 0)
+            self._report(self._running.command, Result.DONE, '', 0, loop.step_m)
             if not self._parameters.closed_loop.hold:
                 self._running = self._loop = None
 
@@ -282,3 +307,8 @@ class Motion:
         cycles = 0 if self.is_new else observation.cycles
         self.end(Outcome(Result.RANGE_LIMIT_REACHED, why), observation._replace(cycles=cycles))
         return True
+
+
+def _continues(running: Identity, command: Identity) -> bool:
+    """Return whether a command is of the topic and the sender of the running one."""
+    return (running.name, running.tag) == (command.name, command.tag)

@@ -99,12 +99,15 @@ class PositionLoop:
         Voltage at the piezo as the loop believes, V.
     is_coarse : bool
         Whether the last decision was a burst of steps or a jump, no scan.
+    learned_m : float or None
+        Way of the reading per step of the last burst that was long enough, m; None before.
 
     """
 
     REMEMBERED: ClassVar[Mapping[str, Any]] = {
         'voltage_v': float,
         'is_coarse': bool,
+        'learned_m': float | None,
         '_step_m': float,
         '_burst': range(-BURST_MAX, BURST_MAX + 1),
         '_before_m': float,
@@ -118,6 +121,7 @@ class PositionLoop:
         self.settings = settings
         self.voltage_v = voltage_v
         self.is_coarse = True
+        self.learned_m: float | None = None
         self._step_m = self._stroke_m(settings.step_v)
         self._burst = 0
         self._before_m = 0.0
@@ -227,7 +231,8 @@ class PositionLoop:
         way_m = position_m - self._before_m
         if abs(burst) < LEARN_STEPS or way_m * burst <= 0.0:
             return
-        self._set_step(way_m / burst)
+        self.learned_m = way_m / burst
+        self._set_step(self.learned_m)
 
     def _set_step(self, step_m: float) -> None:
         stroke_m = self._stroke_m(self.settings.step_v)

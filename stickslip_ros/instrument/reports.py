@@ -78,12 +78,15 @@ class Identity(NamedTuple):
         What follows ``command/`` or ``~/`` in the name of its topic or service.
     stamp_ns : int
         Stamp in the header of its message; 0 where its sender gave none.
+    tag : str
+        Word that its sender gave it; empty for none.
 
     """
 
     number: int
     name: str
     stamp_ns: int = 0
+    tag: str = ''
 
 
 @dataclass(frozen=True)
@@ -107,6 +110,11 @@ class Event:
         Why it was refused or aborted.
     stamp_ns : int
         Stamp that its sender gave; 0 for none.
+    tag : str
+        Word that its sender gave; empty for none.
+    step_m : float or None
+        Way of the position reading per step, in the direction of the steps, m: of saw-teeth the
+        mean, of a closed loop what it has learned; None where there is none.
 
     """
 
@@ -117,10 +125,12 @@ class Event:
     steps: int = 0
     message: str = ''
     stamp_ns: int = 0
+    tag: str = ''
+    step_m: float | None = None
 
     def to_json(self) -> str:
         """Return the event as the text of ``~/event``: the reason first, some tools cut a text."""
-        content = {
+        content: dict[str, Any] = {
             'message': self.message,
             'result': self.result.name,
             'command': self.command,
@@ -130,13 +140,19 @@ class Event:
         }
         if self.stamp_ns:
             content['stamp_ns'] = self.stamp_ns
+        if self.tag:
+            content['tag'] = self.tag
+        if self.step_m is not None:
+            content['step_m'] = self.step_m
         return json.dumps(content)
 
 
 _KINDS: dict[str, type] = {
-    **dict.fromkeys(('message', 'result', 'command'), str),
+    **dict.fromkeys(('message', 'result', 'command', 'tag'), str),
     **dict.fromkeys(('number', 'steps', 'time_ns', 'stamp_ns'), int),
+    'step_m': float,
 }
+_OPTIONAL = ('stamp_ns', 'tag', 'step_m')
 EVENT_MAX = 10_000
 """Characters of an event: its message quotes of a long value the beginning."""
 INT64_END = 2**63
@@ -146,11 +162,15 @@ def read_event(text: str) -> dict[str, Any] | None:
     """Return what a text of ``~/event`` says, by names of `Event`; None if it is none of ours."""
     try:
         content = json.loads(text if len(text) <= EVENT_MAX else '')
-        event = {name: content[name] for name in _KINDS if name != 'stamp_ns' or name in content}
+        event = {
+            name: content[name] for name in _KINDS if name not in _OPTIONAL or name in content
+        }
     except (ValueError, RecursionError, TypeError, KeyError):
         return None
     for name, value in event.items():
-        if type(value) is not _KINDS[name] or (type(value) is int and abs(value) >= INT64_END):
+        if type(value) is not _KINDS[name]:
+            return None
+        if isinstance(value, int | float) and not abs(value) < INT64_END:  # or not a number
             return None
     return event
 

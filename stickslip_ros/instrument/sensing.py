@@ -1,5 +1,6 @@
 """The sensors of the stand: truth in, readings out."""
 
+import math
 from collections.abc import Mapping
 from importlib import import_module
 from typing import Any, ClassVar
@@ -33,7 +34,11 @@ def fill_times(trace: Array, start_ns: int, sample_ns: int) -> None:
 class Sensing:
     """All sensors, each under its name; those that are not there remember rest."""
 
-    REMEMBERED: ClassVar[Mapping[str, Any]] = {**CLASSES, '_faults': FaultParameters}
+    REMEMBERED: ClassVar[Mapping[str, Any]] = {
+        **CLASSES,
+        '_faults': FaultParameters,
+        'reading_m': float | None,
+    }
     interferometer: Interferometer
     load_cell: Reader
 
@@ -46,6 +51,7 @@ class Sensing:
         self._readers: list[Reader] = [getattr(self, row.name) for row in there[::-1]]
         self._sample_ns = parameters.sample_ns
         self._faults = FaultParameters()
+        self.reading_m: float | None = 0.0  # position at the end of the last block, if known
 
     @property
     def position_m(self) -> float:
@@ -57,10 +63,12 @@ class Sensing:
         for reader in self._readers:
             reader.reset()
         self._faults = FaultParameters()
+        self.reading_m = 0.0
 
     def recall(self, values: dict[str, Any]) -> None:
         """Remember what was read from a file."""
         self._break_down(values.pop('_faults'))
+        self.reading_m = values.pop('reading_m')
         for name, memory in values.items():
             getattr(self, name).recall(memory)
 
@@ -74,7 +82,10 @@ class Sensing:
         fill_times(trace, time_ns - len(trace) * self._sample_ns, self._sample_ns)
         for reader in self._readers:
             reader.read(trace)
-        return Readings(time_ns, voltage_v, trace, truth)
+        readings = Readings(time_ns, voltage_v, trace, truth)
+        position_m = readings.position_m
+        self.reading_m = position_m if math.isfinite(position_m) else None
+        return readings
 
     def _break_down(self, faults: FaultParameters) -> None:
         self._faults = faults

@@ -42,6 +42,8 @@ BY_TOPIC = {topic.request: topic for topic in COMMAND_TOPICS if topic.recorded}
 """Topic of each request that comes over one."""
 CYCLE = 'cycle'
 """Label of a first axis of a table, whose size is how often it is played."""
+TAG = '#'
+"""What follows it in the frame of a header, or in the label of a first axis, is a tag."""
 NOTES = 'request'
 """Key of the topic that reports every other request."""
 INT32_MAX, UINT32_MAX = 2**31 - 1, 2**32 - 1
@@ -52,18 +54,34 @@ def pack_request(request: Request, time_ns: int) -> Packed:
     topic = BY_TOPIC.get(request.name)
     if topic is not None:
         if topic.type_name == JOINT_STATE:
-            joints = m.JointMessage(request.stamp_ns, request.frame_id, *request.joints)
+            frame = tagged(request.frame_id, request.tag)
+            joints = m.JointMessage(request.stamp_ns, frame, *request.joints)
             return Packed(topic.key, time_ns, pack_joints(joints))
         data = pack_command(
-            topic, request.values, request.stamp_ns, request.frame_id, request.cycles
+            topic,
+            request.values,
+            request.stamp_ns,
+            request.frame_id,
+            request.cycles,
+            request.tag,
         )
         return Packed(topic.key, time_ns, data)
     content = {'name': request.name, 'values': request.values, 'settings': dict(request.settings)}
     return Packed(NOTES, time_ns, pack_string(json.dumps(content)))
 
 
+def tagged(name: str, tag: str) -> str:
+    """Return the name of a frame or an axis, with a tag if there is one."""
+    return f'{name}{TAG}{tag}' if tag else name
+
+
 def pack_command(
-    topic: Topic, values: Any, stamp_ns: int = 0, frame_id: str = '', cycles: int = 1
+    topic: Topic,
+    values: Any,
+    stamp_ns: int = 0,
+    frame_id: str = '',
+    cycles: int = 1,
+    tag: str = '',
 ) -> bytes:
     """
     Return the message of a command topic.
@@ -81,11 +99,13 @@ def pack_command(
         Frame, where the message has one; empty is none.
     cycles : int
         Of a table: how often it is played; 0 repeats until replaced.
+    tag : str
+        Word that comes back in its events, where the message has a header or a layout.
 
     Raises
     ------
     WrongKind
-        If these are no numbers, or the message has not as many.
+        If these are no numbers, the message has not as many, or no room for a tag.
     OutOfRange
         If one is not whole, or too large, where the message holds 32 bits.
 
@@ -98,22 +118,27 @@ def pack_command(
     if topic.type_name != FLOAT64_ARRAY and not 1 <= len(numbers) <= len(topic.numbers):
         few = numbers[:8].tolist()
         raise WrongKind(topic.request, few, f'1 to {len(topic.numbers)} numbers', wanted)
-    if topic.type_name == FLOAT64:
-        return pack_float64(*numbers)
-    if topic.type_name == INT32:
+    if topic.type_name in (FLOAT64, INT32):
+        if tag:
+            hint = 'leave it out, or send a saw-tooth, a waveform, a position or a joint'
+            raise WrongKind(f'tag of {topic.request}', tag, 'none: it has no room', hint)
+        if topic.type_name == FLOAT64:
+            return pack_float64(*numbers)
         return pack_int32(_whole(topic.request, numbers[0], -INT32_MAX - 1, INT32_MAX))
     if topic.type_name in m.STAMPED_FIELDS:
         rest = (0.0,) * (len(topic.numbers) - len(numbers))
-        return pack_stamped(stamp_ns, frame_id, (*numbers, *rest))
+        return pack_stamped(stamp_ns, tagged(frame_id, tag), (*numbers, *rest))
     if topic.type_name == JOINT_STATE:
         arrays = ((float(number),) for number in numbers)
-        return pack_joints(m.JointMessage(stamp_ns, frame_id, (), *arrays))
+        return pack_joints(m.JointMessage(stamp_ns, tagged(frame_id, tag), (), *arrays))
     columns = ','.join(map(_column, topic.numbers))
-    front = () if cycles == 1 else ((CYCLE, _whole(CYCLE + 's', cycles, 0, UINT32_MAX)),)
-    if topic.is_table and len(numbers) % len(topic.numbers) == 0:
-        rows = numbers.reshape(-1, len(topic.numbers))
-        return pack_float64_array(rows, ('row', columns), front)
-    return pack_float64_array(numbers, (columns,), front)
+    if not topic.is_table:
+        return pack_float64_array(numbers, (tagged(columns, tag),))
+    cycle = tagged(CYCLE, tag), _whole(CYCLE + 's', cycles, 0, UINT32_MAX)
+    front = () if cycle == (CYCLE, 1) else (cycle,)
+    is_whole = len(numbers) % len(topic.numbers) == 0
+    rows = numbers.reshape(-1, len(topic.numbers)) if is_whole else numbers
+    return pack_float64_array(rows, ('row', columns) if is_whole else (columns,), front)
 
 
 def _whole(name: str, value: Any, low: int, high: int) -> int:
@@ -190,24 +215,28 @@ def read_request(topic: Topic, data: bytes) -> Request:
     """
     message = unpack(topic.type_name, data)
     values: Sequence[float]
-    cycles = 1
+    cycles, tag = 1, ''
     if isinstance(message, m.StampedMessage):
         stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
-        return Request(topic.request, message.values, stamp_ns=stamp_ns, frame_id=message.frame_id)
+        frame_id, _, tag = message.frame_id.partition(TAG)
+        return Request(topic.request, message.values, (), stamp_ns, frame_id, tag=tag)
     if isinstance(message, m.JointMessage):
         stamp_ns = _checked_stamp_ns(topic, message.stamp_ns)
-        joints = Joints(*message[2:])
-        return Request(topic.request, stamp_ns=stamp_ns, frame_id=message.frame_id, joints=joints)
+        frame_id, _, tag = message.frame_id.partition(TAG)
+        return Request(
+            topic.request, (), (), stamp_ns, frame_id, joints=Joints(*message[2:]), tag=tag
+        )
     if isinstance(message, m.ArrayMessage):
+        axis, _, tag = ''.join(message.labels[:1]).partition(TAG)
         if topic.is_table:
-            if message.labels[:1] == (CYCLE,):
+            if axis == CYCLE:
                 cycles = message.sizes[0]
-            _check_layout(topic, message)
+            _check_layout(topic, message, first=int(axis == CYCLE))
         values = array('d', message.data.tobytes())
     else:
         assert isinstance(message, int | float)
         values = (float(message),)
-    return Request(topic.request, values, cycles=cycles)
+    return Request(topic.request, values, cycles=cycles, tag=tag)
 
 
 def receive_request(topic: Topic, data: bytes) -> Request:
@@ -222,7 +251,7 @@ def receive_request(topic: Topic, data: bytes) -> Request:
 
     """
     request = read_request(topic, data)
-    for name in (request.frame_id, *request.joints.names):
+    for name in (request.frame_id, request.tag, *request.joints.names):
         if len(name) > _NAME_MAX:
             limit = f'longer than {_NAME_MAX} characters'
             hint = 'give the name that the drive has, or none'
@@ -248,10 +277,9 @@ def _checked_stamp_ns(topic: Topic, stamp_ns: int) -> int:
     return stamp_ns
 
 
-def _check_layout(topic: Topic, message: m.ArrayMessage) -> None:
-    """Refuse a table whose layout is given and is not that of rows in order."""
+def _check_layout(topic: Topic, message: m.ArrayMessage, first: int) -> None:
+    """Refuse a table whose layout, from a first axis on, is not that of rows in order."""
     count, width = message.data.size, len(topic.numbers)
-    first = int(message.labels[:1] == (CYCLE,))
     sizes, strides = list(message.sizes[first:]), list(message.strides[first:])
     # What is not made of rows may say so: whoever counts the numbers refuses it.
     fits = sizes == [count // width, width] if count % width == 0 else sizes == [count]

@@ -180,12 +180,15 @@ TOPICS = (
           pace='sim.joint_states_rate', switches=('sim.joint_states_rate',), overridable=STREAMED),
     Topic('~/status', UINT32, LATCHED, 'status bits, when they change'),
     Topic('~/event', STRING, EVENTS,
-          "JSON: a command's end and its result; stamp_ns if its sender gave a stamp",
+          "JSON: a command's end and its result; stamp_ns and tag if its sender gave them, step_m of "
+          'steps',
           overridable=QUEUED),
     Topic('~/request', STRING, EVENTS,
           'JSON: what came by service, parameter or schedule, when it took effect',
           overridable=QUEUED),
-    Topic('~/info', STRING, LATCHED, 'JSON: parameters, units, versions, time origin'),
+    Topic('~/info', STRING, LATCHED,
+          'JSON: parameters, units, versions, time origin; anew when a live parameter that is no '
+          'fault is set'),
     Topic('/diagnostics', 'diagnostic_msgs/msg/DiagnosticArray', SELDOM,
           'real-time factor, lateness, overruns and why (computing, waiting for a processor or '
           'the interpreter; nan where Linux does not tell), refusals, recorder, faults; in every '

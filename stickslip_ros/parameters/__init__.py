@@ -26,6 +26,7 @@ from stickslip_ros.parameters.sensors import (
 )
 from stickslip_ros.parameters.tree import (
     Parameters,
+    is_fault,
     parse_assignments,
     spec_of,
     specs,
@@ -64,6 +65,7 @@ __all__ = [
     'describe',
     'dump_yaml',
     'format_value',
+    'is_fault',
     'load_values',
     'load_yaml',
     'parse_assignments',

@@ -117,6 +117,7 @@ class ClosedLoopParameters(Checked):
         'm/s',
         'velocity at which the set point goes to the target; 0 is as fast as the steps go',
         bounds=(0.0, 1.0),
+        live=True,
     )
     gain: float = quantity(
         100.0,
@@ -136,8 +137,11 @@ class LimitsParameters(Checked):
         'm',
         'lowest position reading of a move; no soft limits where both are 0',
         bounds=(-1.0, 1.0),
+        live=True,
     )
-    soft_max: float = quantity(0.0, 'm', 'highest position reading of a move', bounds=(-1.0, 1.0))
+    soft_max: float = quantity(
+        0.0, 'm', 'highest position reading of a move', bounds=(-1.0, 1.0), live=True
+    )
     following_error: float = quantity(
         0.0, 'm', 'largest distance from the set point in closed loop; 0 is any', bounds=(0.0, 1.0)
     )
@@ -183,8 +187,8 @@ class FrameIdParameters(Checked):
     def check_together(self) -> None:
         """Refuse what tf2 takes for no frame."""
         for name, frame_id in vars(self).items():
-            if not frame_id or frame_id.startswith('/') or not frame_id.isprintable():
-                hint = 'write one such as left/stage_base, without a slash in front'
+            if not frame_id.isprintable() or frame_id[:1] in ('', '/') or '#' in frame_id:
+                hint = 'write one such as left/stage_base, without a slash in front, without #'
                 raise WrongKind(f'frame_id.{name}', frame_id, 'a name of a frame', hint)
 
 

@@ -170,6 +170,11 @@ def spec_of(name: str) -> Spec:
     return find(_SPECS, name, 'see docs/reference/parameters.md')
 
 
+def is_fault(name: str) -> bool:
+    """Return whether a parameter is a fault that comes and goes while the drive runs."""
+    return name.startswith('fault.') and spec_of(name).live
+
+
 def parse_assignments(
     assignments: Iterable[str], form: str = '--set group.name=value'
 ) -> dict[str, str]:

@@ -184,7 +184,11 @@ class ReportingBench:
                 self._publish(packed)
             if self.writer is not None:
                 self.writer.write(packed)
+        before = self.bench.parameters
         self.bench.accept(request)
+        if self.bench.parameters is not before:  # the present ones, as a part to come begins
+            info = pack_string(info_json(self.bench.parameters, self.time_origin_ns))
+            self._tell(Packed('info', self.bench.time_ns, info))
 
     def advance_bench(self, until_ns: int) -> Output:
         """Advance without a report; a recording whose part is full first goes on in the next."""
@@ -194,7 +198,9 @@ class ReportingBench:
 
     def report(self, output: Output) -> None:
         """Publish and write what an update of the bench has given."""
-        packed = [*self._feed.pack(output, self.time_origin_ns)]
+        self._tell(*self._feed.pack(output, self.time_origin_ns))
+
+    def _tell(self, *packed: Packed) -> None:
         for each in packed:
             self._publish(each)
         if self.writer is not None:

@@ -146,7 +146,7 @@ class DriveClient:
         self._subscriptions: list[tuple[Topic, Any]] = []
         self._services: dict[str, Client] = {}
 
-    def command(self, name: str, value: Any, cycles: int = 1) -> None:
+    def command(self, name: str, value: Any, cycles: int = 1, tag: str = '') -> None:
         """
         Send a command.
 
@@ -159,6 +159,8 @@ class DriveClient:
             ``('voltage', 150.0)``, ``('sawtooth', (300.0, 500.0, 10.0))``, ``('waveform', rows)``.
         cycles : int
             How often a waveform is played; 0 repeats until replaced.
+        tag : str
+            Word that comes back in its events, of a command with a header or a layout.
 
         Raises
         ------
@@ -166,7 +168,7 @@ class DriveClient:
             If there is no such command.
 
         """
-        self.send(name, pack_command(command_topic(name), value, cycles=cycles))
+        self.send(name, pack_command(command_topic(name), value, cycles=cycles, tag=tag))
 
     def send(self, name: str, message: Any) -> None:
         """Send any message on ``command/NAME``: for example one that the drive must refuse."""
@@ -285,9 +287,9 @@ class LockstepClient(DriveClient):
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timer = node.create_timer(BEGIN_PERIOD_S, self._begin, clock=clock)
 
-    def command(self, name: str, value: Any, cycles: int = 1) -> None:
+    def command(self, name: str, value: Any, cycles: int = 1, tag: str = '') -> None:
         """Send a command as every client does; grants are sent by themselves."""
-        super().command(command_topic(name, but='grant').request, value, cycles)
+        super().command(command_topic(name, but='grant').request, value, cycles, tag)
 
     def is_connected(self) -> bool:
         """Return whether each topic of a drive in lockstep has its other end."""

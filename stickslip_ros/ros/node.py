@@ -18,7 +18,7 @@ from rclpy.service import Service
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.instrument.bench import Bench
-from stickslip_ros.instrument.commands import Request
+from stickslip_ros.instrument.commands import FAULT, PARAMETERS, Request
 from stickslip_ros.instrument.compilation import KERNELS, progress_reporter
 from stickslip_ros.interface.cdr import pack_string, pack_uint32
 from stickslip_ros.interface.channels import Channel
@@ -40,9 +40,9 @@ from stickslip_ros.ros.parameter_bridge import (
     check_clock,
     declare_parameters,
     differ_when_built,
+    fault_defaults,
     hand_over_overrides,
     judge_changes,
-    live_defaults,
     live_settings,
     read_parameters,
 )
@@ -287,14 +287,20 @@ class StickSlipDrive(ReloadableNode, LifecycleNode):
             self.get_logger().warning(lines.popleft())
 
     def _after_parameters(self, changes: list[Parameter]) -> None:
-        """Hand changed faults to the drive; those put back by ~/clear_faults are known to it."""
-        settings = live_settings(changes)
-        if settings and self._session is not None and not self._is_putting_back:
-            self._session.submit(Request('fault', settings=settings), AT_ONCE)
+        """Hand live ones to the drive; faults put back by ~/clear_faults are known to it."""
+        session = self._session
+        if session is None:
+            return
+        faults, others = live_settings(changes)
+        if faults and not self._is_putting_back:
+            session.submit(Request(FAULT, settings=faults), AT_ONCE)
+        if others:
+            session.parameters = session.parameters.updated(dict(others))
+            session.submit(Request(PARAMETERS, settings=others), AT_ONCE)
 
     def _clear_faults(self, session: Session, _: Any) -> str:
         await_reply(session.submit(Request('clear_faults'), AT_ONCE))
-        changes = live_defaults(self)
+        changes = fault_defaults(self)
         if changes:
             self._is_putting_back = True
             self.set_parameters_atomically(changes)

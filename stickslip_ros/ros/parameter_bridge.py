@@ -19,6 +19,7 @@ from stickslip_ros.parameters import (
     Scalar,
     Spec,
     describe,
+    is_fault,
     spec_of,
     specs,
 )
@@ -162,23 +163,27 @@ def with_number(change: Parameter) -> Parameter:
 
 
 def is_live(name: str) -> bool:
-    """Return whether a running drive takes a parameter: a fault."""
+    """Return whether a running drive takes a parameter: a fault, or one of its moves."""
     return name in specs() and spec_of(name).live
 
 
-def live_settings(changes: list[Parameter]) -> tuple[tuple[str, Scalar], ...]:
-    """Return those of some changes that a running drive takes."""
-    return tuple(
-        (p.name, spec_of(p.name).check(p.name, p.value)) for p in changes if is_live(p.name)
-    )
+Settings = tuple[tuple[str, Scalar], ...]
+"""Full names of parameters and their values."""
 
 
-def live_defaults(node: Node) -> list[Parameter]:
-    """Return the live parameters of a node that are not at their defaults, put back to these."""
+def live_settings(changes: list[Parameter]) -> tuple[Settings, Settings]:
+    """Return those of some changes that a running drive takes: faults, and others."""
+    live = [(p.name, spec_of(p.name).check(p.name, p.value)) for p in changes if is_live(p.name)]
+    faults = tuple(each for each in live if is_fault(each[0]))
+    return faults, tuple(each for each in live if each not in faults)
+
+
+def fault_defaults(node: Node) -> list[Parameter]:
+    """Return the faults of a node that are not at their defaults, put back to these."""
     return [
         Parameter(name, value=spec.default)
         for name, spec in specs().items()
-        if spec.live and node.get_parameter(name).value != spec.default
+        if is_fault(name) and node.get_parameter(name).value != spec.default
     ]
 
 

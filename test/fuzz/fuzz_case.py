@@ -31,6 +31,7 @@ RESIDUAL = 3e-3
 AT_REST = EnergyLedger(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 Numbers = Callable[[np.random.Generator, Parameters], tuple[float, ...]]
+Settings = tuple[tuple[str, Scalar], ...]
 
 
 @dataclass
@@ -166,9 +167,9 @@ class _Run:
 
 
 def _request(rng: np.random.Generator, parameters: Parameters) -> Request:
-    name = str(rng.choice(sorted((*NUMBERS, 'fault', 'joint'))))
-    if name == 'fault':
-        return Request('fault', settings=_settings(rng))
+    name = str(rng.choice(sorted((*NUMBERS, *SETTINGS, 'joint'))))
+    if name in SETTINGS:
+        return Request(name, settings=SETTINGS[name](rng))
     if name == 'joint':
         return Request('joint', joints=_joints(rng))
     numbers = NUMBERS[name](rng, parameters)
@@ -184,7 +185,14 @@ def _joints(rng: np.random.Generator) -> Joints:
     return Joints((), (math.nan,), (_signed(rng, 1e-9, 3e-4),))
 
 
-def _settings(rng: np.random.Generator) -> tuple[tuple[str, Scalar], ...]:
+def _live(rng: np.random.Generator) -> Settings:
+    """Draw soft limits, none now and then, and a velocity."""
+    reach_m = float(rng.uniform(1e-7, 1e-5)) * bool(rng.integers(4))
+    velocity = ('closed_loop.velocity', float(rng.uniform(0.0, 1e-4)))
+    return ('limits.soft_min', -reach_m), ('limits.soft_max', reach_m), velocity
+
+
+def _faults(rng: np.random.Generator) -> Settings:
     """Draw one fault, or its end."""
     names = [n for n in FaultParameters.__dataclass_fields__ if spec_of(f'fault.{n}').live]
     name = f'fault.{rng.choice(names)}'
@@ -244,4 +252,9 @@ NUMBERS: Mapping[str, Numbers] = {
     'enable_amplifier': lambda rng, _: (float(rng.random() < 0.8),),
     'clear_faults': lambda *_: (),
 }
-"""The numbers of each command but ``fault`` and ``joint``."""
+"""The numbers of each command that has some, or needs none."""
+SETTINGS: Mapping[str, Callable[[np.random.Generator], Settings]] = {
+    'fault': _faults,
+    'parameters': _live,
+}
+"""The names and values of the commands that take such."""

@@ -4,7 +4,7 @@ from collections import Counter
 
 import pytest
 from fuzz_cache import try_cache
-from fuzz_case import NUMBERS, run_case
+from fuzz_case import NUMBERS, SETTINGS, run_case
 from fuzz_stands import CHOICES, CONFIG, LAW_SPANS, SPANS, STANDS
 
 from stickslip_ros.instrument.commands import COMMANDS
@@ -31,7 +31,7 @@ def test_every_stage_profile_law_and_command_has_its_stand():
     assert declared - drawn == NOT_DRAWN
     assert set(CHOICES['contact.law']) == set(specs()['contact.law'].choices)
     assert set(CHOICES['contact.profile']) == set(specs()['contact.profile'].choices)
-    assert {*NUMBERS, 'fault', 'joint'} == COMMANDS.keys()
+    assert {*NUMBERS, *SETTINGS, 'joint'} == COMMANDS.keys()
 
 
 @pytest.mark.parametrize('seed', SEEDS)
@@ -44,7 +44,7 @@ def test_random_real_valued_commands_end_stay_finite_and_repeat_on_every_stand(s
         if outcome.problems:
             problems[stand] = outcome.problems
     assert not problems
-    assert min(commands[name] for name in (*NUMBERS, 'fault')) >= COMMANDS_MIN
+    assert min(commands[name] for name in (*NUMBERS, *SETTINGS)) >= COMMANDS_MIN
 
 
 def test_whatever_happens_to_a_file_of_the_kernel_cache_is_told():

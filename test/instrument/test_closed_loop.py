@@ -310,3 +310,96 @@ def test_the_loop_never_asks_for_a_voltage_out_of_range_or_no_step(positions_m):
 def test_no_burst_is_longer_than_a_message_can_carry():
     loop = PositionLoop(LOOP, 150.0)
     assert loop.update(-1e9, 0.0) == Steps(-(2**31 - 1))
+
+
+def live(**settings):
+    named = ((name.replace('__', '.'), value) for name, value in settings.items())
+    return Request('parameters', settings=tuple(named))
+
+
+def test_a_velocity_that_is_set_on_the_way_holds_from_then_on(bench_with):
+    requests = {0: [go_to(3e-6)], 5 * MS: [live(closed_loop__velocity=10e-6)]}
+    told = drive_bench(bench_with(), 400 * MS, requests)
+    assert [(e.command, e.result) for e in told.events] == [
+        ('parameters', Result.DONE),
+        ('position', Result.DONE),
+    ]
+    first_m = told.outputs[4].readings.position_m
+    assert told.events[1].time_ns >= 5 * MS + 0.9 * (3e-6 - first_m) / 10e-6 * 1e9
+
+
+def test_a_target_that_new_soft_limits_exclude_is_given_up_on_the_way(bench_with):
+    requests = {0: [go_to(5e-6)], 5 * MS: [live(limits__soft_max=2e-6)], 20 * MS: [go_to(1e-6)]}
+    told = drive_bench(bench_with(), 300 * MS, requests)
+    _, given_up, arrived = sorted(told.events, key=lambda event: (event.time_ns, -event.number))
+    assert (given_up.number, given_up.result) == (1, Result.RANGE_LIMIT_REACHED)
+    assert given_up.message == (
+        'the target 5e-06 m is outside the soft limits, which have changed'
+    )
+    assert (arrived.number, arrived.result) == (3, Result.DONE)
+
+
+def test_a_place_that_is_held_stays_so_under_soft_limits_that_exclude_it(bench_with):
+    requests = {0: [go_to(1e-6)], 100 * MS: [live(limits__soft_min=2e-6, limits__soft_max=3e-6)]}
+    told = drive_bench(bench_with(), 200 * MS, requests)
+    assert [e.result for e in told.events] == [Result.DONE, Result.DONE]
+    assert told.status[-1] & Status.IN_POSITION
+
+
+def test_live_parameters_outlive_a_checkpoint(bench_with):
+    bench = bench_with()
+    drive_bench(bench, 5 * MS, {0: [go_to(3e-6), live(closed_loop__velocity=10e-6)]})
+    again = Bench.restore(bench.save())
+    assert again.parameters == bench.parameters
+    for each in (bench, again):
+        each.accept(live(limits__soft_max=1e-6))
+    results = [each.update(each.time_ns + MS).events for each in (bench, again)]
+    assert results[0] == results[1]
+    assert results[0][0].result is Result.RANGE_LIMIT_REACHED
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'why'),
+    [
+        ('stand.preload', 0.3, 'live parameter'),
+        ('fault.runner_stuck', True, 'use closed_loop.velocity, limits.soft_min, limits.soft_max'),
+        ('limits.soft_min', 1.0, 'above limits.soft_max'),
+        ('closed_loop.velocity', -1.0, 'below the minimum'),
+    ],
+)
+def test_what_cannot_change_or_does_not_fit_is_refused(bench_with, name, value, why):
+    bench = bench_with()
+    told = drive_bench(bench, MS, {0: [Request('parameters', settings=((name, value),))]})
+    assert told.events[0].result is Result.INVALID_PARAMETER
+    assert why in told.events[0].message
+    assert bench.parameters == bench_with().parameters
+
+
+def test_the_end_tells_the_step_length_that_was_learned(bench_with):
+    told = drive_bench(bench_with(), 300 * MS, {0: [go_to(5e-6)], 200 * MS: [go_to(5.01e-6)]})
+    coarse, fine = told.events
+    assert coarse.step_m == pytest.approx(97e-9, rel=0.05)
+    assert fine.step_m is None
+
+
+@pytest.mark.parametrize('name', ['position', 'joint'])
+def test_a_target_that_another_sender_replaces_has_an_end(bench_with, name):
+    requests = [
+        replace(request, name=name, joints=Joints((), request.values[:1]))
+        if name == 'joint'
+        else request
+        for request in (go_to(5e-6), go_to(4e-6), go_to(1e-6))
+    ]
+    if name == 'joint':
+        requests = [replace(request, values=()) for request in requests]
+    first, second, last = (
+        replace(request, tag=tag)
+        for request, tag in zip(requests, ('left', 'left', 'right'), strict=True)
+    )
+    bench = bench_with()
+    told = drive_bench(bench, 300 * MS, {0: [first], 2 * MS: [second], 5 * MS: [last]})
+    assert [(e.number, e.tag, e.result) for e in told.events] == [
+        (2, 'left', Result.ABORTED),
+        (3, 'right', Result.DONE),
+    ]
+    assert bench.replaced == 1

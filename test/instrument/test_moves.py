@@ -13,6 +13,8 @@ from stickslip_ros.instrument.commands import Request
 from stickslip_ros.instrument.reports import Result, Status
 
 FREE = {'load_cell.contact': 'absent', 'interferometer.noise_density': 0.0}
+RINGING_M = 5e-9
+"""How far from rest a runner swings after the last step."""
 STEP_M = 160e-9
 """No step of 300 V is longer than the stroke of the feet."""
 
@@ -304,3 +306,47 @@ def test_moves_that_begin_beyond_a_soft_limit_do_not_go_on_outwards(bench_with, 
 def test_a_waveform_that_is_played_once_makes_no_steps(bench_with):
     told = drive_bench(bench_with(), 5 * MS, {0: [waveform((0.0, 0.0), (2e-3, 100.0))]})
     assert [(event.result, event.steps) for event in told.events] == [(Result.DONE, 0)]
+
+
+@pytest.mark.parametrize(('frequency_hz', 'count'), [(1000.0, 10), (-1000.0, 10), (300.0, 1)])
+def test_the_end_of_steps_tells_their_mean_length(bench_with, frequency_hz, count):
+    told = drive_bench(bench_with(), 300 * MS, {5 * MS: [sawtooth(300.0, frequency_hz, count)]})
+    way_m = told.outputs[-1].readings.position_m - told.outputs[4].readings.position_m
+    settled_m = np.sign(frequency_hz) * way_m / count
+    assert told.events[0].step_m == pytest.approx(settled_m, abs=RINGING_M / count)
+
+
+@pytest.mark.parametrize(
+    ('requests', 'ends'),
+    [
+        ([Request('waveform', (0.0, 0.0, 0.01, 100.0, 0.02, 0.0), cycles=0)], 1),
+        ([jog(1000), jog(-1000)], 1),
+        ([sawtooth(300.0, 1000.0), Request('zero_position')], 2),
+        ([Request('voltage', (100.0,))], 1),
+    ],
+)
+def test_moves_whose_steps_have_no_one_length_tell_none(bench_with, requests, ends):
+    due = {i * 20 * MS: [each] for i, each in enumerate(requests)}
+    told = drive_bench(bench_with(), 60 * MS, {**due, 50 * MS: [Request('stop')]})
+    events = [each for each in told.events if each.command != 'stop']
+    assert len(events) == ends
+    assert all(each.step_m is None for each in events)
+
+
+def test_without_a_reading_a_step_has_no_length(bench_with):
+    dropout = Request('fault', settings=(('fault.interferometer', 'dropout'),))
+    told = drive_bench(bench_with(), 60 * MS, {0: [dropout], 5 * MS: [steps(10)]})
+    assert (told.events[1].steps, told.events[1].step_m) == (10, None)
+
+
+def test_a_tag_comes_back_with_every_end_of_a_command(bench_with):
+    begun, refused = (
+        replace(sawtooth(300.0, frequency_hz), tag=tag)
+        for frequency_hz, tag in ((1000.0, 'left'), (0.0, 'right'))
+    )
+    told = drive_bench(bench_with(), 20 * MS, {0: [begun], 5 * MS: [refused, Request('stop')]})
+    assert [(e.tag, e.result) for e in told.events] == [
+        ('right', Result.INVALID_PARAMETER),
+        ('left', Result.ABORTED),
+        ('', Result.DONE),
+    ]

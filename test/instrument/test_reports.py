@@ -11,10 +11,20 @@ EVENT = Event(5, 1, 'steps', Result.ABORTED, 4, 'stopped by command 2')
 NESTED = f'{{"message": {"[" * 1500}{"]" * 1500}}}'
 
 
-@pytest.mark.parametrize('stamp_ns', [0, 1_800_000_000_123_456_789])
-def test_an_event_comes_back_from_its_text(stamp_ns: int):
-    text = Event(**{**vars(EVENT), 'stamp_ns': stamp_ns}).to_json()
+@pytest.mark.parametrize(
+    'more',
+    [
+        {},
+        {'stamp_ns': 1_800_000_000_123_456_789},
+        {'tag': 'left', 'step_m': 0.0},
+        {'step_m': -9.4e-8},
+    ],
+)
+def test_an_event_comes_back_from_its_text(more: dict[str, Any]):
+    text = Event(**{**vars(EVENT), **more}).to_json()
     assert read_event(text) == json.loads(text)
+    assert json.loads(text).items() >= more.items()
+    assert json.loads(text).keys() == json.loads(EVENT.to_json()).keys() | more.keys()
 
 
 @pytest.mark.parametrize(
@@ -38,6 +48,9 @@ def test_a_text_that_is_no_event_is_none(text: str):
         ('time_ns', float('nan')),
         ('time_ns', 10**400),
         ('stamp_ns', {}),
+        ('tag', 7),
+        ('step_m', 1),
+        ('step_m', float('nan')),
     ],
 )
 def test_an_event_with_a_field_of_another_kind_is_none(name: str, value: Any):

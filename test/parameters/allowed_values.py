@@ -27,7 +27,7 @@ COUPLED = {
     'contact.friction_ageing',
 }
 NAMES = {'sim.joint_name', 'frame_id.stage', 'frame_id.runner', 'frame_id.load_cell'}
-"""Texts that are neither empty nor begin with a slash."""
+"""Texts that are neither empty nor begin with a slash, without #."""
 NUMBERS = {
     name: spec for name, spec in specs().items() if spec.minimum is not None and spec.kind is float
 }
@@ -56,7 +56,7 @@ def allowed_values(draw: st.DrawFn) -> dict[str, object]:
     free = {name: value_of(spec) for name, spec in specs().items() if name not in COUPLED}
     for name in ('amplifier.bandwidth', 'actuator.resonance', 'load_cell.resonance'):
         free[name] = st.just(0.0) | st.floats(1.0, specs()[name].maximum)
-    free |= {name: TEXTS.map(lambda text: f'a{text}') for name in NAMES}
+    free |= {name: TEXTS.map(lambda text: f'a{text}'.replace('#', '')) for name in NAMES}
     values = draw(st.fixed_dictionaries({}, optional=free))
     if draw(st.booleans()):
         values['contact.prefactor'] = 0.0

@@ -62,8 +62,8 @@ def test_a_value_of_the_wrong_kind_is_refused(name, value, expected):
     assert message.startswith(f'{name} {value!r} is not {expected}; ')
 
 
-@pytest.mark.parametrize('value', ['', '/stage_base', 'stage\n'])
-def test_a_frame_that_tf2_would_not_take_is_refused(value):
+@pytest.mark.parametrize('value', ['', '/stage_base', 'stage\n', 'stage#1'])
+def test_a_frame_that_tf2_would_not_take_or_that_has_a_tag_is_refused(value):
     message = _refusal({'frame_id.stage': value}, WrongKind)
     assert message.startswith(f'frame_id.stage {value!r} is not a name of a frame; write one such')
 

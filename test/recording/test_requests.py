@@ -38,6 +38,7 @@ BY_NAME = {topic.request: topic for topic in COMMAND_TOPICS}
 NUMBER = st.floats(allow_nan=False)
 STAMPS_NS = st.integers(-(2**31) * NS_PER_S, 2**31 * NS_PER_S - 1)
 FRAME = st.sampled_from(['', 'stage_base', 'camera'])
+TAG = st.sampled_from(['', 'left', 'a#b'])
 
 
 def numbers(count: int) -> st.SearchStrategy[tuple[float, ...]]:
@@ -50,16 +51,21 @@ JOINTS = st.builds(Joints, NAMES, ARRAY, ARRAY, ARRAY)
 REQUESTS = st.one_of(
     st.builds(Request, st.sampled_from(['voltage', 'preload', 'jog']), numbers(1)),
     st.builds(Request, st.just('steps'), st.integers(-(2**31), 2**31 - 1).map(lambda n: (n,))),
-    st.builds(Request, st.just('sawtooth'), st.lists(NUMBER, max_size=5).map(tuple)),
+    st.builds(Request, st.just('sawtooth'), st.lists(NUMBER, max_size=5).map(tuple), tag=TAG),
     st.builds(
         Request,
         st.just('waveform'),
         st.lists(NUMBER, max_size=9).map(tuple),
         cycles=st.integers(0, 2**32 - 1),
+        tag=TAG,
     ),
-    st.builds(Request, st.just('position'), numbers(3), stamp_ns=STAMPS_NS, frame_id=FRAME),
-    st.builds(Request, st.just('load'), numbers(6), stamp_ns=STAMPS_NS, frame_id=FRAME),
-    st.builds(Request, st.just('joint'), stamp_ns=STAMPS_NS, frame_id=FRAME, joints=JOINTS),
+    st.builds(
+        Request, st.just('position'), numbers(3), stamp_ns=STAMPS_NS, frame_id=FRAME, tag=TAG
+    ),
+    st.builds(Request, st.just('load'), numbers(6), stamp_ns=STAMPS_NS, frame_id=FRAME, tag=TAG),
+    st.builds(
+        Request, st.just('joint'), stamp_ns=STAMPS_NS, frame_id=FRAME, joints=JOINTS, tag=TAG
+    ),
     st.sampled_from([Request('stop'), Request('reset'), Request('clear_faults')]),
     st.just(Request('fault', settings=(('fault.dead_foot', 2), ('fault.load_cell', 'freeze')))),
 )
@@ -249,6 +255,41 @@ def test_all_coordinates_of_a_target_and_its_frame_reach_the_request():
     message.point.x, message.point.y, message.point.z = 1.0, 2.0, 3.0
     request = received('position', message)
     assert (request.values, request.frame_id) == ((1.0, 2.0, 3.0), 'camera')
+
+
+@pytest.mark.parametrize(
+    ('label', 'cycles', 'tag'),
+    [('cycle#left', 7, 'left'), ('cycle', 7, ''), ('#left', 1, 'left'), ('row#left', 1, 'left')],
+)
+def test_the_label_of_the_first_axis_may_carry_a_tag(label: str, cycles: int, tag: str):
+    message = Float64MultiArray(data=[0.0, 20.0, 1.0, 20.0])
+    message.layout.dim = [MultiArrayDimension(label=label, size=7 if cycles == 7 else 2)]
+    if cycles == 1:
+        message.layout.dim += [MultiArrayDimension(label='time,voltage', size=2)]
+    request = received('waveform', message)
+    assert (request.cycles, request.tag) == (cycles, tag)
+
+
+def test_what_follows_a_frame_is_a_tag():
+    message = PointStamped()
+    for frame, expected in (('#left', ('', 'left')), ('camera#a#b', ('camera', 'a#b'))):
+        message.header.frame_id = frame
+        request = received('position', message)
+        assert (request.frame_id, request.tag) == expected
+
+
+@pytest.mark.parametrize('name', ['voltage', 'steps'])
+def test_a_tag_without_room_is_refused_whoever_sends_it(name: str):
+    with pytest.raises(WrongKind, match=f"tag of {name} 'left' is not none: it has no room; "):
+        pack_command(topic_of(name), 1, tag='left')
+
+
+def test_a_message_without_a_tag_has_the_bytes_that_it_always_had():
+    packed = pack_command(topic_of('sawtooth'), (300.0, 1000.0, 5.0))
+    labels = (b'amplitude[V],frequency[Hz],steps',)
+    assert all(label in packed for label in labels)
+    assert b'#' not in packed
+    assert b'cycle' not in pack_command(topic_of('waveform'), (0.0, 0.0, 1.0, 5.0))
 
 
 def test_names_and_arrays_of_joints_reach_the_request_as_they_are():

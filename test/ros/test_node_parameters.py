@@ -254,3 +254,39 @@ def test_a_node_that_gets_the_file_of_realistic_hardware_has_its_values_and_runs
     assert session.failure is None
     drive._state_machine.destroy_when_not_in_use()
     context.try_shutdown()
+
+
+def test_soft_limits_and_velocity_change_while_the_drive_runs(stand: Any):
+    operator = stand.operator
+    assert operator.set_parameter('limits.soft_max', 1e-6).successful
+    assert operator.wait_for_event('parameters', 0)['result'] == 'DONE'
+    operator.spin_until(
+        lambda: operator.info['parameters']['limits.soft_max'] == 1e-6, 'the new information'
+    )
+    operator.command('position', 2e-6)
+    assert operator.wait_for_event('position', 0)['result'] == 'RANGE_LIMIT_REACHED'
+    assert operator.trigger('clear_faults').success
+    assert stand.drive.get_parameter('limits.soft_max').value == 1e-6
+    answer = operator.set_parameter('limits.soft_min', 2e-6)
+    assert 'is above limits.soft_max' in answer.reason
+    assert operator.set_parameter('closed_loop.velocity', 1e-6).successful
+    operator.spin_until(lambda: len(operator.requests) == 3, 'the requests')
+    assert operator.requests[0] == {
+        'name': 'parameters',
+        'values': [],
+        'settings': {'limits.soft_max': 1e-6},
+    }
+    assert stand.drive.session.bench.parameters.closed_loop.velocity == 1e-6
+
+
+def test_soft_limits_that_change_without_a_drive_that_runs_hold_when_it_does(stand: Any):
+    operator = stand.operator
+    operator.change_state('deactivate')
+    bench = stand.drive._session.bench
+    assert operator.set_parameter('limits.soft_max', 1e-6).successful
+    operator.change_state('activate')
+    operator.spin_until(lambda: bool(operator.info), 'information')
+    assert operator.info['parameters']['limits.soft_max'] == 1e-6
+    operator.wait_for_event('parameters', 0)
+    assert stand.drive.session.bench is bench
+    assert bench.parameters.limits.soft_max == 1e-6

@@ -14,7 +14,7 @@ from stickslip_ros.lab.panel.model import HISTORY_SPANS_S, REBUILT, SCOPE_CYCLES
 from stickslip_ros.lab.tables.experiment import OVER_TIME, read_experiment
 from stickslip_ros.lab.tables.formats import SUFFIXES
 from stickslip_ros.message_types import JOINT_STATE, SET_BOOL
-from stickslip_ros.parameters import SENSORS, specs
+from stickslip_ros.parameters import SENSORS, is_fault, specs
 from stickslip_ros.units import display_unit
 
 WAYS = {'voltage': 'slide', 'jog': 'hold', 'waveform': 'wave'}
@@ -121,11 +121,6 @@ def lamps() -> dict[str, Any]:
         'cycles': SCOPE_CYCLES,
         'spans_s': HISTORY_SPANS_S,
     }
-
-
-def is_fault(name: str) -> bool:
-    """Return whether a parameter is a fault that comes and goes while the drive runs."""
-    return name.startswith('fault.') and specs()[name].live
 
 
 def shown_parameters() -> list[str]:

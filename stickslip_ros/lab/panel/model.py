@@ -29,7 +29,7 @@ from stickslip_ros.lab.panel.curves import (
     SampleRing,
     Scope,
 )
-from stickslip_ros.parameters import SENSORS, TRUTH, Parameters, specs
+from stickslip_ros.parameters import SENSORS, TRUTH, Parameters, is_fault, specs
 
 EVENTS_SHOWN = 60
 FIGURE_S = 0.04
@@ -51,7 +51,7 @@ PANEL = 'panel'
 CONTROLS = {
     *(*COMMANDS, *REBUILT, PANEL, 'script', 'lifecycle'),
     *(service.name.removeprefix('~/') for service in SERVICES),
-    *(name for name, spec in specs().items() if spec.live),
+    *filter(is_fault, specs()),
 }
 """What has a place for notes beside it; PANEL is that for all others."""
 NOTE_MAX = 1000

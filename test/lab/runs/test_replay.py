@@ -46,8 +46,10 @@ MOVES: Plan = (
     (90, Request('preload', (0.52,))),
     (95, Request('voltage', (9e9,))),
 )
+LIVE = Request('parameters', settings=(('closed_loop.velocity', 1e-5), ('limits.soft_max', 1e-6)))
 LOOP: Plan = (
-    (0, Request('position', (100e-9, 0.0, 0.0), stamp_ns=1_800_000_000_123_456_789)),
+    (0, Request('position', (100e-9, 0.0, 0.0), stamp_ns=1_800_000_000_123_456_789, tag='a')),
+    (20, LIVE),
     (30, Request('position', (float('nan'), 0.0, 0.0))),
     (50, Request('stop')),
     (55, Request('zero_position')),
@@ -59,7 +61,7 @@ LOOP: Plan = (
     (75, Request('voltage', (20.0,))),
 )
 FAULTS: Plan = (
-    (0, Request('sawtooth', (300.0, 1000.0, 0.0))),
+    (0, Request('sawtooth', (300.0, 1000.0, 0.0), tag='left')),
     (10, Request('fault', settings=(('fault.interferometer', 'freeze'),))),
     (
         20,
