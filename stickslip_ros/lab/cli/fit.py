@@ -68,7 +68,7 @@ def fit_verb(arguments: argparse.Namespace) -> Answer:
     files = [*arguments.output]
     if arguments.figure:
         with shown_progress('drawing', quiet=arguments.json), looking(**look):
-            save_figure(draw_fit(fitted, arguments.workers), arguments.figure)
+            save_figure(draw_fit(fitted), arguments.figure)
         files.append(arguments.figure)
     return Answer(content, [*fitted.sections(), *planned, *(f'file    {path}' for path in files)])
 

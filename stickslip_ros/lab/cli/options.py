@@ -98,7 +98,8 @@ def of_function(function: str, *names: str, **more: Any) -> tuple[Option, ...]:
 
     def of_one(name: str) -> Option:
         stem, _, unit = name.rpartition('_')
-        flag, unit = (f'--{stem}', UNITS[unit]) if unit in UNITS else (f'--{name}', '')
+        stem, unit = (stem, UNITS[unit]) if unit in UNITS else (name, '')
+        flag = f'--{stem}'.replace('_', '-')
 
         def add(to: Any) -> object:
             declared = _declared(function)[name]

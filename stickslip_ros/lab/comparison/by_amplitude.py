@@ -17,13 +17,14 @@ from stickslip_ros.lab.comparison.result import (
     Side,
     threshold_of,
 )
-from stickslip_ros.lab.experiments.experiment import OF_STEPS
+from stickslip_ros.lab.experiments.experiment import NUMBERS
 from stickslip_ros.lab.experiments.predict import predict
-from stickslip_ros.lab.experiments.reading import FREE, of_points
+from stickslip_ros.lab.experiments.reading import of_points
 from stickslip_ros.lab.runs.batch import Progress, pool_of
 from stickslip_ros.lab.runs.journal import Row
 from stickslip_ros.lab.runs.sweep import bare_name
 from stickslip_ros.lab.runs.sweep_table import OF_A_RUN, read_table
+from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
 from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import BY_AMPLITUDE, POINT_COLUMNS, MeasuredTable
 from stickslip_ros.lab.tables.formats import DATA_FRAME
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 MODEL, SWEEP = 'model', 'sweep'
 """The first is also the word that stands for the drive in place of a file."""
 PRELOAD_COLUMN, FREQUENCY_COLUMN, FORCE_COLUMN = 'preload_n', 'frequency_hz', 'force_n'
-NO_SETTINGS = {each for name in (AMPLITUDE_COLUMN, *OF_STEPS) for each in (name, sigma_name(name))}
+NO_SETTINGS = {each for name in (AMPLITUDE_COLUMN, *NUMBERS) for each in (name, sigma_name(name))}
 RENAMED = {'force_mean_n': FORCE_COLUMN}
 """Columns of a sweep that have another name in an experiment."""
 _SAME = 1e-9  # relative difference up to which two typed numbers are the same
@@ -50,9 +51,14 @@ class PointTable:
     columns: dict[str, list[Scalar]]
 
     @property
+    def axis(self) -> str:
+        """Along which its points lie: strokes, or preloads of numbers without a stroke."""
+        return AMPLITUDE_COLUMN if AMPLITUDE_COLUMN in self.columns else PRELOAD_COLUMN
+
+    @property
     def quantities(self) -> list[str]:
         """What was measured."""
-        return [name for name in OF_STEPS if name in self.columns]
+        return [name for name in NUMBERS if name in self.columns]
 
     @property
     def settings(self) -> dict[str, list[Scalar]]:
@@ -65,13 +71,13 @@ class PointTable:
         return np.array([column[row] for row in rows], dtype=np.float64)
 
     def rows_at(self, at: Mapping[str, Scalar]) -> list[int]:
-        """Return the rows that have these settings, in the order of their amplitudes."""
+        """Return the rows that have these settings, in their order along the axis."""
         rows = [
             row
             for row in range(self.side.rows)
             if all(_is_same(self.columns[name][row], value) for name, value in at.items())
         ]
-        return sorted(rows, key=self.columns[AMPLITUDE_COLUMN].__getitem__)
+        return sorted(rows, key=self.columns[self.axis].__getitem__)
 
     def groups(self, names: Sequence[str]) -> list[dict[str, Scalar]]:
         """Return the different values of some settings, in the order of their appearance."""
@@ -87,7 +93,7 @@ def of_experiment(experiment: MeasuredTable) -> PointTable:
     """Return the points of an experiment by amplitude."""
     measured = experiment.columns
     columns = {name: measured[name].tolist() for name in POINT_COLUMNS if name in measured}
-    rows, described = len(columns[AMPLITUDE_COLUMN]), _constants(columns)
+    rows, described = len(columns[PRELOAD_COLUMN]), _constants(columns)
     side = Side(experiment.origin, BY_AMPLITUDE, rows, described, None, experiment.notes)
     return PointTable(side, columns)
 
@@ -122,11 +128,11 @@ def of_model(
             problem = f'is set, and a column of {table.side.origin} too'
             raise Incomparable(name, problem, 'take --set or the column away')
     if FORCE_COLUMN not in table.columns and 'step_length_m' in table.columns:
-        parameters = parameters.updated(FREE)
+        parameters = parameters.updated(WITHOUT_CELL)
     asked = of_points(table.side.origin, table.columns, frequency_hz, steps, names)
     with pool_of(workers) as pool:
         found = predict(parameters, asked, pool=pool, progress=progress)
-    columns = {AMPLITUDE_COLUMN: table.columns[AMPLITUDE_COLUMN], **table.settings}
+    columns = {table.axis: table.columns[table.axis], **table.settings}
     columns.setdefault(FREQUENCY_COLUMN, [frequency_hz] * table.side.rows)
     for one, [each] in zip(asked, found, strict=True):
         columns.setdefault(one.seen[0].quantity, []).append(float(each.values[0]))
@@ -142,18 +148,22 @@ def compare(a: PointTable, b: PointTable) -> tuple[Compared, ...]:
         problem = f'has {", ".join(b.quantities)}, {a.side.origin} has {", ".join(a.quantities)}'
         hint = 'a held runner has a force, a free one steps'
         raise Incomparable(b.side.origin, problem, hint)
-    shared = [at for at in a.groups([PRELOAD_COLUMN, *_varied(a, b)]) if b.rows_at(at)]
+    if a.axis != b.axis:
+        hint = 'give both with strokes, amplitude_m, or both without'
+        raise Incomparable(b.side.origin, f'has no {a.axis} that varies alone', hint)
+    settings = [name for name in (PRELOAD_COLUMN, *_varied(a, b)) if name != a.axis]
+    shared = [at for at in a.groups(settings) if b.rows_at(at)]
     quantities = []
     for name in names:
         parts = tuple(part for at in shared if (part := _part(a, b, at, name)) is not None)
         if not parts:
             ranges = []
             for table in (a, b):
-                strokes_nm = NM * table.values(AMPLITUDE_COLUMN, range(table.side.rows))
-                preloads_n = ', '.join(
-                    f'{n:g}' for n in dict.fromkeys(table.columns[PRELOAD_COLUMN])
-                )
-                ranges.append(f'{preloads_n} N, {min(strokes_nm):.5g} to {max(strokes_nm):.5g} nm')
+                preloads_n = dict.fromkeys(table.columns[PRELOAD_COLUMN])
+                ranges.append(f'{", ".join(f"{n:g}" for n in preloads_n)} N')
+                if table.axis == AMPLITUDE_COLUMN:
+                    nm = NM * table.values(AMPLITUDE_COLUMN, range(table.side.rows))
+                    ranges[-1] += f', {min(nm):.5g} to {max(nm):.5g} nm'
             problem = f'({ranges[0]}) has no point within {b.side.origin} ({ranges[1]})'
             hint = f'compute its points with: stickslip compare {a.side.origin} model'
             raise Incomparable(a.side.origin, problem, hint)
@@ -184,7 +194,7 @@ def _pointed(
     unsteady: int,
 ) -> PointTable:
     """Return columns as points, with what is known of their stand and runs."""
-    rows = len(columns[AMPLITUDE_COLUMN])
+    rows = len(columns[PRELOAD_COLUMN])
     in_columns = {'stand.preload', *map(bare_name, columns)}
     known = {name: each for name, each in (described or {}).items() if name not in in_columns}
     default = Parameters().flat()
@@ -240,14 +250,14 @@ def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Par
     rows_a, rows_b = a.rows_at(at), b.rows_at(at)
     nodes_m, nodes = _averaged(b, name, rows_b)
     edge_m = _SAME * nodes_m[-1]
-    strokes_m = a.values(AMPLITUDE_COLUMN, rows_a)
+    strokes_m = a.values(a.axis, rows_a)
     is_inside = (nodes_m[0] - edge_m <= strokes_m) & (strokes_m <= nodes_m[-1] + edge_m)
     inside = [row for row, each in zip(rows_a, is_inside, strict=True) if each]
     if not inside:
         return None
-    x_m, values_a = a.values(AMPLITUDE_COLUMN, inside), a.values(name, inside)
+    x_m, values_a = a.values(a.axis, inside), a.values(name, inside)
     sigma = _sigma(a, b, name, inside, rows_b)
-    part = Part(at, AMPLITUDE_COLUMN, x_m, values_a, np.interp(x_m, nodes_m, nodes), sigma)
+    part = Part(at, a.axis, x_m, values_a, np.interp(x_m, nodes_m, nodes), sigma)
     if name != FORCE_COLUMN:
         return part
     threshold_a = threshold_of(strokes_m, a.values(name, rows_a))
@@ -256,7 +266,7 @@ def _part(a: PointTable, b: PointTable, at: dict[str, Scalar], name: str) -> Par
 
 def _averaged(table: PointTable, name: str, rows: Sequence[int]) -> tuple[Array, Array]:
     """Return rising strokes and a column; what was measured several times is its mean."""
-    nodes_m, index = np.unique(table.values(AMPLITUDE_COLUMN, rows), return_inverse=True)
+    nodes_m, index = np.unique(table.values(table.axis, rows), return_inverse=True)
     return nodes_m, np.bincount(index, table.values(name, rows)) / np.bincount(index)
 
 
@@ -264,7 +274,7 @@ def _sigma(
     a: PointTable, b: PointTable, name: str, rows_a: Sequence[int], rows_b: Sequence[int]
 ) -> Array | None:
     """Return the uncertainty of B - A; that of an amplitude counts by the slope of B."""
-    x_m = a.values(AMPLITUDE_COLUMN, rows_a)
+    x_m = a.values(a.axis, rows_a)
     terms, (nodes_m, nodes) = [], _averaged(b, name, rows_b)
     slope = np.full(len(x_m), np.nan)  # of B, unless it has one amplitude only
     if len(nodes_m) > 1:

@@ -13,7 +13,6 @@ from stickslip_ros.lab.comparison.by_amplitude import PointTable
 from stickslip_ros.lab.comparison.in_time import TimeRun
 from stickslip_ros.lab.comparison.report import ComparisonReport
 from stickslip_ros.lab.comparison.result import (
-    AMPLITUDE_COLUMN,
     TIME_COLUMN,
     Alignment,
     Compared,
@@ -140,7 +139,7 @@ def compare(
             with progress_of(False if draws else progress, 'runs') as show:
                 model = by_amplitude.of_model(table, stand, frequency_hz, steps, workers, show)
             found = by_amplitude.compare(table, model)
-            return ComparisonReport(table.side, model.side, AMPLITUDE_COLUMN, found)
+            return ComparisonReport(table.side, model.side, table.axis, found)
 
         return _with_bands(of_points, b, draws, progress)
     if draws:
@@ -157,7 +156,7 @@ def compare(
         return _over_time(first, moved, alignment, window_s, offset=offset)
     if isinstance(first, PointTable) and isinstance(second, PointTable):
         found = by_amplitude.compare(_points(first, is_moved), second)
-        return ComparisonReport(first.side, second.side, AMPLITUDE_COLUMN, found)
+        return ComparisonReport(first.side, second.side, first.axis, found)
     raise Incomparable(
         second.side.origin,
         f'is a {second.side.kind}, {first.side.origin} a {first.side.kind}',

@@ -70,8 +70,8 @@ class Part:
     """Points of a quantity, at least one, all finite: of one preload, or of a whole run."""
 
     at: dict[str, Scalar]  # preload, and what else varies; empty for a run
-    axis: str  # AMPLITUDE_COLUMN or TIME_COLUMN
-    # amplitudes or times of A's points, A, and B interpolated onto A's points, shape (n,)
+    axis: str  # AMPLITUDE_COLUMN, TIME_COLUMN, or that of preloads
+    # amplitudes, times or preloads of A's points, A, and B interpolated onto these, shape (n,)
     x: Array
     a: Array
     b: Array

@@ -22,6 +22,9 @@ from stickslip_ros.units import MN, NM, display_unit, with_unit
 
 NAMES: Mapping[str, str] = {
     'step_length_m': 'step length',
+    'zero_amplitude_m': '0-amplitude',
+    'ringing_hz': 'frequency of ringing',
+    'decay_s': 'decay of ringing',
     'energy_loss_per_step_j': 'friction loss per step',
     **{each.quantity: each.words for each in SENSORS},
     'voltage_v': 'voltage',

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -14,8 +14,6 @@ from stickslip_ros.units import unit_of
 
 OF_TRACES = ('position_m', 'force_n', 'foot_position_m')
 """Quantities that may be seen over time."""
-OF_STEPS = ('force_n', 'step_length_m', 'energy_loss_per_step_j')
-"""Numbers that may be read after steps: mean force in the load cell, net motion, friction loss."""
 NOISE_FACTOR = 1.4826 / math.sqrt(6.0)
 """Standard deviation of noise per median of its absolute second differences."""
 _SAME = 1e-12  # share of the largest reading by which two that are the same may differ
@@ -32,6 +30,19 @@ class SawtoothSteps(NamedTuple):
     frequency_hz: float  # steps per second, below 0 backwards
     steps: int = 0  # that were made when they were read; 0: until they were steady
     is_steady: bool = True  # whether they were read when they did not change any more
+
+
+class ZeroAmplitudeRuns(NamedTuple):
+    """Saw-teeth of many strokes, without a load cell, whose step lengths tell the 0-amplitude."""
+
+    frequency_hz: float
+    steps: int = 120  # of each
+
+
+class VoltageStep(NamedTuple):
+    """A step of the voltage, down, from rest, after which the runner rings."""
+
+    amplitude_m: float  # stroke of the feet; within some 0.1 nm nothing slips
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +72,23 @@ class Voltage:
         return float(self.rows[-1, 0])
 
 
+Drive: TypeAlias = SawtoothSteps | ZeroAmplitudeRuns | VoltageStep | Voltage
+QUANTITIES: Mapping[type[Drive], tuple[str, ...]] = {
+    SawtoothSteps: ('force_n', 'step_length_m', 'energy_loss_per_step_j'),
+    ZeroAmplitudeRuns: ('zero_amplitude_m',),
+    VoltageStep: ('ringing_hz', 'decay_s'),
+    Voltage: OF_TRACES,
+}
+"""What may be seen, by what drove: quantities over time of a voltage, numbers of all others."""
+NUMBERS = {
+    quantity: drive
+    for drive, quantities in QUANTITIES.items()
+    for quantity in quantities
+    if drive is not Voltage
+}
+"""What may be read as one number, and what drives it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Seen:
     """
@@ -69,7 +97,7 @@ class Seen:
     Attributes
     ----------
     quantity : str
-        One of OF_TRACES, or of OF_STEPS.
+        One of QUANTITIES.
     values : array, shape (n,)
         In SI units; a number is an array of one.
     time_s : array, shape (n,) or (0,)
@@ -135,7 +163,7 @@ class Experiment:
     settings : mapping of str to Scalar
         Parameters that were set for it, as ``{'stand.preload': 0.35}``: they are the same whatever
         the stand is.
-    drive : SawtoothSteps or Voltage
+    drive : SawtoothSteps, ZeroAmplitudeRuns, VoltageStep or Voltage
         What drove it.
     seen : tuple of Seen
         What was seen. Zero, drift, delay and low-pass of a sensor that sees over time are unknown.
@@ -146,14 +174,14 @@ class Experiment:
 
     origin: str
     settings: Mapping[str, Scalar]
-    drive: SawtoothSteps | Voltage
+    drive: Drive
     seen: tuple[Seen, ...]
     load_n: float = 0.0
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
         """Refuse what cannot have been seen."""
-        known = OF_TRACES if isinstance(self.drive, Voltage) else OF_STEPS
+        known = QUANTITIES[type(self.drive)]
         for each in self.seen:
             if each.quantity not in known:
                 hint = 'leave it away'

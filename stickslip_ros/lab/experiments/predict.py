@@ -15,15 +15,25 @@ from stickslip_ros.drive.build import plant_of, start_clock, state_at_rest
 from stickslip_ros.drive.records import FOOT, FORCE, POSITION
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.instrument.commands import Request, check_request
-from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import (
+    Drive,
+    Experiment,
+    SawtoothSteps,
+    Seen,
+    Voltage,
+    VoltageStep,
+    ZeroAmplitudeRuns,
+)
+from stickslip_ros.lab.experiments.ring_down import RingDown, ring_down, voltage_of_step
 from stickslip_ros.lab.runs.batch import Pool, Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, bundle_for, together
 from stickslip_ros.lab.runs.sawtooth_run import drive_course
+from stickslip_ros.lab.runs.zero_amplitude import zero_amplitude_course
 from stickslip_ros.parameters import Parameters
 from stickslip_ros.process.stopping import stop_if_asked
 
-Run: TypeAlias = tuple[Parameters, SawtoothSteps | Voltage, float, float]
-"""What makes a run: stand, drive, load (N), time of the last sample (s; 0 of steps)."""
+Run: TypeAlias = tuple[Parameters, Drive, float, float]
+"""What makes a run: stand, drive, load (N), time of the last sample (s; 0 of numbers)."""
 
 SAMPLE_S = 5e-6
 """Spacing of a trace: a runner of a few grams rings at 5 to 15 kHz on its contacts."""
@@ -132,12 +142,12 @@ def predict_all(
 
 def _kept(run: Run) -> list[Any]:
     """Return where the result of a run is kept: an empty list before it has been made."""
-    return (_steps_kept if isinstance(run[1], SawtoothSteps) else _traces_kept)(*run)
+    return (_traces_kept if isinstance(run[1], Voltage) else _numbers_kept)(*run)
 
 
 @lru_cache(maxsize=4096)
-def _steps_kept(*_run: Any) -> list[Any]:
-    """Keep runs of steps: searches and slopes ask for the same again."""
+def _numbers_kept(*_run: Any) -> list[Any]:
+    """Keep runs that come to numbers: searches and slopes ask for the same again."""
     return []
 
 
@@ -148,11 +158,23 @@ def _traces_kept(*_run: Any) -> list[Any]:
 
 
 def _course(run: Run) -> Course[Any]:
-    """Return the course of a run, to its trace or to what is read off after its steps."""
+    """Return the course of a run, to its trace or to what the numbers are read off."""
     stand, drive, load_n, end_s = run
     if isinstance(drive, SawtoothSteps):
         return drive_course(stand, *drive[:3], load_n=load_n)
+    if isinstance(drive, ZeroAmplitudeRuns):
+        return zero_amplitude_course(stand, *drive)
+    if isinstance(drive, VoltageStep):
+        return _ring_down_course(stand, drive, load_n)
     return trace_course(stand, drive, load_n, end_s)
+
+
+def _ring_down_course(stand: Parameters, step: VoltageStep, load_n: float) -> Course[RingDown]:
+    voltage = voltage_of_step(step, stand)
+    trace = yield from trace_course(stand, voltage, load_n, voltage.lasts_s)
+    time_s = SAMPLE_S * np.arange(len(trace))
+    rings = (time_s >= voltage.rows[2, 0]) & (time_s <= voltage.lasts_s)
+    return ring_down(time_s[rings], trace[rings, POSITION])
 
 
 def trace_course(
@@ -186,7 +208,9 @@ def _look(result: Any, seen: Seen, shift_s: float) -> Prediction:
     """Return what a sensor would show of the result of a run."""
     if not seen.is_trace:
         number = np.array([getattr(result, _FIELDS.get(seen.quantity, seen.quantity))])
-        return Prediction(number, np.empty(0), np.empty(0), is_steady=result.steady)
+        return Prediction(
+            number, np.empty(0), np.empty(0), is_steady=getattr(result, 'steady', True)
+        )
     samples = low_passed(result[:, _COLUMNS[seen.quantity]], seen.slow_s)
     time_s = seen.time_s - shift_s
     values, rate, curvature = at_times(samples, time_s)

@@ -12,11 +12,14 @@ from stickslip_ros.errors import OutOfRange, RecordingError
 from stickslip_ros.lab.experiments.aliases import FREQUENCY_MAX_HZ
 from stickslip_ros.lab.experiments.clocks import lone_outliers
 from stickslip_ros.lab.experiments.experiment import (
-    OF_STEPS,
+    NUMBERS,
+    Drive,
     Experiment,
     SawtoothSteps,
     Seen,
     Voltage,
+    VoltageStep,
+    ZeroAmplitudeRuns,
 )
 from stickslip_ros.lab.experiments.recognise import recognise
 from stickslip_ros.lab.runs.mapped import mapped_series
@@ -24,6 +27,7 @@ from stickslip_ros.lab.runs.recorded import recorded_series, recorded_stand
 from stickslip_ros.lab.runs.recorded_run import Run
 from stickslip_ros.lab.runs.replay import DriveInput
 from stickslip_ros.lab.runs.sweep import bare_name
+from stickslip_ros.lab.runs.zero_amplitude import WITHOUT_CELL
 from stickslip_ros.lab.tables.columns import sigma_name
 from stickslip_ros.lab.tables.experiment import (
     BY_AMPLITUDE,
@@ -50,8 +54,8 @@ LONGEST_S = 2.0
 """Length of a recording that is run as a whole; of a longer one a window must be named."""
 LEAD_S = 0.05
 """What is run before a window, from rest: a few steps, after which contacts remember no more."""
-FREE = {'load_cell.contact': 'absent'}
-"""Of a runner that is seen to move and whose force nobody measured."""
+_OF_FREE = ('step_length_m', 'zero_amplitude_m')
+"""Numbers of a runner without a load cell; others are so where no force was measured."""
 _OWN = ('stand.', 'load_cell.contact', 'load_cell.gap')
 """Names of parameters that say how a stand of this package was set for a recording."""
 
@@ -119,7 +123,7 @@ def read_experiments(
         else:
             table = read_experiment(each, reading, number=number)
             if table.kind == BY_AMPLITUDE:
-                for quantity in OF_STEPS:
+                for quantity in NUMBERS:
                     if quantity in table.columns and not np.any(table.columns[quantity]):
                         hint = f'check the column {quantity}'
                         raise RecordingError(table.origin, f'has no {quantity} other than 0', hint)
@@ -280,7 +284,7 @@ def _over_time(
     if preload_n is not None:
         own['stand.preload'] = preload_n
     if not settings and not any(each.quantity == 'force_n' for each in seen):
-        own |= FREE
+        own |= WITHOUT_CELL
     if 'stand.preload' not in own and isinstance(stand.stand.preload, ReplaceableDefault):
         text = f'the preload is not said, that of the stand, {stand.stand.preload:g} N, is taken'
         notes += (f'{origin}: {text}: name it with --preload',)
@@ -299,14 +303,14 @@ def of_points(
     varied: Sequence[str] = (),
 ) -> list[Experiment]:
     """
-    Return the experiments of points by amplitude: one for each number of each row.
+    Return the experiments of points: one for each number of each row.
 
     Parameters
     ----------
     origin : str
         Where the points come from.
     columns : mapping of str to values
-        Columns as in POINT_COLUMNS; a quantity after the other, in the order of OF_STEPS.
+        Columns as in POINT_COLUMNS; the experiments follow the order of NUMBERS.
     frequency_hz : float
         Steps per second where there is no such column.
     steps : int
@@ -315,19 +319,25 @@ def of_points(
         Columns of parameters that were set.
 
     """
-    found, rows = list[Experiment](), len(columns['amplitude_m'])
-    hertz = columns.get('frequency_hz', [frequency_hz] * rows)
-    for quantity in OF_STEPS:
+    found = list[Experiment]()
+    for quantity, kind in NUMBERS.items():
         values, sigma = columns.get(quantity, ()), columns.get(sigma_name(quantity))
-        is_free = 'step_length_m' in columns and (quantity != 'force_n')
+        is_free = quantity in _OF_FREE or 'force_n' not in columns
         for row, value in enumerate(values):
-            settings: dict[str, Scalar] = dict(FREE if is_free else {})
+            settings: dict[str, Scalar] = dict(WITHOUT_CELL if is_free else {})
             settings['stand.preload'] = float(columns['preload_n'][row])
             settings |= {bare_name(name): columns[name][row] for name in varied}
-            stroke_m, at_hz = float(columns['amplitude_m'][row]), float(hertz[row])
+            hertz = float(
+                columns['frequency_hz'][row] if 'frequency_hz' in columns else frequency_hz
+            )
+            drive: Drive = ZeroAmplitudeRuns(hertz, *filter(None, [steps]))
+            if kind is not ZeroAmplitudeRuns:
+                stroke_m = float(columns['amplitude_m'][row])
+                drive = VoltageStep(stroke_m)
+                if kind is SawtoothSteps:
+                    drive = SawtoothSteps(stroke_m, hertz, steps, is_steady=not steps)
             error = None if sigma is None else float(sigma[row])
             seen = Seen(quantity, np.array([value]), sigma=error)
-            drive = SawtoothSteps(stroke_m, at_hz, steps, is_steady=not steps)
             found.append(Experiment(f'{origin} row {row + 1}', settings, drive, (seen,)))
     return found
 

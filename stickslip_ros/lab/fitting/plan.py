@@ -139,7 +139,7 @@ def _experiment(
     fit: FitResult, stand: Parameters, preload_n: float, volts: float, hertz: float
 ) -> Experiment:
     """Return what would be seen under a wave, of negative volts a triangle, as in the fit."""
-    like = fit.experiments[0]
+    like, _ = _like(fit)
     settings: dict[str, Scalar] = {**like.settings, 'stand.preload': preload_n}
     if isinstance(like.drive, SawtoothSteps):
         stroke_m = min(volts * stand.actuator.gain, full_stroke_m(stand))
@@ -154,8 +154,17 @@ def _experiment(
     seen = like.seen[0]
     apart_s = float(np.median(np.diff(seen.time_s)))
     time_s: Array = np.arange(0.0, rows[-1][0], apart_s, dtype=np.float64)
-    looked = Seen(seen.quantity, np.zeros(len(time_s)), time_s, fit.problem.noise.values[0][0])
+    looked = Seen(seen.quantity, np.zeros(len(time_s)), time_s, _like(fit)[1])
     return Experiment('planned', settings, Voltage(np.array(rows)), (looked,))
+
+
+def _like(fit: FitResult) -> tuple[Experiment, float]:
+    """Return what candidates are read like, and its standard error."""
+    for one, (error, *_) in zip(fit.experiments, fit.problem.noise.values, strict=True):
+        if isinstance(one.drive, SawtoothSteps | Voltage):
+            return one, error
+    hint = 'fit a recording, forces or step lengths'
+    raise OutOfRange('readings to plan by', 0, '', 'too few', hint)
 
 
 def information_of(fit: FitResult, candidate: Candidate) -> Array:
@@ -176,7 +185,7 @@ def information_of(fit: FitResult, candidate: Candidate) -> Array:
         for each, model in zip(candidate.experiment.seen, found, strict=True)
     )
     one = dataclasses.replace(candidate.experiment, seen=seen)
-    error = fit.problem.noise.values[0][0] * np.sqrt(fit.uncertainty.variance_scale)
+    error = _like(fit)[1] * np.sqrt(fit.uncertainty.variance_scale)
     alone = Problem(
         problem.parameters,
         problem.free,

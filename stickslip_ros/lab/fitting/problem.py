@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.errors import OutOfRange
-from stickslip_ros.lab.experiments.experiment import Experiment, SawtoothSteps, Seen, Voltage
+from stickslip_ros.lab.experiments.experiment import (
+    Experiment,
+    SawtoothSteps,
+    Seen,
+    Voltage,
+    VoltageStep,
+)
 from stickslip_ros.lab.experiments.predict import Prediction, predict_all
 from stickslip_ros.lab.fitting.free import Free
 from stickslip_ros.lab.fitting.metric import Allowance, Metric, metric_of, waves_of
@@ -180,7 +186,11 @@ class Problem:
         """
         if any(one.name == _GAIN for one in self.free):
             drives = [one.drive for one in self.experiments]
-            strokes_m = [each.amplitude_m for each in drives if isinstance(each, SawtoothSteps)]
+            strokes_m = [
+                each.amplitude_m
+                for each in drives
+                if isinstance(each, SawtoothSteps | VoltageStep)
+            ]
             stands = [_with_room(stand, max(strokes_m, default=0.0)) for stand in stands]
         shifts_s = [self.shifts_s] * len(stands)
         found = predict_all(stands, self.experiments, shifts_s, pool=self.pool)

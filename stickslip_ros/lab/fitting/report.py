@@ -258,7 +258,7 @@ def _estimate_warnings(one: Estimate) -> Iterator[str]:
         else:
             yield f'{where}: no estimate, no intervals; give wider --bounds {one.name}=LOW:HIGH'
     elif one.inert:
-        yield f'{one.name} does not change what was seen at all'
+        yield f'{one.name} changes nothing of what was seen; the others hold for this value of it'
     elif one.undetermined:
         yield f'{one.name} is not determined: others make up for any change of it'
     elif abs(one.value) < one.standard_error < math.inf:
@@ -287,25 +287,22 @@ def _trade_warnings(fit: FitResult) -> Iterator[str]:
 def _points(fit: FitResult) -> list[dict[str, Any]]:
     """Return the numbers that were fitted, one object each."""
     rows = list[dict[str, Any]]()
-    for one, found, noises in zip(
-        fit.experiments, fit.predicted, fit.problem.noise.values, strict=True
-    ):
-        if isinstance(one.drive, SawtoothSteps):
-            for each, model, noise in zip(one.seen, found, noises, strict=True):
-                measured, modelled = float(each.values[0]), float(model.values[0])
-                rows.append(
-                    {
-                        'preload_n': one.settings['stand.preload'],
-                        'amplitude_m': one.drive.amplitude_m,
-                        'frequency_hz': one.drive.frequency_hz,
-                        'quantity': each.quantity,
-                        'measured': measured,
-                        'model': modelled,
-                        'residual': modelled - measured,
-                        'steps': one.drive.steps,
-                        **({'sigma': noise} if fit.problem.noise.known else {}),
-                    }
-                )
+    for number, one, each, noise in fit.problem.seen:
+        if isinstance(one.drive, Voltage):
+            continue
+        measured = float(each.values[0])
+        modelled = float(fit.predicted[number][one.seen.index(each)].values[0])
+        rows.append(
+            {
+                'preload_n': one.settings['stand.preload'],
+                **one.drive._asdict(),
+                'quantity': each.quantity,
+                'measured': measured,
+                'model': modelled,
+                'residual': modelled - measured,
+                **({'sigma': noise} if fit.problem.noise.known else {}),
+            }
+        )
     return rows
 
 

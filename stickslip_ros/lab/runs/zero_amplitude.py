@@ -8,13 +8,15 @@ amplitude from which force is generated.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Generator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from stickslip_ros.arrays import Array
 from stickslip_ros.drive.build import UPPER_CONTACTS, contacts_of, friction_limit_n
+from stickslip_ros.drive.long_step import LANES
 from stickslip_ros.errors import OutOfRange
 from stickslip_ros.lab.runs.batch import Progress, run_courses
 from stickslip_ros.lab.runs.courses import Course, alone, bundle_for
@@ -23,6 +25,8 @@ from stickslip_ros.parameters import Parameters
 from stickslip_ros.progress import progress_of
 from stickslip_ros.sections import Section, Shown, rows_of, said
 
+WITHOUT_CELL = {'load_cell.contact': 'absent'}
+"""What is changed in a stand whose runner is free."""
 _STEPS_MIN = 10
 STEP_MIN_M = 1e-10
 """Net step from which the runner is said to step: the resolution of the interferometer."""
@@ -31,6 +35,7 @@ SCAN_POINTS = 32
 BISECTIONS = 10  # halvings between that one and the one below: 5 nm become 5 pm
 FIT_POINTS = 17
 """Amplitudes of the straight line, even over the upper half of the range in which it steps."""
+RUNS = SCAN_POINTS + BISECTIONS + FIT_POINTS  # at most
 ONSET_SHARE = 0.01
 """Force begins where it exceeds the elastic following by this share of the friction limit."""
 ONSET_HALVINGS = 9  # halvings of the range of amplitudes: 160 nm become 0.3 nm
@@ -112,33 +117,59 @@ def zero_amplitude(
         If the frequency is refused, or the runner steps at no amplitude.
 
     """
+    asked, done = _asked(parameters, frequency_hz, steps), 0
+    step_m = partial(_step_course, parameters, frequency_hz, steps)
+    with progress_of(progress, 'runs') as show:
+
+        def count(new: int, _: int) -> None:
+            show(done + new, RUNS)
+
+        found, bundle = next(asked), bundle_for(parameters.updated(WITHOUT_CELL))
+        while not isinstance(found, ZeroAmplitude):
+            steps_m = run_courses(step_m, found.tolist(), bundle, workers=workers, progress=count)
+            done += len(steps_m)
+            found = asked.send(np.array(steps_m))
+        show(RUNS, RUNS)
+    return found
+
+
+def zero_amplitude_course(
+    parameters: Parameters, frequency_hz: float, steps: int
+) -> Course[ZeroAmplitude]:
+    """Return the course of which ``zero_amplitude`` is the end: its runs one after the other."""
+    asked = _asked(parameters, frequency_hz, steps)
+    found = next(asked)
+    while not isinstance(found, ZeroAmplitude):
+        steps_m = list[float]()
+        for amplitude_m in found.tolist():
+            steps_m.append((yield from _step_course(parameters, frequency_hz, steps, amplitude_m)))
+        found = asked.send(np.array(steps_m))
+    return found
+
+
+def _step_course(
+    parameters: Parameters, frequency_hz: float, steps: int, amplitude_m: float
+) -> Course[float]:
+    """Return the course of the net motion per step in the direction of the drive, m."""
+    free = parameters.updated(WITHOUT_CELL)
+    run = yield from drive_course(free, amplitude_m, frequency_hz, steps)
+    return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
+
+
+def _asked(
+    parameters: Parameters, frequency_hz: float, steps: int
+) -> Generator[Array | ZeroAmplitude, Array, None]:
+    """Ask for the step lengths at some amplitudes after others; at last give the 0-amplitude."""
     if steps < _STEPS_MIN:
         limit = f'below the minimum {_STEPS_MIN} (the first steps are irregular)'
         raise OutOfRange('steps', steps, '', limit, 'raise it')
-    free = parameters.updated({'load_cell.contact': 'absent'})
-    full_m, done, bundle = full_stroke_m(free), 0, bundle_for(free)
-    with progress_of(progress, 'runs') as show:
-
-        def step_m(amplitude_m: float) -> Course[float]:
-            """Return the net motion per step in the direction of the drive, m."""
-            run = yield from drive_course(free, amplitude_m, frequency_hz, steps)
-            return run.step_length_m if frequency_hz > 0.0 else -run.step_length_m
-
-        def count(new: int, _: int) -> None:
-            show(done + new, SCAN_POINTS + BISECTIONS + FIT_POINTS)
-
-        def step_lengths_m(amplitudes_m: Array) -> Array:
-            nonlocal done
-            asked = amplitudes_m.tolist()
-            steps_m = run_courses(step_m, asked, bundle, workers=workers, progress=count)
-            done += len(steps_m)
-            return np.array(steps_m)
-
-        direct_m = _first_step_m(step_lengths_m, full_m)
-        amplitudes_m: Array = np.linspace(
-            0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
-        )
-        steps_m = step_lengths_m(amplitudes_m)
+    free = parameters.updated(WITHOUT_CELL)
+    full_m = full_stroke_m(free)
+    direct_m = yield from _first_step_m(full_m)
+    amplitudes_m: Array = np.linspace(
+        0.5 * (direct_m + full_m), full_m, FIT_POINTS, dtype=np.float64
+    )
+    steps_m = yield amplitudes_m
     centre_m, mean_m = amplitudes_m.mean(), steps_m.mean()
     offsets_m = amplitudes_m - centre_m
     slope = float(np.sum(offsets_m * steps_m) / np.sum(offsets_m**2))
@@ -151,7 +182,7 @@ def zero_amplitude(
         f'{FIT_POINTS} amplitudes, {amplitudes_m[0]:.4g} to {full_m:.4g} m, the upper half of '
         f'those that step; direct: smallest amplitude with a net step above {STEP_MIN_M:g} m'
     )
-    return ZeroAmplitude(
+    yield ZeroAmplitude(
         zero_amplitude_m=float(centre_m - mean_m / slope),
         slope=slope,
         method=method,
@@ -211,17 +242,20 @@ def onset_course(
     return above_m
 
 
-def _first_step_m(step_lengths_m: Callable[[Array], Array], full_m: float) -> float:
-    """Return the smallest amplitude with a net step, m."""
+def _first_step_m(full_m: float) -> Generator[Array | ZeroAmplitude, Array, float]:
+    """Return the smallest amplitude with a net step, m, from the step lengths that are asked."""
     grid_m: Array = np.linspace(0.0, full_m, SCAN_POINTS + 1, dtype=np.float64)
-    stepping = np.flatnonzero(step_lengths_m(grid_m[1:]) > STEP_MIN_M)
-    if not len(stepping):
+    for first in range(0, SCAN_POINTS, LANES):
+        stepping = np.flatnonzero((yield grid_m[1 + first : 1 + first + LANES]) > STEP_MIN_M)
+        if len(stepping):
+            break
+    else:
         limit = f'too small for a step: none above {STEP_MIN_M:g} m'
         raise OutOfRange('stroke', full_m, 'm', limit, 'lower stand.preload')
-    below_m, above_m = grid_m[stepping[0]], grid_m[stepping[0] + 1]
+    below_m, above_m = grid_m[first + stepping[0]], grid_m[first + stepping[0] + 1]
     for _ in range(BISECTIONS):
         middle_m = 0.5 * (below_m + above_m)
-        if step_lengths_m(np.array([middle_m]))[0] > STEP_MIN_M:
+        if (yield np.array([middle_m]))[0] > STEP_MIN_M:
             above_m = middle_m
         else:
             below_m = middle_m

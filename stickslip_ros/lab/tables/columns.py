@@ -19,6 +19,9 @@ USUAL: Mapping[str, tuple[str, ...]] = {
     'frequency_hz': ('frequency', 'freq', 'f', 'frequenz'),
     'force_n': ('force', 'f', 'load', 'load cell', 'generated force', 'kraft'),
     'step_length_m': ('step length', 'step size', 'step', 'schrittlänge', 'schrittweite'),
+    'zero_amplitude_m': ('zero amplitude', '0 amplitude', 'nullamplitude'),
+    'ringing_hz': ('ringing', 'ringing frequency', 'ring down frequency', 'ausschwingfrequenz'),
+    'decay_s': ('decay', 'decay time', 'ring down time', 'abklingzeit'),
     **{each.quantity: (each.words,) for each in SENSORS if each.switch},
 }
 """Names of quantities in lower case, words separated by one blank."""

@@ -70,9 +70,17 @@ POINT_COLUMNS: Mapping[str, Spec] = {
     'frequency_hz': FREQUENCY_SPEC,
     'force_n': _measured('N', 'generated force, mean over a cycle', 1e3),
     'step_length_m': _measured('m', 'net motion per cycle of a free runner', 1.0),
+    'zero_amplitude_m': _measured(
+        'm', '0-amplitude, extrapolated from step lengths', LARGEST_AMPLITUDE_M
+    ),
+    'ringing_hz': _measured('Hz', 'frequency at which a runner rings after a step', 1e6),
+    'decay_s': _measured('s', 'time in which that falls to 1/e', 10.0),
     'amplitude_sigma_m': _sigma('m', 'the amplitude'),
     'force_sigma_n': _sigma('N', 'the force'),
     'step_length_sigma_m': _sigma('m', 'the step length'),
+    'zero_amplitude_sigma_m': _sigma('m', 'the 0-amplitude'),
+    'ringing_sigma_hz': _sigma('Hz', 'the frequency of ringing'),
+    'decay_sigma_s': _sigma('s', 'the time of decay'),
 }
 TIME_COLUMNS: Mapping[str, Spec] = {
     'time_s': _measured('s', 'time of the sample; each after the one before', 1e12),
@@ -85,8 +93,10 @@ TIME_COLUMNS: Mapping[str, Spec] = {
 }
 EXPERIMENT_COLUMNS = {BY_AMPLITUDE: POINT_COLUMNS, OVER_TIME: TIME_COLUMNS}
 _NEEDED = {BY_AMPLITUDE: ('preload_n', 'amplitude_m'), OVER_TIME: ('time_s',)}
+OF_PRELOAD = 'zero_amplitude_m'  # which has no amplitude of its own
+_PER_PRELOAD = ('force_n', 'step_length_m')  # of which a table may have a column for each preload
 MEASURED = {
-    BY_AMPLITUDE: ('force_n', 'step_length_m'),
+    BY_AMPLITUDE: (*_PER_PRELOAD, OF_PRELOAD, 'ringing_hz', 'decay_s'),
     OVER_TIME: (*(each.quantity for each in SENSORS), 'voltage_v', 'foot_m'),
 }
 """Columns of which at least one must be there."""
@@ -346,7 +356,7 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
         header = layout.names[at]
         units = (split_unit(text)[1], layout.units[at], *UNIT_WITHIN.findall(header))
         unit = next(filter(None, units), '')
-        for each in [name] if name else MEASURED[BY_AMPLITUDE]:
+        for each in [name] if name else _PER_PRELOAD:
             if factor_of(unit, POINT_COLUMNS[each].unit):
                 headers = {**others, each: f'{header} ({unit})'}
                 readings[at] = dataclasses.replace(
@@ -361,7 +371,8 @@ def _columns_of_preloads(layout: TextForm, reading: Reading, where: str) -> dict
 
 def _kind(layout: TextForm, reading: Reading, where: str) -> str:
     """Return whether a table is over time or by amplitude, by its columns."""
-    for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, _NEEDED[BY_AMPLITUDE])):
+    by_amplitude = (*_NEEDED[BY_AMPLITUDE], *MEASURED[BY_AMPLITUDE][len(_PER_PRELOAD) :])
+    for kind, needed in ((OVER_TIME, ('time_s',)), (BY_AMPLITUDE, by_amplitude)):
         specs = {name: EXPERIMENT_COLUMNS[kind][name] for name in needed}
         if find_columns(layout, specs, reading.columns, where)[0]:
             return kind
@@ -375,12 +386,18 @@ def _check_there(
     names: Sequence[str], kind: str, measured: Sequence[str], aside: Sequence[str], where: str
 ) -> None:
     """Refuse a header that lacks a column, and ask which one it may be."""
-    missing: list[tuple[str, ...]] = [(name,) for name in _NEEDED[kind] if name not in names]
-    if not set(measured) & set(names):
+    there = set(measured) & set(names)
+    if OF_PRELOAD in there & set(MEASURED[BY_AMPLITUDE]) and set(_PER_PRELOAD) & there:
+        hint = 'give it in a table of its own, a row for each preload'
+        raise RecordingError(where, f'has {OF_PRELOAD} beside numbers by amplitude', hint)
+    needed = ('preload_n',) if there == {OF_PRELOAD} else _NEEDED[kind]
+    missing: list[tuple[str, ...]] = [(name,) for name in needed if name not in names]
+    if not there:
         missing.append(tuple(measured))
     for each in missing[:1]:
         problem = f'there is no {" or ".join(each)}'
-        name, hint = each[0], f'add it, in {EXPERIMENT_COLUMNS[kind][each[0]].unit}'
+        name = each[0]
+        hint = 'add one' if each[1:] else f'add it, in {EXPERIMENT_COLUMNS[kind][name].unit}'
         if aside:
             problem += f'; not understood: {listed(aside)}'
             name, option = suggestion(each, aside, EXPERIMENT_COLUMNS[kind])

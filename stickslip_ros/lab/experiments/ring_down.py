@@ -1,0 +1,70 @@
+"""The ring-down: frequency and decay of a runner that rings on its contacts after a step."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy import optimize
+
+from stickslip_ros.arrays import Array
+from stickslip_ros.lab.experiments.experiment import Voltage, VoltageStep
+from stickslip_ros.parameters import Parameters
+
+REST_S, SEEN_S = 1e-4, 2e-3
+"""Time before the step, and after it: 10 to 30 periods of a runner of a few grams."""
+LEAST_M = 1e-18  # of a runner that does not move
+FINE = 1e-12  # relative change at which a search ends: slopes are differences of what it finds
+
+
+class RingDown(NamedTuple):
+    """What a ring-down shows."""
+
+    ringing_hz: float
+    decay_s: float  # in which it falls to 1/e
+
+
+def voltage_of_step(step: VoltageStep, stand: Parameters) -> Voltage:
+    """Return the voltage of a step down, from rest, as fast as the amplifier falls."""
+    low_v = stand.amplifier.voltage_min
+    high_v = low_v + step.amplitude_m / stand.actuator.gain
+    fall_s = (high_v - low_v) / stand.amplifier.slew_rate
+    rows = (0.0, high_v), (REST_S, high_v), (REST_S + fall_s, low_v), (REST_S + SEEN_S, low_v)
+    return Voltage(np.array(rows))
+
+
+def ring_down(time_s: Array, position_m: Array) -> RingDown:
+    """
+    Return frequency and decay of the damped cosine that is nearest to a motion.
+
+    Parameters
+    ----------
+    time_s, position_m : array, shape (n,)
+        Even times from the end of a step on, and positions; a rest and a drift of theirs are free.
+
+    """
+    since_s, sample_s = time_s - time_s[0], float(time_s[1] - time_s[0])
+
+    def missed(place: Array) -> Array:
+        phase, fallen = math.exp(place[0]) * since_s, np.exp(-math.exp(place[1]) * since_s)
+        columns = fallen * np.cos(phase), fallen * np.sin(phase), np.ones_like(since_s), since_s
+        basis = np.linalg.qr(np.column_stack(columns))[0]
+        return np.asarray(scaled - basis @ (basis.T @ scaled))
+
+    scaled = (position_m - position_m.mean()) / max(float(np.ptp(position_m)), LEAST_M)
+    # The velocity has neither rest nor drift: its spectrum says where to look.
+    power = np.abs(np.fft.rfft(np.diff(scaled) * np.hanning(len(scaled) - 1), 8 * len(scaled)))
+    rate = 2.0 * math.pi * max(int(np.argmax(power)), 1) / (8 * len(scaled) * sample_s)
+    lasts_s = float(since_s[-1])
+    bounds = np.log(((math.pi / lasts_s, 1e-3 / lasts_s), (math.pi / sample_s, 1.0 / sample_s)))
+    ends = [
+        optimize.least_squares(
+            missed,
+            np.clip(np.log((rate, share * rate)), *bounds),
+            bounds=bounds,
+            xtol=FINE,
+            ftol=FINE,
+        )
+        for share in (0.01, 0.1)  # of a rate that decays: it may be far from the first
+    ]
+    best = min(ends, key=lambda end: float(end.cost))
+    return RingDown(math.exp(best.x[0]) / (2.0 * math.pi), math.exp(-best.x[1]))
