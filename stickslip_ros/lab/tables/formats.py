@@ -55,8 +55,7 @@ def tables_in(path: 'Path | DataFrame') -> Sources:
 
     """
     if not isinstance(path, Path):
-        frame = path if path.index.name is None else path.reset_index()
-        yield path.attrs.get('source', DATA_FRAME), _csv(frame)
+        yield path.attrs.get('source', DATA_FRAME), _csv(path)
         return
     suffix = path.suffix.lower()
     if is_recording(path):
@@ -79,6 +78,8 @@ def tables_in(path: 'Path | DataFrame') -> Sources:
 
 
 def _csv(frame: 'DataFrame') -> bytes:
+    """Return a frame as text, with its index as a column if that has a name."""
+    frame = frame if frame.index.name is None else frame.reset_index()
     content: str = frame.to_csv(index=False, header=frame.columns.dtype == object)
     return content.encode(errors='replace')
 
@@ -106,7 +107,7 @@ def read_sheets(path: Path) -> Sources:
                     if tags > TAGS_MAX:
                         raise ValueError(f'it unpacks to more than {TAGS_MAX} tags')
     with closing(openpyxl.load_workbook(path, read_only=True, data_only=True)) as book:
-        cells = 0
+        cells = size_bytes = 0
         for sheet in book.worksheets:
             text = io.StringIO()
             writer = csv.writer(text, lineterminator='\n')
@@ -114,6 +115,8 @@ def read_sheets(path: Path) -> Sources:
             for row in sheet.iter_rows(values_only=True):
                 cells += len(row) or EMPTY_ROW
                 _check_count(cells)
+                size_bytes += sum(len(each) for each in row if isinstance(each, str))
+                _check_bytes(size_bytes)  # a text that stands once may be that of many cells
                 writer.writerow(None if each in EXCEL_ERRORS else each for each in row)
             origin = f'{path}, sheet {sheet.title}' if len(book.worksheets) > 1 else str(path)
             yield origin, text.getvalue().encode()
@@ -125,9 +128,20 @@ def read_parquet(path: Path) -> 'DataFrame':
     import pandas as pd
 
     said = parquet.read_metadata(path)
-    _check_count(said.num_rows * said.num_columns)
-    _check_bytes(sum(said.row_group(at).total_byte_size for at in range(said.num_row_groups)))
-    return pd.read_parquet(path)
+    groups = [said.row_group(at) for at in range(said.num_row_groups)]
+    columns = [each.column(at) for each in groups for at in range(each.num_columns)]
+    _check_count(sum(each.num_values for each in columns))
+    _check_bytes(sum(each.total_byte_size for each in groups))
+    texts = [said.schema.column(at) for at in range(said.num_columns)]
+    texts = [each for each in texts if each.physical_type == 'BYTE_ARRAY']
+    for each in texts:
+        if each.path != each.name:
+            raise ValueError(f'{each.path} holds texts within a column; leave it out')
+    frame = pd.read_parquet(path, read_dictionary=[each.path for each in texts])
+    table = frame.reset_index()  # a text that stands once may be that of many rows
+    for name in table.select_dtypes('category'):
+        _check_bytes(int(table[name].map(lambda each: len(str(each))).astype(int).sum()))
+    return frame
 
 
 def read_hdf5(path: Path) -> 'DataFrame':
@@ -185,7 +199,8 @@ def _matlab_vectors(content: bytes, order: str) -> Columns:
             values = np.frombuffer(numbers, order + MATLAB_TYPES[stored])
             if len(values) != math.prod(shape):
                 raise ValueError(f'{len(values)} of {math.prod(shape)} numbers are there')
-            yield bytes(name).decode(errors='replace'), '', values.astype(np.float64)
+            native = values.astype(values.dtype.newbyteorder('='))
+            yield bytes(name).decode(errors='replace'), '', native
 
 
 def _elements(content: bytes, order: str) -> Iterator[tuple[int, bytes]]:
@@ -228,6 +243,7 @@ def _joined(columns: Columns) -> 'DataFrame':
         if _is_vector(np.shape(values))
     }
     lengths = {name: len(values) for name, values in flat.items()}
+    _check_count(sum(lengths.values()))
     if len(set(lengths.values())) != 1:
         found = ', '.join(f'{name} has {count}' for name, count in lengths.items()) or 'none'
         raise ValueError(f'its vectors are not of one length: {found}')

@@ -183,6 +183,15 @@ def test_errors_of_a_formula_are_cells_without_a_number(tmp_path: Path):
     assert read_experiment(path).columns['force_n'].tolist() == [18e-3, 27e-3]
 
 
+def test_a_time_that_is_the_index_of_a_frame_comes_back_out_of_parquet(tmp_path: Path):
+    path = tmp_path / 'frame.parquet'
+    index = pd.Index(TIME_S, name='time_s')
+    pd.DataFrame({'force_n': FORCE_MN, 'note': '1 %'}, index).to_parquet(path)
+    read = read_experiment(path).columns
+    np.testing.assert_array_equal(read['time_s'], TIME_S)
+    np.testing.assert_array_equal(read['force_n'], FORCE_MN)
+
+
 def test_units_that_are_no_utf_8_are_refused_and_can_be_named(tmp_path: Path):
     path = tmp_path / 'run.h5'
     text = h5py.string_dtype('utf-8', None)
@@ -247,18 +256,33 @@ def matlab_that_lies(path: Path) -> None:
     path.write_bytes(content[:128] + struct.pack('<II', 15, len(packed)) + packed)
 
 
-def workbook(path: Path, sheet: str) -> None:
-    """Replace the content of the sheet of a workbook that another program has written."""
+def matlab_of_bytes(path: Path) -> None:
+    """Write numbers of a byte, which take eight as floats, and more as text."""
+    zeros = np.zeros(300_000, np.int8)
+    savemat(path, {'time_s': zeros, 'force_n': zeros}, do_compression=True)
+
+
+SPREADSHEET = 'http://schemas.openxmlformats.org/spreadsheetml/2006/main'
+STRINGS = 'xl/sharedStrings.xml'
+STRINGS_TYPE = 'application/vnd.openxmlformats-officedocument.spreadsheetml.sharedStrings+xml'
+DECLARED = f'<Override PartName="/{STRINGS}" ContentType="{STRINGS_TYPE}"/></Types>'
+
+
+def workbook(path: Path, sheet: str, text: str = '') -> None:
+    """Replace the sheet of a workbook that another program has written; cells share a text."""
     write_sheets(path, SWEEP)
     with zipfile.ZipFile(path) as archive:
-        parts = {name: archive.read(name) for name in archive.namelist()}
+        parts = {name: archive.read(name).decode() for name in archive.namelist()}
+    types = '[Content_Types].xml'
+    parts[types] = parts[types].replace('</Types>', DECLARED)
+    parts[STRINGS] = f'<sst xmlns="{SPREADSHEET}"><si><t>{text}</t></si></sst>'
     with zipfile.ZipFile(path, 'w', zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name, content in parts.items():
             archive.writestr(name, sheet if name.endswith('sheet1.xml') else content)
 
 
 SHEET = (
-    '<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main">'
+    f'<worksheet xmlns="{SPREADSHEET}">'
     '<dimension ref="A1:XFD1048576"/><sheetData>{}</sheetData></worksheet>'
 )
 
@@ -280,6 +304,20 @@ def workbook_of_text(path: Path) -> None:
     workbook(path, SHEET.format(' ' * 4_500_000))
 
 
+def workbook_of_one_text(path: Path) -> None:
+    """Write a text once that 10,000 cells have."""
+    cells = '<c t="s"><v>0</v></c>' * 10_000
+    workbook(path, SHEET.format(f'<row>{cells}</row>'), 'x' * 5000)
+
+
+def parquet_of_one_text(path: Path) -> None:
+    pq.write_table(pa.table({'time_s': pa.array(TIME_S[:50]), 'note': ['x' * 500_000] * 50}), path)
+
+
+def parquet_of_one_list(path: Path) -> None:
+    pq.write_table(pa.table({'time_s': [0.0], 'more': [np.zeros(1 << 20)]}), path)
+
+
 def parquet_of_zeros(path: Path) -> None:
     zeros = pa.array(np.zeros(1 << 19))
     pq.write_table(pa.table({'time_s': zeros, 'force_n': zeros}), path)
@@ -292,11 +330,15 @@ HOSTILE: dict[Callable[[Path], None], tuple[str, str]] = {
     hdf5_of_another_dataset: ('.h5', 'time_s stands in another file'),
     matlab_of_zeros: ('.mat', 'unpacks to more than 4000000 bytes'),
     matlab_that_lies: ('.mat', 'unpacks to more than 4000000 bytes'),
+    matlab_of_bytes: ('.mat', 'holds more than 500000 numbers'),
     workbook_of_a_far_cell: ('.xlsx', 'holds more than 500000 numbers'),
     workbook_of_wide_rows: ('.xlsx', 'holds more than 500000 numbers'),
     workbook_of_tags: ('.xlsx', 'unpacks to more than 250000 tags'),
     workbook_of_text: ('.xlsx', 'unpacks to more than 4000000 bytes'),
+    workbook_of_one_text: ('.xlsx', 'unpacks to more than 4000000 bytes'),
     parquet_of_zeros: ('.parquet', 'holds more than 500000 numbers'),
+    parquet_of_one_list: ('.parquet', 'holds more than 500000 numbers'),
+    parquet_of_one_text: ('.parquet', 'unpacks to more than 4000000 bytes'),
 }
 
 
