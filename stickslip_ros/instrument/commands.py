@@ -35,7 +35,7 @@ from stickslip_ros.parameters import FaultParameters, Parameters, Scalar
 
 WAVEFORM_ROWS_MAX = 100_000
 """Rows that a message may have; a measured voltage that is replayed from a file may be longer."""
-FAULT, PARAMETERS = 'fault', 'parameters'
+FAULT, LIVE = 'fault', 'parameters'
 """The commands that take names and values in place of numbers."""
 JOINT = 'joint'
 """The command that takes joints in place of numbers."""
@@ -206,7 +206,7 @@ def check_request(request: Request, parameters: Parameters) -> Any:
         raise UnknownName('command', request.name, f'use {", ".join(COMMANDS)}')
     if command.is_table:
         return command.check(parameters, _all_finite(request), request.cycles)
-    if command.name in (FAULT, PARAMETERS):
+    if command.name in (FAULT, LIVE):
         _refuse_numbers(request, 'give names and values')
         return command.check(parameters, dict(request.settings))
     if command.name == JOINT:
@@ -401,7 +401,7 @@ _ROWS = (
             'end every fault, by parameter or schedule'),
     Command(FAULT, '', (), checks.check_faults, set_faults,
             'faults by name and value; they come by parameter or schedule'),
-    Command(PARAMETERS, '', (), checks.check_live, set_parameters,
+    Command(LIVE, '', (), checks.check_live, set_parameters,
             'live parameters by name and value, when they were set'),
 )
 # fmt: on

@@ -180,8 +180,8 @@ TOPICS = (
           pace='sim.joint_states_rate', switches=('sim.joint_states_rate',), overridable=STREAMED),
     Topic('~/status', UINT32, LATCHED, 'status bits, when they change'),
     Topic('~/event', STRING, EVENTS,
-          "JSON: a command's end and its result; stamp_ns and tag if its sender gave them, step_m of "
-          'steps',
+          "JSON: a command's end and its result; stamp_ns and tag if its sender gave them, step_m "
+          'of steps',
           overridable=QUEUED),
     Topic('~/request', STRING, EVENTS,
           'JSON: what came by service, parameter or schedule, when it took effect',

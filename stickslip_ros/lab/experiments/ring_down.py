@@ -10,8 +10,7 @@ from stickslip_ros.arrays import Array
 from stickslip_ros.lab.experiments.experiment import Voltage, VoltageStep
 from stickslip_ros.parameters import Parameters
 
-REST_S, SEEN_S = 1e-4, 2e-3
-"""Time before the step, and after it: 10 to 30 periods of a runner of a few grams."""
+_REST_S, _SEEN_S = 1e-4, 2e-3  # before the step, and after it: 10 to 30 periods of a runner
 LEAST_M = 1e-18  # of a runner that does not move
 FINE = 1e-12  # relative change at which a search ends: slopes are differences of what it finds
 
@@ -28,7 +27,7 @@ def voltage_of_step(step: VoltageStep, stand: Parameters) -> Voltage:
     low_v = stand.amplifier.voltage_min
     high_v = low_v + step.amplitude_m / stand.actuator.gain
     fall_s = (high_v - low_v) / stand.amplifier.slew_rate
-    rows = (0.0, high_v), (REST_S, high_v), (REST_S + fall_s, low_v), (REST_S + SEEN_S, low_v)
+    rows = (0.0, high_v), (_REST_S, high_v), (_REST_S + fall_s, low_v), (_REST_S + _SEEN_S, low_v)
     return Voltage(np.array(rows))
 
 

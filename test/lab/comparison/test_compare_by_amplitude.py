@@ -8,6 +8,7 @@ import pytest
 
 from stickslip_ros.errors import StickSlipError
 from stickslip_ros.lab.comparison.compare import compare
+from stickslip_ros.lab.experiments import predict as predict_module
 from stickslip_ros.lab.runs.batch import Interrupted
 from stickslip_ros.lab.runs.sawtooth_run import run_drive
 from stickslip_ros.lab.runs.sweep import Axis, Sweep, run_sweep
@@ -160,6 +161,7 @@ def test_the_model_stops_at_ctrl_c_and_says_how_far_it_came(noisy):
     def interrupt(done, total):
         raise KeyboardInterrupt
 
+    predict_module._numbers_kept.cache_clear()  # runs that were made before are no cases
     with pytest.raises(Interrupted, match='stopped after 0 of 34 cases'):
         compare(noisy[0], Parameters(), progress=interrupt)
 

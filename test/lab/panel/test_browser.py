@@ -392,7 +392,7 @@ def test_a_script_goes_line_by_line_is_noted_saved_and_ends_at_a_refusal(
         'voltage 30\nvoltage 301V\nvoltage 60',
         '^ended at line 2: INVALID_PARAMETER: voltage 301 V is above',
     )
-    play('steps few', '^ended at line 1: steps .few. is not a finite number')
+    play('steps few', '^ended at line 1: steps .few. is not a whole number')
     play('steps 3000000000', '^ended at line 1: steps 3e.09 is not a whole number')
     events = play('steps 3\nzero\ntare\nwait 0,1\nposition 0,5um\nstop\nreset', '^done$')
     names = ('reset', 'stop', 'position', 'tare_force', 'zero_position', 'steps')

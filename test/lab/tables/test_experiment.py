@@ -58,7 +58,10 @@ def test_every_uncertainty_belongs_to_a_column():
         (POINTS, 'exp.csv: line 1: has no rows of numbers in its first 2 lines'),
         ('time_s,force_n,a,b\n,,1,2\n', 'line 1: has no values below its header; give at least'),
         ('preload_n,force_n\n1,2\n', 'line 1: there is no amplitude_m; add it, in m'),
-        ('preload_n,amplitude_m\n1,2\n', 'step_length_m or zero_amplitude_m or ringing_hz or decay_s; add'),
+        (
+            'preload_n,amplitude_m\n1,2\n',
+            'step_length_m or zero_amplitude_m or ringing_hz or decay_s; add',
+        ),
         ('time_s,temp\n1,2\n', 'or voltage_v or foot_m; not under'),
         (
             'Stroke (nm),F (mN)\n60,2\n',
